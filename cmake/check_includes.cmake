@@ -18,12 +18,12 @@ endfunction()
 
 # ---- rooms: a room, then the rooms that it includes, top floor first
 room(app app/cli raster/base)
-room(app/cli app/serve app/viewer app/viewer/render app/train app/conformance app/film app/plugin app/report app/measure
-     app/inspect app/session app/framing app/picture app/base io/scene io/cloud io/camera io/picture io/bytes
+room(app/cli app/options app/serve app/viewer app/viewer/render app/train app/conformance app/film app/plugin app/report app/measure
+     app/inspect app/session app/framing app/picture app/base io/scene io/cloud io/camera io/picture io/tensor io/bytes
      raster/api raster/scene raster/base)
 room(app/serve app/viewer/commands app/viewer/render app/viewer/state app/remote app/inspect app/session app/picture app/base
      io/camera io/picture io/bytes raster/scene raster/base)
-room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/report app/session app/base
+room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/session app/base
      io/camera io/picture io/bytes raster/api raster/base)
 room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render app/viewer/state app/picture app/base
      io/picture io/bytes raster/scene raster/base)
@@ -36,24 +36,25 @@ room(app/viewer/render app/viewer/state app/measure app/inspect app/session app/
 room(app/viewer/state app/train app/report app/measure app/inspect app/session app/framing app/picture app/base io/cloud
      io/camera io/bytes raster/api raster/base)
 room(app/remote raster/scene raster/base)
-room(app/train app/report app/session app/base io/scene io/scene/compact io/camera io/picture io/bytes raster/api raster/train
-     raster/field raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(app/conformance app/report app/picture app/base io/scene io/camera io/picture io/bytes raster/api raster/scene
      raster/kernel raster/base)
 room(app/film app/measure app/inspect app/framing app/picture app/base io/picture io/bytes raster/api raster/scene raster/base)
 room(app/plugin app/base io/bytes quadsplat raster/api raster/scene raster/base)
-room(app/report app/measure app/inspect app/session app/framing app/picture app/base io/scene io/camera io/picture
+room(app/report app/train app/measure app/inspect app/session app/framing app/picture app/base io/scene io/camera io/picture
      io/bytes raster/api raster/clock raster/scene raster/kernel/cull raster/base)
-room(app/measure app/session app/framing app/base io/scene io/camera io/tensor io/bytes raster/api raster/lpips
+room(app/measure app/session app/framing app/base io/scene io/camera io/bytes raster/api
      raster/clock raster/scene raster/base)
 room(app/inspect app/picture app/base raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(app/session app/framing app/base io/scene io/scene/compact io/cloud io/camera io/picture raster/api raster/field raster/scene
      raster/base)
 room(app/framing app/base io/scene io/cloud raster/api raster/scene raster/kernel raster/base)
 room(app/picture app/base io/picture io/bytes raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
+room(library app/train app/options io/scene io/cloud io/camera io/picture io/tensor io/bytes quadsplat raster/cpu/train raster/cpu/stages
+     raster/api raster/train raster/stages raster/scene raster/kernel raster/base)
+room(app/train app/options app/base io/scene io/scene/compact io/camera io/picture io/bytes raster/api raster/train
+     raster/field raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
+room(app/options app/base raster/api raster/scene raster/kernel/cull raster/base)
 room(app/base io/bytes raster/base)
-room(library io/scene io/cloud io/camera io/picture io/bytes quadsplat raster/cpu/train raster/cpu/stages raster/api
-     raster/train raster/stages raster/scene raster/kernel raster/base)
 room(io/scene io/scene/gltf io/scene/compact io/scene/spz io/scene/ply io/scene/sog io/scene/splat io/cloud io/bytes
      raster/scene raster/base)
 room(io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes raster/scene raster/kernel raster/base)
@@ -66,7 +67,7 @@ room(io/cloud raster/scene raster/field raster/kernel raster/base)
 room(io/camera io/picture io/bytes raster/scene raster/base)
 room(io/picture io/picture/oiio io/tensor io/bytes raster/scene raster/base)
 room(io/picture/oiio raster/scene)
-room(io/tensor io/bytes raster/kernel raster/base)
+room(io/tensor io/bytes raster/lpips raster/kernel raster/base)
 room(io/bytes raster/scene raster/base)
 room(quadsplat)
 room(raster/make raster/cpu/train raster/cpu/fast raster/cpu/classic raster/cpu raster/cuda/train raster/cuda/lpips

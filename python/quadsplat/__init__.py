@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""3D Gaussian Splatting: reads, renders, counts, converts and compares, with the library quadsplat.
+"""3D Gaussian Splatting: reads, renders, trains, counts, converts and compares, with quadsplat.
 
     import quadsplat
     scene = quadsplat.load("plush.ply")
@@ -22,6 +22,7 @@ from ._picture import Picture, read_picture
 from ._render import Counts, render
 from ._scene import Scene, SceneFacts, convert, load
 from ._settings import Settings
+from ._train import Training, train
 
 __all__ = [
     "Camera",
@@ -41,6 +42,7 @@ __all__ = [
     "SceneFacts",
     "Settings",
     "TileLists",
+    "Training",
     "UsageError",
     "__version__",
     "adam",
@@ -59,4 +61,5 @@ __all__ = [
     "ssim",
     "ssim_backward",
     "tile_lists",
+    "train",
 ]

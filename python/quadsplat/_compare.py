@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _ffi
 from ._arrays import picture_array, require_shape, struct_of, to_numpy
-from ._checks import choice, words
+from ._checks import choice, encoded_path, words
 from ._context import Context, chosen
 from ._errors import UsageError
 
@@ -22,19 +22,24 @@ class Comparison(NamedTuple):
     psnr_8bit: float = float("nan")  #: dB of the values rounded to 8 bits
     ssim: float = float("nan")  #: window of 11 x 11 pixels, sigma 1.5
     flip: float = float("nan")  #: mean of LDR-FLIP at 67.02 pixels per degree
+    lpips: float = float("nan")  #: LPIPS of values of -1..1, for which its network was made
+    lpips_paper: float = float("nan")  #: LPIPS of values of 0..1, as the scripts of 3DGS compute it
 
 
 def compare(reference: Any, picture: Any, *,
             metrics: Union[str, Sequence[str]] = ("psnr", "ssim"), mask: Any = None,
-            ssim_border: str = "zeros", context: Optional[Context] = None) -> Comparison:
+            ssim_border: str = "zeros", lpips_weights: Any = None,
+            context: Optional[Context] = None) -> Comparison:
     """The metrics of a picture against a reference.
 
     reference, picture: pictures of render(), arrays of height x width x 3, floats of 0..1 or uint8
         of 0..255, or paths of files. Values are clamped to 0..1, and NaN counts as 0.
-    metrics: of "psnr", "psnr_8bit", "ssim" and "flip".
+    metrics: of "psnr", "psnr_8bit", "ssim", "flip", "lpips" and "lpips_paper".
     mask: height x width, bool or uint8: "psnr" and "ssim" leave out pixels of value 0.
     ssim_border: "zeros": every pixel counts, values outside are 0; "crop": pixels whose window is
         inside count, and both sides have at least 11 pixels.
+    lpips_weights: path of the .safetensors file that scripts/lpips_weights makes, for LPIPS.
+    context: computes LPIPS on its backend; None: the CPU.
 
     Raises UsageError, and InputError for files.
     """
@@ -47,6 +52,8 @@ def compare(reference: Any, picture: Any, *,
     result = _ffi.QsComparison()
     result.metrics = sum({_ffi.METRICS[name] for name in names})
     result.ssim_border = choice(ssim_border, f"{who}: ssim_border", _ffi.BORDERS)
+    if lpips_weights is not None:
+        result.lpips_weights = encoded_path(lpips_weights, f"{who}: lpips_weights")
     if mask is not None:
         weights = to_numpy(mask, f"{who}: mask")
         if weights.dtype not in (np.bool_, np.uint8):

@@ -27,7 +27,8 @@ FIRST_GPU = -1
 COLORS_SH, COLORS_RGB = 0, 1
 PIPELINES = {"fast": 0, "classic": 1}
 ANTIALIASED = {None: 0, True: 1, False: 2}
-METRICS = {"psnr": 1, "psnr_8bit": 2, "ssim": 4, "flip": 8}
+METRICS = {"psnr": 1, "psnr_8bit": 2, "ssim": 4, "flip": 8, "lpips": 16,
+           "lpips_paper": 32}
 BORDERS = {"zeros": 0, "crop": 1}
 PADDINGS = {"same": BORDERS["zeros"], "valid": BORDERS["crop"]}
 STAGES = ("preprocess", "bin", "sort", "blend")
@@ -81,7 +82,9 @@ class QsSceneFacts(_Sized):
 
 class QsConversion(_Sized):
     _fields_ = [("size", c_uint32), ("overwrite", c_uint32), ("sh_degree", c_int32),
-                ("reserved", c_uint32), ("keep_largest", c_uint64), ("format", c_char_p)]
+                ("reserved", c_uint32), ("keep_largest", c_uint64), ("format", c_char_p),
+                ("crop_low", c_float * 3), ("crop_high", c_float * 3),
+                ("drops_floaters", c_uint32), ("reserved2", c_uint32)]
 
 
 class QsCamera(_Sized):
@@ -129,7 +132,8 @@ class QsComparison(_Sized):
     _fields_ = [("size", c_uint32), ("metrics", c_uint32), ("ssim_border", c_uint32),
                 ("reserved", c_uint32), ("mask", QsArray), ("psnr", c_double),
                 ("psnr_8bit", c_double), ("ssim", c_double), ("flip", c_double),
-                ("reserved2", c_double)]
+                ("reserved2", c_double), ("lpips", c_double), ("lpips_paper", c_double),
+                ("lpips_weights", c_char_p)]
 
 
 class QsInputs(_Sized):
@@ -198,13 +202,35 @@ class QsAdam(_Sized):
                 ("second", QsArray), ("visible", QsArray)]
 
 
+class QsOption(ctypes.Structure):
+    _fields_ = [("name", c_char_p), ("value", c_char_p)]
+
+
+class QsTrainingState(_Sized):
+    _fields_ = [("size", c_uint32), ("iteration", c_int32), ("iterations", c_int32),
+                ("evaluated", c_int32), ("gaussians", c_uint64), ("loss", c_double),
+                ("seconds", c_double), ("test_psnr", c_double), ("test_ssim", c_double),
+                ("reserved", c_uint64 * 3)]
+
+
+#: The callbacks of a training run.
+PROGRESS = ctypes.CFUNCTYPE(c_int32, c_void_p, POINTER(QsTrainingState))
+TEXT = ctypes.CFUNCTYPE(None, c_void_p, c_char_p)
+
+
+class QsTraining(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("data", c_char_p),
+                ("model", c_char_p), ("options", c_void_p), ("option_count", c_uint64),
+                ("user", c_void_p), ("progress", PROGRESS), ("text", TEXT)]
+
+
 #: The bytes of every struct in version 1 of the interface.
 STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians: 544,
-                QsSceneFacts: 112, QsConversion: 32, QsCamera: 152, QsSettings: 56, QsCounts: 120,
-                QsPicture: 632, QsLists: 816, QsModeCounts: 32, QsComparison: 144,
+                QsSceneFacts: 112, QsConversion: 64, QsCamera: 152, QsSettings: 56, QsCounts: 120,
+                QsPicture: 632, QsLists: 816, QsModeCounts: 32, QsComparison: 168,
                 QsInputs: 888, QsRules: 120, QsMemory: 24, QsStageFrame: 72, QsBoundary: 536,
-                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800,
-                QsAdam: 488}
+                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 488,
+                QsOption: 16, QsTrainingState: 80, QsTraining: 64}
 
 _STAGE = [c_void_p, POINTER(QsInputs), POINTER(QsCamera), POINTER(QsRules)]
 
@@ -243,6 +269,7 @@ FUNCTIONS = {
     "qs_neighbours": [c_void_p, POINTER(QsArray), POINTER(QsArray)],
     "qs_relocate": [c_void_p] + [POINTER(QsArray)] * 5,
     "qs_adam": [c_void_p, POINTER(QsAdam)],
+    "qs_train": [c_void_p, POINTER(QsTraining), POINTER(QsTrainingState)],
 }
 
 #: Functions without a message: the result, and the parameters.

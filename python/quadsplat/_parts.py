@@ -108,7 +108,7 @@ def adam(values: Any, gradients: Any, first: Any, second: Any, rate: float, *,
     """A step of Adam, in place, for the visible rows.
 
     values: N rows of any shape, float32, up to 4 dimensions. They change.
-    gradients: of the same shape. Those that are not finite count as 0.
+    gradients: of the same shape. NaN and infinite gradients count as 0.
     first, second: the moments, of the same shape, float32. They change, and start at 0.
     rate: the learning rate.
     visible: N, bool or uint8: rows of value 0 stay as they are, with their moments; None: all move.

@@ -172,13 +172,16 @@ def load(path: Path, *, axes: Optional[str] = None, context: Optional[Context] =
 
 
 def convert(source: Union[Scene, Path], path: Path, *, sh_degree: int = _ALL_SH_DEGREES,
-            keep_largest: Optional[int] = None, format: Optional[str] = None,
-            overwrite: bool = False, axes: Optional[str] = None) -> None:
+            keep_largest: Optional[int] = None, crop: Any = None, drop_floaters: bool = False,
+            format: Optional[str] = None, overwrite: bool = False, axes: Optional[str] = None) -> None:
     """Writes a scene: .ply, .compressed.ply, .spz, .splat, .glb, by the ending of the path.
 
     source: a scene, or the path of one.
     sh_degree: highest degree that is written, 0..3.
     keep_largest: writes this number of Gaussians with the largest opacity times area; None: all.
+    crop: (low, high), the corners of a box of the world; Gaussians with their centre outside are
+        left out.
+    drop_floaters: leaves out floaters, as the program's --drop-floaters.
     format: its name, instead of the ending.
     overwrite: an existing file is replaced, but never the file of the scene.
     axes: as for load(), if `source` is a path.
@@ -190,6 +193,12 @@ def convert(source: Union[Scene, Path], path: Path, *, sh_degree: int = _ALL_SH_
     form.sh_degree = integer(sh_degree, f"{who}: sh_degree", 0, _ALL_SH_DEGREES)
     if keep_largest is not None:
         form.keep_largest = integer(keep_largest, f"{who}: keep_largest", 1, 2**63 - 1)
+    form.drops_floaters = bool(drop_floaters)
+    if crop is not None:
+        low, high = real_array(crop, f"{who}: crop", (2, 3)).tolist()
+        if low == high == [0, 0, 0]:
+            raise UsageError(f"{who}: crop is a box without size")
+        form.crop_low[:], form.crop_high[:] = low, high
     if format is not None:
         form.format = encoded(format, f"{who}: format")
     target = encoded_path(path, f"{who}: path")

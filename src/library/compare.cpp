@@ -5,19 +5,27 @@
 #include <cstdint>
 #include <vector>
 
+#include "io/tensor/lpips_file.h"
 #include "library/arrays.h"
 #include "library/context.h"
 #include "library/structs.h"
+#include "raster/api/lpips.h"
 #include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs::library {
+
+/// It grew by LPIPS.
+template <>
+inline constexpr std::size_t kFirstBytes<QsComparison> = 144;
+
 namespace {
 
 constexpr Types kPictures = kReals | kBytes;
 constexpr std::int64_t kMostValues = std::int64_t{1} << 29;  // as files of pictures
-constexpr std::uint32_t kAllMetrics =
-    QS_METRIC_PSNR | QS_METRIC_PSNR_8BIT | QS_METRIC_SSIM | QS_METRIC_FLIP;
+constexpr std::uint32_t kAllMetrics = QS_METRIC_PSNR | QS_METRIC_PSNR_8BIT | QS_METRIC_SSIM |
+                                      QS_METRIC_FLIP | QS_METRIC_LPIPS | QS_METRIC_LPIPS_PAPER;
+constexpr std::uint32_t kLpips = QS_METRIC_LPIPS | QS_METRIC_LPIPS_PAPER;
 
 void check_pictures(const QsArray& a, const QsArray& b, const QsComparison& comparison) {
   const Where of_a{"qs_compare", "a"}, of_b{"qs_compare", "b"};
@@ -38,9 +46,11 @@ void check_pictures(const QsArray& a, const QsArray& b, const QsComparison& comp
       std::min(width, height) < kSsimSize)
     refuse(where / "ssim_border", "QS_BORDER_CROP needs {} pixels along each side, not {} x {}",
            kSsimSize, width, height);
+  if ((comparison.metrics & kLpips) != 0)
+    require_text(comparison.lpips_weights, where / "lpips_weights");
   if (is_absent(comparison.mask)) return;
   check_array(comparison.mask, where / "mask", {height, width}, kBytes, Access::reads);
-  if ((comparison.metrics & (QS_METRIC_PSNR_8BIT | QS_METRIC_FLIP)) != 0)
+  if ((comparison.metrics & ~(QS_METRIC_PSNR | QS_METRIC_SSIM)) != 0)
     refuse(where / "mask", "belongs to QS_METRIC_PSNR and QS_METRIC_SSIM alone");
 }
 
@@ -76,7 +86,25 @@ Image image_of(const QsArray& array, ThreadPool& pool) {
   return image;
 }
 
+/// Sets the distances that are asked for.
+void compare_features(Context& context, const Image& a, const Image& b, QsComparison& comparison) {
+  const auto wants = [&](std::uint32_t metric) { return (comparison.metrics & metric) != 0; };
+  comparison.lpips = comparison.lpips_paper = 0;
+  if (!wants(kLpips)) return;
+  const lpips::Weights weights = read_lpips(comparison.lpips_weights);
+  const int side = lpips::smallest_side(*weights.network);
+  if (std::min(a.width, a.height) < side)
+    refuse({"qs_compare", "a"}, "has {} x {} pixels, and LPIPS with {} needs {} x {} at least",
+           a.width, a.height, weights.network->name, side, side);
+  const LpipsDistance distance =
+      make_lpips(context.backend(), weights, context.pool(), context.device());
+  if (wants(QS_METRIC_LPIPS)) comparison.lpips = distance(a, b, lpips::InputRange::symmetric);
+  if (wants(QS_METRIC_LPIPS_PAPER))
+    comparison.lpips_paper = distance(a, b, lpips::InputRange::unit);
+}
+
 }  // namespace
+
 }  // namespace qs::library
 
 using namespace qs;
@@ -107,6 +135,7 @@ int32_t qs_compare(QsContext* context, const QsArray* a, const QsArray* b, QsCom
     result.psnr_8bit = wants(QS_METRIC_PSNR_8BIT) ? psnr_8bit(first, second) : 0;
     result.ssim = wants(QS_METRIC_SSIM) ? ssim(first, second, pool, border, mask) : 0;
     result.flip = wants(QS_METRIC_FLIP) ? flip(first, second, pool) : 0;
+    compare_features(*context->context, first, second, result);
     write_struct(result, comparison, {kCall, "comparison"});
   });
 }

@@ -23,6 +23,7 @@ class Context {
   Context(Backend backend, int device, int threads);
 
   Backend backend() const { return backend_; }
+  int device() const { return device_; }
   ThreadPool& pool() { return pool_; }
   std::unique_ptr<Renderer> make_renderer() { return qs::make_renderer(backend_, pool_, device_); }
 

@@ -44,7 +44,7 @@ extern "C" {
 #define QS_USAGE 1     /* an argument is wrong */
 #define QS_INPUT 2     /* a file is missing, damaged or of the wrong kind, or cannot be written */
 #define QS_DEVICE 3    /* no usable device, or not enough memory */
-#define QS_CANCELLED 4 /* qs_stop() was called */
+#define QS_CANCELLED 4 /* qs_stop() was called, or a callback ended the call */
 
 /* Size of the buffer for a message. */
 #define QS_MESSAGE_BYTES 256
@@ -223,7 +223,7 @@ QS_LIBRARY_FUNCTION void qs_scene_close(QsSceneHandle* scene);
 
 #define QS_ALL_SH_DEGREES 3
 
-/* The form in which qs_convert() writes a scene; QS_CONVERSION has the usual values. 32 bytes. */
+/* The form in which qs_convert() writes a scene; QS_CONVERSION has the usual values. 64 bytes. */
 typedef struct QsConversion {
   uint32_t size;         /*  0 */
   uint32_t overwrite;    /*  4: 1: an existing file is replaced; never the file of the scene */
@@ -232,10 +232,14 @@ typedef struct QsConversion {
   uint64_t keep_largest; /* 16: writes this number of Gaussians with the largest opacity times area;
                                 0: all */
   const char* format;    /* 24: name of the format; null or empty: by the file's ending */
+  float crop_low[3];     /* 32: a box of the world; Gaussians with their centre outside are left */
+  float crop_high[3];    /* 44: out; low <= high; all six 0: no box */
+  uint32_t drops_floaters; /* 56: 1: leaves out floaters, as --drop-floaters */
+  uint32_t reserved2;      /* 60 */
 } QsConversion;
 
 #define QS_CONVERSION \
-  { sizeof(QsConversion), 0, QS_ALL_SH_DEGREES, 0, 0, 0 }
+  { sizeof(QsConversion), 0, QS_ALL_SH_DEGREES, 0, 0, 0, {0, 0, 0}, {0, 0, 0}, 0, 0 }
 
 /* Writes the scene: .ply, .compressed.ply, .spz, .splat, .glb. The file appears whole or not at
  * all. `conversion` may be null. */
@@ -420,27 +424,33 @@ QS_LIBRARY_FUNCTION int32_t qs_picture_save(const QsArray* values, const char* p
 
 /* ---- comparing pictures ---------------------------------------------------------------------- */
 
-#define QS_METRIC_PSNR 1u      /* dB of the values; infinity if they are equal */
-#define QS_METRIC_PSNR_8BIT 2u /* dB of the values rounded to 8 bits */
-#define QS_METRIC_SSIM 4u      /* window of 11 x 11 pixels, sigma 1.5 */
-#define QS_METRIC_FLIP 8u      /* mean of LDR-FLIP at 67.02 pixels per degree */
+#define QS_METRIC_PSNR 1u         /* dB of the values; infinity if they are equal */
+#define QS_METRIC_PSNR_8BIT 2u    /* dB of the values rounded to 8 bits */
+#define QS_METRIC_SSIM 4u         /* window of 11 x 11 pixels, sigma 1.5 */
+#define QS_METRIC_FLIP 8u         /* mean of LDR-FLIP at 67.02 pixels per degree */
+#define QS_METRIC_LPIPS 16u       /* LPIPS of values of -1..1, for which its network was made */
+#define QS_METRIC_LPIPS_PAPER 32u /* LPIPS of values of 0..1, as the scripts of 3DGS compute it */
 
 #define QS_BORDER_ZEROS 0u /* of SSIM: every pixel counts; values outside are 0 */
 #define QS_BORDER_CROP 1u  /* of SSIM: pixels whose window is inside; both sides >= 11 pixels */
 
-/* The metrics of two pictures. 144 bytes. */
+/* The metrics of two pictures. 168 bytes. */
 typedef struct QsComparison {
   uint32_t size;        /*   0 */
   uint32_t metrics;     /*   4: in: sum of QS_METRIC_... */
   uint32_t ssim_border; /*   8: in: QS_BORDER_... */
   uint32_t reserved;    /*  12 */
   QsArray mask;         /*  16: in: absent, or height x width, QS_UINT8: PSNR and SSIM leave out
-                                pixels of value 0; PSNR of 8 bits and FLIP refuse a mask */
+                                pixels of value 0; the other metrics refuse a mask */
   double psnr;          /* 104: out, as the next three: 0 unless asked for */
   double psnr_8bit;     /* 112 */
   double ssim;          /* 120 */
   double flip;          /* 128 */
   double reserved2;     /* 136 */
+  double lpips;         /* 144: out, as the next: 0 unless asked for */
+  double lpips_paper;   /* 152 */
+  const char* lpips_weights; /* 160: in: the .safetensors file that scripts/lpips_weights makes; its
+                                     network decides the smallest side of the pictures */
 } QsComparison;
 
 /* Compares two pictures of height x width x 3, QS_FLOAT32, QS_FLOAT64 or QS_UINT8 (as value / 255).
@@ -717,7 +727,7 @@ typedef struct QsAdam {
   double beta2;      /*  32: decay of the second moment, likewise */
   double epsilon;    /*  40: added to the root of the second moment, finite, at least 0 */
   QsArray values;    /*  48: in and out */
-  QsArray gradients; /* 136: those that are not finite count as 0 */
+  QsArray gradients; /* 136: NaN and infinite gradients count as 0 */
   QsArray first;     /* 224: in and out: moments of the gradients */
   QsArray second;    /* 312: in and out: moments of their squares */
   QsArray visible;   /* 400: absent, or N, QS_UINT8: rows of value 0 stay as they are, with their
@@ -732,6 +742,57 @@ typedef struct QsAdam {
 
 /* Takes the step. A value whose move is not finite stays. */
 QS_LIBRARY_FUNCTION int32_t qs_adam(QsContext* context, const QsAdam* adam, char* message);
+
+/* ---- training -------------------------------------------------------------------------------- */
+
+/* An option of `quadsplat train`. 16 bytes; it does not grow. */
+typedef struct QsOption {
+  const char* name;  /*  0: "iterations", or "--iterations"; "_" stands for "-" */
+  const char* value; /*  8: the text of the command line; of an option without a value: "on", "off"
+                            or null, which is "on" */
+} QsOption;
+
+/* The state of a run. 80 bytes. */
+typedef struct QsTrainingState {
+  uint32_t size;        /*  0 */
+  int32_t iteration;    /*  4: iterations that are done; 0 before the first */
+  int32_t iterations;   /*  8: at the end */
+  int32_t evaluated;    /* 12: the iteration of the last evaluation; 0: none yet */
+  uint64_t gaussians;   /* 16 */
+  double loss;          /* 24: of the last iteration; 0 before the first */
+  double seconds;       /* 32: of all iterations, also of earlier runs, without evaluations */
+  double test_psnr;     /* 40: dB on the test views, NaN before an evaluation, as the next */
+  double test_ssim;     /* 48 */
+  uint64_t reserved[3]; /* 56 */
+} QsTrainingState;
+
+/* A training run. Both callbacks run in the thread that called qs_train(). They must neither use
+ * the context, except by qs_stop(), nor throw. 64 bytes. */
+typedef struct QsTraining {
+  uint32_t size;           /*  0 */
+  uint32_t reserved;       /*  4 */
+  const char* data;        /*  8: the data set: a folder of COLMAP, or one with a transforms.json or
+                                  cameras.json */
+  const char* model;       /* 16: the folder of the trained model, new or empty */
+  const QsOption* options; /* 24: may be null for a count of 0 */
+  uint64_t option_count;   /* 32 */
+  void* user;              /* 40: handed to the callbacks */
+  /* 48: null, or called before the first iteration, after every iteration and after the last
+   * evaluation. Another result than 0 ends the run. */
+  int32_t (*progress)(void* user, const QsTrainingState* state);
+  /* 56: null, or called with each sentence that the program would print, without a line break. */
+  void (*text)(void* user, const char* sentence);
+} QsTraining;
+
+/* Trains a model as `quadsplat train` does, to the same bytes of its Gaussians, on the backend, the
+ * device and the threads of the context. The options have the names, values and defaults of the
+ * program, but backend, device, threads and those of the window. The folder is that of the program
+ * without train.html and the plots. A run that progress() or qs_stop() ends is saved, returns
+ * QS_CANCELLED within an iteration and the time of saving, and continues with the option "resume".
+ * Photographs that are being read are not saved. *state, which may be null, is filled at the end,
+ * also of a cancelled run. Sentences name the options of the program. */
+QS_LIBRARY_FUNCTION int32_t qs_train(QsContext* context, const QsTraining* training,
+                                     QsTrainingState* state, char* message);
 
 #ifdef __cplusplus
 }

@@ -7,7 +7,10 @@
 #include "library/opened.h"
 #include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
+#include "support/lpips_weights.h"
 #include "support/pool.h"
+#include "support/safetensors.h"
+#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
@@ -95,6 +98,40 @@ TEST(LibraryCompare, takes_nan_as_0_and_a_single_pixel) {
                                              quadsplat::array_of(b, {1, 1, 3}), asked(kAll));
   EXPECT_EQ(found.psnr, std::numeric_limits<double>::infinity());
   EXPECT_EQ(found.flip, 0);
+}
+
+TEST(LibraryCompare, computes_lpips_for_both_ranges_of_the_network_s_input) {
+  const TemporaryFolder folder;
+  const lpips::Weights weights = test::golden_weights(lpips::kNetworks[1]);
+  const std::string file = (folder / "alexnet.safetensors").string();
+  test::write_lpips_weights(weights, file);
+  quadsplat::Context context = test::cpu();
+  auto [a, b] = test::golden_pictures(70, 65);
+  QsComparison comparison = asked(QS_METRIC_LPIPS | QS_METRIC_LPIPS_PAPER);
+  comparison.lpips_weights = file.c_str();
+  const QsComparison found = context.compare(array_of(a), array_of(b), comparison);
+  const lpips::Metric metric(weights);
+  EXPECT_EQ(found.lpips, metric.distance(a, b, lpips::InputRange::symmetric, test::pool()));
+  EXPECT_EQ(found.lpips_paper, metric.distance(a, b, lpips::InputRange::unit, test::pool()));
+  EXPECT_NE(found.lpips, found.lpips_paper);
+  comparison.metrics = QS_METRIC_LPIPS;
+  const QsComparison same = context.compare(array_of(a), array_of(a), comparison);
+  EXPECT_EQ(same.lpips, 0);
+  EXPECT_EQ(same.lpips_paper, 0);
+  const auto refused = [&](Image& first, Image& second, std::int32_t code = QS_USAGE) {
+    return test::sentence_of(
+        [&] { context.compare(array_of(first), array_of(second), comparison); }, code);
+  };
+  Image small = noise(1, 20, 40);
+  const std::string side = std::to_string(lpips::smallest_side(*weights.network));
+  EXPECT_EQ(refused(small, small),
+            "qs_compare: a: has 20 x 40 pixels, and LPIPS with alexnet needs " + side + " x " +
+                side + " at least");
+  const std::string missing = (folder / "missing.safetensors").string();
+  comparison.lpips_weights = missing.c_str();
+  EXPECT_EQ(refused(a, b, QS_INPUT).find(missing), 0u);
+  comparison.lpips_weights = nullptr;
+  EXPECT_EQ(refused(a, b), "qs_compare: comparison.lpips_weights: is null");
 }
 
 }  // namespace

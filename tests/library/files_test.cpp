@@ -93,6 +93,19 @@ TEST_F(LibraryConvert, writes_the_bytes_of_the_program) {
   less.sh_degree = 1;
   less.keep_largest = 1000;
   expect_as_program("_less.ply", less, {"--sh-degree", "1", "--keep-largest", "1000"});
+  QsConversion cropped = QS_CONVERSION;
+  for (int axis = 0; axis < 3; ++axis) {
+    cropped.crop_low[axis] = -4;
+    cropped.crop_high[axis] = 4.5f;
+  }
+  cropped.drops_floaters = 1;
+  cropped.keep_largest = 500;
+  expect_as_program("_cropped.ply", cropped,
+                    {"--crop", "-4,-4,-4,4.5,4.5,4.5", "--drop-floaters", "--keep-largest", "500"});
+  QsConversion old = QS_CONVERSION;  // of a caller whose struct ends before the box
+  old.size = 32;
+  old.crop_low[0] = 1;
+  expect_as_program("_old.ply", old, {});
   scene_.convert(path("by_ending.ply"));
   EXPECT_TRUE(test::content_of(path("by_ending.ply")) == test::content_of(path("library_ply.ply")));
 }

@@ -339,6 +339,18 @@ TEST_F(LibraryRefusals, of_conversions) {
             "qs_convert: conversion.sh_degree: 4 is not between 0 and 3");
   EXPECT_EQ(converting([](QsConversion& c) { c.reserved = 1; }),
             "qs_convert: conversion.reserved: is not 0");
+  EXPECT_EQ(converting([](QsConversion& c) { c.reserved2 = 1; }),
+            "qs_convert: conversion.reserved2: is not 0");
+  EXPECT_EQ(converting([](QsConversion& c) { c.drops_floaters = 2; }),
+            "qs_convert: conversion.drops_floaters: is 2");
+  EXPECT_EQ(converting([](QsConversion& c) { c.crop_low[1] = 1; }),
+            "qs_convert: conversion.crop_low: 1 is not at most crop_high 0 and finite");
+  EXPECT_EQ(converting([](QsConversion& c) { c.crop_high[2] = static_cast<float>(kNaN); }),
+            "qs_convert: conversion.crop_low: 0 is not at most crop_high nan and finite");
+  EXPECT_EQ(converting([](QsConversion& c) {
+              for (int axis = 0; axis < 3; ++axis) c.crop_low[axis] = c.crop_high[axis] = 1e9f;
+            }),
+            "qs_convert: conversion: leaves out all 5 Gaussians");
   EXPECT_EQ(converting([](QsConversion& c) { c.format = "obj"; }),
             "never_written.ply: cannot write 'obj'; writable are: compressed.ply, ply, spz, "
             "spz-v4, splat, glb");
@@ -374,8 +386,8 @@ TEST_F(LibraryRefusals, of_comparisons) {
             "qs_compare: a: is absent: it needs 3 dimensions");
   EXPECT_EQ(comparing([](QsArray&, QsArray&, QsComparison& c) { c.metrics = 0; }),
             "qs_compare: comparison.metrics: 0 is no sum of QS_METRIC_...");
-  EXPECT_EQ(comparing([](QsArray&, QsArray&, QsComparison& c) { c.metrics = 16; }),
-            "qs_compare: comparison.metrics: 16 is no sum of QS_METRIC_...");
+  EXPECT_EQ(comparing([](QsArray&, QsArray&, QsComparison& c) { c.metrics = 64; }),
+            "qs_compare: comparison.metrics: 64 is no sum of QS_METRIC_...");
   EXPECT_EQ(comparing([](QsArray&, QsArray&, QsComparison& c) { c.ssim_border = 2; }),
             "qs_compare: comparison.ssim_border: is 2");
   EXPECT_EQ(comparing([](QsArray&, QsArray&, QsComparison& c) { c.ssim_border = QS_BORDER_CROP; }),

@@ -76,7 +76,7 @@ run(${CMAKE_COMMAND} -S ${WORK}/other -B ${WORK}/other/build -DCMAKE_PREFIX_PATH
 
 # The programs of docs/library.md are the examples.
 file(READ ${CMAKE_CURRENT_LIST_DIR}/../../docs/library.md page)
-foreach(name first.c first.cpp gradients.c)
+foreach(name first.c first.cpp gradients.c train.c)
   string(REGEX REPLACE ".*\\." "" language ${name})
   file(READ ${tree}/share/quadsplat/examples/library/${name} program)
   string(FIND "${program}" "#include" start)

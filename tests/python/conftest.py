@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What the tests share. ctest sets QUADSPLAT (the program), QUADSPLAT_LIBRARY and PYTHONPATH."""
 import os
+import shutil
 import subprocess
 import sys
 import warnings
@@ -46,6 +47,20 @@ def program():
         return subprocess.run([path, *map(str, words)], check=True, capture_output=True, text=True)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def write_data_set(quadsplat, scene):
+    """Writes small photographs of the bundled scene, with their cameras."""
+
+    def write(folder):
+        (folder / "images").mkdir(parents=True)
+        shutil.copy(ROOT / "assets" / "cameras.json", folder)
+        for camera in scene.cameras()[:8]:
+            small = camera.resized(camera.width // 16, camera.height // 16)
+            quadsplat.render(scene, small).save(folder / "images" / f"{camera.name}.png")
+
+    return write
 
 
 @pytest.fixture

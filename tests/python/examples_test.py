@@ -80,8 +80,9 @@ def test_every_example_is_tested_and_documented():
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(write_data_set, tmp_path_factory):
     made = tmp_path_factory.mktemp("page")
+    write_data_set(made / "garden")
     for name in ("plush.ply", "cameras.json", "plush.png"):
         shutil.copy(ROOT / "assets" / name, made)
     return made

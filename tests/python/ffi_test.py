@@ -23,13 +23,13 @@ def test_structs_have_the_members_and_offsets_of_the_header(ffi):
         name = struct.__name__
         body = bodies[name]
         members = []
-        for line in re.findall(r"^  (?!/\*)([^;\n]+;\s*/\*[^*]+)", body, re.M):
+        for line in re.findall(r"^  (?!/\*)([^;\n(]+;\s*/\*[^*]+)", body, re.M):
             declared, comment = line.split(";", 1)
             names = re.findall(r"(\w+)(?:\[\w+\])?(?=,|$)", declared)
             offsets = re.match(r"\s*/\*\s*([\d, ]+)", comment).group(1)
             members += zip(names, map(int, re.findall(r"\d+", offsets)))
-        for offset, member in re.findall(r"/\* (\d+): [^/]*\*/\s*void\* \(\*(\w+)\)\(", body):
-            members.append((member, int(offset)))
+        members += [(member, int(offset)) for offset, member in re.findall(
+            r"/\* (\d+): (?:(?!\*/).)*\*/\s+\w+\*? \(\*(\w+)\)\(", body, re.S)]  # callbacks
         assert [member for member, *_ in struct._fields_] == [member for member, _ in members], name
         for member, offset in members:
             assert getattr(struct, member).offset == offset, (name, member)

@@ -166,7 +166,7 @@ def test_wrong_comparisons_are_refused_in_a_sentence(quadsplat):
             quadsplat.compare(*words)
         assert str(raised.value).startswith(sentence)
     for options, sentence in [
-            ({"metrics": "lpips"}, "compare: metrics: 'lpips' is none of psnr, psnr_8bit, ssim"),
+            ({"metrics": "dists"}, "compare: metrics: 'dists' is none of psnr, psnr_8bit, ssim"),
             ({"metrics": ()}, "compare: metrics"), ({"metrics": 3}, "compare: metrics is 3"),
             ({"ssim_border": "wrap"}, "compare: ssim_border: 'wrap' is none of 'zeros', 'crop'")]:
         with pytest.raises(quadsplat.UsageError) as raised:
@@ -177,3 +177,12 @@ def test_wrong_comparisons_are_refused_in_a_sentence(quadsplat):
     empty = np.zeros((0, 4, 3))
     with pytest.raises(quadsplat.UsageError, match="has no pixel"):
         quadsplat.compare(empty, empty)
+
+
+def test_lpips_needs_weights(quadsplat, scene, camera, tmp_path):
+    color = quadsplat.render(scene, camera).color
+    with pytest.raises(quadsplat.UsageError, match="^compare: lpips_weights: is null$"):
+        quadsplat.compare(color, color, metrics="lpips")
+    with pytest.raises(quadsplat.InputError, match="missing.safetensors"):
+        quadsplat.compare(color, color, metrics="lpips",
+                          lpips_weights=tmp_path / "missing.safetensors")

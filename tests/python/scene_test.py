@@ -95,6 +95,24 @@ def test_scenes_are_converted(quadsplat, scene, camera, tmp_path, ending):
     assert len(quadsplat.load(path, context=scene.context)) == 100
 
 
+def test_a_conversion_leaves_out_what_is_outside_of_a_box(quadsplat, scene, program, tmp_path):
+    box = [[-3, -2, -4], [3, 4, 4.5]]
+    quadsplat.convert(scene, tmp_path / "a.ply", crop=box, drop_floaters=True)
+    program("convert", PLUSH, tmp_path / "b.ply", "--crop", "-3,-2,-4,3,4,4.5",
+            "--drop-floaters")
+    assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes()
+    less = quadsplat.load(tmp_path / "a.ply", context=scene.context)
+    assert 0 < len(less) < len(scene)
+    assert (less.bounds[0] >= box[0]).all() and (less.bounds[1] <= box[1]).all()
+    for wrong, sentence in [([[0, 0, 0], [0, 0, 0]], "convert: crop is a box without size"),
+                            (box[::-1], "convert: crop_low: 3 is not at most crop_high -3 and"),
+                            ([1, 2], "convert: crop has the shape (2,) instead of (2, 3)")]:
+        with pytest.raises(quadsplat.UsageError) as error:
+            quadsplat.convert(scene, tmp_path / "c.ply", crop=wrong)
+        assert str(error.value).startswith(sentence)
+    assert not (tmp_path / "c.ply").exists()
+
+
 def test_a_conversion_equals_the_program(quadsplat, program, tmp_path):
     program("convert", PLUSH, tmp_path / "program.spz")
     quadsplat.convert(PLUSH, tmp_path / "package.spz")

@@ -37,6 +37,9 @@ class ProgressBar {
   /// Replaces the label. It is shown with the next report, at most twice a second.
   void relabel(std::string label);
 
+  /// False: it never appears.
+  void appear(bool appears) { terminal_ = terminal_ && appears; }
+
   /// Erases the bar until the next report, so that lines can be printed.
   void hide();
 

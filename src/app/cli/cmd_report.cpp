@@ -16,7 +16,6 @@
 #include "app/measure/scene_facts.h"
 #include "app/picture/heatmap.h"
 #include "app/report/study_page.h"
-#include "app/report/write_report.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
 #include "raster/base/fail.h"

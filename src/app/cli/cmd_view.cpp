@@ -6,8 +6,8 @@
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
-#include "app/cli/suggestion.h"
 #include "app/cli/train_in_window.h"
+#include "app/options/suggestion.h"
 #include "app/viewer/view_loop.h"
 #include "raster/base/fail.h"
 

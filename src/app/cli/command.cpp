@@ -14,7 +14,7 @@
 #include "app/base/text.h"
 #include "app/cli/format_list.h"
 #include "app/cli/manual.h"
-#include "app/cli/suggestion.h"
+#include "app/options/suggestion.h"
 #include "app/plugin/plugin_host.h"
 #include "app/plugin/protocol.h"
 #include "io/bytes/file_guard.h"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <system_error>
 
-#include "app/cli/suggestion.h"
 #include "app/measure/measure_view.h"
+#include "app/options/suggestion.h"
 #include "app/viewer/preferences.h"
 #include "app/viewer/view_options.h"
 #include "io/bytes/file_guard.h"
@@ -48,12 +48,6 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
 }
 
 }  // namespace
-
-std::vector<std::string> mode_list() {
-  std::vector<std::string> names;
-  for (CullMode mode = 0; mode <= mode_count(); ++mode) names.emplace_back(mode_name(mode));
-  return names;
-}
 
 void note_inputs(const FrameOptions& frame) {
   const std::filesystem::path scene = find_scene_file(frame.scene, frame.iteration);
@@ -166,56 +160,6 @@ void declare_axes_option(Options& options, std::string& axes) {
         }
         axes = text;
       });
-}
-
-void declare_backend_option(Options& options, std::optional<Backend>& backend,
-                            const std::string& work) {
-  options.choice(
-      "--backend", {"auto", kBackendNames[0], kBackendNames[1]},
-      [&backend](int chosen) {
-        backend = chosen == 0 ? std::nullopt : std::optional(static_cast<Backend>(chosen - 1));
-      },
-      work + " (default: auto, cuda where it works, else cpu)");
-}
-
-void declare_device_option(Options& options, int& device) {
-  options.integer("--device", "N", 0, 1024, device,
-                  "GPU of the CUDA backend, numbered as in quadsplat --list-gpus (default: the "
-                  "first that works)");
-}
-
-void declare_threads_option(Options& options, int& threads) {
-  options.integer("--threads", "N", 1, 1024, threads,
-                  "CPU threads (default: one per hardware thread)");
-}
-
-void declare_sh_degree_option(Options& options, int& degree, const std::string& usual) {
-  options.integer("--sh-degree", "N", 0, kMaxShDegree, degree,
-                  fmt::format("highest degree of view-dependent colour (default: {})", usual));
-}
-
-void declare_background_option(Options& options,
-                               const std::function<void(const glm::vec3& color)>& chosen,
-                               const std::string& usual, bool* random) {
-  Options::Samples samples = {"1,0.5,0"};
-  if (random != nullptr) samples.emplace_back("random");
-  options.value(
-      "--background", "R,G,B",
-      fmt::format("behind the scene, each 0..1{} (default: {})",
-                  random != nullptr ? ", or random: another colour in every iteration" : "", usual),
-      samples, [chosen, random](const std::string& text) {
-        if (random != nullptr) *random = text == "random";
-        if (text != "random" || random == nullptr) chosen(parse_color("--background", text));
-      });
-}
-
-void declare_mode_option(Options& options, const std::string& name,
-                         const std::function<void(CullMode mode)>& chosen,
-                         const std::string& help) {
-  std::vector<std::string> names = mode_list();
-  names.erase(names.begin() + kReferenceMode);
-  options.choice(
-      name, names, [chosen](int index) { chosen(index + 1); }, help);
 }
 
 void declare_quantity_option(Options& options, Quantity& quantity, const std::string& help) {

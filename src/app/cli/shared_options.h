@@ -10,6 +10,7 @@
 
 #include "app/cli/options.h"
 #include "app/measure/shard.h"
+#include "app/options/common_options.h"
 #include "app/picture/canvas.h"
 #include "app/picture/heatmap.h"
 #include "app/picture/value_map.h"
@@ -23,9 +24,6 @@ struct ViewPlan;
 /// Samples of a scene argument, and its help.
 inline const Options::Samples kSceneSamples = {"scene.ply", "model"};
 inline constexpr const char* kSceneHelp = "splat file or model folder";
-
-/// The names of all modes, `reference` first.
-std::vector<std::string> mode_list();
 
 /// Notes the scene's file and its cameras' as inputs, so that check_targets() refuses to write onto
 /// them before any work. Throws Error(input) if there is no such scene.
@@ -42,29 +40,6 @@ void declare_common_options(Options& options, FrameOptions& frame);
 
 /// --axes.
 void declare_axes_option(Options& options, std::string& axes);
-
-/// --backend. `work` says what the backend does.
-void declare_backend_option(Options& options, std::optional<Backend>& backend,
-                            const std::string& work);
-
-/// --device.
-void declare_device_option(Options& options, int& device);
-
-/// --threads.
-void declare_threads_option(Options& options, int& threads);
-
-/// --sh-degree. `usual` names the default.
-void declare_sh_degree_option(Options& options, int& degree, const std::string& usual);
-
-/// --background. `usual` names the default. If `random` is not null, the option also takes the word
-/// "random" and sets `*random` to true if it was given, else to false.
-void declare_background_option(Options& options,
-                               const std::function<void(const glm::vec3& color)>& chosen,
-                               const std::string& usual, bool* random = nullptr);
-
-/// One mode, 3dgs or later in the table, for the option `name`.
-void declare_mode_option(Options& options, const std::string& name,
-                         const std::function<void(CullMode mode)>& chosen, const std::string& help);
 
 /// --picture, for commands in which it chooses the quantity of the pixels.
 void declare_quantity_option(Options& options, Quantity& quantity, const std::string& help);

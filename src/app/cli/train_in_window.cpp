@@ -72,7 +72,7 @@ train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSett
                                   const train::DataSet& data, train::RunOptions options,
                                   std::unique_ptr<train::TrainingModel> model, ThreadPool& pool) {
   thread.began(options.out_dir, data.folder, views_for_panel(settings, data));
-  options.tell = [&thread](const std::string& sentence) { thread.tell(sentence); };
+  options.text.note = [&thread](const std::string& sentence) { thread.tell(sentence); };
   options.watch = [&](const train::RunStatus& status) {
     return wish_of(thread.after_iteration(progress_of(status, settings.iterations, options.out_dir),
                                           [&] { return status.trainer.cloud(); }));

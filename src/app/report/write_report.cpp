@@ -13,14 +13,6 @@
 
 namespace qs {
 
-void make_folder(const std::filesystem::path& folder) {
-  if (folder.empty()) return;  // the current folder
-  check_folder(folder);
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) fail("{}: cannot be created: {}", folder.string(), error.message());
-}
-
 std::string write_report(const BenchReport& report, const std::filesystem::path& folder) {
   std::string problem;
   replace_folder(folder, [&](const std::filesystem::path& hidden) {

@@ -25,7 +25,4 @@ inline constexpr const char* kZoomFiles[] = {"zoom.csv", "zoom.json"};
 inline constexpr const char* kEvalFiles[] = {"eval.csv", "eval.json"};
 inline constexpr const char* kJudgeFiles[] = {"judge.csv", "judge.json", "sheet.png"};
 
-/// Creates a folder and its parents. Throws Error(input).
-void make_folder(const std::filesystem::path& folder);
-
 }  // namespace qs

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "app/session/removal.h"
+#include "io/cloud/removal.h"
 
 namespace qs {
 

@@ -159,8 +159,4 @@ Image reference_image(Session& session, const Camera& camera, const Progress& pr
   return image;
 }
 
-void warn(const std::string& sentence) {
-  if (!sentence.empty()) fmt::print(stderr, "quadsplat: {}\n", sentence);
-}
-
 }  // namespace qs

@@ -13,6 +13,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "app/base/warn.h"
 #include "io/scene/reader.h"
 #include "raster/api/renderer.h"
 
@@ -91,8 +92,5 @@ std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>
 /// Reads a scene with a progress bar; warnings go to stderr. Parameters as in FrameOptions.
 Scene load_scene(const std::filesystem::path& path, ThreadPool& pool, int iteration = -1,
                  const std::string& axes = {});
-
-/// Prints "quadsplat: SENTENCE" to stderr unless it is empty.
-void warn(const std::string& sentence);
 
 }  // namespace qs

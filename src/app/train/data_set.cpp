@@ -9,10 +9,10 @@
 #include <glm/geometric.hpp>
 #include <unistd.h>
 
-#include "app/session/photographs.h"
 #include "app/train/hash.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
+#include "io/camera/photographs.h"
 #include "raster/base/fail.h"
 #include "raster/kernel/random.h"
 

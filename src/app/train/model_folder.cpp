@@ -8,7 +8,6 @@
 
 #include "app/base/environment.h"
 #include "app/base/text_file.h"
-#include "app/report/write_report.h"
 #include "app/train/field_model.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <span>
 
-#include "app/session/photographs.h"
 #include "app/train/hash.h"
+#include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"

@@ -10,15 +10,13 @@
 #include "app/base/progress_bar.h"
 #include "app/base/quit_signals.h"
 #include "app/base/text.h"
-#include "app/report/write_report.h"
-#include "app/session/session.h"
 #include "app/train/field_model.h"
 #include "app/train/initial.h"
 #include "app/train/model_folder.h"
 #include "app/train/overfitting.h"
-#include "app/train/train_page.h"
 #include "app/train/trainer.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
@@ -67,9 +65,7 @@ std::unique_ptr<TrainingModel> with_state(std::unique_ptr<TrainingModel> model, 
 
 // A later iteration of an earlier run would be opened in place of the new model.
 void remove_earlier_iterations(const TrainSettings& settings, const RunOptions& options) {
-  const auto tell = [&](const std::string& sentence) {
-    options.tell ? options.tell(sentence) : void(fmt::print(stderr, "{}\n", sentence));
-  };
+  const RunText::Say& tell = options.text.note;
   const auto [removed, foreign] = remove_old_iterations(options.out_dir);
   if (!removed.empty())
     tell(fmt::format("removed {} saved iteration{} of an earlier run: {}", removed.size(),
@@ -87,6 +83,7 @@ class Run {
       std::unique_ptr<TrainingModel> model, ThreadPool& pool)
       : data_(data),
         options_(options),
+        text_(options.text),
         settings_(checkpoint.settings),
         fingerprint_(checkpoint.data),
         log_(std::move(checkpoint.log)),
@@ -99,14 +96,14 @@ class Run {
                                                            : evaluation_interval(data, backend_)) {}
 
   RunEnd all_iterations() {
-    fmt::print("training on {}\n", backend_);
-    std::fflush(stdout);
+    text_.result(fmt::format("training on {}", backend_));
     ProgressBar bar("training");
+    bar.appear(text_.has_bars);
     const Progress progress = bar.progress();
     const Clock::time_point begin = Clock::now();
     bool stopped = !prepared() || !goes_on(0);
     try {
-      while (trainer_.iteration() < settings_.iterations && !stopped && !QuitSignals::arrived()) {
+      while (trainer_.iteration() < settings_.iterations && !stopped && !quits()) {
         const StepResult step = trainer_.step();
         const Loss& loss = step.loss;
         log_.add(step);
@@ -130,10 +127,14 @@ class Run {
     if (finished && !is_evaluated()) evaluate();
     if (finished) goes_on(log_.rows.empty() ? 0 : log_.rows.back().loss);
     const auto file = save(finished && !options_.keep_checkpoint);
-    warn(write_train_page(options_.out_dir, settings_, log_));
-    fmt::print("wrote {}: {} Gaussians, {} iterations in {:.1f} s\n", file.string(),
-               grouped(trainer_.existing_gaussians()),
-               grouped(static_cast<std::uint64_t>(trainer_.iteration())), log_.seconds);
+    if (options_.write_page) {
+      const std::string problem = options_.write_page(options_.out_dir, settings_, log_);
+      if (!problem.empty()) text_.warning(problem);
+    }
+    text_.result(fmt::format("wrote {}: {} Gaussians, {} iterations in {:.1f} s", file.string(),
+                             grouped(trainer_.existing_gaussians()),
+                             grouped(static_cast<std::uint64_t>(trainer_.iteration())),
+                             log_.seconds));
     print_best();
     return finished ? RunEnd::finished : RunEnd::interrupted;
   }
@@ -142,9 +143,10 @@ class Run {
   // Computes the resolution schedule. Returns false if the user stops the run meanwhile.
   bool prepared() try {
     ProgressBar bar("reading frequencies");
+    bar.appear(text_.has_bars);
     const Progress shown = bar.progress();
     trainer_.prepare({[&](float fraction) {
-                        if (QuitSignals::arrived() || !goes_on(0)) throw Cancelled{};
+                        if (quits() || !goes_on(0)) throw Cancelled{};
                         shown.update(fraction);
                       },
                       {}});
@@ -152,6 +154,8 @@ class Run {
   } catch (const Cancelled&) {
     return false;
   }
+
+  bool quits() const { return QuitSignals::arrived() || options_.stop.stop_requested(); }
 
   // Carries out the watcher's request. Returns false if the run should stop.
   bool goes_on(double loss) {
@@ -195,16 +199,22 @@ class Run {
 
   void evaluate() {
     ProgressBar bar("evaluating");
+    bar.appear(text_.has_bars);
     const Clock::time_point begin = Clock::now();
-    const std::optional<Quality> quality = trainer_.test_quality(bar.progress());
+    std::optional<Quality> quality;
+    try {
+      quality = trainer_.test_quality({bar.progress().report, options_.stop});
+    } catch (const Cancelled&) {
+      return;  // the run ends, and the next one may evaluate
+    }
     log_.evaluation_seconds += seconds_since(begin);
     bar.hide();
     log_.close_row(trainer_, quality);
     if (!quality) return;
-    fmt::print("iteration {}: PSNR {} dB, SSIM {:.4f} on {} test views, {} Gaussians, {:.1f} s\n",
-               grouped(static_cast<std::uint64_t>(trainer_.iteration())), decibels(quality->psnr),
-               quality->ssim, data_.test.size(), grouped(trainer_.gaussians()), log_.seconds);
-    std::fflush(stdout);
+    text_.result(fmt::format(
+        "iteration {}: PSNR {} dB, SSIM {:.4f} on {} test views, {} Gaussians, {:.1f} s",
+        grouped(static_cast<std::uint64_t>(trainer_.iteration())), decibels(quality->psnr),
+        quality->ssim, data_.test.size(), grouped(trainer_.gaussians()), log_.seconds));
     if (keeps_best_ && best_row(log_) == &log_.rows.back())
       write_gaussians(options_.out_dir, settings_, trainer_.model(), pool_);
   }
@@ -214,11 +224,12 @@ class Run {
     // Without --keep-best, an evaluation at the end that is the best needs no line.
     if (best != nullptr && keeps_best_ &&
         options_.keep_best.value_or(best->iteration != trainer_.iteration())) {
-      fmt::print("best on the test views: iteration {}, {} dB\n",
-                 grouped(static_cast<std::uint64_t>(best->iteration)), decibels(best->test->psnr));
+      text_.result(fmt::format("best on the test views: iteration {}, {} dB",
+                               grouped(static_cast<std::uint64_t>(best->iteration)),
+                               decibels(best->test->psnr)));
     }
     const std::string sentence = overfitting_sentence(log_, options_.out_dir);
-    if (!sentence.empty()) fmt::print("{}\n", sentence);
+    if (!sentence.empty()) text_.result(sentence);
   }
 
   // `last`: no run continues from here.
@@ -228,6 +239,7 @@ class Run {
 
   const DataSet& data_;
   const RunOptions& options_;
+  const RunText& text_;
   const TrainSettings settings_;
   const std::string fingerprint_;
   TrainLog log_;
@@ -246,8 +258,9 @@ RunEnd run_training(const TrainSettings& settings, const DataSet& data, const Ru
   make_folder(options.out_dir);
   const FolderLock lock = lock_model_folder(options.out_dir);
   if (!lock.held()) {
-    warn(fmt::format("{}: its file system has no locks, so do not train into it twice at a time",
-                     options.out_dir.string()));
+    options.text.warning(
+        fmt::format("{}: its file system has no locks, so do not train into it twice at a time",
+                    options.out_dir.string()));
   }
   Checkpoint checkpoint = start(settings, data, options, pool);
   std::optional<QuitSignals> signals;

@@ -5,12 +5,15 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include "app/train/checkpoint.h"
 #include "app/train/data_set.h"
+#include "app/train/run_text.h"
 #include "raster/api/training_model.h"
 
 namespace qs::train {
@@ -43,16 +46,20 @@ struct RunOptions {
   /// Called before the first iteration, after every iteration, and after the last evaluation. It is
   /// called again after it returned `save`. A watched run does not handle signals.
   std::function<RunWish(const RunStatus&)> watch;
-  /// Shows a sentence about the model folder to the user; unset: printed to stderr.
-  std::function<void(const std::string& sentence)> tell;
+  /// Requests that the run ends early, also during an evaluation.
+  std::stop_token stop;
+  RunText text;
+  /// Writes the course of the run as a page into the folder. Returns a warning, or "". Unset: none.
+  std::function<std::string(const std::filesystem::path& folder, const TrainSettings& settings,
+                            const TrainLog& log)>
+      write_page;
 };
 
 enum class RunEnd { finished, interrupted };
 
 /// `model` is new; its backend trains. Trains until settings.iterations, or until a signal arrives
-/// (quit_signals.h), and saves the model in both cases. Prints the backend, one line per evaluation
-/// and one line for the saved model to stdout. Throws Error. If memory or a device is lacking, the
-/// model is first saved if possible.
+/// (quit_signals.h) or the run is stopped, and saves the model in all cases. Throws Error. If
+/// memory or a device is lacking, the model is first saved if possible.
 RunEnd run_training(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
                     std::unique_ptr<TrainingModel> model, ThreadPool& pool);
 

@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "app/base/text_file.h"
-#include "app/report/write_report.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/replace_file.h"
 
 namespace qs {
 namespace {

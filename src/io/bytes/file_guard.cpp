@@ -41,7 +41,15 @@ struct GuardState {
 };
 
 std::mutex guard_mutex;
-std::optional<GuardState> guard_state;
+std::optional<GuardState> process_guard;
+thread_local std::optional<GuardState> thread_guard;
+
+// The guard that holds for the calling thread, if any.
+std::optional<GuardState>& current() { return thread_guard ? thread_guard : process_guard; }
+
+std::optional<GuardState>& guard_of(GuardScope scope) {
+  return scope == GuardScope::thread ? thread_guard : process_guard;
+}
 
 // The number of a file that was deleted may belong to another file now.
 bool holds_file(const std::map<FileId, fs::path>& files, const FileId& id) {
@@ -50,10 +58,10 @@ bool holds_file(const std::map<FileId, fs::path>& files, const FileId& id) {
 }
 
 bool is_own(const fs::path& path, const FileId& id) {
-  if (holds_file(guard_state->own, id)) return true;
+  if (holds_file(current()->own, id)) return true;
   std::error_code error;
   const fs::path place = fs::weakly_canonical(path, error);
-  return std::any_of(guard_state->own_folders.begin(), guard_state->own_folders.end(),
+  return std::any_of(current()->own_folders.begin(), current()->own_folders.end(),
                      [&](const fs::path& folder) {
                        const fs::path inside = place.lexically_relative(folder);
                        return !inside.empty() && *inside.begin() != "..";
@@ -103,74 +111,74 @@ bool holds(const fs::path& path, const std::string& ending) {
 
 }  // namespace
 
-FileGuard::FileGuard(bool overwrite, std::string option) {
+FileGuard::FileGuard(bool overwrite, std::string option, GuardScope scope) : scope_(scope) {
   const std::lock_guard lock(guard_mutex);
-  guard_state.emplace().overwrite = overwrite;
-  guard_state->option = std::move(option);
+  guard_of(scope).emplace().overwrite = overwrite;
+  guard_of(scope)->option = std::move(option);
 }
 
 FileGuard::~FileGuard() {
   const std::lock_guard lock(guard_mutex);
-  guard_state.reset();
+  guard_of(scope_).reset();
 }
 
 std::size_t FileGuard::replaced() const {
   const std::lock_guard lock(guard_mutex);
-  return guard_state->replaced;
+  return guard_of(scope_)->replaced;
 }
 
 WrittenFiles written_files() {
   const std::lock_guard lock(guard_mutex);
-  return guard_state ? guard_state->written : WrittenFiles();
+  return current() ? current()->written : WrittenFiles();
 }
 
 bool may_overwrite() {
   const std::lock_guard lock(guard_mutex);
-  return !guard_state || guard_state->overwrite;
+  return !current() || current()->overwrite;
 }
 
 void note_input(const fs::path& path) {
   const std::lock_guard lock(guard_mutex);
-  if (!guard_state) return;
-  if (const auto id = id_of(path); id && !holds_file(guard_state->own, *id))
-    guard_state->inputs[*id] = fs::absolute(path);
+  if (!current()) return;
+  if (const auto id = id_of(path); id && !holds_file(current()->own, *id))
+    current()->inputs[*id] = fs::absolute(path);
 }
 
 void note_own(const fs::path& path) {
   const std::lock_guard lock(guard_mutex);
   std::error_code error;
-  if (!guard_state) return;
+  if (!current()) return;
   if (fs::is_directory(path, error)) {
-    guard_state->own_folders.push_back(fs::weakly_canonical(path, error));
+    current()->own_folders.push_back(fs::weakly_canonical(path, error));
   } else if (const auto id = id_of(path)) {
-    guard_state->own[*id] = fs::absolute(path);
+    current()->own[*id] = fs::absolute(path);
   }
 }
 
 bool check_target(const fs::path& path) {
   const std::lock_guard lock(guard_mutex);
   std::error_code error;
-  if (!guard_state || path == "-" || !fs::is_regular_file(path, error)) return false;
+  if (!current() || path == "-" || !fs::is_regular_file(path, error)) return false;
   const std::optional<FileId> id = id_of(path);
   if (!id) return false;
   const bool own = is_own(path, *id);
-  if (!holds_file(guard_state->own, *id) && holds_file(guard_state->inputs, *id)) {
+  if (!holds_file(current()->own, *id) && holds_file(current()->inputs, *id)) {
     fail(ErrorKind::usage, "{}: is an input of this command, which never writes onto its inputs",
          path.string());
   }
   if (own) return false;
-  if (guard_state->overwrite || is_own_report(path)) return true;
+  if (current()->overwrite || is_own_report(path)) return true;
   fail(ErrorKind::usage, "{}: exists already: choose another name, or replace it with {}",
-       path.string(), guard_state->option);
+       path.string(), current()->option);
 }
 
 void note_written(const fs::path& path, bool replaced) {
   const std::lock_guard lock(guard_mutex);
-  if (!guard_state) return;
-  if (const auto id = id_of(path)) guard_state->own[*id] = fs::absolute(path);
-  guard_state->replaced += replaced ? 1 : 0;
-  guard_state->written.count += 1;
-  guard_state->written.last = path;
+  if (!current()) return;
+  if (const auto id = id_of(path)) current()->own[*id] = fs::absolute(path);
+  current()->replaced += replaced ? 1 : 0;
+  current()->written.count += 1;
+  current()->written.last = path;
 }
 
 void require_new_folder(const fs::path& folder, bool overwrite) {

@@ -12,18 +12,26 @@
 
 namespace qs {
 
-/// The rule holds while an object exists, one at a time. Without one, such as in the window, which
-/// gives its files new names, every file may be written.
+/// The threads for which a guard holds: all of them, or only its maker, as for a call of
+/// libquadsplat. A thread with a guard of its own does not see the process's.
+enum class GuardScope { process, thread };
+
+/// The rule holds while an object exists, one at a time in a scope. Without one, such as in the
+/// window, which gives its files new names, every file may be written.
 class FileGuard {
  public:
   /// `overwrite`: existing files may be replaced, except inputs. `option`: its name in messages.
-  explicit FileGuard(bool overwrite, std::string option = "--overwrite");
+  explicit FileGuard(bool overwrite, std::string option = "--overwrite",
+                     GuardScope scope = GuardScope::process);
   ~FileGuard();
   FileGuard(const FileGuard&) = delete;
   FileGuard& operator=(const FileGuard&) = delete;
 
   /// Number of files of earlier runs that were replaced.
   std::size_t replaced() const;
+
+ private:
+  GuardScope scope_;
 };
 
 /// The files that the current guard has seen.
@@ -36,7 +44,8 @@ WrittenFiles written_files();
 /// True without a guard, or if its `overwrite` is.
 bool may_overwrite();
 
-/// The command reads this file. Any thread may call it.
+/// The command reads this file. Any thread may call it; the guard of a thread does not see other
+/// threads.
 void note_input(const std::filesystem::path& path);
 
 /// This file belongs to the command, which may replace it although it also reads it. For a folder

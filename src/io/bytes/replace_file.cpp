@@ -142,6 +142,14 @@ void check_folder(const fs::path& folder) {
     fail("{}: cannot be created: the folder {} does not allow it", folder.string(), above.string());
 }
 
+void make_folder(const std::filesystem::path& folder) {
+  if (folder.empty()) return;  // the current folder
+  check_folder(folder);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) fail("{}: cannot be created: {}", folder.string(), error.message());
+}
+
 void write_file(const std::filesystem::path& path,
                 const std::function<void(std::ostream& stream)>& write) {
   replace_file(path, [&](const std::filesystem::path& temporary) {

@@ -12,10 +12,10 @@
 
 #include "app/cli/command.h"
 #include "app/report/eval_report.h"
-#include "app/session/photographs.h"
 #include "app/support/run_program.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
+#include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
 #include "raster/api/renderer.h"

@@ -14,7 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "app/cli/command.h"
-#include "app/cli/suggestion.h"
+#include "app/options/suggestion.h"
 #include "app/support/run_program.h"
 #include "io/bytes/json_text.h"
 #include "support/error_of.h"

@@ -14,8 +14,8 @@
 
 #include "app/report/bench_plots.h"
 #include "app/report/study_plots.h"
+#include "app/report/train_page.h"
 #include "app/report/zoom_plots.h"
-#include "app/train/train_page.h"
 #include "support/random_reports.h"
 
 namespace qs {

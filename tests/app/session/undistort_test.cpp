@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/session/photographs.h"
+#include "io/camera/photographs.h"
 #include "support/pool.h"
 
 namespace qs {

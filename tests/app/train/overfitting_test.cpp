@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/report/train_page.h"
 #include "app/support/training.h"
 #include "app/train/checkpoint.h"
 #include "app/train/model_folder.h"
@@ -86,6 +87,7 @@ std::string continued(const std::filesystem::path& folder, double psnr,
   options.resume = true;
   options.keep_best = keep_best;
   options.keep_checkpoint = true;
+  options.write_page = write_train_page;
   testing::internal::CaptureStdout();
   run_training(settings, data, options, make_training_model(Backend::cpu, test::pool()),
                test::pool());

@@ -5,6 +5,7 @@
 #include "io/bytes/file_guard.h"
 
 #include <fstream>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -169,6 +170,24 @@ TEST_F(Guarded, a_new_folder_is_missing_or_empty) {
   EXPECT_EQ(error_of([&] { require_new_folder(folder_.path(), true); }), "");
   EXPECT_THAT(error_of([&] { require_new_folder(folder_.path(), false); }, ErrorKind::usage),
               HasSubstr("this folder exists already and is not empty"));
+}
+
+TEST_F(Guarded, a_guard_of_a_thread_holds_for_this_thread_alone) {
+  write("file");
+  const FileGuard of_process(true);
+  std::thread([&] {
+    const FileGuard of_thread(false, "the option overwrite", GuardScope::thread);
+    EXPECT_FALSE(may_overwrite());
+    EXPECT_THAT(error_of([&] { check_target(folder_ / "file"); }, ErrorKind::usage),
+                testing::EndsWith("or replace it with the option overwrite"));
+    std::thread([&] {
+      EXPECT_TRUE(may_overwrite());
+      EXPECT_TRUE(check_target(folder_ / "file"));
+    }).join();
+  }).join();
+  EXPECT_TRUE(may_overwrite());
+  const FileGuard of_thread(false, "x", GuardScope::thread);
+  EXPECT_FALSE(may_overwrite());
 }
 
 }  // namespace

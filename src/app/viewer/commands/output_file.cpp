@@ -2,10 +2,10 @@
 #include "app/viewer/commands/output_file.h"
 
 #include "app/base/text.h"
-#include "app/report/write_report.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/state/actions.h"
 #include "io/bytes/mapped_file.h"
+#include "io/bytes/replace_file.h"
 #include "raster/base/fail.h"
 
 namespace qs {

@@ -11,7 +11,6 @@
 #include "app/measure/scene_facts.h"
 #include "app/picture/figure.h"
 #include "app/picture/grid_places.h"
-#include "app/report/write_report.h"
 #include "app/session/shot.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/frame_requests.h"
@@ -20,6 +19,7 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/mode_glance.h"
 #include "app/viewer/state/mode_table.h"
+#include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
 #include "raster/scene/image_metrics.h"
 

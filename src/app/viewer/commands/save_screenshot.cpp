@@ -8,7 +8,6 @@
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
 #include "app/picture/palette.h"
-#include "app/report/write_report.h"
 #include "app/session/frame_metadata.h"
 #include "app/session/shot.h"
 #include "app/viewer/commands/output_names.h"
@@ -17,6 +16,7 @@
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/mode_glance.h"
+#include "io/bytes/replace_file.h"
 
 namespace qs::job {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include "app/session/photographs.h"
 #include "app/viewer/state/actions.h"
+#include "io/camera/photographs.h"
 
 namespace qs {
 

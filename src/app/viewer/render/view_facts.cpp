@@ -8,8 +8,8 @@
 #include "app/framing/huge_gaussians.h"
 #include "app/framing/whole_subject.h"
 #include "app/measure/scene_facts.h"
-#include "app/session/photographs.h"
 #include "io/camera/cameras.h"
+#include "io/camera/photographs.h"
 
 namespace qs {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "app/session/removal.h"
+#include "io/cloud/removal.h"
 
 namespace qs {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/session/removal.h"
+#include "io/cloud/removal.h"
 
 #include <algorithm>
 #include <cmath>

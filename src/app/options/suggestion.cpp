@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/cli/suggestion.h"
+#include "app/options/suggestion.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/session/photographs.h"
+#include "io/camera/photographs.h"
 
 #include <algorithm>
 #include <cmath>

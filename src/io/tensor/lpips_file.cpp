@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/measure/lpips_file.h"
+#include "io/tensor/lpips_file.h"
 
 #include <algorithm>
 #include <cmath>

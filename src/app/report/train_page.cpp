@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/train/train_page.h"
+#include "app/report/train_page.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include "app/base/text.h"
 #include "app/base/text_file.h"
 #include "app/report/html_page.h"
-#include "app/report/write_report.h"
 #include "app/train/overfitting.h"
+#include "io/bytes/replace_file.h"
 
 namespace qs::train {
 namespace {

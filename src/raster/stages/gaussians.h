@@ -10,10 +10,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include <glm/mat4x3.hpp>
 #include <glm/vec3.hpp>
 
+#include "raster/kernel/hd.h"
 #include "raster/stages/rows.h"
 
 namespace qs::stages {
@@ -50,7 +52,11 @@ struct Boundary {
   Rows<Real> opacity;  ///< 1: with compensation
   Rows<Real> color;    ///< 3, of coefficients; given channels have no row here
 
-  operator Boundary<const Real>() const { return {mean_px, conic, depth, opacity, color}; }
+  template <class U>
+  requires(std::is_same_v<U, const Real> && !std::is_const_v<Real>) QS_HD operator Boundary<U>()
+      const {
+    return {mean_px, conic, depth, opacity, color};
+  }
 };
 
 /// Derivatives by the boundary.
@@ -86,7 +92,11 @@ struct Pictures {
   Pixels<Real> depth;          ///< sum of z by weight: alpha times the transmittance in front of it
   Pixels<Real> inverse_depth;  ///< the same sum of 1 / z
 
-  operator Pictures<const Real>() const { return {color, alpha, depth, inverse_depth}; }
+  template <class U>
+  requires(std::is_same_v<U, const Real> && !std::is_const_v<Real>) QS_HD operator Pictures<U>()
+      const {
+    return {color, alpha, depth, inverse_depth};
+  }
 };
 
 }  // namespace qs::stages

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
+#include "raster/cuda/stages/segment.cuh"
 #include "raster/cuda/train/backward.cuh"
-#include "raster/cuda/train/segment.cuh"
 #include "raster/kernel/gradient/color_field.h"
 
 namespace qs::cuda::train {
 namespace {
+
+using stages::Contribution;
+using stages::lowest_bit;
+using stages::SharedSegment;
 
 constexpr unsigned kWarps = kTilePixels / kWarp;
 constexpr unsigned kSums = 9;          // numbers of PixelSums

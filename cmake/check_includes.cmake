@@ -79,7 +79,7 @@ room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel
 room(raster/cpu raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cuda/train raster/cuda/stages raster/cuda/fast raster/cuda raster/api raster/train raster/field raster/scene
      raster/kernel/gradient raster/kernel/cull raster/kernel)
-room(raster/cuda/stages raster/cuda/fast raster/cuda raster/stages raster/scene raster/kernel/cull
+room(raster/cuda/stages raster/cuda/fast raster/cuda raster/stages raster/scene raster/kernel/gradient raster/kernel/cull
      raster/kernel raster/base)
 room(raster/cuda/lpips raster/cuda raster/lpips)
 room(raster/cuda/fast raster/cuda raster/kernel/cull raster/kernel)

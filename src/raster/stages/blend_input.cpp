@@ -19,6 +19,17 @@ void BlendInput<Real>::check(const char* who, bool has_depth, bool wants_depth) 
     fail(ErrorKind::usage, "{}: depths are wanted, but the frame has no arrays for them", who);
 }
 
+template <class Real>
+void BlendInput<Real>::check_frame(const char* who, const PictureSize& of_frame,
+                                   int channels_of_frame) const {
+  if (size.width == of_frame.width && size.height == of_frame.height &&
+      channel_count == channels_of_frame)
+    return;
+  fail(ErrorKind::usage, "{}: the frame has {} x {} pixels and {} channels, not {} x {} and {}",
+       who, of_frame.width, of_frame.height, channels_of_frame, size.width, size.height,
+       channel_count);
+}
+
 template struct BlendInput<float>;
 template struct BlendInput<double>;
 

@@ -39,6 +39,8 @@ struct GaussianInputs {
   /// Throws Error(usage), in a sentence that starts with `who`, if arrays are missing or given
   /// twice.
   void check(const char* who) const;
+  /// The same if a frame has another number of Gaussians.
+  void check_frame(const char* who, std::size_t of_frame) const;
 };
 
 /// The values that pixels read of a Gaussian, and its radii on the image. Rows of Gaussians behind

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The stages of the differentiable rasterizer on the GPU: against the stages of the CPU.
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "support/error_of.h"
@@ -17,14 +19,17 @@ using test::GpuBoundary;
 using test::GpuScene;
 using test::GpuStageFrame;
 using test::off_centre_view;
+using test::PictureValues;
 using test::pool;
 using test::stage_scene;
+using test::StageFrame;
+using test::StageGradients;
 using test::StageScene;
 using test::with_channels;
 
 class CudaStages : public test::GpuTest {};
 
-/// The lists of the CPU's frame as copy_lists() returns those of the GPU.
+/// The lists of the CPU's frame in the form that copy_lists() returns.
 cuda::stages::ListCopies lists_of(const test::ProjectedFrame<float>& frame, std::size_t count) {
   const auto view = frame.view();
   cuda::stages::ListCopies lists;
@@ -201,6 +206,212 @@ TEST_F(CudaStages, read_and_write_arrays_with_strides_in_place) {
     EXPECT_EQ(columns[i], rows[2 * i]);
     EXPECT_EQ(columns[count + i], rows[2 * i + 1]);
   }
+}
+
+// ---- both stages
+
+/// Expects that values agree up to `tolerance` times the largest expected one.
+void expect_close(const char* what, const std::vector<float>& values,
+                  const std::vector<float>& expected, double tolerance) {
+  ASSERT_EQ(values.size(), expected.size()) << what;
+  double scale = 0;
+  for (const float value : expected) scale = std::max(scale, std::abs(static_cast<double>(value)));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    ASSERT_NEAR(values[i], expected[i], tolerance * scale + 1e-7) << what << " " << i;
+}
+
+void expect_close(const StageGradients<float>& gradients, const StageGradients<float>& expected,
+                  double tolerance) {
+  const auto &by = gradients.by, &expected_by = expected.by;
+  expect_close("means", by.means, expected_by.means, tolerance);
+  if (by.has_covariances) {
+    expect_close("covariances", by.covariances, expected_by.covariances, tolerance);
+  } else {
+    expect_close("scales", by.scales, expected_by.scales, tolerance);
+    expect_close("rotations", by.rotations, expected_by.rotations, tolerance);
+  }
+  expect_close("opacities", by.opacities, expected_by.opacities, tolerance);
+  expect_close(by.has_channels ? "channels" : "coefficients", by.has_channels ? by.channels : by.sh,
+               by.has_channels ? expected_by.channels : expected_by.sh, tolerance);
+  const auto &boundary = gradients.boundary, &expected_boundary = expected.boundary;
+  expect_close("means on the image", boundary.mean_px, expected_boundary.mean_px, tolerance);
+  expect_close("conics", boundary.conic, expected_boundary.conic, tolerance);
+  expect_close("depths", boundary.depth, expected_boundary.depth, tolerance);
+  expect_close("blended opacities", boundary.opacity, expected_boundary.opacity, tolerance);
+  expect_close("colours", boundary.color, expected_boundary.color, tolerance);
+  expect_close("absolute", boundary.absolute_px, expected_boundary.absolute_px, tolerance);
+  expect_close("background", boundary.background, expected_boundary.background, tolerance);
+  const auto numbers = [](const stages::PoseGradient& pose) {
+    std::vector<float> all;
+    for (int column = 0; column < 4; ++column) {
+      for (int row = 0; row < 3; ++row)
+        all.push_back(static_cast<float>(pose.view_from_world[column][row]));
+    }
+    return all;
+  };
+  expect_close("pose", numbers(gradients.pose), numbers(expected.pose), tolerance);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(gradients.pose.position[k], expected.pose.position[k],
+                tolerance * (1 + std::abs(expected.pose.position[k])));
+  }
+}
+
+constexpr double kPictureTolerance = 5e-5, kGradientTolerance = 3e-4;
+
+/// Draws on both sides, and expects pictures and gradients that agree within rounding.
+void expect_equal_stages(const DrawnView& view, const StageScene<float>& scene) {
+  const auto weights = PictureValues<float>::random(view.camera, scene.channel_count);
+  StageFrame<float> frame;
+  const PictureValues<float> expected = frame.draw(view, scene, pool());
+  GpuStageFrame on_gpu;
+  const PictureValues<float> pictures = on_gpu.draw(view, scene);
+  expect_close("colour", pictures.color, expected.color, kPictureTolerance);
+  expect_close("alpha", pictures.alpha, expected.alpha, kPictureTolerance);
+  expect_close("depth", pictures.depth, expected.depth, kPictureTolerance);
+  expect_close("inverse depth", pictures.inverse_depth, expected.inverse_depth, kPictureTolerance);
+  auto cpu_weights = weights;
+  expect_close(on_gpu.gradients(view, scene, weights),
+               frame.gradients(view, scene, cpu_weights.pictures()), kGradientTolerance);
+  // The colour alone, without depths in the frame.
+  GpuStageFrame flat;
+  flat.with_depth = false;
+  EXPECT_EQ(flat.draw(view, scene).color, pictures.color);
+  const auto all = cpu_weights.pictures();
+  expect_close(flat.gradients(view, scene, weights, false),
+               frame.gradients(view, scene, {all.color, {}, {}, {}}), kGradientTolerance);
+}
+
+TEST_F(CudaStages, draw_and_go_back_as_the_cpu) {
+  for (const bool antialiased : {false, true}) {
+    DrawnView view = off_centre_view();
+    view.rules.antialiased = antialiased;
+    expect_equal_stages(view, stage_scene<float>(200, 31));
+    StageScene<float> covariances = stage_scene<float>(200, 32);
+    covariances.has_covariances = true;
+    view.mode = default_mode();
+    expect_equal_stages(view, covariances);
+  }
+}
+
+TEST_F(CudaStages, draw_and_go_back_with_any_number_of_channels_as_the_cpu) {
+  for (const int channels : {1, 2, 3, 5, 9, 32}) {
+    SCOPED_TRACE(channels);
+    expect_equal_stages(off_centre_view(), with_channels(stage_scene<float>(100, 33), channels));
+  }
+}
+
+TEST_F(CudaStages, draw_and_go_back_by_every_rule_as_the_cpu) {
+  StageScene<float> scene = stage_scene<float>(150, 34);
+  for (std::size_t i = 0; i < 150; i += 2) scene.opacities[i] = 0.999f;  // saturates pixels
+  for (std::size_t i = 0; i < 30; ++i) scene.sh[48 * i] = -3;            // clamped colours
+  const auto expect_equal = [&](const char* what, const auto& change) {
+    SCOPED_TRACE(what);
+    DrawnView view = off_centre_view();
+    change(view.rules);
+    expect_equal_stages(view, scene);
+  };
+  expect_equal("defaults", [](stages::Rules&) {});
+  expect_equal("alpha", [](stages::Rules& rules) {
+    rules.alpha_max = 0.9;
+    rules.alpha_max_passes = false;
+    rules.stops_at_equal = true;
+  });
+  expect_equal("slopes", [](stages::Rules& rules) {
+    rules.slopes = stages::SlopeBounds{{-0.2, -0.1}, {0.1, 0.3}};
+  });
+  expect_equal("lengths and scale", [](stages::Rules& rules) {
+    rules.normalises_rotations = false;
+    rules.splat_scale = 1.3;
+    rules.zero_color_passes = true;
+  });
+}
+
+TEST_F(CudaStages, of_no_gaussians_and_of_one_pixel_draw_and_go_back_as_the_cpu) {
+  expect_equal_stages(off_centre_view(), StageScene<float>());
+  DrawnView pixel = off_centre_view(1, 1);
+  pixel.camera.center_px = {0, 0};
+  expect_equal_stages(pixel, stage_scene<float>(50, 26));
+}
+
+TEST_F(CudaStages, give_no_gradient_to_numbers_that_are_not_finite) {
+  StageScene<float> scene = stage_scene<float>(30, 25);
+  const DrawnView view = off_centre_view();
+  scene.means[3 * 7] = std::numeric_limits<float>::quiet_NaN();
+  scene.opacities[9] = std::numeric_limits<float>::infinity();
+  GpuStageFrame frame;
+  frame.draw(view, scene);
+  const auto gradients = frame.gradients(view, scene, PictureValues<float>::random(view.camera, 3));
+  for (const float value : gradients.by.means) EXPECT_TRUE(std::isfinite(value));
+  for (const std::size_t bad : {7u, 9u}) {
+    EXPECT_EQ(gradients.by.opacities[bad], 0);
+    EXPECT_EQ(gradients.by.means[3 * bad], 0);
+  }
+}
+
+/// All bits that a frame gives. Covariances that are not given keep their inputs.
+std::vector<double> bits_of(const DrawnView& view, const StageScene<float>& scene) {
+  GpuStageFrame frame;
+  const PictureValues<float> pictures = frame.draw(view, scene);
+  auto bits =
+      frame.gradients(view, scene, PictureValues<float>::random(view.camera, scene.channel_count))
+          .numbers();
+  for (const auto* picture :
+       {&pictures.color, &pictures.alpha, &pictures.depth, &pictures.inverse_depth})
+    bits.insert(bits.end(), picture->begin(), picture->end());
+  return bits;
+}
+
+TEST_F(CudaStages, have_the_same_bits_twice_and_in_all_lossless_modes) {
+  DrawnView view = off_centre_view();
+  for (const StageScene<float>& scene :
+       {stage_scene<float>(400, 35), with_channels(stage_scene<float>(300, 36), 5)}) {
+    view.mode = find_culler("adr");
+    const auto expected = bits_of(view, scene);
+    EXPECT_EQ(bits_of(view, scene), expected) << "a second time";
+    for (const CullMode mode : test::tiled_modes()) {
+      if (!row_of(mode).lossless) continue;
+      view.mode = mode;
+      EXPECT_EQ(bits_of(view, scene), expected) << mode_name(mode);
+    }
+  }
+}
+
+TEST_F(CudaStages, of_several_frames_wait_for_their_backward_passes) {
+  const StageScene<float> scene = stage_scene<float>(200, 37);
+  const DrawnView first = off_centre_view(), second = off_centre_view(71, 20);
+  const auto weights = PictureValues<float>::random(first.camera, 3);
+  const auto other_weights = PictureValues<float>::random(second.camera, 3);
+  const auto alone = [&](const DrawnView& view, const PictureValues<float>& by) {
+    GpuStageFrame frame;
+    frame.draw(view, scene);
+    return frame.gradients(view, scene, by).numbers();
+  };
+  GpuStageFrame frame, other;
+  frame.draw(first, scene);
+  other.draw(second, scene);
+  const auto expected = alone(first, weights);
+  EXPECT_EQ(other.gradients(second, scene, other_weights).numbers(), alone(second, other_weights));
+  EXPECT_EQ(frame.gradients(first, scene, weights).numbers(), expected);
+  EXPECT_EQ(frame.gradients(first, scene, weights).numbers(), expected) << "a second time";
+}
+
+TEST_F(CudaStages, refuse_inputs_that_do_not_fit_together) {
+  const StageScene<float> scene = stage_scene<float>(3, 38);
+  const GpuScene inputs(scene);
+  const DrawnView view = off_centre_view();
+  GpuStageFrame frame;
+  frame.draw(view, scene);
+  stages::BlendInput<float> in = frame.input(view, inputs.inputs());
+  in.size.width = 3;
+  EXPECT_EQ(test::error_of([&] { blend(in, {}, false, frame.frame); }),
+            "blend: the frame has 45 x 35 pixels and 3 channels, not 3 x 35 and 3");
+  EXPECT_EQ(test::error_of([&] { blend_backward(in, frame.frame, {}, {}, nullptr, {}); }),
+            "blend_backward: the frame has 45 x 35 pixels and 3 channels, not 3 x 35 and 3");
+  auto fewer = inputs.inputs();
+  fewer.count = 2;
+  EXPECT_EQ(
+      test::error_of([&] { project_backward(view, fewer, frame.frame, {}, {}, nullptr, {}); }),
+      "project_backward: the frame has 3 Gaussians, the inputs have 2");
 }
 
 }  // namespace

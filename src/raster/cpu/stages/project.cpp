@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "raster/base/fail.h"
 #include "raster/cpu/stages/project_gaussians.h"
 #include "raster/stages/given.h"
 
@@ -68,10 +67,7 @@ void project_backward(const DrawnView& view, const GaussianInputs<Real>& gaussia
                       const Workers& workers, const InputGradients<Real>& out, PoseGradient* pose) {
   view.check("project_backward");
   gaussians.check("project_backward");
-  if (projected.size() != gaussians.count) {
-    fail(ErrorKind::usage, "project_backward: the frame has {} Gaussians, the inputs have {}",
-         projected.size(), gaussians.count);
-  }
+  gaussians.check_frame("project_backward", projected.size());
   const auto rules = StageRules<Real>::of(view, gaussians.sh_degree);
   const GivenGradient<Real> gradient(rules, gaussians, by, out);
   const PoseGradient sum = set_gradients(gradient, projected, workers);

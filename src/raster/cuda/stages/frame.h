@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // A frame of the differentiable rasterizer on the GPU, in three blocks of device memory that the
-// caller owns: project() fills the first one, list() the second one, blend() the third one. The
-// backward passes only read them, so any number of frames may wait, and a pass may run again. A
-// block may be copied to another place. Blocks begin at multiples of 16 bytes.
+// caller owns: of its Gaussians, its pairs and its pixels. project(), list() and blend() fill one
+// block each. The backward passes only read them, so any number of frames may wait, and a pass may
+// run again. A block may be copied to another place. Blocks begin at multiples of 16 bytes.
 #pragma once
 
 #include <cstddef>
@@ -22,9 +22,22 @@ struct HeldSizes {
   std::uint32_t gaussians = 0;
   std::uint32_t pairs = 0;  ///< of a tile and a Gaussian; 0 before project()
   std::int32_t width = 0, height = 0;
+  std::uint32_t channels = 0;  ///< of the blended colours; 0 before blend()
+  bool has_depth = false;      ///< blend() sums depths
 
   static HeldSizes of(const Camera& camera, std::size_t gaussians) {
-    return {static_cast<std::uint32_t>(gaussians), 0, camera.width, camera.height};
+    HeldSizes sizes;
+    sizes.gaussians = static_cast<std::uint32_t>(gaussians);
+    sizes.width = camera.width;
+    sizes.height = camera.height;
+    return sizes;
+  }
+  /// The sizes of the frame after blend().
+  HeldSizes blended(int channel_count, bool with_depth) const {
+    HeldSizes sizes = *this;
+    sizes.channels = static_cast<std::uint32_t>(channel_count);
+    sizes.has_depth = with_depth;
+    return sizes;
   }
   std::size_t pixels() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -36,12 +49,14 @@ struct Frame {
   HeldSizes sizes;
   void* gaussians = nullptr;  ///< bytes_per_gaussian()
   void* pairs = nullptr;      ///< bytes_per_pair()
-  void* pixels = nullptr;     ///< bytes_per_pixel() of blend.h
+  void* pixels = nullptr;     ///< bytes_per_pixel()
 };
 
-// Bytes of a frame's blocks of the first stage. The second one depends on the number of pairs.
+// Bytes of a frame's blocks. The block of pairs depends on their number; the block of pixels
+// requires the sizes of HeldSizes::blended().
 std::size_t bytes_per_gaussian(const HeldSizes& sizes);
 std::size_t bytes_per_pair(const HeldSizes& sizes);
+std::size_t bytes_per_pixel(const HeldSizes& sizes);
 
 /// The stream in which a pass is enqueued, and its end.
 struct Queue {

@@ -61,6 +61,25 @@ struct PairBlock {
   }
 };
 
+struct PixelBlock {
+  float* color;                  ///< `channels` each, over the background, not clamped
+  float* transmittance;          ///< behind the last Gaussian
+  std::uint32_t* last;           ///< entries of the tile's list up to the last blended entry
+  float *depth, *inverse_depth;  ///< null without depths
+
+  static PixelBlock of(BlockArrays& block, const HeldSizes& sizes) {
+    PixelBlock result{};
+    result.color = block.next<float>(sizes.pixels() * sizes.channels);
+    result.transmittance = block.next<float>(sizes.pixels());
+    result.last = block.next<std::uint32_t>(sizes.pixels());
+    if (sizes.has_depth) {
+      result.depth = block.next<float>(sizes.pixels());
+      result.inverse_depth = block.next<float>(sizes.pixels());
+    }
+    return result;
+  }
+};
+
 /// Scratch memory of project() and of list() after it.
 struct ProjectScratch {
   FootprintArrays footprints;

@@ -10,6 +10,7 @@ namespace qs::cuda::stages {
 namespace {
 
 using qs::stages::GivenGaussians;
+using qs::stages::GivenGradient;
 using qs::stages::SplatValues;
 using qs::stages::StageRules;
 
@@ -58,15 +59,64 @@ __global__ void __launch_bounds__(kThreads)
   out.first_places[i] = first_place;
 }
 
+constexpr unsigned kPoseNumbers = 15;
+static_assert(sizeof(PoseGradient) == kPoseNumbers * sizeof(double));
+
+/// Scratch memory of project_backward().
+struct PoseScratch {
+  double* sums;  ///< kPoseNumbers per block
+
+  static PoseScratch of(BlockArrays& block, const HeldSizes& sizes) {
+    return {block.next<double>(std::size_t{kPoseNumbers} * blocks_for(sizes.gaussians))};
+  }
+};
+
+/// One thread per Gaussian. `sums` is null if the pose has no gradient.
+__global__ void __launch_bounds__(kThreads)
+    gradients_of_given(GivenGradient<float> gradient, const std::uint8_t* projected, double* sums) {
+  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
+  PoseGradient pose;
+  if (i < gradient.in.count) {
+    if (projected[i] != 0)
+      gradient.add(i, pose);
+    else
+      gradient.clear(i);
+  }
+  if (sums == nullptr) return;
+  for (unsigned k = 0; k < kPoseNumbers; ++k) {
+    const double own = k < 12
+                           ? pose.view_from_world[static_cast<int>(k / 3)][static_cast<int>(k % 3)]
+                           : pose.position[static_cast<int>(k) - 12];
+    const double sum = sum_of_block<kThreads>(own).total;
+    if (threadIdx.x == 0) sums[blockIdx.x * kPoseNumbers + k] = sum;
+  }
+}
+
+/// Adds up the blocks of gradients_of_given(). One block.
+__global__ void __launch_bounds__(kThreads)
+    sum_poses(const double* sums, unsigned blocks, double* pose) {
+  for (unsigned k = 0; k < kPoseNumbers; ++k) {
+    double own = 0;
+    for (unsigned block = threadIdx.x; block < blocks; block += kThreads)
+      own += sums[block * kPoseNumbers + k];
+    const double sum = sum_of_block<kThreads>(own).total;
+    if (threadIdx.x == 0) pose[k] = sum;
+  }
+}
+
 }  // namespace
 
 std::size_t bytes_per_gaussian(const HeldSizes& sizes) { return bytes_of<GaussianBlock>(sizes); }
 
 std::size_t bytes_per_pair(const HeldSizes& sizes) { return bytes_of<PairBlock>(sizes); }
 
+std::size_t bytes_per_pixel(const HeldSizes& sizes) { return bytes_of<PixelBlock>(sizes); }
+
 std::size_t bytes_to_project(const HeldSizes& sizes) { return bytes_of<ProjectScratch>(sizes); }
 
 std::size_t bytes_to_list(const HeldSizes& sizes) { return bytes_of<ListScratch>(sizes); }
+
+std::size_t bytes_of_pose(const HeldSizes& sizes) { return bytes_of<PoseScratch>(sizes); }
 
 void project(const DrawnView& view, const GaussianInputs<float>& gaussians, const Queue& queue,
              void* scratch, Frame& frame, const Boundary<float>& out,
@@ -114,6 +164,26 @@ void list(const DrawnView& view, const Queue& queue, void* projected, void* scra
                pairs.owners, unsorted.tiles, unsorted.slots, unsorted.entries, pairs.places,
                unsorted.sizes, pairs.ranges, pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}},
              stream_of(queue));
+}
+
+void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussians,
+                      const Frame& frame, const Boundary<const float>& by, const Queue& queue,
+                      void* scratch, const InputGradients<float>& out, PoseGradient* pose) {
+  view.check("project_backward");
+  gaussians.check("project_backward");
+  gaussians.check_frame("project_backward", frame.sizes.gaussians);
+  queue.throw_if_cancelled();
+  const cudaStream_t stream = stream_of(queue);
+  const auto block = block_at<GaussianBlock>(frame.gaussians, frame.sizes);
+  const auto rules = StageRules<float>::of(view, gaussians.sh_degree);
+  const unsigned blocks = blocks_for(frame.sizes.gaussians);
+  double* const sums = pose != nullptr ? block_at<PoseScratch>(scratch, frame.sizes).sums : nullptr;
+  if (blocks > 0) {
+    launch("project_backward", gradients_of_given, blocks, stream,
+           GivenGradient<float>(rules, gaussians, by, out), block.projected, sums);
+  }
+  if (pose != nullptr)
+    launch("sum_poses", sum_poses, 1, stream, sums, blocks, reinterpret_cast<double*>(pose));
 }
 
 ListCopies copy_lists(const Frame& frame, const Queue& queue) {

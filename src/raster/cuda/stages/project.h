@@ -21,9 +21,10 @@ using qs::stages::PoseGradient;
 using qs::stages::Rows;
 
 // Bytes of scratch memory, which may be used again after a pass: of project() and of the list()
-// after it, and of list() alone.
+// after it, of list() alone, and of project_backward() with a pose.
 std::size_t bytes_to_project(const HeldSizes& sizes);
 std::size_t bytes_to_list(const HeldSizes& sizes);
+std::size_t bytes_of_pose(const HeldSizes& sizes);
 
 /// Fills `frame.gaussians`, whose size follows from HeldSizes::of(view.camera, gaussians.count),
 /// and all wanted arrays of the boundary. `radii` gets 2 numbers per Gaussian by the rules'
@@ -37,5 +38,15 @@ void project(const DrawnView& view, const GaussianInputs<float>& gaussians, cons
 /// project(). Does not wait. Throws Error(device) and Cancelled.
 void list(const DrawnView& view, const Queue& queue, void* projected, void* scratch,
           const Frame& frame);
+
+/// `frame` is the frame of project() for the same view and Gaussians; `by` are the derivatives by
+/// the boundary, each of which may be missing. Writes all rows of the wanted arrays of given
+/// inputs: 0 for Gaussians without a row in the boundary. Also writes `pose`, in device memory, if
+/// it is not null; its sums are in double precision. `scratch` is only used with a pose. Does not
+/// wait. Throws Error(usage), Error(device) and Cancelled.
+void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussians,
+                      const Frame& frame, const Boundary<const float>& by, const Queue& queue,
+                      void* scratch, const InputGradients<float>& out,
+                      PoseGradient* pose = nullptr);
 
 }  // namespace qs::cuda::stages

@@ -79,8 +79,10 @@ room(raster/cpu/stages raster/cpu/classic raster/stages raster/scene raster/kern
 room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel)
 room(raster/cpu raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(raster/cuda/train raster/cuda/fast raster/cuda raster/api raster/train raster/field raster/scene raster/kernel/gradient
-     raster/kernel/cull raster/kernel)
+room(raster/cuda/train raster/cuda/stages raster/cuda/fast raster/cuda raster/api raster/train raster/field raster/scene
+     raster/kernel/gradient raster/kernel/cull raster/kernel)
+room(raster/cuda/stages raster/cuda/fast raster/cuda raster/stages raster/scene raster/kernel/gradient raster/kernel/cull
+     raster/kernel raster/base)
 room(raster/cuda/lpips raster/cuda raster/lpips)
 room(raster/cuda/fast raster/cuda raster/kernel/cull raster/kernel)
 room(raster/cuda/classic raster/cuda raster/kernel/cull raster/kernel)
@@ -88,7 +90,7 @@ room(raster/cuda raster/api raster/scene raster/kernel/cull raster/kernel raster
 room(raster/api raster/lpips raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(raster/lpips raster/scene raster/base)
 room(raster/clock)
-room(raster/stages raster/scene raster/kernel/cull raster/kernel raster/base)
+room(raster/stages raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(raster/train raster/field raster/scene raster/kernel/gradient raster/kernel raster/base)
 room(raster/field raster/kernel/gradient raster/kernel raster/base)
 room(raster/scene raster/kernel raster/base)

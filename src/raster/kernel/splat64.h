@@ -60,6 +60,12 @@ struct PixelRules {
   bool alpha_max_passes = true;                 ///< a clamped alpha passes its gradient on
   /// A pixel stops in front of a Gaussian that would push its transmittance below this.
   Real stops_below = PixelMath<Real>::kTransmittanceMin;
+
+  bool are_default() const {
+    const PixelRules defaults;
+    return alpha_max == defaults.alpha_max && stops_below == defaults.stops_below &&
+           alpha_max_passes == defaults.alpha_max_passes;
+  }
 };
 
 }  // namespace qs

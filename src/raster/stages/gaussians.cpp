@@ -29,6 +29,13 @@ void GaussianInputs<Real>::check(const char* who) const {
   require(!sh || channel_count == 3, "coefficients of colour give 3 channels");
 }
 
+template <class Real>
+void GaussianInputs<Real>::check_frame(const char* who, std::size_t of_frame) const {
+  if (of_frame == count) return;
+  fail(ErrorKind::usage, "{}: the frame has {} Gaussians, the inputs have {}", who, of_frame,
+       count);
+}
+
 template struct GaussianInputs<float>;
 template struct GaussianInputs<double>;
 

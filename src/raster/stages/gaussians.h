@@ -10,10 +10,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include <glm/mat4x3.hpp>
 #include <glm/vec3.hpp>
 
+#include "raster/kernel/hd.h"
 #include "raster/stages/rows.h"
 
 namespace qs::stages {
@@ -37,6 +39,8 @@ struct GaussianInputs {
   /// Throws Error(usage), in a sentence that starts with `who`, if arrays are missing or given
   /// twice.
   void check(const char* who) const;
+  /// The same if a frame has another number of Gaussians.
+  void check_frame(const char* who, std::size_t of_frame) const;
 };
 
 /// The values that pixels read of a Gaussian, and its radii on the image. Rows of Gaussians behind
@@ -50,7 +54,11 @@ struct Boundary {
   Rows<Real> opacity;  ///< 1: with compensation
   Rows<Real> color;    ///< 3, of coefficients; given channels have no row here
 
-  operator Boundary<const Real>() const { return {mean_px, conic, depth, opacity, color}; }
+  template <class U>
+  requires(std::is_same_v<U, const Real> && !std::is_const_v<Real>) QS_HD operator Boundary<U>()
+      const {
+    return {mean_px, conic, depth, opacity, color};
+  }
 };
 
 /// Derivatives by the boundary.
@@ -86,7 +94,11 @@ struct Pictures {
   Pixels<Real> depth;          ///< sum of z by weight: alpha times the transmittance in front of it
   Pixels<Real> inverse_depth;  ///< the same sum of 1 / z
 
-  operator Pictures<const Real>() const { return {color, alpha, depth, inverse_depth}; }
+  template <class U>
+  requires(std::is_same_v<U, const Real> && !std::is_const_v<Real>) QS_HD operator Pictures<U>()
+      const {
+    return {color, alpha, depth, inverse_depth};
+  }
 };
 
 }  // namespace qs::stages

@@ -65,7 +65,12 @@ StageRules<Real> StageRules<Real>::of(const DrawnView& drawn, int sh_degree) {
   result.antialiased = rules.antialiased;
   result.keep_faint = row_of(drawn.mode).keeps_faint;
   result.zero_color_passes = rules.zero_color_passes;
+  result.normalises_rotations = rules.normalises_rotations;
   result.sh_degree = std::min(drawn.sh_degree, sh_degree);
+  result.radius_rule = rules.radius_rule;
+  result.radius_clip = rules.radius_clip;
+  result.width = drawn.camera.width;
+  result.height = drawn.camera.height;
   return result;
 }
 

@@ -71,22 +71,25 @@ struct DrawnView {
 };
 
 /// The rules and the camera as project() and the gradients of kernel/ read them: this type has the
-/// members of FootprintRules and of GradientRules.
+/// members of FootprintRules and of GradientRules. Kernels take it by value.
 template <class Real>
 struct StageRules {
   View<Real> view;
   SlopeLimits<Real> limits;
   Real far_depth, dilation, splat_scale, compensation_floor;
-  bool antialiased, keep_faint, zero_color_passes;
+  bool antialiased, keep_faint, zero_color_passes, normalises_rotations;
   int sh_degree;
+  RadiusRule radius_rule;
+  double radius_clip;
+  int width, height;  ///< px
 
   /// `sh_degree` of the Gaussians.
   static StageRules of(const DrawnView& drawn, int sh_degree);
 
-  bool draws_depth(const View<Real>& of, Real z) const {
+  QS_HD bool draws_depth(const View<Real>& of, Real z) const {
     return z > of.near_depth && z <= far_depth;
   }
-  const SlopeLimits<Real>& slope_limits(const View<Real>&) const { return limits; }
+  QS_HD const SlopeLimits<Real>& slope_limits(const View<Real>&) const { return limits; }
 };
 
 }  // namespace qs::stages

@@ -6,7 +6,6 @@
 
 #include <glm/common.hpp>
 
-#include "raster/base/fail.h"
 #include "raster/kernel/composite.h"
 
 namespace qs::cpu::stages {
@@ -14,39 +13,16 @@ namespace {
 
 constexpr auto kTilePixels = static_cast<std::size_t>(kTileSize * kTileSize);
 
-/// True for the default rules. For them and three channels alone, as in training, the tiles are
-/// also compiled with the rules as constants, which is 5 % faster.
-template <class Real>
-bool are_default(const PixelRules<Real>& rules) {
-  const PixelRules<Real> defaults;
-  return rules.alpha_max == defaults.alpha_max && rules.stops_below == defaults.stops_below &&
-         rules.alpha_max_passes == defaults.alpha_max_passes;
-}
-
 /// Calls f(kDeep, kDefaultRules), two std::bool_constant. `deep`: a frame with depths, or
-/// derivatives by other pictures than the colour.
+/// derivatives by other pictures than the colour. For the default rules and three channels alone,
+/// as in training, the tiles are also compiled with the rules as constants, which is 5 % faster.
 template <int kChannels, class Real, class F>
 void with_variant(const PixelRules<Real>& rules, bool deep, const F& f) {
   if (deep) return f(std::true_type{}, std::false_type{});
   if constexpr (kChannels == 3) {
-    if (are_default(rules)) return f(std::false_type{}, std::true_type{});
+    if (rules.are_default()) return f(std::false_type{}, std::true_type{});
   }
   f(std::false_type{}, std::false_type{});
-}
-
-/// Throws Error(usage). `has_depth`: the frame has depths; `wants_depth`: a picture needs them.
-template <class Real>
-void check(const char* who, const BlendInput<Real>& in, bool has_depth, bool wants_depth) {
-  if (in.channel_count < 1 || in.channel_count > qs::stages::kMostChannels) {
-    fail(ErrorKind::usage, "{}: there are {} channels; the number must be 1 to {}", who,
-         in.channel_count, qs::stages::kMostChannels);
-  }
-  if (!in.channels && in.channel_count != 3) {
-    fail(ErrorKind::usage, "{}: the frame's colours have 3 channels, not {}", who,
-         in.channel_count);
-  }
-  if (wants_depth && !has_depth)
-    fail(ErrorKind::usage, "{}: depths are wanted, but the frame has no arrays for them", who);
 }
 
 /// The colours of the listed Gaussians.
@@ -298,7 +274,7 @@ void clear(const BoundaryGradients<Real>& out, std::size_t i, int channels) {
 template <class Real>
 void blend(const BlendInput<Real>& in, const FrameView<Real>& frame, const Workers& workers,
            const PixelState<Real>& state, const Pictures<Real>& out) {
-  check("blend", in, state.depth != nullptr, out.depth || out.inverse_depth);
+  in.check("blend", state.depth != nullptr, out.depth || out.inverse_depth);
   with_channels(in.channel_count, [&](auto channels) {
     constexpr int kChannels = channels();
     with_variant<kChannels>(in.rules, state.depth != nullptr, [&](auto deep, auto defaults) {
@@ -330,7 +306,7 @@ void blend_backward(const BlendInput<Real>& in, const FrameView<Real>& frame, st
                     const PixelState<const Real>& state, const Pictures<const Real>& by,
                     const Workers& workers, PairScratch<Real>& scratch,
                     const BoundaryGradients<Real>& out) {
-  check("blend_backward", in, state.depth != nullptr, by.depth || by.inverse_depth);
+  in.check("blend_backward", state.depth != nullptr, by.depth || by.inverse_depth);
   workers.for_each(gaussians, 4096, [&](std::size_t i) { clear(out, i, in.channel_count); });
   if (out.background != nullptr) add_background(in, state, by.color, workers, out.background);
   with_channels(in.channel_count, [&](auto channels) {

@@ -12,30 +12,24 @@
 #include <span>
 #include <vector>
 
-#include "raster/cpu/stages/channels.h"
 #include "raster/cpu/stages/frame.h"
 #include "raster/kernel/gradient/pixel.h"
+#include "raster/stages/blend_input.h"
+#include "raster/stages/channels.h"
 #include "raster/stages/gaussians.h"
 #include "raster/stages/rules.h"
 
 namespace qs::cpu::stages {
 
+using qs::stages::BlendInput;
 using qs::stages::Boundary;
 using qs::stages::BoundaryGradients;
+using qs::stages::Color;
 using qs::stages::DrawnView;
 using qs::stages::Pictures;
 using qs::stages::Pixels;
 using qs::stages::Rows;
-
-/// The inputs of blend() and blend_backward() beside the frame.
-template <class Real>
-struct BlendInput {
-  PictureSize size;
-  PixelRules<Real> rules;
-  int channel_count = 3;
-  Rows<const Real> channels;         ///< of the Gaussians; not given: their colours in the frame
-  const Real* background = nullptr;  ///< a number per channel; null: 0
-};
+using qs::stages::with_channels;
 
 /// Draws the frame into `state`, whose arrays have the picture's size, and into all wanted
 /// pictures. Depths are summed if `state` has their arrays. Throws Error(usage) if inputs do not

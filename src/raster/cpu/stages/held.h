@@ -6,15 +6,18 @@
 #pragma once
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "raster/cpu/stages/frame.h"
+#include "raster/stages/block_arrays.h"
 
 namespace qs::cpu::stages {
 
-inline constexpr std::size_t kBlockAlignment = 16;
+using qs::stages::block_at;
+using qs::stages::BlockArrays;
+using qs::stages::bytes_of;
+using qs::stages::kBlockAlignment;
 
 /// The sizes of a frame. The sizes of its blocks follow from them.
 struct HeldSizes {
@@ -42,24 +45,6 @@ struct BlockHeader {
   HeldSizes sizes;
 
   bool operator==(const BlockHeader&) const = default;
-};
-
-/// Distributes a block to arrays. Without memory it counts the bytes alone.
-class BlockArrays {
- public:
-  explicit BlockArrays(void* memory) : memory_(static_cast<std::byte*>(memory)) {}
-
-  template <class T>
-  T* next(std::size_t count) {
-    const std::size_t at = bytes_;
-    bytes_ += (count * sizeof(T) + kBlockAlignment - 1) / kBlockAlignment * kBlockAlignment;
-    return memory_ == nullptr ? nullptr : reinterpret_cast<T*>(memory_ + at);
-  }
-  std::size_t bytes() const { return bytes_; }
-
- private:
-  std::byte* memory_;
-  std::size_t bytes_ = 0;
 };
 
 /// The part of a ProjectedFrame whose size depends on the number of Gaussians.
@@ -134,20 +119,6 @@ struct PixelBlock {
     return {state.color, state.transmittance, state.last, state.depth, state.inverse_depth};
   }
 };
-
-template <class Block>
-std::size_t bytes_of(const HeldSizes& sizes) {
-  BlockArrays counted(nullptr);
-  Block::of(counted, sizes);
-  return counted.bytes();
-}
-
-/// A block in memory of at least bytes_of() bytes.
-template <class Block>
-Block block_at(void* memory, const HeldSizes& sizes) {
-  BlockArrays arrays(memory);
-  return Block::of(arrays, sizes);
-}
 
 template <class Real>
 HeldSizes sizes_of(const ProjectedFrame<Real>& frame, std::size_t gaussians,

@@ -12,6 +12,7 @@
 #include "raster/base/parallel.h"
 #include "raster/kernel/footprint.h"
 #include "raster/kernel/tile_grid.h"
+#include "raster/stages/blend_input.h"
 
 namespace qs::cpu::stages {
 
@@ -30,19 +31,7 @@ struct Workers {
   }
 };
 
-struct PictureSize {
-  int width, height;
-
-  TileGrid grid() const { return TileGrid::of_image(width, height); }
-  std::size_t tiles() const { return static_cast<std::size_t>(grid().count()); }
-  std::size_t pixels() const {
-    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  }
-  std::size_t pixel(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-           static_cast<std::size_t>(x);
-  }
-};
+using qs::stages::PictureSize;
 
 /// Conservative bound of the pixels with alpha >= 1/255, row by row: it may include others.
 struct PixelArea {

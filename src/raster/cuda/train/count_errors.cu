@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include "raster/cuda/stages/segment.cuh"
 #include "raster/cuda/stream.cuh"
 #include "raster/cuda/train/count_errors.cuh"
-#include "raster/cuda/train/segment.cuh"
 #include "raster/kernel/error_map.h"
 
 namespace qs::cuda::train {
 namespace {
+
+using stages::lowest_bit;
+using stages::SharedSegment;
 
 constexpr unsigned kPixelsPerThread = 16;  // so that few blocks add their histograms
 

@@ -4,8 +4,8 @@
 #include <glm/geometric.hpp>
 
 #include "raster/cuda/footprint_rules.cuh"
+#include "raster/cuda/stages/segment.cuh"
 #include "raster/cuda/train/forward.cuh"
-#include "raster/cuda/train/segment.cuh"
 #include "raster/cuda/warp.cuh"
 #include "raster/kernel/cull/in_view.h"
 #include "raster/kernel/cull/modes.h"
@@ -13,6 +13,9 @@
 
 namespace qs::cuda::train {
 namespace {
+
+using stages::Contribution;
+using stages::SharedSegment;
 
 static_assert(kThreads == kTilePixels);
 
@@ -64,11 +67,8 @@ template <class P>
 __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, ProjectOutput out) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   const unsigned tiles = i < in.parameters.count ? project_gaussian<P>(in, out, i) : 0;
-  __shared__ unsigned long long first;
-  const auto sum = sum_of_block<kThreads>(static_cast<unsigned long long>(tiles));
-  if (threadIdx.x == 0) first = sum.total > 0 ? atomicAdd(out.pairs, sum.total) : 0;
-  __syncthreads();
-  if (tiles > 0) out.first_places[i] = static_cast<std::uint32_t>(first + sum.before);
+  const std::uint32_t first_place = stages::take_places(tiles, out.pairs);
+  if (tiles > 0) out.first_places[i] = first_place;
 }
 
 /// Sets the colours of the visible Gaussians. One thread per Gaussian.

@@ -13,13 +13,12 @@
 #include <stop_token>
 
 #include "raster/api/renderer.h"
-#include "raster/cuda/ellipse.cuh"
 #include "raster/cuda/fast/macro_tiles.cuh"
 #include "raster/cuda/footprint_arrays.cuh"
 #include "raster/cuda/schedule.cuh"
+#include "raster/cuda/stages/tiles.cuh"
 #include "raster/cuda/stream.cuh"
 #include "raster/cuda/train/parameters.cuh"
-#include "raster/kernel/blend.h"
 
 namespace qs::cuda::train {
 
@@ -43,51 +42,12 @@ struct StepView {
   }
 };
 
-inline constexpr unsigned kTilePixels = kTileSize * kTileSize;
-inline constexpr unsigned kSegment = kTilePixels;  ///< Gaussians: one per thread of a tile
-inline constexpr std::uint32_t kNoTile = 0xffffffffu;
-
-/// The first segment of a tile whose list begins at pair `begin`. Segments of different tiles never
-/// overlap, because a list that begins at b and has n pairs needs ceil(n / 256) segments, at most
-/// floor((b + n) / 256) - floor(b / 256) + 1. So the tiles need no prefix sum.
-QS_HD std::uint32_t first_segment(std::uint32_t begin, std::uint32_t tile) {
-  return begin / kSegment + tile;
-}
-
-/// A visible Gaussian.
-struct alignas(16) ListedSplat {
-  Splat splat;
-  AlphaEllipse ellipse;
-};
-
-/// The pixels of the tiles and their lists, as kernels read them. Passed by value.
-struct TilesView {
-  const uint2* ranges;          ///< per tile: its list in `places`
-  const std::uint32_t* places;  ///< of the pairs in the lists of all tiles, front to back
-  const std::uint32_t* owners;  ///< per place: its Gaussian
-  const ListedSplat* splats;    ///< per Gaussian
-  int columns;                  ///< of the tile grid
-  int width, height;            ///< px
-
-  /// Coordinates of the first pixel of a tile.
-  __device__ int left_of(std::uint32_t tile) const {
-    return static_cast<int>(tile) % columns * kTileSize;
-  }
-  __device__ int top_of(std::uint32_t tile) const {
-    return static_cast<int>(tile) / columns * kTileSize;
-  }
-  /// Coordinates of a thread's pixel. A warp has 8x4 pixels.
-  __device__ int x_of(std::uint32_t tile, unsigned thread) const {
-    return left_of(tile) + static_cast<int>(thread / 32 % 2 * 8 + thread % 8);
-  }
-  __device__ int y_of(std::uint32_t tile, unsigned thread) const {
-    return top_of(tile) + static_cast<int>(thread / 64 * 4 + thread / 8 % 4);
-  }
-  __device__ bool contains(int x, int y) const { return x < width && y < height; }
-  __device__ std::size_t index_of(int x, int y) const {
-    return static_cast<std::size_t>(y) * width + x;
-  }
-};
+using stages::first_segment;
+using stages::kNoTile;
+using stages::kSegment;
+using stages::kTilePixels;
+using stages::ListedSplat;
+using stages::TilesView;
 
 /// Pairs of a tile and a Gaussian. The pairs of a Gaussian have neighbouring places, in the order
 /// of tiles.

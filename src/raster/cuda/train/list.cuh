@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The lists of tiles of a training step. Gaussians list their pairs in any order of their own, the
-// pairs of each in the order of tiles, in every culling mode. A warp shares the tiles of a large
-// Gaussian. Then the list of every tile is sorted by depth, then by the Gaussian's index, in the
-// shared memory of a block, as pipeline `fast` sorts. So the order of the lists does not depend on
-// the order in which threads run.
+// The lists of tiles of a training step, see list_pairs().
 #pragma once
 
 #include "raster/cuda/train/forward.cuh"

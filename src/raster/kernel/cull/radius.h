@@ -17,9 +17,10 @@ namespace qs {
 enum class RadiusRule { inria, gsplat_1_4, gsplat_1_5 };
 
 /// Half sizes in pixels along x and y, whole numbers; 0 if the rule does not draw the Gaussian.
-/// `opacity` includes the compensation. The image has `width` x `height` pixels.
-inline glm::ivec2 radii_of(RadiusRule rule, const Footprint& footprint, float opacity, int width,
-                           int height) {
+/// `opacity` includes the compensation. The image has `width` x `height` pixels. CPU and GPU get
+/// the same bits.
+QS_HD glm::ivec2 radii_of(RadiusRule rule, const Footprint& footprint, float opacity, int width,
+                          int height) {
   constexpr int kLargest = 1 << 30;
   const Covariance2<float>& c = footprint.covariance;
   if (rule == RadiusRule::inria) {
@@ -29,12 +30,14 @@ inline glm::ivec2 radii_of(RadiusRule rule, const Footprint& footprint, float op
   glm::vec2 radii;
   if (rule == RadiusRule::gsplat_1_4) {
     const float mid = 0.5f * (c.xx + c.yy);
-    const float root = std::sqrt(std::fmax(0.01f, mid * mid - footprint.determinant));
-    radii = glm::vec2(std::ceil(kSigmas * std::sqrt(mid + root)));
+    const float root = sqrtf(fmaxf(0.01f, mid * mid - footprint.determinant));
+    radii = glm::vec2(ceilf(kSigmas * sqrtf(mid + root)));
   } else {
     if (!(opacity >= kAlphaMin)) return {0, 0};
-    const float sigmas = std::fmin(3.33f, std::sqrt(2 * std::log(opacity / kAlphaMin)));
-    radii = {std::ceil(sigmas * std::sqrt(c.xx)), std::ceil(sigmas * std::sqrt(c.yy))};
+    // gamma of an alpha of at least 1/255; log2_portable() is for arguments of at most 1.
+    const float gamma = -2 * static_cast<float>(kLn2) * log2_portable(kAlphaMin / opacity);
+    const float sigmas = fminf(3.33f, sqrtf(gamma));
+    radii = {ceilf(sigmas * sqrtf(c.xx)), ceilf(sigmas * sqrtf(c.yy))};
   }
   // There, pixel i has its centre at i + 0.5.
   const glm::vec2 mean = footprint.mean_px + 0.5f;

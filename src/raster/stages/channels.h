@@ -10,38 +10,40 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-namespace qs::cpu::stages {
+#include "raster/kernel/hd.h"
+
+namespace qs::stages {
 
 template <class Real, int kCount>
 struct Channels {
   Real values[kCount];
 
-  explicit Channels(Real value = 0) {
+  QS_HD explicit Channels(Real value = 0) {
     for (Real& v : values) v = value;
   }
-  Real& operator[](int c) { return values[c]; }
-  const Real& operator[](int c) const { return values[c]; }
+  QS_HD Real& operator[](int c) { return values[c]; }
+  QS_HD const Real& operator[](int c) const { return values[c]; }
 
-  Channels& operator+=(const Channels& other) {
+  QS_HD Channels& operator+=(const Channels& other) {
     for (int c = 0; c < kCount; ++c) values[c] += other[c];
     return *this;
   }
-  Channels& operator-=(const Channels& other) {
+  QS_HD Channels& operator-=(const Channels& other) {
     for (int c = 0; c < kCount; ++c) values[c] -= other[c];
     return *this;
   }
-  friend Channels operator+(Channels a, const Channels& b) { return a += b; }
-  friend Channels operator-(Channels a, const Channels& b) { return a -= b; }
-  friend Channels operator*(Channels a, Real factor) {
+  friend QS_HD Channels operator+(Channels a, const Channels& b) { return a += b; }
+  friend QS_HD Channels operator-(Channels a, const Channels& b) { return a -= b; }
+  friend QS_HD Channels operator*(Channels a, Real factor) {
     for (Real& v : a.values) v *= factor;
     return a;
   }
-  friend Channels operator*(Real factor, Channels a) { return a * factor; }
-  friend Channels operator/(Channels a, Real divisor) {
+  friend QS_HD Channels operator*(Real factor, Channels a) { return a * factor; }
+  friend QS_HD Channels operator/(Channels a, Real divisor) {
     for (Real& v : a.values) v /= divisor;
     return a;
   }
-  friend Real dot(const Channels& a, const Channels& b) {
+  friend QS_HD Real dot(const Channels& a, const Channels& b) {
     Real sum = a[0] * b[0];
     for (int c = 1; c < kCount; ++c) sum += a[c] * b[c];
     return sum;
@@ -63,4 +65,4 @@ decltype(auto) with_channels(int channels, F&& f) {
   return f(std::integral_constant<int, 32>{});
 }
 
-}  // namespace qs::cpu::stages
+}  // namespace qs::stages

@@ -7,10 +7,10 @@
 
 #include "raster/cuda/flush.cuh"
 #include "raster/cuda/reach.cuh"
-#include "raster/cuda/train/forward.cuh"
+#include "raster/cuda/stages/tiles.cuh"
 #include "raster/cuda/warp.cuh"
 
-namespace qs::cuda::train {
+namespace qs::cuda::stages {
 
 /// Index of the lowest bit that is set.
 __device__ inline unsigned lowest_bit(unsigned bits) {
@@ -84,4 +84,4 @@ struct SharedSegment {
   }
 };
 
-}  // namespace qs::cuda::train
+}  // namespace qs::cuda::stages

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+//
+// The second stage of the differentiable rasterizer on the GPU, as raster/cpu/stages/blend.h:
+// composites the listed Gaussians to pictures, and its backward pass, from the pictures to the
+// boundary. All pointers are to device memory. Every pair of a tile and a Gaussian gets its own sum
+// over the tile's pixels, and a Gaussian's pairs are summed in the order of tiles. So two runs, and
+// all lossless modes, give the same bits. Alphas differ from the CPU's by rounding.
+#pragma once
+
+#include "raster/cuda/stages/frame.h"
+#include "raster/stages/blend_input.h"
+#include "raster/stages/gaussians.h"
+
+namespace qs::cuda::stages {
+
+using qs::stages::BoundaryGradients;
+using qs::stages::Pictures;
+using BlendInput = qs::stages::BlendInput<float>;
+
+/// Draws a frame that list() has filled into its block `pixels`, whose sizes are
+/// frame.sizes.blended(in.channel_count, with depths or not), and into all wanted pictures; sets
+/// these sizes. Does not wait. Throws Error(usage) if inputs do not fit together, Error(device) and
+/// Cancelled.
+void blend(const BlendInput& in, const Queue& queue, bool with_depth, Frame& frame,
+           const Pictures<float>& out = {});
+
+/// Bytes of scratch memory of blend_backward(), which may be used again after it.
+std::size_t bytes_to_blend_backward(const HeldSizes& sizes);
+
+/// `frame` is the result of blend() for the same arguments; `by` are the derivatives by the
+/// pictures, each of which may be missing. Writes all rows of the wanted arrays. Does not wait.
+/// Throws Error(usage), Error(device) and Cancelled.
+void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<const float>& by,
+                    const Queue& queue, void* scratch, const BoundaryGradients<float>& out);
+
+}  // namespace qs::cuda::stages

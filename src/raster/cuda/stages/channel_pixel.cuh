@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+//
+// The inputs that the kernels of blend() and blend_backward() share.
+#pragma once
+
+#include "raster/cuda/stages/held.cuh"
+#include "raster/cuda/stages/segment.cuh"
+#include "raster/kernel/splat64.h"
+#include "raster/stages/channels.h"
+
+namespace qs::cuda::stages {
+
+using qs::stages::Color;
+using qs::stages::with_channels;
+
+/// A kernel parameter.
+struct ChannelInput {
+  TilesView tiles;
+  ScheduleView schedule;
+  const float* depths;  ///< per Gaussian
+  PixelRules<float> rules;
+  int channel_count;
+  qs::stages::Rows<const float> channels;
+  const float* background;
+
+  /// Channel c of a Gaussian, whose splat is `splat`.
+  __device__ float channel(std::uint32_t gaussian, int c) const {
+    if (channels) return channels.at(gaussian, c);
+    return tiles.splats[gaussian].splat.color[c];
+  }
+  __device__ float background_of(int c) const {
+    return background != nullptr ? background[c] : 0.0f;
+  }
+
+  /// Alpha by the rules. `counts` becomes false if it is below 1/255.
+  __device__ float alpha_of(const Contribution& by, bool& counts) const {
+    const float alpha = fminf(by.unclamped, rules.alpha_max);
+    counts = counts && by.counts && alpha >= kAlphaMin;
+    return alpha;
+  }
+};
+
+}  // namespace qs::cuda::stages

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cuda/pair_limit.cuh"
+#include "raster/cuda/stages/held.cuh"
+#include "raster/cuda/stages/project.h"
+#include "raster/cuda/stream.cuh"
+#include "raster/kernel/cull/modes.h"
+#include "raster/stages/given.h"
+
+namespace qs::cuda::stages {
+namespace {
+
+using qs::stages::GivenGaussians;
+using qs::stages::GivenGradient;
+using qs::stages::SplatValues;
+using qs::stages::StageRules;
+
+/// One thread per Gaussian. `source` keeps faint Gaussians, which may have a row in the boundary;
+/// `keep_faint` decides whether tiles may list them. Sets the tile counts of the Gaussians that
+/// count_tiles_of() must look at to 1, the others to 0.
+__global__ void __launch_bounds__(kThreads)
+    project_given(GivenGaussians<float> source, bool keep_faint, GaussianBlock out,
+                  FootprintArrays footprints) {
+  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
+  if (i >= source.in.count) return;
+  out.tile_counts[i] = 0;
+  out.projected[i] = 0;
+  source.clear(i);
+  if (!source.exists(i)) return;
+  const glm::vec3 mean = source.mean(i);
+  const Covariance3<double> sigma = source.covariance(i);
+  const double opacity = source.opacity(i);
+  Projected projected;
+  if (!qs::project(source.rules.view, source.rules, active_gaussian(mean, sigma, opacity),
+                   projected))
+    return;
+  const auto values = SplatValues<float>::of(source.rules, mean, sigma, opacity, projected);
+  const glm::vec3 color = source.color(i, mean);
+  if (!source.report(i, projected, values, color)) return;
+  out.projected[i] = 1;
+  if (!keep_faint && !(projected.footprint.gamma > 0.0f)) return;
+  out.tile_counts[i] = 1;
+  out.depths[i] = projected.depth;
+  out.splats[i] = {make_splat(values.mean_px, values.conic, values.opacity, color),
+                   ellipse_of(projected.footprint)};
+  footprints.store(i, projected.footprint);
+}
+
+/// Counts the tiles that mode P lists. One thread per Gaussian.
+template <class P>
+__global__ void __launch_bounds__(kThreads)
+    count_tiles_of(std::uint32_t count, FootprintArrays footprints, TileGrid grid,
+                   GaussianBlock out) {
+  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
+  const bool exists = i < count && out.tile_counts[i] != 0;
+  const unsigned tiles = exists ? count_tiles<P>(footprints.load(i), grid) : 0;
+  const std::uint32_t first_place = take_places(tiles, out.total);
+  if (!exists) return;
+  out.tile_counts[i] = tiles;
+  out.first_places[i] = first_place;
+}
+
+constexpr unsigned kPoseNumbers = 15;
+static_assert(sizeof(PoseGradient) == kPoseNumbers * sizeof(double));
+
+/// Scratch memory of project_backward().
+struct PoseScratch {
+  double* sums;  ///< kPoseNumbers per block
+
+  static PoseScratch of(BlockArrays& block, const HeldSizes& sizes) {
+    return {block.next<double>(std::size_t{kPoseNumbers} * blocks_for(sizes.gaussians))};
+  }
+};
+
+/// One thread per Gaussian. `sums` is null if the pose has no gradient.
+__global__ void __launch_bounds__(kThreads)
+    gradients_of_given(GivenGradient<float> gradient, const std::uint8_t* projected, double* sums) {
+  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
+  PoseGradient pose;
+  if (i < gradient.in.count) {
+    if (projected[i] != 0)
+      gradient.add(i, pose);
+    else
+      gradient.clear(i);
+  }
+  if (sums == nullptr) return;
+  for (unsigned k = 0; k < kPoseNumbers; ++k) {
+    const double own = k < 12
+                           ? pose.view_from_world[static_cast<int>(k / 3)][static_cast<int>(k % 3)]
+                           : pose.position[static_cast<int>(k) - 12];
+    const double sum = sum_of_block<kThreads>(own).total;
+    if (threadIdx.x == 0) sums[blockIdx.x * kPoseNumbers + k] = sum;
+  }
+}
+
+/// Adds up the blocks of gradients_of_given(). One block.
+__global__ void __launch_bounds__(kThreads)
+    sum_poses(const double* sums, unsigned blocks, double* pose) {
+  for (unsigned k = 0; k < kPoseNumbers; ++k) {
+    double own = 0;
+    for (unsigned block = threadIdx.x; block < blocks; block += kThreads)
+      own += sums[block * kPoseNumbers + k];
+    const double sum = sum_of_block<kThreads>(own).total;
+    if (threadIdx.x == 0) pose[k] = sum;
+  }
+}
+
+}  // namespace
+
+std::size_t bytes_per_gaussian(const HeldSizes& sizes) { return bytes_of<GaussianBlock>(sizes); }
+
+std::size_t bytes_per_pair(const HeldSizes& sizes) { return bytes_of<PairBlock>(sizes); }
+
+std::size_t bytes_per_pixel(const HeldSizes& sizes) { return bytes_of<PixelBlock>(sizes); }
+
+std::size_t bytes_to_project(const HeldSizes& sizes) { return bytes_of<ProjectScratch>(sizes); }
+
+std::size_t bytes_to_list(const HeldSizes& sizes) { return bytes_of<ListScratch>(sizes); }
+
+std::size_t bytes_of_pose(const HeldSizes& sizes) { return bytes_of<PoseScratch>(sizes); }
+
+void project(const DrawnView& view, const GaussianInputs<float>& gaussians, const Queue& queue,
+             void* scratch, Frame& frame, const Boundary<float>& out,
+             const Rows<std::int32_t>& radii) {
+  view.check("project");
+  gaussians.check("project");
+  queue.throw_if_cancelled();
+  const cudaStream_t stream = stream_of(queue);
+  HeldSizes sizes = HeldSizes::of(view.camera, gaussians.count);
+  const auto block = block_at<GaussianBlock>(frame.gaussians, sizes);
+  check(cudaMemsetAsync(block.total, 0, sizeof *block.total, stream), "project");
+  if (sizes.gaussians > 0) {
+    const FootprintArrays footprints = block_at<ProjectScratch>(scratch, sizes).footprints;
+    auto rules = StageRules<float>::of(view, gaussians.sh_degree);
+    const bool keep_faint = std::exchange(rules.keep_faint, true);
+    launch("project", project_given, blocks_for(sizes.gaussians), stream,
+           GivenGaussians<float>{rules, gaussians, out, radii}, keep_faint, block, footprints);
+    with_culler(view.mode, [&]<class P>(P) {
+      launch("count_tiles", count_tiles_of<P>, blocks_for(sizes.gaussians), stream, sizes.gaussians,
+             footprints, grid_of(sizes), block);
+    });
+  }
+  unsigned long long pairs = 0;
+  copy_to_host(block.total, &pairs, 1, stream);
+  queue.throw_if_cancelled();
+  require_indexable(pairs);
+  sizes.pairs = static_cast<std::uint32_t>(pairs);
+  frame.sizes = sizes;
+}
+
+void list(const DrawnView& view, const Queue& queue, void* projected, void* scratch,
+          const Frame& frame) {
+  queue.throw_if_cancelled();
+  const ListedFrame listed(frame);
+  const auto& [sizes, gaussians, pairs] = listed;
+  const auto in = block_at<ProjectScratch>(projected, sizes);
+  const auto unsorted = block_at<ListScratch>(scratch, sizes);
+  list_pairs(view.mode,
+             {sizes.gaussians,
+              gaussians.tile_counts,
+              gaussians.first_places,
+              in.footprints,
+              grid_of(sizes),
+              {gaussians.total, sizes.pairs, reinterpret_cast<std::uint32_t*>(gaussians.depths),
+               pairs.owners, unsorted.tiles, unsorted.slots, unsorted.entries, pairs.places,
+               unsorted.sizes, pairs.ranges, pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}},
+             stream_of(queue));
+}
+
+void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussians,
+                      const Frame& frame, const Boundary<const float>& by, const Queue& queue,
+                      void* scratch, const InputGradients<float>& out, PoseGradient* pose) {
+  view.check("project_backward");
+  gaussians.check("project_backward");
+  gaussians.check_frame("project_backward", frame.sizes.gaussians);
+  queue.throw_if_cancelled();
+  const cudaStream_t stream = stream_of(queue);
+  const auto block = block_at<GaussianBlock>(frame.gaussians, frame.sizes);
+  const auto rules = StageRules<float>::of(view, gaussians.sh_degree);
+  const unsigned blocks = blocks_for(frame.sizes.gaussians);
+  double* const sums = pose != nullptr ? block_at<PoseScratch>(scratch, frame.sizes).sums : nullptr;
+  if (blocks > 0) {
+    launch("project_backward", gradients_of_given, blocks, stream,
+           GivenGradient<float>(rules, gaussians, by, out), block.projected, sums);
+  }
+  if (pose != nullptr)
+    launch("sum_poses", sum_poses, 1, stream, sums, blocks, reinterpret_cast<double*>(pose));
+}
+
+ListCopies copy_lists(const Frame& frame, const Queue& queue) {
+  const cudaStream_t stream = stream_of(queue);
+  const ListedFrame listed(frame);
+  const HeldSizes& sizes = listed.sizes;
+  ListCopies copies;
+  for (const uint2& range : copied(listed.pairs.ranges, tiles_of(sizes), stream))
+    copies.begin.push_back(range.x);
+  copies.begin.push_back(sizes.pairs);
+  copies.gaussians = copied(listed.pairs.places, sizes.pairs, stream);
+  const auto owners = copied(listed.pairs.owners, sizes.pairs, stream);
+  for (std::uint32_t& place : copies.gaussians) place = owners[place];
+  copies.tile_counts = copied(listed.gaussians.tile_counts, sizes.gaussians, stream);
+  copies.projected = copied(listed.gaussians.projected, sizes.gaussians, stream);
+  return copies;
+}
+
+}  // namespace qs::cuda::stages

@@ -8,6 +8,7 @@
 
 #include "app/base/quit_signals.h"
 #include "app/cli/command.h"
+#include "app/cli/serve_options.h"
 #include "app/cli/shared_options.h"
 #include "app/serve/server.h"
 #include "app/serve/token.h"
@@ -33,19 +34,31 @@ std::string host_text(const std::string& address) {
   return address.find(':') == address.npos ? address : "[" + address + "]";
 }
 
-void print_address(const ServeOptions& serve, int port, std::size_t scenes) {
+}  // namespace
+
+void print_address(const ServeOptions& serve, int port, const std::string& what) {
   const std::string host = serve.name.empty() ? host_text(serve.address) : serve.name;
   const bool everywhere = serve.address == "0.0.0.0" || serve.address == "::";
   const std::string shown = everywhere && serve.name.empty() ? "localhost" : host;
   fmt::print("http://{}:{}/#token={}\n", shown, port, serve.token);
   std::fflush(stdout);
   fmt::print(stderr,
-             "serving {} scene{}; Ctrl+C ends it. The address has the token: whoever knows it can "
+             "serving {}; Ctrl+C ends it. The address has the token: whoever knows it can "
              "look.\nFrom another machine: ssh -L {}:{}:{} USER@THIS_MACHINE, then open "
              "http://localhost:{}/#token={}\n",
-             scenes, scenes == 1 ? "" : "s", port,
-             everywhere ? "localhost" : host_text(serve.address), port, port, serve.token);
+             what, port, everywhere ? "localhost" : host_text(serve.address), port, port,
+             serve.token);
 }
+
+void warn_of_address(const ServeOptions& serve) {
+  if (serve.address == "127.0.0.1" || serve.address == "::1") return;
+  warn(
+      fmt::format("{} can be reached from other machines, and the connection is not encrypted: "
+                  "ssh -L to 127.0.0.1 is safer",
+                  serve.address));
+}
+
+namespace {
 
 void check(const FrameOptions& frame) {
   if (frame.size)
@@ -96,18 +109,14 @@ int serve_scenes(ServeCommand& command) {
   serve.sibr = sibr_options(command);
   serve.token = make_token();
   Server server(serve);  // throws before the scenes are read
-  if (serve.address != "127.0.0.1" && serve.address != "::1") {
-    warn(
-        fmt::format("{} can be reached from other machines, and the connection is not encrypted: "
-                    "ssh -L to 127.0.0.1 is safer",
-                    serve.address));
-  }
+  warn_of_address(serve);
   ServedScenes scenes;
   for (const std::filesystem::path& path : command.scenes) {
     command.frame.scene = path;
     scenes.push_back(open_served_scene(command.frame));
   }
-  print_address(serve, server.port(), scenes.size());
+  const std::size_t count = scenes.size();
+  print_address(serve, server.port(), fmt::format("{} scene{}", count, count == 1 ? "" : "s"));
   if (serve.sibr) print_sibr_address(server.sibr_port());
   server.run(scenes, QuitSignals::arrived);
   throw Cancelled();  // only a signal ends it
@@ -115,18 +124,22 @@ int serve_scenes(ServeCommand& command) {
 
 }  // namespace
 
+void declare_serve_options(Options& options, ServeOptions& serve) {
+  options.integer("--port", "N", 0, 65535, serve.port,
+                  "port to listen at; 0 = any free one (default: 7007)");
+  options.text("--address", "ADDRESS", serve.address,
+               "address to listen at (default: 127.0.0.1, which only this machine reaches)",
+               {"192.0.2.1", "nowhere"});
+  options.text("--name", "HOST", serve.name,
+               "name by which browsers may address this machine, beside localhost and --address",
+               {"gpu7", "gpu7.example.org"});
+}
+
 CommandAction serve_command(Options& options) {
   const auto command = std::make_shared<ServeCommand>();
   options.positionals("SCENE", command->scenes, 1, kSceneHelp, kSceneSamples);
   declare_common_options(options, command->frame);
-  options.integer("--port", "N", 0, 65535, command->serve.port,
-                  "port to listen at; 0 = any free one (default: 7007)");
-  options.text("--address", "ADDRESS", command->serve.address,
-               "address to listen at (default: 127.0.0.1, which only this machine reaches)",
-               {"192.0.2.1", "nowhere"});
-  options.text("--name", "HOST", command->serve.name,
-               "name by which browsers may address this machine, beside localhost and --address",
-               {"gpu7", "gpu7.example.org"});
+  declare_serve_options(options, command->serve);
   options.flag("--sibr", command->sibr,
                "also answers INRIA's remote viewer (SIBR_remoteGaussian) on this machine");
   options.integer("--sibr-port", "N", 0, 65535, command->sibr_port,

@@ -18,12 +18,12 @@ endfunction()
 
 # ---- rooms: a room, then the rooms that it includes, top floor first
 room(app app/cli raster/base)
-room(app/cli app/options app/serve app/viewer app/viewer/render app/train app/conformance app/film app/plugin app/report app/measure
+room(app/cli app/options app/serve app/viewer app/viewer/render app/remote app/train app/conformance app/film app/plugin app/report app/measure
      app/inspect app/session app/framing app/picture app/base io/scene io/cloud io/camera io/picture io/tensor io/bytes
      raster/api raster/scene raster/base)
 room(app/serve app/viewer/commands app/viewer/render app/viewer/state app/remote app/inspect app/session app/picture app/base
      io/camera io/picture io/bytes raster/scene raster/base)
-room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/session app/base
+room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/remote app/session app/base
      io/camera io/picture io/bytes raster/api raster/base)
 room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render app/viewer/state app/picture app/base
      io/picture io/bytes raster/scene raster/base)
@@ -33,7 +33,7 @@ room(app/viewer/commands app/viewer/render app/viewer/state app/film app/report 
      app/picture app/base io/scene io/camera io/picture io/bytes raster/scene raster/base)
 room(app/viewer/render app/viewer/state app/measure app/inspect app/session app/framing app/picture io/scene io/camera
      io/bytes raster/api raster/scene raster/kernel raster/base)
-room(app/viewer/state app/train app/report app/measure app/inspect app/session app/framing app/picture app/base io/cloud
+room(app/viewer/state app/remote app/train app/report app/measure app/inspect app/session app/framing app/picture app/base io/cloud
      io/camera io/bytes raster/api raster/base)
 room(app/remote raster/scene raster/base)
 room(app/conformance app/report app/picture app/base io/scene io/camera io/picture io/bytes raster/api raster/scene

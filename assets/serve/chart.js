@@ -56,7 +56,7 @@ function zoomChart(chart, place) {
   for (const curve of chart.curves) {
     // quadbox-naive lists the same pairs as quadbox: its wider curve stays visible under the other.
     svg.append(makeSvg("polyline", { points: points(curve.points), fill: "none", stroke: modeColor(curve.mode), "stroke-width": curve.mode === "quadbox-naive" ? 3.5 : 2, "stroke-dasharray": curve.dashed ? "6 4" : "none" }));
-    if (!curve.dashed) for (const [a, b] of curve.points) svg.append(makeSvg("circle", { cx: x(a), cy: y(b), r: 2.5, fill: modeColor(curve.mode) }));
+    if (!curve.dashed && !curve.plain) for (const [a, b] of curve.points) svg.append(makeSvg("circle", { cx: x(a), cy: y(b), r: 2.5, fill: modeColor(curve.mode) }));
   }
   const line = makeSvg("line", { y1: y(0), y2: y(1), stroke: "var(--faint)", visibility: "hidden" });
   svg.append(line);

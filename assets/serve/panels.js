@@ -13,6 +13,7 @@ const kPanelBodies = {
   crop: { show: showCrop, needs: ["crop", "controls"] },
   path: { show: showPath, needs: ["path", "controls"] },
   settings: { show: showSettings, needs: ["facts", "controls"] },
+  training: { show: showTraining, needs: ["training", "controls"] },
 };
 
 // ---- helpers ------------------------------------------------------------------------------------
@@ -98,6 +99,17 @@ function showSettings(body) {
   const parts = partsOf(body, { facts: "dl", controls: "div" });
   showFacts(parts.facts, sections.facts || []);
   showControls(parts.controls, sections.controls.settings || []);
+}
+
+function showTraining(body) {
+  const training = sections.training;
+  if (!training) return;
+  const parts = partsOf(body, { share: "progress", controls: "div", facts: "dl", chart: "div", reading: "p" });
+  parts.share.value = training.share;
+  parts.share.ariaLabel = "Iterations done";
+  showControls(parts.controls, sections.controls.training || []);
+  showFacts(parts.facts, training.facts);
+  if (training.chart) parts.chart.replaceChildren(zoomChart(training.chart, parts.reading));
 }
 
 function showPath(body) {

@@ -8,6 +8,7 @@
 
 #include "app/base/quit_signals.h"
 #include "app/cli/command.h"
+#include "app/cli/serve_options.h"
 #include "app/cli/shared_options.h"
 #include "app/serve/server.h"
 #include "app/serve/token.h"
@@ -34,7 +35,9 @@ std::string host_text(const std::string& address) {
   return address.find(':') == address.npos ? address : "[" + address + "]";
 }
 
-void print_address(const ServeOptions& serve, int port, std::size_t scenes) {
+}  // namespace
+
+void print_address(const ServeOptions& serve, int port, const std::string& what) {
   const std::string host = serve.name.empty() ? host_text(serve.address) : serve.name;
   const bool everywhere = serve.address == "0.0.0.0" || serve.address == "::";
   const std::string shown = everywhere && serve.name.empty() ? "localhost" : host;
@@ -42,12 +45,22 @@ void print_address(const ServeOptions& serve, int port, std::size_t scenes) {
   fmt::print("{}://{}:{}/#token={}\n", scheme, shown, port, serve.token);
   std::fflush(stdout);
   fmt::print(stderr,
-             "serving {} scene{}; Ctrl+C ends it. The address has the token: whoever knows it can "
+             "serving {}; Ctrl+C ends it. The address has the token: whoever knows it can "
              "look.\nFrom another machine: ssh -L {}:{}:{} USER@THIS_MACHINE, then open "
              "{}://localhost:{}/#token={}\n",
-             scenes, scenes == 1 ? "" : "s", port,
-             everywhere ? "localhost" : host_text(serve.address), port, scheme, port, serve.token);
+             what, port, everywhere ? "localhost" : host_text(serve.address), port, scheme, port,
+             serve.token);
 }
+
+void warn_of_address(const Server& server, const ServeOptions& serve) {
+  if (server.is_local() || serve.tls) return;
+  warn(
+      fmt::format("{} can be reached from other machines, and the connection is not encrypted: "
+                  "ssh -L to 127.0.0.1 is safer, or --certificate and --key",
+                  serve.address));
+}
+
+namespace {
 
 std::optional<TlsFiles> tls_files(const ServeCommand& command) {
   if (command.certificate.has_value() != command.key.has_value())
@@ -106,18 +119,14 @@ int serve_scenes(ServeCommand& command) {
   serve.sibr = sibr_options(command);
   serve.token = make_token();
   Server server(serve);  // throws before the scenes are read
-  if (!server.is_local() && !serve.tls) {
-    warn(
-        fmt::format("{} can be reached from other machines, and the connection is not encrypted: "
-                    "ssh -L to 127.0.0.1 is safer, or --certificate and --key",
-                    serve.address));
-  }
+  warn_of_address(server, serve);
   ServedScenes scenes;
   for (const std::filesystem::path& path : command.scenes) {
     command.frame.scene = path;
     scenes.push_back(open_served_scene(command.frame));
   }
-  print_address(serve, server.port(), scenes.size());
+  const std::size_t count = scenes.size();
+  print_address(serve, server.port(), fmt::format("{} scene{}", count, count == 1 ? "" : "s"));
   if (serve.sibr) print_sibr_address(server.sibr_port());
   server.run(scenes, QuitSignals::arrived);
   throw Cancelled();  // only a signal ends it
@@ -125,18 +134,22 @@ int serve_scenes(ServeCommand& command) {
 
 }  // namespace
 
+void declare_serve_options(Options& options, ServeOptions& serve) {
+  options.integer("--port", "N", 0, 65535, serve.port,
+                  "port to listen at; 0 = any free one (default: 7007)");
+  options.text("--address", "ADDRESS", serve.address,
+               "address to listen at (default: 127.0.0.1, which only this machine reaches)",
+               {"192.0.2.1", "nowhere"});
+  options.text("--name", "HOST", serve.name,
+               "name by which browsers may address this machine, beside localhost and --address",
+               {"gpu7", "gpu7.example.org"});
+}
+
 CommandAction serve_command(Options& options) {
   const auto command = std::make_shared<ServeCommand>();
   options.positionals("SCENE", command->scenes, 1, kSceneHelp, kSceneSamples);
   declare_common_options(options, command->frame);
-  options.integer("--port", "N", 0, 65535, command->serve.port,
-                  "port to listen at; 0 = any free one (default: 7007)");
-  options.text("--address", "ADDRESS", command->serve.address,
-               "address to listen at (default: 127.0.0.1, which only this machine reaches)",
-               {"192.0.2.1", "nowhere"});
-  options.text("--name", "HOST", command->serve.name,
-               "name by which browsers may address this machine, beside localhost and --address",
-               {"gpu7", "gpu7.example.org"});
+  declare_serve_options(options, command->serve);
   options.text("--certificate", "FILE", command->certificate,
                "PEM file with the certificates for https://; needs --key", {"missing.pem"});
   options.text("--key", "FILE", command->key, "PEM file with the key of --certificate",

@@ -6,9 +6,12 @@
 #include "app/base/progress_bar.h"
 #include "app/base/text.h"
 #include "app/cli/command.h"
+#include "app/cli/serve_options.h"
 #include "app/cli/shared_options.h"
+#include "app/cli/train_in_browser.h"
 #include "app/cli/train_in_window.h"
 #include "app/report/train_page.h"
+#include "app/serve/token.h"
 #include "app/train/train_options.h"
 #include "raster/api/training_model.h"
 #include "raster/base/fail.h"
@@ -18,7 +21,8 @@ namespace {
 
 struct TrainCommand : train::TrainOptions {
   ViewOptions view;
-  bool in_window = false;
+  ServeOptions serve;
+  bool in_window = false, in_browser = false;
   std::optional<Backend> backend;  // unset: the best backend that works
   int device = kFirstGpu, threads = 0;
 };
@@ -37,7 +41,29 @@ void print_continuation(const char* what, Arguments arguments) {
   fmt::print("{}; to continue: {} --resume\n", what, again);
 }
 
+// The server of --serve, which listens before the photographs are read.
+std::unique_ptr<Server> server_of(TrainCommand& command) {
+  const ServeOptions unset;
+  ServeOptions& serve = command.serve;
+  if (command.in_browser && command.in_window)
+    fail(ErrorKind::usage, "train: --serve and --view exclude each other");
+  if (!command.in_browser) {
+    const auto refuse = [](bool given, const char* option) {
+      if (given) fail(ErrorKind::usage, "train: {}: needs --serve", option);
+    };
+    refuse(serve.port != unset.port, "--port");
+    refuse(serve.address != unset.address, "--address");
+    refuse(serve.name != unset.name, "--name");
+    return {};
+  }
+  serve.token = make_token();
+  auto server = std::make_unique<Server>(serve);
+  warn_of_address(*server, serve);
+  return server;
+}
+
 int run(TrainCommand& command, Arguments arguments) {
+  const std::unique_ptr<Server> server = server_of(command);
   ThreadPool pool(command.threads);
   ProgressBar bar("reading photographs");
   auto [model, data] = prepare(command, pool, bar.progress());
@@ -52,8 +78,15 @@ int run(TrainCommand& command, Arguments arguments) {
       print_continuation("stopped", arguments);
     return kExitOk;
   }
+  PageFacts page;
+  page.backend = command.backend.value_or(available_backends().front());
+  page.device = command.device;
+  page.threads = command.threads;
+  page.settings.mode = command.settings.mode;
   const train::RunEnd end =
-      run_training(command.settings, data, command.run, std::move(model), pool);
+      server ? train_in_browser(command.settings, data, command.run, std::move(model), pool,
+                                *server, command.serve, page)
+             : run_training(command.settings, data, command.run, std::move(model), pool);
   if (end == train::RunEnd::interrupted) {
     print_continuation("interrupted", arguments);
     throw Cancelled{};
@@ -70,6 +103,9 @@ void declare_options(Options& options, TrainCommand& command) {
   options.flag("--view", command.in_window,
                "shows the model in the window while it is trained; closing the window saves it");
   declare_window_options(options, command.view);
+  options.flag("--serve", command.in_browser,
+               "shows the model in a browser while it is trained, as quadsplat serve does");
+  declare_serve_options(options, command.serve);
   options.example("quadsplat train garden/ --images images_4 --out-dir garden_model",
                   "a model of 30,000 iterations");
   options.example("quadsplat train plush/ --resolution-scale 4 --iterations 1000 --out-dir quick",

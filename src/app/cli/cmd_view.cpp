@@ -8,7 +8,9 @@
 #include "app/cli/shared_options.h"
 #include "app/cli/train_in_window.h"
 #include "app/options/suggestion.h"
+#include "app/remote/tcp.h"
 #include "app/viewer/view_loop.h"
+#include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -17,6 +19,7 @@ namespace {
 struct ViewCommand {
   ViewOptions view;
   std::vector<std::filesystem::path> scenes;
+  std::optional<std::string> connect;
   bool no_vsync = false, no_interop = false;
 };
 
@@ -34,8 +37,23 @@ void take_scene_beside(ViewOptions& view) {
   view.beside.reset();
 }
 
+// A window that shows a training in another program.
+void connect(ViewCommand& command) {
+  ViewOptions& view = command.view;
+  const auto refuse = [](bool given, const char* what) {
+    if (given)
+      fail(ErrorKind::usage, "view: --connect shows a training in another program: leave out {}",
+           what);
+  };
+  refuse(!command.scenes.empty(), "SCENE");
+  refuse(view.beside.has_value(), "--beside");
+  view.connect = resolve(*command.connect, "view: --connect");
+  if (view.frame.cameras) view.remote_cameras = read_cameras(*view.frame.cameras);
+}
+
 int run(ViewCommand& command) {
   ViewOptions& view = command.view;
+  if (command.connect) connect(command);
   if (!command.scenes.empty()) {
     view.frame.scene = command.scenes.front();
     std::error_code error;
@@ -69,6 +87,10 @@ CommandAction view_command(Options& options) {
                "splits the window and draws this beside the scene: a culling mode, reference, for "
                "example \"exact, cuda classic\", or another scene's file",
                {"3dgs", "reference"});
+  options.text("--connect", "HOST:PORT", command->connect,
+               "shows a running training of the 3DGS code or of a descendant instead of a scene; "
+               "--cameras names the cameras of its data",
+               {"127.0.0.1:1", "nowhere"});
   options.flag("--no-vsync", command->no_vsync, "draws without waiting for the display's refresh");
   options.flag("--no-interop", command->no_interop,
                "copies CUDA frames to the window through the host");
@@ -76,6 +98,8 @@ CommandAction view_command(Options& options) {
   options.text("--out-dir", "DIR", view.out_dir,
                "folder of screenshots, zooms and benches (default: the current folder)", {"out"});
   options.example("quadsplat garden/", "opens a trained model");
+  options.example("quadsplat view --connect localhost:6009",
+                  "a training that runs on this machine, or beyond ssh -L 6009:127.0.0.1:6009");
   options.example("quadsplat view plush.spz --cameras cameras.json --cull exact --size 1600x1200",
                   "starts with its cameras, in another culling mode");
   return [command](Arguments) { return run(*command); };

@@ -54,6 +54,7 @@ std::optional<std::vector<std::string>> parse_render_modes(std::string_view json
 /// The numbers that such a trainer sends after each picture.
 struct SibrMetrics {
   std::optional<double> gaussians, loss;
+  bool operator==(const SibrMetrics&) const = default;
 };
 /// Empty if it is not a JSON object.
 SibrMetrics parse_metrics(std::string_view json);

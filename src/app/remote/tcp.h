@@ -15,7 +15,7 @@
 
 namespace qs {
 
-/// How long to wait. A stop is noticed within 50 ms.
+/// The end of a wait. A stop is noticed within 50 ms.
 struct Patience {
   std::chrono::steady_clock::time_point end;
   std::stop_token stop = {};

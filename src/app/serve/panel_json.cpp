@@ -15,9 +15,11 @@
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/loss_chart.h"
 #include "app/viewer/state/mode_glance.h"
 #include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_chart.h"
 #include "app/viewer/state/zoom_text.h"
 
@@ -33,16 +35,18 @@ struct PanelName {
 };
 
 // In the order of the page.
-constexpr PanelName kPanels[] = {{"table", &Panels::hud},           {"split", &Panels::split},
-                                 {"inspector", &Panels::inspector}, {"recorder", &Panels::recorder},
-                                 {"crop", &Panels::crop},           {"path", &Panels::cameras},
-                                 {"settings", &Panels::info}};
+constexpr PanelName kPanels[] = {
+    {"table", &Panels::hud},           {"split", &Panels::split},
+    {"inspector", &Panels::inspector}, {"recorder", &Panels::recorder},
+    {"crop", &Panels::crop},           {"path", &Panels::cameras},
+    {"settings", &Panels::info},       {"training", &Panels::training}};
 
 constexpr const char* kKinds[] = {"toggle", "choice", "number", "color", "button", "item"};
 
 Json panels_json(const Viewer& v) {
   Json rows = Json::array();
   for (const PanelName& panel : kPanels) {
+    if (panel.panel == &Panels::training && !v.training) continue;
     const auto served = served_commands();
     const auto command = std::find_if(served.begin(), served.end(), [&](const KeyCommand* row) {
       return row->panel == panel.panel;
@@ -392,6 +396,43 @@ Json scene_json(const Viewer& v) {
   return facts_json(facts);
 }
 
+// The curve of the loss, as shares of the chart's width and height.
+Json loss_json(const std::vector<LossPoint>& losses) {
+  const LossChart chart = loss_chart(losses);
+  Json across = Json::array(), up = Json::array(), points = Json::array();
+  for (const AxisTick& tick : chart.iteration_ticks)
+    across.push_back({tick.value / chart.most_iteration, tick.text});
+  for (const AxisTick& tick : chart.loss_ticks)
+    up.push_back({tick.value / chart.most_loss, tick.text});
+  for (const LossPoint& point : losses) {
+    const double loss = static_cast<double>(point.loss);
+    if (std::isfinite(loss))
+      points.push_back({point.iteration / chart.most_iteration, loss / chart.most_loss});
+  }
+  Json curve = {{"mode", ""}, {"dashed", false}, {"plain", true}, {"band", false}};
+  curve["points"] = points;
+  return {{"title", kLossTitle}, {"axis", kIterationTitle},  {"across", across}, {"up", up},
+          {"curves", {curve}},   {"readings", Json::array()}};
+}
+
+// Without the folder of the model.
+Json training_json(const Viewer& v) {
+  if (!v.panels.training || !v.training) return nullptr;
+  const TrainingProgress& progress = v.training->progress;
+  Json facts = Json::array();
+  for (const Fact& fact : training_facts(v)) {
+    if (fact.label == "model") continue;
+    facts.push_back({fact.label == "in the window" ? "in the picture" : fact.label,
+                     public_text(v, fact.value)});
+  }
+  Json json = {{"facts", facts},
+               {"share", progress.iterations > 0
+                             ? static_cast<double>(progress.iteration) / progress.iterations
+                             : 0.0}};
+  if (v.training->losses.size() > 1) json["chart"] = loss_json(v.training->losses);
+  return json;
+}
+
 Json job_json(const Viewer& v) {
   if (v.zoom.running)
     return {{"words", "recording a zoom: " + zoom_status(v.zoom)}, {"share", nullptr}};
@@ -423,6 +464,7 @@ Json panel_sections(const Visitor& visitor) {
           {"crop", crop_json(v)},
           {"path", path_json(v)},
           {"facts", scene_json(v)},
+          {"training", training_json(v)},
           {"job", job_json(v)},
           {"status", status_json(v)}};
 }

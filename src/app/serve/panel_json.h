@@ -19,6 +19,7 @@ namespace qs {
 ///   grid       the labels of all modes       crop       its words, and the box in the picture
 ///   path       the cameras and keyframes     facts      of the scene
 ///   job        what runs for this visitor    status     the line below the picture
+///   training   the run whose model is shown
 nlohmann::json panel_sections(const Visitor& visitor);
 
 /// The colours and meanings of the modes and of the stages, which do not change.

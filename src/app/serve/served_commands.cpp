@@ -42,6 +42,9 @@ constexpr std::string_view kServed[] = {
     "Flip the split",
     "Zoom recorder",
     "Record a zoom",
+    "Training",
+    "Pause or resume training",
+    "One iteration of training",
 };
 
 bool is_served(const KeyCommand& command) {
@@ -71,6 +74,11 @@ const KeyCommand* find_served_command(std::string_view help) {
   const auto found = std::find_if(served.begin(), served.end(),
                                   [&](const KeyCommand* command) { return command->help == help; });
   return found == served.end() ? nullptr : *found;
+}
+
+bool is_of_training(const KeyCommand& command) {
+  return command.panel == &Panels::training ||
+         std::string_view(command.help).ends_with(" training");
 }
 
 bool may_press(int key, int mods) {

@@ -19,6 +19,9 @@ std::span<const KeyCommand* const> served_commands();
 /// The command with this KeyCommand::help; null if visitors may not use it.
 const KeyCommand* find_served_command(std::string_view help);
 
+/// True if the command is of use only while a model is trained.
+bool is_of_training(const KeyCommand& command);
+
 /// True unless the key belongs to a command that visitors may not use.
 bool may_press(int key, int mods);
 

@@ -25,6 +25,7 @@
 #include "app/serve/flow.h"
 #include "app/serve/picture_message.h"
 #include "app/serve/requests.h"
+#include "app/serve/served_training.h"
 #include "app/serve/sharing.h"
 #include "app/serve/state_json.h"
 #include "app/serve/token.h"
@@ -49,7 +50,7 @@ Server::~Server() = default;
 int Server::port() const { return 0; }
 bool Server::is_local() const { return true; }
 int Server::sibr_port() const { return 0; }
-void Server::run(ServedScenes&, const std::function<bool()>&) {}
+void Server::run(ServedScenes&, const std::function<bool()>&, ServedTraining*) {}
 
 #else
 
@@ -101,6 +102,7 @@ struct Hub {
   std::map<int, std::weak_ptr<Live> > live;  // by visitor
   std::vector<const OpenedScene*> scenes;
   Pictures* pictures = nullptr;
+  ServedTraining* training = nullptr;
   Sharing sharing;
   asio::io_context io;  // goes first and takes the connections with it, which use the rest
 
@@ -230,6 +232,13 @@ class Live : public std::enable_shared_from_this<Live> {
     proceed();
   }
 
+  // Actions for all visitors.
+  void tell(const Actions& actions) {
+    if (!visitor_ || stopped_) return;
+    visitor_->apply(actions, seconds_now());
+    proceed();
+  }
+
   // Another visitor has changed what all share.
   void follow() { proceed(); }
 
@@ -287,6 +296,7 @@ class Live : public std::enable_shared_from_this<Live> {
     if (!same_token(hub_.options.token, hello.token)) return refuse_token();
     token_timer_.cancel();
     visitor_.emplace(hub_.scenes, hello.size, seconds_now());
+    if (hub_.training != nullptr) visitor_->apply({hub_.training->greeting()}, seconds_now());
     ping();  // before the state, which takes its time
     proceed();
     return true;
@@ -367,6 +377,9 @@ class Live : public std::enable_shared_from_this<Live> {
   // Jobs, measuring and files that the visitor's actions ask for.
   void pass_on_work() {
     if (visitor_->take_stop()) hub_.pictures->stop_long(number_);
+    for (const TrainingCommand command : visitor_->take_training_commands()) {
+      if (hub_.training != nullptr) hub_.training->command(command);
+    }
     const std::size_t scene = visitor_->scene();
     for (VisitorJob& work : visitor_->take_jobs()) {
       if (work.is_long) {
@@ -726,7 +739,8 @@ class Server::Network {
   bool is_local() const { return acceptor_.local_endpoint().address().is_loopback(); }
   int sibr_port() const { return sibr_listener_.port(); }
 
-  void run(ServedScenes& scenes, const std::function<bool()>& ends) {
+  void run(ServedScenes& scenes, const std::function<bool()>& ends, ServedTraining* training) {
+    hub_.training = training;
     for (const auto& scene : scenes) hub_.scenes.push_back(&scene->opened);
     {
       Pictures pictures(
@@ -738,6 +752,7 @@ class Server::Network {
              });
            },
            [this](int visitor, Actions actions) {
+             if (reported_by_training(visitor, actions)) return;
              to_live(visitor,
                      [actions = std::move(actions)](Live& live) { live.job_reported(actions); });
            },
@@ -803,7 +818,29 @@ class Server::Network {
     request->begin(fits ? 0 : 503);
   }
 
+  // The model of a training is of all visitors. Called on the thread of the renderer too.
+  bool reported_by_training(int visitor, const Actions& actions) {
+    if (hub_.training == nullptr || visitor != hub_.training->visitor()) return false;
+    asio::post(hub_.io, [this, actions] {
+      hub_.training->job_reported(actions);
+      tell_all(actions);
+    });
+    return true;
+  }
+  void tell_all(const Actions& actions) {
+    if (actions.empty()) return;
+    const auto all = hub_.live;  // a visitor may leave meanwhile
+    for (const auto& [number, weak] : all) {
+      if (const std::shared_ptr<Live> live = weak.lock()) live->tell(actions);
+    }
+  }
+  void follow_training() {
+    if (hub_.training != nullptr)
+      tell_all(hub_.training->follow(*hub_.pictures, !hub_.live.empty(), seconds_now()));
+  }
+
   void await_end(const std::function<bool()>& ends) {
+    follow_training();
     if (ends()) {
       error_code ignored;
       acceptor_.close(ignored);
@@ -827,8 +864,9 @@ Server::~Server() = default;
 int Server::port() const { return network_->port(); }
 bool Server::is_local() const { return network_->is_local(); }
 int Server::sibr_port() const { return network_->sibr_port(); }
-void Server::run(ServedScenes& scenes, const std::function<bool()>& ends) {
-  network_->run(scenes, ends);
+void Server::run(ServedScenes& scenes, const std::function<bool()>& ends,
+                 ServedTraining* training) {
+  network_->run(scenes, ends, training);
 }
 
 #endif

@@ -16,6 +16,8 @@
 
 namespace qs {
 
+class ServedTraining;
+
 struct ServeOptions {
   std::string address = "127.0.0.1";  ///< to listen at
   std::string name;                   ///< another name of the host in addresses; may be empty
@@ -42,8 +44,9 @@ class Server {
   int sibr_port() const;
 
   /// Serves until ends() is true, which it asks ten times a second. At least one scene. Throws
-  /// Error.
-  void run(ServedScenes& scenes, const std::function<bool()>& ends);
+  /// Error. `training`: of the first scene; may be null.
+  void run(ServedScenes& scenes, const std::function<bool()>& ends,
+           ServedTraining* training = nullptr);
 
  private:
   class Network;

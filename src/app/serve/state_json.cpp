@@ -22,9 +22,10 @@ bool works_in_browsers(const Gesture& gesture) {
   return std::string_view(gesture.keys) != "Drop a file";
 }
 
-Json commands_json() {
+Json commands_json(bool trains) {
   Json rows = Json::array();
   for (const KeyCommand* command : served_commands()) {
+    if (is_of_training(*command) && !trains) continue;
     rows.push_back(
         {{"menu",
           command->menu == Menu::none ? "" : kMenuNames[static_cast<std::size_t>(command->menu)]},
@@ -88,9 +89,9 @@ StateSections state_sections(const Visitor& visitor,
   const auto text = [](const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
   };
-  static const std::string kCommands = text(commands_json()), kHelp = text(help_json()),
-                           kLegend = text(legend_json());
-  StateSections sections = {{"commands", kCommands},
+  static const std::string kCommands[] = {text(commands_json(false)), text(commands_json(true))},
+                           kHelp = text(help_json()), kLegend = text(legend_json());
+  StateSections sections = {{"commands", kCommands[visitor.viewer().training ? 1 : 0]},
                             {"help", kHelp},
                             {"legend", kLegend},
                             {"scenes", text(scenes_json(scenes))},

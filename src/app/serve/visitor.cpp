@@ -13,6 +13,7 @@
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/live_counts.h"
 #include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
@@ -55,6 +56,12 @@ void VisitorHost::keep(VisitorJob job) {
 void VisitorHost::send_file(const std::string& name, std::shared_ptr<const std::string> bytes) {
   if (files_.size() >= kMostFiles) fail("too many files wait to be sent: try again later");
   files_.push_back({harmless_name(name), std::move(bytes)});
+}
+
+// The run is stopped at the terminal only.
+void VisitorHost::train(TrainingCommand command) {
+  if (command == TrainingCommand::stop) refuse();
+  training_commands_.push_back(command);
 }
 
 void VisitorHost::refuse() { fail("this is not possible in a browser"); }
@@ -177,8 +184,9 @@ void Visitor::take(const ClientMessage& message, double now) {
   do_all(actions);
 }
 
+// While a model is trained, the next picture replaces this one soon: no exact picture is made.
 bool Visitor::waits_for_rest() const {
-  return viewer().version != ordered_version_ || !ordered_lossless_;
+  return viewer().version != ordered_version_ || !(ordered_lossless_ || is_training(viewer()));
 }
 
 bool Visitor::is_moved() const {
@@ -188,7 +196,8 @@ bool Visitor::is_moved() const {
 
 bool Visitor::is_busy() const {
   const Viewer& v = viewer();
-  return is_moved() || !v.toasts.empty() || !v.still() || (waits_for_rest() && !rests());
+  return is_moved() || !v.toasts.empty() || !v.still() ||
+         (waits_for_rest() && (!rests() || !may_draw(v)));
 }
 
 // Sooner than in the window: input cancels the picture at rest.
@@ -196,7 +205,7 @@ bool Visitor::rests() const { return viewer().now - viewer().last_motion > kRest
 
 std::optional<PictureOrder> Visitor::next_order(const LineSpeed& line) {
   const Viewer& v = viewer();
-  if (!waits_for_rest()) return {};
+  if (!waits_for_rest() || !may_draw(v)) return {};
   const bool is_new = v.version != ordered_version_;
   if (!is_new && (!rests() || is_moved())) return {};
   PictureOrder order;

@@ -39,6 +39,9 @@ class VisitorHost : public Host {
   /// True if the visitor's long jobs are to be stopped.
   bool take_stop() { return std::exchange(stops_, false); }
   std::vector<SentFile> take_files() { return std::exchange(files_, {}); }
+  std::vector<TrainingCommand> take_training_commands() {
+    return std::exchange(training_commands_, {});
+  }
 
   void open(const std::filesystem::path&, const std::string&) override { refuse(); }
   void open_beside(const std::filesystem::path&) override { refuse(); }
@@ -52,7 +55,7 @@ class VisitorHost : public Host {
   void stop_job() override { stops_ = true; }
   void run_behind(Job) override {}
   void start_training(const TrainingRequest&) override { refuse(); }
-  void train(TrainingCommand) override { refuse(); }
+  void train(TrainingCommand command) override;
   void write_file(const std::filesystem::path& path, const std::string& text) override {
     send_file(path.filename().string(), std::make_shared<const std::string>(text));
   }
@@ -71,6 +74,7 @@ class VisitorHost : public Host {
   std::vector<VisitorJob> jobs_;
   std::size_t open_ = 0;  // jobs that were taken and have not ended
   std::vector<SentFile> files_;
+  std::vector<TrainingCommand> training_commands_;
   bool stops_ = false;
 };
 
@@ -117,6 +121,7 @@ class Visitor {
   void job_ended() { host_.job_ended(); }
   bool take_stop() { return host_.take_stop(); }
   std::vector<SentFile> take_files() { return host_.take_files(); }
+  std::vector<TrainingCommand> take_training_commands() { return host_.take_training_commands(); }
 
   /// The shared parts at the last Sharing::meet().
   const Met& met() const { return met_; }

@@ -8,6 +8,7 @@
 #include "app/base/assets.h"
 #include "app/base/quit_signals.h"
 #include "app/base/text_file.h"
+#include "app/remote/remote_training.h"
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"
@@ -22,6 +23,7 @@
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/interface_scale.h"
+#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/window/desktop_dialog.h"
 #include "app/viewer/window/desktop_programs.h"
@@ -31,6 +33,7 @@
 #include "app/viewer/window/window.h"
 #include "app/viewer/window/window_grab.h"
 #include "io/picture/image_file.h"
+#include "raster/base/fail.h"
 
 namespace qs {
 namespace {
@@ -41,7 +44,7 @@ constexpr double kMemorySeconds = 1;  ///< between two measurements of memory
 glm::ivec2 size_of(const PixelBox& box) { return {box.x1 - box.x0, box.y1 - box.y0}; }
 
 std::filesystem::path first_scene(const ViewOptions& options) {
-  if (options.train) return "";
+  if (options.train || options.connect) return "";
   if (!options.frame.scene.empty() || !first_start(options)) return options.frame.scene;
   return find_asset(kBundledScene).value_or("");
 }
@@ -75,6 +78,10 @@ class ViewLoop final : public Host {
     follow_scale();
     const glm::ivec2 pixels = size_of(picture_area());
     apply(action::resize, pixels.x, pixels.y);
+    if (options.connect) {
+      apply(action::remote_opened, options.connect->text, options.remote_cameras);
+      remote_.emplace(*options.connect, Window::wake);
+    }
   }
 
   void run_until_quit() {
@@ -104,6 +111,7 @@ class ViewLoop final : public Host {
       follow_scale();
       fit_picture();
       follow_training();
+      follow_remote();
       apply(action::follow_crop);
       apply(action::follow_view_choice);
       apply(action::follow_test_view);
@@ -120,6 +128,7 @@ class ViewLoop final : public Host {
  private:
   // ---- Host -----------------------------------------------------------------------------------
   void open(const std::filesystem::path& path, const std::string& axes) override {
+    require_scene();
     stop_zoom();
     const FrameOptions& frame = options_.frame;
     OpenRequest request;
@@ -135,6 +144,7 @@ class ViewLoop final : public Host {
     opening_.open(request);
   }
   void open_beside(const std::filesystem::path& path) override {
+    require_scene();
     stop_zoom();
     OpenRequest request;
     request.path = path;
@@ -155,10 +165,16 @@ class ViewLoop final : public Host {
     render_->stop_job();
     if (training_ && training_->reads()) training_->command(TrainingCommand::stop);
   }
-  void run(Job job) override { render_->run(std::move(job)); }
+  void run(Job job) override {
+    require_scene();
+    render_->run(std::move(job));
+  }
   void stop_job() override { render_->stop_job(); }
-  void run_behind(Job job) override { render_->run_behind(std::move(job)); }
+  void run_behind(Job job) override {
+    if (!remote_) render_->run_behind(std::move(job));
+  }
   void start_training(const TrainingRequest& request) override {
+    require_scene();
     stop_zoom();
     training_shown_ = false;
     training_.emplace(Window::wake, [this, request](TrainingThread& thread) {
@@ -166,6 +182,7 @@ class ViewLoop final : public Host {
     });
   }
   void train(TrainingCommand command) override {
+    if (remote_) remote_->pause(command == TrainingCommand::pause);
     if (training_) training_->command(command);
   }
   void write_file(const std::filesystem::path& path, const std::string& text) override {
@@ -182,6 +199,11 @@ class ViewLoop final : public Host {
   void set_clipboard(const std::string& text) override { window_.set_clipboard(text); }
   void toggle_fullscreen() override { window_.toggle_fullscreen(); }
   void quit() override { quit_ = true; }
+
+  void require_scene() const {
+    if (remote_)
+      fail("this window shows a training in another program, of which it has pictures only");
+  }
 
   // Reading and training would disturb the frames that the recorder times.
   void stop_zoom() {
@@ -207,8 +229,9 @@ class ViewLoop final : public Host {
   }
 
   Surroundings surroundings() {
-    const bool pending =
-        !script_.done() || window_.input().busy() || !requests_.are_up_to_date(viewer_);
+    const bool wants_picture =
+        remote_ ? asked_version_ != viewer_.version : !requests_.are_up_to_date(viewer_);
+    const bool pending = !script_.done() || window_.input().busy() || wants_picture;
     return {glfwGetTime(), window_.last_event(), render_->busy(), pending};
   }
 
@@ -256,6 +279,7 @@ class ViewLoop final : public Host {
     const auto at_rest = [&] {
       return is_settled(viewer_) && !opening_.busy() && !photographs_.busy() && !render_->busy() &&
              beside_.empty() && !test_photographs_.busy() && !test_view_is_pending(viewer_) &&
+             !(remote_ && viewer_.shown.version != viewer_.version) &&
              !(training_ && (training_->busy() || training_->reads()));
     };
     const auto step = script_.next(viewer_, *this, at_rest);
@@ -277,6 +301,34 @@ class ViewLoop final : public Host {
       training_->want_model();
   }
 
+  // Tells the training in another program which view is wanted, and the viewer how it is.
+  void follow_remote() {
+    if (!remote_) return;
+    RemoteRun run = remote_->run();
+    if (run != *viewer_.remote) apply_all({call(action::remote_reported, run)});
+    // A view that moved is asked for once more when it rests.
+    if (asked_version_ == viewer_.version && asked_moving_ == viewer_.moving()) return;
+    asked_version_ = viewer_.version;
+    asked_moving_ = viewer_.moving();
+    remote_->show({viewer_.camera, viewer_.version,
+                   static_cast<double>(viewer_.settings.splat_scale), asked_moving_});
+  }
+
+  void take_remote_picture() {
+    std::optional<RemotePicture> picture = remote_->take_picture();
+    if (!picture) return;
+    RenderedFrame frame;
+    frame.shown.mode = viewer_.mode();
+    frame.shown.version = picture->version;
+    frame.shown.camera = picture->camera;
+    frame.shown.stats.frame_ms = static_cast<float>(picture->ms);
+    frame.width = picture->width;
+    frame.height = picture->height;
+    frame.rgba = std::move(picture->rgba);
+    apply_all({call(action::frame_shown, frame.shown)});
+    presenter_.show(std::move(frame), nullptr);
+  }
+
   // Reads the second scene that the command line names, after the first scene.
   void begin_beside() {
     if (beside_.empty() || opening_.busy() || photographs_.busy() || render_->busy()) return;
@@ -296,6 +348,7 @@ class ViewLoop final : public Host {
   }
 
   void take_frame() {
+    if (remote_) return take_remote_picture();
     std::optional<RenderedFrame> frame = render_->take_frame();
     if (!viewer_.scene && !viewer_.loading) return presenter_.clear();
     if (!frame) return;
@@ -305,6 +358,7 @@ class ViewLoop final : public Host {
   }
 
   void request_frames() {
+    if (remote_) return;
     const bool rests = !pacing_.wants_to_draw(viewer_, surroundings());
     render_->note_rest(rests);
     requests_.update(viewer_, *render_, rests);
@@ -377,6 +431,9 @@ class ViewLoop final : public Host {
   DesktopPrograms desktop_programs_;
   std::optional<TrainingThread> training_;  // it ends first, and saves the model
   bool training_shown_ = false;
+  std::optional<RemoteTraining> remote_;
+  int asked_version_ = -1;     // of its last view
+  bool asked_moving_ = false;  // that view
   bool quit_ = false, vsync_ = true, dialog_open_ = false;
   double memory_measured_ = -10;
   MemoryWatch gpu_memory_{[device = options_.frame.device] { return gpu_bytes(device); }};

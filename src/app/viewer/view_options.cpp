@@ -42,6 +42,7 @@ Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
   viewer.vsync = viewer.vsync && options.vsync;
   viewer.panels.split = options.beside.has_value();
   if (options.train) viewer.training.emplace();
+  if (options.connect) viewer.hints = {};
   return viewer;
 }
 

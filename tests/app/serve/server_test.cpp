@@ -23,6 +23,7 @@
 
 #include "app/serve/picture_message.h"
 #include "app/serve/running_server.h"
+#include "app/serve/served_training.h"
 #include "app/support/run_program.h"
 #include "io/picture/image_file.h"
 #include "io/picture/webp_image.h"
@@ -733,6 +734,120 @@ TEST(ServeProgram, prints_its_address_and_ends_with_a_signal) {
   EXPECT_THAT(run.out,
               testing::MatchesRegex("http://127\\.0\\.0\\.1:[0-9]+/#token=[0-9a-f]{32}\n"));
   EXPECT_THAT(run.err, HasSubstr("ssh -L "));
+}
+
+// ---- a training ---------------------------------------------------------------------------------
+class ServeTraining : public ServeLive {
+ protected:
+  const std::filesystem::path model_ = small_->folder / "secret0";  // has cameras
+  std::atomic<int> saved_ = 0;
+  std::atomic<bool> finishes_ = false;
+  // Outlives the server.
+  std::unique_ptr<TrainingThread> trainer_ = std::make_unique<TrainingThread>(
+      [] {}, [this](TrainingThread& thread) { return train(thread); });
+  ServedTraining training_{*trainer_};
+  ServedScenes scenes_;
+
+  ~ServeTraining() override {
+    finishes_ = true;
+    trainer_->command(TrainingCommand::stop);
+    end();
+  }
+
+  // A run without an end, whose model has as many Gaussians as iterations.
+  std::string train(TrainingThread& thread) {
+    thread.began(model_, model_.parent_path() / "data", nullptr);
+    for (int i = 0; !finishes_; ++i) {
+      TrainingProgress progress;
+      progress.iteration = i;
+      progress.iterations = 1'000'000;
+      progress.loss = 0.25;
+      progress.gaussians = static_cast<std::uint64_t>(i) + 1;
+      const TrainingWish wish = thread.after_iteration(
+          progress, [&] { return test::random_cloud(static_cast<std::size_t>(i) + 1, 0, 1); });
+      if (wish == TrainingWish::save) ++saved_;
+      if (wish == TrainingWish::stop) break;
+      std::this_thread::sleep_for(1ms);
+    }
+    return "saved in " + model_.string();
+  }
+
+  void serve() {
+    PageFacts page;
+    page.threads = 1;
+    scenes_.push_back(training_.open(page, [] { return false; }));
+    ASSERT_TRUE(scenes_.back());
+    server_ = std::make_unique<Server>(options_);
+    thread_ = std::thread([this] {
+      server_->run(
+          scenes_, [this] { return ends_.load() || training_.has_ended(); }, &training_);
+    });
+  }
+
+  // Reads until a state of the panel for which the condition holds.
+  template <class Holds>
+  Json panel_when(Socket& socket, Holds holds) {
+    while (true) {
+      const Message message = read(socket);
+      if (message.is_binary) {
+        ++received_;
+        say(socket, R"({"type":"received","count":)" + std::to_string(received_) + "}");
+        continue;
+      }
+      const Json sections = Json::parse(message.bytes).at("sections");
+      if (!sections.contains("training") || sections["training"].is_null()) continue;
+      Json facts = Json::object();
+      for (const Json& fact : sections["training"]["facts"])
+        facts[fact[0].get<std::string>()] = fact[1];
+      if (holds(facts)) return facts;
+    }
+  }
+  static void press(Socket& socket, const std::string& button) {
+    say(socket, R"({"type":"set","value":1,"control":")" + button + "\"}");
+  }
+};
+
+TEST_F(ServeTraining, visitors_see_pause_step_and_save_the_run) {
+  serve();
+  Socket socket = open();
+  greet(socket);
+  const auto is_later = [](const Json& facts) {
+    return facts["state"] == "running" && facts["in the picture"] != "iteration 0";
+  };
+  const Json running = panel_when(socket, is_later);
+  EXPECT_EQ(running["loss"], "0.2500");
+  EXPECT_FALSE(running.contains("model"));
+  press(socket, "Pause training");
+  const Json paused =
+      panel_when(socket, [](const Json& facts) { return facts["state"] == "paused"; });
+  const auto shows_newest = [](const Json& facts) {
+    return facts["iteration"].get<std::string>().starts_with(
+        facts["in the picture"].get<std::string>().substr(10) + " of");
+  };
+  const Json shown = shows_newest(paused) ? paused : panel_when(socket, shows_newest);
+  EXPECT_FALSE(exact_picture(socket).empty());
+  press(socket, "Step");
+  const Json stepped = panel_when(
+      socket, [&](const Json& facts) { return facts["iteration"] != shown["iteration"]; });
+  EXPECT_EQ(stepped["state"], "paused");
+  press(socket, "Save the model");
+  press(socket, "Pause training");
+  panel_when(socket, [](const Json& facts) { return facts["state"] == "running"; });
+  EXPECT_EQ(saved_, 1);
+  finishes_ = true;
+  const Json ended =
+      panel_when(socket, [](const Json& facts) { return facts["state"] != "running"; });
+  EXPECT_EQ(ended["state"], "saved in secret0");
+  thread_.join();
+  EXPECT_THAT(all_, Not(HasSubstr(small_->folder.path().string())));
+}
+
+TEST_F(ServeTraining, visitors_cannot_stop_the_run) {
+  VisitorHost host;
+  EXPECT_THROW(host.train(TrainingCommand::stop), Error);
+  host.train(TrainingCommand::pause);
+  EXPECT_EQ(host.take_training_commands().size(), 1u);
+  finishes_ = true;
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 
 namespace qs {
@@ -640,6 +641,28 @@ void add_path_controls(std::vector<Control>& rows) {
       }));
 }
 
+void add_training_controls(std::vector<Control>& rows) {
+  const auto trains = [](const Viewer& v) {
+    return v.training && v.training->phase != TrainingPhase::ended;
+  };
+  const auto if_training = [trains](const Viewer& v) { return if_true(trains(v)); };
+  rows.push_back(button_row(
+      &Panels::training, "Pause training", call(action::toggle_training),
+      [trains](const Viewer& v) -> Now {
+        if (!trains(v)) return {};
+        ControlNow now;
+        now.text = v.training->phase == TrainingPhase::paused ? "Resume" : "Pause";
+        return now;
+      },
+      "pauses or resumes training"));
+  rows.push_back(button_row(&Panels::training, "Step",
+                            call(action::command_training, TrainingCommand::step), if_training,
+                            "pauses, or trains one more iteration"));
+  rows.push_back(button_row(&Panels::training, "Save the model",
+                            call(action::command_training, TrainingCommand::save), if_training,
+                            "saves the model and goes on"));
+}
+
 std::vector<Control> make_controls() {
   std::vector<Control> rows;
   add_table_controls(rows);
@@ -648,6 +671,7 @@ std::vector<Control> make_controls() {
   add_split_controls(rows);
   add_crop_controls(rows);
   add_recorder_controls(rows);
+  add_training_controls(rows);
   rows.push_back(item_row(&Panels::inspector, "Gaussian", [](const Viewer&, double, std::size_t i) {
     return call(inspect_row, i);
   }));

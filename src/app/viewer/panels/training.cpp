@@ -10,6 +10,7 @@
 #include "app/viewer/panels/plot_axes.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/loss_chart.h"
+#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {
@@ -54,9 +55,18 @@ void draw_training_buttons(const Training& training, Actions& actions) {
   button("Stop", TrainingCommand::stop, "Saves the model and ends the run; --resume continues it");
 }
 
+// A training in another program.
+void draw_remote_training(const Viewer& viewer, Actions& actions) {
+  if (ImGui::Button(viewer.remote->paused ? "Resume" : "Pause"))
+    actions.push_back(call(action::toggle_training));
+  command_tooltip("Pause or resume training");
+  for (const Fact& fact : remote_facts(viewer)) draw_fact(fact);
+}
+
 }  // namespace
 
 void draw_training(const Viewer& viewer, PanelState& state, Actions& actions) {
+  if (viewer.remote) return draw_remote_training(viewer, actions);
   if (!viewer.training) {
     ImGui::TextWrapped("Nothing is trained. File > Train from photographs starts a run.");
     return;

@@ -25,7 +25,7 @@ bool shows_full_frame(const Viewer& viewer) {
 }
 
 bool can_measure(const Viewer& viewer) {
-  return shows_full_frame(viewer) && viewer.on_demand && !is_training(viewer) &&
+  return shows_full_frame(viewer) && viewer.on_demand && !viewer.remote && !is_training(viewer) &&
          !viewer.zoom.running && (viewer.shows_grid || (viewer.panels.hud && viewer.panels.all));
 }
 

@@ -19,7 +19,7 @@ namespace qs {
 
 CropRequest wanted_crop(const Viewer& viewer) {
   const Crop& crop = viewer.crop;
-  if (!viewer.scene || is_training(viewer)) return {};
+  if (!viewer.scene || viewer.remote || is_training(viewer)) return {};
   if (crop.applied) return {crop.wish, CropView::rest, crop.done};
   if (viewer.panels.crop && crop.wish.removes())
     return {crop.wish, crop.marks ? CropView::marked : CropView::counted, crop.done};

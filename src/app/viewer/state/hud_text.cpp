@@ -17,6 +17,7 @@
 #include "app/viewer/state/lost.h"
 #include "app/viewer/state/mode_glance.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_text.h"
@@ -146,6 +147,15 @@ std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
 
 StatusLine status_line(const Viewer& viewer) {
   StatusLine line;
+  if (viewer.remote) {
+    line.numbers = "training at " + viewer.remote->address;
+    if (viewer.frames > 0)
+      line.numbers += fmt::format("  \u00b7  picture after {:.0f} ms",
+                                  static_cast<double>(viewer.shown.stats.frame_ms));
+    line.note = remote_state(*viewer.remote);
+    line.caution = !viewer.remote->problem.empty();
+    return line;
+  }
   if (viewer.loading && !viewer.scene) {
     line.numbers = fmt::format("loading {}", viewer.loading->path.filename().string());
     if (viewer.frames > 0) line.note = "a coarse picture until the rest is read";
@@ -366,6 +376,7 @@ std::string state_json(const Viewer& viewer) {
       json["training"]["of this view"] = test_view_text(viewer);
     }
   }
+  if (viewer.remote) add_facts(json["remote"], remote_facts(viewer));
   json["open_dialog"] = viewer.panels.open;
   for (const HudRow& row : hud_rows(viewer)) json["modes"].push_back(mode_json(viewer, row));
   if (const auto facts = hud_facts(viewer); !facts.empty()) add_facts(json["facts"], facts);

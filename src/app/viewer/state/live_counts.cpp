@@ -14,7 +14,7 @@ std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode) {
 }
 
 bool shows_counts(const Viewer& viewer) {
-  return viewer.scene && viewer.panels.hud && viewer.panels.all;
+  return viewer.scene && !viewer.remote && viewer.panels.hud && viewer.panels.all;
 }
 
 bool counts_are_current(const Viewer& viewer) {

@@ -140,6 +140,7 @@ void command_training(Viewer& v, Host& host, TrainingCommand command) {
 }
 
 void toggle_training(Viewer& v, Host& host) {
+  if (v.remote) host.train(v.remote->paused ? TrainingCommand::resume : TrainingCommand::pause);
   const bool paused = v.training && v.training->phase == TrainingPhase::paused;
   command_training(v, host, paused ? TrainingCommand::resume : TrainingCommand::pause);
 }

@@ -24,6 +24,7 @@
 #include "app/picture/heatmap.h"
 #include "app/picture/image_difference.h"
 #include "app/picture/value_map.h"
+#include "app/remote/remote_run.h"
 #include "app/report/bench_report.h"
 #include "app/viewer/state/crop.h"
 #include "app/viewer/state/train_form.h"
@@ -394,6 +395,8 @@ struct Viewer : Turn {
   int inspections = 0;  ///< counts changes of `inspected`
   std::optional<ReferenceComparison> comparison;
   std::optional<Training> training;  ///< the run in the window, also after its end
+  std::optional<RemoteRun> remote;   ///< the window shows a training in another program: there is
+                                     ///< no scene to draw, measure or save here
   Crop crop;
   std::vector<Keyframe> keyframes;
   bool loops_path = false;  ///< after the last keyframe the path returns to the first

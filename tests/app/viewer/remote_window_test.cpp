@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+//
+// The window of a training in another program.
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/support/driven_viewer.h"
+#include "app/support/program_in_window.h"
+#include "app/support/run_program.h"
+#include "app/viewer/render/frame_requests.h"
+#include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/remote_actions.h"
+#include "app/viewer/state/training_actions.h"
+#include "io/picture/image_file.h"
+#include "support/temporary_folder.h"
+#include "test_paths.h"
+
+namespace qs {
+namespace {
+
+using testing::HasSubstr;
+
+struct DrivenRemote : test::Driven {
+  DrivenRemote() {
+    apply(action::resize, 64, 48);
+    apply(action::remote_opened, std::string("gpu7:6009"), std::vector<Camera>());
+  }
+  void report(const RemoteRun& run) { apply(action::remote_reported, run); }
+  std::string fact(const std::string& label) const {
+    for (const Fact& fact : remote_facts(viewer)) {
+      if (fact.label == label) return fact.value;
+    }
+    return "";
+  }
+};
+
+TEST(RemoteWindow, the_panel_says_how_the_training_is) {
+  DrivenRemote driven;
+  EXPECT_EQ(driven.fact("state"), "connecting");
+  RemoteRun run;
+  run.address = "gpu7:6009";
+  run.is_answering = true;
+  run.source = "/data/garden";
+  run.metrics = {1234567.0, 0.03125};
+  driven.report(run);
+  EXPECT_EQ(driven.fact("state"), "running");
+  EXPECT_EQ(driven.fact("its data"), "/data/garden");
+  EXPECT_EQ(driven.fact("Gaussians"), "1,234,567");
+  EXPECT_EQ(driven.fact("loss"), "0.0312");
+  run.metrics = {NAN, NAN};
+  driven.report(run);
+  EXPECT_EQ(driven.fact("Gaussians"), "");
+  run.problem = "gpu7:6009: the training does not answer";
+  driven.report(run);
+  driven.report(run);
+  EXPECT_EQ(driven.fact("state"), run.problem);
+  EXPECT_EQ(status_line(driven.viewer).note, run.problem);
+  EXPECT_EQ(driven.viewer.toasts.size(), 1u) << "a problem is said once";
+}
+
+TEST(RemoteWindow, the_address_is_no_file_that_was_opened) {
+  const DrivenRemote driven;
+  EXPECT_TRUE(driven.viewer.recent.empty());
+}
+
+TEST(RemoteWindow, nothing_is_measured_or_counted) {
+  DrivenRemote driven;
+  driven.apply(action::toggle_panel, &Panels::hud);
+  EXPECT_FALSE(numbers_are_missing(driven.viewer));
+  EXPECT_FALSE(counts_are_missing(driven.viewer));
+}
+
+TEST(RemoteWindow, shows_pauses_and_resumes_a_training) {
+  if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
+  if (test::run_program("python3", {"--version"}).exit_code == 127)
+    GTEST_SKIP() << "python3 is not installed";
+  const TemporaryFolder folder;
+  const auto path = [&](const std::string& name) { return (folder / name).string(); };
+  std::ofstream(folder / "script")
+      << "wait\nkey Shift+T\nwait\nstate " << path("shown.json")
+      << "\ndrag 20 10 left\nkey Shift+T\nwait\nstate " << path("moved.json") << "\nquit\n";
+  const auto peer = test::run_program(
+      "python3",
+      {QUADSPLAT_SOURCE_DIR "/tests/support/network_gui_peer.py", "trainer_first", path("port"),
+       path("log")},
+      [&](pid_t pid) {
+        for (int i = 0; i < 6000 && !std::filesystem::exists(folder / "port"); ++i)
+          std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        const auto run = test::run_quadsplat(
+            {"view", "--connect", "127.0.0.1:" + test::content_of(folder / "port"), "--settings",
+             "-", "--size", "640x480", "--input", path("script")});
+        EXPECT_EQ(run.exit_code, 0) << run.err;
+        ::kill(pid, SIGTERM);
+      });
+  const auto state = nlohmann::json::parse(test::content_of(folder / "shown.json"));
+  EXPECT_EQ(state["remote"]["its data"], "/data/garden");
+  EXPECT_EQ(state["remote"]["Gaussians"], "1,234");
+  EXPECT_EQ(state["remote"]["loss"], "0.2500");
+  EXPECT_EQ(state["remote"]["state"], "paused");
+  const auto moved = nlohmann::json::parse(test::content_of(folder / "moved.json"));
+  EXPECT_EQ(moved["remote"]["state"], "running");
+  EXPECT_NE(moved["camera"], state["camera"]);
+  const auto log = nlohmann::json::parse(test::content_of(folder / "log"));
+  EXPECT_GE(log["requests"], 2);
+  EXPECT_EQ(log["broken"], 0);
+}
+
+TEST(RemoteWindow, what_does_not_fit_is_refused) {
+  const auto refusal = [](std::vector<std::string> words) {
+    words.insert(words.begin(), "view");
+    const auto run = test::run_quadsplat(words);
+    EXPECT_EQ(run.exit_code, 1);
+    return run.err;
+  };
+  EXPECT_THAT(refusal({"scene.ply", "--connect", "localhost:6009"}), HasSubstr("leave out SCENE"));
+  EXPECT_THAT(refusal({"--connect", "localhost:6009", "--beside", "3dgs"}),
+              HasSubstr("leave out --beside"));
+  EXPECT_THAT(refusal({"--connect", "localhost"}),
+              HasSubstr("view: --connect localhost: not a host and a port"));
+}
+
+}  // namespace
+}  // namespace qs

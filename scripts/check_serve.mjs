@@ -5,10 +5,12 @@
 // Prints a line per check and leaves screenshots in the current folder. Exit code 1: a check failed. Firefox cannot
 // emulate phones, media and names of hosts, so these checks are Chromium's.
 import { execFileSync } from "node:child_process";
-import { readFileSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { argv, env, exit } from "node:process";
 import puppeteer from "puppeteer-core";
-import { check, exitCode, slowLine, startServer, through } from "./serve_kit.mjs";
+import { check, exitCode, slowLine, start, startServer, through } from "./serve_kit.mjs";
 
 const [scene, cameras, kind] = argv.slice(2);
 const isChrome = kind === "chrome";
@@ -249,6 +251,7 @@ try {
   check("a lost connection comes back", true);
 
   await checkVideo();
+  await checkTraining();
   if (isChrome) await checkPhoneAndNames();
   const stranger = await (await browser.createBrowserContext()).newPage();
   await stranger.goto(`http://127.0.0.1:${port}/`);
@@ -311,6 +314,43 @@ async function checkVideo() {
   } finally {
     await slow.close();
     line.end();
+  }
+}
+
+// A training from two pictures of the scene: its panel, its buttons, and Ctrl+C.
+async function checkTraining() {
+  const data = mkdtempSync(join(tmpdir(), "check_serve-"));
+  mkdirSync(join(data, "images"));
+  const two = JSON.parse(readFileSync(cameras, "utf8")).slice(0, 2);
+  writeFileSync(join(data, "cameras.json"), JSON.stringify(two));
+  two.forEach((camera, i) => execFileSync(env.QUADSPLAT, ["render", scene, "--cameras", cameras, "--camera-index", String(i), "--backend", "cpu", "--output", join(data, "images", camera.img_name + ".png")]));
+  const training = await start("train", data, "--out-dir", join(data, "model"), "--resolution-scale", "2", "--iterations", "1000000", "--random-points", "2000", "--backend", "cpu", "--serve");
+  const shown = await browser.newPage();
+  try {
+    shown.on("pageerror", (error) => problems.push(String(error)));
+    await shown.setViewport({ width: 1280, height: 800 });
+    await shown.goto(training.address);
+    const fact = (label) => shown.evaluate((name) => (sections.training.facts.find((one) => one[0] === name) || [])[1], label);
+    const state = (text) => shown.waitForFunction((it) => sections.training && sections.training.facts[0][1] === it, { timeout: 60000 }, text);
+    await state("running");
+    const first = await fact("in the picture");
+    await shown.waitForFunction((it) => sections.training.facts.find((one) => one[0] === "in the picture")[1] !== it && sections.training.chart, { timeout: 60000 }, first);
+    check("the picture follows a training", true);
+    const press = (name) => shown.evaluate((it) => [...document.querySelectorAll("#panel-training button")].find((button) => button.textContent === it).click(), name);
+    await press("Pause");
+    await state("paused");
+    await shown.waitForFunction(() => document.querySelector("canvas").dataset.exact === "true", { timeout: 60000 });
+    const paused = await fact("iteration");
+    await press("Step");
+    await shown.waitForFunction((it) => sections.training.facts[1][1] !== it, { timeout: 60000 }, paused);
+    check("a button takes one iteration", await fact("state") === "paused");
+    check("no path reaches the page", !(await shown.evaluate(() => JSON.stringify(sections))).includes(data));
+    await shown.screenshot({ path: "training.png" });
+  } finally {
+    await shown.close();
+    const code = await training.end();
+    check("Ctrl+C ends the training as without a page", code === 130, code);
+    rmSync(data, { recursive: true });
   }
 }
 

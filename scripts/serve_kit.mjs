@@ -14,15 +14,19 @@ export const exitCode = () => (failures === 0 ? 0 : 1);
 export const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
 // Starts `quadsplat serve` with these arguments. `address` has the token; end() resolves to the exit code.
-export async function startServer(...args) {
-  const server = spawn(env.QUADSPLAT, ["serve", ...args, "--port", "0"]);
+export const startServer = (...args) => start("serve", ...args);
+
+// The same for `quadsplat COMMAND`, whose output has the address.
+export async function start(...args) {
+  const server = spawn(env.QUADSPLAT, [...args, "--port", "0"]);
   let errors = "";
   server.stderr.on("data", (data) => { errors += data; });
   const address = await new Promise((resolve, reject) => {
     let out = "";
     server.stdout.on("data", (data) => {
       out += data;
-      if (out.includes("\n")) resolve(out.trim());
+      const line = out.match(/^(https?:.*)\n/m);
+      if (line) resolve(line[1]);
     });
     server.on("exit", () => reject(new Error("the server ended: " + errors)));
   });

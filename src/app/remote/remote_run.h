@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What is known of a training in another program, as plain data.
+// The facts of a training in another program, as plain data.
 #pragma once
 
 #include <string>

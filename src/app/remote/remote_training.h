@@ -72,7 +72,7 @@ class RemoteTraining {
   void visit(const std::stop_token& stop);
   bool open(const std::stop_token& stop);
   bool ask(const std::stop_token& stop);
-  // False if the connection cannot be used any more; tells the user why.
+  // False if the connection cannot be used any more; the user reads why.
   bool read(std::span<std::byte> bytes, const std::stop_token& stop);
   bool read_text(std::string& text, const std::stop_token& stop);
   bool read_modes(const std::stop_token& stop);

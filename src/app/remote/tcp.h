@@ -62,7 +62,7 @@ std::uint32_t length_of(std::span<const std::byte, 4> bytes);
 /// Listens at 127.0.0.1; port 0: any free one. Throws Error(device): "`who` cannot be used: ...".
 TcpSocket listen_on_loopback(int port, const std::string& who);
 
-/// Where to connect to.
+/// The address of a peer.
 struct TcpAddress {
   std::string text;                    ///< "gpu7:6009", for messages
   std::vector<std::byte> socket_name;  ///< sockaddr

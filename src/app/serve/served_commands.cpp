@@ -44,7 +44,6 @@ constexpr std::string_view kServed[] = {
     "Record a zoom",
     "Training",
     "Pause or resume training",
-    "One iteration of training",
 };
 
 bool is_served(const KeyCommand& command) {

@@ -301,7 +301,7 @@ class ViewLoop final : public Host {
       training_->want_model();
   }
 
-  // Tells the training in another program which view is wanted, and the viewer how it is.
+  // Passes the view to the training in another program, and its facts to the viewer.
   void follow_remote() {
     if (!remote_) return;
     RemoteRun run = remote_->run();

@@ -780,7 +780,7 @@ class ServeTraining : public ServeLive {
     server_ = std::make_unique<Server>(options_);
     thread_ = std::thread([this] {
       server_->run(
-          scenes_, [this] { return ends_.load() || training_.has_ended(); }, &training_);
+          scenes_, [this] { return ends_.load(); }, &training_);
     });
   }
 
@@ -825,7 +825,8 @@ TEST_F(ServeTraining, visitors_see_pause_step_and_save_the_run) {
         facts["in the picture"].get<std::string>().substr(10) + " of");
   };
   const Json shown = shows_newest(paused) ? paused : panel_when(socket, shows_newest);
-  EXPECT_FALSE(exact_picture(socket).empty());
+  say(socket, R"({"type":"command","command":"exact","input":5})");
+  EXPECT_FALSE(exact_picture(socket, 5).empty());
   press(socket, "Step");
   const Json stepped = panel_when(
       socket, [&](const Json& facts) { return facts["iteration"] != shown["iteration"]; });
@@ -838,7 +839,7 @@ TEST_F(ServeTraining, visitors_see_pause_step_and_save_the_run) {
   const Json ended =
       panel_when(socket, [](const Json& facts) { return facts["state"] != "running"; });
   EXPECT_EQ(ended["state"], "saved in secret0");
-  thread_.join();
+  end();
   EXPECT_THAT(all_, Not(HasSubstr(small_->folder.path().string())));
 }
 

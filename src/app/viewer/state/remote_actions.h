@@ -22,7 +22,7 @@ namespace action {
 /// Shows the training at `address` from now on. `cameras`: of its data set, may be empty.
 void remote_opened(Viewer& viewer, Host& host, const std::string& address,
                    const std::vector<Camera>& cameras);
-/// What is known of it now. A new problem is shown to the user.
+/// Takes the newest facts. A new problem is shown to the user.
 void remote_reported(Viewer& viewer, const RemoteRun& run);
 
 }  // namespace action

@@ -28,9 +28,15 @@ class RunningServer {
 
   /// Does nothing if it runs.
   void start() {
-    if (server_) return;
+    if (!server_) start(small.scenes);
+  }
+  /// Serves other scenes, which outlive the server as the training does.
+  void start(ServedScenes& scenes, ServedTraining* training = nullptr) {
     server_ = std::make_unique<Server>(options);
-    thread_ = std::thread([this] { server_->run(small.scenes, [this] { return ends_.load(); }); });
+    thread_ = std::thread([this, &scenes, training] {
+      server_->run(
+          scenes, [this] { return ends_.load(); }, training);
+    });
   }
   void end() {
     ends_ = true;

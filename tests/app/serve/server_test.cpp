@@ -739,7 +739,7 @@ TEST(ServeProgram, prints_its_address_and_ends_with_a_signal) {
 // ---- a training ---------------------------------------------------------------------------------
 class ServeTraining : public ServeLive {
  protected:
-  const std::filesystem::path model_ = small_->folder / "secret0";  // has cameras
+  const std::filesystem::path model_ = running_.small.folder / "secret0";  // has cameras
   std::atomic<int> saved_ = 0;
   std::atomic<bool> finishes_ = false;
   // Outlives the server.
@@ -751,7 +751,7 @@ class ServeTraining : public ServeLive {
   ~ServeTraining() override {
     finishes_ = true;
     trainer_->command(TrainingCommand::stop);
-    end();
+    running_.end();
   }
 
   // A run without an end, whose model has as many Gaussians as iterations.
@@ -777,11 +777,7 @@ class ServeTraining : public ServeLive {
     page.threads = 1;
     scenes_.push_back(training_.open(page, [] { return false; }));
     ASSERT_TRUE(scenes_.back());
-    server_ = std::make_unique<Server>(options_);
-    thread_ = std::thread([this] {
-      server_->run(
-          scenes_, [this] { return ends_.load(); }, &training_);
-    });
+    running_.start(scenes_, &training_);
   }
 
   // Reads until a state of the panel for which the condition holds.
@@ -839,8 +835,8 @@ TEST_F(ServeTraining, visitors_see_pause_step_and_save_the_run) {
   const Json ended =
       panel_when(socket, [](const Json& facts) { return facts["state"] != "running"; });
   EXPECT_EQ(ended["state"], "saved in secret0");
-  end();
-  EXPECT_THAT(all_, Not(HasSubstr(small_->folder.path().string())));
+  running_.end();
+  EXPECT_THAT(all_, Not(HasSubstr(running_.small.folder.path().string())));
 }
 
 TEST_F(ServeTraining, visitors_cannot_stop_the_run) {

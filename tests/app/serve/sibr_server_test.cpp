@@ -167,6 +167,10 @@ TEST_F(ServeSibr, a_viewer_more_than_four_is_closed) {
 
 TEST_F(ServeSibr, it_ends_while_viewers_are_silent_or_do_not_read) {
   TcpSocket silent = viewer(), deaf = viewer();
+  for (TcpSocket* const socket : {&silent, &deaf}) {  // the server has accepted both
+    say(*socket, request());
+    EXPECT_TRUE(hear(*socket, kBytes + 4));
+  }
   for (int i = 0; i < 200; ++i) say(deaf, request());
   server_.reset();
   EXPECT_TRUE(is_closed(silent));

@@ -47,7 +47,7 @@ def train(data: Path, model: Path, *, iterations: Optional[int] = None,
     text: called with each sentence that the program would print, for example print.
     context: trains, and cannot be used meanwhile; None: a context of its own, on the GPU where that
         works.
-    options: those of `quadsplat train` without dashes, `sh_degree=2` for --sh-degree 2. Values are
+    options: the options of `quadsplat train` without dashes, `sh_degree=2` for --sh-degree 2. Values are
         texts, numbers, paths, sequences of numbers, and True or False for options that are on or
         off. None: the default.
 

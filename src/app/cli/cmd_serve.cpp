@@ -134,12 +134,13 @@ int serve_scenes(ServeCommand& command) {
 
 }  // namespace
 
-void declare_serve_options(Options& options, ServeOptions& serve) {
+void declare_serve_options(Options& options, ServeOptions& serve,
+                           const Options::Samples& addresses) {
   options.integer("--port", "N", 0, 65535, serve.port,
                   "port to listen at; 0 = any free one (default: 7007)");
   options.text("--address", "ADDRESS", serve.address,
                "address to listen at (default: 127.0.0.1, which only this machine reaches)",
-               {"192.0.2.1", "nowhere"});
+               addresses);
   options.text("--name", "HOST", serve.name,
                "name by which browsers may address this machine, beside localhost and --address",
                {"gpu7", "gpu7.example.org"});
@@ -149,7 +150,7 @@ CommandAction serve_command(Options& options) {
   const auto command = std::make_shared<ServeCommand>();
   options.positionals("SCENE", command->scenes, 1, kSceneHelp, kSceneSamples);
   declare_common_options(options, command->frame);
-  declare_serve_options(options, command->serve);
+  declare_serve_options(options, command->serve, {"192.0.2.1", "nowhere"});
   options.text("--certificate", "FILE", command->certificate,
                "PEM file with the certificates for https://; needs --key", {"missing.pem"});
   options.text("--key", "FILE", command->key, "PEM file with the key of --certificate",

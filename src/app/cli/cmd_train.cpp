@@ -105,7 +105,7 @@ void declare_options(Options& options, TrainCommand& command) {
   declare_window_options(options, command.view);
   options.flag("--serve", command.in_browser,
                "shows the model in a browser while it is trained, as quadsplat serve does");
-  declare_serve_options(options, command.serve);
+  declare_serve_options(options, command.serve, {"127.0.0.1"});
   options.example("quadsplat train garden/ --images images_4 --out-dir garden_model",
                   "a model of 30,000 iterations");
   options.example("quadsplat train plush/ --resolution-scale 4 --iterations 1000 --out-dir quick",

@@ -10,8 +10,9 @@
 
 namespace qs {
 
-/// --port, --address and --name.
-void declare_serve_options(Options& options, ServeOptions& serve);
+/// --port, --address and --name. `addresses`: samples of the second.
+void declare_serve_options(Options& options, ServeOptions& serve,
+                           const Options::Samples& addresses);
 
 /// Prints the address of the page, and that `what` is served.
 void print_address(const ServeOptions& serve, int port, const std::string& what);

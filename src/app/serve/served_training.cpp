@@ -40,11 +40,11 @@ std::unique_ptr<ServedScene> ServedTraining::open(const PageFacts& page,
   apply(reports);
   const Viewer& v = store_.viewer();
   served->opened = {*v.scene, v.settings, v.backend};
-  opened_ = true;
   return served;
 }
 
 Actions ServedTraining::follow(Pictures& pictures, bool has_visitors, double now) {
+  has_visitors_ = has_visitors;
   if (visitor_ == 0) visitor_ = pictures.new_visitor();
   Turn turn;
   turn.now = now;
@@ -82,7 +82,8 @@ Action ServedTraining::greeting() const {
 }
 
 bool ServedTraining::has_ended() const {
-  return ended_at_ >= 0 && store_.viewer().now >= ended_at_ + kFarewellSeconds;
+  const double farewell = has_visitors_ ? kFarewellSeconds : 0;
+  return ended_at_ >= 0 && store_.viewer().now >= ended_at_ + farewell;
 }
 
 }  // namespace qs

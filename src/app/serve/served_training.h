@@ -56,7 +56,7 @@ class ServedTraining {
   std::atomic<int> visitor_ = 0;
   bool uploads_ = false;  // a model is being shown
   double ended_at_ = -1;  // Viewer::now; negative: not yet
-  bool opened_ = false;
+  bool has_visitors_ = false;
 };
 
 }  // namespace qs

@@ -28,7 +28,7 @@ struct TrainOptions {
 inline constexpr const char* kDataOption = "DATA";
 inline constexpr const char* kModelOption = "--out-dir";
 
-/// All options but those of the backend and of the window. The table refers to `options`.
+/// All options except for the backend and the window. The table refers to `options`.
 void declare_train_options(OptionTable& table, TrainOptions& options);
 
 /// The inputs of run_training().

@@ -332,11 +332,15 @@ TEST_F(ServeLive, a_file_comes_in_confirmed_parts_between_the_pictures) {
   for (int i = 0; i < 150; ++i) say(socket, R"({"type":"set","control":"Set here","value":0})");
   say(socket, R"({"type":"set","control":"Save","value":0})");
   std::string file, name;
+  bool exact_came = false;  // before the end of the file
   for (bool is_complete = false; !is_complete;) {
     const Message message = read(socket);
     if (!message.is_binary) continue;
     say(socket, R"({"type":"received","count":)" + std::to_string(++received_) + "}");
-    if (message.bytes[0] != 2) continue;
+    if (message.bytes[0] != 2) {
+      exact_came = (message.flags() & kLosslessFlag) != 0 && (message.flags() & kLastPartFlag) != 0;
+      continue;
+    }
     const auto letters = static_cast<std::size_t>(message.number(0) >> 16);
     name = message.bytes.substr(16, letters);
     file += message.bytes.substr(16 + letters);
@@ -347,7 +351,7 @@ TEST_F(ServeLive, a_file_comes_in_confirmed_parts_between_the_pictures) {
   EXPECT_EQ(Json::parse(file).size(), 150u);
   EXPECT_GT(file.size(), 32768u) << "of several parts";
   EXPECT_THAT(all_, Not(HasSubstr("secret")));
-  EXPECT_FALSE(exact_picture(socket).empty());
+  EXPECT_TRUE(exact_came || !exact_picture(socket).empty());
 }
 
 TEST_F(ServeLive, the_table_of_a_view_at_rest_is_measured) {

@@ -620,7 +620,7 @@ TEST_F(ServeLive, video_begins_with_a_key_and_again_when_the_page_asks) {
   int videos = 0, keys_after_asking = 0;
   int keys_inside[2] = {};      // of continued video, before and after asking
   std::uint32_t last_size = 0;  // of the video that the next picture continues; 0: none
-  for (std::uint32_t input = 1; videos < 2 * kEach && input < 200; ++input) {
+  for (std::uint32_t input = 1; videos < 2 * kEach && input < 1000; ++input) {
     say(socket, R"({"type":"wheel","notches":)" + std::string(input % 2 == 0 ? "-0.5" : "0.5") +
                     R"(,"input":)" + std::to_string(input) + "}");
     Message message;

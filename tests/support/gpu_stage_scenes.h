@@ -119,11 +119,11 @@ struct GpuStageFrame {
                const Boundary<float>& out = {}, const Rows<std::int32_t>& radii = {}) {
     using namespace cuda::stages;
     const HeldSizes sizes = HeldSizes::of(view.camera, in.count);
-    gaussians = GpuMemory(bytes_per_gaussian(sizes));
+    gaussians = GpuMemory(bytes_of_gaussians(sizes));
     const GpuMemory projected(bytes_to_project(sizes));
     frame.gaussians = gaussians.data();
     cuda::stages::project(view, in, {}, projected.data(), frame, out, radii);
-    pairs = GpuMemory(bytes_per_pair(frame.sizes));
+    pairs = GpuMemory(bytes_of_pairs(frame.sizes));
     frame.pairs = pairs.data();
     const GpuMemory unsorted(bytes_to_list(frame.sizes));
     list(view, {}, projected.data(), unsorted.data(), frame);
@@ -144,7 +144,7 @@ struct GpuStageFrame {
     for (int c = 0; c < scene.channel_count; ++c)
       colors.push_back(static_cast<float>(0.2 + 0.13 * c));
     background = GpuArray<float>(colors);
-    pixels = GpuMemory(bytes_per_pixel(frame.sizes.blended(scene.channel_count, with_depth)));
+    pixels = GpuMemory(bytes_of_pixels(frame.sizes.blended(scene.channel_count, with_depth)));
     pixels.fill(0x7f);
     frame.pixels = pixels.data();
     GpuPictures pictures(PictureValues<float>(view.camera, scene.channel_count));

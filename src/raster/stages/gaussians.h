@@ -59,6 +59,14 @@ struct Boundary {
       const {
     return {mean_px, conic, depth, opacity, color};
   }
+  /// Sets the rows of a Gaussian to 0.
+  QS_HD void clear(std::size_t i) const {
+    mean_px.fill(i, 2, 0);
+    conic.fill(i, 3, 0);
+    depth.fill(i, 1, 0);
+    opacity.fill(i, 1, 0);
+    color.fill(i, 3, 0);
+  }
 };
 
 /// Derivatives by the boundary.

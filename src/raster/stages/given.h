@@ -45,11 +45,7 @@ struct GivenGaussians {
 
   /// Sets the rows of a Gaussian to 0.
   QS_HD void clear(std::size_t i) const {
-    out.mean_px.fill(i, 2, 0);
-    out.conic.fill(i, 3, 0);
-    out.depth.fill(i, 1, 0);
-    out.opacity.fill(i, 1, 0);
-    out.color.fill(i, 3, 0);
+    out.clear(i);
     radii.fill(i, 2, 0);
   }
 

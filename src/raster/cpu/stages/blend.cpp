@@ -260,11 +260,7 @@ void add_background(const BlendInput<Real>& in, const PixelState<const Real>& st
 
 template <class Real>
 void clear(const BoundaryGradients<Real>& out, std::size_t i, int channels) {
-  out.by.mean_px.fill(i, 2, 0);
-  out.by.conic.fill(i, 3, 0);
-  out.by.depth.fill(i, 1, 0);
-  out.by.opacity.fill(i, 1, 0);
-  out.by.color.fill(i, 3, 0);
+  out.by.clear(i);
   out.channels.fill(i, channels, 0);
   out.absolute_px.fill(i, 2, 0);
 }

@@ -91,9 +91,7 @@ void blend(const BlendInput& in, const Queue& queue, bool with_depth, Frame& fra
   queue.throw_if_cancelled();
   frame.sizes = frame.sizes.blended(in.channel_count, with_depth);
   const ListedFrame listed(frame);
-  const ChannelInput input{listed.tiles(), listed.schedule(), listed.gaussians.depths,
-                           in.rules,       in.channel_count,  in.channels,
-                           in.background};
+  const ChannelInput input = ChannelInput::of(listed, in);
   with_channels(in.channel_count, [&](auto channels) {
     launch("blend",
            with_depth ? blend_channels<channels(), true> : blend_channels<channels(), false>,

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "raster/cuda/stages/add_rows.cuh"
 #include "raster/cuda/stages/blend.h"
 #include "raster/cuda/stages/channel_pixel.cuh"
 #include "raster/cuda/stages/sum_gaussians.cuh"
@@ -253,18 +254,6 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-/// Adds up the rows. One block.
-__global__ void __launch_bounds__(kThreads)
-    background_of_picture(const double* rows, int height, int channel_count, float* out) {
-  for (int c = 0; c < channel_count; ++c) {
-    double own = 0;
-    for (int y = static_cast<int>(threadIdx.x); y < height; y += int{kThreads})
-      own += rows[y * channel_count + c];
-    const double sum = sum_of_block<kThreads>(own).total;
-    if (threadIdx.x == 0) out[c] = static_cast<float>(sum);
-  }
-}
-
 }  // namespace
 
 std::size_t bytes_to_blend_backward(const HeldSizes& sizes) { return bytes_of<SumScratch>(sizes); }
@@ -282,14 +271,11 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
   if (out.background != nullptr) {
     launch("background", background_of_rows, static_cast<unsigned>(sizes.height), stream,
            state.transmittance, sizes.width, in.channel_count, by.color, sums.rows);
-    launch("background", background_of_picture, 1, stream, sums.rows, sizes.height,
-           in.channel_count, out.background);
+    launch("background", add_rows<float>, 1, stream, sums.rows, static_cast<unsigned>(sizes.height),
+           static_cast<unsigned>(in.channel_count), out.background);
   }
   if (sizes.gaussians == 0) return;
-  const SumsInput input{{listed.tiles(), listed.schedule(), listed.gaussians.depths, in.rules,
-                         in.channel_count, in.channels, in.background},
-                        state,
-                        by};
+  const SumsInput input{ChannelInput::of(listed, in), state, by};
   const auto sum_input = [&](const float* pairs, float* of_gaussians) {
     return SumInput{sizes.gaussians, listed.gaussians.first_places, listed.gaussians.tile_counts,
                     pairs, of_gaussians};

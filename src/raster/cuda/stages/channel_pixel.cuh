@@ -3,6 +3,7 @@
 // The inputs that the kernels of blend() and blend_backward() share.
 #pragma once
 
+#include "raster/cuda/stages/blend.h"
 #include "raster/cuda/stages/held.cuh"
 #include "raster/cuda/stages/segment.cuh"
 #include "raster/kernel/splat64.h"
@@ -15,6 +16,11 @@ using qs::stages::with_channels;
 
 /// A kernel parameter.
 struct ChannelInput {
+  static ChannelInput of(const ListedFrame& frame, const BlendInput& in) {
+    return {frame.tiles(),    frame.schedule(), frame.gaussians.depths, in.rules,
+            in.channel_count, in.channels,      in.background};
+  }
+
   TilesView tiles;
   ScheduleView schedule;
   const float* depths;  ///< per Gaussian

@@ -47,16 +47,16 @@ struct HeldSizes {
 
 struct Frame {
   HeldSizes sizes;
-  void* gaussians = nullptr;  ///< bytes_per_gaussian()
-  void* pairs = nullptr;      ///< bytes_per_pair()
-  void* pixels = nullptr;     ///< bytes_per_pixel()
+  void* gaussians = nullptr;  ///< bytes_of_gaussians()
+  void* pairs = nullptr;      ///< bytes_of_pairs()
+  void* pixels = nullptr;     ///< bytes_of_pixels()
 };
 
 // Bytes of a frame's blocks. The block of pairs depends on their number; the block of pixels
 // requires the sizes of HeldSizes::blended().
-std::size_t bytes_per_gaussian(const HeldSizes& sizes);
-std::size_t bytes_per_pair(const HeldSizes& sizes);
-std::size_t bytes_per_pixel(const HeldSizes& sizes);
+std::size_t bytes_of_gaussians(const HeldSizes& sizes);
+std::size_t bytes_of_pairs(const HeldSizes& sizes);
+std::size_t bytes_of_pixels(const HeldSizes& sizes);
 
 /// The stream in which a pass is enqueued, and its end.
 struct Queue {

@@ -22,8 +22,8 @@ struct ListArrays {
   const std::uint32_t* depth_keys;  ///< per Gaussian: bits of the depth, which is positive
   // Per place.
   std::uint32_t* owners;  ///< its Gaussian
-  std::uint32_t *tiles,
-      *slots;  ///< its tile and its index in the tile's list, until that is sorted
+  std::uint32_t* tiles;   ///< its tile, until the lists are sorted
+  std::uint32_t* slots;   ///< its index in the tile's list, before that is sorted
   // The lists of all tiles.
   fast::MacroEntry* entries;  ///< depths and places, in any order
   std::uint32_t* places;      ///< front to back

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/pair_limit.cuh"
+#include "raster/cuda/stages/add_rows.cuh"
 #include "raster/cuda/stages/held.cuh"
 #include "raster/cuda/stages/project.h"
 #include "raster/cuda/stream.cuh"
@@ -92,25 +93,13 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-/// Adds up the blocks of gradients_of_given(). One block.
-__global__ void __launch_bounds__(kThreads)
-    sum_poses(const double* sums, unsigned blocks, double* pose) {
-  for (unsigned k = 0; k < kPoseNumbers; ++k) {
-    double own = 0;
-    for (unsigned block = threadIdx.x; block < blocks; block += kThreads)
-      own += sums[block * kPoseNumbers + k];
-    const double sum = sum_of_block<kThreads>(own).total;
-    if (threadIdx.x == 0) pose[k] = sum;
-  }
-}
-
 }  // namespace
 
-std::size_t bytes_per_gaussian(const HeldSizes& sizes) { return bytes_of<GaussianBlock>(sizes); }
+std::size_t bytes_of_gaussians(const HeldSizes& sizes) { return bytes_of<GaussianBlock>(sizes); }
 
-std::size_t bytes_per_pair(const HeldSizes& sizes) { return bytes_of<PairBlock>(sizes); }
+std::size_t bytes_of_pairs(const HeldSizes& sizes) { return bytes_of<PairBlock>(sizes); }
 
-std::size_t bytes_per_pixel(const HeldSizes& sizes) { return bytes_of<PixelBlock>(sizes); }
+std::size_t bytes_of_pixels(const HeldSizes& sizes) { return bytes_of<PixelBlock>(sizes); }
 
 std::size_t bytes_to_project(const HeldSizes& sizes) { return bytes_of<ProjectScratch>(sizes); }
 
@@ -182,8 +171,10 @@ void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussi
     launch("project_backward", gradients_of_given, blocks, stream,
            GivenGradient<float>(rules, gaussians, by, out), block.projected, sums);
   }
-  if (pose != nullptr)
-    launch("sum_poses", sum_poses, 1, stream, sums, blocks, reinterpret_cast<double*>(pose));
+  if (pose != nullptr) {
+    launch("sum_poses", add_rows<double>, 1, stream, sums, blocks, kPoseNumbers,
+           reinterpret_cast<double*>(pose));
+  }
 }
 
 ListCopies copy_lists(const Frame& frame, const Queue& queue) {

@@ -7,7 +7,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import torch
 
-from .. import _parts
+from .. import _ffi, _parts
 from .._camera import Camera
 from .._errors import UsageError
 from ..torch import Rules, _functions, _plan, _rasterize
@@ -112,7 +112,7 @@ def rasterization(
         plan = _plan_of(version, view, Ks[number], int(width), int(height), near_plane, far_plane,
                         radius_clip, eps2d, sh_degree, rasterize_mode, render_mode)
         row = [inputs.get(name) for name in _plan.INPUTS]
-        frame, blocks = _plan._ffi.QsStageFrame(), _plan.Blocks()
+        frame, blocks = _ffi.QsStageFrame(), _plan.Blocks()
         edges.append(_functions.Project.apply(plan, frame, blocks, view, *row))
         frames.append((plan, frame, blocks, row))
     info, centres, absolute = _info(version, edges, packed, absgrad, count)

@@ -38,8 +38,8 @@ class Rasterize(torch.autograd.Function):
         put(boundary, "radii", radii)
         frame, blocks = _ffi.QsStageFrame(), Blocks()
         blocks.call(plan, "qs_forward", inputs, boundary, plan.blended(pictures), frame)
-        ctx.plan, ctx.frame, ctx.view = plan, frame, _likeness(view)
-        ctx.save_for_backward(*inputs, *blocks.blocks)
+        _keep(ctx, plan, frame, inputs, blocks)
+        ctx.view = _likeness(view)
         ctx.mark_non_differentiable(radii)
         return (*(pictures.get(name) for name in PICTURES), radii)
 
@@ -49,7 +49,7 @@ class Rasterize(torch.autograd.Function):
         given = {name: tensor for name, tensor in zip(PICTURES, by) if tensor is not None}
         if not given:
             return (None,) * len(ctx.needs_input_grad)
-        plan, inputs, frame = ctx.plan, *_saved(ctx)
+        plan, inputs, frame = _kept(ctx)
         _, by_view, by_screen, by_absolute, *by_inputs = ctx.needs_input_grad
         wanted = dict(zip(INPUTS, by_inputs))
         boundary, at_boundary = _boundary_gradients(inputs, wanted, by_absolute)
@@ -78,8 +78,8 @@ class Project(torch.autograd.Function):
         for name, tensor in {**made, "radii": radii}.items():
             put(boundary, name, tensor)
         blocks.call(plan, "qs_project", inputs, boundary, frame)
-        ctx.plan, ctx.frame, ctx.view = plan, frame, _likeness(view)
-        ctx.save_for_backward(*inputs, *blocks.blocks)
+        _keep(ctx, plan, frame, inputs, blocks)
+        ctx.view = _likeness(view)
         ctx.mark_non_differentiable(radii)
         return (*(made.get(name) for name in _BOUNDARY), radii)
 
@@ -88,7 +88,7 @@ class Project(torch.autograd.Function):
     def backward(ctx: Any, *by: Optional[Tensor]) -> Any:
         if not any(tensor is not None for tensor in by):
             return (None,) * len(ctx.needs_input_grad)
-        plan, inputs, frame = ctx.plan, *_saved(ctx)
+        plan, inputs, frame = _kept(ctx)
         _, _, _, by_view, *by_inputs = ctx.needs_input_grad
         wanted = dict(zip(INPUTS, by_inputs))
         boundary = _ffi.QsBoundaryGradients()
@@ -118,8 +118,7 @@ class Blend(torch.autograd.Function):
         own.blocks = list(blocks.blocks)
         drawn = copy_of(frame, own.blocks)
         own.call(plan, "qs_blend", inputs, plan.blended(pictures), drawn)
-        ctx.plan, ctx.frame = plan, drawn
-        ctx.save_for_backward(*inputs, *own.blocks)
+        _keep(ctx, plan, drawn, inputs, own)
         return tuple(pictures.get(name) for name in PICTURES)
 
     @staticmethod
@@ -128,7 +127,7 @@ class Blend(torch.autograd.Function):
         given = {name: tensor for name, tensor in zip(PICTURES, by) if tensor is not None}
         if not given:
             return (None,) * len(ctx.needs_input_grad)
-        plan, inputs, frame = ctx.plan, *_saved(ctx)
+        plan, inputs, frame = _kept(ctx)
         needs = ctx.needs_input_grad[3:]
         wanted = {"channels": needs[6], "background": needs[7]}
         boundary, gradients = _boundary_gradients(inputs, wanted, needs[5])
@@ -143,10 +142,18 @@ class Blend(torch.autograd.Function):
                 gradients.get("background"), *(None for _ in inputs))
 
 
-def _saved(ctx: Any) -> Tuple[Tensors, _ffi.QsStageFrame]:
-    """The inputs and the frame. Raises RuntimeError if one was changed in place or freed."""
+def _keep(ctx: Any, plan: Plan, frame: _ffi.QsStageFrame, inputs: Tensors,
+          blocks: Blocks) -> None:
+    """Keeps what the backward pass reads."""
+    ctx.plan, ctx.frame = plan, frame
+    ctx.save_for_backward(*inputs, *blocks.blocks)
+
+
+def _kept(ctx: Any) -> Tuple[Plan, Tensors, _ffi.QsStageFrame]:
+    """The plan, the inputs and the frame. Raises RuntimeError if one was changed in place or
+    freed."""
     saved = ctx.saved_tensors
-    return saved[: -len(BLOCKS)], copy_of(ctx.frame, saved[-len(BLOCKS):])
+    return ctx.plan, saved[: -len(BLOCKS)], copy_of(ctx.frame, saved[-len(BLOCKS):])
 
 
 def _means(inputs: Tensors) -> Tensor:

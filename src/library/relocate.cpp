@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Opacities and scales of Gaussians that copies take the place of.
+// Opacities and scales of the copies that replace a Gaussian.
 #include <algorithm>
 #include <cstdint>
 

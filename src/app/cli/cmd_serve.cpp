@@ -30,38 +30,6 @@ struct ServeCommand {
   ServeOptions serve;
 };
 
-// An IPv6 address is in brackets in front of a port.
-std::string host_text(const std::string& address) {
-  return address.find(':') == address.npos ? address : "[" + address + "]";
-}
-
-}  // namespace
-
-void print_address(const ServeOptions& serve, int port, const std::string& what) {
-  const std::string host = serve.name.empty() ? host_text(serve.address) : serve.name;
-  const bool everywhere = serve.address == "0.0.0.0" || serve.address == "::";
-  const std::string shown = everywhere && serve.name.empty() ? "localhost" : host;
-  const char* const scheme = serve.tls ? "https" : "http";
-  fmt::print("{}://{}:{}/#token={}\n", scheme, shown, port, serve.token);
-  std::fflush(stdout);
-  fmt::print(stderr,
-             "serving {}; Ctrl+C ends it. The address has the token: whoever knows it can "
-             "look.\nFrom another machine: ssh -L {}:{}:{} USER@THIS_MACHINE, then open "
-             "{}://localhost:{}/#token={}\n",
-             what, port, everywhere ? "localhost" : host_text(serve.address), port, scheme, port,
-             serve.token);
-}
-
-void warn_of_address(const Server& server, const ServeOptions& serve) {
-  if (server.is_local() || serve.tls) return;
-  warn(
-      fmt::format("{} can be reached from other machines, and the connection is not encrypted: "
-                  "ssh -L to 127.0.0.1 is safer, or --certificate and --key",
-                  serve.address));
-}
-
-namespace {
-
 std::optional<TlsFiles> tls_files(const ServeCommand& command) {
   if (command.certificate.has_value() != command.key.has_value())
     fail(ErrorKind::usage, "serve: --certificate and --key need each other");
@@ -133,18 +101,6 @@ int serve_scenes(ServeCommand& command) {
 }
 
 }  // namespace
-
-void declare_serve_options(Options& options, ServeOptions& serve,
-                           const Options::Samples& addresses) {
-  options.integer("--port", "N", 0, 65535, serve.port,
-                  "port to listen at; 0 = any free one (default: 7007)");
-  options.text("--address", "ADDRESS", serve.address,
-               "address to listen at (default: 127.0.0.1, which only this machine reaches)",
-               addresses);
-  options.text("--name", "HOST", serve.name,
-               "name by which browsers may address this machine, beside localhost and --address",
-               {"gpu7", "gpu7.example.org"});
-}
 
 CommandAction serve_command(Options& options) {
   const auto command = std::make_shared<ServeCommand>();

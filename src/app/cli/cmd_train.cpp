@@ -27,10 +27,22 @@ struct TrainCommand : train::TrainOptions {
   int device = kFirstGpu, threads = 0;
 };
 
+Backend backend_of(const TrainCommand& command) {
+  return command.backend ? *command.backend : available_backends().front();
+}
+
 train::PreparedRun prepare(TrainCommand& command, ThreadPool& pool, const Progress& progress) {
   command.run.write_page = train::write_train_page;
-  return train::prepare(command, command.backend.value_or(available_backends().front()),
-                        command.device, pool, progress);
+  return train::prepare(command, backend_of(command), command.device, pool, progress);
+}
+
+PageFacts page_of(const TrainCommand& command) {
+  PageFacts page;
+  page.backend = backend_of(command);
+  page.device = command.device;
+  page.threads = command.threads;
+  page.settings.mode = command.settings.mode;
+  return page;
 }
 
 void print_continuation(const char* what, Arguments arguments) {
@@ -78,14 +90,9 @@ int run(TrainCommand& command, Arguments arguments) {
       print_continuation("stopped", arguments);
     return kExitOk;
   }
-  PageFacts page;
-  page.backend = command.backend.value_or(available_backends().front());
-  page.device = command.device;
-  page.threads = command.threads;
-  page.settings.mode = command.settings.mode;
   const train::RunEnd end =
       server ? train_in_browser(command.settings, data, command.run, std::move(model), pool,
-                                *server, command.serve, page)
+                                *server, command.serve, page_of(command))
              : run_training(command.settings, data, command.run, std::move(model), pool);
   if (end == train::RunEnd::interrupted) {
     print_continuation("interrupted", arguments);

@@ -10,7 +10,7 @@
 
 namespace qs {
 
-/// --port, --address and --name. `addresses`: samples of the second.
+/// --port, --address and --name. `addresses`: samples of --address.
 void declare_serve_options(Options& options, ServeOptions& serve,
                            const Options::Samples& addresses);
 

@@ -3,9 +3,9 @@
 // The rate of a line, in bits per second, estimated from the messages that the page confirms. Pages
 // seldom fill the line, so the bytes of a second do not show its rate. A message occupies the line
 // from the time at which its first byte can arrive, half of an empty round trip before the
-// confirmation at the earliest, or from the end of the message before it. A page that is busy makes
-// a line seem slower, and small messages most, so large ones, and large ones that follow each
-// other, tell how fast the line is at least and at most. A function of times alone.
+// confirmation at the earliest, or from the end of the message before it. A busy page makes a line
+// seem slower, most of all by small messages. So the bounds of the rate come from large messages
+// and from sequences of messages. A function of times alone.
 #pragma once
 
 #include <cstddef>

@@ -818,7 +818,7 @@ class Server::Network {
     request->begin(fits ? 0 : 503);
   }
 
-  // The model of a training is of all visitors. Called on the thread of the renderer too.
+  // All visitors share the model of a training. The thread of the renderer calls this too.
   bool reported_by_training(int visitor, const Actions& actions) {
     if (hub_.training == nullptr || visitor != hub_.training->visitor()) return false;
     asio::post(hub_.io, [this, actions] {

@@ -21,8 +21,8 @@ namespace qs {
 
 struct SibrOptions {
   int port = 6009;  ///< 0: any free one
-  std::string
-      name;         ///< ASCII text after each picture; the viewer opens it as a path of its machine
+  /// ASCII text that follows each picture. The viewer opens it as a path of its machine.
+  std::string name;
   int viewers = 4;  ///< at most; more are closed
   /// For a request to be complete and for an answer to leave, else the viewer is closed.
   std::chrono::milliseconds silence{10'000};

@@ -130,18 +130,7 @@ class ViewLoop final : public Host {
   void open(const std::filesystem::path& path, const std::string& axes) override {
     require_scene();
     stop_zoom();
-    const FrameOptions& frame = options_.frame;
-    OpenRequest request;
-    request.path = path;
-    request.axes = axes.empty() ? remembered_axes(viewer_, path) : axes;
-    request.keep_background = frame.background.has_value();
-    request.up = frame.up ? frame.up : remembered_up(viewer_, path);
-    request.skip_huge = viewer_.skips_huge;
-    if (path == frame.scene) {
-      request.iteration = frame.iteration;
-      request.cameras_file = frame.cameras;
-    }
-    opening_.open(request);
+    opening_.open(request_to_open(path, axes));
   }
   void open_beside(const std::filesystem::path& path) override {
     require_scene();
@@ -210,10 +199,26 @@ class ViewLoop final : public Host {
     if (viewer_.zoom.running) render_->stop_job();
   }
 
+  OpenRequest request_to_open(const std::filesystem::path& path, const std::string& axes) const {
+    const FrameOptions& frame = options_.frame;
+    OpenRequest request;
+    request.path = path;
+    request.axes = axes.empty() ? remembered_axes(viewer_, path) : axes;
+    request.keep_background = frame.background.has_value();
+    request.up = frame.up ? frame.up : remembered_up(viewer_, path);
+    request.skip_huge = viewer_.skips_huge;
+    if (path == frame.scene) {
+      request.iteration = frame.iteration;
+      request.cameras_file = frame.cameras;
+    }
+    return request;
+  }
+
   // Opening a window takes as long as reading a scene of moderate size. Returns the window's size.
+  // The constructor calls it before the window exists, so it reads no member below the window.
   glm::ivec2 begin_reading() {
     const std::filesystem::path scene = first_scene(options_);
-    if (!scene.empty()) open(scene, options_.frame.axes);
+    if (!scene.empty()) opening_.open(request_to_open(scene, options_.frame.axes));
     return first_size_;
   }
 

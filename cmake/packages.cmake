@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# All libraries the project uses; scripts/setup installs them. ImGui, zstd, libwebp, libvpx and OpenImageIO are found
+# All libraries the project uses; scripts/setup installs them. ImGui, zstd, libwebp and OpenImageIO are found
 # through pkg-config, because Debian's CMake files for them are missing or broken.
 # QUADSPLAT_STATIC, used by scripts/bundle, links static libraries if the system has them, the C++ library included.
 # Shared libraries are loaded from ../lib beside the program.
@@ -53,8 +53,10 @@ if(QUADSPLAT_TLS)
   endif()
 endif()
 if(QUADSPLAT_VIDEO)
-  pkg_check_modules(VPX IMPORTED_TARGET vpx)
-  if(NOT VPX_FOUND)
+  # pkg-config also names -lm, and the C library's libm.a does not go with its libm.so in one program.
+  find_path(VPX_INCLUDE_DIR vpx/vpx_encoder.h)
+  find_library(VPX_LIBRARY vpx)
+  if(NOT VPX_INCLUDE_DIR OR NOT VPX_LIBRARY)
     message(STATUS "libvpx was not found: quadsplat serve will send moving pictures as JPEG only")
     set(QUADSPLAT_VIDEO OFF)
   endif()

@@ -13,7 +13,7 @@ constexpr int kGroup = 4;                ///< messages
 constexpr std::size_t kSmallest = 2048;  ///< bytes; smaller messages say little
 constexpr double kMostRate = 1e9;
 constexpr std::size_t kRemembered = 32;  ///< messages
-constexpr double kLarge = 12000;         ///< bytes
+constexpr double kLarge = 12000;         ///< bytes that show bounds, of one message or of several
 constexpr double kBusyPage = 0.005;      ///< seconds that a page may confirm a message late
 constexpr std::size_t kBounds = 16;      ///< that are remembered
 constexpr std::size_t kAgreeing = 2;     ///< of them
@@ -40,7 +40,8 @@ void LineRate::confirmed(double sent, double confirmed, std::size_t bytes) {
   messages_.push_back({sent, static_cast<double>(bytes)});
   if (messages_.size() > kRemembered) messages_.pop_front();
   if (trips_.empty() || bytes < kSmallest) return;
-  if (static_cast<double>(bytes) >= kLarge) learn_bounds(confirmed);
+  since_bounds_ += static_cast<double>(bytes);
+  if (since_bounds_ >= kLarge) learn_bounds(confirmed);
   if (groups_.empty() || groups_.back().messages == kGroup) groups_.emplace_back();
   if (groups_.size() > kGroups) groups_.pop_front();
   Group& group = groups_.back();
@@ -53,6 +54,7 @@ void LineRate::confirmed(double sent, double confirmed, std::size_t bytes) {
 // confirmation, and other delays only add to that time. So no sequence of messages shows more than
 // the line's rate, and the fastest one shows most of it.
 void LineRate::learn_bounds(double confirmed) {
+  since_bounds_ = 0;
   double bytes = 0;
   Bounds bounds;
   for (auto message = messages_.rbegin(); message != messages_.rend(); ++message) {

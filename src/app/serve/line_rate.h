@@ -5,7 +5,8 @@
 // from the time at which its first byte can arrive, half of an empty round trip before the
 // confirmation at the earliest, or from the end of the message before it. A busy page makes a line
 // seem slower, most of all by small messages. So the bounds of the rate come from large messages
-// and from sequences of messages. A function of times alone.
+// and from sequences of messages. They are learned again after a number of bytes, so that small
+// messages alone also replace old bounds. A function of times alone.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +17,7 @@ namespace qs {
 /// The rate of a line in bits per second, at most 1e9; 0: not known yet.
 struct LineSpeed {
   double estimate = 0;
-  double at_least = 0, at_most = 0;  ///< as the last large messages have shown
+  double at_least = 0, at_most = 0;  ///< as the last messages have shown
 };
 
 class LineRate {
@@ -52,7 +53,8 @@ class LineRate {
   std::deque<double> trips_;  // the last round trips
   std::deque<Group> groups_;
   std::deque<Message> messages_;  // the last ones
-  std::deque<Bounds> bounds_;     // that the last large messages have shown
+  std::deque<Bounds> bounds_;     // that the last messages have shown
+  double since_bounds_ = 0;       // bytes confirmed since the last bounds
   double last_confirmed_ = 0;
 };
 

@@ -163,6 +163,17 @@ TEST(ServeLineRate, a_line_that_becomes_slower_is_noticed_after_twenty_pictures)
   EXPECT_NEAR(line.flow.speed().estimate, 4e6, 1e6);
 }
 
+TEST(ServeLineRate, small_pictures_replace_what_large_ones_have_shown) {
+  Line line(500e6, 0.001);
+  line.ping();
+  line.pictures(20, 24000, 1.0 / 30);
+  ASSERT_GT(line.flow.speed().at_least, 90e6);
+  line.rate = 4e6;
+  line.pictures(60, 6000, 1.0 / 30);
+  EXPECT_NEAR(line.flow.speed().estimate, 4e6, 1e6);
+  EXPECT_LT(line.flow.speed().at_most, 60e6) << "slow enough for video";
+}
+
 TEST(ServeLineRate, is_unknown_without_a_round_trip_and_without_large_messages) {
   Line line;
   line.pictures(5, 24000, 0.1);

@@ -73,10 +73,10 @@ struct SegmentsView {
   FastCounters* counters;
 
   /// Lists are cut earlier in a small picture, whose tiles are too few to occupy the GPU while one
-  /// warp walks through a list.
+  /// warp walks through a list. Cutting any list costs some 60 us, so few lists are not worth it.
   static std::uint32_t longest_uncut_of(TileGrid grid) {
-    constexpr int kSmall = 5000;  // tiles
-    return grid.count() < kSmall ? 2048 : 4096;
+    constexpr int kSmall = 4000;  // tiles
+    return grid.count() < kSmall ? 768 : 8192;
   }
 
   /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. A word has twice as

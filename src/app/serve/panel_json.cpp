@@ -87,7 +87,7 @@ Json controls_json(const Viewer& v) {
     Json rows = Json::array();
     for (const Control& control : controls()) {
       if (control.panel != panel.panel || control.kind == ControlKind::item) continue;
-      if (const auto now = control.now(v)) rows.push_back(control_json(control, *now));
+      if (const auto now = control_now(v, control)) rows.push_back(control_json(control, *now));
     }
     by_panel[panel.name] = rows;
   }

@@ -30,6 +30,7 @@ using test::ServedRoom;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
+using testing::UnorderedElementsAre;
 
 constexpr const char* kTable = "Numbers of all modes";
 constexpr const char* kInspector = "Inspector: boxes of a Gaussian";
@@ -497,7 +498,7 @@ TEST(ServeControls, every_control_has_a_name_and_takes_its_own_value) {
   for (const Control& control : controls()) {
     EXPECT_TRUE(names.insert(control.name).second) << control.name;
     EXPECT_EQ(find_control(control.name), &control);
-    const auto now = control.now(room.viewer());
+    const auto now = control_now(room.viewer(), control);
     if (!now) continue;
     EXPECT_EQ(set_control(room.viewer(), control, now->value, 0).has_value(), now->is_enabled)
         << control.name;
@@ -511,6 +512,17 @@ TEST(ServeControls, every_control_has_a_name_and_takes_its_own_value) {
     EXPECT_FALSE(set_control(room.viewer(), control, now->value + 0.5, 0)) << control.name;
   }
   EXPECT_EQ(find_control("no such control"), nullptr);
+}
+
+TEST(ServeControls, without_a_scene_only_those_that_need_none_are_of_use) {
+  Viewer viewer;
+  viewer.training.emplace();
+  std::vector<std::string> names;
+  for (const Control& control : controls()) {
+    if (control_now(viewer, control)) names.push_back(control.name);
+  }
+  EXPECT_THAT(names, UnorderedElementsAre("Draw smaller while moving (CPU)", "Pause training",
+                                          "Step", "Save the model", "Stop training"));
 }
 
 TEST(ServeControls, a_gray_control_cannot_be_set) {

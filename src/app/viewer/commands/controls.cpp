@@ -309,7 +309,8 @@ void add_heat_controls(std::vector<Control>& rows) {
                   },
                   [](const Viewer&, double, std::size_t) {
                     return call(action::toggle_option, &Viewer::reduce_when_moving);
-                  }});
+                  },
+                  "", true});
 }
 
 // ---- split -------------------------------------------------------------------------------------
@@ -760,6 +761,7 @@ void add_training_controls(std::vector<Control>& rows) {
         return with_text("Stop");
       },
       "Saves the model and ends the run; --resume continues it"));
+  for (Control& row : rows) row.without_scene |= row.panel == &Panels::training;
 }
 
 std::vector<Control> make_controls() {
@@ -803,6 +805,11 @@ bool is_value_of(ControlKind kind, const ControlNow& now, double value) {
 
 }  // namespace
 
+std::optional<ControlNow> control_now(const Viewer& viewer, const Control& control) {
+  if (!viewer.scene && !control.without_scene) return {};
+  return control.now(viewer);
+}
+
 const std::string& label_of(const Control& control, const ControlNow& now) {
   return now.text.empty() ? control.name : now.text;
 }
@@ -821,8 +828,8 @@ const Control* find_control(std::string_view name) {
 
 std::optional<Action> set_control(const Viewer& viewer, const Control& control, double value,
                                   std::size_t index) {
-  if (!viewer.scene || !std::isfinite(value)) return {};
-  const std::optional<ControlNow> now = control.now(viewer);
+  if (!std::isfinite(value)) return {};
+  const std::optional<ControlNow> now = control_now(viewer, control);
   if (!now || !now->is_enabled || !is_value_of(control.kind, *now, value)) return {};
   return control.set(viewer, value, index);
 }

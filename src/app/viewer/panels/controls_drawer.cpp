@@ -109,8 +109,8 @@ void ControlsDrawer::with(
     const std::function<void(const Control& control, const ControlNow& now)>& draw) const {
   const Control* const control = find_control(name);
   assert(control != nullptr);
-  if (control == nullptr || !viewer_.scene) return;
-  const std::optional<ControlNow> now = control->now(viewer_);
+  if (control == nullptr) return;
+  const std::optional<ControlNow> now = control_now(viewer_, *control);
   if (!now) return;
   ImGui::PushID(control->name.c_str());
   ImGui::BeginDisabled(!now->is_enabled);
@@ -158,7 +158,7 @@ void ControlsDrawer::draw_after(std::string_view name) const { draw_button(name,
 void ControlsDrawer::draw_range(const char* name, double speed) const {
   const std::string ends[] = {fmt::format("{}, from", name), fmt::format("{}, to", name)};
   with(ends[0], [&](const Control&, const ControlNow& from) {
-    const auto to = find_control(ends[1])->now(viewer_);
+    const auto to = control_now(viewer_, *find_control(ends[1]));
     float values[] = {static_cast<float>(from.value), static_cast<float>(to->value)};
     const float before[] = {values[0], values[1]};
     const std::string format = number_format(from);

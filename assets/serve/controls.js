@@ -5,7 +5,6 @@
 "use strict";
 
 const kSteps = 1000;        // of a slider
-const kWideRange = 1e5;     // wider ranges are typed
 const kOwnMilliseconds = 700;  // a control that the visitor moves is not moved by the server
 
 const waitingValues = new Map();  // of controls, until the next refresh of the screen
@@ -21,8 +20,7 @@ function flushControls() {
 }
 
 function numberText(row, value) {
-  if (row.step === 1) return String(Math.round(value));
-  return String(Number(value.toPrecision(3)));
+  return value.toFixed(row.step === 1 ? 0 : row.decimals) + row.unit;
 }
 
 // Between the value of a number and the place of its slider, 0 to kSteps.
@@ -65,9 +63,13 @@ const kControlKinds = {
   typed: (place, get) => {
     const input = make("input", "", place);
     input.type = "number";
-    input.step = "any";
-    input.onchange = () => setControl(get().name, Number(input.value) || 0);
-    return { input, show: (row) => { input.value = Number(row.value.toPrecision(5)); } };
+    input.onchange = () => {
+      const row = get(), value = Math.min(row.most, Math.max(row.least, Number(input.value) || 0));
+      setControl(row.name, row.step === 1 ? Math.round(value) : value);
+    };
+    return { input, show: (row) => {
+      Object.assign(input, { min: row.least, max: row.most, step: row.step || "any", value: Number(row.value.toPrecision(5)) });
+    } };
   },
   slider: (place, get) => {
     const input = make("input", "", place), output = make("output", "", place);
@@ -91,7 +93,7 @@ const kControlKinds = {
 
 function kindOf(row) {
   if (row.kind !== "number") return row.kind;
-  return row.most - row.least > kWideRange ? "typed" : "slider";
+  return row.typed ? "typed" : "slider";
 }
 
 // Shows the rows in `parent`, buttons in `buttons` if it is given; elements stay while their row
@@ -131,14 +133,15 @@ function makeControl(parent, row) {
     button.type = "button";
     button.onclick = () => setControl(control.row.name, 0);
     control.show = (now) => {
-      button.textContent = now.text || now.name;
+      button.textContent = now.label;
       button.title = now.help;
+      button.disabled = !now.enabled;
     };
     return Object.assign(control, { input: button, elements: [button] });
   }
   const label = document.createElement("label"), place = document.createElement("div");
   place.className = "value";
-  label.textContent = row.name;
+  label.textContent = row.label;
   label.title = row.help;
   const { input, show } = kControlKinds[control.kind](place, () => control.row);
   input.id = "control-" + row.name.replace(/[^A-Za-z0-9]+/g, "-");
@@ -146,5 +149,9 @@ function makeControl(parent, row) {
   label.htmlFor = input.id;
   input.title = row.help;
   input.addEventListener("input", () => { control.touched = Date.now(); });
-  return Object.assign(control, { input, show, elements: [label, place] });
+  const showRow = (now) => {
+    input.disabled = !now.enabled;
+    show(now);
+  };
+  return Object.assign(control, { input, show: showRow, elements: [label, place] });
 }

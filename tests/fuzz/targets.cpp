@@ -9,9 +9,11 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "app/remote/sibr_stream.h"
 #include "app/serve/message.h"
 #include "app/viewer/preferences.h"
 #include "io/camera/camera_formats.h"
+#include "io/camera/cameras.h"
 #include "io/camera/points.h"
 #include "io/picture/picture_formats.h"
 #include "io/picture/webp_image.h"
@@ -236,6 +238,13 @@ void read_preferences_text(Bytes content) {
   demand(window_size.x >= 320 && window_size.y >= 240, "windows are visible");
 }
 
+// ---- messages -----------------------------------------------------------------------------------
+
+void read_view(const message::ShowView& view) {
+  demand(view.camera.size() <= kMostCamera, "cameras are short");
+  expect_sentence_at_most("view", [&] { check(parse_camera(view.camera, "view")); });
+}
+
 void read_message(Bytes content) {
   const auto parsed =
       parse_message({reinterpret_cast<const char*>(content.data()), content.size()});
@@ -253,10 +262,56 @@ void read_message(Bytes content) {
     demand(std::abs(set->value) <= 1e9 && set->control.size() <= 200, "values are finite");
   if (const auto* drag = std::get_if<message::DragHandle>(&parsed->body))
     demand(drag->face >= 0 && drag->face < 6 && std::abs(drag->at.x) <= 1e5, "a box has six faces");
-  if (const auto* view = std::get_if<message::ShowView>(&parsed->body))
-    demand(view->camera.size() <= kMostCamera, "cameras are short");
+  if (const auto* view = std::get_if<message::ShowView>(&parsed->body)) read_view(*view);
   if (const auto* wheel = std::get_if<message::Wheel>(&parsed->body))
     demand(std::abs(wheel->notches) <= 100, "notches are few");
+}
+
+// A connection that carries the bytes of the input and then ends.
+ReadBytes connection(Bytes& content) {
+  return [&content](std::span<std::byte> bytes) {
+    if (bytes.size() > content.size()) return false;
+    std::copy_n(content.begin(), bytes.size(), bytes.begin());
+    content = content.subspan(bytes.size());
+    return true;
+  };
+}
+
+// All requests of a viewer, as `serve --sibr` reads them.
+void read_sibr_requests(Bytes content) {
+  const ReadBytes read = connection(content);
+  while (const auto request = read_sibr_request(read)) {
+    const auto is_side = [](int side) { return side >= 0 && side <= kMostSibrSide; };
+    demand(is_side(request->width) && is_side(request->height), "pictures have a sound size");
+    const auto camera = camera_of(*request);
+    if (!camera) continue;
+    check(*camera);
+    const std::string again = sibr_message(request_for(*camera));
+    demand(again.size() <= 1400, "a request fits a segment");
+    demand(parse_sibr_request(again.substr(4)).has_value(), "a request can be read");
+  }
+}
+
+// The answers of a trainer, as `view --connect` reads them. The first bytes are the sides of its
+// pictures and what is known of its dialect.
+void read_sibr_answers(Bytes content) {
+  constexpr std::size_t kHead = 3;
+  if (content.size() < kHead) return;
+  const std::size_t pixels =
+      std::to_integer<std::size_t>(content[0]) * std::to_integer<std::size_t>(content[1]);
+  auto dialect = static_cast<SibrDialect>(std::to_integer<int>(content[2]) % 3);
+  content = content.subspan(kHead);
+  const ReadBytes read = connection(content);
+  if (dialect == SibrDialect::trainer_first && read_sibr_modes(read, dialect) != SibrEnd::done)
+    return;
+  SibrAnswer answer;
+  for (bool is_first = true;; is_first = false) {
+    if (read_sibr_answer(read, 3 * pixels, is_first, dialect, answer) != SibrEnd::done) return;
+    demand(answer.rgb.size() == 3 * pixels, "pictures have their size");
+    demand(answer.source.size() <= kMostSibrText, "texts are short");
+    demand(dialect != SibrDialect::unknown, "an answer shows the dialect");
+    parse_metrics(answer.metrics);
+  }
 }
 
 }  // namespace
@@ -279,6 +334,8 @@ std::vector<FuzzTarget> fuzz_targets() {
   targets.push_back({"array", ".npy", read_array});
   targets.push_back({"huffman", ".huffman", read_huffman});
   targets.push_back({"message", ".message", read_message});
+  targets.push_back({"sibr_request", ".sibr_request", read_sibr_requests});
+  targets.push_back({"sibr_answer", ".sibr_answer", read_sibr_answers});
   targets.push_back({"preferences", "/viewer.json", read_preferences_text});
   return targets;
 }

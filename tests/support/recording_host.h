@@ -18,7 +18,7 @@ class RecordingHost : public Host {
     std::string axes;
   };
   std::vector<Opened> opened;
-  std::vector<std::filesystem::path> opened_beside, photographs, grabs, opened_outside;
+  std::vector<std::filesystem::path> opened_beside, photographs, grabs, pictures, opened_outside;
   std::map<std::filesystem::path, std::string> written;
   std::vector<Job> jobs, jobs_behind;
   std::vector<std::size_t> test_photographs;
@@ -45,6 +45,7 @@ class RecordingHost : public Host {
     written[path] = content;
   }
   void grab_window(const std::filesystem::path& path, bool) override { grabs.push_back(path); }
+  void grab_picture(const std::filesystem::path& path) override { pictures.push_back(path); }
   void open_with_desktop(const std::filesystem::path& path) override {
     opened_outside.push_back(path);
   }

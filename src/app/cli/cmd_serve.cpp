@@ -3,6 +3,7 @@
 // quadsplat serve: scenes in the browser of this or another machine.
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <memory>
 #include <optional>
 
@@ -11,7 +12,6 @@
 #include "app/cli/serve_options.h"
 #include "app/cli/shared_options.h"
 #include "app/serve/server.h"
-#include "app/serve/token.h"
 #include "raster/base/fail.h"
 #include "raster/base/progress.h"
 
@@ -23,19 +23,11 @@ constexpr std::size_t kMostSibrName = 1024;
 struct ServeCommand {
   FrameOptions frame;
   std::vector<std::filesystem::path> scenes;
-  std::optional<std::filesystem::path> certificate, key;
   bool sibr = false;
   std::optional<int> sibr_port;
   std::optional<std::string> sibr_name;
-  ServeOptions serve;
+  ServeChoice serve;
 };
-
-std::optional<TlsFiles> tls_files(const ServeCommand& command) {
-  if (command.certificate.has_value() != command.key.has_value())
-    fail(ErrorKind::usage, "serve: --certificate and --key need each other");
-  if (!command.key) return {};
-  return TlsFiles{*command.certificate, *command.key};
-}
 
 void check(const FrameOptions& frame) {
   if (frame.size)
@@ -46,7 +38,7 @@ void check(const FrameOptions& frame) {
 }
 
 // Its viewers have no token.
-std::optional<SibrOptions> sibr_options(const ServeCommand& command) {
+std::optional<SibrOptions> sibr_options(const ServeCommand& command, const std::string& address) {
   const auto needs_sibr = [](bool given, const char* option) {
     if (given) fail(ErrorKind::usage, "serve: {}: needs --sibr", option);
   };
@@ -55,7 +47,6 @@ std::optional<SibrOptions> sibr_options(const ServeCommand& command) {
     needs_sibr(command.sibr_name.has_value(), "--sibr-name");
     return {};
   }
-  const std::string& address = command.serve.address;
   if (address != "127.0.0.1" && address != "::1") {
     fail(ErrorKind::usage,
          "serve: --address {}: --sibr asks nobody for a token, so it works at 127.0.0.1 only",
@@ -80,14 +71,26 @@ void print_sibr_address(int port) {
              port);
 }
 
+// For whoever measures a server: scripts/measure_serve reads it.
+void print_sent(const Server& server) {
+  constexpr const char* kCodecs[] = {"", "JPEG", "WebP", "VP9"};  // index = PictureCodec
+  for (std::size_t i = 1; i < std::size(kCodecs); ++i) {
+    const SentPictures& sent = server.sent()[i];
+    if (sent.pictures == 0) continue;
+    const auto count = static_cast<double>(sent.pictures);
+    fmt::print(stderr,
+               "sent {} {} pictures: {:.1f} kB, {:.2f} ms to encode, {:.2f} ms to send each\n",
+               sent.pictures, kCodecs[i], static_cast<double>(sent.bytes) / 1e3 / count,
+               sent.encode_ms / count, sent.send_ms / count);
+  }
+}
+
 int serve_scenes(ServeCommand& command) {
   check(command.frame);
-  ServeOptions& serve = command.serve;
-  serve.tls = tls_files(command);
-  serve.sibr = sibr_options(command);
-  serve.token = make_token();
+  ServeOptions serve = serve_options(command.serve, "serve");
+  serve.sibr = sibr_options(command, serve.address);
   Server server(serve);  // throws before the scenes are read
-  warn_of_address(server, serve);
+  print_warnings(server);
   ServedScenes scenes;
   for (const std::filesystem::path& path : command.scenes) {
     command.frame.scene = path;
@@ -97,6 +100,7 @@ int serve_scenes(ServeCommand& command) {
   print_address(serve, server.port(), fmt::format("{} scene{}", count, count == 1 ? "" : "s"));
   if (serve.sibr) print_sibr_address(server.sibr_port());
   server.run(scenes, QuitSignals::arrived);
+  print_sent(server);
   throw Cancelled();  // only a signal ends it
 }
 
@@ -107,10 +111,6 @@ CommandAction serve_command(Options& options) {
   options.positionals("SCENE", command->scenes, 1, kSceneHelp, kSceneSamples);
   declare_common_options(options, command->frame);
   declare_serve_options(options, command->serve, {"192.0.2.1", "nowhere"});
-  options.text("--certificate", "FILE", command->certificate,
-               "PEM file with the certificates for https://; needs --key", {"missing.pem"});
-  options.text("--key", "FILE", command->key, "PEM file with the key of --certificate",
-               {"missing.pem"});
   options.flag("--sibr", command->sibr,
                "also answers INRIA's remote viewer (SIBR_remoteGaussian) on this machine");
   options.integer("--sibr-port", "N", 0, 65535, command->sibr_port,

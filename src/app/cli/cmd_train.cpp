@@ -11,7 +11,6 @@
 #include "app/cli/train_in_browser.h"
 #include "app/cli/train_in_window.h"
 #include "app/report/train_page.h"
-#include "app/serve/token.h"
 #include "app/train/train_options.h"
 #include "raster/api/training_model.h"
 #include "raster/base/fail.h"
@@ -21,7 +20,7 @@ namespace {
 
 struct TrainCommand : train::TrainOptions {
   ViewOptions view;
-  ServeOptions serve;
+  ServeChoice serve;
   bool in_window = false, in_browser = false;
   std::optional<Backend> backend;  // unset: the best backend that works
   int device = kFirstGpu, threads = 0;
@@ -53,29 +52,20 @@ void print_continuation(const char* what, Arguments arguments) {
   fmt::print("{}; to continue: {} --resume\n", what, again);
 }
 
-// The server of --serve, which listens before the photographs are read.
-std::unique_ptr<Server> server_of(TrainCommand& command) {
-  const ServeOptions unset;
-  ServeOptions& serve = command.serve;
+// The options of --serve; unset without it.
+std::optional<ServeOptions> serve_options(const TrainCommand& command) {
   if (command.in_browser && command.in_window)
     fail(ErrorKind::usage, "train: --serve and --view exclude each other");
-  if (!command.in_browser) {
-    const auto refuse = [](bool given, const char* option) {
-      if (given) fail(ErrorKind::usage, "train: {}: needs --serve", option);
-    };
-    refuse(serve.port != unset.port, "--port");
-    refuse(serve.address != unset.address, "--address");
-    refuse(serve.name != unset.name, "--name");
-    return {};
-  }
-  serve.token = make_token();
-  auto server = std::make_unique<Server>(serve);
-  warn_of_address(*server, serve);
-  return server;
+  if (command.in_browser) return serve_options(command.serve, "train");
+  if (const char* const option = command.serve.given())
+    fail(ErrorKind::usage, "train: {}: needs --serve", option);
+  return {};
 }
 
 int run(TrainCommand& command, Arguments arguments) {
-  const std::unique_ptr<Server> server = server_of(command);
+  const std::optional<ServeOptions> serve = serve_options(command);
+  std::optional<Server> server;  // listens before the photographs are read
+  if (serve) print_warnings(server.emplace(*serve));
   ThreadPool pool(command.threads);
   ProgressBar bar("reading photographs");
   auto [model, data] = prepare(command, pool, bar.progress());
@@ -92,7 +82,7 @@ int run(TrainCommand& command, Arguments arguments) {
   }
   const train::RunEnd end =
       server ? train_in_browser(command.settings, data, command.run, std::move(model), pool,
-                                *server, command.serve, page_of(command))
+                                *server, *serve, page_of(command))
              : run_training(command.settings, data, command.run, std::move(model), pool);
   if (end == train::RunEnd::interrupted) {
     print_continuation("interrupted", arguments);

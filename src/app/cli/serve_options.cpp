@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include "app/base/warn.h"
+#include "app/serve/token.h"
+#include "raster/base/fail.h"
 
 namespace qs {
 namespace {
@@ -17,16 +19,41 @@ std::string host_text(const std::string& address) {
 
 }  // namespace
 
-void declare_serve_options(Options& options, ServeOptions& serve,
+const char* ServeChoice::given() const {
+  if (port) return "--port";
+  if (address) return "--address";
+  if (name) return "--name";
+  if (certificate) return "--certificate";
+  return key ? "--key" : nullptr;
+}
+
+void declare_serve_options(Options& options, ServeChoice& choice,
                            const Options::Samples& addresses) {
-  options.integer("--port", "N", 0, 65535, serve.port,
+  options.integer("--port", "N", 0, 65535, choice.port,
                   "port to listen at; 0 = any free one (default: 7007)");
-  options.text("--address", "ADDRESS", serve.address,
+  options.text("--address", "ADDRESS", choice.address,
                "address to listen at (default: 127.0.0.1, which only this machine reaches)",
                addresses);
-  options.text("--name", "HOST", serve.name,
+  options.text("--name", "HOST", choice.name,
                "name by which browsers may address this machine, beside localhost and --address",
                {"gpu7", "gpu7.example.org"});
+  options.text("--certificate", "FILE", choice.certificate,
+               "PEM file with the certificates for https://; needs --key", {"missing.pem"});
+  options.text("--key", "FILE", choice.key, "PEM file with the key of --certificate",
+               {"missing.pem"});
+}
+
+ServeOptions serve_options(const ServeChoice& choice, const std::string& command) {
+  if (choice.certificate.has_value() != choice.key.has_value())
+    fail(ErrorKind::usage, "{}: --certificate and --key need each other", command);
+  ServeOptions serve;
+  serve.command = command;
+  serve.port = choice.port.value_or(serve.port);
+  serve.address = choice.address.value_or(serve.address);
+  serve.name = choice.name.value_or(serve.name);
+  if (choice.key) serve.tls = TlsFiles{*choice.certificate, *choice.key};
+  serve.token = make_token();
+  return serve;
 }
 
 void print_address(const ServeOptions& serve, int port, const std::string& what) {
@@ -44,12 +71,8 @@ void print_address(const ServeOptions& serve, int port, const std::string& what)
              serve.token);
 }
 
-void warn_of_address(const Server& server, const ServeOptions& serve) {
-  if (server.is_local() || serve.tls) return;
-  warn(
-      fmt::format("{} can be reached from other machines, and the connection is not encrypted: "
-                  "ssh -L to 127.0.0.1 is safer, or --certificate and --key",
-                  serve.address));
+void print_warnings(const Server& server) {
+  for (const std::string& sentence : server.warnings()) warn(sentence);
 }
 
 }  // namespace qs

@@ -2,7 +2,6 @@
 #include "app/remote/remote_training.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <new>
 #include <utility>
@@ -11,11 +10,6 @@
 
 namespace qs {
 namespace {
-
-constexpr std::size_t kMostText = 65536;  ///< of a trainer's texts, bytes
-constexpr std::size_t kLengthBytes = 4;
-constexpr const char* kOtherProtocol =
-    "{}: the answer is not a training's: does another program listen there?";
 
 std::vector<std::uint8_t> rgba_of(std::span<const std::byte> rgb) {
   std::vector<std::uint8_t> rgba(rgb.size() / 3 * 4, 255);
@@ -116,10 +110,11 @@ bool RemoteTraining::open(const std::stop_token& stop) {
                            problem == 0 ? "no connection" : std::strerror(problem)));
     return false;
   }
-  if (dialect_ == Dialect::trainer_first) return read_modes(stop);
-  if (dialect_ == Dialect::viewer_first) return true;
-  if (socket_.await_bytes(patience(times_.first_word, stop)) != TcpEnd::done) return true;
-  return read_modes(stop);
+  const bool speaks_first =
+      dialect_ == SibrDialect::trainer_first ||
+      (dialect_ == SibrDialect::unknown &&
+       socket_.await_bytes(patience(times_.first_word, stop)) == TcpEnd::done);
+  return !speaks_first || is_sound(read_sibr_modes(reader(stop), dialect_));
 }
 
 bool RemoteTraining::ask(const std::stop_token& stop) {
@@ -142,22 +137,22 @@ bool RemoteTraining::ask(const std::stop_token& stop) {
       close_with(fmt::format("{}: the training has closed the connection", address_.text));
     return false;
   }
-  std::vector<std::byte> rgb(3 * static_cast<std::size_t>(request.width) *
-                             static_cast<std::size_t>(request.height));
-  std::string source, metrics;
-  if (!read_picture(rgb, stop) || !read_text(source, stop)) return false;
-  if (dialect_ == Dialect::trainer_first && !read_text(metrics, stop)) return false;
-  if (dialect_ == Dialect::unknown) dialect_ = Dialect::viewer_first;
+  SibrAnswer answer;
+  const std::size_t rgb_bytes =
+      3 * static_cast<std::size_t>(request.width) * static_cast<std::size_t>(request.height);
+  if (!is_sound(read_sibr_answer(reader(stop), rgb_bytes, !has_answered_, dialect_, answer)))
+    return false;
   has_answered_ = true;
-  RemotePicture picture{view.camera, view.version, request.width, request.height, rgba_of(rgb), 0};
+  RemotePicture picture{view.camera,    view.version,        request.width,
+                        request.height, rgba_of(answer.rgb), 0};
   picture.ms = std::chrono::duration<double, std::milli>(Clock::now() - began).count();
   change([&] {
     picture_ = std::move(picture);
     run_.is_answering = true;
     run_.problem.clear();
-    run_.speaks_first = dialect_ == Dialect::trainer_first;
-    run_.source = source;
-    if (!metrics.empty()) run_.metrics = parse_metrics(metrics);
+    run_.speaks_first = dialect_ == SibrDialect::trainer_first;
+    run_.source = answer.source;
+    if (!answer.metrics.empty()) run_.metrics = parse_metrics(answer.metrics);
     ++run_.pictures;
   });
   return true;
@@ -185,54 +180,21 @@ bool RemoteTraining::read(std::span<std::byte> bytes, const std::stop_token& sto
   return false;
 }
 
-bool RemoteTraining::read_text(std::string& text, const std::stop_token& stop) {
-  std::array<std::byte, kLengthBytes> length{};
-  if (!read(length, stop)) return false;
-  const std::size_t size = length_of(length);
-  if (size > kMostText) {
-    close_with(fmt::format(kOtherProtocol, address_.text));
-    return false;
-  }
-  text.resize(size);
-  return size == 0 || read(std::as_writable_bytes(std::span(text)), stop);
+ReadBytes RemoteTraining::reader(const std::stop_token& stop) {
+  return [this, &stop](std::span<std::byte> bytes) { return read(bytes, stop); };
 }
 
-bool RemoteTraining::read_modes(const std::stop_token& stop) {
-  std::string text;
-  if (!read_text(text, stop)) return false;
-  if (!parse_render_modes(text)) {
-    close_with(fmt::format(kOtherProtocol, address_.text));
-    return false;
+bool RemoteTraining::is_sound(SibrEnd end) {
+  if (end == SibrEnd::foreign) {
+    close_with(fmt::format("{}: the answer is not a training's: does another program listen there?",
+                           address_.text));
   }
-  dialect_ = Dialect::trainer_first;
-  return true;
-}
-
-// A trainer whose iterations are long may speak first after the request: then its list is in front
-// of the first picture.
-bool RemoteTraining::read_picture(std::vector<std::byte>& rgb, const std::stop_token& stop) {
-  const bool may_be_list =
-      dialect_ != Dialect::trainer_first && !has_answered_ && rgb.size() >= kLengthBytes;
-  if (!may_be_list) return read(rgb, stop);
-  const std::span whole(rgb);
-  if (!read(whole.first(kLengthBytes), stop)) return false;
-  const std::size_t size = length_of(whole.first<kLengthBytes>());
-  std::size_t known = kLengthBytes;
-  if (size > 1 && size <= std::min(kMostText, rgb.size() - kLengthBytes)) {
-    if (!read(whole.subspan(kLengthBytes, size), stop)) return false;
-    const std::string text(reinterpret_cast<const char*>(rgb.data()) + kLengthBytes, size);
-    known += size;
-    if (parse_render_modes(text)) {
-      dialect_ = Dialect::trainer_first;
-      known = 0;
-    }
-  }
-  return known == rgb.size() || read(whole.subspan(known), stop);
+  return end == SibrEnd::done;
 }
 
 void RemoteTraining::close_with(const std::string& problem) {
   socket_.close();
-  dialect_ = Dialect::unknown;
+  dialect_ = SibrDialect::unknown;
   change([&] {
     run_.is_answering = false;
     run_.problem = problem;

@@ -5,9 +5,6 @@
 // the training. While the user moves, requests follow each other without a pause; then the
 // connection is closed, and opened every few seconds for one new picture. A paused training keeps
 // its connection, because it goes on when that ends.
-//
-// Two dialects: INRIA's trainers wait for the viewer. 2DGS' trainers speak first: a list of the
-// pictures that they offer, and numbers after each picture.
 #pragma once
 
 #include <chrono>
@@ -21,6 +18,7 @@
 #include <vector>
 
 #include "app/remote/remote_run.h"
+#include "app/remote/sibr_stream.h"
 #include "app/remote/tcp.h"
 
 namespace qs {
@@ -64,7 +62,6 @@ class RemoteTraining {
   RemoteRun run();
 
  private:
-  enum class Dialect { unknown, viewer_first, trainer_first };
   using Clock = std::chrono::steady_clock;
 
   void loop(const std::stop_token& stop);
@@ -74,9 +71,8 @@ class RemoteTraining {
   bool ask(const std::stop_token& stop);
   // False if the connection cannot be used any more; the user reads why.
   bool read(std::span<std::byte> bytes, const std::stop_token& stop);
-  bool read_text(std::string& text, const std::stop_token& stop);
-  bool read_modes(const std::stop_token& stop);
-  bool read_picture(std::vector<std::byte>& rgb, const std::stop_token& stop);
+  ReadBytes reader(const std::stop_token& stop);
+  bool is_sound(SibrEnd end);
   void close_with(const std::string& problem);
   template <class Change>
   void change(Change&& change);
@@ -87,7 +83,7 @@ class RemoteTraining {
 
   // Of the thread.
   TcpSocket socket_;
-  Dialect dialect_ = Dialect::unknown;
+  SibrDialect dialect_ = SibrDialect::unknown;
   bool has_answered_ = false;  // on this connection
 
   std::mutex mutex_;  // guards everything below but the thread

@@ -62,17 +62,21 @@ Json panels_json(const Viewer& v) {
 
 Json control_json(const Control& control, const ControlNow& now) {
   Json row = {{"name", control.name},
+              {"label", label_of(control, now)},
               {"kind", kKinds[static_cast<int>(control.kind)]},
               {"value", now.value},
-              {"help", control.help}};
+              {"help", control.help},
+              {"enabled", now.is_enabled}};
   if (control.kind == ControlKind::number) {
     row["least"] = now.least;
     row["most"] = now.most;
     row["step"] = now.step;
     row["log"] = now.is_logarithmic;
+    row["typed"] = now.is_typed;
+    row["decimals"] = now.decimals;
+    row["unit"] = now.unit;
   }
   if (control.kind == ControlKind::choice) row["choices"] = now.choices;
-  if (!now.text.empty()) row["text"] = now.text;
   return row;
 }
 
@@ -83,7 +87,7 @@ Json controls_json(const Viewer& v) {
     Json rows = Json::array();
     for (const Control& control : controls()) {
       if (control.panel != panel.panel || control.kind == ControlKind::item) continue;
-      if (const auto now = control.now(v)) rows.push_back(control_json(control, *now));
+      if (const auto now = control_now(v, control)) rows.push_back(control_json(control, *now));
     }
     by_panel[panel.name] = rows;
   }
@@ -340,7 +344,7 @@ Json recorder_json(const Viewer& v) {
   const ZoomRecord* record = shown_zoom(zoom);
   Json json = {{"running", zoom.running},
                {"plan", zoom_plan_text(v)},
-               {"start", zoom.plan.start ? "from a remembered view" : "from this view"},
+               {"start", zoom_start_text(zoom.plan)},
                {"status", zoom_status(zoom)}};
   if (record == nullptr) return json;
   json["label"] = zoom_label(*record);

@@ -6,6 +6,7 @@
 
 #ifdef QUADSPLAT_SERVE
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <deque>
 #include <map>
@@ -19,6 +20,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <fmt/format.h>
 
 #include "app/base/assets.h"
 #include "app/serve/client_stream.h"
@@ -41,15 +43,19 @@ namespace qs {
 
 class Server::Network {};
 
-Server::Server(const ServeOptions&) {
+Server::Server(const ServeOptions& options) {
   fail(ErrorKind::device,
-       "serve: this program was built without its web server: install libboost-dev and build it "
-       "again");
+       "{}: this program was built without its web server: install libboost-dev and build it again",
+       options.command);
 }
 Server::~Server() = default;
 int Server::port() const { return 0; }
-bool Server::is_local() const { return true; }
+std::vector<std::string> Server::warnings() const { return {}; }
 int Server::sibr_port() const { return 0; }
+const std::array<SentPictures, 4>& Server::sent() const {
+  static const std::array<SentPictures, 4> kNone;
+  return kNone;
+}
 void Server::run(ServedScenes&, const std::function<bool()>&, ServedTraining*) {}
 
 #else
@@ -104,6 +110,7 @@ struct Hub {
   Pictures* pictures = nullptr;
   ServedTraining* training = nullptr;
   Sharing sharing;
+  std::array<SentPictures, 4> sent;
   asio::io_context io;  // goes first and takes the connections with it, which use the rest
 
   std::string_view scheme() const { return tls ? "https" : "http"; }
@@ -443,6 +450,12 @@ class Live : public std::enable_shared_from_this<Live> {
     const auto since =
         std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch());
     if (sent_bytes_ == 0 && picture.top == 0) ++picture_;
+    SentPictures& sent = hub_.sent[static_cast<std::size_t>(picture.encoded.codec)];
+    if (sent_bytes_ == 0) {
+      sent.pictures += picture.top == 0 ? 1 : 0;
+      sent.bytes += picture.encoded.bytes.size();
+      sent.encode_ms += picture.encoded.ms;
+    }
     text_ = picture_message(
         picture, {picture_, version_, static_cast<std::uint64_t>(since.count())}, sent_bytes_);
     sent_bytes_ = end;
@@ -452,7 +465,7 @@ class Live : public std::enable_shared_from_this<Live> {
       sent_bytes_ = 0;
     }
     socket_.binary(true);
-    write();
+    write(&sent);
   }
 
   // An empty message before pictures. Its round trip is the least one of the line.
@@ -524,11 +537,14 @@ class Live : public std::enable_shared_from_this<Live> {
     });
   }
 
-  void write() {
+  // `sent`: counts the time; may be null.
+  void write(SentPictures* sent = nullptr) {
     writing_ = true;
     guard_write();
+    const double began = seconds_now();
     socket_.async_write(asio::buffer(text_),
-                        [self = shared_from_this()](error_code error, std::size_t) {
+                        [self = shared_from_this(), sent, began](error_code error, std::size_t) {
+                          if (sent != nullptr) sent->send_ms += 1e3 * (seconds_now() - began);
                           self->writing_ = false;
                           self->write_timer_.cancel();
                           if (error) return self->stop();
@@ -716,28 +732,45 @@ class Server::Network {
   explicit Network(const ServeOptions& options)
       : acceptor_(hub_.io), end_timer_(hub_.io), accept_timer_(hub_.io) {
     hub_.options = options;
-    if (options.tls) hub_.tls.emplace(make_tls_context(*options.tls));
+    if (options.tls) hub_.tls.emplace(make_tls_context(*options.tls, options.command));
     hub_.names = HostNames(options.address, options.name);
     error_code error;
     const auto address = asio::ip::make_address(options.address, error);
     if (error)
-      fail(ErrorKind::usage, "serve: --address {}: not an address such as 127.0.0.1 or ::1",
-           options.address);
+      fail(ErrorKind::usage, "{}: --address {}: not an address such as 127.0.0.1 or ::1",
+           options.command, options.address);
     const Tcp::endpoint endpoint(address, static_cast<unsigned short>(options.port));
     acceptor_.open(endpoint.protocol(), error);
     if (!error) acceptor_.set_option(Tcp::acceptor::reuse_address(true), error);
     if (!error) acceptor_.bind(endpoint, error);
     if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
     if (error) {
-      fail(ErrorKind::device, "serve: {} port {} cannot be used: {}", options.address, options.port,
-           error.message());
+      fail(ErrorKind::device, "{}: {} port {} cannot be used: {}", options.command, options.address,
+           options.port, error.message());
     }
     if (options.sibr) sibr_listener_ = listen_for_sibr(*options.sibr);
   }
 
   int port() const { return acceptor_.local_endpoint().port(); }
-  bool is_local() const { return acceptor_.local_endpoint().address().is_loopback(); }
+  std::vector<std::string> warnings() const {
+    std::vector<std::string> sentences;
+    const ServeOptions& options = hub_.options;
+    if (!hub_.tls && !acceptor_.local_endpoint().address().is_loopback()) {
+      sentences.push_back(
+          fmt::format("{} can be reached from other machines, and the connection is not encrypted: "
+                      "ssh -L to 127.0.0.1 is safer, or --certificate and --key",
+                      options.address));
+    }
+    if (!hub_.tls) return sentences;
+    const std::string problem = certificate_problem(*hub_.tls);
+    if (!problem.empty()) {
+      sentences.push_back(fmt::format("{}: --certificate {}: {}; browsers refuse it",
+                                      options.command, options.tls->certificate.string(), problem));
+    }
+    return sentences;
+  }
   int sibr_port() const { return sibr_listener_.port(); }
+  const std::array<SentPictures, 4>& sent() const { return hub_.sent; }
 
   void run(ServedScenes& scenes, const std::function<bool()>& ends, ServedTraining* training) {
     hub_.training = training;
@@ -862,8 +895,9 @@ class Server::Network {
 Server::Server(const ServeOptions& options) : network_(std::make_unique<Network>(options)) {}
 Server::~Server() = default;
 int Server::port() const { return network_->port(); }
-bool Server::is_local() const { return network_->is_local(); }
+std::vector<std::string> Server::warnings() const { return network_->warnings(); }
 int Server::sibr_port() const { return network_->sibr_port(); }
+const std::array<SentPictures, 4>& Server::sent() const { return network_->sent(); }
 void Server::run(ServedScenes& scenes, const std::function<bool()>& ends,
                  ServedTraining* training) {
   network_->run(scenes, ends, training);

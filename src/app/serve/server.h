@@ -4,10 +4,13 @@
 // and owns the visitors; pictures.h has the threads that render and encode.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/serve/limits.h"
 #include "app/serve/served_scene.h"
@@ -19,6 +22,7 @@ namespace qs {
 class ServedTraining;
 
 struct ServeOptions {
+  std::string command = "serve";      ///< that messages name
   std::string address = "127.0.0.1";  ///< to listen at
   std::string name;                   ///< another name of the host in addresses; may be empty
   int port = 7007;                    ///< 0: any free one
@@ -26,6 +30,12 @@ struct ServeOptions {
   std::optional<TlsFiles> tls;        ///< without them nothing is encrypted
   std::optional<SibrOptions> sibr;    ///< answers INRIA's remote viewer too
   ServeLimits limits;
+};
+
+/// The pictures of one codec that visitors got.
+struct SentPictures {
+  std::uint64_t pictures = 0, bytes = 0;
+  double encode_ms = 0, send_ms = 0;  ///< of all; sending ends when the system has taken the bytes
 };
 
 class Server {
@@ -38,10 +48,14 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   int port() const;
-  /// Only this machine can reach the address.
-  bool is_local() const;
+  /// Sentences: other machines reach the address and nothing is encrypted, or browsers refuse the
+  /// certificate because of its time. Usually none.
+  std::vector<std::string> warnings() const;
   /// Of SIBR's viewers; 0 without them.
   int sibr_port() const;
+
+  /// So far; index = PictureCodec. Not while run() runs on another thread.
+  const std::array<SentPictures, 4>& sent() const;
 
   /// Serves until ends() is true, which it asks ten times a second. At least one scene. Throws
   /// Error. `training`: of the first scene; may be null.

@@ -2,7 +2,6 @@
 #include "app/serve/sibr_server.h"
 
 #include <algorithm>
-#include <array>
 #include <condition_variable>
 #include <memory>
 #include <new>
@@ -119,13 +118,8 @@ void SibrServer::answer_all(TcpSocket& socket, const std::stop_token& stop) {
 std::optional<SibrRequest> SibrServer::read_request(TcpSocket& socket,
                                                     const std::stop_token& stop) const {
   const Patience whole = patience(options_.silence, stop);
-  std::array<std::byte, 4> length{};
-  if (socket.read(length, whole) != TcpEnd::done) return {};
-  const std::size_t size = length_of(length);
-  if (size > kMostSibrRequest) return {};
-  std::string json(size, '\0');
-  if (socket.read(std::as_writable_bytes(std::span(json)), whole) != TcpEnd::done) return {};
-  return parse_sibr_request(json);
+  return read_sibr_request(
+      [&](std::span<std::byte> bytes) { return socket.read(bytes, whole) == TcpEnd::done; });
 }
 
 // Unset if the viewer cannot be answered.

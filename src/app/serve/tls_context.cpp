@@ -3,10 +3,12 @@
 
 #ifdef QUADSPLAT_TLS
 #include <cstddef>
-#include <string>
+#include <ctime>
 
+#include <fmt/format.h>
 #include <openssl/err.h>
 #include <openssl/ssl.h>
+#include <openssl/x509.h>
 #include <openssl/x509err.h>
 
 #include "io/bytes/json_text.h"
@@ -18,11 +20,13 @@ namespace qs {
 
 #ifndef QUADSPLAT_TLS
 
-TlsContext make_tls_context(const TlsFiles&) {
+TlsContext make_tls_context(const TlsFiles&, const std::string& command) {
   fail(ErrorKind::device,
-       "serve: --certificate: this program was built without OpenSSL: install libssl-dev and build "
-       "it again");
+       "{}: --certificate: this program was built without OpenSSL: install libssl-dev and build it "
+       "again",
+       command);
 }
+std::string certificate_problem(const TlsContext&) { return {}; }
 
 #else
 
@@ -33,11 +37,12 @@ using boost::system::error_code;
 
 constexpr std::size_t kMostBytes = 1 << 20;  ///< of a file
 
-std::string pem_of(const char* option, const std::filesystem::path& path) {
+// `who`: the command and the option, for messages.
+std::string pem_of(const std::string& who, const std::filesystem::path& path) {
   try {
     return read_text_file(path, kMostBytes);
   } catch (const Error& error) {
-    fail("serve: {} {}", option, error.what());
+    fail("{} {}", who, error.what());
   }
 }
 
@@ -46,20 +51,21 @@ bool has_block(const std::string& pem, const char* kind) {
   return begin != pem.npos && pem.find(kind, begin) != pem.npos;
 }
 
-void use_certificate(ssl::context& context, const std::filesystem::path& path) {
-  const std::string pem = pem_of("--certificate", path);
+void use_certificate(ssl::context& context, const TlsFiles& files, const std::string& command) {
+  const std::string who = command + ": --certificate", path = files.certificate.string();
+  const std::string pem = pem_of(who, path);
   if (!has_block(pem, "CERTIFICATE-----"))
-    fail("serve: --certificate {}: has no certificate in PEM format", path.string());
+    fail("{} {}: has no certificate in PEM format", who, path);
   error_code error;
   context.use_certificate_chain(boost::asio::buffer(pem), error);
-  if (error)
-    fail("serve: --certificate {}: OpenSSL refuses it: {}", path.string(), error.message());
+  if (error) fail("{} {}: OpenSSL refuses it: {}", who, path, error.message());
 }
 
-void use_key(ssl::context& context, const TlsFiles& files) {
-  const std::string path = files.key.string(), pem = pem_of("--key", files.key);
+void use_key(ssl::context& context, const TlsFiles& files, const std::string& command) {
+  const std::string who = command + ": --key", path = files.key.string();
+  const std::string pem = pem_of(who, path);
   if (!has_block(pem, "PRIVATE KEY-----"))
-    fail("serve: --key {}: has no private key in PEM format", path);
+    fail("{} {}: has no private key in PEM format", who, path);
   bool is_encrypted = false;
   context.set_password_callback([&](std::size_t, ssl::context::password_purpose) {
     is_encrypted = true;
@@ -68,27 +74,46 @@ void use_key(ssl::context& context, const TlsFiles& files) {
   error_code error;
   context.use_private_key(boost::asio::buffer(pem), ssl::context::pem, error);
   if (is_encrypted)
-    fail("serve: --key {0}: has a password; remove it: openssl pkey -in {0} -out NEW.pem", path);
+    fail("{0} {1}: has a password; remove it: openssl pkey -in {1} -out NEW.pem", who, path);
   const bool is_mismatch =
       ERR_GET_REASON(static_cast<unsigned long>(error.value())) == X509_R_KEY_VALUES_MISMATCH ||
       (!error && SSL_CTX_check_private_key(context.native_handle()) != 1);
-  if (is_mismatch) fail("serve: --key {}: is not the key of {}", path, files.certificate.string());
-  if (error) fail("serve: --key {}: OpenSSL refuses it: {}", path, error.message());
+  if (is_mismatch) fail("{} {}: is not the key of {}", who, path, files.certificate.string());
+  if (error) fail("{} {}: OpenSSL refuses it: {}", who, path, error.message());
+}
+
+std::string date_of(const ASN1_TIME* time) {
+  std::tm date{};
+  ASN1_TIME_to_tm(time, &date);
+  return fmt::format("{:04}-{:02}-{:02}", date.tm_year + 1900, date.tm_mon + 1, date.tm_mday);
 }
 
 }  // namespace
 
-TlsContext make_tls_context(const TlsFiles& files) {
+TlsContext make_tls_context(const TlsFiles& files, const std::string& command) {
   ssl::context context(ssl::context::tls_server);
   SSL_CTX* const handle = context.native_handle();
   SSL_CTX_set_min_proto_version(handle, TLS1_2_VERSION);
   SSL_CTX_set_options(handle, SSL_OP_NO_RENEGOTIATION | SSL_OP_CIPHER_SERVER_PREFERENCE);
   SSL_CTX_set_mode(handle, SSL_MODE_RELEASE_BUFFERS);  // of connections at rest
   SSL_CTX_set_session_cache_mode(handle, SSL_SESS_CACHE_OFF);
-  use_certificate(context, files.certificate);
-  use_key(context, files);
+  use_certificate(context, files, command);
+  use_key(context, files, command);
   ERR_clear_error();  // an old error would end the first connection
   return context;
+}
+
+std::string certificate_problem(const TlsContext& context) {
+  // OpenSSL has no constant access to a context.
+  const X509* const certificate =
+      SSL_CTX_get0_certificate(const_cast<TlsContext&>(context).native_handle());
+  if (certificate == nullptr) return {};
+  const ASN1_TIME* const begin = X509_get0_notBefore(certificate);
+  const ASN1_TIME* const end = X509_get0_notAfter(certificate);
+  // X509_cmp_current_time() is 0 for a time that it cannot read.
+  if (X509_cmp_current_time(end) < 0) return "has expired on " + date_of(end);
+  if (X509_cmp_current_time(begin) > 0) return "is not valid before " + date_of(begin);
+  return {};
 }
 
 #endif

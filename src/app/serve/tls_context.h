@@ -10,6 +10,8 @@
 #include <boost/asio/ssl/context.hpp>
 #endif
 
+#include <string>
+
 #include "app/serve/tls_files.h"
 
 namespace qs {
@@ -21,7 +23,11 @@ struct TlsContext {};
 #endif
 
 /// Throws Error(input) if a file cannot be read, is damaged, or does not belong to the other, and
-/// Error(device) if this program was built without OpenSSL.
-TlsContext make_tls_context(const TlsFiles& files);
+/// Error(device) if this program was built without OpenSSL. `command`: that messages name.
+TlsContext make_tls_context(const TlsFiles& files, const std::string& command);
+
+/// "has expired on 2026-05-01" or "is not valid before 2026-05-01", of the server's certificate and
+/// now, in UTC; "" if it is valid.
+std::string certificate_problem(const TlsContext& context);
 
 }  // namespace qs

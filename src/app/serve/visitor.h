@@ -61,6 +61,7 @@ class VisitorHost : public Host {
   }
   void send_file(const std::string& name, std::shared_ptr<const std::string> bytes) override;
   void grab_window(const std::filesystem::path&, bool) override { refuse(); }
+  void grab_picture(const std::filesystem::path&) override { refuse(); }
   void open_with_desktop(const std::filesystem::path&) override { refuse(); }
   std::string clipboard() const override { return {}; }
   void set_clipboard(const std::string&) override { refuse(); }

@@ -54,6 +54,13 @@ std::shared_ptr<const Image> bundled_picture() {
   return file ? std::make_shared<Image>(read_image(*file)) : nullptr;
 }
 
+Image image_of(const RemotePicture& picture) {
+  Image image(picture.width, picture.height, 3);
+  for (std::size_t i = 0; i < image.values.size(); ++i)
+    image.values[i] = static_cast<float>(picture.rgba[i / 3 * 4 + i % 3]) / 255;
+  return image;
+}
+
 // True if the window's size and scale do not depend on the screen.
 bool is_fixed(const ViewOptions& options) { return options.script || options.frame.size; }
 
@@ -181,6 +188,14 @@ class ViewLoop final : public Host {
     grab_.request(path, notify);
     pacing_.note_change(viewer_, glfwGetTime());
   }
+  void grab_picture(const std::filesystem::path& path) override {
+    if (remote_picture_.rgba.empty()) fail("there is no picture of the training yet");
+    WindowGrab grab;
+    Actions actions;
+    grab.request(path, true);
+    grab.take([&] { return image_of(remote_picture_); }, actions);
+    apply_all(actions);
+  }
   void open_with_desktop(const std::filesystem::path& path) override {
     desktop_programs_.open(path);
   }
@@ -189,10 +204,7 @@ class ViewLoop final : public Host {
   void toggle_fullscreen() override { window_.toggle_fullscreen(); }
   void quit() override { quit_ = true; }
 
-  void require_scene() const {
-    if (remote_)
-      fail("this window shows a training in another program, of which it has pictures only");
-  }
+  void require_scene() const { qs::require_scene(viewer_); }
 
   // Reading and training would disturb the frames that the recorder times.
   void stop_zoom() {
@@ -329,7 +341,8 @@ class ViewLoop final : public Host {
     frame.shown.stats.frame_ms = static_cast<float>(picture->ms);
     frame.width = picture->width;
     frame.height = picture->height;
-    frame.rgba = std::move(picture->rgba);
+    frame.rgba = picture->rgba;
+    remote_picture_ = std::move(*picture);
     apply_all({call(action::frame_shown, frame.shown)});
     presenter_.show(std::move(frame), nullptr);
   }
@@ -437,8 +450,9 @@ class ViewLoop final : public Host {
   std::optional<TrainingThread> training_;  // it ends first, and saves the model
   bool training_shown_ = false;
   std::optional<RemoteTraining> remote_;
-  int asked_version_ = -1;     // of its last view
-  bool asked_moving_ = false;  // that view
+  RemotePicture remote_picture_;  // its last picture
+  int asked_version_ = -1;        // of its last view
+  bool asked_moving_ = false;     // that view
   bool quit_ = false, vsync_ = true, dialog_open_ = false;
   double memory_measured_ = -10;
   MemoryWatch gpu_memory_{[device = options_.frame.device] { return gpu_bytes(device); }};

@@ -166,7 +166,9 @@ class Sweep : public testing::TestWithParam<Command> {
     // An address of no machine, because a server does not end.
     if (name == "serve" && set.count("--address") == 0)
       words.insert(words.end(), {"--address", "192.0.2.1"});
-    const bool serves = set.count("--port") + set.count("--address") + set.count("--name") > 0;
+    const bool encrypts = set.count("--certificate") + set.count("--key") > 0;
+    const bool serves =
+        encrypts || set.count("--port") + set.count("--address") + set.count("--name") > 0;
     if (name == "train" && serves && set.count("--serve") == 0) words.emplace_back("--serve");
     if ((name == "zoom" || name == "view") && set.count("SCENE") + set.count("--replay") == 0)
       words.emplace_back("scene.ply");

@@ -17,6 +17,7 @@
 namespace qs {
 namespace {
 
+using testing::ContainsRegex;
 using testing::HasSubstr;
 
 class TrainServe : public testing::Test {
@@ -69,14 +70,18 @@ TEST_F(TrainServe, what_does_not_fit_is_refused) {
     EXPECT_EQ(run.exit_code, code);
     return run.err;
   };
-  EXPECT_THAT(refusal({"--port", "7008"}), HasSubstr("train: --port: needs --serve"));
+  for (const char* port : {"7008", "7007", "0"})  // also the default
+    EXPECT_THAT(refusal({"--port", port}), HasSubstr("train: --port: needs --serve"));
   EXPECT_THAT(refusal({"--address", "::1"}), HasSubstr("train: --address: needs --serve"));
   EXPECT_THAT(refusal({"--name", "gpu7"}), HasSubstr("train: --name: needs --serve"));
+  EXPECT_THAT(refusal({"--certificate", "c.pem"}),
+              HasSubstr("train: --certificate: needs --serve"));
+  EXPECT_THAT(refusal({"--key", "k.pem"}), HasSubstr("train: --key: needs --serve"));
   EXPECT_THAT(refusal({"--serve", "--view"}),
               HasSubstr("train: --serve and --view exclude each other"));
   const TcpSocket taken = listen_on_loopback(0, "test");
   EXPECT_THAT(refusal({"--serve", "--port", std::to_string(taken.port())}, 3),
-              HasSubstr("cannot be used: Address already in use"));
+              ContainsRegex("train: 127.0.0.1 port [0-9]+ cannot be used: Address already in use"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "refused"));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Certificates for localhost that are valid for an hour, made when a test needs them.
+// Certificates for localhost, made when a test needs them.
 #pragma once
 
 #include <filesystem>
@@ -35,12 +35,17 @@ inline std::string pem_of_key(EVP_PKEY* key, std::string password = "") {
   return text_of(bio);
 }
 
+/// When a certificate is valid, in seconds from now.
+struct ValidTime {
+  long begin = -3600, end = 3600;
+};
+
 /// Signed by its own key.
-inline std::string pem_of_certificate(EVP_PKEY* key) {
+inline std::string pem_of_certificate(EVP_PKEY* key, ValidTime valid = {}) {
   const std::unique_ptr<X509, decltype(&X509_free)> certificate(X509_new(), &X509_free);
   ASN1_INTEGER_set(X509_get_serialNumber(certificate.get()), 1);
-  X509_gmtime_adj(X509_getm_notBefore(certificate.get()), -3600);
-  X509_gmtime_adj(X509_getm_notAfter(certificate.get()), 3600);
+  X509_gmtime_adj(X509_getm_notBefore(certificate.get()), valid.begin);
+  X509_gmtime_adj(X509_getm_notAfter(certificate.get()), valid.end);
   X509_set_pubkey(certificate.get(), key);
   X509_NAME* const name = X509_get_subject_name(certificate.get());
   X509_NAME_add_entry_by_txt(name, "CN", MBSTRING_ASC,

@@ -3,6 +3,7 @@
 // A server of small scenes on a thread of its own.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <string>
@@ -50,6 +51,11 @@ class RunningServer {
   int sibr_port() {
     start();
     return server_->sibr_port();
+  }
+  /// Ends the server.
+  std::array<SentPictures, 4> sent() {
+    end();
+    return server_->sent();
   }
   /// For a Host field.
   std::string host() { return "127.0.0.1:" + std::to_string(port()); }

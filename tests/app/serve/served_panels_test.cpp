@@ -30,6 +30,7 @@ using test::ServedRoom;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
+using testing::UnorderedElementsAre;
 
 constexpr const char* kTable = "Numbers of all modes";
 constexpr const char* kInspector = "Inspector: boxes of a Gaussian";
@@ -497,9 +498,10 @@ TEST(ServeControls, every_control_has_a_name_and_takes_its_own_value) {
   for (const Control& control : controls()) {
     EXPECT_TRUE(names.insert(control.name).second) << control.name;
     EXPECT_EQ(find_control(control.name), &control);
-    const auto now = control.now(room.viewer());
+    const auto now = control_now(room.viewer(), control);
     if (!now) continue;
-    EXPECT_TRUE(set_control(room.viewer(), control, now->value, 0)) << control.name;
+    EXPECT_EQ(set_control(room.viewer(), control, now->value, 0).has_value(), now->is_enabled)
+        << control.name;
     for (const double wrong :
          {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
       EXPECT_FALSE(set_control(room.viewer(), control, wrong, 0)) << control.name;
@@ -510,6 +512,30 @@ TEST(ServeControls, every_control_has_a_name_and_takes_its_own_value) {
     EXPECT_FALSE(set_control(room.viewer(), control, now->value + 0.5, 0)) << control.name;
   }
   EXPECT_EQ(find_control("no such control"), nullptr);
+}
+
+TEST(ServeControls, without_a_scene_only_those_that_need_none_are_of_use) {
+  Viewer viewer;
+  viewer.training.emplace();
+  std::vector<std::string> names;
+  for (const Control& control : controls()) {
+    if (control_now(viewer, control)) names.push_back(control.name);
+  }
+  EXPECT_THAT(names, UnorderedElementsAre("Draw smaller while moving (CPU)", "Pause training",
+                                          "Step", "Save the model", "Stop training"));
+}
+
+TEST(ServeControls, a_gray_control_cannot_be_set) {
+  ServedRoom room;
+  room.command(kSettings);
+  const Control& end = *find_control("end here");
+  const auto now = end.now(room.viewer());
+  ASSERT_TRUE(now);
+  EXPECT_FALSE(now->is_enabled) << "there is no start";
+  EXPECT_FALSE(set_control(room.viewer(), end, 0, 0));
+  room.set("start here", 0);
+  EXPECT_TRUE(end.now(room.viewer())->is_enabled);
+  EXPECT_TRUE(set_control(room.viewer(), end, 0, 0));
 }
 
 TEST(ServeControls, no_item_is_beyond_its_list) {
@@ -535,7 +561,7 @@ TEST(ServePanels, settings_change_the_visitor_s_own_picture) {
   EXPECT_EQ(room.viewer().heatmap, HeatQuantity::false_positive);
   EXPECT_EQ(room.viewer(2).settings.splat_scale, 1);
   const int version = room.viewer().version;
-  room.set("opacity over the colours", 0.5);
+  room.set("opacity over the colours", 50);
   EXPECT_GT(room.viewer().version, version);
   const Json rows = section(room.of(1), "controls").at("settings");
   const auto scale = std::find_if(rows.begin(), rows.end(),

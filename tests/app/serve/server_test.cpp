@@ -317,6 +317,19 @@ TEST_F(ServeLive, the_strips_of_an_exact_picture_are_the_picture_of_render) {
   }
 }
 
+TEST_F(ServeLive, pictures_that_were_sent_are_counted_by_codec) {
+  Socket socket = open();
+  greet(socket);
+  const std::string file = exact_picture(socket);
+  const std::array<SentPictures, 4> sent = running_.sent();
+  const SentPictures& exact = sent[static_cast<std::size_t>(PictureCodec::webp)];
+  EXPECT_GE(exact.pictures, 1u);
+  EXPECT_GE(exact.bytes, file.size());
+  EXPECT_GT(exact.encode_ms, 0);
+  EXPECT_GT(exact.send_ms, 0);
+  EXPECT_EQ(sent[static_cast<std::size_t>(PictureCodec::vp9)].pictures, 0u);
+}
+
 TEST_F(ServeLive, pictures_answer_the_last_input_and_rest_after_it) {
   Socket socket = open();
   greet(socket);

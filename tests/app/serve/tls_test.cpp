@@ -37,7 +37,10 @@ namespace ssl = asio::ssl;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
 using Tcp = asio::ip::tcp;
+using testing::ContainsRegex;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::Not;
 using testing::StartsWith;
 using namespace std::chrono_literals;
@@ -313,6 +316,24 @@ TEST_F(ServeTlsFiles, a_key_with_a_password_is_refused_without_a_question) {
             "serve: --key k.pem: has a password; remove it: openssl pkey -in k.pem -out NEW.pem");
 }
 
+TEST_F(ServeTlsFiles, a_certificate_of_another_time_serves_with_a_warning) {
+  write_text(folder_ / "k.pem", pem_);
+  const auto warnings = [&](test::ValidTime valid) {
+    write_text(folder_ / "c.pem", test::pem_of_certificate(key_.get(), valid));
+    ServeOptions options;
+    options.port = 0;
+    options.tls = TlsFiles{folder_ / "c.pem", folder_ / "k.pem"};
+    return Server(options).warnings();
+  };
+  constexpr long kDay = 86400;
+  EXPECT_THAT(warnings({}), IsEmpty());
+  EXPECT_THAT(
+      warnings({-10 * kDay, -kDay}),
+      ElementsAre(ContainsRegex("^serve: --certificate .*c.pem: has expired on "
+                                "20[0-9][0-9]-[0-9][0-9]-[0-9][0-9]; browsers refuse it$")));
+  EXPECT_THAT(warnings({kDay, 2 * kDay}), ElementsAre(HasSubstr("c.pem: is not valid before 20")));
+}
+
 // ---- the program --------------------------------------------------------------------------------
 // A server without a scene ends after its warning.
 TEST(ServeTlsProgram, only_lines_that_others_can_read_are_a_warning) {
@@ -335,11 +356,30 @@ TEST(ServeTlsProgram, only_lines_that_others_can_read_are_a_warning) {
   EXPECT_THAT(said("127.0.0.2", {}), Not(HasSubstr("not encrypted"))) << "this machine's own";
 }
 
+TEST(ServeTlsProgram, an_expired_certificate_is_one_sentence_at_the_start) {
+  const TemporaryFolder folder;
+  const test::PrivateKey key = test::make_private_key();
+  const std::string both = (folder / "both.pem").string();
+  write_text(both,
+             test::pem_of_certificate(key.get(), {-7200, -3600}) + test::pem_of_key(key.get()));
+  const test::ProgramRun run =
+      test::run_quadsplat({"serve", (folder / "missing.ply").string(), "--port", "0",
+                           "--certificate", both, "--key", both});
+  EXPECT_THAT(run.err, StartsWith("quadsplat: serve: --certificate " + both + ": has expired on "));
+}
+
 TEST(ServeTlsProgram, certificate_and_key_need_each_other) {
-  for (const char* option : {"--certificate", "--key"}) {
-    const test::ProgramRun run = test::run_quadsplat({"serve", "scene.ply", option, "file.pem"});
-    EXPECT_EQ(run.exit_code, 1);
-    EXPECT_THAT(run.err, HasSubstr("serve: --certificate and --key need each other"));
+  const std::vector<std::vector<std::string>> commands = {
+      {"serve", "scene.ply"}, {"train", "data", "--out-dir", "model", "--serve"}};
+  for (std::vector<std::string> words : commands) {
+    const std::string expected = words.front() + ": --certificate and --key need each other";
+    for (const char* option : {"--certificate", "--key"}) {
+      std::vector<std::string> all = words;
+      all.insert(all.end(), {option, "file.pem"});
+      const test::ProgramRun run = test::run_quadsplat(all);
+      EXPECT_EQ(run.exit_code, 1);
+      EXPECT_THAT(run.err, HasSubstr(expected));
+    }
   }
 }
 

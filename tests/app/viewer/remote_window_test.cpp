@@ -23,6 +23,7 @@
 namespace qs {
 namespace {
 
+using testing::EndsWith;
 using testing::HasSubstr;
 
 struct DrivenRemote : test::Driven {
@@ -75,6 +76,29 @@ TEST(RemoteWindow, nothing_is_measured_or_counted) {
   EXPECT_FALSE(counts_are_missing(driven.viewer));
 }
 
+TEST(RemoteWindow, keys_that_need_the_scene_say_so) {
+  for (const char* key : {"2", "H", "Shift+H", "J", "Shift+J", "F9", "C", "X"}) {
+    DrivenRemote driven;
+    const CullMode mode = driven.viewer.mode();
+    driven.press(key);
+    ASSERT_EQ(driven.viewer.toasts.size(), 1u) << key;
+    EXPECT_THAT(driven.viewer.toasts[0].text, HasSubstr("has pictures only")) << key;
+    EXPECT_EQ(driven.viewer.mode(), mode);
+    EXPECT_FALSE(driven.viewer.heatmap);
+    EXPECT_FALSE(driven.viewer.panels.split);
+    EXPECT_TRUE(driven.jobs.empty());
+  }
+}
+
+TEST(RemoteWindow, a_screenshot_is_the_picture_of_the_training) {
+  DrivenRemote driven;
+  driven.press("Ctrl+F12");
+  EXPECT_TRUE(driven.jobs.empty());
+  ASSERT_EQ(driven.pictures.size(), 1u);
+  EXPECT_THAT(driven.pictures[0].filename().string(), EndsWith("_0001.png"));
+  EXPECT_THAT(driven.pictures[0].string(), HasSubstr("screenshots/gpu7"));
+}
+
 TEST(RemoteWindow, shows_pauses_and_resumes_a_training) {
   if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
   if (test::run_program("python3", {"--version"}).exit_code == 127)
@@ -82,7 +106,7 @@ TEST(RemoteWindow, shows_pauses_and_resumes_a_training) {
   const TemporaryFolder folder;
   const auto path = [&](const std::string& name) { return (folder / name).string(); };
   std::ofstream(folder / "script")
-      << "wait\nkey Shift+T\nwait\nstate " << path("shown.json")
+      << "wait\nkey Shift+T\nwait\nkey Ctrl+F12\nstate " << path("shown.json")
       << "\ndrag 20 10 left\nkey Shift+T\nwait\nstate " << path("moved.json") << "\nquit\n";
   const auto peer = test::run_program(
       "python3",
@@ -91,9 +115,10 @@ TEST(RemoteWindow, shows_pauses_and_resumes_a_training) {
       [&](pid_t pid) {
         for (int i = 0; i < 6000 && !std::filesystem::exists(folder / "port"); ++i)
           std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        const auto run = test::run_quadsplat(
-            {"view", "--connect", "127.0.0.1:" + test::content_of(folder / "port"), "--settings",
-             "-", "--size", "640x480", "--input", path("script")});
+        const auto run = test::run_quadsplat({"view", "--connect",
+                                              "127.0.0.1:" + test::content_of(folder / "port"),
+                                              "--settings", "-", "--size", "640x480", "--out-dir",
+                                              folder.path().string(), "--input", path("script")});
         EXPECT_EQ(run.exit_code, 0) << run.err;
         ::kill(pid, SIGTERM);
       });
@@ -102,6 +127,14 @@ TEST(RemoteWindow, shows_pauses_and_resumes_a_training) {
   EXPECT_EQ(state["remote"]["Gaussians"], "1,234");
   EXPECT_EQ(state["remote"]["loss"], "0.2500");
   EXPECT_EQ(state["remote"]["state"], "paused");
+  std::vector<std::filesystem::path> saved;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "screenshots"))
+    saved.push_back(entry.path());
+  ASSERT_EQ(saved.size(), 1u);
+  const Image picture = read_image(saved[0]);
+  EXPECT_GT(picture.width, 100);
+  for (int c = 0; c < 3; ++c)  // the trainer's pictures have one colour
+    EXPECT_EQ(picture.at(0, 0, c), picture.at(picture.width - 1, picture.height - 1, c));
   const auto moved = nlohmann::json::parse(test::content_of(folder / "moved.json"));
   EXPECT_EQ(moved["remote"]["state"], "running");
   EXPECT_NE(moved["camera"], state["camera"]);

@@ -52,6 +52,7 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "compact-3dgs", "pickle",
                                           "torch",        "array",
                                           "huffman",      "message",
+                                          "sibr_request", "sibr_answer",
                                           "preferences",  "transforms_json"};
   EXPECT_EQ(names, expected);
 }

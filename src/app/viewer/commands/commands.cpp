@@ -9,6 +9,7 @@
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
 
+#include "app/session/shot.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/commands/output_names.h"
@@ -18,7 +19,9 @@
 #include "app/viewer/state/first_view_actions.h"
 #include "app/viewer/state/interface_scale.h"
 #include "app/viewer/state/next_axes.h"
+#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/training_actions.h"
+#include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
 
 namespace qs {
@@ -46,6 +49,15 @@ void reload(Viewer& v, Host& host) {
 void grab_window(Viewer& v, Host& host) {
   if (v.scene)
     host.grab_window(free_name(v.out_dir / "screenshots", v.scene->name + "_window", ".png"), true);
+}
+
+// A training in another program gives its picture without a renderer.
+void save_screenshot(Viewer& v, Host& host) {
+  if (!v.scene) return;
+  if (!v.remote) return start_job(v, host, job::save_screenshot);
+  const std::string stem = fmt::format("{}_{}_{}x{}", v.scene->name, camera_name(v),
+                                       v.shown.camera.width, v.shown.camera.height);
+  host.grab_picture(free_name(v.out_dir / "screenshots", safe_file_name(stem), ".png"));
 }
 
 void toggle_heatmap(Viewer& v) {
@@ -110,6 +122,15 @@ KeyCommand row(int key, int mods, Menu menu, const char* help, Function function
   return {key, mods, menu, help, call(function, std::move(arguments)...)};
 }
 
+// A command that changes how this program draws.
+KeyCommand drawn_here(KeyCommand command) {
+  command.action = [action = std::move(command.action)](Viewer& viewer, Host& host) {
+    require_scene(viewer);
+    action(viewer, host);
+  };
+  return command;
+}
+
 KeyCommand checked(KeyCommand command, std::function<bool(const Viewer&)> is_checked) {
   command.is_checked = std::move(is_checked);
   return command;
@@ -166,7 +187,7 @@ std::vector<KeyCommand> file_commands() {
       row(GLFW_KEY_F5, 0, file, "Reload", reload),
       row(GLFW_KEY_Y, 0, file, "Turn upright: read with other axes", next_axes),
       row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
-      job_row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", job::save_screenshot),
+      row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", save_screenshot),
       last(always(row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }))),
   };
 }
@@ -186,11 +207,13 @@ std::vector<KeyCommand> view_commands() {
       row(GLFW_KEY_T, kCtrl, view, "One iteration of training", command_training,
           TrainingCommand::step),
       always(panel(GLFW_KEY_TAB, 0, view, "All windows", &Panels::all)),
-      row(GLFW_KEY_H, 0, view, "Heat map", toggle_heatmap),
-      row(GLFW_KEY_H, kShift, view, "Next heat map", next_heatmap),
-      checked(row(GLFW_KEY_J, 0, view, "Depth or alpha instead of colours", toggle_quantity),
-              [](const Viewer& v) { return v.quantity != Quantity::color; }),
-      row(GLFW_KEY_J, kShift, view, "Next of depth, median depth and alpha", next_quantity),
+      drawn_here(row(GLFW_KEY_H, 0, view, "Heat map", toggle_heatmap)),
+      drawn_here(row(GLFW_KEY_H, kShift, view, "Next heat map", next_heatmap)),
+      drawn_here(
+          checked(row(GLFW_KEY_J, 0, view, "Depth or alpha instead of colours", toggle_quantity),
+                  [](const Viewer& v) { return v.quantity != Quantity::color; })),
+      drawn_here(
+          row(GLFW_KEY_J, kShift, view, "Next of depth, median depth and alpha", next_quantity)),
       row(GLFW_KEY_EQUAL, 0, view, "Larger splats", scale_splats, 1.1f),
       row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
       row(GLFW_KEY_Y, kShift, view, "Turn the scene over, and back", turn_over),
@@ -231,17 +254,20 @@ std::vector<KeyCommand> camera_commands() {
 std::vector<KeyCommand> mode_commands() {
   using enum Menu;
   std::vector<KeyCommand> rows = {
-      held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode)};
+      drawn_here(held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode))};
   for (CullMode number = 1; number <= culler_count(); ++number) rows.push_back(mode_row(number));
   rows.push_back(checked(row(GLFW_KEY_I, kShift, mode, "Mode and numbers over the picture",
                              toggle_option, &Viewer::shows_badge),
                          [](const Viewer& v) { return v.shows_badge; }));
-  rows.push_back(checked(row(GLFW_KEY_F9, 0, mode, "All modes side by side", toggle_grid),
-                         [](const Viewer& v) { return v.shows_grid; }));
+  rows.push_back(
+      drawn_here(checked(row(GLFW_KEY_F9, 0, mode, "All modes side by side", toggle_grid),
+                         [](const Viewer& v) { return v.shows_grid; })));
   rows.push_back(job_row(GLFW_KEY_F9, kCtrl, mode, "Figure of all modes", job::save_grid));
-  rows.push_back(panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split));
-  rows.push_back(row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view));
-  rows.push_back(row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split));
+  rows.push_back(drawn_here(
+      panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split)));
+  rows.push_back(
+      drawn_here(row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view)));
+  rows.push_back(drawn_here(row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split)));
   return rows;
 }
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "app/report/bench_report.h"
+#include "app/viewer/commands/commands.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_file.h"
 #include "app/viewer/state/actions.h"
@@ -40,9 +41,31 @@ std::vector<std::string> names_in(const Names& names) {
   return {std::begin(names), std::end(names)};
 }
 
-ControlNow between(double value, double least, double most, double step = 0,
-                   bool is_logarithmic = false) {
-  return {value, least, most, step, is_logarithmic};
+ControlNow between(double value, double least, double most, double step = 0) {
+  return {value, least, most, step};
+}
+
+ControlNow logarithmic(double value, double least, double most, int decimals) {
+  ControlNow now = between(value, least, most);
+  now.is_logarithmic = true;
+  now.decimals = decimals;
+  return now;
+}
+
+ControlNow typed(ControlNow now) {
+  now.is_typed = true;
+  return now;
+}
+
+ControlNow with_text(std::string text) {
+  ControlNow now;
+  now.text = std::move(text);
+  return now;
+}
+
+ControlNow enabled_if(bool condition, ControlNow now = {}) {
+  now.is_enabled = condition;
+  return now;
 }
 
 Now if_true(bool condition) { return condition ? Now(ControlNow()) : Now(); }
@@ -64,13 +87,13 @@ Action changed(Part part, Take take, const Change& change) {
 
 // ---- rows --------------------------------------------------------------------------------------
 Control button_row(bool Panels::*panel, const char* name, Action action,
-                   std::function<Now(const Viewer&)> now, const char* help = "") {
+                   std::function<Now(const Viewer&)> now, std::string help = "") {
   return {panel,
           name,
           button,
           std::move(now),
           [action = std::move(action)](const Viewer&, double, std::size_t) { return action; },
-          help};
+          std::move(help)};
 }
 
 // ---- the table of modes ------------------------------------------------------------------------
@@ -89,6 +112,9 @@ void add_table_controls(std::vector<Control>& rows) {
                   [](const Viewer& v) -> Now {
                     std::vector<std::string> names;
                     for (const MeasuredSize& size : kMeasuredSizes) names.emplace_back(size.name);
+                    const Camera camera = measured_camera(v);
+                    names[v.measured_size] +=
+                        fmt::format(" ({} x {})", camera.width, camera.height);
                     return chosen(names, v.measured_size);
                   },
                   [](const Viewer&, double value, std::size_t) {
@@ -113,12 +139,16 @@ void add_table_controls(std::vector<Control>& rows) {
 
 // ---- settings ----------------------------------------------------------------------------------
 Control setting(const char* name, ControlKind kind, std::function<Now(const Viewer&)> now,
-                void (*change)(RenderSettings& settings, double value)) {
-  return {&Panels::info, name, kind, std::move(now),
+                void (*change)(RenderSettings& settings, double value), std::string help = "") {
+  return {&Panels::info,
+          name,
+          kind,
+          std::move(now),
           [change](const Viewer& v, double value, std::size_t) {
             return changed(v.settings, action::change_settings,
                            [&](RenderSettings& settings) { change(settings, value); });
-          }};
+          },
+          std::move(help)};
 }
 
 double hex_of(glm::vec3 color) {
@@ -157,11 +187,12 @@ void add_settings(std::vector<Control>& rows) {
   rows.push_back(setting(
       "splat scale", number,
       [](const Viewer& v) -> Now {
-        return between(static_cast<double>(v.settings.splat_scale), 0.01, 3, 0, true);
+        return logarithmic(static_cast<double>(v.settings.splat_scale), 0.01, 3, 2);
       },
       [](RenderSettings& settings, double value) {
         settings.splat_scale = static_cast<float>(value);
-      }));
+      },
+      command_hint("Larger splats")));
   rows.push_back(setting(
       "background", color,
       [](const Viewer& v) -> Now { return ControlNow{hex_of(v.settings.background)}; },
@@ -191,6 +222,14 @@ void add_settings(std::vector<Control>& rows) {
       [](RenderSettings& settings, double value) {
         settings.pipeline = static_cast<Pipeline>(value);
       }));
+  rows.push_back({&Panels::info, "leave out what is larger than the scene", toggle,
+                  [](const Viewer& v) -> Now {
+                    if (v.is_remote || v.scene->huge + v.scene->skipped_huge == 0) return {};
+                    return on(v.skips_huge);
+                  },
+                  [](const Viewer&, double value, std::size_t) {
+                    return call(action::skip_huge, value != 0);
+                  }});
 }
 
 // ---- heat maps ---------------------------------------------------------------------------------
@@ -245,9 +284,12 @@ void add_heat_controls(std::vector<Control>& rows) {
   rows.push_back(heat_setting(
       "opacity over the colours", number,
       [](const Viewer& v) -> Now {
-        return between(static_cast<double>(v.heat_view.style.opacity), 0, 1, 0.01);
+        ControlNow now =
+            between(std::round(static_cast<double>(100 * v.heat_view.style.opacity)), 0, 100, 1);
+        now.unit = " %";
+        return now;
       },
-      [](HeatView& view, double value) { view.style.opacity = static_cast<float>(value); }));
+      [](HeatView& view, double value) { view.style.opacity = static_cast<float>(value / 100); }));
   rows.push_back(heat_setting(
       "colour map", choice,
       [](const Viewer& v) -> Now {
@@ -263,12 +305,12 @@ void add_heat_controls(std::vector<Control>& rows) {
                   }});
   rows.push_back({&Panels::info, "Draw smaller while moving (CPU)", toggle,
                   [](const Viewer& v) -> Now {
-                    if (v.backend != Backend::cpu) return {};
-                    return on(v.reduce_when_moving);
+                    return enabled_if(v.backend == Backend::cpu, on(v.reduce_when_moving));
                   },
                   [](const Viewer&, double, std::size_t) {
                     return call(action::toggle_option, &Viewer::reduce_when_moving);
-                  }});
+                  },
+                  "", true});
 }
 
 // ---- split -------------------------------------------------------------------------------------
@@ -280,13 +322,21 @@ void change_shown_split(Viewer& v, const Split& split) {
 }
 
 Control split_setting(const char* name, ControlKind kind, std::function<Now(const Viewer&)> now,
-                      std::function<void(Split& split, double value)> change) {
-  return {&Panels::split, name, kind, std::move(now),
+                      std::function<void(Split& split, double value)> change,
+                      std::string help = "") {
+  return {&Panels::split,
+          name,
+          kind,
+          std::move(now),
           [change = std::move(change)](const Viewer& v, double value, std::size_t) {
             return changed(v.split, change_shown_split,
                            [&](Split& split) { change(split, value); });
-          }};
+          },
+          std::move(help)};
 }
+
+// The window computes the reference on demand.
+CullMode first_beside(const Viewer& v) { return v.is_remote ? 1 : kReferenceMode; }
 
 // All ways to draw a mode.
 std::vector<Variant> ways_to_draw(CullMode mode) {
@@ -300,18 +350,23 @@ std::vector<Variant> ways_to_draw(CullMode mode) {
 constexpr int kAmplifications[] = {0, 1, 2, 4, 8, 16, 32, 64, 128};
 
 void add_split_controls(std::vector<Control>& rows) {
-  rows.push_back(split_setting(
-      "beside", choice,
-      [](const Viewer& v) -> Now {
-        return chosen(mode_names(1, mode_count()),
-                      static_cast<std::size_t>(std::max<CullMode>(v.split.other.mode, 1) - 1));
-      },
-      [](Split& split, double value) { split.other.mode = static_cast<CullMode>(value) + 1; }));
+  rows.push_back({&Panels::split, "beside", choice,
+                  [](const Viewer& v) -> Now {
+                    const CullMode first = first_beside(v);
+                    const CullMode shown = std::max<CullMode>(v.split.other.mode, first);
+                    return chosen(mode_names(first, mode_count()),
+                                  static_cast<std::size_t>(shown - first));
+                  },
+                  [](const Viewer& v, double value, std::size_t) {
+                    Split split = v.split;
+                    split.other.mode = static_cast<CullMode>(value) + first_beside(v);
+                    return call(change_shown_split, split);
+                  }});
   rows.push_back(split_setting(
       "drawn by", choice,
       [](const Viewer& v) -> Now {
         const std::vector<Variant> ways = ways_to_draw(v.split.other.mode);
-        if (ways.size() < 2) return {};
+        if (ways.size() < 2 || v.split.other.mode == kReferenceMode) return {};
         std::vector<std::string> names;
         std::size_t here = 0;
         for (const Variant& way : ways) {
@@ -328,7 +383,8 @@ void add_split_controls(std::vector<Control>& rows) {
       [](const Viewer& v) -> Now {
         return chosen(names_in(kSplitViews), static_cast<std::size_t>(v.split.view));
       },
-      [](Split& split, double value) { split.view = static_cast<SplitView>(value); }));
+      [](Split& split, double value) { split.view = static_cast<SplitView>(value); },
+      command_hint("Next view of the split")));
   rows.push_back(split_setting(
       "divider", number,
       [](const Viewer& v) -> Now {
@@ -350,19 +406,19 @@ void add_split_controls(std::vector<Control>& rows) {
                                  std::size(kAmplifications));
       },
       [](Split& split, double value) { split.amplification = kAmplifications[index_of(value)]; }));
-  Control flip = split_setting(
+  rows.push_back(split_setting(
       "Flip", button,
       [](const Viewer& v) {
         return if_true(v.split.view == SplitView::sides || v.split.view == SplitView::whole);
       },
-      [](Split& split, double) { split.flipped = !split.flipped; });
-  rows.push_back(std::move(flip));
+      [](Split& split, double) { split.flipped = !split.flipped; },
+      command_hint("Flip the split")));
 }
 
 // ---- crop and clean ----------------------------------------------------------------------------
 Control crop_setting(std::string name, ControlKind kind, std::function<Now(const Viewer&)> now,
                      std::function<void(CropWish& wish, double value)> change,
-                     const char* help = "") {
+                     std::string help = "") {
   return {&Panels::crop,
           std::move(name),
           kind,
@@ -371,7 +427,7 @@ Control crop_setting(std::string name, ControlKind kind, std::function<Now(const
             return changed(v.crop.wish, action::change_crop,
                            [&](CropWish& wish) { change(wish, value); });
           },
-          help};
+          std::move(help)};
 }
 
 void add_box_controls(std::vector<Control>& rows) {
@@ -387,7 +443,10 @@ void add_box_controls(std::vector<Control>& rows) {
           [axis, end](const Viewer& v) -> Now {
             if (!v.crop.wish.boxed) return {};
             constexpr double kMost = 1e6;
-            return between(static_cast<double>((v.crop.wish.box.*end)[axis]), -kMost, kMost);
+            ControlNow now =
+                between(static_cast<double>((v.crop.wish.box.*end)[axis]), -kMost, kMost);
+            now.decimals = 3;
+            return typed(now);
           },
           [axis, end](CropWish& wish, double value) {
             (wish.box.*end)[axis] = static_cast<float>(value);
@@ -427,7 +486,7 @@ void add_crop_controls(std::vector<Control>& rows) {
                    "opacity", number,
                    [](const Viewer& v) -> Now {
                      const float limit = v.crop.wish.floaters.least_opacity;
-                     return between(static_cast<double>(limit), 0.004, 1, 0, true);
+                     return logarithmic(static_cast<double>(limit), 0.004, 1, 3);
                    },
                    [](CropWish& wish, double value) {
                      wish.floaters.least_opacity = static_cast<float>(value);
@@ -438,7 +497,7 @@ void add_crop_controls(std::vector<Control>& rows) {
                    "of the core", number,
                    [](const Viewer& v) -> Now {
                      const float limit = v.crop.wish.floaters.largest_size;
-                     return between(static_cast<double>(limit), 0.005, 2, 0, true);
+                     return logarithmic(static_cast<double>(limit), 0.005, 2, 3);
                    },
                    [](CropWish& wish, double value) {
                      wish.floaters.largest_size = static_cast<float>(value);
@@ -452,9 +511,18 @@ void add_crop_controls(std::vector<Control>& rows) {
                    [](CropWish& wish, double value) {
                      wish.floaters.fewest_neighbours = static_cast<int>(value);
                    }));
+  rows.push_back({&Panels::crop, "Tint what goes", toggle,
+                  [](const Viewer& v) -> Now {
+                    if (v.is_remote) return {};
+                    return on(v.crop.marks);
+                  },
+                  [](const Viewer&, double value, std::size_t) {
+                    return call(action::mark_removed, value != 0);
+                  }});
   rows.push_back(button_row(
       &Panels::crop, "Apply", call(action::apply_crop),
-      [](const Viewer& v) { return if_true(!v.crop.applied); }, "Shows the rest only"));
+      [](const Viewer& v) { return if_true(!v.crop.applied); },
+      command_hint("Apply or undo the crop")));
   rows.push_back(button_row(
       &Panels::crop, "Undo", call(action::undo_crop),
       [](const Viewer& v) { return if_true(v.crop.applied || !v.crop.done.empty()); },
@@ -466,13 +534,21 @@ void add_crop_controls(std::vector<Control>& rows) {
 
 // ---- the zoom recorder -------------------------------------------------------------------------
 Control plan_setting(std::string name, ControlKind kind, std::function<Now(const Viewer&)> now,
-                     std::function<void(ZoomPlan& plan, double value)> change) {
-  return {&Panels::recorder, std::move(name), kind,
-          [now = std::move(now)](const Viewer& v) { return v.zoom.running ? Now() : now(v); },
+                     std::function<void(ZoomPlan& plan, double value)> change,
+                     std::string help = "") {
+  return {&Panels::recorder,
+          std::move(name),
+          kind,
+          [now = std::move(now)](const Viewer& v) {
+            Now setting = now(v);
+            if (setting) setting->is_enabled = !v.zoom.running;
+            return setting;
+          },
           [change = std::move(change)](const Viewer& v, double value, std::size_t) {
             return changed(v.zoom.plan, action::change_zoom_plan,
                            [&](ZoomPlan& plan) { change(plan, value); });
-          }};
+          },
+          std::move(help)};
 }
 
 std::string size_text(const Viewer& v, glm::ivec2 size) {
@@ -498,23 +574,24 @@ void send_zoom(Viewer& v, Host& host) {
 
 void add_plan_controls(std::vector<Control>& rows) {
   rows.push_back(plan_setting(
+      "x closer", number,
+      [](const Viewer& v) -> Now {
+        return typed(logarithmic(v.zoom.plan.closer, kLeastCloser, kMostCloser, 1));
+      },
+      [](ZoomPlan& plan, double value) { plan.closer = value; },
+      "the camera moves straight to the point in the middle of the first picture"));
+  rows.push_back(plan_setting(
       "steps", number,
       [](const Viewer& v) -> Now {
-        return between(v.zoom.plan.steps, kFewestZoomSteps, kMostZoomSteps, 1);
+        return typed(between(v.zoom.plan.steps, kFewestZoomSteps, kMostZoomSteps, 1));
       },
       [](ZoomPlan& plan, double value) { plan.steps = static_cast<int>(value); }));
   rows.push_back(plan_setting(
       "frames per mode and step", number,
       [](const Viewer& v) -> Now {
-        return between(v.zoom.plan.frames, kFewestZoomFrames, kMostZoomFrames, 1);
+        return typed(between(v.zoom.plan.frames, kFewestZoomFrames, kMostZoomFrames, 1));
       },
       [](ZoomPlan& plan, double value) { plan.frames = static_cast<int>(value); }));
-  rows.push_back(plan_setting(
-      "x closer", number,
-      [](const Viewer& v) -> Now {
-        return between(v.zoom.plan.closer, kLeastCloser, kMostCloser, 0, true);
-      },
-      [](ZoomPlan& plan, double value) { plan.closer = value; }));
   rows.push_back(plan_setting(
       "size", choice,
       [](const Viewer& v) -> Now {
@@ -525,6 +602,16 @@ void add_plan_controls(std::vector<Control>& rows) {
                       static_cast<std::size_t>(found - kZoomSizes.begin()) % kZoomSizes.size());
       },
       [](ZoomPlan& plan, double value) { plan.size = kZoomSizes[index_of(value)]; }));
+  rows.push_back(plan_setting(
+      "pipeline of the zoom", choice,
+      [](const Viewer& v) -> Now {
+        if (pipelines_of(v.backend).size() < 2) return {};
+        const Pipeline pipeline = v.zoom.plan.pipeline.value_or(v.settings.pipeline);
+        ControlNow now = chosen(names_in(kPipelineNames), static_cast<std::size_t>(pipeline));
+        now.text = "pipeline";
+        return now;
+      },
+      [](ZoomPlan& plan, double value) { plan.pipeline = static_cast<Pipeline>(value); }));
   for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     rows.push_back(plan_setting(
         fmt::format("record {}", mode_name(mode)), toggle,
@@ -537,24 +624,27 @@ void add_plan_controls(std::vector<Control>& rows) {
 }
 
 void add_recorder_controls(std::vector<Control>& rows) {
-  rows.push_back(button_row(&Panels::recorder, "Record", call(action::toggle_zoom_recording),
-                            [](const Viewer& v) -> Now {
-                              if (v.zoom.starting) return {};
-                              ControlNow now;
-                              now.text = v.zoom.running ? "Stop" : "Record";
-                              return now;
-                            }));
-  const auto has_start = [](const Viewer& v) {
-    return if_true(v.zoom.plan.start && !v.zoom.running);
-  };
   rows.push_back(button_row(
-      &Panels::recorder, "start here", call(action::start_zoom_here),
-      [](const Viewer& v) { return if_true(!v.zoom.plan.start && !v.zoom.running); },
-      "remembers this view as the start of recordings"));
+      &Panels::recorder, "Record", call(action::toggle_zoom_recording),
+      [](const Viewer& v) -> Now {
+        return enabled_if(!v.zoom.starting, with_text(v.zoom.running ? "Stop" : "Record"));
+      },
+      command_hint("Record a zoom")));
+  const auto with_start = [](bool has_start) {
+    return [has_start](const Viewer& v) -> Now {
+      if (v.zoom.plan.start.has_value() != has_start) return {};
+      return enabled_if(!v.zoom.running);
+    };
+  };
+  rows.push_back(button_row(&Panels::recorder, "start here", call(action::start_zoom_here),
+                            with_start(false), "remembers this view as the start of recordings"));
   rows.push_back(button_row(&Panels::recorder, "this view", call(action::forget_zoom_start),
-                            has_start, "starts at the view in the window when Record is pressed"));
-  rows.push_back(button_row(&Panels::recorder, "end here", call(action::end_zoom_here), has_start,
-                            "ends at the distance of this view from the target"));
+                            with_start(true),
+                            "starts at the view in the window when Record is pressed"));
+  rows.push_back(button_row(
+      &Panels::recorder, "end here", call(action::end_zoom_here),
+      [](const Viewer& v) -> Now { return enabled_if(v.zoom.plan.start && !v.zoom.running); },
+      "ends at the distance of this view from the target"));
   add_plan_controls(rows);
   rows.push_back({&Panels::recorder, "chart of", choice,
                   [](const Viewer& v) -> Now {
@@ -577,9 +667,9 @@ void add_recorder_controls(std::vector<Control>& rows) {
 // ---- lists, cameras and the path ---------------------------------------------------------------
 Control item_row(bool Panels::*panel, const char* name,
                  std::function<Action(const Viewer&, double, std::size_t)> set,
-                 const char* help = "") {
-  return {panel,          name, item, [](const Viewer&) -> Now { return ControlNow(); },
-          std::move(set), help};
+                 std::string help = "") {
+  return {panel,          name,           item, [](const Viewer&) -> Now { return ControlNow(); },
+          std::move(set), std::move(help)};
 }
 
 void go_to_keyframe(Viewer& v, std::size_t index) {
@@ -592,19 +682,19 @@ void inspect_row(Viewer& v, Host& host, std::size_t gaussian) {
 }
 
 void add_path_controls(std::vector<Control>& rows) {
-  const auto always = [](const Viewer& v) { return if_true(v.scene.has_value()); };
+  const auto always = [](const Viewer&) -> Now { return ControlNow(); };
   const auto has_path = [](const Viewer& v) { return if_true(v.keyframes.size() >= 2); };
   rows.push_back(button_row(&Panels::cameras, "Set here", call(action::add_keyframe), always,
-                            "Sets a keyframe"));
+                            command_hint("Set a keyframe")));
   rows.push_back(button_row(&Panels::cameras, "Film", call(action::film), always,
-                            "Film of the path, or round the scene"));
-  rows.push_back(button_row(&Panels::cameras, "Play", call(action::toggle_playback),
-                            [](const Viewer& v) -> Now {
-                              if (v.keyframes.size() < 2) return {};
-                              ControlNow now;
-                              now.text = v.playback.running ? "Stop" : "Play";
-                              return now;
-                            }));
+                            command_hint("Film of the path, or round the scene")));
+  rows.push_back(button_row(
+      &Panels::cameras, "Play", call(action::toggle_playback),
+      [](const Viewer& v) -> Now {
+        if (v.keyframes.size() < 2) return {};
+        return with_text(v.playback.running ? "Stop" : "Play");
+      },
+      command_hint("Play the path")));
   rows.push_back(button_row(&Panels::cameras, "Save", call(action::save_keyframes), has_path,
                             "Saves the path as a file"));
   rows.push_back({&Panels::cameras, "loop", toggle,
@@ -620,7 +710,10 @@ void add_path_controls(std::vector<Control>& rows) {
        [](const Viewer& v) -> Now {
          if (v.keyframes.size() < 2) return {};
          const double begin = v.keyframes.front().time;
-         return between(std::clamp(v.playback.time, begin, v.path_end()), begin, v.path_end());
+         ControlNow now =
+             between(std::clamp(v.playback.time, begin, v.path_end()), begin, v.path_end());
+         now.unit = " s";
+         return now;
        },
        [](const Viewer&, double value, std::size_t) { return call(action::seek, value); }});
   rows.push_back(item_row(&Panels::cameras, "keyframe", [](const Viewer&, double, std::size_t i) {
@@ -649,18 +742,26 @@ void add_training_controls(std::vector<Control>& rows) {
   rows.push_back(button_row(
       &Panels::training, "Pause training", call(action::toggle_training),
       [trains](const Viewer& v) -> Now {
-        if (!trains(v)) return {};
-        ControlNow now;
-        now.text = v.training->phase == TrainingPhase::paused ? "Resume" : "Pause";
-        return now;
+        if (!trains(v) && !v.remote) return {};
+        const bool paused =
+            v.remote ? v.remote->paused : v.training->phase == TrainingPhase::paused;
+        return with_text(paused ? "Resume" : "Pause");
       },
-      "pauses or resumes training"));
+      command_hint("Pause or resume training")));
   rows.push_back(button_row(&Panels::training, "Step",
                             call(action::command_training, TrainingCommand::step), if_training,
-                            "pauses, or trains one more iteration"));
+                            "Pauses, or trains one more iteration"));
   rows.push_back(button_row(&Panels::training, "Save the model",
                             call(action::command_training, TrainingCommand::save), if_training,
-                            "saves the model and goes on"));
+                            "Saves the model and goes on"));
+  rows.push_back(button_row(
+      &Panels::training, "Stop training", call(action::command_training, TrainingCommand::stop),
+      [trains](const Viewer& v) -> Now {
+        if (!trains(v) || v.is_remote) return {};
+        return with_text("Stop");
+      },
+      "Saves the model and ends the run; --resume continues it"));
+  for (Control& row : rows) row.without_scene |= row.panel == &Panels::training;
 }
 
 std::vector<Control> make_controls() {
@@ -704,6 +805,15 @@ bool is_value_of(ControlKind kind, const ControlNow& now, double value) {
 
 }  // namespace
 
+std::optional<ControlNow> control_now(const Viewer& viewer, const Control& control) {
+  if (!viewer.scene && !control.without_scene) return {};
+  return control.now(viewer);
+}
+
+const std::string& label_of(const Control& control, const ControlNow& now) {
+  return now.text.empty() ? control.name : now.text;
+}
+
 std::span<const Control> controls() {
   static const std::vector<Control> kControls = make_controls();
   return kControls;
@@ -718,9 +828,9 @@ const Control* find_control(std::string_view name) {
 
 std::optional<Action> set_control(const Viewer& viewer, const Control& control, double value,
                                   std::size_t index) {
-  if (!viewer.scene || !std::isfinite(value)) return {};
-  const std::optional<ControlNow> now = control.now(viewer);
-  if (!now || !is_value_of(control.kind, *now, value)) return {};
+  if (!std::isfinite(value)) return {};
+  const std::optional<ControlNow> now = control_now(viewer, control);
+  if (!now || !now->is_enabled || !is_value_of(control.kind, *now, value)) return {};
   return control.set(viewer, value, index);
 }
 

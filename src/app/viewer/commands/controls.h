@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The controls of the panels as a table: their words, ranges, values and effects, apart from their
-// drawing. The page of `quadsplat serve` draws its controls from it. The window's panels have their
-// own drawing and repeat the words.
-// To add a control: one row in controls.cpp.
+// drawing. The window's panels (app/viewer/panels/controls_drawer.h) and the page of `quadsplat
+// serve` (assets/serve/controls.js) draw from it.
+// To add a control: one row in controls.cpp, and its name in the window's panel.
 #pragma once
 
 #include <optional>
@@ -22,21 +22,32 @@ enum class ControlKind { toggle, choice, number, color, button, item };
 struct ControlNow {
   double value = 0;                       ///< toggle: 0, 1; choice: index; color: 0xRRGGBB
   double least = 0, most = 0, step = 0;   ///< of a number; step 0: any
-  bool is_logarithmic = false;            ///< a slider of this number
+  bool is_logarithmic = false;            ///< the number's slider
+  bool is_typed = false;                  ///< the number has no slider
+  int decimals = 2;                       ///< of the number, as it is shown
+  const char* unit = "";                  ///< of the number: " s"
   std::vector<std::string> choices = {};  ///< of a choice
-  std::string text = {};                  ///< on a button, in place of the name
+  std::string text = {};                  ///< the label, in place of the name
+  bool is_enabled = true;                 ///< false: shown in gray
 };
 
 struct Control {
   bool Panels::*panel;  ///< that has it
-  std::string name;     ///< its label; no other control has it
+  std::string name;     ///< no other control has it
   ControlKind kind;
-  /// Unset if the control is of no use now.
+  /// Unset if the control is of no use now. Callers use control_now().
   std::function<std::optional<ControlNow>(const Viewer& viewer)> now;
   /// `value`: finite and of now(); for an item any. `index`: of an item.
   std::function<Action(const Viewer& viewer, double value, std::size_t index)> set;
-  const char* help = "";
+  std::string help = "";       ///< its tooltip
+  bool without_scene = false;  ///< also works without a scene
 };
+
+/// Unset if the control is of no use now.
+std::optional<ControlNow> control_now(const Viewer& viewer, const Control& control);
+
+/// The text beside or on the control.
+const std::string& label_of(const Control& control, const ControlNow& now);
 
 std::span<const Control> controls();
 

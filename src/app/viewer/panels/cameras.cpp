@@ -3,13 +3,14 @@
 // The cameras of the data set, and the camera path.
 #include <imgui.h>
 
+#include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
 namespace qs {
 namespace {
 
-void draw_list(const Viewer& viewer, Actions& actions) {
+void draw_list(const Viewer& viewer, const ControlsDrawer& controls, Actions& actions) {
   const ViewedScene& scene = *viewer.scene;
   if (scene.cameras.empty()) {
     ImGui::TextWrapped(
@@ -24,7 +25,7 @@ void draw_list(const Viewer& viewer, Actions& actions) {
     for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
       const std::string label = camera_label(scene, static_cast<std::size_t>(i));
       if (ImGui::Selectable(label.c_str(), i == viewer.dataset_camera))
-        actions.push_back(call(action::go_to_camera, i));
+        controls.set("camera", 0, static_cast<std::size_t>(i));
     }
   }
   ImGui::EndChild();
@@ -44,58 +45,51 @@ void draw_list(const Viewer& viewer, Actions& actions) {
   }
 }
 
-void draw_path(const Viewer& viewer, Actions& actions) {
+void draw_keyframe(const Viewer& viewer, std::size_t i, const ControlsDrawer& controls) {
+  if (ImGui::SmallButton("x")) controls.set("remove keyframe", 0, i);
+  ImGui::SameLine();
+  bool eases = viewer.keyframes[i].eases;
+  if (ImGui::Checkbox("ease", &eases)) controls.set("ease", eases ? 1 : 0, i);
+  controls.show_tooltip("ease");
+  ImGui::SameLine();
+  if (i > 0) {
+    const double before = viewer.keyframes[i - 1].time;
+    auto seconds = static_cast<float>(viewer.keyframes[i].time - before);
+    ImGui::SetNextItemWidth(5 * ImGui::GetFontSize());
+    if (ImGui::DragFloat("##seconds", &seconds, 0.02f, 0.05f, 3600, "+%.2f s"))
+      controls.set("seconds", static_cast<double>(seconds), i);
+    ImGui::SameLine();
+  }
+  if (ImGui::Selectable(keyframe_label(viewer, i).c_str())) controls.set("keyframe", 0, i);
+}
+
+void draw_path(const Viewer& viewer, const ControlsDrawer& controls) {
   ImGui::TextColored(palette::kFaint, "Path: %d keyframes",
                      static_cast<int>(viewer.keyframes.size()));
   for (std::size_t i = 0; i < viewer.keyframes.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
-    if (ImGui::SmallButton("x")) actions.push_back(call(action::remove_keyframe, i));
-    ImGui::SameLine();
-    bool eases = viewer.keyframes[i].eases;
-    if (ImGui::Checkbox("ease", &eases)) actions.push_back(call(action::ease_keyframe, i, eases));
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("the camera slows down to a stop here");
-    ImGui::SameLine();
-    if (i > 0) {
-      const double before = viewer.keyframes[i - 1].time;
-      auto seconds = static_cast<float>(viewer.keyframes[i].time - before);
-      ImGui::SetNextItemWidth(5 * ImGui::GetFontSize());
-      if (ImGui::DragFloat("##seconds", &seconds, 0.02f, 0.05f, 3600, "+%.2f s"))
-        actions.push_back(call(action::delay_keyframe, i, static_cast<double>(seconds)));
-      ImGui::SameLine();
-    }
-    if (ImGui::Selectable(keyframe_label(viewer, i).c_str()))
-      actions.push_back(call(action::set_camera, viewer.keyframes[i].camera));
+    draw_keyframe(viewer, i, controls);
     ImGui::PopID();
   }
-  if (ImGui::Button("Set here")) actions.push_back(call(action::add_keyframe));
-  command_tooltip("Set a keyframe");
+  controls.draw("Set here");
   ImGui::SameLine();
-  if (ImGui::Button("Film")) actions.push_back(call(action::film));
-  command_tooltip("Film of the path, or round the scene");
+  controls.draw("Film");
   if (viewer.keyframes.size() < 2) return;
-  ImGui::SameLine();
-  if (ImGui::Button(viewer.playback.running ? "Stop" : "Play"))
-    actions.push_back(call(action::toggle_playback));
-  command_tooltip("Play the path");
-  ImGui::SameLine();
-  if (ImGui::Button("Save")) actions.push_back(call(action::save_keyframes));
-  ImGui::SameLine();
-  bool loop = viewer.loops_path;
-  if (ImGui::Checkbox("loop", &loop))
-    actions.push_back(call(action::toggle_option, &Viewer::loops_path));
-  auto time = static_cast<float>(viewer.playback.time);
+  for (const char* name : {"Play", "Save", "loop"}) {
+    ImGui::SameLine();
+    controls.draw(name);
+  }
   ImGui::SetNextItemWidth(-1);
-  if (ImGui::SliderFloat("##time", &time, static_cast<float>(viewer.keyframes.front().time),
-                         static_cast<float>(viewer.path_end()), "%.2f s"))
-    actions.push_back(call(action::seek, static_cast<double>(time)));
+  controls.draw("time", "");
 }
 
 }  // namespace
 
 void draw_cameras(const Viewer& viewer, PanelState&, Actions& actions) {
-  draw_list(viewer, actions);
+  const ControlsDrawer controls(viewer, actions);
+  draw_list(viewer, controls, actions);
   ImGui::Separator();
-  draw_path(viewer, actions);
+  draw_path(viewer, controls);
 }
 
 }  // namespace qs

@@ -11,6 +11,7 @@
 
 #include "app/picture/grid_places.h"
 #include "app/viewer/panels/color_bar.h"
+#include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
@@ -68,18 +69,6 @@ bool drag_legend(const Viewer& viewer, PanelState& state, Actions& actions) {
   return !drags;
 }
 
-void choose_quantity(const Viewer& viewer, Actions& actions) {
-  for (std::size_t i = 0; i < kHeatQuantities; ++i) {
-    const auto quantity = static_cast<HeatQuantity>(i);
-    const HeatmapRow& row = heatmap_row(quantity);
-    const std::string title =
-        fmt::format(fmt::runtime(row.title),
-                    viewer.shown.heatmap->cell_px > 1 ? viewer.shown.heatmap->cell_px : kTileSize);
-    if (ImGui::RadioButton(title.c_str(), viewer.heatmap == quantity))
-      actions.push_back(call(action::show_heatmap, quantity));
-  }
-}
-
 void choose_maximum(const Viewer& viewer, HeatView& view) {
   bool fits = view.maximum == 0;
   const std::string text = fmt::format("fits {} in this view", mode_name(viewer.baseline));
@@ -95,19 +84,14 @@ void choose_maximum(const Viewer& viewer, HeatView& view) {
 void draw_heat_settings(const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginPopup(kSettings)) return;
   if (pressed(ImGuiKey_Escape)) ImGui::CloseCurrentPopup();
-  choose_quantity(viewer, actions);
+  const ControlsDrawer controls(viewer, actions);
+  controls.draw_radio_list("Heat map");
+  ImGui::Separator();
+  ImGui::SetNextItemWidth(9 * ImGui::GetFontSize());
+  controls.draw("opacity over the colours");
+  controls.draw_radio_buttons("colour map");
   ImGui::Separator();
   HeatView view = viewer.heat_view;
-  float percent = 100 * view.style.opacity;
-  ImGui::SetNextItemWidth(9 * ImGui::GetFontSize());
-  if (ImGui::SliderFloat("opacity over the colours", &percent, 0, 100, "%.0f %%"))
-    view.style.opacity = percent / 100;
-  for (std::size_t i = 0; i < std::size(kHeatColors); ++i) {
-    const auto colors = static_cast<HeatColors>(i);
-    if (i > 0) ImGui::SameLine();
-    if (ImGui::RadioButton(kHeatColors[i], view.style.colors == colors)) view.style.colors = colors;
-  }
-  ImGui::Separator();
   choose_maximum(viewer, view);
   if (view != viewer.heat_view) actions.push_back(call(action::change_heat_view, view));
   ImGui::EndPopup();

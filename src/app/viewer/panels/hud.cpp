@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/hud_text.h"
@@ -81,10 +82,10 @@ double most_fps(const std::vector<HudRow>& rows) {
   return 1.05 * most;
 }
 
-void draw_row_menu(const HudRow& row, Actions& actions) {
+void draw_row_menu(const Viewer& viewer, const HudRow& row, Actions& actions) {
   if (!ImGui::BeginPopupContextItem()) return;
   if (ImGui::MenuItem(fmt::format("Ratios to {}", row.name).c_str()))
-    actions.push_back(call(action::set_baseline, row.mode));
+    ControlsDrawer(viewer, actions).set("ratios to", row.mode - 1);
   ImGui::Separator();
   for (std::size_t i = 0; i < std::size(kTableFormats); ++i) {
     if (ImGui::MenuItem(fmt::format("Copy the table as {}", kTableFormats[i]).c_str()))
@@ -101,7 +102,7 @@ void draw_mode_name(const Viewer& viewer, const HudRow& row, Actions& actions) {
     ImGui::SetTooltip("%s\n%s\nright click: copy the table, or ratios to this mode",
                       row_of(row.mode).summary, trust_text(viewer, row.mode).c_str());
   }
-  draw_row_menu(row, actions);
+  draw_row_menu(viewer, row, actions);
 }
 
 // The common facts of all cells of the table.
@@ -193,22 +194,6 @@ bool draw_mode_table(const Viewer& viewer, PanelState& state, Actions& actions) 
   return columns.back().kind == CellKind::stages;
 }
 
-void choose_measured_size(const Viewer& viewer, Actions& actions) {
-  const Camera camera = measured_camera(viewer);
-  const std::string shown = fmt::format("{} ({} x {})", kMeasuredSizes[viewer.measured_size].name,
-                                        camera.width, camera.height);
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(palette::kFaint, "measure at");
-  ImGui::SameLine();
-  ImGui::SetNextItemWidth(-1);
-  if (!ImGui::BeginCombo("##measured size", shown.c_str())) return;
-  for (std::size_t i = 0; i < std::size(kMeasuredSizes); ++i) {
-    if (ImGui::Selectable(kMeasuredSizes[i].name, i == viewer.measured_size))
-      actions.push_back(call(action::set_measured_size, i));
-  }
-  ImGui::EndCombo();
-}
-
 void draw_plot(const Viewer& viewer) {
   if (viewer.frame_ms.size() < 8) return;
   const std::vector<float> values(viewer.frame_ms.begin(), viewer.frame_ms.end());
@@ -224,7 +209,11 @@ void draw_plot(const Viewer& viewer) {
 
 void draw_hud(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (draw_mode_table(viewer, state, actions)) draw_stage_legend();
-  choose_measured_size(viewer, actions);
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextColored(palette::kFaint, "measure at");
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(-1);
+  ControlsDrawer(viewer, actions).draw("measure at", "");
   ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
   ImGui::TextWrapped("%s", hud_status(viewer).c_str());
   if (other_pipeline(viewer))

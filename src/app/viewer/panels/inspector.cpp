@@ -9,6 +9,7 @@
 #include <imgui.h>
 
 #include "app/viewer/panels/construction.h"
+#include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
@@ -20,12 +21,12 @@ void cell(const std::string& text) {
   right_aligned(text);
 }
 
-void draw_row(const Contribution& row, bool picked, bool stops, Actions& actions) {
+void draw_row(const Contribution& row, bool picked, bool stops, const ControlsDrawer& controls) {
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
   const std::string label = contribution_label(row, stops);
   if (ImGui::Selectable(label.c_str(), picked, ImGuiSelectableFlags_SpanAllColumns))
-    actions.push_back(call(action::inspect_gaussian, row.gaussian));
+    controls.set("Gaussian", 0, row.gaussian);
   for (const std::string& text : contribution_cells(row, stops)) cell(text);
   ImGui::TableNextColumn();
   const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -37,7 +38,8 @@ void draw_row(const Contribution& row, bool picked, bool stops, Actions& actions
   ImGui::Dummy({2 * height, height});
 }
 
-void draw_contributions(const Inspection& inspection, float height, bool scroll, Actions& actions) {
+void draw_contributions(const Inspection& inspection, float height, bool scroll,
+                        const ControlsDrawer& controls) {
   constexpr ImGuiTableFlags kFlags =
       ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp;
   const PixelReport& pixel = inspection.pixel;
@@ -54,7 +56,7 @@ void draw_contributions(const Inspection& inspection, float height, bool scroll,
   ImGui::TextUnformatted(names.back());
   const auto draw = [&](const Contribution& row, bool stops) {
     const bool picked = inspection.gaussian && inspection.gaussian->gaussian == row.gaussian;
-    draw_row(row, picked, stops, actions);
+    draw_row(row, picked, stops, controls);
     if (picked && scroll) ImGui::SetScrollHereY();
   };
   for (const Contribution& row : pixel.contributions) draw(row, false);
@@ -78,7 +80,7 @@ void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions) {
   const std::size_t rows = inspection.pixel.contributions.size() + 2;
   const float lines = static_cast<float>(std::min<std::size_t>(rows, 12));
   const float line = ImGui::GetTextLineHeight() + 2 * ImGui::GetStyle().CellPadding.y;
-  draw_contributions(inspection, lines * line, scroll, actions);
+  draw_contributions(inspection, lines * line, scroll, ControlsDrawer(viewer, actions));
   if (inspection.gaussian) draw_construction_view(*viewer.inspected, viewer.mode());
 }
 

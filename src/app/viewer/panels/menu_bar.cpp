@@ -6,6 +6,7 @@
 
 #include "app/viewer/commands/commands.h"
 #include "app/viewer/commands/keys.h"
+#include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/message_text.h"
@@ -44,7 +45,7 @@ void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
     };
     option("Draw on demand only", &Viewer::on_demand);
     option("Wait for the display (vsync)", &Viewer::vsync);
-    option("Draw smaller while moving (CPU)", &Viewer::reduce_when_moving);
+    ControlsDrawer(viewer, actions).draw_menu_item("Draw smaller while moving (CPU)");
   }
   ImGui::EndMenu();
 }

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/panels/zoom_drawing.h"
@@ -26,109 +27,41 @@ void faint_text(const std::string& text) {
   ImGui::PopStyleColor();
 }
 
-// A button at the end of the line, or on the next line if it does not fit.
-bool button_after(const char* label, const char* tooltip) {
-  same_line_if_fits(ImGui::CalcTextSize(label).x + 2 * ImGui::GetStyle().FramePadding.x);
-  const bool is_pressed = ImGui::SmallButton(label);
-  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", tooltip);
-  return is_pressed;
-}
-
 // ---- the plan ----------------------------------------------------------------------------------
-void draw_ends(ZoomPlan& plan, Actions& actions) {
+void draw_ends(const ZoomPlan& plan, const ControlsDrawer& controls) {
   ImGui::AlignTextToFramePadding();
-  if (!plan.start) {
-    ImGui::TextUnformatted("from this view");
-    if (button_after("start here", "remembers this view as the start of recordings"))
-      actions.push_back(call(action::start_zoom_here));
-  } else {
-    ImGui::TextUnformatted("from a remembered view");
-    if (button_after("this view", "starts at the view in the window when Record is pressed"))
-      actions.push_back(call(action::forget_zoom_start));
-  }
-  auto closer = static_cast<float>(plan.closer);
+  ImGui::TextUnformatted(zoom_start_text(plan));
+  controls.draw_button_after("start here");
+  controls.draw_button_after("this view");
   ImGui::SetNextItemWidth(5 * ImGui::GetFontSize());
-  if (ImGui::DragFloat("x closer", &closer, 0.2f, static_cast<float>(kLeastCloser),
-                       static_cast<float>(kMostCloser), "%.4g", ImGuiSliderFlags_Logarithmic))
-    plan.closer = static_cast<double>(closer);
-  if (ImGui::IsItemHovered())
-    ImGui::SetTooltip("the camera moves straight to the point in the middle of the first picture");
-  ImGui::BeginDisabled(!plan.start.has_value());
-  if (button_after("end here", "ends at the distance of this view from the target"))
-    actions.push_back(call(action::end_zoom_here));
-  ImGui::EndDisabled();
+  controls.draw("x closer");
+  controls.draw_button_after("end here");
 }
 
-std::string size_text(const Viewer& viewer, glm::ivec2 size) {
-  if (size.x > 0) return fmt::format("{} x {}", size.x, size.y);
-  return fmt::format("as the window, {} x {}", viewer.camera.width, viewer.camera.height);
-}
-
-void draw_size_and_pipeline(const Viewer& viewer, ZoomPlan& plan) {
-  ImGui::SetNextItemWidth(14 * ImGui::GetFontSize());
-  if (ImGui::BeginCombo("size", size_text(viewer, plan.size).c_str())) {
-    for (const glm::ivec2 size : kZoomSizes) {
-      if (ImGui::Selectable(size_text(viewer, size).c_str(), size == plan.size)) plan.size = size;
-    }
-    ImGui::EndCombo();
-  }
-  const auto pipelines = pipelines_of(viewer.backend);
-  if (pipelines.size() < 2) return;
-  const Pipeline now = plan.pipeline.value_or(viewer.settings.pipeline);
-  ImGui::SetNextItemWidth(14 * ImGui::GetFontSize());
-  if (!ImGui::BeginCombo("pipeline", kPipelineNames[static_cast<int>(now)])) return;
-  for (const Pipeline pipeline : pipelines) {
-    if (ImGui::Selectable(kPipelineNames[static_cast<int>(pipeline)], pipeline == now))
-      plan.pipeline = pipeline;
-  }
-  ImGui::EndCombo();
-}
-
-// The last mode cannot be switched off.
-void draw_mode_choice(ZoomPlan& plan) {
-  std::vector<CullMode> modes = zoom_modes(plan);
+void draw_mode_choice(const ControlsDrawer& controls) {
   const float box = ImGui::GetFrameHeight() + ImGui::GetStyle().ItemInnerSpacing.x;
   for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-    if (mode > 1) same_line_if_fits(box + ImGui::CalcTextSize(mode_name(mode)).x);
-    const auto found = std::find(modes.begin(), modes.end(), mode);
-    bool is_chosen = found != modes.end();
+    const char* const name = mode_name(mode);
+    if (mode > 1) same_line_if_fits(box + ImGui::CalcTextSize(name).x);
     ImGui::PushStyleColor(ImGuiCol_Text, zoom_color(mode));
-    if (ImGui::Checkbox(mode_name(mode), &is_chosen)) {
-      if (is_chosen) {
-        modes.push_back(mode);
-      } else if (modes.size() > 1) {
-        modes.erase(found);
-      }
-      plan.modes = modes;
-    }
+    controls.draw(fmt::format("record {}", name), name);
     ImGui::PopStyleColor();
   }
 }
 
-void draw_plan(const Viewer& viewer, Actions& actions) {
-  ZoomPlan plan = viewer.zoom.plan;
-  ImGui::BeginDisabled(viewer.zoom.running);
-  draw_ends(plan, actions);
-  ImGui::SetNextItemWidth(7 * ImGui::GetFontSize());
-  ImGui::InputInt("steps", &plan.steps);
-  ImGui::SetNextItemWidth(7 * ImGui::GetFontSize());
-  ImGui::InputInt("frames per mode and step", &plan.frames, 10);
-  draw_size_and_pipeline(viewer, plan);
-  draw_mode_choice(plan);
-  ImGui::EndDisabled();
-  if (plan != viewer.zoom.plan) actions.push_back(call(action::change_zoom_plan, plan));
+void draw_plan(const Viewer& viewer, const ControlsDrawer& controls) {
+  const float letter = ImGui::GetFontSize();
+  draw_ends(viewer.zoom.plan, controls);
+  ImGui::PushItemWidth(7 * letter);
+  for (const char* name : {"steps", "frames per mode and step"}) controls.draw(name);
+  ImGui::PopItemWidth();
+  ImGui::PushItemWidth(14 * letter);
+  for (const char* name : {"size", "pipeline of the zoom"}) controls.draw(name);
+  ImGui::PopItemWidth();
+  draw_mode_choice(controls);
 }
 
 // ---- the chart ---------------------------------------------------------------------------------
-void draw_quantities(const ZoomRecorder& zoom, Actions& actions) {
-  for (std::size_t i = 0; i < std::size(kZoomQuantities); ++i) {
-    const auto quantity = static_cast<ZoomQuantity>(i);
-    if (i > 0) ImGui::SameLine();
-    if (ImGui::RadioButton(kZoomQuantities[i].name, zoom.quantity == quantity))
-      actions.push_back(call(action::show_zoom_quantity, quantity));
-  }
-}
-
 void draw_zoom_legend(const ZoomChart& chart) {
   bool is_first = true;
   for (const ZoomCurve& curve : chart.curves) {
@@ -139,13 +72,13 @@ void draw_zoom_legend(const ZoomChart& chart) {
   }
 }
 
-void draw_shown_zoom(const ZoomRecorder& zoom, Actions& actions) {
+void draw_shown_zoom(const ZoomRecorder& zoom, const ControlsDrawer& controls, Actions& actions) {
   const ZoomRecord* record = shown_zoom(zoom);
   if (record == nullptr) return;
   const ZoomRecord* beneath = zoom_beneath(zoom);
   const ZoomChart chart = zoom_chart(record, beneath, zoom.quantity);
   if (!chart.empty()) {
-    draw_quantities(zoom, actions);
+    controls.draw_radio_buttons("chart of");
     faint_text(chart.title);
     draw_zoom_chart(chart);
     draw_zoom_legend(chart);
@@ -157,8 +90,10 @@ void draw_shown_zoom(const ZoomRecorder& zoom, Actions& actions) {
   faint_text(zoom_status(zoom));
   if (record->folder.empty()) return;
   if (ImGui::SmallButton("Open folder")) actions.push_back(call(action::open_zoom_folder));
-  if (button_after("Copy figure", "copies the path of the plot of this quantity, a PNG file"))
-    actions.push_back(call(action::copy_zoom_figure));
+  same_line_if_fits(6 * ImGui::GetFontSize());
+  if (ImGui::SmallButton("Copy figure")) actions.push_back(call(action::copy_zoom_figure));
+  if (ImGui::IsItemHovered())
+    ImGui::SetTooltip("copies the path of the plot of this quantity, a PNG file");
 }
 
 // ---- the recordings ----------------------------------------------------------------------------
@@ -205,15 +140,12 @@ void draw_recordings(const ZoomRecorder& zoom, Actions& actions) {
 void draw_recorder(const Viewer& viewer, PanelState&, Actions& actions) {
   const ZoomRecorder& zoom = viewer.zoom;
   if (!zoom.searched) actions.push_back(call(action::find_zooms));
-  ImGui::BeginDisabled(zoom.starting);
-  if (ImGui::Button(zoom.running ? "Stop" : "Record"))
-    actions.push_back(call(action::toggle_zoom_recording));
-  ImGui::EndDisabled();
-  command_tooltip("Record a zoom");
+  const ControlsDrawer controls(viewer, actions);
+  controls.draw("Record");
   ImGui::SameLine();
   ImGui::TextWrapped("%s", (zoom.running ? zoom_status(zoom) : zoom_plan_text(viewer)).c_str());
-  draw_shown_zoom(zoom, actions);
-  draw_plan(viewer, actions);
+  draw_shown_zoom(zoom, controls, actions);
+  draw_plan(viewer, controls);
   draw_recordings(zoom, actions);
 }
 

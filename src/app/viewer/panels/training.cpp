@@ -6,6 +6,7 @@
 
 #include <imgui.h>
 
+#include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/plot_axes.h"
 #include "app/viewer/panels/style.h"
@@ -41,32 +42,20 @@ void draw_loss(const std::vector<LossPoint>& losses) {
                                           1.5f * drawing_scale());
 }
 
-void draw_training_buttons(const Training& training, Actions& actions) {
-  const bool paused = training.phase == TrainingPhase::paused;
-  if (ImGui::Button(paused ? "Resume" : "Pause")) actions.push_back(call(action::toggle_training));
-  command_tooltip("Pause or resume training");
-  const auto button = [&](const char* title, TrainingCommand command, const char* tooltip) {
-    same_line_if_fits(ImGui::CalcTextSize(title).x);
-    if (ImGui::Button(title)) actions.push_back(call(action::command_training, command));
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", tooltip);
-  };
-  button("Step", TrainingCommand::step, "Pauses, or trains one more iteration");
-  button("Save", TrainingCommand::save, "Saves the model and goes on");
-  button("Stop", TrainingCommand::stop, "Saves the model and ends the run; --resume continues it");
-}
-
-// A training in another program.
-void draw_remote_training(const Viewer& viewer, Actions& actions) {
-  if (ImGui::Button(viewer.remote->paused ? "Resume" : "Pause"))
-    actions.push_back(call(action::toggle_training));
-  command_tooltip("Pause or resume training");
-  for (const Fact& fact : remote_facts(viewer)) draw_fact(fact);
+void draw_training_buttons(const ControlsDrawer& controls) {
+  controls.draw("Pause training");
+  for (const char* name : {"Step", "Save the model", "Stop training"}) controls.draw_after(name);
 }
 
 }  // namespace
 
 void draw_training(const Viewer& viewer, PanelState& state, Actions& actions) {
-  if (viewer.remote) return draw_remote_training(viewer, actions);
+  const ControlsDrawer controls(viewer, actions);
+  if (viewer.remote) {
+    controls.draw("Pause training");
+    for (const Fact& fact : remote_facts(viewer)) draw_fact(fact);
+    return;
+  }
   if (!viewer.training) {
     ImGui::TextWrapped("Nothing is trained. File > Train from photographs starts a run.");
     return;
@@ -77,7 +66,7 @@ void draw_training(const Viewer& viewer, PanelState& state, Actions& actions) {
     ImGui::ProgressBar(
         static_cast<float>(progress.iteration) / static_cast<float>(progress.iterations), {-1, 0});
   }
-  if (training.phase != TrainingPhase::ended) draw_training_buttons(training, actions);
+  if (training.phase != TrainingPhase::ended) draw_training_buttons(controls);
   draw_test_view(viewer, state, actions);
   for (const Fact& fact : training_facts(viewer)) draw_fact(fact);
   draw_loss(training.losses);

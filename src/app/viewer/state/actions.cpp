@@ -12,6 +12,7 @@
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/camera/cameras.h"
@@ -104,6 +105,7 @@ void view_changed(Viewer& v) {
 
 void set_mode(Viewer& v, CullMode mode) {
   if (mode == v.settings.mode || mode < 1 || mode > mode_count()) return;
+  require_scene(v);
   v.previous_mode = std::exchange(v.settings.mode, mode);
   v.mode_switch = {v.previous_mode, mode, v.now};
   v.hints.modes = false;

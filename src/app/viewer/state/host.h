@@ -54,6 +54,9 @@ class Host {
   /// Writes the window, panels included, as a picture after it is drawn next; then notifies the
   /// user if `notify`.
   virtual void grab_window(const std::filesystem::path& path, bool notify) = 0;
+  /// Writes the picture of a training in another program as it came; then notifies the user. Throws
+  /// Error if there is none yet.
+  virtual void grab_picture(const std::filesystem::path& path) = 0;
   /// Opens a file or a folder in the desktop's program for it.
   virtual void open_with_desktop(const std::filesystem::path& path) = 0;
   virtual std::string clipboard() const = 0;

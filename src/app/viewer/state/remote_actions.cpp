@@ -7,6 +7,7 @@
 
 #include "app/base/text.h"
 #include "app/viewer/state/actions.h"
+#include "raster/base/fail.h"
 
 namespace qs {
 namespace {
@@ -48,6 +49,12 @@ std::vector<Fact> remote_facts(const Viewer& viewer) {
   if (run.pictures > 0)
     facts.push_back({"pictures", grouped(static_cast<std::uint64_t>(run.pictures))});
   return facts;
+}
+
+void require_scene(const Viewer& viewer) {
+  if (viewer.remote)
+    fail(ErrorKind::usage,
+         "this window shows a training in another program, of which it has pictures only");
 }
 
 namespace action {

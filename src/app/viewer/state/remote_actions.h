@@ -17,6 +17,10 @@ std::vector<Fact> remote_facts(const Viewer& viewer);
 /// "running", "paused", or why there are no pictures.
 std::string remote_state(const RemoteRun& run);
 
+/// Throws Error(usage) if the window shows a training in another program, so it has no scene to
+/// draw or to change.
+void require_scene(const Viewer& viewer);
+
 namespace action {
 
 /// Shows the training at `address` from now on. `cameras`: of its data set, may be empty.

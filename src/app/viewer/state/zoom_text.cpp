@@ -103,6 +103,10 @@ std::string about_text(double seconds) {
   return fmt::format("about {:.0f} h", std::ceil(seconds / 3600));
 }
 
+const char* zoom_start_text(const ZoomPlan& plan) {
+  return plan.start ? "from a remembered view" : "from this view";
+}
+
 std::string zoom_plan_text(const Viewer& viewer) {
   const ZoomPlan& plan = viewer.zoom.plan;
   const std::size_t modes = zoom_modes(plan).size();

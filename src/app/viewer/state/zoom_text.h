@@ -23,6 +23,9 @@ std::optional<double> zoom_seconds_left(const ZoomRecorder& zoom);
 /// "about 40 s", "about 3 min": rounded up.
 std::string about_text(double seconds);
 
+/// The begin of a recording: "from this view".
+const char* zoom_start_text(const ZoomPlan& plan);
+
 /// "12 steps of 6 modes: about 40 s".
 std::string zoom_plan_text(const Viewer& viewer);
 

@@ -167,22 +167,23 @@ def _camera(settings: GaussianRasterizationSettings) -> Tuple[Camera, Tensor]:
 def _offset(view: Tensor, settings: GaussianRasterizationSettings,
             tangents: Tuple[float, float]) -> Sequence[float]:
     """The principal point in normalised device coordinates, from projmatrix = viewmatrix P."""
-    with torch.no_grad():
-        rows = view.double()
-        whole = checked(settings.projmatrix, f"{_WHO}: projmatrix").double()
-        if tuple(whole.shape) != (4, 4) or tuple(rows.shape) != (4, 4):
-            raise UsageError(f"{_WHO}: viewmatrix and projmatrix are not 4 x 4")
-        lens = rows[:3, :3].transpose(0, 1) @ whole[:3]  # the first rows of P
-        last = whole[3] - rows[3, :3] @ lens
-        scaled = [lens[axis, axis].item() * tangent for axis, tangent in enumerate(tangents)]
-        reach = 1e-3 * (1 + rows[3].abs().max().item())
-        zeros = [lens[0, 1], lens[1, 0], lens[0, 3], lens[1, 3], lens[2, 3] - 1]
-        if not (all(abs(value - 1) < 1e-3 for value in scaled)
-                and all(abs(value.item()) < 1e-3 for value in zeros)
-                and last[[0, 1, 3]].abs().max().item() < reach):
-            raise UsageError(f"{_WHO}: projmatrix is not viewmatrix times a perspective projection "
-                             "with the fields of view tanfovx and tanfovy")
-        return [0.0 if abs(value) < 1e-5 else value for value in lens[2, :2].tolist()]
+    # Numbers instead of tensors: sixteen of them are not worth an operation of torch each.
+    projection = checked(settings.projmatrix, f"{_WHO}: projmatrix")
+    if tuple(projection.shape) != (4, 4) or tuple(view.shape) != (4, 4):
+        raise UsageError(f"{_WHO}: viewmatrix and projmatrix are not 4 x 4")
+    rows, whole = view.detach().tolist(), projection.detach().tolist()
+    lens = [[sum(rows[k][row] * whole[k][column] for k in range(3)) for column in range(4)]
+            for row in range(3)]  # the first rows of P
+    last = [whole[3][column] - sum(rows[3][k] * lens[k][column] for k in range(3))
+            for column in range(4)]
+    reach = 1e-3 * (1 + max(map(abs, rows[3])))
+    ones = [lens[axis][axis] * tangents[axis] - 1 for axis in range(2)]
+    zeros = [*ones, lens[0][1], lens[1][0], lens[0][3], lens[1][3], lens[2][3] - 1]
+    if not (all(abs(value) < 1e-3 for value in zeros)
+            and all(abs(last[column]) < reach for column in (0, 1, 3))):
+        raise UsageError(f"{_WHO}: projmatrix is not viewmatrix times a perspective projection "
+                         "with the fields of view tanfovx and tanfovy")
+    return [0.0 if abs(value) < 1e-5 else value for value in lens[2][:2]]
 
 
 def _halves(means2D: Optional[Tensor], camera: Camera) -> Any:

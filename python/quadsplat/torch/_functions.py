@@ -17,6 +17,8 @@ from ._tensors import Tensor, put
 
 #: The inputs with derivatives in QsInputGradients.
 _PROJECTED = INPUTS[:7]
+_SH_REST, _CHANNELS, _BACKGROUND, _POSITION = map(
+    INPUTS.index, ("sh_rest", "channels", "background", "position"))
 _BOUNDARY = ("means_px", "conics", "depths", "opacities", "colors")
 
 Gradients = Dict[str, Optional[Tensor]]
@@ -174,7 +176,7 @@ def _radii(inputs: Tensors) -> Tensor:
 def _boundary_rows(inputs: Tensors) -> Dict[str, Tensor]:
     rows = {"means_px": _rows(inputs, 2), "conics": _rows(inputs, 3), "depths": _rows(inputs),
             "opacities": _rows(inputs)}
-    if inputs[INPUTS.index("channels")] is None:
+    if inputs[_CHANNELS] is None:
         rows["colors"] = _rows(inputs, 3)
     return rows
 
@@ -188,10 +190,9 @@ def _boundary_gradients(inputs: Tensors, wanted: Dict[str, bool],
                         absolute: bool) -> Tuple[_ffi.QsBoundaryGradients, Gradients]:
     """A struct for the derivatives by channels, background and absolute sums that are wanted."""
     struct, gradients = _ffi.QsBoundaryGradients(), {}
-    for name in ("channels", "background"):
-        tensor = inputs[INPUTS.index(name)]
-        if wanted[name] and tensor is not None:
-            gradients[name] = torch.empty(tensor.shape, dtype=tensor.dtype)
+    for name, tensor in (("channels", inputs[_CHANNELS]), ("background", inputs[_BACKGROUND])):
+        if tensor is not None and wanted[name]:
+            gradients[name] = torch.empty_like(tensor)
     if absolute:
         gradients["absolute_px"] = _rows(inputs, 2)
     for name, tensor in gradients.items():
@@ -203,17 +204,15 @@ def _input_gradients(plan: Plan, inputs: Tensors, wanted: Dict[str, bool],
                      by_view: bool) -> Tuple[_ffi.QsInputGradients, Gradients, Gradients]:
     """A struct for the derivatives that are wanted, by the inputs and by the pose."""
     struct, gradients, pose = _ffi.QsInputGradients(), {}, {}
-    given = dict(zip(INPUTS, inputs))
-    if given["sh_rest"] is not None and (wanted["sh"] or wanted["sh_rest"]):
+    if inputs[_SH_REST] is not None and (wanted["sh"] or wanted["sh_rest"]):
         wanted = {**wanted, "sh": True, "sh_rest": True}
-    for name in _PROJECTED:
-        tensor = given[name]
-        if wanted[name] and tensor is not None:
-            gradients[name] = torch.empty(tensor.shape, dtype=tensor.dtype)
-            put(struct, name, gradients[name])
+    for name, tensor in zip(_PROJECTED, inputs):
+        if tensor is not None and wanted[name]:
+            gradient = gradients[name] = torch.empty_like(tensor)
+            put(struct, name, gradient)
     if by_view:
         pose["view_from_world"] = torch.empty((3, 4), dtype=torch.float64)
-    if wanted["position"] or by_view and given["position"] is None:
+    if wanted["position"] or by_view and inputs[_POSITION] is None:
         pose["position"] = torch.empty(3, dtype=torch.float64)
     for name, tensor in pose.items():
         put(struct, name, tensor)
@@ -223,7 +222,7 @@ def _input_gradients(plan: Plan, inputs: Tensors, wanted: Dict[str, bool],
 def _in_order(gradients: Gradients, pose: Gradients, inputs: Tensors,
               wanted: Dict[str, bool]) -> List[Optional[Tensor]]:
     """The derivatives by the inputs in the order of INPUTS, None where they are not wanted."""
-    position = inputs[INPUTS.index("position")]
+    position = inputs[_POSITION]
     if wanted["position"] and position is not None:
         by_position = pose["position"]
         assert by_position is not None
@@ -237,7 +236,7 @@ def _view_gradient(plan: Plan, pose: Gradients, inputs: Tensors, view: Any) -> O
     if gradient is None:
         return None
     by_position = pose.get("position")
-    if inputs[INPUTS.index("position")] is None and by_position is not None:
+    if inputs[_POSITION] is None and by_position is not None:
         # The position is -R^T t.
         matrix = torch.tensor(list(plan.camera.view_from_world), dtype=torch.float64).view(3, 4)
         rotation, translation = matrix[:, :3], matrix[:, 3]

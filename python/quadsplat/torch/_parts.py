@@ -50,12 +50,11 @@ def ssim(a: Tensor, b: Tensor, padding: str = "same") -> Tensor:
 def adam(param: Tensor, gradient: Tensor, first: Tensor, second: Tensor,
          visible: Optional[Tensor], rate: float, betas: Tuple[float, float],
          epsilon: float) -> None:
-    """quadsplat.adam() without correction of the moments, as a change that torch notices."""
-    moved = [checked(tensor, f"adam: {name}").detach().numpy() for name, tensor in
-             (("param", param), ("gradient", gradient), ("first", first), ("second", second))]
-    _parts.adam(*moved, rate, visible=visible, betas=betas, epsilon=epsilon)
-    for changed in (param, first, second):
-        changed.detach()[:0].zero_()  # counts as a change in place
+    """quadsplat.adam() of tensors, without correction of the moments."""
+    for name, tensor in (("param", param), ("gradient", gradient), ("first", first),
+                         ("second", second)):
+        checked(tensor, f"adam: {name}")
+    _parts.adam(param, gradient, first, second, rate, visible=visible, betas=betas, epsilon=epsilon)
 
 
 class SparseAdam(torch.optim.Adam):

@@ -37,7 +37,8 @@ class Plan:
         """Calls a function of the library with the inputs, camera and rules in front."""
         given = _ffi.QsInputs()
         for name, tensor in zip(INPUTS, inputs):
-            put(given, name, tensor)
+            if tensor is not None:
+                put(given, name, tensor)
         with self.context._use(self.who) as pointer:
             _ffi.call(self.who, function, pointer, ctypes.byref(given), ctypes.byref(self.camera),
                       ctypes.byref(self.rules), *map(ctypes.byref, arguments))
@@ -71,24 +72,34 @@ class Blocks:
 
     def call(self, plan: Plan, function: str, inputs: Tensors, *arguments: Any) -> None:
         """Plan.call() of a function that asks for memory before its other arguments."""
-
-        def allocate(_user: Any, size: int, kind: int) -> Optional[int]:
-            try:
-                # Without a byte a tensor has no address.
-                block = torch.empty(max(size, 1), dtype=torch.uint8)
-                self.blocks[kind] = block
-                return block.data_ptr()
-            except BaseException as error:  # ctypes would print it and go on
-                self._error = error
-                return None
-
-        memory = _ffi.QsMemory(allocate=_ffi.ALLOCATE(allocate))
+        key = id(self)
+        _filled[key] = self
         try:
-            plan.call(function, inputs, memory, *arguments)
+            plan.call(function, inputs, _ffi.QsMemory(user=key, allocate=_allocate), *arguments)
         except Exception:
             if self._error is not None:
                 raise self._error from None
             raise
+        finally:
+            del _filled[key]
+
+    def allocate(self, size: int, kind: int) -> Optional[int]:
+        try:
+            # Without a byte a tensor has no address.
+            block = self.blocks[kind] = torch.empty(size or 1, dtype=torch.uint8)
+            return block.data_ptr()
+        except BaseException as error:  # ctypes would print it and go on
+            self._error = error
+            return None
+
+
+#: The blocks of the calls that run, by id().
+_filled: Dict[int, Blocks] = {}
+
+
+@_ffi.ALLOCATE
+def _allocate(user: int, size: int, kind: int) -> Optional[int]:
+    return _filled[user].allocate(size, kind)
 
 
 def copy_of(frame: _ffi.QsStageFrame, blocks: Tensors) -> _ffi.QsStageFrame:

@@ -35,10 +35,11 @@ def put(target: ctypes.Structure, name: str, tensor: Optional[Tensor]) -> None:
         *tensor.stride(), dimensions, _TYPES[tensor.dtype], _ffi.MEMORY_HOST, 0)
 
 
-def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None) -> Tensor:
+def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None,
+            most_dimensions: int = 4) -> Tensor:
     """A tensor of float32 or float64 that the library can read. Half precision becomes float32.
 
-    dtype: the type that it must have then. Raises UsageError.
+    dtype: the type that it must have then. most_dimensions: the library has 4. Raises UsageError.
     """
     if not isinstance(value, Tensor):
         raise UsageError(f"{where} is a {type(value).__name__} instead of a torch.Tensor")
@@ -55,7 +56,7 @@ def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None) -> Tens
     if dtype is not None and value.dtype != dtype:
         raise UsageError(f"{where} has elements of type {_name(value.dtype)}, but means has "
                          f"{_name(dtype)}")
-    if not 1 <= value.dim() <= 4:
+    if not 1 <= value.dim() <= most_dimensions:
         raise UsageError(f"{where} has {value.dim()} dimensions")
     return value
 

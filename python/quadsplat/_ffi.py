@@ -257,6 +257,7 @@ FUNCTIONS = {
     "qs_blend": _STAGE + [POINTER(QsMemory), POINTER(QsBlended), POINTER(QsStageFrame)],
     "qs_forward": _STAGE + [POINTER(QsMemory), POINTER(QsBoundary), POINTER(QsBlended),
                             POINTER(QsStageFrame)],
+    "qs_count_pixels": _STAGE + [POINTER(QsStageFrame), c_double, POINTER(QsArray)],
     "qs_blend_backward": _STAGE + [POINTER(QsStageFrame), POINTER(QsBlended),
                                    POINTER(QsBoundaryGradients)],
     "qs_project_backward": _STAGE + [POINTER(QsStageFrame), POINTER(QsBoundaryGradients),

@@ -648,6 +648,15 @@ QS_LIBRARY_FUNCTION int32_t qs_forward(QsContext* context, const QsInputs* input
                                        const QsBlended* pictures, QsStageFrame* frame,
                                        char* message);
 
+/* Writes, for each of the N Gaussians of a frame of qs_project(), how many pixels blend it and have
+ * a transmittance above `behind` after it, at least 0 and below 1, into `counts` (N, QS_INT32).
+ * With 0 all pixels that blend it count. Inputs, camera and rules have the values of the forward
+ * call. */
+QS_LIBRARY_FUNCTION int32_t qs_count_pixels(QsContext* context, const QsInputs* inputs,
+                                            const QsCamera* camera, const QsRules* rules,
+                                            const QsStageFrame* frame, double behind,
+                                            const QsArray* counts, char* message);
+
 /* Derivatives by the boundary. `by_pictures` are the derivatives by the pictures; strides may be 0.
  * Inputs, camera and rules have the values of the forward call. Frames of another number of
  * Gaussians, size, type or number of channels are refused. */

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The differentiable rasterizer through the C interface: the bits of raster/cpu/stages, frames in
 // the caller's memory that wait for their backward passes, arrays of any strides, and refusals.
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <thread>
 
 #include "library/opened.h"
@@ -483,6 +486,68 @@ TEST(LibraryStages, blend_a_projected_frame_again) {
   drawing.frame = kept;
   drawing.background = {0.2f, 0.33f, 0.46f, 0.59f};
   EXPECT_EQ(drawing.backward(context, weights, true).numbers(), expected);
+}
+
+// ---- counts of pixels
+
+/// The same by the formulas of the boundary, one pixel at a time.
+std::vector<std::int32_t> counted(const Drawing<double>& drawing, double behind) {
+  const BoundaryValues<double>& at = drawing.boundary;
+  const std::size_t count = at.depth.size();
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return static_cast<float>(at.depth[a]) < static_cast<float>(at.depth[b]);
+  });
+  std::vector<std::int32_t> result(count);
+  for (int y = 0; y < drawing.camera.height; ++y) {
+    for (int x = 0; x < drawing.camera.width; ++x) {
+      double transmittance = 1;
+      for (const std::size_t i : order) {
+        const double dx = x - at.mean_px[2 * i], dy = y - at.mean_px[2 * i + 1];
+        const double* const conic = &at.conic[3 * i];
+        const double power = -(conic[0] * dx * dx + conic[2] * dy * dy) / 2 - conic[1] * dx * dy;
+        const double alpha = std::min(0.99, at.opacity[i] * std::exp(power));
+        if (power > 0 || alpha < 1.0 / 255) continue;
+        transmittance *= 1 - alpha;
+        if (transmittance < 1e-4) break;
+        if (transmittance > behind) ++result[i];
+      }
+    }
+  }
+  return result;
+}
+
+TEST(LibraryStages, count_the_pixels_of_gaussians) {
+  DrawnView view = test::off_centre_view();
+  view.mode = find_culler("exact");
+  for (const int threads : {1, 3}) {
+    quadsplat::Context context = test::cpu(threads);
+    Drawing<double> drawing(view, stage_scene<double>(60, 41));
+    drawing.forward(context, false);
+    std::vector<std::int32_t> found(120, -7);
+    QsArray counts = array_of(found.data(), {60});
+    counts.strides[0] = 2;
+    for (const double behind : {0.0, 0.5, 0.9}) {
+      quadsplat::check(qs_count_pixels, context.get(), &drawing.inputs, &drawing.camera,
+                       &drawing.rules, &drawing.frame, behind, &counts);
+      const std::vector<std::int32_t> expected = counted(drawing, behind);
+      EXPECT_GT(*std::max_element(expected.begin(), expected.end()), 10);
+      for (std::size_t i = 0; i < 60; ++i) {
+        EXPECT_EQ(found[2 * i], expected[i]) << i << ' ' << behind;
+        EXPECT_EQ(found[2 * i + 1], -7);
+      }
+    }
+  }
+}
+
+TEST(LibraryStages, count_the_pixels_of_no_gaussians) {
+  quadsplat::Context context = test::cpu();
+  Drawing<float> drawing(test::off_centre_view(), stage_scene<float>(0, 41));
+  drawing.forward(context, true);
+  const QsArray counts = array_of(static_cast<std::int32_t*>(nullptr), {0});
+  quadsplat::check(qs_count_pixels, context.get(), &drawing.inputs, &drawing.camera, &drawing.rules,
+                   &drawing.frame, 0.5, &counts);
 }
 
 TEST(LibraryStages, ask_for_memory_by_its_lifetime) {
@@ -1147,6 +1212,33 @@ TEST_F(LibraryStageRefusals, of_null_pointers) {
          "qs_backward: frame: is null");
   EXPECT_EQ(qs_backward(c, in, camera, nullptr, frame, &by_pictures, nullptr, &by_inputs, message),
             QS_OK);
+}
+
+TEST_F(LibraryStageRefusals, of_counts_of_pixels) {
+  ASSERT_EQ(call(forward), "");
+  std::vector<std::int32_t> numbers(10);
+  QsArray counts = array_of(numbers.data(), {5});
+  const auto sentence = [&](double behind, const QsArray* to) {
+    return sentence_of([&] {
+      quadsplat::check(qs_count_pixels, context.get(), &drawing.inputs, &drawing.camera,
+                       &drawing.rules, &drawing.frame, behind, to);
+    });
+  };
+  EXPECT_EQ(sentence(0.5, nullptr), "qs_count_pixels: counts: is null");
+  EXPECT_EQ(sentence(1, &counts), "qs_count_pixels: behind: 1 is not at least 0 and below 1");
+  EXPECT_EQ(sentence(-0.5, &counts), "qs_count_pixels: behind: -0.5 is not at least 0 and below 1");
+  EXPECT_EQ(sentence(std::nan(""), &counts),
+            "qs_count_pixels: behind: nan is not at least 0 and below 1");
+  counts.sizes[0] = 4;
+  EXPECT_EQ(sentence(0.5, &counts), "qs_count_pixels: counts: has 4 elements instead of 5");
+  counts = array_of(drawing.scene.opacities.data(), {5});
+  EXPECT_EQ(sentence(0.5, &counts).find("qs_count_pixels: counts: "), 0u);
+  counts = array_of(numbers.data(), {5});
+  counts.strides[0] = 0;
+  EXPECT_EQ(sentence(0.5, &counts).find("qs_count_pixels: counts: its stride"), 0u);
+  drawing.frame = sized<QsStageFrame>();
+  EXPECT_EQ(sentence(0.5, &counts), "qs_count_pixels: frame: is empty: qs_project() fills it");
+  EXPECT_EQ(numbers, std::vector<std::int32_t>(10));
 }
 
 TEST_F(LibraryStageRefusals, write_nothing_but_an_empty_frame) {

@@ -97,11 +97,11 @@ class GaussianRasterizer(torch.nn.Module):
             "background": settings.bg.reshape(3).to(means3D.dtype),
             "rules": _rules(settings, cov3D_precomp is not None)}
         drawn = rasterize(**given, **options, planar=True, outputs=_OUTPUTS.get(name, ("color",)),
-                          **halves)
+                          counts_above=0.5 if name == "w-pose" else None, **halves)
         radii = drawn.radii[:, 0].contiguous()
         if name == "absgs":
             return drawn.color, radii, _weights(given, options)
-        return _results(name, drawn, radii, given, options)
+        return _results(name, drawn, radii)
 
 
 class AbsGaussianRasterizer(GaussianRasterizer):
@@ -207,16 +207,14 @@ def _moved(view: Tensor, theta: Optional[Tensor], rho: Optional[Tensor]) -> Tens
     return view + torch.stack([torch.stack(row) for row in rows]) @ view
 
 
-def _results(name: str, drawn: Rasterized, radii: Tensor, given: Any, options: Any) -> Any:
+def _results(name: str, drawn: Rasterized, radii: Tensor) -> Any:
     if name in ("dr_aa", "3dgs_accel"):
         assert drawn.inverse_depth is not None
         return drawn.color, radii, drawn.inverse_depth.unsqueeze(0)
     if name == "w-pose":
         assert drawn.depth is not None and drawn.alpha is not None
-        from ._touched import touched
-
         return (drawn.color, radii, drawn.depth.unsqueeze(0), drawn.alpha.unsqueeze(0),
-                touched(given, options))
+                drawn.pixels)
     if name == "mcmc":
         return drawn.color, radii, radii > 0
     return drawn.color, radii

@@ -25,7 +25,7 @@ Gradients = Dict[str, Optional[Tensor]]
 
 
 class Rasterize(torch.autograd.Function):
-    """apply(plan, view, screen, absolute, *inputs) gives the pictures and the radii.
+    """apply(plan, view, screen, absolute, *inputs) gives the pictures, radii and pixel counts.
 
     view: the camera's 3 x 4 matrix, whose values the plan has.
     screen, absolute: N x 2, for derivatives by the centres in pixels, and the absolute sums.
@@ -42,8 +42,7 @@ class Rasterize(torch.autograd.Function):
         blocks.call(plan, "qs_forward", inputs, boundary, plan.blended(pictures), frame)
         _keep(ctx, plan, frame, inputs, blocks)
         ctx.view = _likeness(view)
-        ctx.mark_non_differentiable(radii)
-        return (*(pictures.get(name) for name in PICTURES), radii)
+        return (*(pictures.get(name) for name in PICTURES), *_counts(ctx, plan, inputs, frame, radii))
 
     @staticmethod
     @once_differentiable
@@ -66,7 +65,7 @@ class Rasterize(torch.autograd.Function):
 
 
 class Project(torch.autograd.Function):
-    """apply(plan, frame, blocks, view, *inputs) gives the boundary and the radii.
+    """apply(plan, frame, blocks, view, *inputs) gives the boundary, radii and pixel counts.
 
     frame, blocks: are filled.
     """
@@ -82,8 +81,7 @@ class Project(torch.autograd.Function):
         blocks.call(plan, "qs_project", inputs, boundary, frame)
         _keep(ctx, plan, frame, inputs, blocks)
         ctx.view = _likeness(view)
-        ctx.mark_non_differentiable(radii)
-        return (*(made.get(name) for name in _BOUNDARY), radii)
+        return (*(made.get(name) for name in _BOUNDARY), *_counts(ctx, plan, inputs, frame, radii))
 
     @staticmethod
     @once_differentiable
@@ -149,6 +147,14 @@ def _keep(ctx: Any, plan: Plan, frame: _ffi.QsStageFrame, inputs: Tensors,
     """Keeps what the backward pass reads."""
     ctx.plan, ctx.frame = plan, frame
     ctx.save_for_backward(*inputs, *blocks.blocks)
+
+
+def _counts(ctx: Any, plan: Plan, inputs: Tensors, frame: _ffi.QsStageFrame,
+            radii: Tensor) -> Tuple[Tensor, Optional[Tensor]]:
+    """The results without gradients: the radii, and the pixel counts if they are wanted."""
+    pixels = plan.count_pixels(inputs, frame)
+    ctx.mark_non_differentiable(*(radii,) if pixels is None else (radii, pixels))
+    return radii, pixels
 
 
 def _kept(ctx: Any) -> Tuple[Plan, Tensors, _ffi.QsStageFrame]:

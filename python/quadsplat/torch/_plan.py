@@ -9,7 +9,7 @@ import torch
 
 from .. import _ffi
 from .._context import Context
-from ._tensors import Tensor, put
+from ._tensors import Tensor, array_of, put
 
 #: The tensors of QsInputs, in the order in which they are handed on; None: absent.
 INPUTS = ("means", "scales", "rotations", "covariances", "opacities", "sh", "sh_rest", "channels",
@@ -22,26 +22,45 @@ Tensors = Sequence[Optional[Tensor]]
 
 
 class Plan:
-    """A frame's camera and rules, and which pictures are wanted in which layout."""
+    """A frame's camera and rules, and which results are wanted in which layout.
+
+    counts_above: transmittance for the counts of pixels; None: they are not wanted.
+    """
 
     def __init__(self, who: str, context: Context, camera: _ffi.QsCamera, rules: _ffi.QsRules,
-                 pictures: Tuple[str, ...], is_planar: bool) -> None:
+                 pictures: Tuple[str, ...], is_planar: bool,
+                 counts_above: Optional[float] = None) -> None:
         self.who = who
         self.context = context
         self.camera = camera
         self.rules = rules
         self.pictures = pictures
         self.is_planar = is_planar
+        self.counts_above = counts_above
 
-    def call(self, function: str, inputs: Tensors, *arguments: ctypes.Structure) -> None:
-        """Calls a function of the library with the inputs, camera and rules in front."""
+    def call(self, function: str, inputs: Tensors, *arguments: Any) -> None:
+        """Calls a function of the library with the inputs, camera and rules in front.
+
+        arguments: structs, of which it gets the addresses, and numbers.
+        """
         given = _ffi.QsInputs()
         for name, tensor in zip(INPUTS, inputs):
             if tensor is not None:
                 put(given, name, tensor)
         with self.context._use(self.who) as pointer:
             _ffi.call(self.who, function, pointer, ctypes.byref(given), ctypes.byref(self.camera),
-                      ctypes.byref(self.rules), *map(ctypes.byref, arguments))
+                      ctypes.byref(self.rules),
+                      *(argument if isinstance(argument, float) else ctypes.byref(argument)
+                        for argument in arguments))
+
+    def count_pixels(self, inputs: Tensors, frame: _ffi.QsStageFrame) -> Optional[Tensor]:
+        """The number of pixels of every Gaussian, if it is wanted."""
+        if self.counts_above is None:
+            return None
+        assert inputs[0] is not None
+        counts = torch.empty(inputs[0].shape[0], dtype=torch.int32)
+        self.call("qs_count_pixels", inputs, frame, self.counts_above, array_of(counts))
+        return counts
 
     def empty_pictures(self, inputs: Tensors) -> Dict[str, Tensor]:
         """Tensors for the wanted pictures."""

@@ -26,13 +26,22 @@ assert {array.size for array in _ARRAYS} == {ctypes.sizeof(_ffi.QsArray)}
 
 def put(target: ctypes.Structure, name: str, tensor: Optional[Tensor]) -> None:
     """Sets the member of a struct to a tensor, which must outlive the struct. None: absent."""
-    if tensor is None:
-        return
+    if tensor is not None:
+        _pack(target, getattr(target.__class__, name).offset, tensor)
+
+
+def array_of(tensor: Tensor) -> _ffi.QsArray:
+    """The struct of a tensor, which must outlive it."""
+    struct = _ffi.QsArray()
+    _pack(struct, 0, tensor)
+    return struct
+
+
+def _pack(target: ctypes.Structure, offset: int, tensor: Tensor) -> None:
     shape = tensor.shape
     dimensions = len(shape)
-    _ARRAYS[dimensions].pack_into(
-        target, getattr(target.__class__, name).offset, tensor.data_ptr(), *shape,
-        *tensor.stride(), dimensions, _TYPES[tensor.dtype], _ffi.MEMORY_HOST, 0)
+    _ARRAYS[dimensions].pack_into(target, offset, tensor.data_ptr(), *shape, *tensor.stride(),
+                                  dimensions, _TYPES[tensor.dtype], _ffi.MEMORY_HOST, 0)
 
 
 def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None,

@@ -3,6 +3,7 @@
 // the caller's memory that wait for their backward passes, arrays of any strides, and refusals.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -431,6 +432,30 @@ TEST(LibraryStages, of_several_frames_wait_for_backward_passes_in_any_order_and_
   std::thread here([&] { expect_gradients(0, other); });  // both read the same frame
   expect_gradients(0, context);
   here.join();
+}
+
+TEST(LibraryStages, of_four_threads_have_the_same_bits) {
+  const StageScene<float> scene = stage_scene<float>(500, 42);
+  const DrawnView view = test::off_centre_view(71, 50);
+  StageFrame<float> frame;
+  frame.draw(view, scene);
+  auto random = PictureValues<float>::random(view.camera, 3);
+  const std::vector<double> expected = frame.gradients(view, scene, random.pictures()).numbers();
+  std::atomic<int> equal = 0;
+  std::vector<std::thread> threads;
+  for (int thread = 0; thread < 4; ++thread) {
+    threads.emplace_back([&, thread] {
+      quadsplat::Context context = test::cpu(1 + thread % 3);
+      auto weights = PictureValues<float>::random(view.camera, 3);
+      for (int i = 0; i < 5; ++i) {
+        Drawing<float> drawing(view, scene);
+        drawing.forward(context, i % 2 == 0);
+        equal += drawing.backward(context, weights, i % 2 == 1).numbers() == expected ? 1 : 0;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(equal, 20);
 }
 
 TEST(LibraryStages, take_frames_whose_memory_was_moved) {

@@ -49,13 +49,13 @@ def to_numpy(value: Any, where: str) -> np.ndarray:
 def writable(value: Any, where: str) -> np.ndarray:
     """The array itself, which the library may change; mark_changed() follows.
 
-    DLPack gives numpy memory that is read only, also of tensors that may be changed. Raises
-    UsageError if the memory cannot be changed.
+    What numpy reads by DLPack is read only, also of tensors that may be changed. Raises UsageError
+    if the memory cannot be changed.
     """
     array = to_numpy(value, where)
     if not array.flags.writeable and hasattr(value, "detach"):
         own = np.asarray(value.detach())
-        if own.ctypes.data == array.ctypes.data and own.strides == array.strides:
+        if own.ctypes.data == array.ctypes.data:
             array = own
     if not array.flags.writeable or isinstance(value, (list, tuple)):
         raise UsageError(f"{where} cannot be changed in place")

@@ -130,6 +130,10 @@ def test_adam_changes_tensors_in_place(quadsplat):
     assert second[0].tolist() == pytest.approx([0.001] * 3)
     with pytest.raises(RuntimeError, match="modified by an inplace operation"):
         square.sum().backward()  # torch noticed the change
+    for shape in [(4, 1), (4, 1, 3), (4,), (1, 3), (0, 3), (4, 0)]:
+        tensors = [torch.zeros(shape) for _ in range(3)]
+        quadsplat.adam(tensors[0], torch.ones(shape), *tensors[1:], 0.5, step=1)
+        assert (tensors[0] == -0.5).all(), shape
     for changes, sentence in [
             ({"first": torch.zeros(1, 3).expand(4, 3)}, "^adam: first: its stride of dimension 0 is 0"),
             ({"values": torch.zeros(4, 3, dtype=torch.float64)}, "^adam: values has elements of type float64"),

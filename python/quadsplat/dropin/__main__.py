@@ -21,7 +21,7 @@ def main(words: List[str]) -> None:
     parser.add_argument("--cull", metavar="MODE", help="culling mode; default: as the module culls")
     parser.add_argument("--variant", choices=VARIANTS, help="default: it follows from the settings")
     parser.add_argument("--device", choices=DEVICES,
-                        help="runs on the CPU what the program does on cuda")
+                        help="tensors on cuda are on the CPU")
     parser.add_argument("-m", dest="is_module", action="store_true", help="the next word is a module")
     parser.add_argument("program", help="script or module")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help="arguments of the program")

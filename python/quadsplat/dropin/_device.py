@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The option --device cpu: what a program of torch does on `cuda` happens on the CPU.
+"""The option --device cpu: tensors that a program puts on `cuda` are on the CPU.
 
-Calls with a device "cuda", of torch's functions that make or move tensors, get "cpu". Questions
-have honest answers: torch.cuda.is_available() is what it was, and tensors are on "cpu".
+The functions of torch that make or move tensors take "cuda" as "cpu". Questions have honest
+answers: torch.cuda.is_available() does not change, and tensors are on "cpu".
 """
 from __future__ import annotations
 

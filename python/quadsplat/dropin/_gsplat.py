@@ -124,7 +124,8 @@ def rasterization(
     lenses = scenes(Ks, "Ks", sizes.cameras, 3, 3)
     has_color = render_mode.startswith("RGB")
     has_depth = render_mode != "RGB"
-    paint = _Paint(sizes, colors if has_color else None, sh_degree, backgrounds, extra_signals)
+    paint = _Paint(sizes, given["means"], colors if has_color else None, sh_degree, backgrounds,
+                   extra_signals)
     outputs = ("color",) * paint.is_given + ("alpha",) + ("depth",) * has_depth
     frames = []
     for scene, number in sizes.each():
@@ -228,9 +229,10 @@ class _Paint:
     are drawn together.
     """
 
-    def __init__(self, sizes: _Sizes, colors: Optional[Tensor], sh_degree: Optional[int],
-                 backgrounds: Optional[Tensor], signals: Optional[Tensor]) -> None:
-        self._count = sizes.count
+    def __init__(self, sizes: _Sizes, means: Tensor, colors: Optional[Tensor],
+                 sh_degree: Optional[int], backgrounds: Optional[Tensor],
+                 signals: Optional[Tensor]) -> None:
+        self._none = means.new_zeros(sizes.count, 1)  # a channel of pictures without channels
         self._sh: Optional[Tensor] = None
         self._channels: Optional[Tensor] = None
         self._background: Optional[Tensor] = None
@@ -258,7 +260,7 @@ class _Paint:
         elif self._channels is not None:
             inputs = {"channels": self._channels[scene, number]}
         else:
-            inputs = {"channels": torch.zeros(self._count, 1)}
+            inputs = {"channels": self._none}
         if self._background is not None:
             inputs["background"] = self._background[scene, number]
         return inputs
@@ -344,7 +346,7 @@ def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, sizes: _Si
     if packed:
         values = {name: value[picture_ids, gaussian_ids] for name, value in values.items()}
         radii = radii[picture_ids, gaussian_ids]
-        visible = torch.ones(len(picture_ids), 1, dtype=torch.bool)
+        visible = torch.ones_like(picture_ids)[:, None] > 0
     else:
         visible = seen[..., None]
     values["means2d"] = torch.where(visible, values["means2d"] + 0.5,

@@ -57,8 +57,9 @@ class Plan:
         """The number of pixels of every Gaussian, if it is wanted."""
         if self.counts_above is None:
             return None
-        assert inputs[0] is not None
-        counts = torch.empty(inputs[0].shape[0], dtype=torch.int32)
+        means = inputs[0]
+        assert means is not None
+        counts = means.new_empty(means.shape[0], dtype=torch.int32)
         self.call("qs_count_pixels", inputs, frame, self.counts_above, array_of(counts))
         return counts
 

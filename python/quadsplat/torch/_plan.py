@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import torch
 
@@ -38,20 +38,18 @@ class Plan:
         self.is_planar = is_planar
         self.counts_above = counts_above
 
-    def call(self, function: str, inputs: Tensors, *arguments: Any) -> None:
-        """Calls a function of the library with the inputs, camera and rules in front.
+    def call(self, function: str, inputs: Tensors, *arguments: ctypes.Structure) -> None:
+        """Calls a function of the library with the inputs, camera and rules in front."""
+        self._call(function, inputs, map(ctypes.byref, arguments))
 
-        arguments: structs, of which it gets the addresses, and numbers.
-        """
+    def _call(self, function: str, inputs: Tensors, arguments: Iterable[Any]) -> None:
         given = _ffi.QsInputs()
         for name, tensor in zip(INPUTS, inputs):
             if tensor is not None:
                 put(given, name, tensor)
         with self.context._use(self.who) as pointer:
             _ffi.call(self.who, function, pointer, ctypes.byref(given), ctypes.byref(self.camera),
-                      ctypes.byref(self.rules),
-                      *(argument if isinstance(argument, float) else ctypes.byref(argument)
-                        for argument in arguments))
+                      ctypes.byref(self.rules), *arguments)
 
     def count_pixels(self, inputs: Tensors, frame: _ffi.QsStageFrame) -> Optional[Tensor]:
         """The number of pixels of every Gaussian, if it is wanted."""
@@ -60,7 +58,8 @@ class Plan:
         means = inputs[0]
         assert means is not None
         counts = means.new_empty(means.shape[0], dtype=torch.int32)
-        self.call("qs_count_pixels", inputs, frame, self.counts_above, array_of(counts))
+        self._call("qs_count_pixels", inputs, (ctypes.byref(frame), self.counts_above,
+                                               ctypes.byref(array_of(counts))))
         return counts
 
     def empty_pictures(self, inputs: Tensors) -> Dict[str, Tensor]:

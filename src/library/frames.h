@@ -13,10 +13,15 @@ namespace qs::library {
 class CallersMemory {
  public:
   /// Throws Error(usage).
-  CallersMemory(const StageCall& call, const QsMemory* memory);
+  CallersMemory(const Where& where, const QsMemory* memory);
 
   /// Throws Error(device) if the callback has no memory.
   void* allocate(std::size_t bytes, std::uint32_t kind) const;
+
+  /// Throws Error(usage) with a sentence about the callback.
+  [[noreturn]] void refuse_memory(const std::string& reason) const {
+    refuse(where_ / "allocate", "{}", reason);
+  }
 
   template <class Block>
   Block allocate(const cpu::stages::HeldSizes& sizes, std::uint32_t kind) const {

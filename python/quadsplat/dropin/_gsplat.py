@@ -65,7 +65,7 @@ def rasterization(
         absgrad: bool = False, rasterize_mode: str = "classic", channel_chunk: int = 32,
         distributed: bool = False, camera_model: str = "pinhole", segmented: bool = False,
         covars: Optional[Tensor] = None, **others: Any) -> Tuple[Tensor, Tensor, Info]:
-    """Draws N Gaussians with C cameras, as gsplat does, on the CPU.
+    """Draws N Gaussians with C cameras, as gsplat does.
 
     means: N x 3. quats: N x 4, w x y z. scales: N x 3. opacities: N.
     colors: N x D or C x N x D, or SH of N x K x 3 or C x N x K x 3 with sh_degree.
@@ -104,7 +104,8 @@ def rasterization(
     has_color = render_mode.startswith("RGB")
     edges, frames = [], []
     for number in range(cameras):
-        inputs = dict(given, **_colors(colors, number, cameras, count, sh_degree))
+        inputs = dict(given, **_colors(colors, number, cameras, count, sh_degree,
+                                      means.device))
         if backgrounds is not None and has_color:
             inputs["background"] = _shaped(backgrounds, "backgrounds", (cameras, None))[number]
         view = views[number]
@@ -171,15 +172,15 @@ def _plan_of(version: _Version, view: Tensor, intrinsics: Tensor, width: int, he
     outputs = (["color"] if render_mode.startswith("RGB") else []) + ["alpha"] + (
         [] if render_mode == "RGB" else ["depth"])
     struct, _ = _rasterize._camera(_WHO, camera, view)
-    return _plan.Plan(_WHO, _rasterize.chosen(None, _WHO, "cpu"), struct,
+    return _plan.Plan(_WHO, _rasterize.context_of(None, _WHO, view), struct,
                       _rasterize.struct_of(_WHO, rules), tuple(outputs), False)
 
 
 def _colors(colors: Optional[Tensor], number: int, cameras: int, count: int,
-            sh_degree: Optional[int]) -> Dict[str, Tensor]:
+            sh_degree: Optional[int], device: torch.device) -> Dict[str, Tensor]:
     """The channels or SH of a camera."""
     if colors is None:
-        return {"channels": torch.zeros(count, 1)}
+        return {"channels": torch.zeros(count, 1, device=device)}
     colors = checked(colors, f"{_WHO}: colors")
     if sh_degree is None:
         shape: Tuple[Optional[int], ...] = (count, None)
@@ -215,7 +216,7 @@ def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, count: int
     if packed:
         values = {name: value[camera_ids, gaussian_ids] for name, value in values.items()}
         radii = radii[camera_ids, gaussian_ids]
-    visible = seen[..., None] if not packed else torch.ones(len(camera_ids), 1, dtype=torch.bool)
+    visible = seen[..., None] if not packed else torch.ones_like(camera_ids)[:, None] > 0
     points = values["means2d"] = torch.where(visible, values["means2d"] + 0.5,
                                              torch.zeros_like(values["means2d"]))
     carrier = None
@@ -281,10 +282,11 @@ def _refuse(others: Dict[str, Any], camera_model: str, distributed: bool, segmen
 def compute_relocation(opacities: Tensor, scales: Tensor, ratios: Tensor, binoms: Any = None,
                        n_max: Any = None) -> Tuple[Tensor, Tensor]:
     """Opacities and scales of relocated Gaussians (MCMC). binoms and n_max are ignored."""
-    given = [checked(tensor, f"gsplat.compute_relocation: {name}").detach() for tensor, name in
+    given = [checked(tensor, f"gsplat.compute_relocation: {name}").detach().cpu() for tensor, name in
              ((opacities, "opacities"), (scales, "scales"))]
-    new_opacities, new_scales = _parts.relocate(*given, ratios)
-    return torch.from_numpy(new_opacities), torch.from_numpy(new_scales)
+    made = _parts.relocate(*given, torch.as_tensor(ratios).cpu())
+    new_opacities, new_scales = (torch.from_numpy(array).to(opacities.device) for array in made)
+    return new_opacities, new_scales
 
 
 def adam(param: Tensor, param_grad: Tensor, exp_avg: Tensor, exp_avg_sq: Tensor,

@@ -17,24 +17,28 @@ class _Ssim(torch.autograd.Function):
     def forward(ctx: Any, a: Tensor, b: Tensor, padding: str) -> Tensor:  # type: ignore[override]
         ctx.save_for_backward(a, b)
         ctx.padding = padding
-        return a.new_tensor(_parts.ssim(a, b, padding=padding))
+        return a.new_tensor(_parts.ssim(a.detach().cpu(), b.detach().cpu(), padding=padding))
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, by: Tensor) -> Any:
         a, b = ctx.saved_tensors
+        first, second = a.detach().cpu(), b.detach().cpu()
+
+        def gradient(x: Tensor, y: Tensor) -> Tensor:
+            made = _parts.ssim_backward(x, y, by.item(), padding=ctx.padding)
+            return torch.from_numpy(made).to(a.device)
+
         # SSIM is symmetric.
-        return (*(torch.from_numpy(_parts.ssim_backward(x, y, by.item(), padding=ctx.padding))
-                  if wanted else None
-                  for x, y, wanted in ((a, b, ctx.needs_input_grad[0]),
-                                       (b, a, ctx.needs_input_grad[1]))), None)
+        return (gradient(first, second) if ctx.needs_input_grad[0] else None,
+                gradient(second, first) if ctx.needs_input_grad[1] else None, None)
 
 
 def ssim(a: Tensor, b: Tensor, padding: str = "same") -> Tensor:
     """The mean structural similarity of two batches of pictures, with gradients by both.
 
-    a, b: batch x channels x height x width, on the CPU, nominally 0..1, float32 or float64. Half
-        precision is converted.
+    a, b: batch x channels x height x width, nominally 0..1, float32 or float64. Half precision is
+        converted. Tensors of a GPU are copied to the CPU, which computes.
     padding: "same": every pixel counts, values outside are 0; "valid": 5 pixels at every side do
         not count, and both sides have at least 11 pixels.
 

@@ -38,18 +38,20 @@ class Plan:
         given = _ffi.QsInputs()
         for name, tensor in zip(INPUTS, inputs):
             put(given, name, tensor)
+        temporary = _Temporary(_means(inputs))
+        temporary.give(given)
         with self.context._use(self.who) as pointer:
             _ffi.call(self.who, function, pointer, ctypes.byref(given), ctypes.byref(self.camera),
                       ctypes.byref(self.rules), *map(ctypes.byref, arguments))
+        del temporary  # now the work of the call is enqueued
 
     def empty_pictures(self, inputs: Tensors) -> Dict[str, Tensor]:
         """Tensors for the wanted pictures."""
-        means, channels = inputs[0], inputs[INPUTS.index("channels")]
-        assert means is not None
+        means, channels = _means(inputs), inputs[INPUTS.index("channels")]
         height, width = self.camera.height, self.camera.width
         count = 3 if channels is None else channels.shape[-1]
         color = (count, height, width) if self.is_planar else (height, width, count)
-        return {name: torch.empty(color if name == "color" else (height, width), dtype=means.dtype)
+        return {name: means.new_empty(color if name == "color" else (height, width))
                 for name in self.pictures}
 
     def blended(self, pictures: Dict[str, Tensor]) -> _ffi.QsBlended:
@@ -60,6 +62,48 @@ class Plan:
                 tensor = tensor.permute(1, 2, 0)
             put(struct, name, tensor)
         return struct
+
+
+def _means(inputs: Tensors) -> Tensor:
+    assert inputs[0] is not None
+    return inputs[0]
+
+
+class _Temporary:
+    """Memory on a GPU that the library uses during a call, from torch's allocator."""
+
+    def __init__(self, means: Tensor) -> None:
+        self._means = means
+        self._blocks: List[Tensor] = []
+        self._memory: Any = None
+
+    def give(self, inputs: _ffi.QsInputs) -> None:
+        """Sets the stream and the temporary memory, if the Gaussians are on a GPU."""
+        if not self._means.is_cuda:
+            return
+        inputs.stream = _stream_of(self._means.get_device())
+        self._memory = _ffi.QsMemory(allocate=_ffi.ALLOCATE(self._allocate))
+        inputs.temporary = ctypes.pointer(self._memory)
+
+    def _allocate(self, _user: Any, size: int, _kind: int) -> Optional[int]:
+        try:
+            self._blocks.append(bytes_beside(self._means, size))
+            return self._blocks[-1].data_ptr()
+        except BaseException:  # the library says so
+            return None
+
+
+def bytes_beside(means: Tensor, size: int) -> Tensor:
+    """Memory on the device of the Gaussians. Without a byte a tensor has no address."""
+    return torch.empty(max(size, 1), dtype=torch.uint8, device=means.device)
+
+
+def _stream_of(device: int) -> int:
+    """torch's current stream of a GPU, a cudaStream_t."""
+    getter = getattr(torch._C, "_cuda_getCurrentRawStream", None)
+    if getter is not None:
+        return int(getter(device))
+    return int(torch.cuda.current_stream(device).cuda_stream)
 
 
 class Blocks:
@@ -74,8 +118,7 @@ class Blocks:
 
         def allocate(_user: Any, size: int, kind: int) -> Optional[int]:
             try:
-                # Without a byte a tensor has no address.
-                block = torch.empty(max(size, 1), dtype=torch.uint8)
+                block = bytes_beside(_means(inputs), size)
                 self.blocks[kind] = block
                 return block.data_ptr()
             except BaseException as error:  # ctypes would print it and go on

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import ctypes
 import struct
-from typing import Any, Optional
+from typing import Any, Optional, Tuple
 
 import torch
 
 from .. import _ffi
+from .._context import Context, chosen
 from .._errors import UsageError
 
 Tensor = torch.Tensor
@@ -30,19 +31,34 @@ def put(target: ctypes.Structure, name: str, tensor: Optional[Tensor]) -> None:
     unused = _NONE[tensor.dim()]
     _ARRAY.pack_into(target, getattr(type(target), name).offset, tensor.data_ptr(),
                      *tensor.shape, *unused, *tensor.stride(), *unused, tensor.dim(),
-                     _TYPES[tensor.dtype], _ffi.MEMORY_HOST, 0)
+                     _TYPES[tensor.dtype], *_memory(tensor))
 
 
-def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None) -> Tensor:
+def _memory(tensor: Tensor) -> Tuple[int, int]:
+    """QsArray.memory and .device."""
+    return (_ffi.MEMORY_CUDA, tensor.get_device()) if tensor.is_cuda else (_ffi.MEMORY_HOST, 0)
+
+
+def context_of(context: Optional[Context], who: str, means: Tensor) -> Context:
+    """The given context, or the process's for the device of the Gaussians."""
+    if means.is_cuda:
+        return chosen(context, who, "cuda", means.get_device())
+    return chosen(context, who, "cpu")
+
+
+def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None,
+            device: Optional[torch.device] = None) -> Tensor:
     """A tensor of float32 or float64 that the library can read. Half precision becomes float32.
 
-    dtype: the type that it must have then. Raises UsageError.
+    dtype, device: the type and the device that it must have then. Raises UsageError.
     """
     if not isinstance(value, Tensor):
         raise UsageError(f"{where} is a {type(value).__name__} instead of a torch.Tensor")
-    if value.device.type != "cpu":
+    if value.device.type not in ("cpu", "cuda"):
         raise UsageError(f"{where} is on the device {value.device}: gradients are computed on the "
-                         "CPU so far: move the tensors there by .cpu()")
+                         "CPU and with CUDA: move the tensors there by .cpu() or .cuda()")
+    if device is not None and value.device != device:
+        raise UsageError(f"{where} is on the device {value.device}, but means is on {device}")
     if value.layout != torch.strided:
         raise UsageError(f"{where} is sparse: convert it by .to_dense()")
     if value.dtype in _HALVES:

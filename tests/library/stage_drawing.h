@@ -159,6 +159,7 @@ struct Drawing {
   Blocks blocks;
   QsStageFrame frame = sized<QsStageFrame>();
   Placement* placement = nullptr;  ///< null: everything is in host memory
+  bool with_depth = true;          ///< false: neither depth is drawn
 
   Drawing(const DrawnView& view, const StageScene<Real>& given)
       : scene(given),
@@ -186,7 +187,7 @@ struct Drawing {
     QsInputs in = inputs;
     auto to = c_boundary<QsBoundary>(boundary, !scene.has_channels);
     to.radii = array_of(radii.data(), {static_cast<std::int64_t>(scene.size()), 2});
-    QsBlended drawn = c_pictures(pictures);
+    QsBlended drawn = wanted(pictures);
     place(in, to, drawn);
     if (in_one_call) {
       quadsplat::check(qs_forward, context.get(), &in, &camera, &rules, &memory, &to, &drawn,
@@ -215,7 +216,7 @@ struct Drawing {
     by_inputs.view_from_world = array_of(matrix.data(), {3, 4});
     by_inputs.position = array_of(by_position.data(), {3});
     QsInputs in = inputs;
-    QsBlended by = c_pictures(weights);
+    QsBlended by = wanted(weights);
     place(in, by_boundary, by, by_inputs);
     if (in_one_call) {
       quadsplat::check(qs_backward, context.get(), &in, &camera, &rules, &frame, &by, &by_boundary,
@@ -238,6 +239,11 @@ struct Drawing {
   }
 
  private:
+  QsBlended wanted(PictureValues<Real>& values) const {
+    QsBlended result = c_pictures(values);
+    if (!with_depth) result.depth = result.inverse_depth = {};
+    return result;
+  }
   template <class... Structs>
   void place(QsInputs& in, Structs&... structs) {
     if (placement == nullptr) return;

@@ -105,16 +105,19 @@ class CudaLibraryStages : public test::GpuTest {
 /// Expects the bits of GpuStageFrame, in one call and in two, with the caller's temporary memory
 /// and with the library's.
 void expect_bits_of_the_stages(quadsplat::Context& context, const DrawnView& view,
-                               const StageScene<float>& scene) {
+                               const StageScene<float>& scene, bool with_depth = true) {
   GpuStageFrame frame;
+  frame.with_depth = with_depth;
   const PictureValues<float> pictures = frame.draw(view, scene);
   auto weights = PictureValues<float>::random(view.camera, scene.channel_count);
+  if (!with_depth) weights.depth = weights.inverse_depth = {};
   const std::vector<double> gradients = frame.gradients(view, scene, weights).numbers();
   for (const bool in_one_call : {true, false}) {
     OnGpu on_gpu;
     on_gpu.gives_temporary = on_gpu.keeps_small_arrays = in_one_call;
     Drawing<float> drawing(view, scene);
     drawing.placement = &on_gpu;
+    drawing.with_depth = with_depth;
     drawing.forward(context, in_one_call);
     EXPECT_TRUE(drawing.pictures == pictures);
     EXPECT_EQ(drawing.frame.pairs, frame.frame.sizes.pairs);
@@ -129,6 +132,7 @@ TEST_F(CudaLibraryStages, have_the_bits_of_the_stages_for_inputs_of_all_kinds) {
   const DrawnView view = off_centre_view();
   StageScene<float> scene = stage_scene<float>(200, 31);
   expect_bits_of_the_stages(context(), view, scene);
+  expect_bits_of_the_stages(context(), view, scene, false);
   scene.has_covariances = true;
   expect_bits_of_the_stages(context(), view, scene);
   for (const int channels : {1, 5, 32})

@@ -6,10 +6,13 @@
 namespace qs::cuda::stages {
 SelectedGpu::SelectedGpu(int device) {
   check(cudaGetDevice(&before_), "cudaGetDevice");
-  check(cudaSetDevice(device), "cudaSetDevice");
+  is_other_ = before_ != device;  // selecting a GPU opens a context there
+  if (is_other_) check(cudaSetDevice(device), "cudaSetDevice");
 }
 
-SelectedGpu::~SelectedGpu() { cudaSetDevice(before_); }
+SelectedGpu::~SelectedGpu() {
+  if (is_other_) cudaSetDevice(before_);
+}
 
 bool is_gpu_memory(const void* memory) {
   cudaPointerAttributes attributes{};

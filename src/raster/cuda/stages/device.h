@@ -20,6 +20,7 @@ class SelectedGpu {
 
  private:
   int before_ = 0;
+  bool is_other_ = false;
 };
 
 /// True if the selected GPU can read and write the memory.

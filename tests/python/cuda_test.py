@@ -285,6 +285,22 @@ class Graph(CudaTest):
             thread.join()
         self.assertFalse(wrong)
 
+    def test_a_new_thread_draws_first_of_all(self):
+        values = gaussians(GPU)
+        by = torch.ones(HEIGHT, WIDTH, 3, device=GPU)
+        expected = self.drawn(values, outputs="color").color  # leaves memory in torch's cache
+        found = []
+
+        def work():
+            color = self.drawn(values, outputs="color").color
+            found.extend([color, *torch.autograd.grad(color, list(values.values()), by)])
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        thread.join()
+        self.assertTrue(torch.equal(found[0], expected))
+        self.assertEqual(len(found), 6)
+
     def test_memory_is_given_back(self):
         def run():
             values = gaussians(GPU)

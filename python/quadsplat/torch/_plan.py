@@ -38,12 +38,16 @@ class Plan:
         given = _ffi.QsInputs()
         for name, tensor in zip(INPUTS, inputs):
             put(given, name, tensor)
-        temporary = _Temporary(_means(inputs))
-        temporary.give(given)
-        with self.context._use(self.who) as pointer:
-            _ffi.call(self.who, function, pointer, ctypes.byref(given), ctypes.byref(self.camera),
-                      ctypes.byref(self.rules), *map(ctypes.byref, arguments))
-        del temporary  # now the work of the call is enqueued
+        means = _means(inputs)
+        temporary = _Temporary(means, given) if means.is_cuda else None
+        try:
+            with self.context._use(self.who) as pointer:
+                _ffi.call(self.who, function, pointer, ctypes.byref(given),
+                          ctypes.byref(self.camera), ctypes.byref(self.rules),
+                          *map(ctypes.byref, arguments))
+        finally:
+            if temporary is not None:
+                temporary.free()
 
     def empty_pictures(self, inputs: Tensors) -> Dict[str, Tensor]:
         """Tensors for the wanted pictures."""
@@ -70,20 +74,19 @@ def _means(inputs: Tensors) -> Tensor:
 
 
 class _Temporary:
-    """Memory on a GPU that the library uses during a call, from torch's allocator."""
+    """torch's current stream and memory of torch's allocator, for a call on a GPU."""
 
-    def __init__(self, means: Tensor) -> None:
+    def __init__(self, means: Tensor, inputs: _ffi.QsInputs) -> None:
         self._means = means
         self._blocks: List[Tensor] = []
-        self._memory: Any = None
-
-    def give(self, inputs: _ffi.QsInputs) -> None:
-        """Sets the stream and the temporary memory, if the Gaussians are on a GPU."""
-        if not self._means.is_cuda:
-            return
-        inputs.stream = _stream_of(self._means.get_device())
-        self._memory = _ffi.QsMemory(allocate=_ffi.ALLOCATE(self._allocate))
+        self._memory: Any = _ffi.QsMemory(allocate=_ffi.ALLOCATE(self._allocate))
+        inputs.stream = _stream_of(means.get_device())
         inputs.temporary = ctypes.pointer(self._memory)
+
+    def free(self) -> None:
+        """After the call: torch uses the memory again in the order of the stream."""
+        self._blocks.clear()
+        self._memory = None  # refers to this object
 
     def _allocate(self, _user: Any, size: int, _kind: int) -> Optional[int]:
         try:

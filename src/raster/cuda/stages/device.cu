@@ -6,8 +6,8 @@
 namespace qs::cuda::stages {
 SelectedGpu::SelectedGpu(int device) {
   check(cudaGetDevice(&before_), "cudaGetDevice");
-  is_other_ = before_ != device;  // selecting a GPU opens a context there
-  if (is_other_) check(cudaSetDevice(device), "cudaSetDevice");
+  check(cudaSetDevice(device), "cudaSetDevice");  // a new thread has no context before
+  is_other_ = before_ != device;
 }
 
 SelectedGpu::~SelectedGpu() {

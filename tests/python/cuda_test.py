@@ -20,7 +20,7 @@ if not torch.cuda.is_available():
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "python"))
 
 import quadsplat  # noqa: E402
-from quadsplat.torch import Rules, rasterize, ssim  # noqa: E402
+from quadsplat.torch import Rules, SparseAdam, rasterize, ssim  # noqa: E402
 
 COUNT = 300
 WIDTH, HEIGHT = 70, 50
@@ -349,13 +349,36 @@ class Parts(CudaTest):
     def test_ssim(self):
         draw = torch.Generator().manual_seed(1)
         pictures = [torch.rand(2, 3, 30, 40, generator=draw) for _ in range(2)]
+        for padding in ("same", "valid"):
+            results = []
+            for device in ("cpu", GPU):
+                a, b = (picture.to(device).requires_grad_() for picture in pictures)
+                value = ssim(a, b, padding)
+                results.append([value, *torch.autograd.grad(2 * value, (a, b))])
+            for value, expected in zip(results[1], results[0]):
+                self.close(value, expected, 1e-4)
+        a, b = (picture.to(GPU) for picture in pictures)
+        for change, sentence in ((dict(b=b[:1]), "b has the shape"), (dict(b=b.cpu()), "b is on the device cpu"),
+                                 (dict(a=a[0], b=b[0]), "a has the shape"), (dict(padding="all"), "is none of"),
+                                 (dict(a=a[..., :9], b=b[..., :9], padding="valid"), "needs 11 pixels")):
+            with self.assertRaisesRegex(quadsplat.UsageError, sentence):
+                ssim(**{"a": a, "b": b, **change})
+
+    def test_sparse_adam(self):
+        draw = torch.Generator().manual_seed(4)
+        start, gradients = torch.randn(20, 3, 2, generator=draw), torch.randn(3, 20, 3, 2, generator=draw)
+        gradients[1, 3] = float("nan")
+        visible = torch.rand(3, 20, generator=draw) < 0.5
         results = []
         for device in ("cpu", GPU):
-            a, b = (picture.to(device).requires_grad_() for picture in pictures)
-            value = ssim(a, b)
-            results.append([value, *torch.autograd.grad(value, (a, b))])
+            param = start.clone().to(device).requires_grad_()
+            optimiser = SparseAdam([{"params": [param]}], lr=1e-2)
+            for gradient, rows in zip(gradients, visible):
+                param.grad = gradient.to(device)
+                optimiser.step(rows.to(device), 20)
+            results.append([param, *(optimiser.state[param][name] for name in ("exp_avg", "exp_avg_sq"))])
         for value, expected in zip(results[1], results[0]):
-            self.close(value, expected)
+            self.close(value, expected, 1e-5)
 
     def test_a_training_loop_learns(self):
         with torch.no_grad():

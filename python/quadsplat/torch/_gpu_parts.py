@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Parts of a trainer for tensors on a GPU, in operations of torch.
 
-Their results are those of the library on the CPU within rounding.
+The results equal the results of the library on the CPU within rounding.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _C1, _C2 = 0.01 ** 2, 0.03 ** 2
 def ssim_and_gradient(a: Tensor, b: Tensor, padding: str) -> Tuple[Tensor, Tensor]:
     """The mean SSIM of pictures of batch x channels x height x width, and its derivatives by a.
 
-    The formulas are those of Wang et al. 2004. padding: "same" or "valid".
+    It uses the formulas of Wang et al. (2004). padding: "same" or "valid".
     """
     mean_a, mean_b, aa, bb, ab = _blurred(torch.stack((a, b, a * a, b * b, a * b)))
     top1, top2 = 2 * mean_a * mean_b + _C1, 2 * (ab - mean_a * mean_b) + _C2

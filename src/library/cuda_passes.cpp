@@ -148,10 +148,11 @@ class CudaPasses final : public Passes {
   void backward(const QsStageFrame& frame, const QsBlended& by,
                 const QsBoundaryGradients& at_boundary, const QsInputGradients& out) override {
     auto rows = boundary_rows_of<float>(at_boundary);
+    constexpr std::int64_t kNumbers = 2 + 3 + 1 + 1 + 3;  // of a Gaussian in the boundary
+    auto* next = temporary_.numbers<float>(static_cast<std::size_t>(call_.gaussians * kNumbers));
     const auto complete = [&](stages::Rows<float>& missing, int numbers) {
-      if (missing) return;
-      const auto count = static_cast<std::size_t>(call_.gaussians * numbers);
-      missing = stages::Rows<float>::packed(temporary_.numbers<float>(count), numbers);
+      if (!missing) missing = stages::Rows<float>::packed(next, numbers);
+      if (next != nullptr) next += call_.gaussians * numbers;
     };
     complete(rows.mean_px, 2);
     complete(rows.conic, 3);

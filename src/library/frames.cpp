@@ -65,6 +65,14 @@ HeldSizes sizes_of(const QsStageFrame& frame) {
   return sizes;
 }
 
+HeldSizes sizes_on_host(const QsStageFrame& frame) {
+  if (frame.memory != QS_MEMORY_HOST) {
+    fail(ErrorKind::usage,
+         "the frame is in the memory of a GPU, which this function does not support yet");
+  }
+  return sizes_of(frame);
+}
+
 QsStageFrame frame_of(const StageCall& call, const QsStageFrame* frame, bool is_blended) {
   const Where where = call.where("frame");
   const QsStageFrame given = read_struct(frame, where);

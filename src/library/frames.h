@@ -41,6 +41,8 @@ void clear_frame(QsStageFrame* frame, const Where& where);
 QsStageFrame frame_of(const StageCall& call, const QsStageFrame* frame, bool is_blended);
 
 cpu::stages::HeldSizes sizes_of(const QsStageFrame& frame);
+/// The same. Throws Error(usage) for a frame on a GPU.
+cpu::stages::HeldSizes sizes_on_host(const QsStageFrame& frame);
 
 /// A checked frame as the stages read it.
 template <class Real>
@@ -49,8 +51,9 @@ struct HeldFrame {
   cpu::stages::GaussianBlock<Real> gaussians;
   cpu::stages::PairBlock pairs;
 
+  /// Throws Error(usage) for a frame on a GPU, whose blocks have other arrays.
   explicit HeldFrame(const QsStageFrame& frame)
-      : sizes(sizes_of(frame)),
+      : sizes(sizes_on_host(frame)),
         gaussians(
             cpu::stages::block_at<cpu::stages::GaussianBlock<Real>>(frame.per_gaussian, sizes)),
         pairs(cpu::stages::block_at<cpu::stages::PairBlock>(frame.per_pair, sizes)) {}

@@ -35,6 +35,10 @@ int32_t qs_count_pixels(QsContext* context, const QsInputs* inputs, const QsCame
     require(counts, {kCall, "counts"});
     const StageCall call(kCall, inputs, camera, rules);
     const QsStageFrame given = frame_of(call, frame, false);
+    if (call.place.is_gpu()) {
+      refuse({kCall, "frame"}, "is in {}, but pixels are counted in host memory alone",
+             call.place.text());
+    }
     if (!(behind >= 0 && behind < 1)) {
       refuse({kCall, "behind"}, "{} is not at least 0 and below 1", behind);
     }

@@ -11,10 +11,11 @@ import torch
 
 from .. import _ffi, _parts
 from .._camera import Camera
+from .._context import Context
 from .._errors import UsageError
 from ..torch import Rules, _functions, _plan, _rasterize
 from ..torch._parts import adam as _adam
-from ..torch._tensors import checked
+from ..torch._tensors import checked, context_of
 from . import _options
 
 Tensor = torch.Tensor
@@ -80,7 +81,7 @@ def rasterization(
         distributed: bool = False, camera_model: str = "pinhole", segmented: bool = False,
         covars: Optional[Tensor] = None, extra_signals: Optional[Tensor] = None,
         **others: Any) -> Tuple[Tensor, Tensor, Info]:
-    """Draws scenes of N Gaussians with C cameras each, as gsplat does, on the CPU.
+    """Draws scenes of N Gaussians with C cameras each, as gsplat does.
 
     `..` are the dimensions of the scenes, of any number; a single scene has none.
 
@@ -127,14 +128,16 @@ def rasterization(
     paint = _Paint(sizes, given["means"], colors if has_color else None, sh_degree, backgrounds,
                    extra_signals)
     outputs = ("color",) * paint.is_given + ("alpha",) + ("depth",) * has_depth
+    context = context_of(None, _WHO, given["means"])
     frames = []
     for scene, number in sizes.each():
         view = views[scene, number]
         inputs = {name: tensor[scene] for name, tensor in given.items()}
         inputs.update(paint.projected(scene, number))
         inputs["position"] = torch.linalg.inv_ex(view)[0][:3, 3]
-        plan = _plan_of(version, view, lenses[scene, number], int(width), int(height), near_plane,
-                        far_plane, radius_clip, eps2d, sh_degree, rasterize_mode, outputs)
+        plan = _plan_of(version, context, view, lenses[scene, number], int(width), int(height),
+                        near_plane, far_plane, radius_clip, eps2d, sh_degree, rasterize_mode,
+                        outputs)
         row = [inputs.get(name) for name in _plan.INPUTS]
         frame, blocks = _ffi.QsStageFrame(), _plan.Blocks()
         edge = _functions.Project.apply(plan, frame, blocks, view, *row)
@@ -310,9 +313,10 @@ class _Sparse(torch.autograd.Function):
         return torch.sparse_coo_tensor(rows[None], by[rows], by.shape), None
 
 
-def _plan_of(version: _Version, view: Tensor, intrinsics: Tensor, width: int, height: int,
-             near: float, far: float, clip: float, dilation: float, sh_degree: Optional[int],
-             rasterize_mode: str, outputs: Tuple[str, ...]) -> _plan.Plan:
+def _plan_of(version: _Version, context: Context, view: Tensor, intrinsics: Tensor, width: int,
+             height: int, near: float, far: float, clip: float, dilation: float,
+             sh_degree: Optional[int], rasterize_mode: str,
+             outputs: Tuple[str, ...]) -> _plan.Plan:
     (fx, skew, cx), (_, fy, cy) = intrinsics.detach().double().tolist()[:2]
     if skew != 0:
         raise UsageError(f"{_WHO}: Ks has a skew, which quadsplat does not have")
@@ -327,8 +331,7 @@ def _plan_of(version: _Version, view: Tensor, intrinsics: Tensor, width: int, he
         slopes=(-(cx / fx + margins[0]), -(cy / fy + margins[1]),
                 (width - cx) / fx + margins[0], (height - cy) / fy + margins[1]))
     struct, _ = _rasterize._camera(_WHO, camera, view)
-    return _plan.Plan(_WHO, _rasterize.chosen(None, _WHO, "cpu"), struct,
-                      _rasterize.struct_of(_WHO, rules), outputs, False)
+    return _plan.Plan(_WHO, context, struct, _rasterize.struct_of(_WHO, rules), outputs, False)
 
 
 def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, sizes: _Sizes) -> Any:
@@ -423,10 +426,11 @@ def _refuse(others: Dict[str, Any], camera_model: str, distributed: bool, segmen
 def compute_relocation(opacities: Tensor, scales: Tensor, ratios: Tensor, binoms: Any = None,
                        n_max: Any = None) -> Tuple[Tensor, Tensor]:
     """Opacities and scales of relocated Gaussians (MCMC). binoms and n_max are ignored."""
-    given = [checked(tensor, f"gsplat.compute_relocation: {name}").detach() for tensor, name in
+    given = [checked(tensor, f"gsplat.compute_relocation: {name}").detach().cpu() for tensor, name in
              ((opacities, "opacities"), (scales, "scales"))]
-    new_opacities, new_scales = _parts.relocate(*given, ratios)
-    return torch.from_numpy(new_opacities), torch.from_numpy(new_scales)
+    made = _parts.relocate(*given, torch.as_tensor(ratios).cpu())
+    new_opacities, new_scales = (torch.from_numpy(array).to(opacities.device) for array in made)
+    return new_opacities, new_scales
 
 
 def adam(param: Tensor, param_grad: Tensor, exp_avg: Tensor, exp_avg_sq: Tensor,

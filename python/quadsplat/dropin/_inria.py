@@ -131,10 +131,11 @@ def compute_relocation(opacity_old: Tensor, scale_old: Tensor, N: Tensor, binoms
     opacity_old: P or P x 1. scale_old: P x 3. N: P integers, the number of copies.
     binoms, n_max: a table of binomials, which quadsplat has itself.
     """
-    given = [checked(tensor, f"compute_relocation: {name}").detach() for tensor, name in
+    given = [checked(tensor, f"compute_relocation: {name}").detach().cpu() for tensor, name in
              ((opacity_old, "opacity_old"), (scale_old, "scale_old"))]
-    new_opacities, new_scales = _parts.relocate(*given, N)
-    return torch.from_numpy(new_opacities), torch.from_numpy(new_scales)
+    made = _parts.relocate(*given, torch.as_tensor(N).cpu())
+    new_opacities, new_scales = (torch.from_numpy(array).to(opacity_old.device) for array in made)
+    return new_opacities, new_scales
 
 
 def _variant(settings: GaussianRasterizationSettings) -> str:
@@ -225,8 +226,7 @@ def _weights(given: Any, options: Any) -> Tensor:
     picture's sum by the Gaussians' only channel."""
     fixed = {name: None if tensor is None else tensor.detach() for name, tensor in given.items()}
     with torch.enable_grad():
-        channel = torch.zeros((fixed["means"].shape[0], 1), dtype=fixed["means"].dtype,
-                              requires_grad=True)
+        channel = fixed["means"].new_zeros((fixed["means"].shape[0], 1)).requires_grad_()
         fixed.update(sh=None, sh_rest=None, channels=channel)
         drawn = rasterize(**fixed, camera=options["camera"],
                           view_from_world=options["view_from_world"].detach(),

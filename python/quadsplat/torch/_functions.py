@@ -172,11 +172,12 @@ def _means(inputs: Tensors) -> Tensor:
 def _rows(inputs: Tensors, *shape: int) -> Tensor:
     """An uninitialised tensor with a row per Gaussian."""
     means = _means(inputs)
-    return torch.empty((means.shape[0], *shape), dtype=means.dtype)
+    return means.new_empty((means.shape[0], *shape))
 
 
 def _radii(inputs: Tensors) -> Tensor:
-    return torch.empty((_means(inputs).shape[0], 2), dtype=torch.int32)
+    means = _means(inputs)
+    return means.new_empty((means.shape[0], 2), dtype=torch.int32)
 
 
 def _boundary_rows(inputs: Tensors) -> Dict[str, Tensor]:
@@ -188,8 +189,8 @@ def _boundary_rows(inputs: Tensors) -> Dict[str, Tensor]:
 
 
 def _likeness(view: Optional[Tensor]) -> Any:
-    """Type and shape of the gradient by the matrix."""
-    return None if view is None else (view.dtype, tuple(view.shape))
+    """Type, device and shape of the gradient by the matrix."""
+    return None if view is None else (view.dtype, view.device, tuple(view.shape))
 
 
 def _boundary_gradients(inputs: Tensors, wanted: Dict[str, bool],
@@ -232,7 +233,7 @@ def _in_order(gradients: Gradients, pose: Gradients, inputs: Tensors,
     if wanted["position"] and position is not None:
         by_position = pose["position"]
         assert by_position is not None
-        gradients["position"] = by_position.to(position.dtype)
+        gradients["position"] = by_position.to(position)
     return [gradients.get(name) if wanted[name] else None for name in INPUTS]
 
 
@@ -248,7 +249,7 @@ def _view_gradient(plan: Plan, pose: Gradients, inputs: Tensors, view: Any) -> O
         rotation, translation = matrix[:, :3], matrix[:, 3]
         gradient[:, :3] -= torch.outer(translation, by_position)
         gradient[:, 3] -= rotation @ by_position
-    dtype, shape = view
+    dtype, device, shape = view
     whole = torch.zeros(shape, dtype=dtype)
     whole[:3] = gradient
-    return whole
+    return whole.to(device)

@@ -9,12 +9,12 @@ import torch
 from .. import _ffi
 from .._camera import Camera
 from .._checks import real, words
-from .._context import Context, chosen
+from .._context import Context
 from .._errors import UsageError
 from ._functions import Blend, Project, Rasterize
 from ._plan import INPUTS, PICTURES, Blocks, Plan
 from ._rules import Rules, struct_of
-from ._tensors import Tensor, checked, checked_shape
+from ._tensors import Tensor, checked, checked_shape, context_of
 
 
 class Boundary(NamedTuple):
@@ -73,13 +73,15 @@ def rasterize(means: Tensor, scales: Optional[Tensor] = None, rotations: Optiona
     planar: colour is C x height x width.
     boundary: also gives the boundary. Its means_px take the place of `screen_points`.
     counts_above: also counts, for each Gaussian, the pixels that blend it and have a transmittance
-        above this after it, at least 0 and below 1; 0: all pixels that blend it.
+        above this after it, at least 0 and below 1; 0: all pixels that blend it. The CPU counts
+        them, also for tensors on a GPU, which are copied.
     rules: the rules in which published rasterizers differ.
-    context: threads of the CPU; None: the process's.
+    context: threads of the CPU, or a GPU; None: the process's, for the device of means.
 
-    Tensors are on the CPU, of any strides; all have the type of means, float32, or float64 to
-    check gradients. Half precision is converted. Values that are not finite are not drawn and
-    have gradient 0. The same call gives the same bits, with any number of threads.
+    Tensors are all on the CPU or all on a GPU of CUDA, of any strides; the pose may be on either.
+    All have the type of means, float32, or on the CPU float64 to check gradients. Half precision is
+    converted. Values that are not finite are not drawn and have gradient 0. The same call gives the
+    same bits, with any number of threads. On a GPU the work is enqueued in torch's current stream.
 
     Raises UsageError, and DeviceError if the memory is too small. A tensor that was changed in
     place after the call makes backward() fail with torch's RuntimeError.
@@ -90,7 +92,9 @@ def rasterize(means: Tensor, scales: Optional[Tensor] = None, rotations: Optiona
                         ("sh", sh), ("sh_rest", sh_rest), ("channels", channels),
                         ("covariances", covariances), ("background", background)):
         if value is not None:
-            given[name] = checked(value, f"{who}: {name}", given["means"].dtype)
+            # The library reads a background in either memory.
+            device = None if name == "background" else means.device
+            given[name] = checked(value, f"{who}: {name}", given["means"].dtype, device)
     if "opacities" not in given:
         raise UsageError(f"{who}: opacities are not given")
     if given["opacities"].dim() == 2 and given["opacities"].shape[1] == 1:
@@ -99,12 +103,13 @@ def rasterize(means: Tensor, scales: Optional[Tensor] = None, rotations: Optiona
         given["position"] = checked(position, f"{who}: position")
     count = given["means"].shape[0]
     points = [None if value is None else checked_shape(
-        checked(value, f"{who}: {name}", given["means"].dtype), f"{who}: {name}", count, 2)
+        checked(value, f"{who}: {name}", given["means"].dtype, means.device), f"{who}: {name}",
+        count, 2)
         for name, value in (("screen_points", screen_points), ("absolute_points", absolute_points))]
     chosen_camera, view = _camera(who, camera, view_from_world)
     if not isinstance(rules, Rules):
         raise UsageError(f"{who}: rules is {rules!r} instead of quadsplat.torch.Rules")
-    plan = Plan(who, chosen(context, who, "cpu"), chosen_camera, struct_of(who, rules),
+    plan = Plan(who, context_of(context, who, means), chosen_camera, struct_of(who, rules),
                 words(outputs, f"{who}: outputs", PICTURES), planar,
                 None if counts_above is None else _share(counts_above, f"{who}: counts_above"))
     inputs = [given.get(name) for name in INPUTS]

@@ -9,6 +9,7 @@ from typing import Any, Optional
 import torch
 
 from .. import _ffi
+from .._context import Context, chosen
 from .._errors import UsageError
 
 Tensor = torch.Tensor
@@ -16,6 +17,7 @@ Tensor = torch.Tensor
 _TYPES = {torch.float32: _ffi.FLOAT32, torch.float64: _ffi.FLOAT64, torch.int32: _ffi.INT32,
           torch.uint8: _ffi.UINT8, torch.int64: _ffi.INT64}
 _HALVES = (torch.float16, torch.bfloat16)
+_HOST = (_ffi.MEMORY_HOST, 0)  # QsArray.memory and .device
 
 # The members of a QsArray of 0 to 4 dimensions: writing all of them at once is ten times as fast as
 # one by one. `x` writes a 0.
@@ -40,21 +42,32 @@ def array_of(tensor: Tensor) -> _ffi.QsArray:
 def _pack(target: ctypes.Structure, offset: int, tensor: Tensor) -> None:
     shape = tensor.shape
     dimensions = len(shape)
+    memory, device = (_ffi.MEMORY_CUDA, tensor.get_device()) if tensor.is_cuda else _HOST
     _ARRAYS[dimensions].pack_into(target, offset, tensor.data_ptr(), *shape, *tensor.stride(),
-                                  dimensions, _TYPES[tensor.dtype], _ffi.MEMORY_HOST, 0)
+                                  dimensions, _TYPES[tensor.dtype], memory, device)
+
+
+def context_of(context: Optional[Context], who: str, means: Tensor) -> Context:
+    """The given context, or the process's for the device of the Gaussians."""
+    if means.is_cuda:
+        return chosen(context, who, "cuda", means.get_device())
+    return chosen(context, who, "cpu")
 
 
 def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None,
-            most_dimensions: int = 4) -> Tensor:
+            device: Optional[torch.device] = None, most_dimensions: int = 4) -> Tensor:
     """A tensor of float32 or float64 that the library can read. Half precision becomes float32.
 
-    dtype: the type that it must have then. most_dimensions: the library has 4. Raises UsageError.
+    dtype, device: the type and the device that it must have then. most_dimensions: the library has
+    4. Raises UsageError.
     """
     if not isinstance(value, Tensor):
         raise UsageError(f"{where} is a {type(value).__name__} instead of a torch.Tensor")
-    if value.device.type != "cpu":
+    if value.device.type not in ("cpu", "cuda"):
         raise UsageError(f"{where} is on the device {value.device}: gradients are computed on the "
-                         "CPU so far: move the tensors there by .cpu()")
+                         "CPU and with CUDA: move the tensors there by .cpu() or .cuda()")
+    if device is not None and value.device != device:
+        raise UsageError(f"{where} is on the device {value.device}, but means is on {device}")
     if value.layout != torch.strided:
         raise UsageError(f"{where} is sparse: convert it by .to_dense()")
     if value.dtype in _HALVES:

@@ -50,7 +50,7 @@ room(app/session app/framing app/base io/scene io/scene/compact io/cloud io/came
 room(app/framing app/base io/scene io/cloud raster/api raster/scene raster/kernel raster/base)
 room(app/picture app/base io/picture io/bytes raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(library app/train app/options io/scene io/cloud io/camera io/picture io/tensor io/bytes quadsplat raster/cpu/train raster/cpu/stages
-     raster/api raster/train raster/stages raster/scene raster/kernel raster/base)
+     raster/cuda/stages raster/api raster/train raster/stages raster/scene raster/kernel raster/base)
 room(app/train app/options app/base io/scene io/scene/compact io/camera io/picture io/bytes raster/api raster/train
      raster/field raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(app/options app/base raster/api raster/scene raster/kernel/cull raster/base)

@@ -13,6 +13,9 @@ set_target_properties(quadsplat_library PROPERTIES OUTPUT_NAME quadsplat VERSION
 target_include_directories(quadsplat_library PRIVATE ${PROJECT_BINARY_DIR}/generated)
 target_include_directories(quadsplat_library INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_link_libraries(quadsplat_library PRIVATE quadsplat_train)
+if(QUADSPLAT_HAVE_CUDA)
+  target_compile_definitions(quadsplat_library PRIVATE QUADSPLAT_HAVE_CUDA)
+endif()
 # A process keeps the library once it is loaded, because its threads and thread-local objects cannot be unloaded.
 target_link_options(quadsplat_library PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/src/library/quadsplat.map
   -Wl,-z,nodelete -Wl,--gc-sections)

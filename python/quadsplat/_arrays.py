@@ -46,6 +46,28 @@ def to_numpy(value: Any, where: str) -> np.ndarray:
         raise UsageError(f"{where} cannot be read as an array: {error}") from None
 
 
+def writable(value: Any, where: str) -> np.ndarray:
+    """The array itself, which the library may change; mark_changed() follows.
+
+    What numpy reads by DLPack is read only, also of tensors that may be changed. Raises UsageError
+    if the memory cannot be changed.
+    """
+    array = to_numpy(value, where)
+    if not array.flags.writeable and hasattr(value, "detach"):
+        own = np.asarray(value.detach())
+        if own.ctypes.data == array.ctypes.data:
+            array = own
+    if not array.flags.writeable or isinstance(value, (list, tuple)):
+        raise UsageError(f"{where} cannot be changed in place")
+    return array
+
+
+def mark_changed(value: Any) -> None:
+    """Lets torch notice that a tensor was changed through writable()."""
+    if hasattr(value, "detach"):
+        value.detach()[:0].zero_()
+
+
 def _is_on_device(value: Any) -> bool:
     try:
         if hasattr(value, "__cuda_array_interface__"):

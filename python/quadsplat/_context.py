@@ -161,7 +161,7 @@ def _say_why_cpu() -> None:
     warn(f"quadsplat draws on the CPU: {reason}", RuntimeWarning)
 
 
-_defaults: Dict[Tuple[int, str], Context] = {}
+_defaults: Dict[Tuple[int, str, Optional[int]], Context] = {}
 _defaults_lock = threading.Lock()
 
 
@@ -173,20 +173,21 @@ def _forget_defaults() -> None:
 os.register_at_fork(after_in_child=_forget_defaults)
 
 
-def default_context(backend: str = "auto") -> Context:
+def default_context(backend: str = "auto", device: Optional[int] = None) -> Context:
     """The context of the process, opened by the first call."""
     with _defaults_lock:
-        key = (os.getpid(), backend)
+        key = (os.getpid(), backend, device)
         found = _defaults.get(key)
         if found is None or found._handle.pointer is None:
-            found = _defaults[key] = Context(backend)
+            found = _defaults[key] = Context(backend, device)
         return found
 
 
-def chosen(context: Optional[Context], who: str, backend: str = "auto") -> Context:
+def chosen(context: Optional[Context], who: str, backend: str = "auto",
+           device: Optional[int] = None) -> Context:
     """The given context, or the process's."""
     if context is None:
-        return default_context(backend)
+        return default_context(backend, device)
     if not isinstance(context, Context):
         raise UsageError(f"{who}: context is {context!r} instead of a quadsplat.Context")
     return context

@@ -22,6 +22,7 @@ MESSAGE_BYTES = 256
 
 FLOAT32, FLOAT64, UINT8, INT32, UINT32, INT64, UINT64 = range(7)
 MEMORY_HOST = 0
+MEMORY_CUDA = 1
 BACKENDS = {"auto": 0, "cpu": 1, "cuda": 2}
 FIRST_GPU = -1
 COLORS_SH, COLORS_RGB = 0, 1
@@ -136,11 +137,21 @@ class QsComparison(_Sized):
                 ("lpips_weights", c_char_p)]
 
 
+#: QsMemory.allocate
+ALLOCATE = ctypes.CFUNCTYPE(c_void_p, c_void_p, c_uint64, c_uint32)
+
+
+class QsMemory(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("user", c_void_p),
+                ("allocate", ALLOCATE)]
+
+
 class QsInputs(_Sized):
     _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("means", QsArray),
                 ("scales", QsArray), ("rotations", QsArray), ("covariances", QsArray),
                 ("opacities", QsArray), ("sh", QsArray), ("sh_rest", QsArray),
-                ("channels", QsArray), ("background", QsArray), ("position", QsArray)]
+                ("channels", QsArray), ("background", QsArray), ("position", QsArray),
+                ("stream", c_void_p), ("temporary", POINTER(QsMemory))]
 
 
 class QsRules(_Sized):
@@ -154,20 +165,12 @@ class QsRules(_Sized):
                 ("radius_rule", c_uint32)]
 
 
-#: QsMemory.allocate
-ALLOCATE = ctypes.CFUNCTYPE(c_void_p, c_void_p, c_uint64, c_uint32)
-
-
-class QsMemory(_Sized):
-    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("user", c_void_p),
-                ("allocate", ALLOCATE)]
-
-
 class QsStageFrame(_Sized):
     _fields_ = [("size", c_uint32), ("type", c_uint32), ("gaussians", c_uint64),
                 ("listed", c_uint64), ("pairs", c_uint64), ("width", c_int32),
                 ("height", c_int32), ("channels", c_uint32), ("has_depth", c_uint32),
-                ("per_gaussian", c_void_p), ("per_pair", c_void_p), ("per_pixel", c_void_p)]
+                ("per_gaussian", c_void_p), ("per_pair", c_void_p), ("per_pixel", c_void_p),
+                ("memory", c_uint32), ("device", c_int32)]
 
 
 class QsBoundary(_Sized):
@@ -228,7 +231,7 @@ class QsTraining(_Sized):
 STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians: 544,
                 QsSceneFacts: 112, QsConversion: 64, QsCamera: 152, QsSettings: 56, QsCounts: 120,
                 QsPicture: 632, QsLists: 816, QsModeCounts: 32, QsComparison: 168,
-                QsInputs: 888, QsRules: 120, QsMemory: 24, QsStageFrame: 72, QsBoundary: 536,
+                QsInputs: 904, QsRules: 120, QsMemory: 24, QsStageFrame: 80, QsBoundary: 536,
                 QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 488,
                 QsOption: 16, QsTrainingState: 80, QsTraining: 64}
 
@@ -257,6 +260,7 @@ FUNCTIONS = {
     "qs_blend": _STAGE + [POINTER(QsMemory), POINTER(QsBlended), POINTER(QsStageFrame)],
     "qs_forward": _STAGE + [POINTER(QsMemory), POINTER(QsBoundary), POINTER(QsBlended),
                             POINTER(QsStageFrame)],
+    "qs_count_pixels": _STAGE + [POINTER(QsStageFrame), c_double, POINTER(QsArray)],
     "qs_blend_backward": _STAGE + [POINTER(QsStageFrame), POINTER(QsBlended),
                                    POINTER(QsBoundaryGradients)],
     "qs_project_backward": _STAGE + [POINTER(QsStageFrame), POINTER(QsBoundaryGradients),

@@ -8,7 +8,7 @@ from typing import Any, Optional, Tuple
 import numpy as np
 
 from . import _ffi
-from ._arrays import real_array, require_shape, struct_of, to_numpy
+from ._arrays import mark_changed, real_array, require_shape, struct_of, to_numpy, writable
 from ._checks import choice, integer, real
 from ._context import Context, chosen
 from ._errors import UsageError
@@ -116,8 +116,9 @@ def adam(values: Any, gradients: Any, first: Any, second: Any, rate: float, *,
     betas: decay of the moments, at least 0 and below 1.
     epsilon: added to the root of the second moment.
 
-    A value whose move is not finite stays. Arrays that change are numpy's, or share their memory
-    with numpy. Raises UsageError.
+    A value whose move is not finite stays. Arrays that change are numpy's, tensors of torch on the
+    CPU, or others that share memory with numpy that may be written. torch notices the change.
+    Raises UsageError.
     """
     who = "adam"
     moved = _writable(values, f"{who}: values", None)
@@ -142,6 +143,8 @@ def adam(values: Any, gradients: Any, first: Any, second: Any, rate: float, *,
         setattr(given, name, struct_of(array))
     with chosen(context, who, "cpu")._use(who) as pointer:
         _ffi.call(who, "qs_adam", pointer, ctypes.byref(given))
+    for changed in (values, first, second):
+        mark_changed(changed)
 
 
 def _pictures(who: str, a: Any, b: Any, padding: str) -> Tuple[np.ndarray, np.ndarray, int]:
@@ -154,15 +157,14 @@ def _pictures(who: str, a: Any, b: Any, padding: str) -> Tuple[np.ndarray, np.nd
 
 def _writable(value: Any, where: str, shape: Any) -> np.ndarray:
     """The array itself, float32, which the library may write."""
-    array = to_numpy(value, where)
+    array = writable(value, where)
     if array.dtype != np.float32 or not array.dtype.isnative:
         raise UsageError(f"{where} has elements of type {array.dtype} instead of float32")
     if not 1 <= array.ndim <= 4:
         raise UsageError(f"{where} has {array.ndim} dimensions instead of 1 to 4")
     if shape is not None:
         require_shape(array, where, shape)
-    usable = array.flags.aligned and not any(stride % array.itemsize for stride in array.strides)
-    if not (usable and array.flags.writeable) or isinstance(value, (list, tuple)):
+    if not array.flags.aligned or any(stride % array.itemsize for stride in array.strides):
         raise UsageError(f"{where} cannot be changed in place")
     return array
 

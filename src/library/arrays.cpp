@@ -55,7 +55,21 @@ void check_strides(const QsArray& array, const Where& where, Access access,
     refuse(where, "its sizes and strides reach beyond 64 bits");
 }
 
+/// Throws Error(usage) unless the array is in this place.
+void check_place(const QsArray& array, const Where& where, const Place& place) {
+  if (array.memory > QS_MEMORY_CUDA) refuse(where, "its memory {} is unknown", array.memory);
+  if (array.memory == place.memory && (!place.is_gpu() || array.device == place.device)) return;
+  if (place.decided_by == nullptr)
+    refuse(where, "is in the memory of a GPU, which this function does not support yet");
+  refuse(where, "is in {}, but {} is in {}", Place{array.memory, array.device}.text(),
+         place.decided_by, place.text());
+}
+
 }  // namespace
+
+std::string Place::text() const {
+  return is_gpu() ? fmt::format("the memory of GPU {}", device) : "host memory";
+}
 
 void check_dimensions(const QsArray& array, const Where& where, std::uint32_t dimensions) {
   if (is_absent(array)) refuse(where, "is absent: it needs {} dimensions", dimensions);
@@ -67,15 +81,13 @@ void check_dimensions(const QsArray& array, const Where& where, std::uint32_t di
 }
 
 void check_array(const QsArray& array, const Where& where, std::span<const std::int64_t> sizes,
-                 Types types, Access access) {
+                 Types types, Access access, const Place& place) {
   check_dimensions(array, where, static_cast<std::uint32_t>(sizes.size()));
   if (!std::equal(sizes.begin(), sizes.end(), array.sizes)) {
     refuse(where, "has {} elements instead of {}", shape_of(array.sizes, sizes.size()),
            shape_of(sizes, sizes.size()));
   }
-  if (array.memory == QS_MEMORY_CUDA)
-    refuse(where, "is in the memory of a GPU, which this function does not support yet");
-  if (array.memory != QS_MEMORY_HOST) refuse(where, "its memory {} is unknown", array.memory);
+  check_place(array, where, place);
   if (array.type >= kElementTypes.size()) refuse(where, "its type {} is unknown", array.type);
   const ElementType& type = kElementTypes[array.type];
   if ((types >> array.type & 1) == 0)
@@ -88,7 +100,8 @@ void check_array(const QsArray& array, const Where& where, std::span<const std::
 }
 
 std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray& rest,
-                      const Where& of_rest, std::int64_t count, Types types, Access access) {
+                      const Where& of_rest, std::int64_t count, Types types, Access access,
+                      const Place& place) {
   check_dimensions(first, of_first, 3);
   const bool split = !is_absent(rest);
   const std::int64_t in_first = first.sizes[1];
@@ -102,8 +115,8 @@ std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray
   if (sh_coefficient_count(degree) != coefficients) {
     refuse(of_first, "{} coefficients of spherical harmonics are not 1, 4, 9 or 16", coefficients);
   }
-  check_array(first, of_first, {count, in_first, 3}, types, access);
-  if (split) check_array(rest, of_rest, {count, coefficients - 1, 3}, types, access);
+  check_array(first, of_first, {count, in_first, 3}, types, access, place);
+  if (split) check_array(rest, of_rest, {count, coefficients - 1, 3}, types, access, place);
   return coefficients;
 }
 

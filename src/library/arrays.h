@@ -9,6 +9,7 @@
 #include <functional>
 #include <initializer_list>
 #include <span>
+#include <string>
 #include <type_traits>
 
 #include "library/call.h"
@@ -29,16 +30,28 @@ inline constexpr Types kIntegers =
 
 enum class Access { reads, writes };
 
+/// The memory in which the arrays of a call must be.
+struct Place {
+  std::uint32_t memory = QS_MEMORY_HOST;
+  std::int32_t device = 0;
+  const char* decided_by = nullptr;  ///< an argument; null: the function knows no other memory
+
+  bool is_gpu() const { return memory == QS_MEMORY_CUDA; }
+  /// "host memory", "the memory of GPU 0"
+  std::string text() const;
+};
+
 inline bool is_absent(const QsArray& array) { return array.dimensions == 0; }
 
 /// Throws Error(usage) unless the array has exactly these sizes, one of the types, and elements in
-/// host memory. Each element of an array that is written has an address of its own along every
+/// this place. Each element of an array that is written has an address of its own along every
 /// dimension.
 void check_array(const QsArray& array, const Where& where, std::span<const std::int64_t> sizes,
-                 Types types, Access access);
+                 Types types, Access access, const Place& place = {});
 inline void check_array(const QsArray& array, const Where& where,
-                        std::initializer_list<std::int64_t> sizes, Types types, Access access) {
-  check_array(array, where, std::span(sizes.begin(), sizes.size()), types, access);
+                        std::initializer_list<std::int64_t> sizes, Types types, Access access,
+                        const Place& place = {}) {
+  check_array(array, where, std::span(sizes.begin(), sizes.size()), types, access, place);
 }
 
 /// The same for an array that may have any sizes but must have `dimensions`.
@@ -50,7 +63,8 @@ inline constexpr std::int64_t kMostGaussians = INT32_MAX;
 /// count x K x 3, or count x 1 x 3 and `rest` count x (K - 1) x 3. Throws Error(usage) like
 /// check_array().
 std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray& rest,
-                      const Where& of_rest, std::int64_t count, Types types, Access access);
+                      const Where& of_rest, std::int64_t count, Types types, Access access,
+                      const Place& place = {});
 
 /// Calls f(pointer) with `data` as a pointer to elements of the array's type.
 template <class F>

@@ -7,7 +7,9 @@ namespace qs::library {
 
 Context::Context(Backend backend, int device, int threads)
     : backend_(backend), device_(device), process_(getpid()), pool_(threads) {
-  if (backend_ != Backend::cpu) make_renderer();  // throws without a usable GPU
+  if (backend_ == Backend::cpu) return;
+  if (device_ == kFirstGpu) device_ = first_gpu();
+  make_renderer();  // throws without a usable GPU
 }
 
 bool Context::is_of_this_process() const { return process_ == getpid(); }

@@ -58,6 +58,9 @@ class Use {
   Use(const Use&) = delete;
   Use& operator=(const Use&) = delete;
 
+  Backend backend() const { return context_.backend(); }
+  /// CUDA's number of the GPU of backend cuda.
+  int device() const { return context_.device(); }
   ThreadPool& pool() const { return context_.pool(); }
   const std::stop_token& stop() const { return stop_; }
 

@@ -19,10 +19,12 @@ bool is_aligned(const void* memory) {
   return reinterpret_cast<std::uintptr_t>(memory) % kBlockAlignment == 0;
 }
 
-/// Throws Error(usage) unless the memory begins with this header.
-void check_block(const void* memory, const BlockHeader& expected, const Where& where) {
+/// Throws Error(usage) unless the memory begins with this header. Blocks on a GPU have none.
+void check_block(const void* memory, const BlockHeader& expected, const Place& place,
+                 const Where& where) {
   require(memory, where);
   if (!is_aligned(memory)) refuse(where, "is not aligned to {} bytes", kBlockAlignment);
+  if (place.is_gpu()) return;
   BlockHeader found;
   std::memcpy(&found, memory, sizeof(found));
   if (found != expected) refuse(where, "does not hold this frame");
@@ -30,8 +32,8 @@ void check_block(const void* memory, const BlockHeader& expected, const Where& w
 
 }  // namespace
 
-CallersMemory::CallersMemory(const StageCall& call, const QsMemory* memory)
-    : where_(call.where("memory")), memory_(read_struct(memory, where_)) {
+CallersMemory::CallersMemory(const Where& where, const QsMemory* memory)
+    : where_(where), memory_(read_struct(memory, where_)) {
   if (memory_.reserved != 0) refuse(where_ / "reserved", "is not 0");
   if (memory_.allocate == nullptr) refuse(where_ / "allocate", "is null");
 }
@@ -63,10 +65,21 @@ HeldSizes sizes_of(const QsStageFrame& frame) {
   return sizes;
 }
 
+HeldSizes sizes_on_host(const QsStageFrame& frame) {
+  if (frame.memory != QS_MEMORY_HOST) {
+    fail(ErrorKind::usage,
+         "the frame is in the memory of a GPU, which this function does not support yet");
+  }
+  return sizes_of(frame);
+}
+
 QsStageFrame frame_of(const StageCall& call, const QsStageFrame* frame, bool is_blended) {
   const Where where = call.where("frame");
   const QsStageFrame given = read_struct(frame, where);
   if (given.per_gaussian == nullptr) refuse(where, "is empty: qs_project() fills it");
+  const Place place{given.memory, given.device};
+  if (place.memory != call.place.memory || place.device != call.place.device)
+    refuse(where, "is in {}, but the inputs are in {}", place.text(), call.place.text());
   if (given.type != call.type())
     refuse(where, "belongs to arrays of float{}", given.type == QS_FLOAT64 ? 64 : 32);
   if (given.gaussians != static_cast<std::uint64_t>(call.gaussians)) {
@@ -80,14 +93,15 @@ QsStageFrame frame_of(const StageCall& call, const QsStageFrame* frame, bool is_
   }
   const HeldSizes sizes = sizes_of(given), projected = sizes.projected();
   // The blocks of both types have the same marks.
-  check_block(given.per_gaussian, {GaussianBlock<float>::kMark, projected}, where / "per_gaussian");
-  check_block(given.per_pair, {PairBlock::kMark, projected}, where / "per_pair");
+  check_block(given.per_gaussian, {GaussianBlock<float>::kMark, projected}, place,
+              where / "per_gaussian");
+  check_block(given.per_pair, {PairBlock::kMark, projected}, place, where / "per_pair");
   if (!is_blended) return given;
   if (given.per_pixel == nullptr) refuse(where, "has no pixels: qs_blend() draws them");
   if (given.channels != static_cast<std::uint32_t>(call.channels)) {
     refuse(where, "belongs to {} channels, but the inputs have {}", given.channels, call.channels);
   }
-  check_block(given.per_pixel, {PixelBlock<float>::kMark, sizes}, where / "per_pixel");
+  check_block(given.per_pixel, {PixelBlock<float>::kMark, sizes}, place, where / "per_pixel");
   return given;
 }
 

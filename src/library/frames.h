@@ -13,10 +13,15 @@ namespace qs::library {
 class CallersMemory {
  public:
   /// Throws Error(usage).
-  CallersMemory(const StageCall& call, const QsMemory* memory);
+  CallersMemory(const Where& where, const QsMemory* memory);
 
   /// Throws Error(device) if the callback has no memory.
   void* allocate(std::size_t bytes, std::uint32_t kind) const;
+
+  /// Throws Error(usage) with a sentence about the callback.
+  [[noreturn]] void refuse_memory(const std::string& reason) const {
+    refuse(where_ / "allocate", "{}", reason);
+  }
 
   template <class Block>
   Block allocate(const cpu::stages::HeldSizes& sizes, std::uint32_t kind) const {
@@ -36,6 +41,8 @@ void clear_frame(QsStageFrame* frame, const Where& where);
 QsStageFrame frame_of(const StageCall& call, const QsStageFrame* frame, bool is_blended);
 
 cpu::stages::HeldSizes sizes_of(const QsStageFrame& frame);
+/// The same. Throws Error(usage) for a frame on a GPU.
+cpu::stages::HeldSizes sizes_on_host(const QsStageFrame& frame);
 
 /// A checked frame as the stages read it.
 template <class Real>
@@ -44,8 +51,9 @@ struct HeldFrame {
   cpu::stages::GaussianBlock<Real> gaussians;
   cpu::stages::PairBlock pairs;
 
+  /// Throws Error(usage) for a frame on a GPU, whose blocks have other arrays.
   explicit HeldFrame(const QsStageFrame& frame)
-      : sizes(sizes_of(frame)),
+      : sizes(sizes_on_host(frame)),
         gaussians(
             cpu::stages::block_at<cpu::stages::GaussianBlock<Real>>(frame.per_gaussian, sizes)),
         pairs(cpu::stages::block_at<cpu::stages::PairBlock>(frame.per_pair, sizes)) {}

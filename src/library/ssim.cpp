@@ -17,7 +17,7 @@ using cpu::train::CountedPixels;
 using cpu::train::PictureRows;
 using cpu::train::SsimFields;
 
-constexpr std::int64_t kMostPixels = std::int64_t{1} << 29;  // of a channel
+constexpr std::int64_t kMostPixelsOfAChannel = std::int64_t{1} << 29;
 
 /// The arguments that both functions share.
 struct SsimCall {
@@ -35,7 +35,8 @@ struct SsimCall {
     for (int i = 0; i < 4; ++i) {
       if (size(i) < 1) refuse(of_a, "its size of dimension {} is {}", i, size(i));
     }
-    if (std::max(size(2), size(3)) > kMostPixels || size(2) * size(3) > kMostPixels)
+    if (std::max(size(2), size(3)) > kMostPixelsOfAChannel ||
+        size(2) * size(3) > kMostPixelsOfAChannel)
       refuse(of_a, "{} x {} pixels are too many", size(3), size(2));
     check_like_a(a, of_a, kReals, Access::reads);
     check_like_a(b, {name, "b"}, 1u << a.type, Access::reads);

@@ -26,14 +26,22 @@ struct Arrays {
   Where where;
   Types types;
   Access access;
+  Place place;
 
   void given(const QsArray& array, const char* name,
              std::initializer_list<std::int64_t> sizes) const {
-    check_array(array, where / name, sizes, types, access);
+    check_array(array, where / name, sizes, types, access, place);
   }
   void optional(const QsArray& array, const char* name,
                 std::initializer_list<std::int64_t> sizes) const {
     if (!is_absent(array)) given(array, name, sizes);
+  }
+  /// An array of one Gaussian or less, which may also be in host memory.
+  void optional_small(const QsArray& array, const char* name,
+                      std::initializer_list<std::int64_t> sizes) const {
+    if (is_absent(array)) return;
+    const bool is_on_host = array.memory == QS_MEMORY_HOST;
+    check_array(array, where / name, sizes, types, access, is_on_host ? Place{} : place);
   }
   void absent(const QsArray& array, const char* name, const char* reason) const {
     if (!is_absent(array)) refuse(where / name, "{}", reason);
@@ -55,15 +63,17 @@ void check_boundary(const Arrays& arrays, const Struct& given, const StageCall& 
 }
 
 /// `coefficients`: 0 for channels.
-void check_inputs(const QsInputs& given, const Where& where, std::int64_t& count,
-                  std::int64_t& channels, std::int64_t& coefficients) {
+void check_inputs(const QsInputs& given, const Where& where, const Place& place,
+                  std::int64_t& count, std::int64_t& channels, std::int64_t& coefficients) {
   check_reserved(given.reserved, where);
   check_dimensions(given.means, where / "means", 2);
   count = given.means.sizes[0];
   if (count > kMostGaussians)
     refuse(where / "means", "{} Gaussians are more than {}", count, kMostGaussians);
-  Arrays{where, kReals, Access::reads}.given(given.means, "means", {count, 3});
-  const Arrays arrays{where, 1u << given.means.type, Access::reads};
+  Arrays{where, kReals, Access::reads, place}.given(given.means, "means", {count, 3});
+  if (place.is_gpu() && given.means.type != QS_FLOAT32)
+    refuse(where / "means", "has elements of type float64, which only the CPU computes");
+  const Arrays arrays{where, 1u << given.means.type, Access::reads, place};
   if (is_absent(given.covariances)) {
     arrays.given(given.scales, "scales", {count, 3});
     arrays.given(given.rotations, "rotations", {count, 4});
@@ -75,7 +85,7 @@ void check_inputs(const QsInputs& given, const Where& where, std::int64_t& count
   arrays.given(given.opacities, "opacities", {count});
   if (is_absent(given.channels)) {
     coefficients = check_sh(given.sh, where / "sh", given.sh_rest, where / "sh_rest", count,
-                            arrays.types, Access::reads);
+                            arrays.types, Access::reads, place);
     channels = 3;
   } else {
     arrays.absent(given.sh, "sh", "is given, and so are channels");
@@ -89,8 +99,8 @@ void check_inputs(const QsInputs& given, const Where& where, std::int64_t& count
     }
     arrays.given(given.channels, "channels", {count, channels});
   }
-  arrays.optional(given.background, "background", {channels});
-  Arrays{where, kReals, Access::reads}.optional(given.position, "position", {3});
+  arrays.optional_small(given.background, "background", {channels});
+  Arrays{where, kReals, Access::reads, place}.optional_small(given.position, "position", {3});
 }
 
 Rules rules_of(const QsRules& given, const Where& where) {
@@ -123,8 +133,10 @@ Rules rules_of(const QsRules& given, const Where& where) {
 
 StageCall::StageCall(const char* function, const QsInputs* of_inputs, const QsCamera* of_camera,
                      const QsRules* of_rules)
-    : name(function), inputs(read_struct(of_inputs, where("inputs"))) {
-  check_inputs(inputs, where("inputs"), gaussians, channels, coefficients);
+    : name(function),
+      inputs(read_struct(of_inputs, where("inputs"))),
+      place{inputs.means.memory, inputs.means.device, "means"} {
+  check_inputs(inputs, where("inputs"), place, gaussians, channels, coefficients);
   view.camera = camera_of(of_camera, where("camera"));
   const QsRules usual = QS_RULES;
   const QsRules given = read_struct(of_rules == nullptr ? &usual : of_rules, where("rules"));
@@ -132,8 +144,10 @@ StageCall::StageCall(const char* function, const QsInputs* of_inputs, const QsCa
   view.rules.near_depth = view.camera.near_depth;
   view.mode = mode_of(given.mode, where("rules") / "mode");
   view.sh_degree = given.sh_degree;
-  if (const std::vector<double> at = numbers_in<double>(inputs.position); !at.empty())
+  if (!is_absent(inputs.position) && inputs.position.memory == QS_MEMORY_HOST) {
+    const std::vector<double> at = numbers_in<double>(inputs.position);
     view.position = glm::dvec3(at[0], at[1], at[2]);
+  }
   view.check(name);
 }
 
@@ -141,8 +155,9 @@ QsBoundary boundary_of(const StageCall& call, const QsBoundary* boundary) {
   if (boundary == nullptr) return {};
   const Where where = call.where("boundary");
   const QsBoundary given = read_struct(boundary, where);
-  check_boundary({where, call.real(), Access::writes}, given, call);
-  Arrays{where, 1u << QS_INT32, Access::writes}.optional(given.radii, "radii", {call.gaussians, 2});
+  check_boundary({where, call.real(), Access::writes, call.place}, given, call);
+  Arrays{where, 1u << QS_INT32, Access::writes, call.place}.optional(given.radii, "radii",
+                                                                     {call.gaussians, 2});
   return given;
 }
 
@@ -151,7 +166,7 @@ QsBlended blended_of(const StageCall& call, const QsBlended* pictures, const cha
   const Where where = call.where(argument);
   const QsBlended given = read_struct(pictures, where);
   check_reserved(given.reserved, where);
-  const Arrays arrays{where, call.real(), access};
+  const Arrays arrays{where, call.real(), access, call.place};
   const std::int64_t width = call.view.camera.width, height = call.view.camera.height;
   arrays.optional(given.color, "color", {height, width, call.channels});
   arrays.optional(given.alpha, "alpha", {height, width});
@@ -162,7 +177,7 @@ QsBlended blended_of(const StageCall& call, const QsBlended* pictures, const cha
 
 QsBoundaryGradients boundary_gradients_of(const StageCall& call, const QsBoundaryGradients* given,
                                           Access access) {
-  const Arrays arrays{call.where("by_boundary"), call.real(), access};
+  const Arrays arrays{call.where("by_boundary"), call.real(), access, call.place};
   QsBoundaryGradients by = read_struct(given, arrays.where);
   check_boundary(arrays, by, call);
   if (access == Access::reads) {
@@ -173,12 +188,12 @@ QsBoundaryGradients boundary_gradients_of(const StageCall& call, const QsBoundar
     arrays.absent(by.channels, "channels", "belongs to channels, but the inputs have sh");
   arrays.optional(by.channels, "channels", {call.gaussians, call.channels});
   arrays.optional(by.absolute_px, "absolute_px", {call.gaussians, 2});
-  arrays.optional(by.background, "background", {call.channels});
+  arrays.optional_small(by.background, "background", {call.channels});
   return by;
 }
 
 QsInputGradients input_gradients_of(const StageCall& call, const QsInputGradients* given) {
-  const Arrays arrays{call.where("by_inputs"), call.real(), Access::writes};
+  const Arrays arrays{call.where("by_inputs"), call.real(), Access::writes, call.place};
   const Where& where = arrays.where;
   const QsInputGradients by = read_struct(given, where);
   check_reserved(by.reserved, where);
@@ -199,15 +214,15 @@ QsInputGradients input_gradients_of(const StageCall& call, const QsInputGradient
     arrays.absent(by.sh_rest, "sh_rest", "belongs to sh, but the inputs have channels");
   } else if (!is_absent(by.sh) || !is_absent(by.sh_rest)) {
     const std::int64_t coefficients = check_sh(by.sh, where / "sh", by.sh_rest, where / "sh_rest",
-                                               count, call.real(), Access::writes);
+                                               count, call.real(), Access::writes, call.place);
     if (coefficients != call.coefficients) {
       refuse(where / "sh", "has {} coefficients, but the inputs have {}", coefficients,
              call.coefficients);
     }
   }
-  const Arrays of_pose{where, kReals, Access::writes};
-  of_pose.optional(by.view_from_world, "view_from_world", {3, 4});
-  of_pose.optional(by.position, "position", {3});
+  const Arrays of_pose{where, kReals, Access::writes, call.place};
+  of_pose.optional_small(by.view_from_world, "view_from_world", {3, 4});
+  of_pose.optional_small(by.position, "position", {3});
   return by;
 }
 

@@ -21,7 +21,8 @@ struct StageCall {
   QsInputs inputs;
   std::int64_t gaussians, channels;
   std::int64_t coefficients;  ///< of spherical harmonics; 0: the inputs have channels
-  stages::DrawnView view;
+  Place place;                ///< of the arrays
+  stages::DrawnView view;     ///< without a position that is on a GPU
 
   /// Throws Error(usage).
   StageCall(const char* name, const QsInputs* inputs, const QsCamera* camera, const QsRules* rules);

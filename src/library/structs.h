@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "library/call.h"
+#include "quadsplat/quadsplat.h"
 
 namespace qs::library {
 
@@ -18,6 +19,11 @@ namespace qs::library {
 /// specialisation with its first size.
 template <class T>
 inline constexpr std::size_t kFirstBytes = sizeof(T);
+
+template <>
+inline constexpr std::size_t kFirstBytes<QsInputs> = 888;
+template <>
+inline constexpr std::size_t kFirstBytes<QsStageFrame> = 72;
 
 /// No struct of the interface is larger, so larger sizes were never set.
 inline constexpr std::size_t kMostBytes = 4096;

@@ -12,11 +12,11 @@
 namespace qs::library {
 namespace {
 
-constexpr int kMostPixels = 65535;  // along a side
+constexpr int kLongestSide = 65535;  // along a side
 
 void check_side(int pixels, const Where& where) {
-  if (pixels < 1 || pixels > kMostPixels)
-    refuse(where, "{} pixels are not between 1 and {}", pixels, kMostPixels);
+  if (pixels < 1 || pixels > kLongestSide)
+    refuse(where, "{} pixels are not between 1 and {}", pixels, kLongestSide);
 }
 
 double in_range(double value, double low, double high, const Where& where) {

@@ -60,7 +60,8 @@ extern "C" {
 #define QS_INT64 5u
 #define QS_UINT64 6u
 
-/* The memory that holds an array. Every function refuses QS_MEMORY_CUDA so far. */
+/* The memory that holds an array. The differentiable rasterizer takes QS_MEMORY_CUDA; every other
+ * function refuses it so far. */
 #define QS_MEMORY_HOST 0u
 #define QS_MEMORY_CUDA 1u /* of the primary context of `device` */
 
@@ -472,11 +473,37 @@ QS_LIBRARY_FUNCTION int32_t qs_compare(QsContext* context, const QsArray* a, con
  * of a call have the type of QsInputs.means, QS_FLOAT32, or QS_FLOAT64 to check gradients; the
  * lists are decided in single precision for both. An array that is absent is not given or not
  * wanted; all elements of wanted arrays are written. Sums are in a fixed order, so results do not
- * depend on the number of threads and are the same at every call. The functions run on the CPU with
- * the threads of the context, also if its backend is CUDA. Gaussians with a number that is not
- * finite are not drawn, and their gradients are 0. */
+ * depend on the number of threads and are the same at every call. Gaussians with a number that is
+ * not finite are not drawn, and their gradients are 0.
+ *
+ * The functions run where QsInputs.means is. If it is in host memory, so are all arrays, and the
+ * functions run on the CPU with the threads of the context, also if its backend is CUDA. If it is
+ * in the memory of a GPU, that GPU is the context's, all arrays are QS_FLOAT32 in its memory, and
+ * the work is enqueued in QsInputs.stream. Only arrays of one Gaussian or less, such as the
+ * background and the camera's gradients, may be in either memory, and those gradients in either
+ * type. The host waits once in qs_project(), for the number of pairs, and for each such array that
+ * it reads from the GPU or that the GPU fills for it. */
 
-/* N Gaussians with activated values, C channels and K coefficients. 888 bytes. */
+/* The lifetime of memory that the library asks for. On the CPU temporary memory belongs to the
+ * library, so QS_TEMPORARY is not asked for. On a GPU all of it is memory of that GPU, which work
+ * in the stream may use until its lifetime ends. */
+#define QS_HELD_PER_GAUSSIAN 0u /* as long as the frame: projected Gaussians */
+#define QS_HELD_PER_PAIR 1u     /* as long as the frame: tile lists */
+#define QS_HELD_PER_PIXEL 2u    /* as long as the frame: states of pixels */
+#define QS_TEMPORARY 3u         /* until the call returns, and the work in its stream is done */
+
+/* The memory of frames. 24 bytes. */
+typedef struct QsMemory {
+  uint32_t size;     /*  0 */
+  uint32_t reserved; /*  4 */
+  void* user;        /*  8: handed to allocate() */
+  /* 16: returns `bytes` bytes, aligned to 16, of any content; null: not enough memory, and the call
+   * returns QS_DEVICE. It runs in the thread that called the library. It must neither use the
+   * context nor throw. */
+  void* (*allocate)(void* user, uint64_t bytes, uint32_t kind);
+} QsMemory;
+
+/* N Gaussians with activated values, C channels and K coefficients. 904 bytes. */
 typedef struct QsInputs {
   uint32_t size;       /*   0 */
   uint32_t reserved;   /*   4 */
@@ -491,6 +518,10 @@ typedef struct QsInputs {
   QsArray background; /* 712: C; absent: 0 */
   QsArray position;   /* 800: 3, the point from which colours are seen, world; absent: the
                               camera's. QS_FLOAT32 or QS_FLOAT64 */
+  void* stream;       /* 888: on a GPU: the cudaStream_t in which arrays are ready and results are
+                              used; null: CUDA's default stream. Ignored on the CPU, as the next */
+  const QsMemory* temporary; /* 896: on a GPU: asked for QS_TEMPORARY; null: the library allocates
+                                     that itself, in the order of the stream */
 } QsInputs;
 
 /* The published code whose formula gives the radii. */
@@ -528,34 +559,16 @@ typedef struct QsRules {
         0, QS_RADII_INRIA                                                                          \
   }
 
-/* The lifetime of memory that the library asks for. On the CPU temporary memory belongs to the
- * library, so QS_TEMPORARY is not asked for. */
-#define QS_HELD_PER_GAUSSIAN 0u /* as long as the frame: projected Gaussians */
-#define QS_HELD_PER_PAIR 1u     /* as long as the frame: tile lists */
-#define QS_HELD_PER_PIXEL 2u    /* as long as the frame: states of pixels */
-#define QS_TEMPORARY 3u         /* until the call returns */
-
-/* The memory of frames. 24 bytes. */
-typedef struct QsMemory {
-  uint32_t size;     /*  0 */
-  uint32_t reserved; /*  4 */
-  void* user;        /*  8: handed to allocate() */
-  /* 16: returns `bytes` bytes, aligned to 16, of any content; null: not enough memory, and the call
-   * returns QS_DEVICE. It runs in the thread that called the library. It must neither use the
-   * context nor throw. */
-  void* (*allocate)(void* user, uint64_t bytes, uint32_t kind);
-} QsMemory;
-
 /* A frame between its stages. It is the caller's: nothing is closed. The backward functions only
  * read it and its memory, so any number of frames may wait, a backward pass may run again, and each
  * call may have its own thread and context. A copy of the struct is the same frame; qs_blend() of a
  * copy leaves the first one as it was. The caller may move a block of memory and adjust its
- * pointer, and frees the blocks when no call reads the frame any more. 72 bytes. */
+ * pointer, and frees the blocks when no call reads the frame any more. 80 bytes. */
 typedef struct QsStageFrame {
   uint32_t size;      /*  0 */
   uint32_t type;      /*  4: of the arrays, QS_FLOAT32 or QS_FLOAT64 */
   uint64_t gaussians; /*  8: N */
-  uint64_t listed;    /* 16: Gaussians that a tile lists */
+  uint64_t listed;    /* 16: Gaussians that a tile lists; 0 on a GPU, which does not count them */
   uint64_t pairs;     /* 24: listed (Gaussian, tile) pairs */
   int32_t width;      /* 32: pixels */
   int32_t height;     /* 36 */
@@ -564,6 +577,8 @@ typedef struct QsStageFrame {
   void* per_gaussian; /* 48: blocks from QsMemory.allocate(), null if the frame is empty */
   void* per_pair;     /* 56 */
   void* per_pixel;    /* 64: null before qs_blend() */
+  uint32_t memory;    /* 72: of the blocks, QS_MEMORY_... */
+  int32_t device;     /* 76: CUDA's number of the device; 0 for QS_MEMORY_HOST */
 } QsStageFrame;
 
 /* The values that pixels read of a Gaussian, and its radii. Rows of Gaussians behind the near
@@ -647,6 +662,15 @@ QS_LIBRARY_FUNCTION int32_t qs_forward(QsContext* context, const QsInputs* input
                                        const QsMemory* memory, const QsBoundary* boundary,
                                        const QsBlended* pictures, QsStageFrame* frame,
                                        char* message);
+
+/* Writes, for each of the N Gaussians of a frame of qs_project(), how many pixels blend it and have
+ * a transmittance above `behind` after it, at least 0 and below 1, into `counts` (N, QS_INT32).
+ * With 0 all pixels that blend it count. Inputs, camera and rules have the values of the forward
+ * call. All arrays are in host memory. */
+QS_LIBRARY_FUNCTION int32_t qs_count_pixels(QsContext* context, const QsInputs* inputs,
+                                            const QsCamera* camera, const QsRules* rules,
+                                            const QsStageFrame* frame, double behind,
+                                            const QsArray* counts, char* message);
 
 /* Derivatives by the boundary. `by_pictures` are the derivatives by the pictures; strides may be 0.
  * Inputs, camera and rules have the values of the forward call. Frames of another number of

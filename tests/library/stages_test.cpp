@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
 // The differentiable rasterizer through the C interface: the bits of raster/cpu/stages, frames in
 // the caller's memory that wait for their backward passes, arrays of any strides, and refusals.
+#include <algorithm>
 #include <array>
+#include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <thread>
 
-#include "library/opened.h"
+#include "library/stage_drawing.h"
 #include "support/differences.h"
-#include "support/stage_scenes.h"
 
 namespace qs {
 namespace {
@@ -18,218 +21,30 @@ namespace {
 using quadsplat::array_of;
 using quadsplat::sized;
 using stages::DrawnView;
+using test::Blocks;
 using test::BoundaryValues;
+using test::c_boundary;
+using test::c_pictures;
+using test::c_rules;
+using test::camera_of;
+using test::Drawing;
 using test::PictureValues;
 using test::sentence_of;
+using test::set_inputs;
 using test::stage_scene;
 using test::StageFrame;
 using test::StageGradients;
 using test::StageScene;
 
-static_assert(sizeof(QsInputs) == 888 && offsetof(QsInputs, position) == 800);
+static_assert(sizeof(QsInputs) == 904 && offsetof(QsInputs, temporary) == 896);
 static_assert(sizeof(QsRules) == 120 && offsetof(QsRules, radius_rule) == 116);
 static_assert(sizeof(QsMemory) == 24 && offsetof(QsMemory, allocate) == 16);
-static_assert(sizeof(QsStageFrame) == 72 && offsetof(QsStageFrame, per_pixel) == 64);
+static_assert(sizeof(QsStageFrame) == 80 && offsetof(QsStageFrame, device) == 76);
 static_assert(sizeof(QsBoundary) == 536 && offsetof(QsBoundary, radii) == 448);
 static_assert(sizeof(QsBlended) == 360 && offsetof(QsBlended, inverse_depth) == 272);
 static_assert(sizeof(QsBoundaryGradients) == 712 &&
               offsetof(QsBoundaryGradients, background) == 624);
 static_assert(sizeof(QsInputGradients) == 800 && offsetof(QsInputGradients, position) == 712);
-
-// ---- arguments of the calls
-
-/// The memory of frames. It may refuse a kind.
-class Blocks {
- public:
-  QsMemory memory() {
-    auto memory = sized<QsMemory>();
-    memory.user = this;
-    memory.allocate = [](void* user, std::uint64_t bytes, std::uint32_t kind) {
-      return static_cast<Blocks*>(user)->allocate(bytes, kind);
-    };
-    return memory;
-  }
-
-  std::vector<std::uint32_t> kinds;  ///< asked for, in order
-  std::uint32_t refused = 99;
-  std::size_t offset = 0;  ///< added to the pointers
-
- private:
-  struct alignas(16) Unit {
-    std::byte bytes[16];
-  };
-  void* allocate(std::uint64_t bytes, std::uint32_t kind) {
-    kinds.push_back(kind);
-    if (kind == refused) return nullptr;
-    const std::size_t units = bytes / sizeof(Unit) + 2;
-    blocks_.emplace_back(new Unit[units]);
-    std::memset(blocks_.back().get(), 0xa5, units * sizeof(Unit));
-    return blocks_.back()[0].bytes + offset;
-  }
-  std::vector<std::unique_ptr<Unit[]>> blocks_;
-};
-
-QsRules c_rules(const DrawnView& view) {
-  const stages::Rules& rules = view.rules;
-  QsRules result = QS_RULES;
-  result.sh_degree = view.sh_degree;
-  result.mode = mode_name(view.mode);
-  if (std::isfinite(rules.far_depth)) result.far_depth = rules.far_depth;
-  result.dilation_px2 = rules.dilation;
-  result.splat_scale = rules.splat_scale;
-  result.compensation_floor = rules.compensation_floor;
-  result.alpha_max = rules.alpha_max;
-  result.radius_clip_px = rules.radius_clip;
-  if (rules.slopes) {
-    for (int axis = 0; axis < 2; ++axis) {
-      result.slope_low[axis] = rules.slopes->low[axis];
-      result.slope_high[axis] = rules.slopes->high[axis];
-    }
-  }
-  result.antialiased = rules.antialiased ? 1 : 0;
-  result.keeps_rotation_length = rules.normalises_rotations ? 0 : 1;
-  result.zero_color_passes = rules.zero_color_passes ? 1 : 0;
-  result.alpha_max_blocks = rules.alpha_max_passes ? 0 : 1;
-  result.stops_at_equal = rules.stops_at_equal ? 1 : 0;
-  result.radius_rule = static_cast<std::uint32_t>(rules.radius_rule);
-  return result;
-}
-
-QsCamera camera_of(const DrawnView& view) {
-  QsCamera camera = test::c_camera(view.camera);
-  camera.near_depth = view.rules.near_depth;
-  return camera;
-}
-
-template <class Real>
-QsBlended c_pictures(PictureValues<Real>& values) {
-  const std::int64_t width = values.width, height = values.height;
-  auto pictures = sized<QsBlended>();
-  pictures.color = array_of(values.color.data(), {height, width, values.channel_count});
-  pictures.color.strides[0] = width;
-  pictures.color.strides[1] = 1;
-  pictures.color.strides[2] = width * height;
-  pictures.alpha = array_of(values.alpha.data(), {height, width});
-  pictures.depth = array_of(values.depth.data(), {height, width});
-  pictures.inverse_depth = array_of(values.inverse_depth.data(), {height, width});
-  return pictures;
-}
-
-/// The boundary's arrays of QsBoundary and QsBoundaryGradients.
-template <class Struct, class Real>
-Struct c_boundary(BoundaryValues<Real>& values, bool has_sh) {
-  const auto count = static_cast<std::int64_t>(values.depth.size());
-  auto boundary = sized<Struct>();
-  boundary.means_px = array_of(values.mean_px.data(), {count, 2});
-  boundary.conics = array_of(values.conic.data(), {count, 3});
-  boundary.depths = array_of(values.depth.data(), {count});
-  boundary.opacities = array_of(values.opacity.data(), {count});
-  if (has_sh) boundary.colors = array_of(values.color.data(), {count, 3});
-  return boundary;
-}
-
-/// Sets the arrays that inputs and their gradients share.
-template <class Struct, class Real>
-void set_inputs(Struct& to, StageScene<Real>& scene) {
-  const auto count = static_cast<std::int64_t>(scene.size());
-  to.means = array_of(scene.means.data(), {count, 3});
-  if (scene.has_covariances) {
-    to.covariances = array_of(scene.covariances.data(), {count, 6});
-  } else {
-    to.scales = array_of(scene.scales.data(), {count, 3});
-    to.rotations = array_of(scene.rotations.data(), {count, 4});
-  }
-  to.opacities = array_of(scene.opacities.data(), {count});
-  if (!scene.has_channels)
-    to.sh = array_of(scene.sh.data(), {count, sh_coefficient_count(scene.sh_degree), 3});
-}
-
-/// A view of a scene with all arguments, and its results.
-template <class Real>
-struct Drawing {
-  StageScene<Real> scene;
-  std::vector<Real> background;
-  std::array<double, 3> position{};
-  QsInputs inputs = sized<QsInputs>();
-  QsCamera camera;
-  QsRules rules;
-  PictureValues<Real> pictures;
-  BoundaryValues<Real> boundary;
-  std::vector<std::int32_t> radii;
-  Blocks blocks;
-  QsStageFrame frame = sized<QsStageFrame>();
-
-  Drawing(const DrawnView& view, const StageScene<Real>& given)
-      : scene(given),
-        camera(camera_of(view)),
-        rules(c_rules(view)),
-        pictures(view.camera, given.channel_count),
-        boundary(given.size(), given.channel_count),
-        radii(2 * given.size()) {
-    for (int c = 0; c < scene.channel_count; ++c)
-      background.push_back(static_cast<Real>(0.2 + 0.13 * c));
-    const auto count = static_cast<std::int64_t>(scene.size());
-    set_inputs(inputs, scene);
-    if (scene.has_channels)
-      inputs.channels = array_of(scene.channels.data(), {count, scene.channel_count});
-    inputs.background = array_of(background.data(), {scene.channel_count});
-    if (view.position) {
-      position = {view.position->x, view.position->y, view.position->z};
-      inputs.position = array_of(position.data(), {3});
-    }
-  }
-  Drawing(const Drawing&) = delete;
-
-  void forward(quadsplat::Context& context, bool in_one_call) {
-    const QsMemory memory = blocks.memory();
-    auto to = c_boundary<QsBoundary>(boundary, !scene.has_channels);
-    to.radii = array_of(radii.data(), {static_cast<std::int64_t>(scene.size()), 2});
-    const QsBlended drawn = c_pictures(pictures);
-    if (in_one_call) {
-      quadsplat::check(qs_forward, context.get(), &inputs, &camera, &rules, &memory, &to, &drawn,
-                       &frame);
-    } else {
-      quadsplat::check(qs_project, context.get(), &inputs, &camera, &rules, &memory, &to, &frame);
-      quadsplat::check(qs_blend, context.get(), &inputs, &camera, &rules, &memory, &drawn, &frame);
-    }
-  }
-
-  /// Of a loss with these weights.
-  StageGradients<Real> backward(quadsplat::Context& context, PictureValues<Real>& weights,
-                                bool in_one_call) {
-    StageGradients<Real> result{scene, BoundaryValues<Real>(scene.size(), scene.channel_count), {}};
-    const auto count = static_cast<std::int64_t>(scene.size());
-    auto by_boundary = c_boundary<QsBoundaryGradients>(result.boundary, !scene.has_channels);
-    if (scene.has_channels)
-      by_boundary.channels = array_of(result.by.channels.data(), {count, scene.channel_count});
-    by_boundary.absolute_px = array_of(result.boundary.absolute_px.data(), {count, 2});
-    by_boundary.background = array_of(result.boundary.background.data(), {scene.channel_count});
-    auto by_inputs = sized<QsInputGradients>();
-    set_inputs(by_inputs, result.by);
-    std::array<double, 12> matrix{};
-    std::array<double, 3> by_position{};
-    by_inputs.view_from_world = array_of(matrix.data(), {3, 4});
-    by_inputs.position = array_of(by_position.data(), {3});
-    const QsBlended by = c_pictures(weights);
-    if (in_one_call) {
-      quadsplat::check(qs_backward, context.get(), &inputs, &camera, &rules, &frame, &by,
-                       &by_boundary, &by_inputs);
-    } else {
-      quadsplat::check(qs_blend_backward, context.get(), &inputs, &camera, &rules, &frame, &by,
-                       &by_boundary);
-      quadsplat::check(qs_project_backward, context.get(), &inputs, &camera, &rules, &frame,
-                       &by_boundary, &by_inputs);
-    }
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 4; ++column) {
-        result.pose.view_from_world[column][row] =
-            matrix[static_cast<std::size_t>(4 * row + column)];
-      }
-      result.pose.position[row] = by_position[static_cast<std::size_t>(row)];
-    }
-    return result;
-  }
-};
 
 // ---- equality
 
@@ -270,6 +85,23 @@ TEST(LibraryStages, have_the_bits_of_the_stages_for_inputs_of_all_kinds) {
   expect_bits_of_the_stages(view, scene);
   for (const int channels : {1, 3, 5, 32})
     expect_bits_of_the_stages(view, test::with_channels(stage_scene<float>(300, 33), channels));
+}
+
+TEST(LibraryStages, draw_for_callers_whose_structs_have_no_members_for_a_gpu) {
+  const DrawnView view = test::off_centre_view();
+  const StageScene<float> scene = stage_scene<float>(50, 39);
+  Drawing<float> usual(view, scene), older(view, scene);
+  older.inputs.size = offsetof(QsInputs, stream);
+  older.frame.size = offsetof(QsStageFrame, memory);
+  older.frame.memory = 7;  // behind the end of the caller's struct
+  quadsplat::Context context = test::cpu();
+  usual.forward(context, true);
+  older.forward(context, true);
+  EXPECT_TRUE(older.pictures == usual.pictures);
+  EXPECT_EQ(older.frame.memory, 7u);
+  auto weights = PictureValues<float>::random(view.camera, 3);
+  EXPECT_EQ(older.backward(context, weights, true).numbers(),
+            usual.backward(context, weights, true).numbers());
 }
 
 TEST(LibraryStages, take_all_rules) {
@@ -430,6 +262,30 @@ TEST(LibraryStages, of_several_frames_wait_for_backward_passes_in_any_order_and_
   here.join();
 }
 
+TEST(LibraryStages, of_four_threads_have_the_same_bits) {
+  const StageScene<float> scene = stage_scene<float>(500, 42);
+  const DrawnView view = test::off_centre_view(71, 50);
+  StageFrame<float> frame;
+  frame.draw(view, scene);
+  auto random = PictureValues<float>::random(view.camera, 3);
+  const std::vector<double> expected = frame.gradients(view, scene, random.pictures()).numbers();
+  std::atomic<int> equal = 0;
+  std::vector<std::thread> threads;
+  for (int thread = 0; thread < 4; ++thread) {
+    threads.emplace_back([&, thread] {
+      quadsplat::Context context = test::cpu(1 + thread % 3);
+      auto weights = PictureValues<float>::random(view.camera, 3);
+      for (int i = 0; i < 5; ++i) {
+        Drawing<float> drawing(view, scene);
+        drawing.forward(context, i % 2 == 0);
+        equal += drawing.backward(context, weights, i % 2 == 1).numbers() == expected ? 1 : 0;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(equal, 20);
+}
+
 TEST(LibraryStages, take_frames_whose_memory_was_moved) {
   const DrawnView view = test::off_centre_view();
   const StageScene<float> scene = stage_scene<float>(300, 38);
@@ -483,6 +339,68 @@ TEST(LibraryStages, blend_a_projected_frame_again) {
   drawing.frame = kept;
   drawing.background = {0.2f, 0.33f, 0.46f, 0.59f};
   EXPECT_EQ(drawing.backward(context, weights, true).numbers(), expected);
+}
+
+// ---- counts of pixels
+
+/// The same by the formulas of the boundary, one pixel at a time.
+std::vector<std::int32_t> counted(const Drawing<double>& drawing, double behind) {
+  const BoundaryValues<double>& at = drawing.boundary;
+  const std::size_t count = at.depth.size();
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return static_cast<float>(at.depth[a]) < static_cast<float>(at.depth[b]);
+  });
+  std::vector<std::int32_t> result(count);
+  for (int y = 0; y < drawing.camera.height; ++y) {
+    for (int x = 0; x < drawing.camera.width; ++x) {
+      double transmittance = 1;
+      for (const std::size_t i : order) {
+        const double dx = x - at.mean_px[2 * i], dy = y - at.mean_px[2 * i + 1];
+        const double* const conic = &at.conic[3 * i];
+        const double power = -(conic[0] * dx * dx + conic[2] * dy * dy) / 2 - conic[1] * dx * dy;
+        const double alpha = std::min(0.99, at.opacity[i] * std::exp(power));
+        if (power > 0 || alpha < 1.0 / 255) continue;
+        transmittance *= 1 - alpha;
+        if (transmittance < 1e-4) break;
+        if (transmittance > behind) ++result[i];
+      }
+    }
+  }
+  return result;
+}
+
+TEST(LibraryStages, count_the_pixels_of_gaussians) {
+  DrawnView view = test::off_centre_view();
+  view.mode = find_culler("exact");
+  for (const int threads : {1, 3}) {
+    quadsplat::Context context = test::cpu(threads);
+    Drawing<double> drawing(view, stage_scene<double>(60, 41));
+    drawing.forward(context, false);
+    std::vector<std::int32_t> found(120, -7);
+    QsArray counts = array_of(found.data(), {60});
+    counts.strides[0] = 2;
+    for (const double behind : {0.0, 0.5, 0.9}) {
+      quadsplat::check(qs_count_pixels, context.get(), &drawing.inputs, &drawing.camera,
+                       &drawing.rules, &drawing.frame, behind, &counts);
+      const std::vector<std::int32_t> expected = counted(drawing, behind);
+      EXPECT_GT(*std::max_element(expected.begin(), expected.end()), 10);
+      for (std::size_t i = 0; i < 60; ++i) {
+        EXPECT_EQ(found[2 * i], expected[i]) << i << ' ' << behind;
+        EXPECT_EQ(found[2 * i + 1], -7);
+      }
+    }
+  }
+}
+
+TEST(LibraryStages, count_the_pixels_of_no_gaussians) {
+  quadsplat::Context context = test::cpu();
+  Drawing<float> drawing(test::off_centre_view(), stage_scene<float>(0, 41));
+  drawing.forward(context, true);
+  const QsArray counts = array_of(static_cast<std::int32_t*>(nullptr), {0});
+  quadsplat::check(qs_count_pixels, context.get(), &drawing.inputs, &drawing.camera, &drawing.rules,
+                   &drawing.frame, 0.5, &counts);
 }
 
 TEST(LibraryStages, ask_for_memory_by_its_lifetime) {
@@ -827,7 +745,7 @@ TEST_F(LibraryStageRefusals, of_inputs) {
   QsInputs& in = drawing.inputs;
   expect_refusals({
       {forward, [&] { in.size = 0; },
-       "qs_forward: inputs.size: is 0: set it to the size of the struct, 888 bytes in this "
+       "qs_forward: inputs.size: is 0: set it to the size of the struct, 904 bytes in this "
        "library"},
       {forward, [&] { in.reserved = 1; }, "qs_forward: inputs.reserved: is not 0"},
       {project, [&] { in.means = {}; },
@@ -838,11 +756,9 @@ TEST_F(LibraryStageRefusals, of_inputs) {
        "qs_project: inputs.means: has elements of type uint8 instead of float32 or float64"},
       {project, [&] { in.means.type = 12; }, "qs_project: inputs.means: its type 12 is unknown"},
       {project, [&] { in.means.memory = QS_MEMORY_CUDA; },
-       "qs_project: inputs.means: is in the memory of a GPU, which this function does not support "
-       "yet"},
+       "qs_project: inputs.scales: is in host memory, but means is in the memory of GPU 0"},
       {forward, [&] { in.opacities.memory = QS_MEMORY_CUDA; },
-       "qs_forward: inputs.opacities: is in the memory of a GPU, which this function does not "
-       "support yet"},
+       "qs_forward: inputs.opacities: is in the memory of GPU 0, but means is in host memory"},
       {blend, [&] { in.means.data = nullptr; }, "qs_blend: inputs.means: its data is null"},
       {forward, [&] { in.scales.sizes[0] = 4; },
        "qs_forward: inputs.scales: has 4 x 3 elements instead of 5 x 3"},
@@ -968,8 +884,7 @@ TEST_F(LibraryStageRefusals, of_results) {
       {forward, [&] { boundary.radii.type = QS_FLOAT32; },
        "qs_forward: boundary.radii: has elements of type float32 instead of int32"},
       {forward, [&] { boundary.radii.memory = QS_MEMORY_CUDA; },
-       "qs_forward: boundary.radii: is in the memory of a GPU, which this function does not "
-       "support yet"},
+       "qs_forward: boundary.radii: is in the memory of GPU 0, but means is in host memory"},
       {blend, [&] { pictures.color.sizes[2] = 4; },
        "qs_blend: pictures.color: has 30 x 40 x 4 elements instead of 30 x 40 x 3"},
       {forward, [&] { pictures.reserved = 1; }, "qs_forward: pictures.reserved: is not 0"},
@@ -981,8 +896,8 @@ TEST_F(LibraryStageRefusals, of_results) {
       {backward, [&] { by_pictures.inverse_depth.sizes[0] = 29; },
        "qs_backward: by_pictures.inverse_depth: has 29 x 40 elements instead of 30 x 40"},
       {blend_backward, [&] { by_pictures.color.memory = QS_MEMORY_CUDA; },
-       "qs_blend_backward: by_pictures.color: is in the memory of a GPU, which this function does "
-       "not support yet"},
+       "qs_blend_backward: by_pictures.color: is in the memory of GPU 0, but means is in host "
+       "memory"},
       {blend_backward,
        [&] {
          by_boundary.channels = array_of(floats, {5, 3});
@@ -1059,7 +974,7 @@ TEST_F(LibraryStageRefusals, of_frames_of_another_forward_call) {
       {blend, [&] { frame = sized<QsStageFrame>(); },
        "qs_blend: frame: is empty: qs_project() fills it"},
       {backward, [&] { frame.size = 8; },
-       "qs_backward: frame.size: is 8: set it to the size of the struct, 72 bytes in this library"},
+       "qs_backward: frame.size: is 8: set it to the size of the struct, 80 bytes in this library"},
       {backward, [&] { frame = more.frame; },
        "qs_backward: frame: belongs to 6 Gaussians, but the inputs have 5"},
       {blend, [&] { frame = more.frame; },
@@ -1147,6 +1062,33 @@ TEST_F(LibraryStageRefusals, of_null_pointers) {
          "qs_backward: frame: is null");
   EXPECT_EQ(qs_backward(c, in, camera, nullptr, frame, &by_pictures, nullptr, &by_inputs, message),
             QS_OK);
+}
+
+TEST_F(LibraryStageRefusals, of_counts_of_pixels) {
+  ASSERT_EQ(call(forward), "");
+  std::vector<std::int32_t> numbers(10);
+  QsArray counts = array_of(numbers.data(), {5});
+  const auto sentence = [&](double behind, const QsArray* to) {
+    return sentence_of([&] {
+      quadsplat::check(qs_count_pixels, context.get(), &drawing.inputs, &drawing.camera,
+                       &drawing.rules, &drawing.frame, behind, to);
+    });
+  };
+  EXPECT_EQ(sentence(0.5, nullptr), "qs_count_pixels: counts: is null");
+  EXPECT_EQ(sentence(1, &counts), "qs_count_pixels: behind: 1 is not at least 0 and below 1");
+  EXPECT_EQ(sentence(-0.5, &counts), "qs_count_pixels: behind: -0.5 is not at least 0 and below 1");
+  EXPECT_EQ(sentence(std::nan(""), &counts),
+            "qs_count_pixels: behind: nan is not at least 0 and below 1");
+  counts.sizes[0] = 4;
+  EXPECT_EQ(sentence(0.5, &counts), "qs_count_pixels: counts: has 4 elements instead of 5");
+  counts = array_of(drawing.scene.opacities.data(), {5});
+  EXPECT_EQ(sentence(0.5, &counts).find("qs_count_pixels: counts: "), 0u);
+  counts = array_of(numbers.data(), {5});
+  counts.strides[0] = 0;
+  EXPECT_EQ(sentence(0.5, &counts).find("qs_count_pixels: counts: its stride"), 0u);
+  drawing.frame = sized<QsStageFrame>();
+  EXPECT_EQ(sentence(0.5, &counts), "qs_count_pixels: frame: is empty: qs_project() fills it");
+  EXPECT_EQ(numbers, std::vector<std::int32_t>(10));
 }
 
 TEST_F(LibraryStageRefusals, write_nothing_but_an_empty_frame) {

@@ -13,6 +13,12 @@
 #include "library/opened.h"
 #include "support/scenes.h"
 
+#if defined(__SANITIZE_THREAD__)
+#define QS_THREADS_AFTER_FORK 0  // ThreadSanitizer ends such a process
+#else
+#define QS_THREADS_AFTER_FORK 1
+#endif
+
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define QS_OWN_ALLOCATOR 1
 #else
@@ -191,6 +197,7 @@ TEST(LibraryContexts, and_their_scenes_close_in_any_order) {
 }
 
 TEST(LibraryContexts, are_refused_in_a_forked_process) {
+  if (!QS_THREADS_AFTER_FORK) GTEST_SKIP() << "ThreadSanitizer starts no threads after fork()";
   quadsplat::Context context = test::cpu();
   quadsplat::Scene scene = context.wrap(test::gaussians_of(test::random_cloud(100, 0, 1)));
   test::rendered(scene, front());

@@ -104,6 +104,51 @@ if __name__ == "__main__":
     assert run(["train.py"], tmp_path).strip() == "[True]"
 
 
+CUDA = """
+import io, subprocess, sys
+import torch
+
+made = [
+    torch.zeros(2, 3, device="cuda") + torch.tensor([1.0, 2, 3]).cuda(),
+    torch.ones(2, 3, device=torch.device("cuda:0")).to("cuda", torch.float64),
+    torch.empty(2).to(device="cuda:0", dtype=torch.int32), torch.rand(2).to(0).cuda(0),
+    torch.rand_like(torch.ones(3), device="cuda"), torch.ones(3).new_full((2,), 4.0, device="cuda"),
+    torch.nn.Linear(3, 2, device="cuda").cuda().to(torch.device("cuda")).weight,
+    torch.ones(3).to(torch.float64), torch.ones(3).to(torch.ones(1, dtype=torch.int32))]
+file = io.BytesIO()
+torch.save(made[0], file)
+file.seek(0)
+made.append(torch.load(file, map_location="cuda"))
+assert torch.equal(made[0], made[-1]) and made[1].dtype == torch.float64 and made[2].dtype == torch.int32
+assert made[7].dtype == torch.float64 and made[8].dtype == torch.int32 and made[5].tolist() == [4, 4]
+torch.cuda.set_device(torch.device("cuda:0"))
+start, end = torch.cuda.Event(enable_timing=True), torch.cuda.Event(enable_timing=True)
+start.record()
+sum(range(10000))
+end.record()
+torch.cuda.synchronize()
+torch.cuda.empty_cache()
+assert 0 < start.elapsed_time(end) < 1e5
+print({str(tensor.device) for tensor in made}, torch.device("cuda"), *sys.argv[1:])
+"""
+
+
+def test_programs_for_cuda_run_on_the_cpu_if_asked_to(tmp_path):
+    (tmp_path / "child.py").write_text(CUDA)
+    (tmp_path / "train.py").write_text(CUDA + """
+subprocess.run([sys.executable, "-B", "child.py", "child"], check=True)
+""")
+    assert run(["--device", "cpu", "train.py", "parent"], tmp_path).splitlines() == [
+        "{'cpu'} cuda parent", "{'cpu'} cuda child"]
+    if not torch.cuda.is_available():
+        assert "cuda" in run(["train.py"], tmp_path, code=1).lower()
+    (tmp_path / "late.py").write_text("import torch, quadsplat.dropin\n"
+                                      "quadsplat.dropin.install(device='cpu')\n" + CUDA)
+    done = subprocess.run([sys.executable, "-B", "late.py"], cwd=tmp_path, text=True, capture_output=True,
+                          env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
+    assert done.stdout.strip() == "{'cpu'} cuda", done.stderr
+
+
 def test_the_culling_mode_is_used(tmp_path):
     (tmp_path / "train.py").write_text("""
 from quadsplat.dropin import _inria
@@ -121,6 +166,7 @@ print(_inria._rules(settings, False).mode)
     (["none.py"], "none.py does not exist"),
     (["--cull", "best", "train.py"], "dropin: cull: 'best' is none of 3dgs"),
     (["--cull", "reference", "train.py"], "dropin: cull: 'reference' is none of 3dgs"),
+    (["--device", "cuda", "train.py"], "invalid choice: 'cuda'"),
     (["--variant", "best", "train.py"], "invalid choice: 'best'"),
     (["--variant", "taming", "train.py"], "dropin: variant: taming-3dgs's rasterizer returns 13 values")])
 def test_wrong_words_are_refused_in_a_sentence(tmp_path, words, sentence):

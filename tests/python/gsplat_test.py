@@ -163,6 +163,115 @@ def test_gradients_of_the_camera_equal_differences(gsplat):
     assert torch.autograd.gradcheck(numbers, (start,), eps=1e-6, atol=1e-3, rtol=1e-3)
 
 
+# ---- scenes
+
+def batch_of(sh=True, dtype=torch.float32):
+    """Scenes of 2 x 3, which differ, with their cameras."""
+    alone = []
+    for number in range(6):
+        values = {name: value.detach().clone() for name, value in scene(dtype, sh=sh).items()}
+        values["means"] += 0.05 * number
+        values["opacities"] *= 1 - 0.1 * number
+        values["colors"] *= 1 + 0.1 * number
+        alone.append(values)
+    views = cameras(dtype)
+    whole = {name: torch.stack([values[name] for values in alone]).reshape(2, 3, *alone[0][name].shape)
+             .requires_grad_() for name in alone[0]}
+    given = {name: tensor.detach().repeat(2, 3, 1, 1, 1) for name, tensor in views.items()}
+    given["viewmats"][1, 2, :, :3, 3] += 0.1
+    return alone, whole, given
+
+
+@pytest.mark.parametrize("packed", [True, False])
+@pytest.mark.parametrize("sh", [True, False])
+def test_scenes_of_leading_dimensions_are_drawn_as_one_by_one(gsplat, packed, sh):
+    alone, whole, given = batch_of(sh=sh)
+    behind = torch.rand(2, 3, CAMERAS, 3 if sh else 5)
+    options = {"packed": packed, "render_mode": "RGB+ED", "absgrad": True, "sh_degree": 1 if sh else None}
+    colors, alphas, info = draw(gsplat, whole, **given, backgrounds=behind, **options)
+    channels = 4 if sh else 6
+    assert colors.shape == (2, 3, CAMERAS, HEIGHT, WIDTH, channels)
+    assert alphas.shape == (2, 3, CAMERAS, HEIGHT, WIDTH, 1)
+    assert (info["n_batches"], info["n_cameras"]) == (6, CAMERAS)
+    info["means2d"].retain_grad()
+    (colors * weights(colors)).sum().backward()
+    seen = 0
+    for number, values in enumerate(alone):
+        values = {name: value.requires_grad_() for name, value in values.items()}
+        place = divmod(number, 3)
+        one, one_alphas, own = draw(gsplat, values, **{n: t[place] for n, t in given.items()},
+                                    backgrounds=behind[place], **options)
+        assert torch.equal(colors[place], one) and torch.equal(alphas[place], one_alphas)
+        own["means2d"].retain_grad()
+        (one * weights(colors)[place]).sum().backward()
+        for name, value in values.items():
+            assert torch.equal(whole[name].grad[place], value.grad), name
+        rows = info["batch_ids"] == number if packed else place
+        for name in ("means2d", "depths", "conics", "opacities", "radii"):
+            assert torch.equal(info[name][rows], own[name]), name
+        assert torch.equal(info["means2d"].grad[rows], own["means2d"].grad)
+        assert torch.equal(info["means2d"].absgrad[rows], own["means2d"].absgrad)
+        if packed:
+            assert torch.equal(info["camera_ids"][rows], own["camera_ids"])
+            assert torch.equal(info["gaussian_ids"][rows], own["gaussian_ids"])
+            seen += len(own["gaussian_ids"])
+    assert not packed or seen == len(info["batch_ids"])
+
+
+def test_colours_belong_to_all_scenes_or_to_each_camera(gsplat):
+    _, whole, given = batch_of()
+    shared = scene()["colors"]
+    each = shared.detach().expand(2, 3, CAMERAS, *shared.shape)
+    expected = draw(gsplat, {**whole, "colors": shared}, **given, sh_degree=1)[0]
+    assert torch.equal(draw(gsplat, {**whole, "colors": each}, **given, sh_degree=1)[0], expected)
+    by_scene = shared.detach().expand(2, 3, *shared.shape)
+    assert torch.equal(draw(gsplat, {**whole, "colors": by_scene}, **given, sh_degree=1)[0], expected)
+    expected.sum().backward()
+    assert shared.grad.abs().max() > 0
+
+
+# ---- signals
+
+@pytest.mark.parametrize("sh", [True, False])
+def test_signals_are_channels_behind_the_colours(gsplat, sh):
+    values = scene(sh=sh)
+    signals = torch.randn(COUNT, 4, generator=torch.Generator().manual_seed(2)).requires_grad_()
+    behind = torch.rand(CAMERAS, 3 if sh else 5)
+    options = {"backgrounds": behind, "render_mode": "RGB+D", "absgrad": True}
+    plain, plain_alphas, _ = draw(gsplat, values, **options)
+    colors, alphas, info = draw(gsplat, values, extra_signals=signals, **options)
+    found = info["render_extra_signals"]
+    assert torch.allclose(colors, plain, atol=1e-6) and torch.equal(alphas, plain_alphas)
+    assert found.shape == (CAMERAS, HEIGHT, WIDTH, 4)
+    alone, _, _ = draw(gsplat, {**values, "colors": signals}, sh_degree=None)
+    assert torch.allclose(found, alone, atol=1e-6)
+    each = signals.detach().expand(CAMERAS, COUNT, 4)
+    assert torch.equal(draw(gsplat, values, extra_signals=each, **options)[2]["render_extra_signals"], found)
+    # Both have gradients, as if they were drawn alone.
+    names = [*values, "signals"]
+    by = [weights(colors, 1), weights(found, 2)]
+    together = torch.autograd.grad([colors, found], [*values.values(), signals], by)
+    apart = torch.autograd.grad([plain, alone], [*values.values(), signals], by)
+    for name, a, b in zip(names, together, apart):
+        assert torch.allclose(a, b, rtol=1e-3, atol=1e-3 * b.abs().max()), name
+    depth, _, info = draw(gsplat, values, extra_signals=signals, render_mode="ED")
+    assert depth.shape[-1] == 1 and torch.allclose(info["render_extra_signals"], alone, atol=1e-6)
+
+
+def test_gradients_with_signals_equal_differences(gsplat):
+    values = scene(torch.float64, 5)
+    values["signals"] = torch.rand(5, 2, dtype=torch.float64, requires_grad=True)
+    names = list(values)
+
+    def numbers(*tensors):
+        given = dict(zip(names, tensors))
+        colors, _, info = draw(gsplat, given, extra_signals=given.pop("signals"))
+        found = info["render_extra_signals"]
+        return torch.stack([(colors * weights(colors, 1)).sum(), (found * weights(found, 2)).sum()])
+
+    assert torch.autograd.gradcheck(numbers, tuple(values.values()), eps=1e-6, atol=1e-3, rtol=1e-3)
+
+
 # ---- info
 
 def test_info_is_packed_or_has_a_row_of_every_camera(gsplat):
@@ -324,9 +433,14 @@ def test_no_gaussians_are_drawn(gsplat):
     ({"rasterize_mode": "fast"}, "rasterize_mode: 'fast' is neither"),
     ({"with_ut": True}, "with_ut is not supported"), ({"with_eval3d": True}, "with_eval3d"),
     ({"radial_coeffs": torch.zeros(2, 6)}, "radial_coeffs is not supported"),
-    ({"global_z_order": False, "extra_signals": torch.zeros(3)}, "extra_signals is not supported"),
+    ({"global_z_order": False}, "global_z_order is not supported: leave it on"),
+    ({"return_normals": True}, "return_normals is not supported: pass the normals as extra_signals"),
+    ({"extra_signals_sh_degree": 3}, "extra_signals_sh_degree is not supported: evaluate the SH"),
+    ({"extra_signals": torch.zeros(3)}, "extra_signals has the shape (3,) instead of (20, any)"),
+    ({"extra_signals": torch.zeros(COUNT, 30)}, "33 channels are not between 1 and 32"),
     ({"sparse_grad": True, "packed": False}, "sparse_grad needs packed=True"),
-    ({"means": torch.zeros(2, COUNT, 3)}, "batches of scenes are drawn one by one"),
+    ({"means": torch.zeros(2, COUNT, 3)}, "opacities has the shape (20,) instead of (2, 20)"),
+    ({"means": torch.zeros(0, COUNT, 3)}, "means has no scene"), ({"means": torch.zeros(3)}, "means has 1 dimensions"),
     ({"sh_degree": 4}, "sh_degree: 4 is not between 0 and 3"), ({"sh_degree": 2}, "4 coefficients are too few"),
     ({"viewmats": torch.zeros(0, 4, 4)}, "viewmats has no camera"),
     ({"viewmats": torch.zeros(2, 4, 4)}, "view_from_world"),
@@ -346,7 +460,8 @@ def test_unsupported_arguments_are_refused_in_a_sentence(quadsplat, gsplat, chan
 def test_defaults_of_newer_versions_are_taken(gsplat):
     values = scene()
     expected = draw(gsplat, values)[0]
-    found = draw(gsplat, values, global_z_order=True, extra_signals=None, with_ut=False, tile_size=16)[0]
+    found = draw(gsplat, values, global_z_order=True, extra_signals=None, with_ut=False, tile_size=16,
+                 rolling_shutter=types.SimpleNamespace(name="GLOBAL"))[0]
     assert torch.equal(found, expected)
 
 

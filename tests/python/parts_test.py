@@ -118,6 +118,31 @@ def test_adam_changes_views_in_place(quadsplat):
     quadsplat.adam(*np.zeros((4, 0, 3), np.float32), 1)
 
 
+def test_adam_changes_tensors_in_place(quadsplat):
+    torch = pytest.importorskip("torch", reason="torch is not installed (python3-torch)")
+    values = torch.zeros(4, 3).requires_grad_()
+    first, second = torch.zeros(3, 4).T, torch.zeros(4, 6)[:, ::2]
+    visible = torch.tensor([True, False, True, True])
+    square = values ** 2
+    quadsplat.adam(values, torch.ones(4, 3), first, second, 0.5, step=1, visible=visible)
+    assert values.tolist() == [[-0.5] * 3, [0] * 3, [-0.5] * 3, [-0.5] * 3]
+    assert first[0].tolist() == pytest.approx([0.1] * 3) and not first[1].any()
+    assert second[0].tolist() == pytest.approx([0.001] * 3)
+    with pytest.raises(RuntimeError, match="modified by an inplace operation"):
+        square.sum().backward()  # torch noticed the change
+    for shape in [(4, 1), (4, 1, 3), (4,), (1, 3), (0, 3), (4, 0)]:
+        tensors = [torch.zeros(shape) for _ in range(3)]
+        quadsplat.adam(tensors[0], torch.ones(shape), *tensors[1:], 0.5, step=1)
+        assert (tensors[0] == -0.5).all(), shape
+    for changes, sentence in [
+            ({"first": torch.zeros(1, 3).expand(4, 3)}, "^adam: first: its stride of dimension 0 is 0"),
+            ({"values": torch.zeros(4, 3, dtype=torch.float64)}, "^adam: values has elements of type float64"),
+            ({"values": torch.zeros(4, 3, device="meta")}, "^adam: values cannot be read as an array")]:
+        arrays = {"values": values, "first": first, "second": second, **changes}
+        with pytest.raises(quadsplat.UsageError, match=sentence):
+            quadsplat.adam(gradients=torch.ones(4, 3), rate=0.5, **arrays)
+
+
 def test_wrong_arguments_get_a_sentence(quadsplat):
     pictures = np.zeros((1, 1, 10, 12))
     with pytest.raises(quadsplat.UsageError, match=r"^ssim: b has the shape \(1, 1, 9, 12\) instead "):

@@ -127,6 +127,25 @@ def test_pictures_and_gradients_are_the_bits_of_the_c_interface(quadsplat, qt, v
     assert not matrix.grad[3].any()
 
 
+# ---- counts of pixels
+
+@pytest.mark.parametrize("boundary", [False, True])
+def test_pixels_are_counted_above_a_transmittance(qt, view, boundary):
+    values = gaussians()
+    options = {"camera": view, "outputs": "alpha", "boundary": boundary}
+    assert qt.rasterize(**values, **options).pixels is None
+    every, half = (qt.rasterize(**values, **options, counts_above=above).pixels for above in (0, 0.5))
+    assert every.dtype == torch.int32 and every.shape == (COUNT,) and not every.requires_grad
+    assert (half <= every).all() and (half < every).any() and half.max() > 10
+    alone = {name: value[4:5] for name, value in values.items()}
+    drawn = qt.rasterize(**alone, **options, counts_above=0)
+    assert drawn.pixels.tolist() == [int((drawn.alpha > 0).sum())] and drawn.pixels[0] > 0
+    drawn.alpha.sum().backward()
+    assert values["means"].grad[4].abs().max() > 0
+    none = {name: value[:0] for name, value in values.items()}
+    assert qt.rasterize(**none, **options, counts_above=0).pixels.shape == (0,)
+
+
 # ---- differences
 
 def check(draw, *tensors):
@@ -509,6 +528,7 @@ def test_values_that_are_not_finite_are_not_drawn_and_have_gradient_0(qt, view):
     ({"view_from_world": 2 * torch.eye(4)}, "view_from_world has the last row"),
     ({"view_from_world": torch.full((3, 4), float("nan"))}, "view_from_world: its rotation is not"),
     ({"camera": "first"}, "camera is 'first' instead of a quadsplat.Camera"),
+    ({"counts_above": 1}, "counts_above: 1.0 is not at least 0 and below 1"), ({"counts_above": "x"}, "counts_above is 'x'"),
     ({"outputs": "colour"}, "outputs: 'colour' is none of color, alpha, depth, inverse_depth"),
     ({"rules": {"mode": "3dgs"}}, "rules is {'mode': '3dgs'} instead of quadsplat.torch.Rules"),
     ({"context": 3}, "context is 3 instead of a quadsplat.Context")])

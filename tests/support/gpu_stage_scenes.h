@@ -167,7 +167,8 @@ struct GpuStageFrame {
     const GpuArray<PoseGradient> pose(1);
     GpuPictures by(weights);
     Pictures<float> wanted = by.pictures();
-    if (!with_deep) wanted.alpha = wanted.depth = wanted.inverse_depth = {};
+    if (!with_deep) wanted.alpha = {};
+    if (!with_deep || !with_depth) wanted.depth = wanted.inverse_depth = {};
     BoundaryGradients<float> out{
         boundary.rows(), {}, boundary.absolute_px(), boundary.background()};
     if (scene.has_channels)

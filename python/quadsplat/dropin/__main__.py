@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""python -m quadsplat.dropin [--cull MODE] [--variant NAME] script.py|-m module ARGS"""
+"""python -m quadsplat.dropin [--cull MODE] [--variant NAME] [--device cpu] script.py|-m module ARGS"""
 from __future__ import annotations
 
 import argparse
@@ -9,7 +9,7 @@ import sys
 from typing import List
 
 from .._errors import UsageError
-from . import VARIANTS, install
+from . import DEVICES, VARIANTS, install
 
 
 def main(words: List[str]) -> None:
@@ -20,12 +20,14 @@ def main(words: List[str]) -> None:
                     "simple_knn, fused_ssim and gsplat's rasterizer.")
     parser.add_argument("--cull", metavar="MODE", help="culling mode; default: as the module culls")
     parser.add_argument("--variant", choices=VARIANTS, help="default: it follows from the settings")
+    parser.add_argument("--device", choices=DEVICES,
+                        help="tensors on cuda are on the CPU")
     parser.add_argument("-m", dest="is_module", action="store_true", help="the next word is a module")
     parser.add_argument("program", help="script or module")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help="arguments of the program")
     options = parser.parse_args(words)
     try:
-        install(options.cull, options.variant)
+        install(options.cull, options.variant, options.device)
     except UsageError as error:
         parser.error(str(error))
     if options.is_module:

@@ -9,9 +9,10 @@ import os
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Dict, Optional, Sequence
+from typing import Any, Callable, Dict, Optional, Sequence
 
 from . import _options
+from ._device import map_to_cpu
 
 _FOLDER = Path(__file__).parent
 _MODULES = _FOLDER / "modules"
@@ -50,7 +51,12 @@ class Finder(importlib.abc.MetaPathFinder):
             if found is None:
                 return _spec(fullname, STAND_INS[fullname]) if fullname in STAND_INS else None
             if fullname in PATCHED and found.loader is not None:
-                found.loader = _PatchingLoader(found.loader)
+                found.loader = _PatchingLoader(found.loader, _replace_functions)
+            return found
+        if fullname == "torch" and _options.device() is not None:
+            found = self._of_others(fullname, path, target)
+            if found is not None and found.loader is not None:
+                found.loader = _PatchingLoader(found.loader, map_to_cpu)
             return found
         return None
 
@@ -65,38 +71,48 @@ class Finder(importlib.abc.MetaPathFinder):
 
 
 class _PatchingLoader(importlib.abc.Loader):
-    """Loads a module and replaces its functions."""
+    """Loads a module and changes it then."""
 
-    def __init__(self, loader: Any) -> None:
+    def __init__(self, loader: Any, patch: Callable[[ModuleType], None]) -> None:
         self._loader = loader
+        self._patch = patch
 
     def create_module(self, spec: Any) -> Any:
         return self._loader.create_module(spec)
 
     def exec_module(self, module: ModuleType) -> None:
         self._loader.exec_module(module)
-        from . import _gsplat
-
-        for name in PATCHED[module.__name__]:
-            setattr(module, name, getattr(_gsplat, name))
+        self._patch(module)
 
     def __getattr__(self, name: str) -> Any:  # get_source() and others
         return getattr(self._loader, name)
 
 
-def install(cull: Optional[str] = None, variant: Optional[str] = None) -> None:
+def _replace_functions(module: ModuleType) -> None:
+    from . import _gsplat
+
+    for name in PATCHED[module.__name__]:
+        setattr(module, name, getattr(_gsplat, name))
+
+
+def install(cull: Optional[str] = None, variant: Optional[str] = None,
+            device: Optional[str] = None) -> None:
     """Replaces modules that are imported from now on, here and in child processes.
 
     cull: culling mode, of quadsplat.modes(); None: as the replaced module culls.
     variant: the member of the family of diff_gaussian_rasterization, of VARIANTS; None: it follows
         from the settings that a trainer passes.
+    device: "cpu": tensors that a program puts on `cuda` are on the CPU; None: they are where the
+        program puts them.
 
     Child processes of Python inherit it by PYTHONPATH; `python -I`, `-E` and `-S` ignore that.
     Raises UsageError.
     """
-    _options.choose(cull, variant)
+    _options.choose(cull, variant, device)
     if not any(isinstance(finder, Finder) for finder in sys.meta_path):
         sys.meta_path.insert(0, Finder())
+    if _options.device() is not None and "torch" in sys.modules:
+        map_to_cpu(sys.modules["torch"])
     inherited = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     if str(_SITE) not in inherited:
         os.environ["PYTHONPATH"] = os.pathsep.join([str(_SITE), *filter(None, inherited)])

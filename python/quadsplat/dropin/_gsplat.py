@@ -2,17 +2,20 @@
 """gsplat's rasterization() and the functions of its extension, versions 1.4 to 1.6."""
 from __future__ import annotations
 
+import itertools
+import math
 import sys
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import torch
 
 from .. import _ffi, _parts
 from .._camera import Camera
+from .._context import Context
 from .._errors import UsageError
 from ..torch import Rules, _functions, _plan, _rasterize
 from ..torch._parts import adam as _adam
-from ..torch._tensors import checked
+from ..torch._tensors import checked, context_of
 from . import _options
 
 Tensor = torch.Tensor
@@ -21,6 +24,18 @@ _WHO = "gsplat.rasterization"
 _MODES = ("RGB", "D", "ED", "RGB+D", "RGB+ED")
 _CHANNELS = 32
 _STAND_IN = (1, 5, 3)
+#: Arguments that are not supported: what to do instead.
+_INSTEAD = {
+    "with_ut": "leave it off: Gaussians are projected as in 3DGS",
+    "with_eval3d": "leave it off: Gaussians are evaluated on the picture, as in 3DGS",
+    "global_z_order": "leave it on: Gaussians are ordered by view z",
+    "extra_signals_sh_degree": "evaluate the SH, and pass the values as extra_signals",
+    "return_normals": "pass the normals as extra_signals",
+    "rays": "pass viewmats and Ks",
+    "rolling_shutter": "use RollingShutterType.GLOBAL",
+    "viewmats_rs": "use RollingShutterType.GLOBAL",
+    "renderer_config": "leave it out: it belongs to with_eval3d",
+}
 
 
 class Info(dict):  # type: ignore[type-arg]
@@ -57,85 +72,231 @@ def _version() -> _Version:
 
 
 def rasterization(
-        means: Tensor, quats: Tensor, scales: Tensor, opacities: Tensor, colors: Tensor,
+        means: Tensor, quats: Tensor, scales: Tensor, opacities: Tensor, colors: Optional[Tensor],
         viewmats: Tensor, Ks: Tensor, width: int, height: int, near_plane: float = 0.01,
         far_plane: float = 1e10, radius_clip: float = 0.0, eps2d: float = 0.3,
         sh_degree: Optional[int] = None, packed: bool = True, tile_size: Optional[int] = None,
         backgrounds: Optional[Tensor] = None, render_mode: str = "RGB", sparse_grad: bool = False,
         absgrad: bool = False, rasterize_mode: str = "classic", channel_chunk: int = 32,
         distributed: bool = False, camera_model: str = "pinhole", segmented: bool = False,
-        covars: Optional[Tensor] = None, **others: Any) -> Tuple[Tensor, Tensor, Info]:
-    """Draws N Gaussians with C cameras, as gsplat does, on the CPU.
+        covars: Optional[Tensor] = None, extra_signals: Optional[Tensor] = None,
+        **others: Any) -> Tuple[Tensor, Tensor, Info]:
+    """Draws scenes of N Gaussians with C cameras each, as gsplat does.
 
-    means: N x 3. quats: N x 4, w x y z. scales: N x 3. opacities: N.
-    colors: N x D or C x N x D, or SH of N x K x 3 or C x N x K x 3 with sh_degree.
-    viewmats: C x 4 x 4, world to view. Ks: C x 3 x 3, pixel i has its centre at i + 0.5.
-    covars: N x 3 x 3 in place of quats and scales. backgrounds: C x D.
-    packed: decides the shapes of the third result: a row per visible Gaussian and camera, or C x N.
+    `..` are the dimensions of the scenes, of any number; a single scene has none.
+
+    means: .. x N x 3. quats: .. x N x 4, w x y z. scales: .. x N x 3. opacities: .. x N.
+    colors: .. x N x D or .. x C x N x D, or SH of .. x N x K x 3 or .. x C x N x K x 3 with
+        sh_degree. Without `..` they belong to all scenes.
+    viewmats: .. x C x 4 x 4, world to view. Ks: .. x C x 3 x 3, pixel i has its centre at i + 0.5.
+    covars: .. x N x 3 x 3 in place of quats and scales. backgrounds: .. x C x D.
+    packed: decides the shapes of the third result: a row per visible Gaussian of a camera and
+        scene, or .. x C x N rows.
     render_mode: "RGB", "D", "ED", "RGB+D" or "RGB+ED"; ED is D over alpha.
+    extra_signals: E more channels in the shapes of `colors`, over 0. The third result has their
+        pictures as "render_extra_signals".
 
-    Returns colours C x height x width x X, alphas C x height x width x 1, and a dictionary, whose
-    means2d is a node of the graph with gradients in pixels, and .absgrad if `absgrad`. Raises
-    UsageError for arguments that quadsplat does not have.
+    Returns colours .. x C x height x width x X, alphas .. x C x height x width x 1, and a
+    dictionary, whose means2d is a node of the graph with gradients in pixels, and .absgrad if
+    `absgrad`. Raises UsageError for arguments that quadsplat does not have.
     """
     version = _version()
     _refuse(others, camera_model, distributed, segmented, tile_size, render_mode, rasterize_mode,
             sparse_grad, packed)
-    means = _shaped(means, "means", (None, 3))
-    count = means.shape[0]
-    views = _shaped(viewmats, "viewmats", (None, 4, 4))
-    cameras = views.shape[0]
-    if cameras == 0:
-        raise UsageError(f"{_WHO}: viewmats has no camera")
-    _shaped(Ks, "Ks", (cameras, 3, 3))
-    given = {"means": means, "opacities": _shaped(opacities, "opacities", (count,))}
+    sizes = _sizes(means, viewmats)
     ids: List[Tensor] = []  # of the visible Gaussians, for sparse gradients
-    if covars is not None:
-        whole = _shaped(covars, "covars", (count, 3, 3))
-        given["covariances"] = torch.stack([whole[:, row, column] for row, column in (
-            (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))], 1)
-    else:
-        given["rotations"] = _shaped(quats, "quats", (count, 4))
-        given["scales"] = _shaped(scales, "scales", (count, 3))
     if sparse_grad:
-        for name in ("means", "rotations", "scales"):
-            if name in given:
-                given[name] = _Sparse.apply(given[name], ids)
+        if sizes.batch:
+            raise UsageError(f"{_WHO}: sparse_grad: leave it off for scenes with leading dimensions")
+        means, quats, scales = (
+            _Sparse.apply(tensor, ids) if isinstance(tensor, Tensor) else tensor
+            for tensor in (means, quats, scales))
+    scenes, rows = sizes.scenes, (sizes.count,)
+    given = {"means": scenes(means, "means", *rows, 3),
+             "opacities": scenes(opacities, "opacities", *rows)}
+    if covars is not None:
+        whole = scenes(covars, "covars", *rows, 3, 3)
+        given["covariances"] = torch.stack([whole[..., row, column] for row, column in (
+            (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))], -1)
+    else:
+        given["rotations"] = scenes(quats, "quats", *rows, 4)
+        given["scales"] = scenes(scales, "scales", *rows, 3)
+    views = scenes(viewmats, "viewmats", sizes.cameras, 4, 4)
+    lenses = scenes(Ks, "Ks", sizes.cameras, 3, 3)
     has_color = render_mode.startswith("RGB")
-    edges, frames = [], []
-    for number in range(cameras):
-        inputs = dict(given, **_colors(colors, number, cameras, count, sh_degree))
-        if backgrounds is not None and has_color:
-            inputs["background"] = _shaped(backgrounds, "backgrounds", (cameras, None))[number]
-        view = views[number]
+    has_depth = render_mode != "RGB"
+    paint = _Paint(sizes, given["means"], colors if has_color else None, sh_degree, backgrounds,
+                   extra_signals)
+    outputs = ("color",) * paint.is_given + ("alpha",) + ("depth",) * has_depth
+    context = context_of(None, _WHO, given["means"])
+    frames = []
+    for scene, number in sizes.each():
+        view = views[scene, number]
+        inputs = {name: tensor[scene] for name, tensor in given.items()}
+        inputs.update(paint.projected(scene, number))
         inputs["position"] = torch.linalg.inv_ex(view)[0][:3, 3]
-        plan = _plan_of(version, view, Ks[number], int(width), int(height), near_plane, far_plane,
-                        radius_clip, eps2d, sh_degree, rasterize_mode, render_mode)
+        plan = _plan_of(version, context, view, lenses[scene, number], int(width), int(height),
+                        near_plane, far_plane, radius_clip, eps2d, sh_degree, rasterize_mode,
+                        outputs)
         row = [inputs.get(name) for name in _plan.INPUTS]
         frame, blocks = _ffi.QsStageFrame(), _plan.Blocks()
-        edges.append(_functions.Project.apply(plan, frame, blocks, view, *row))
-        frames.append((plan, frame, blocks, row))
-    info, centres, absolute = _info(version, edges, packed, absgrad, count)
+        edge = _functions.Project.apply(plan, frame, blocks, view, *row)
+        frames.append((plan, frame, blocks, edge, inputs))
+    info, centres, absolute = _info(version, [frame[3] for frame in frames], packed, absgrad, sizes)
     ids.append(info["gaussian_ids"] if packed else torch.empty(0, dtype=torch.int64))
-    pictures = []
-    for number, (plan, frame, blocks, row) in enumerate(frames):
-        edge = list(edges[number][:5])
-        edge[0] = centres(number)
-        chosen = dict(zip(_plan.INPUTS, row))
-        pictures.append(_functions.Blend.apply(
-            plan, frame, blocks, *edge, absolute(number), chosen["channels"], chosen["background"],
+    drawn = []
+    for at, (scene, number) in enumerate(sizes.each()):
+        plan, frame, blocks, edge, inputs = frames[at]
+        blended, own_colors = paint.blended(scene, number, inputs, edge[4])
+        row = [blended.get(name) for name in _plan.INPUTS]
+        drawn.append(_functions.Blend.apply(
+            plan, frame, blocks, centres(at), *edge[1:4], own_colors, absolute(at),
+            blended.get("channels"), blended.get("background"),
             *(None if tensor is None else tensor.detach() for tensor in row)))
-    alphas = torch.stack([picture[1] for picture in pictures]).unsqueeze(-1)
-    parts = [torch.stack([picture[0] for picture in pictures])] if has_color else []
-    if render_mode != "RGB":
-        depth = torch.stack([picture[2] for picture in pictures]).unsqueeze(-1)
+
+    def stacked(place: int) -> Tensor:
+        pictures = torch.stack([pictures[place] for pictures in drawn])
+        return pictures.reshape(*sizes.batch, sizes.cameras, *pictures.shape[1:])
+
+    alphas = stacked(1).unsqueeze(-1)
+    parts = []
+    if paint.is_given:
+        channels = stacked(0)
+        if has_color:
+            parts.append(channels[..., : paint.own])
+        if extra_signals is not None:
+            info["render_extra_signals"] = channels[..., paint.own:]
+    if has_depth:
+        depth = stacked(2).unsqueeze(-1)
         parts.append(depth / alphas.clamp(min=1e-10) if render_mode.endswith("ED") else depth)
     tiles = [-(-int(size) // 16) for size in (width, height)]
     info.update(width=int(width), height=int(height), tile_width=tiles[0], tile_height=tiles[1],
-                tile_size=16, n_cameras=cameras)
+                tile_size=16, n_cameras=sizes.cameras)
     if version.has_batches:
-        info["n_batches"] = 1
+        info["n_batches"] = sizes.number
     return torch.cat(parts, -1), alphas, info
+
+
+class _Sizes(NamedTuple):
+    """The sizes of a call: the dimensions of the scenes, Gaussians, and cameras of a scene."""
+
+    batch: Tuple[int, ...]
+    count: int
+    cameras: int
+
+    @property
+    def number(self) -> int:
+        """Of scenes."""
+        return math.prod(self.batch)
+
+    def each(self) -> Iterator[Tuple[int, int]]:
+        """The numbers of scene and camera of every picture."""
+        return itertools.product(range(self.number), range(self.cameras))
+
+    def scenes(self, value: Any, name: str, *shape: Optional[int]) -> Tensor:
+        """A tensor of batch x shape, as scenes x shape."""
+        whole = _shaped(value, name, (*self.batch, *shape))
+        return whole.reshape(self.number, *whole.shape[len(self.batch):])
+
+    def pictures(self, value: Any, name: str, *shape: Optional[int]) -> Tensor:
+        """A tensor of batch x shape, batch x cameras x shape or shape, as scenes x cameras x
+        shape. Nothing is copied."""
+        whole = _tensor(value, name)
+        if self.batch and whole.dim() == len(shape):
+            whole = _shaped(whole, name, shape)[None, None]
+        elif whole.dim() == len(self.batch) + 1 + len(shape):
+            whole = self.scenes(whole, name, self.cameras, *shape)
+        else:
+            whole = self.scenes(whole, name, *shape)[:, None]
+        return whole.expand(self.number, self.cameras, *whole.shape[2:])
+
+
+def _sizes(means: Any, viewmats: Any) -> _Sizes:
+    points, views = _tensor(means, "means"), _tensor(viewmats, "viewmats")
+    for tensor, name, least in ((points, "means", 2), (views, "viewmats", 3)):
+        if tensor.dim() < least:
+            raise UsageError(f"{_WHO}: {name} has {tensor.dim()} dimensions instead of {least} or "
+                             "more")
+    batch = tuple(points.shape[:-2])
+    if 0 in batch:
+        raise UsageError(f"{_WHO}: means has no scene: its shape is {tuple(points.shape)}")
+    if views.shape[-3] == 0:
+        raise UsageError(f"{_WHO}: viewmats has no camera")
+    return _Sizes(batch, points.shape[-2], views.shape[-3])
+
+
+class _Paint:
+    """The channels of Gaussians: colours or SH, and signals behind them.
+
+    Signals behind SH are blended with the colours that project() made of the SH, so all channels
+    are drawn together.
+    """
+
+    def __init__(self, sizes: _Sizes, means: Tensor, colors: Optional[Tensor],
+                 sh_degree: Optional[int], backgrounds: Optional[Tensor],
+                 signals: Optional[Tensor]) -> None:
+        self._none = means.new_zeros(sizes.count, 1)  # a channel of pictures without channels
+        self._sh: Optional[Tensor] = None
+        self._channels: Optional[Tensor] = None
+        self._background: Optional[Tensor] = None
+        self._signals: Optional[Tensor] = None
+        self.own = 0  #: the number of channels of the colours
+        if colors is not None and sh_degree is not None:
+            self._sh, self.own = _harmonics(sizes, colors, sh_degree), 3
+        elif colors is not None:
+            self._channels = sizes.pictures(colors, "colors", sizes.count, None)
+            self.own = self._channels.shape[-1]
+        if signals is not None:
+            self._signals = sizes.pictures(signals, "extra_signals", sizes.count, None)
+        if backgrounds is not None and colors is not None:
+            self._background = sizes.scenes(backgrounds, "backgrounds", sizes.cameras, self.own)
+        self.is_given = colors is not None or signals is not None
+        whole = self.own + (0 if self._signals is None else self._signals.shape[-1])
+        if self.is_given and not 1 <= whole <= _CHANNELS:
+            raise UsageError(f"{_WHO}: {whole} channels are not between 1 and {_CHANNELS}: draw "
+                             "them in parts")
+
+    def projected(self, scene: int, number: int) -> Dict[str, Tensor]:
+        """The inputs of project() for a camera."""
+        if self._sh is not None:
+            inputs = {"sh": self._sh[scene, number]}
+        elif self._channels is not None:
+            inputs = {"channels": self._channels[scene, number]}
+        else:
+            inputs = {"channels": self._none}
+        if self._background is not None:
+            inputs["background"] = self._background[scene, number]
+        return inputs
+
+    def blended(self, scene: int, number: int, inputs: Dict[str, Tensor],
+                colors: Optional[Tensor]) -> Tuple[Dict[str, Tensor], Optional[Tensor]]:
+        """The inputs of blend(), and the colours of the boundary if it reads them.
+
+        inputs, colors: of project().
+        """
+        if self._signals is None:
+            return inputs, colors
+        signals = self._signals[scene, number]
+        own = inputs.get("channels") if self.own else None
+        before = [tensor for tensor in (colors, own) if tensor is not None]
+        inputs = {**inputs, "channels": torch.cat([*before, signals], -1)}
+        inputs.pop("sh", None)
+        if "background" in inputs:
+            background = inputs["background"]
+            inputs["background"] = torch.cat([background, background.new_zeros(signals.shape[-1])])
+        return inputs, None
+
+
+def _harmonics(sizes: _Sizes, colors: Tensor, sh_degree: int) -> Tensor:
+    """SH of the coefficients of a degree, scenes x cameras x N x K x 3."""
+    if not 0 <= sh_degree <= 3:
+        raise UsageError(f"{_WHO}: sh_degree: {sh_degree} is not between 0 and 3")
+    whole = sizes.pictures(colors, "colors", sizes.count, None, 3)
+    used = (sh_degree + 1) ** 2
+    if whole.shape[-2] < used:
+        raise UsageError(f"{_WHO}: {whole.shape[-2]} coefficients are too few for degree "
+                         f"{sh_degree}")
+    return whole[..., :used, :]
 
 
 class _Sparse(torch.autograd.Function):
@@ -152,9 +313,10 @@ class _Sparse(torch.autograd.Function):
         return torch.sparse_coo_tensor(rows[None], by[rows], by.shape), None
 
 
-def _plan_of(version: _Version, view: Tensor, intrinsics: Tensor, width: int, height: int,
-             near: float, far: float, clip: float, dilation: float, sh_degree: Optional[int],
-             rasterize_mode: str, render_mode: str) -> _plan.Plan:
+def _plan_of(version: _Version, context: Context, view: Tensor, intrinsics: Tensor, width: int,
+             height: int, near: float, far: float, clip: float, dilation: float,
+             sh_degree: Optional[int], rasterize_mode: str,
+             outputs: Tuple[str, ...]) -> _plan.Plan:
     (fx, skew, cx), (_, fy, cy) = intrinsics.detach().double().tolist()[:2]
     if skew != 0:
         raise UsageError(f"{_WHO}: Ks has a skew, which quadsplat does not have")
@@ -168,41 +330,13 @@ def _plan_of(version: _Version, view: Tensor, intrinsics: Tensor, width: int, he
         radius_rule=version.radius_rule,
         slopes=(-(cx / fx + margins[0]), -(cy / fy + margins[1]),
                 (width - cx) / fx + margins[0], (height - cy) / fy + margins[1]))
-    outputs = (["color"] if render_mode.startswith("RGB") else []) + ["alpha"] + (
-        [] if render_mode == "RGB" else ["depth"])
     struct, _ = _rasterize._camera(_WHO, camera, view)
-    return _plan.Plan(_WHO, _rasterize.chosen(None, _WHO, "cpu"), struct,
-                      _rasterize.struct_of(_WHO, rules), tuple(outputs), False)
+    return _plan.Plan(_WHO, context, struct, _rasterize.struct_of(_WHO, rules), outputs, False)
 
 
-def _colors(colors: Optional[Tensor], number: int, cameras: int, count: int,
-            sh_degree: Optional[int]) -> Dict[str, Tensor]:
-    """The channels or SH of a camera."""
-    if colors is None:
-        return {"channels": torch.zeros(count, 1)}
-    colors = checked(colors, f"{_WHO}: colors")
-    if sh_degree is None:
-        shape: Tuple[Optional[int], ...] = (count, None)
-    else:
-        if not 0 <= sh_degree <= 3:
-            raise UsageError(f"{_WHO}: sh_degree: {sh_degree} is not between 0 and 3")
-        shape = (count, None, 3)
-    if colors.dim() == len(shape) + 1:
-        colors = _shaped(colors, "colors", (cameras, *shape))[number]
-    colors = _shaped(colors, "colors", shape)
-    if sh_degree is None:
-        if not 1 <= colors.shape[1] <= _CHANNELS:
-            raise UsageError(f"{_WHO}: {colors.shape[1]} channels are not between 1 and "
-                             f"{_CHANNELS}: draw them in parts")
-        return {"channels": colors}
-    if colors.shape[1] < (sh_degree + 1) ** 2:
-        raise UsageError(f"{_WHO}: {colors.shape[1]} coefficients are too few for degree "
-                         f"{sh_degree}")
-    return {"sh": colors[:, : (sh_degree + 1) ** 2]}
-
-
-def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, count: int) -> Any:
-    """The dictionary, and functions from a camera to its centres and absolute sums, N x 2.
+def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, sizes: _Sizes) -> Any:
+    """The dictionary, and functions from the number of a picture to its centres and absolute sums,
+    N x 2.
 
     Centres at pixels are at halves there.
     """
@@ -211,42 +345,52 @@ def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, count: int
     names = {"means2d": 0, "conics": 1, "depths": 2, "opacities": 3}
     values = {name: torch.stack([edge[place] for edge in edges]) for name, place in names.items()}
     seen = (radii > 0).all(-1)
-    camera_ids, gaussian_ids = torch.nonzero(seen, as_tuple=True)
+    picture_ids, gaussian_ids = torch.nonzero(seen, as_tuple=True)
     if packed:
-        values = {name: value[camera_ids, gaussian_ids] for name, value in values.items()}
-        radii = radii[camera_ids, gaussian_ids]
-    visible = seen[..., None] if not packed else torch.ones(len(camera_ids), 1, dtype=torch.bool)
-    points = values["means2d"] = torch.where(visible, values["means2d"] + 0.5,
-                                             torch.zeros_like(values["means2d"]))
-    carrier = None
+        values = {name: value[picture_ids, gaussian_ids] for name, value in values.items()}
+        radii = radii[picture_ids, gaussian_ids]
+        visible = torch.ones_like(picture_ids)[:, None] > 0
+    else:
+        visible = seen[..., None]
+    values["means2d"] = torch.where(visible, values["means2d"] + 0.5,
+                                    torch.zeros_like(values["means2d"]))
+    if not packed:
+        whole = (*sizes.batch, sizes.cameras)
+        values = {name: value.reshape(*whole, *value.shape[1:]) for name, value in values.items()}
+        radii = radii.reshape(*whole, *radii.shape[1:])
+    points, carrier = values["means2d"], None
     if absgrad:
         carrier = torch.zeros_like(points).requires_grad_()
         carrier.register_hook(lambda sums: setattr(points, "absgrad", sums))
-    ids = (camera_ids, gaussian_ids) if packed else (None, None)
-    info.update(camera_ids=ids[0], gaussian_ids=ids[1], **values)
+    info.update(camera_ids=picture_ids % sizes.cameras if packed else None,
+                gaussian_ids=gaussian_ids if packed else None, **values)
     info["radii"] = radii if version.has_two_radii else radii[..., 0]
     if version.has_batches:
-        info["batch_ids"] = torch.zeros_like(camera_ids) if packed else None
-    if not packed:
-        return (info, lambda camera: points[camera],
-                lambda camera: None if carrier is None else carrier[camera])
+        info["batch_ids"] = (torch.div(picture_ids, sizes.cameras, rounding_mode="floor") if packed
+                             else None)
 
-    def unpacked(rows: Tensor, camera: int) -> Tensor:
-        own = camera_ids == camera
-        whole = rows.new_zeros(count, 2)
-        return whole.index_put((gaussian_ids[own],), rows[own])
+    def of_picture(rows: Optional[Tensor], number: int) -> Optional[Tensor]:
+        if rows is None:
+            return None
+        if not packed:
+            return rows.reshape(len(edges), sizes.count, 2)[number]
+        own = picture_ids == number
+        return rows.new_zeros(sizes.count, 2).index_put((gaussian_ids[own],), rows[own])
 
-    return (info, lambda camera: unpacked(points, camera),
-            lambda camera: None if carrier is None else unpacked(carrier, camera))
+    return (info, lambda number: of_picture(points, number),
+            lambda number: of_picture(carrier, number))
+
+
+def _tensor(value: Any, name: str) -> Tensor:
+    return checked(value, f"{_WHO}: {name}", most_dimensions=64)  # as many as torch has
 
 
 def _shaped(value: Any, name: str, shape: Tuple[Optional[int], ...]) -> Tensor:
-    tensor = checked(value, f"{_WHO}: {name}")
+    tensor = _tensor(value, name)
     if tensor.dim() != len(shape) or any(
             wanted is not None and wanted != size for wanted, size in zip(shape, tensor.shape)):
         text = ", ".join("any" if size is None else str(size) for size in shape)
-        raise UsageError(f"{_WHO}: {name} has the shape {tuple(tensor.shape)} instead of ({text}): "
-                         "batches of scenes are drawn one by one")
+        raise UsageError(f"{_WHO}: {name} has the shape {tuple(tensor.shape)} instead of ({text})")
     return tensor
 
 
@@ -271,20 +415,22 @@ def _refuse(others: Dict[str, Any], camera_model: str, distributed: bool, segmen
     if sparse_grad and not packed:
         raise UsageError(f"{_WHO}: sparse_grad needs packed=True")
     for name, value in others.items():
-        if name == "global_z_order" and value is True:
-            continue
-        if value is not None and value is not False:
-            raise UsageError(f"{_WHO}: {name} is not supported: use pinhole cameras without "
-                             "distortion, and channels of colors for other values")
+        # GLOBAL: of gsplat's RollingShutterType
+        is_default = value is True if name == "global_z_order" else (
+            value is None or value is False or getattr(value, "name", "") == "GLOBAL")
+        if not is_default:
+            instead = _INSTEAD.get(name, "use pinhole cameras without distortion")
+            raise UsageError(f"{_WHO}: {name} is not supported: {instead}")
 
 
 def compute_relocation(opacities: Tensor, scales: Tensor, ratios: Tensor, binoms: Any = None,
                        n_max: Any = None) -> Tuple[Tensor, Tensor]:
     """Opacities and scales of relocated Gaussians (MCMC). binoms and n_max are ignored."""
-    given = [checked(tensor, f"gsplat.compute_relocation: {name}").detach() for tensor, name in
+    given = [checked(tensor, f"gsplat.compute_relocation: {name}").detach().cpu() for tensor, name in
              ((opacities, "opacities"), (scales, "scales"))]
-    new_opacities, new_scales = _parts.relocate(*given, ratios)
-    return torch.from_numpy(new_opacities), torch.from_numpy(new_scales)
+    made = _parts.relocate(*given, torch.as_tensor(ratios).cpu())
+    new_opacities, new_scales = (torch.from_numpy(array).to(opacities.device) for array in made)
+    return new_opacities, new_scales
 
 
 def adam(param: Tensor, param_grad: Tensor, exp_avg: Tensor, exp_avg_sq: Tensor,

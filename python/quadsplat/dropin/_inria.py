@@ -97,11 +97,11 @@ class GaussianRasterizer(torch.nn.Module):
             "background": settings.bg.reshape(3).to(means3D.dtype),
             "rules": _rules(settings, cov3D_precomp is not None)}
         drawn = rasterize(**given, **options, planar=True, outputs=_OUTPUTS.get(name, ("color",)),
-                          **halves)
+                          counts_above=0.5 if name == "w-pose" else None, **halves)
         radii = drawn.radii[:, 0].contiguous()
         if name == "absgs":
             return drawn.color, radii, _weights(given, options)
-        return _results(name, drawn, radii, given, options)
+        return _results(name, drawn, radii)
 
 
 class AbsGaussianRasterizer(GaussianRasterizer):
@@ -131,10 +131,11 @@ def compute_relocation(opacity_old: Tensor, scale_old: Tensor, N: Tensor, binoms
     opacity_old: P or P x 1. scale_old: P x 3. N: P integers, the number of copies.
     binoms, n_max: a table of binomials, which quadsplat has itself.
     """
-    given = [checked(tensor, f"compute_relocation: {name}").detach() for tensor, name in
+    given = [checked(tensor, f"compute_relocation: {name}").detach().cpu() for tensor, name in
              ((opacity_old, "opacity_old"), (scale_old, "scale_old"))]
-    new_opacities, new_scales = _parts.relocate(*given, N)
-    return torch.from_numpy(new_opacities), torch.from_numpy(new_scales)
+    made = _parts.relocate(*given, torch.as_tensor(N).cpu())
+    new_opacities, new_scales = (torch.from_numpy(array).to(opacity_old.device) for array in made)
+    return new_opacities, new_scales
 
 
 def _variant(settings: GaussianRasterizationSettings) -> str:
@@ -167,22 +168,23 @@ def _camera(settings: GaussianRasterizationSettings) -> Tuple[Camera, Tensor]:
 def _offset(view: Tensor, settings: GaussianRasterizationSettings,
             tangents: Tuple[float, float]) -> Sequence[float]:
     """The principal point in normalised device coordinates, from projmatrix = viewmatrix P."""
-    with torch.no_grad():
-        rows = view.double()
-        whole = checked(settings.projmatrix, f"{_WHO}: projmatrix").double()
-        if tuple(whole.shape) != (4, 4) or tuple(rows.shape) != (4, 4):
-            raise UsageError(f"{_WHO}: viewmatrix and projmatrix are not 4 x 4")
-        lens = rows[:3, :3].transpose(0, 1) @ whole[:3]  # the first rows of P
-        last = whole[3] - rows[3, :3] @ lens
-        scaled = [lens[axis, axis].item() * tangent for axis, tangent in enumerate(tangents)]
-        reach = 1e-3 * (1 + rows[3].abs().max().item())
-        zeros = [lens[0, 1], lens[1, 0], lens[0, 3], lens[1, 3], lens[2, 3] - 1]
-        if not (all(abs(value - 1) < 1e-3 for value in scaled)
-                and all(abs(value.item()) < 1e-3 for value in zeros)
-                and last[[0, 1, 3]].abs().max().item() < reach):
-            raise UsageError(f"{_WHO}: projmatrix is not viewmatrix times a perspective projection "
-                             "with the fields of view tanfovx and tanfovy")
-        return [0.0 if abs(value) < 1e-5 else value for value in lens[2, :2].tolist()]
+    # Numbers instead of tensors: sixteen of them are not worth an operation of torch each.
+    projection = checked(settings.projmatrix, f"{_WHO}: projmatrix")
+    if tuple(projection.shape) != (4, 4) or tuple(view.shape) != (4, 4):
+        raise UsageError(f"{_WHO}: viewmatrix and projmatrix are not 4 x 4")
+    rows, whole = view.detach().tolist(), projection.detach().tolist()
+    lens = [[sum(rows[k][row] * whole[k][column] for k in range(3)) for column in range(4)]
+            for row in range(3)]  # the first rows of P
+    last = [whole[3][column] - sum(rows[3][k] * lens[k][column] for k in range(3))
+            for column in range(4)]
+    reach = 1e-3 * (1 + max(map(abs, rows[3])))
+    ones = [lens[axis][axis] * tangents[axis] - 1 for axis in range(2)]
+    zeros = [*ones, lens[0][1], lens[1][0], lens[0][3], lens[1][3], lens[2][3] - 1]
+    if not (all(abs(value) < 1e-3 for value in zeros)
+            and all(abs(last[column]) < reach for column in (0, 1, 3))):
+        raise UsageError(f"{_WHO}: projmatrix is not viewmatrix times a perspective projection "
+                         "with the fields of view tanfovx and tanfovy")
+    return [0.0 if abs(value) < 1e-5 else value for value in lens[2][:2]]
 
 
 def _halves(means2D: Optional[Tensor], camera: Camera) -> Any:
@@ -206,16 +208,14 @@ def _moved(view: Tensor, theta: Optional[Tensor], rho: Optional[Tensor]) -> Tens
     return view + torch.stack([torch.stack(row) for row in rows]) @ view
 
 
-def _results(name: str, drawn: Rasterized, radii: Tensor, given: Any, options: Any) -> Any:
+def _results(name: str, drawn: Rasterized, radii: Tensor) -> Any:
     if name in ("dr_aa", "3dgs_accel"):
         assert drawn.inverse_depth is not None
         return drawn.color, radii, drawn.inverse_depth.unsqueeze(0)
     if name == "w-pose":
         assert drawn.depth is not None and drawn.alpha is not None
-        from ._touched import touched
-
         return (drawn.color, radii, drawn.depth.unsqueeze(0), drawn.alpha.unsqueeze(0),
-                touched(given, options))
+                drawn.pixels)
     if name == "mcmc":
         return drawn.color, radii, radii > 0
     return drawn.color, radii
@@ -226,8 +226,7 @@ def _weights(given: Any, options: Any) -> Tensor:
     picture's sum by the Gaussians' only channel."""
     fixed = {name: None if tensor is None else tensor.detach() for name, tensor in given.items()}
     with torch.enable_grad():
-        channel = torch.zeros((fixed["means"].shape[0], 1), dtype=fixed["means"].dtype,
-                              requires_grad=True)
+        channel = fixed["means"].new_zeros((fixed["means"].shape[0], 1)).requires_grad_()
         fixed.update(sh=None, sh_rest=None, channels=channel)
         drawn = rasterize(**fixed, camera=options["camera"],
                           view_from_world=options["view_from_world"].detach(),

@@ -11,7 +11,10 @@ from .._machine import modes
 #: Members of the family of diff_gaussian_rasterization.
 VARIANTS = ("original", "dr_aa", "3dgs_accel", "w-pose", "absgs", "mcmc", "taming")
 
-_CULL, _VARIANT = "QUADSPLAT_DROPIN_CULL", "QUADSPLAT_DROPIN_VARIANT"
+DEVICES = ("cpu",)
+
+_CULL, _VARIANT, _DEVICE = (
+    "QUADSPLAT_DROPIN_" + name for name in ("CULL", "VARIANT", "DEVICE"))
 
 
 def cull() -> Optional[str]:
@@ -24,7 +27,12 @@ def variant() -> Optional[str]:
     return os.environ.get(_VARIANT)
 
 
-def choose(mode: Optional[str], name: Optional[str]) -> None:
+def device() -> Optional[str]:
+    """The device in place of `cuda`; None: programs use the device that they name."""
+    return os.environ.get(_DEVICE)
+
+
+def choose(mode: Optional[str], name: Optional[str], place: Optional[str]) -> None:
     """Sets the options of this process and its children. Raises UsageError."""
     known = [mode.name for mode in modes() if mode.name != "reference"]
     if mode is not None and mode not in known:
@@ -35,6 +43,8 @@ def choose(mode: Optional[str], name: Optional[str]) -> None:
         from ._refusals import TAMING
 
         raise UsageError(f"dropin: variant: {TAMING}")
-    for key, value in ((_CULL, mode), (_VARIANT, name)):
+    if place is not None and place not in DEVICES:
+        raise UsageError(f"dropin: device: {place!r} is none of {', '.join(DEVICES)}")
+    for key, value in ((_CULL, mode), (_VARIANT, name), (_DEVICE, place)):
         if value is not None:
             os.environ[key] = value

@@ -6,7 +6,7 @@
     picture = rasterize(means, scales, rotations, opacities, sh, camera=camera).color
     (picture - photograph).abs().mean().backward()
 
-Tensors are in the memory of the CPU. docs/python.md, chapter Gradients, is the guide.
+Tensors are on the CPU, or on a GPU of CUDA. docs/python.md, chapter Gradients, is the guide.
 """
 from ._parts import SparseAdam, ssim
 from ._rasterize import Boundary, Rasterized, rasterize

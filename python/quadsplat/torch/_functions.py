@@ -17,13 +17,15 @@ from ._tensors import Tensor, put
 
 #: The inputs with derivatives in QsInputGradients.
 _PROJECTED = INPUTS[:7]
+_SH_REST, _CHANNELS, _BACKGROUND, _POSITION = map(
+    INPUTS.index, ("sh_rest", "channels", "background", "position"))
 _BOUNDARY = ("means_px", "conics", "depths", "opacities", "colors")
 
 Gradients = Dict[str, Optional[Tensor]]
 
 
 class Rasterize(torch.autograd.Function):
-    """apply(plan, view, screen, absolute, *inputs) gives the pictures and the radii.
+    """apply(plan, view, screen, absolute, *inputs) gives the pictures, radii and pixel counts.
 
     view: the camera's 3 x 4 matrix, whose values the plan has.
     screen, absolute: N x 2, for derivatives by the centres in pixels, and the absolute sums.
@@ -40,8 +42,7 @@ class Rasterize(torch.autograd.Function):
         blocks.call(plan, "qs_forward", inputs, boundary, plan.blended(pictures), frame)
         _keep(ctx, plan, frame, inputs, blocks)
         ctx.view = _likeness(view)
-        ctx.mark_non_differentiable(radii)
-        return (*(pictures.get(name) for name in PICTURES), radii)
+        return (*(pictures.get(name) for name in PICTURES), *_counts(ctx, plan, inputs, frame, radii))
 
     @staticmethod
     @once_differentiable
@@ -64,7 +65,7 @@ class Rasterize(torch.autograd.Function):
 
 
 class Project(torch.autograd.Function):
-    """apply(plan, frame, blocks, view, *inputs) gives the boundary and the radii.
+    """apply(plan, frame, blocks, view, *inputs) gives the boundary, radii and pixel counts.
 
     frame, blocks: are filled.
     """
@@ -80,8 +81,7 @@ class Project(torch.autograd.Function):
         blocks.call(plan, "qs_project", inputs, boundary, frame)
         _keep(ctx, plan, frame, inputs, blocks)
         ctx.view = _likeness(view)
-        ctx.mark_non_differentiable(radii)
-        return (*(made.get(name) for name in _BOUNDARY), radii)
+        return (*(made.get(name) for name in _BOUNDARY), *_counts(ctx, plan, inputs, frame, radii))
 
     @staticmethod
     @once_differentiable
@@ -149,6 +149,14 @@ def _keep(ctx: Any, plan: Plan, frame: _ffi.QsStageFrame, inputs: Tensors,
     ctx.save_for_backward(*inputs, *blocks.blocks)
 
 
+def _counts(ctx: Any, plan: Plan, inputs: Tensors, frame: _ffi.QsStageFrame,
+            radii: Tensor) -> Tuple[Tensor, Optional[Tensor]]:
+    """The results without gradients: the radii, and the pixel counts if they are wanted."""
+    pixels = plan.count_pixels(inputs, frame)
+    ctx.mark_non_differentiable(*(radii,) if pixels is None else (radii, pixels))
+    return radii, pixels
+
+
 def _kept(ctx: Any) -> Tuple[Plan, Tensors, _ffi.QsStageFrame]:
     """The plan, the inputs and the frame. Raises RuntimeError if one was changed in place or
     freed."""
@@ -164,34 +172,34 @@ def _means(inputs: Tensors) -> Tensor:
 def _rows(inputs: Tensors, *shape: int) -> Tensor:
     """An uninitialised tensor with a row per Gaussian."""
     means = _means(inputs)
-    return torch.empty((means.shape[0], *shape), dtype=means.dtype)
+    return means.new_empty((means.shape[0], *shape))
 
 
 def _radii(inputs: Tensors) -> Tensor:
-    return torch.empty((_means(inputs).shape[0], 2), dtype=torch.int32)
+    means = _means(inputs)
+    return means.new_empty((means.shape[0], 2), dtype=torch.int32)
 
 
 def _boundary_rows(inputs: Tensors) -> Dict[str, Tensor]:
     rows = {"means_px": _rows(inputs, 2), "conics": _rows(inputs, 3), "depths": _rows(inputs),
             "opacities": _rows(inputs)}
-    if inputs[INPUTS.index("channels")] is None:
+    if inputs[_CHANNELS] is None:
         rows["colors"] = _rows(inputs, 3)
     return rows
 
 
 def _likeness(view: Optional[Tensor]) -> Any:
-    """Type and shape of the gradient by the matrix."""
-    return None if view is None else (view.dtype, tuple(view.shape))
+    """Type, device and shape of the gradient by the matrix."""
+    return None if view is None else (view.dtype, view.device, tuple(view.shape))
 
 
 def _boundary_gradients(inputs: Tensors, wanted: Dict[str, bool],
                         absolute: bool) -> Tuple[_ffi.QsBoundaryGradients, Gradients]:
     """A struct for the derivatives by channels, background and absolute sums that are wanted."""
     struct, gradients = _ffi.QsBoundaryGradients(), {}
-    for name in ("channels", "background"):
-        tensor = inputs[INPUTS.index(name)]
-        if wanted[name] and tensor is not None:
-            gradients[name] = torch.empty(tensor.shape, dtype=tensor.dtype)
+    for name, tensor in (("channels", inputs[_CHANNELS]), ("background", inputs[_BACKGROUND])):
+        if tensor is not None and wanted[name]:
+            gradients[name] = torch.empty_like(tensor)
     if absolute:
         gradients["absolute_px"] = _rows(inputs, 2)
     for name, tensor in gradients.items():
@@ -203,17 +211,15 @@ def _input_gradients(plan: Plan, inputs: Tensors, wanted: Dict[str, bool],
                      by_view: bool) -> Tuple[_ffi.QsInputGradients, Gradients, Gradients]:
     """A struct for the derivatives that are wanted, by the inputs and by the pose."""
     struct, gradients, pose = _ffi.QsInputGradients(), {}, {}
-    given = dict(zip(INPUTS, inputs))
-    if given["sh_rest"] is not None and (wanted["sh"] or wanted["sh_rest"]):
+    if inputs[_SH_REST] is not None and (wanted["sh"] or wanted["sh_rest"]):
         wanted = {**wanted, "sh": True, "sh_rest": True}
-    for name in _PROJECTED:
-        tensor = given[name]
-        if wanted[name] and tensor is not None:
-            gradients[name] = torch.empty(tensor.shape, dtype=tensor.dtype)
-            put(struct, name, gradients[name])
+    for name, tensor in zip(_PROJECTED, inputs):
+        if tensor is not None and wanted[name]:
+            gradient = gradients[name] = torch.empty_like(tensor)
+            put(struct, name, gradient)
     if by_view:
         pose["view_from_world"] = torch.empty((3, 4), dtype=torch.float64)
-    if wanted["position"] or by_view and given["position"] is None:
+    if wanted["position"] or by_view and inputs[_POSITION] is None:
         pose["position"] = torch.empty(3, dtype=torch.float64)
     for name, tensor in pose.items():
         put(struct, name, tensor)
@@ -223,11 +229,11 @@ def _input_gradients(plan: Plan, inputs: Tensors, wanted: Dict[str, bool],
 def _in_order(gradients: Gradients, pose: Gradients, inputs: Tensors,
               wanted: Dict[str, bool]) -> List[Optional[Tensor]]:
     """The derivatives by the inputs in the order of INPUTS, None where they are not wanted."""
-    position = inputs[INPUTS.index("position")]
+    position = inputs[_POSITION]
     if wanted["position"] and position is not None:
         by_position = pose["position"]
         assert by_position is not None
-        gradients["position"] = by_position.to(position.dtype)
+        gradients["position"] = by_position.to(position)
     return [gradients.get(name) if wanted[name] else None for name in INPUTS]
 
 
@@ -237,13 +243,13 @@ def _view_gradient(plan: Plan, pose: Gradients, inputs: Tensors, view: Any) -> O
     if gradient is None:
         return None
     by_position = pose.get("position")
-    if inputs[INPUTS.index("position")] is None and by_position is not None:
+    if inputs[_POSITION] is None and by_position is not None:
         # The position is -R^T t.
         matrix = torch.tensor(list(plan.camera.view_from_world), dtype=torch.float64).view(3, 4)
         rotation, translation = matrix[:, :3], matrix[:, 3]
         gradient[:, :3] -= torch.outer(translation, by_position)
         gradient[:, 3] -= rotation @ by_position
-    dtype, shape = view
+    dtype, device, shape = view
     whole = torch.zeros(shape, dtype=dtype)
     whole[:3] = gradient
-    return whole
+    return whole.to(device)

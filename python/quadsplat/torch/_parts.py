@@ -7,8 +7,10 @@ from typing import Any, Iterable, Optional, Tuple
 import torch
 from torch.autograd.function import once_differentiable
 
-from .. import _parts
+from .. import _ffi, _parts
+from .._checks import choice
 from .._errors import UsageError
+from . import _gpu_parts
 from ._tensors import Tensor, checked
 
 
@@ -17,24 +19,30 @@ class _Ssim(torch.autograd.Function):
     def forward(ctx: Any, a: Tensor, b: Tensor, padding: str) -> Tensor:  # type: ignore[override]
         ctx.save_for_backward(a, b)
         ctx.padding = padding
+        if a.is_cuda:
+            return _gpu_parts.ssim_and_gradient(a, b, padding)[0]
         return a.new_tensor(_parts.ssim(a, b, padding=padding))
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, by: Tensor) -> Any:
         a, b = ctx.saved_tensors
+
+        def gradient(x: Tensor, y: Tensor) -> Tensor:
+            if x.is_cuda:
+                return by * _gpu_parts.ssim_and_gradient(x, y, ctx.padding)[1]
+            return torch.from_numpy(_parts.ssim_backward(x, y, by.item(), padding=ctx.padding))
+
         # SSIM is symmetric.
-        return (*(torch.from_numpy(_parts.ssim_backward(x, y, by.item(), padding=ctx.padding))
-                  if wanted else None
-                  for x, y, wanted in ((a, b, ctx.needs_input_grad[0]),
-                                       (b, a, ctx.needs_input_grad[1]))), None)
+        return (gradient(a, b) if ctx.needs_input_grad[0] else None,
+                gradient(b, a) if ctx.needs_input_grad[1] else None, None)
 
 
 def ssim(a: Tensor, b: Tensor, padding: str = "same") -> Tensor:
     """The mean structural similarity of two batches of pictures, with gradients by both.
 
-    a, b: batch x channels x height x width, on the CPU, nominally 0..1, float32 or float64. Half
-        precision is converted.
+    a, b: batch x channels x height x width, nominally 0..1, float32 or float64. Half precision is
+        converted.
     padding: "same": every pixel counts, values outside are 0; "valid": 5 pixels at every side do
         not count, and both sides have at least 11 pixels.
 
@@ -44,18 +52,37 @@ def ssim(a: Tensor, b: Tensor, padding: str = "same") -> Tensor:
     second = checked(b, "ssim: b")
     if first.dtype != second.dtype:
         raise UsageError("ssim: b has elements of another type than a")
+    if first.is_cuda or second.is_cuda:
+        _check_on_gpu(first, second, padding)
     return _Ssim.apply(first, second, padding)
+
+
+def _check_on_gpu(a: Tensor, b: Tensor, padding: str) -> None:
+    """The library's checks. Raises UsageError."""
+    if a.device != b.device:
+        raise UsageError(f"ssim: b is on the device {b.device}, but a is on {a.device}")
+    if a.dim() != 4 or a.numel() == 0:
+        raise UsageError(f"ssim: a has the shape {tuple(a.shape)} instead of batch x channels x "
+                         "height x width")
+    if a.shape != b.shape:
+        raise UsageError(f"ssim: b has the shape {tuple(b.shape)} instead of {tuple(a.shape)}")
+    choice(padding, "ssim: padding", _ffi.PADDINGS)
+    if padding == "valid" and min(a.shape[2:]) < 11:
+        raise UsageError(f"ssim: padding 'valid' needs 11 pixels along each side, not "
+                         f"{a.shape[3]} x {a.shape[2]}")
 
 
 def adam(param: Tensor, gradient: Tensor, first: Tensor, second: Tensor,
          visible: Optional[Tensor], rate: float, betas: Tuple[float, float],
          epsilon: float) -> None:
-    """quadsplat.adam() without correction of the moments, as a change that torch notices."""
-    moved = [checked(tensor, f"adam: {name}").detach().numpy() for name, tensor in
-             (("param", param), ("gradient", gradient), ("first", first), ("second", second))]
-    _parts.adam(*moved, rate, visible=visible, betas=betas, epsilon=epsilon)
-    for changed in (param, first, second):
-        changed.detach()[:0].zero_()  # counts as a change in place
+    """quadsplat.adam() of tensors, without correction of the moments."""
+    if param.is_cuda:
+        _gpu_parts.adam(param, gradient, first, second, visible, rate, betas, epsilon)
+        return
+    for name, tensor in (("param", param), ("gradient", gradient), ("first", first),
+                         ("second", second)):
+        checked(tensor, f"adam: {name}")
+    _parts.adam(param, gradient, first, second, rate, visible=visible, betas=betas, epsilon=epsilon)
 
 
 class SparseAdam(torch.optim.Adam):

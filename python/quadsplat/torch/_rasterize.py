@@ -8,13 +8,13 @@ import torch
 
 from .. import _ffi
 from .._camera import Camera
-from .._checks import words
-from .._context import Context, chosen
+from .._checks import real, words
+from .._context import Context
 from .._errors import UsageError
 from ._functions import Blend, Project, Rasterize
 from ._plan import INPUTS, PICTURES, Blocks, Plan
 from ._rules import Rules, struct_of
-from ._tensors import Tensor, checked, checked_shape
+from ._tensors import Tensor, checked, checked_shape, context_of
 
 
 class Boundary(NamedTuple):
@@ -39,6 +39,7 @@ class Rasterized(NamedTuple):
     inverse_depth: Optional[Tensor]  #: height x width: the same sum of 1 / z
     radii: Tensor  #: N x 2, int32: pixels along x and y, by Rules.radius_rule
     boundary: Optional[Boundary]  #: if it was asked for
+    pixels: Optional[Tensor] = None  #: N, int32: see `counts_above`; None if not asked for
 
 
 def rasterize(means: Tensor, scales: Optional[Tensor] = None, rotations: Optional[Tensor] = None,
@@ -48,7 +49,7 @@ def rasterize(means: Tensor, scales: Optional[Tensor] = None, rotations: Optiona
               view_from_world: Optional[Tensor] = None, position: Optional[Tensor] = None,
               screen_points: Optional[Tensor] = None, absolute_points: Optional[Tensor] = None,
               outputs: Union[str, Iterable[str]] = "color", planar: bool = False,
-              boundary: bool = False, rules: Rules = Rules(),
+              boundary: bool = False, counts_above: Optional[float] = None, rules: Rules = Rules(),
               context: Optional[Context] = None) -> Rasterized:
     """Draws N Gaussians, 0 or more, with gradients by every tensor.
 
@@ -71,12 +72,16 @@ def rasterize(means: Tensor, scales: Optional[Tensor] = None, rotations: Optiona
     outputs: "color", "alpha", "depth", "inverse_depth"; the others are None.
     planar: colour is C x height x width.
     boundary: also gives the boundary. Its means_px take the place of `screen_points`.
+    counts_above: also counts, for each Gaussian, the pixels that blend it and have a transmittance
+        above this after it, at least 0 and below 1; 0: all pixels that blend it. The CPU counts
+        them, also for tensors on a GPU, which are copied.
     rules: the rules in which published rasterizers differ.
-    context: threads of the CPU; None: the process's.
+    context: threads of the CPU, or a GPU; None: the process's, for the device of means.
 
-    Tensors are on the CPU, of any strides; all have the type of means, float32, or float64 to
-    check gradients. Half precision is converted. Values that are not finite are not drawn and
-    have gradient 0. The same call gives the same bits, with any number of threads.
+    Tensors are all on the CPU or all on a GPU of CUDA, of any strides; the pose may be on either.
+    All have the type of means, float32, or on the CPU float64 to check gradients. Half precision is
+    converted. Values that are not finite are not drawn and have gradient 0. The same call gives the
+    same bits, with any number of threads. On a GPU the work is enqueued in torch's current stream.
 
     Raises UsageError, and DeviceError if the memory is too small. A tensor that was changed in
     place after the call makes backward() fail with torch's RuntimeError.
@@ -87,7 +92,9 @@ def rasterize(means: Tensor, scales: Optional[Tensor] = None, rotations: Optiona
                         ("sh", sh), ("sh_rest", sh_rest), ("channels", channels),
                         ("covariances", covariances), ("background", background)):
         if value is not None:
-            given[name] = checked(value, f"{who}: {name}", given["means"].dtype)
+            # The library reads a background in either memory.
+            device = None if name == "background" else means.device
+            given[name] = checked(value, f"{who}: {name}", given["means"].dtype, device)
     if "opacities" not in given:
         raise UsageError(f"{who}: opacities are not given")
     if given["opacities"].dim() == 2 and given["opacities"].shape[1] == 1:
@@ -96,24 +103,34 @@ def rasterize(means: Tensor, scales: Optional[Tensor] = None, rotations: Optiona
         given["position"] = checked(position, f"{who}: position")
     count = given["means"].shape[0]
     points = [None if value is None else checked_shape(
-        checked(value, f"{who}: {name}", given["means"].dtype), f"{who}: {name}", count, 2)
+        checked(value, f"{who}: {name}", given["means"].dtype, means.device), f"{who}: {name}",
+        count, 2)
         for name, value in (("screen_points", screen_points), ("absolute_points", absolute_points))]
     chosen_camera, view = _camera(who, camera, view_from_world)
     if not isinstance(rules, Rules):
         raise UsageError(f"{who}: rules is {rules!r} instead of quadsplat.torch.Rules")
-    plan = Plan(who, chosen(context, who, "cpu"), chosen_camera, struct_of(who, rules),
-                words(outputs, f"{who}: outputs", PICTURES), planar)
+    plan = Plan(who, context_of(context, who, means), chosen_camera, struct_of(who, rules),
+                words(outputs, f"{who}: outputs", PICTURES), planar,
+                None if counts_above is None else _share(counts_above, f"{who}: counts_above"))
     inputs = [given.get(name) for name in INPUTS]
     if not boundary:
-        return Rasterized(*Rasterize.apply(plan, view, *points, *inputs), None)
+        *results, pixels = Rasterize.apply(plan, view, *points, *inputs)
+        return Rasterized(*results, None, pixels)
     if screen_points is not None:
         raise UsageError(f"{who}: screen_points is given, and so is boundary: use its means_px")
     frame, blocks = _ffi.QsStageFrame(), Blocks()
-    *edge, radii = Project.apply(plan, frame, blocks, view, *inputs)
+    *edge, radii, pixels = Project.apply(plan, frame, blocks, view, *inputs)
     pictures = Blend.apply(plan, frame, blocks, *edge, points[1], given.get("channels"),
                            given.get("background"),
                            *(None if tensor is None else tensor.detach() for tensor in inputs))
-    return Rasterized(*pictures, radii, Boundary(*edge))
+    return Rasterized(*pictures, radii, Boundary(*edge), pixels)
+
+
+def _share(value: Any, where: str) -> float:
+    number = real(value, where)
+    if not 0 <= number < 1:
+        raise UsageError(f"{where}: {number} is not at least 0 and below 1")
+    return number
 
 
 def _camera(who: str, camera: Any, view: Any) -> Any:

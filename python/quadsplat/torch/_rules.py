@@ -2,12 +2,11 @@
 """The rules in which differentiable rasterizers differ."""
 from __future__ import annotations
 
-from typing import NamedTuple, Optional, Tuple
+from functools import lru_cache
+from typing import Any, NamedTuple, Optional, Tuple
 
 from .. import _ffi
 from .._checks import choice, encoded, integer, real, reals
-
-_ZEROS = (0.0, 0.0)
 
 
 class Rules(NamedTuple):
@@ -35,8 +34,24 @@ class Rules(NamedTuple):
     slopes: Optional[Tuple[float, float, float, float]] = None
 
 
+#: Types of members whose values cannot change.
+_FIXED = {str, int, float, bool}
+
+
 def struct_of(who: str, rules: Rules) -> _ffi.QsRules:
-    """The struct of rules. The library checks their ranges. Raises UsageError."""
+    """The struct of rules, which is not to be changed: equal rules share one.
+
+    The library checks their ranges. Raises UsageError.
+    """
+    slopes = None if rules.slopes is None else reals(rules.slopes, f"{who}: rules.slopes", 4)
+    members = rules[:-1]
+    if _FIXED.issuperset(map(type, members)):
+        return _remembered(who, slopes, *members)
+    return _made(who, slopes, *members)
+
+
+def _made(who: str, slopes: Optional[Tuple[float, ...]], *members: Any) -> _ffi.QsRules:
+    rules = Rules(*members)
     struct = _ffi.QsRules()
     struct.mode = encoded(rules.mode, f"{who}: rules.mode")
     struct.sh_degree = integer(rules.sh_degree, f"{who}: rules.sh_degree", 0, 3)
@@ -47,7 +62,10 @@ def struct_of(who: str, rules: Rules) -> _ffi.QsRules:
         setattr(struct, name, bool(getattr(rules, name)))
     struct.keeps_rotation_length = not rules.normalises_rotations
     struct.radius_rule = choice(rules.radius_rule, f"{who}: rules.radius_rule", _ffi.RADII)
-    slopes = (reals(rules.slopes, f"{who}: rules.slopes", 4) if rules.slopes is not None
-              else _ZEROS + _ZEROS)
-    struct.slope_low[:], struct.slope_high[:] = slopes[:2], slopes[2:]
+    if slopes is not None:
+        struct.slope_low[:], struct.slope_high[:] = slopes[:2], slopes[2:]
     return struct
+
+
+# `typed`: 3.0 is no degree, although it equals 3.
+_remembered = lru_cache(maxsize=256, typed=True)(_made)

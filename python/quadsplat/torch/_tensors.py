@@ -9,6 +9,7 @@ from typing import Any, Optional
 import torch
 
 from .. import _ffi
+from .._context import Context, chosen
 from .._errors import UsageError
 
 Tensor = torch.Tensor
@@ -16,33 +17,57 @@ Tensor = torch.Tensor
 _TYPES = {torch.float32: _ffi.FLOAT32, torch.float64: _ffi.FLOAT64, torch.int32: _ffi.INT32,
           torch.uint8: _ffi.UINT8, torch.int64: _ffi.INT64}
 _HALVES = (torch.float16, torch.bfloat16)
+_HOST = (_ffi.MEMORY_HOST, 0)  # QsArray.memory and .device
 
-# The members of a QsArray: writing all of them at once is ten times as fast as one by one.
-_ARRAY = struct.Struct("=Q8qIIIi")
-assert _ARRAY.size == ctypes.sizeof(_ffi.QsArray)
-_NONE = ((0, 0, 0, 0), (0, 0, 0), (0, 0), (0,), ())
+# The members of a QsArray of 0 to 4 dimensions: writing all of them at once is ten times as fast as
+# one by one. `x` writes a 0.
+_ARRAYS = tuple(struct.Struct("=Q" + 2 * (count * "q" + (4 - count) * "8x") + "IIIi")
+                for count in range(5))
+assert {array.size for array in _ARRAYS} == {ctypes.sizeof(_ffi.QsArray)}
 
 
 def put(target: ctypes.Structure, name: str, tensor: Optional[Tensor]) -> None:
     """Sets the member of a struct to a tensor, which must outlive the struct. None: absent."""
-    if tensor is None:
-        return
-    unused = _NONE[tensor.dim()]
-    _ARRAY.pack_into(target, getattr(type(target), name).offset, tensor.data_ptr(),
-                     *tensor.shape, *unused, *tensor.stride(), *unused, tensor.dim(),
-                     _TYPES[tensor.dtype], _ffi.MEMORY_HOST, 0)
+    if tensor is not None:
+        _pack(target, getattr(target.__class__, name).offset, tensor)
 
 
-def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None) -> Tensor:
+def array_of(tensor: Tensor) -> _ffi.QsArray:
+    """The struct of a tensor, which must outlive it."""
+    struct = _ffi.QsArray()
+    _pack(struct, 0, tensor)
+    return struct
+
+
+def _pack(target: ctypes.Structure, offset: int, tensor: Tensor) -> None:
+    shape = tensor.shape
+    dimensions = len(shape)
+    memory, device = (_ffi.MEMORY_CUDA, tensor.get_device()) if tensor.is_cuda else _HOST
+    _ARRAYS[dimensions].pack_into(target, offset, tensor.data_ptr(), *shape, *tensor.stride(),
+                                  dimensions, _TYPES[tensor.dtype], memory, device)
+
+
+def context_of(context: Optional[Context], who: str, means: Tensor) -> Context:
+    """The given context, or the process's for the device of the Gaussians."""
+    if means.is_cuda:
+        return chosen(context, who, "cuda", means.get_device())
+    return chosen(context, who, "cpu")
+
+
+def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None,
+            device: Optional[torch.device] = None, most_dimensions: int = 4) -> Tensor:
     """A tensor of float32 or float64 that the library can read. Half precision becomes float32.
 
-    dtype: the type that it must have then. Raises UsageError.
+    dtype, device: the type and the device that it must have then. most_dimensions: the library has
+    4. Raises UsageError.
     """
     if not isinstance(value, Tensor):
         raise UsageError(f"{where} is a {type(value).__name__} instead of a torch.Tensor")
-    if value.device.type != "cpu":
+    if value.device.type not in ("cpu", "cuda"):
         raise UsageError(f"{where} is on the device {value.device}: gradients are computed on the "
-                         "CPU so far: move the tensors there by .cpu()")
+                         "CPU and with CUDA: move the tensors there by .cpu() or .cuda()")
+    if device is not None and value.device != device:
+        raise UsageError(f"{where} is on the device {value.device}, but means is on {device}")
     if value.layout != torch.strided:
         raise UsageError(f"{where} is sparse: convert it by .to_dense()")
     if value.dtype in _HALVES:
@@ -53,7 +78,7 @@ def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None) -> Tens
     if dtype is not None and value.dtype != dtype:
         raise UsageError(f"{where} has elements of type {_name(value.dtype)}, but means has "
                          f"{_name(dtype)}")
-    if not 1 <= value.dim() <= 4:
+    if not 1 <= value.dim() <= most_dimensions:
         raise UsageError(f"{where} has {value.dim()} dimensions")
     return value
 

@@ -72,10 +72,17 @@ void ThreadPool::for_chunks(std::size_t count, std::size_t grain,
                             const std::function<void(std::size_t, std::size_t, int)>& body) {
   if (count == 0) return;
   State& s = *state_;
+  grain = std::max<std::size_t>(grain, 1);
+  // Waking a thread takes longer than most single chunks.
+  if (count <= grain || s.workers.empty()) {
+    for (std::size_t begin = 0; begin < count; begin += grain)
+      body(begin, begin + std::min(grain, count - begin), 0);
+    return;
+  }
   {
     const std::lock_guard lock(s.mutex);
     s.loop.count = count;
-    s.loop.grain = std::max<std::size_t>(grain, 1);
+    s.loop.grain = grain;
     s.loop.body = &body;
     s.loop.next = 0;
     s.error = nullptr;

@@ -49,10 +49,14 @@ struct GivenGaussians {
     radii.fill(i, 2, 0);
   }
 
-  QS_HD bool exists(std::size_t i) const {
-    bool all = finite(in.means, i, 3) && finite(in.scales, i, 3) && finite(in.rotations, i, 4) &&
-               finite(in.covariances, i, 6) && finite(in.opacities, i, 1) &&
-               finite(in.channels, i, in.channel_count);
+  QS_HD bool exists(std::size_t i) const { return has_finite_shape(i) && has_finite_color(i); }
+  QS_HD bool has_finite_shape(std::size_t i) const {
+    return finite(in.means, i, 3) && finite(in.scales, i, 3) && finite(in.rotations, i, 4) &&
+           finite(in.covariances, i, 6) && finite(in.opacities, i, 1) &&
+           finite(in.channels, i, in.channel_count);
+  }
+  QS_HD bool has_finite_color(std::size_t i) const {
+    bool all = true;
     const int coefficients = in.sh ? sh_coefficient_count(rules.sh_degree) : 0;
     for (int k = 0; k < coefficients; ++k) {
       for (int c = 0; c < 3; ++c) all = all && finite(static_cast<double>(in.sh.at(i, k, c)));
@@ -123,6 +127,8 @@ struct GivenGradient {
     return d;
   }
 
+  QS_HD Real depth(std::size_t i) const { return by.depth ? by.depth.at(i) : Real(0); }
+
   /// Sets the rows of a Gaussian to 0.
   QS_HD void clear(std::size_t i) const {
     out.means.fill(i, 3, 0);
@@ -149,15 +155,22 @@ struct GivenGradient {
     return direction_gradient(mean - rules.view.position, d_direction);
   }
 
-  /// Writes the rows of a Gaussian that has a row in the boundary, and adds to `pose`.
-  QS_HD void add(std::size_t i, PoseGradient& pose) const {
+  /// True if all derivatives of a Gaussian are 0.
+  QS_HD bool is_zero(std::size_t i) const {
     const SplatGradient<Real> d = splat(i);
-    const Real d_depth = by.depth ? by.depth.at(i) : Real(0);
-    if (d.mean_px == glm::vec<2, Real>(0) && d.conic == Vec3(0) && d.opacity == 0 &&
-        d.color == Vec3(0) && d_depth == 0) {
+    return d.mean_px == glm::vec<2, Real>(0) && d.conic == Vec3(0) && d.opacity == 0 &&
+           d.color == Vec3(0) && depth(i) == 0;
+  }
+
+  /// Writes the rows of a Gaussian that has a row in the boundary, and adds to `pose` if `kPose`.
+  template <bool kPose = true>
+  QS_HD void add(std::size_t i, PoseGradient& pose) const {
+    if (is_zero(i)) {
       clear(i);
       return;
     }
+    const SplatGradient<Real> d = splat(i);
+    const Real d_depth = depth(i);
     const Vec3 mean = in.means.vec3(i);
     Vec3 scale(0);
     glm::qua<Real> rotation(1, 0, 0, 0), q = rotation;
@@ -190,6 +203,7 @@ struct GivenGradient {
       out.rotations.set(i, glm::vec<4, Real>(r.w, r.x, r.y, r.z));
     }
 
+    if constexpr (!kPose) return;
     const glm::dvec3 d_point(placed.geometry.mean), position(mean);
     for (int row = 0; row < 3; ++row) {
       const glm::dvec3 through_covariance(placed.geometry.rows[row]);

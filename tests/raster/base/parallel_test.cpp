@@ -3,12 +3,15 @@
 
 #include <atomic>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 namespace qs {
 namespace {
+
+const std::thread::id kMain = std::this_thread::get_id();
 
 TEST(ThreadPool, visits_every_index_once_for_every_grain) {
   for (const int threads : {1, 2, 5}) {
@@ -40,6 +43,22 @@ TEST(ThreadPool, rethrows_the_first_exception_and_stays_usable) {
     });
   }
   EXPECT_EQ(sum, 2000);
+}
+
+TEST(ThreadPool, a_single_chunk_runs_on_the_calling_thread) {
+  ThreadPool pool(3);
+  for (int repeat = 0; repeat < 100; ++repeat) {
+    pool.for_chunks(10, 10, [](std::size_t begin, std::size_t end, int worker) {
+      EXPECT_EQ(std::this_thread::get_id(), kMain);
+      EXPECT_EQ(worker, 0);
+      EXPECT_EQ(end - begin, 10u);
+    });
+  }
+  EXPECT_THROW(pool.for_chunks(1, 1, [](auto...) { throw std::runtime_error("body"); }),
+               std::runtime_error);
+  std::atomic<int> sum = 0;
+  pool.for_chunks(10, 1, [&](std::size_t, std::size_t, int) { ++sum; });
+  EXPECT_EQ(sum, 10);
 }
 
 TEST(ThreadPool, an_empty_range_calls_nothing) {

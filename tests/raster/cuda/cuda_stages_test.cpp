@@ -272,11 +272,15 @@ void expect_equal_stages(const DrawnView& view, const StageScene<float>& scene) 
   auto cpu_weights = weights;
   expect_close(on_gpu.gradients(view, scene, weights),
                frame.gradients(view, scene, cpu_weights.pictures()), kGradientTolerance);
-  // The colour alone, without depths in the frame.
+  // Without depths in the frame; three channels have kernels of their own.
   GpuStageFrame flat;
   flat.with_depth = false;
-  EXPECT_EQ(flat.draw(view, scene).color, pictures.color);
+  const PictureValues<float> flat_pictures = flat.draw(view, scene);
+  EXPECT_EQ(flat_pictures.color, pictures.color);
+  EXPECT_EQ(flat_pictures.alpha, pictures.alpha);
   const auto all = cpu_weights.pictures();
+  expect_close(flat.gradients(view, scene, weights),
+               frame.gradients(view, scene, {all.color, all.alpha, {}, {}}), kGradientTolerance);
   expect_close(flat.gradients(view, scene, weights, false),
                frame.gradients(view, scene, {all.color, {}, {}, {}}), kGradientTolerance);
 }
@@ -349,8 +353,10 @@ TEST_F(CudaStages, give_no_gradient_to_numbers_that_are_not_finite) {
 }
 
 /// All bits that a frame gives. Covariances that are not given keep their inputs.
-std::vector<double> bits_of(const DrawnView& view, const StageScene<float>& scene) {
+std::vector<double> bits_of(const DrawnView& view, const StageScene<float>& scene,
+                            bool with_depth) {
   GpuStageFrame frame;
+  frame.with_depth = with_depth;
   const PictureValues<float> pictures = frame.draw(view, scene);
   auto bits =
       frame.gradients(view, scene, PictureValues<float>::random(view.camera, scene.channel_count))
@@ -363,17 +369,19 @@ std::vector<double> bits_of(const DrawnView& view, const StageScene<float>& scen
 
 TEST_F(CudaStages, have_the_same_bits_twice_and_in_all_lossless_modes) {
   DrawnView view = off_centre_view();
-  for (const StageScene<float>& scene :
-       {stage_scene<float>(400, 35), with_channels(stage_scene<float>(300, 36), 5)}) {
+  const auto expect_equal = [&](const StageScene<float>& scene, bool with_depth) {
     view.mode = find_culler("adr");
-    const auto expected = bits_of(view, scene);
-    EXPECT_EQ(bits_of(view, scene), expected) << "a second time";
+    const auto expected = bits_of(view, scene, with_depth);
+    EXPECT_EQ(bits_of(view, scene, with_depth), expected) << "a second time";
     for (const CullMode mode : test::tiled_modes()) {
       if (!row_of(mode).lossless) continue;
       view.mode = mode;
-      EXPECT_EQ(bits_of(view, scene), expected) << mode_name(mode);
+      EXPECT_EQ(bits_of(view, scene, with_depth), expected) << mode_name(mode);
     }
-  }
+  };
+  expect_equal(stage_scene<float>(400, 35), true);
+  expect_equal(stage_scene<float>(400, 35), false);
+  expect_equal(with_channels(stage_scene<float>(300, 36), 5), true);
 }
 
 TEST_F(CudaStages, of_several_frames_wait_for_their_backward_passes) {

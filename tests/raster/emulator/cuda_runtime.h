@@ -230,6 +230,19 @@ inline cudaError_t cudaFree(void* pointer) {
   std::free(memory);
   return cudaSuccess;
 }
+inline cudaError_t cudaMallocAsync(void** pointer, std::size_t bytes, void*) {
+  return cudaMalloc(pointer, bytes);
+}
+inline cudaError_t cudaFreeAsync(void* pointer, void*) { return cudaFree(pointer); }
+
+struct cudaPointerAttributes {
+  void* devicePointer;
+};
+/// The GPU reads all memory of the host.
+inline cudaError_t cudaPointerGetAttributes(cudaPointerAttributes* attributes,
+                                            const void* pointer) {
+  return attributes->devicePointer = const_cast<void*>(pointer), cudaSuccess;
+}
 template <class T>
 cudaError_t cudaMallocHost(T** pointer, std::size_t bytes) {
   *pointer = static_cast<T*>(std::malloc(bytes));

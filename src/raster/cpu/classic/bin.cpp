@@ -9,14 +9,19 @@
 namespace qs::cpu {
 namespace {
 
-// Cuts the depth order into one segment per thread. The first loop counts the pairs of each (tile,
-// segment), which gives each its own range of the list, ordered by tile and then by segment. The
-// second loop fills these ranges. The result does not depend on the number of segments.
+/// A segment of fewer Gaussians is not worth a thread.
+constexpr std::size_t kSmallestSegment = 256;
+
+// Cuts the depth order into one segment per thread, or fewer. The first loop counts the pairs of
+// each (tile, segment), which gives each its own range of the list, ordered by tile and then by
+// segment. The second loop fills these ranges. The result does not depend on the number of
+// segments.
 template <class P, int kTilePx>
 void bin_with(const FrameContext& frame, const VisibleSlots& visible, const DepthOrder& order,
               TileLists& lists) {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
-  const auto segments = static_cast<std::size_t>(frame.pool.size());
+  const auto segments = std::clamp<std::size_t>(order.slots.size() / kSmallestSegment, 1,
+                                                static_cast<std::size_t>(frame.pool.size()));
   const std::size_t segment_size = (order.slots.size() + segments - 1) / segments;
   std::vector<std::uint64_t>& cursors = lists.cursors;  // [segment][tile]
   cursors.assign(segments * tiles, 0);

@@ -11,8 +11,6 @@
 namespace qs::cpu::stages {
 namespace {
 
-constexpr auto kTilePixels = static_cast<std::size_t>(kTileSize * kTileSize);
-
 /// Calls f(kDeep, kDefaultRules), two std::bool_constant. `deep`: a frame with depths, or
 /// derivatives by other pictures than the colour. For the default rules and three channels alone,
 /// as in training, the tiles are also compiled with the rules as constants, which is 5 % faster.

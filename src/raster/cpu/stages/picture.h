@@ -53,6 +53,9 @@ struct PixelArea {
   }
 };
 
+/// Of a full tile.
+inline constexpr auto kTilePixels = static_cast<std::size_t>(kTileSize * kTileSize);
+
 /// The pixels of a tile that are inside the image.
 struct TileBox {
   int x0, y0, width, height;

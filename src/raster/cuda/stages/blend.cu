@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/stages/blend.h"
 #include "raster/cuda/stages/channel_pixel.cuh"
+#include "raster/cuda/stages/color_blend.cuh"
 
 namespace qs::cuda::stages {
 namespace {
-
-static_assert(kThreads == kTilePixels);
 
 /// A tile is one block with one thread per pixel. Colours have kChannels channels, of which
 /// in.channel_count are used.
@@ -36,9 +35,8 @@ __global__ void __launch_bounds__(kThreads)
       for (; reaching != 0; reaching &= reaching - 1) {
         const std::uint32_t entry = group + lowest_bit(reaching);
         Contribution by = segment.contribution(entry, px, py);
-        bool counts = live;
-        by.alpha = in.alpha_of(by, counts);
-        if (!counts) continue;
+        limit_alpha(in.rules, by);
+        if (!live || !by.counts) continue;
         const float next = by.behind(transmittance);
         if (next < in.rules.stops_below) {
           live = false;
@@ -82,6 +80,18 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
+void blend_colors(const BlendInput& in, const ListedFrame& listed, const PixelBlock& block,
+                  const Pictures<float>& out, cudaStream_t stream) {
+  const unsigned tiles = tiles_of(listed.sizes);
+  check(cudaMemsetAsync(block.segment_tiles, 0xff,
+                        segments_of(listed.sizes.pairs, tiles) * sizeof(std::uint32_t), stream),
+        "blend");
+  launch("blend", blend_tiles<CallersView>, tiles, stream, listed.schedule(), listed.tiles(),
+         CallersView{in.rules, in.channels, in.background, out},
+         BlendTarget{reinterpret_cast<glm::vec3*>(block.color), block.transmittance, block.last,
+                     block.segment_tiles, block.states});
+}
+
 }  // namespace
 
 void blend(const BlendInput& in, const Queue& queue, bool with_depth, Frame& frame,
@@ -91,12 +101,16 @@ void blend(const BlendInput& in, const Queue& queue, bool with_depth, Frame& fra
   queue.throw_if_cancelled();
   frame.sizes = frame.sizes.blended(in.channel_count, with_depth);
   const ListedFrame listed(frame);
+  const auto block = block_at<PixelBlock>(frame.pixels, listed.sizes);
+  if (frame.sizes.has_states) {
+    blend_colors(in, listed, block, out, stream_of(queue));
+    return;
+  }
   const ChannelInput input = ChannelInput::of(listed, in);
   with_channels(in.channel_count, [&](auto channels) {
     launch("blend",
            with_depth ? blend_channels<channels(), true> : blend_channels<channels(), false>,
-           tiles_of(listed.sizes), stream_of(queue), input,
-           block_at<PixelBlock>(frame.pixels, listed.sizes), out);
+           tiles_of(listed.sizes), stream_of(queue), input, block, out);
   });
 }
 

@@ -2,14 +2,13 @@
 #include "raster/cuda/stages/add_rows.cuh"
 #include "raster/cuda/stages/blend.h"
 #include "raster/cuda/stages/channel_pixel.cuh"
+#include "raster/cuda/stages/color_sums.cuh"
 #include "raster/cuda/stages/sum_gaussians.cuh"
 #include "raster/kernel/gradient/pixel.h"
 
 namespace qs::cuda::stages {
 namespace {
 
-static_assert(kThreads == kTilePixels);
-constexpr unsigned kWarps = kTilePixels / kWarp;
 constexpr unsigned kShape = 7;       ///< numbers of PixelSums without its colour, and d/dz
 constexpr unsigned kAbsolute = 2;    ///< absolute gradients
 constexpr std::uint32_t kGroup = 8;  ///< entries that the warps sum before the block adds them up
@@ -156,8 +155,8 @@ __global__ void __launch_bounds__(kThreads) sum_channels(SumsInput sums, SumScra
         __syncwarp();
         if (before + entry >= end_of_warp || (segment.warps[entry] >> warp & 1) == 0) continue;
         Contribution by = segment.contribution(entry, pixel.x, pixel.y);
-        bool counts = before + entry < pixel.end;
-        by.alpha = in.alpha_of(by, counts);
+        limit_alpha(in.rules, by);
+        const bool counts = by.counts && before + entry < pixel.end;
         if (!__any_sync(kAllLanes, counts)) continue;
         float weight = 0, by_alpha = 0, by_z = 0;
         if (counts) weight = pixel.blend(sums, owners[entry], by, by_alpha, by_z);
@@ -206,8 +205,45 @@ __global__ void __launch_bounds__(kThreads) sum_channels(SumsInput sums, SumScra
   }
 }
 
+/// Scratch memory of blend_backward() with states.
+struct ColorScratch {
+  PixelSums<float>*pairs, *sums;        ///< per place, per Gaussian
+  glm::vec2 *absolute, *absolute_sums;  ///< the same
+  double* rows;                         ///< see SumScratch
+
+  static ColorScratch of(BlockArrays& block, const HeldSizes& sizes) {
+    ColorScratch result{};
+    result.pairs = block.next<PixelSums<float>>(sizes.pairs);
+    result.absolute = block.next<glm::vec2>(sizes.pairs);
+    result.sums = block.next<PixelSums<float>>(sizes.gaussians);
+    result.absolute_sums = block.next<glm::vec2>(sizes.gaussians);
+    result.rows = block.next<double>(static_cast<std::size_t>(sizes.height) * sizes.channels);
+    return result;
+  }
+};
+
 /// Writes the rows of the boundary. One thread per Gaussian; `colors` is where the derivatives by
-/// the colours go, and `channel_size` the number of sums of channels per Gaussian.
+/// the colours go.
+__global__ void __launch_bounds__(kThreads)
+    write_color_boundary(std::uint32_t count, GaussianBlock gaussians, ColorScratch sums,
+                         BoundaryGradients<float> out, qs::stages::Rows<float> colors) {
+  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
+  if (i >= count) return;
+  SplatGradient<float> gradient;
+  const bool listed = gaussians.tile_counts[i] > 0;
+  if (listed) gradient = splat_gradient<float>(gaussians.splats[i].splat, sums.sums[i]);
+  out.by.mean_px.set(i, gradient.mean_px);
+  out.by.conic.set(i, gradient.conic);
+  out.by.depth.set(i, 0);
+  out.by.opacity.set(i, gradient.opacity);
+  out.by.color.fill(i, 3, 0);
+  out.channels.fill(i, 3, 0);
+  colors.set(i, gradient.color);
+  if (out.absolute_px) out.absolute_px.set(i, listed ? sums.absolute_sums[i] : glm::vec2(0.0f));
+}
+
+/// The same for every number of channels; `channel_size` is the number of sums of channels per
+/// Gaussian.
 __global__ void __launch_bounds__(kThreads)
     write_boundary(std::uint32_t count, GaussianBlock gaussians, SumScratch sums,
                    BoundaryGradients<float> out, qs::stages::Rows<float> colors, int channel_count,
@@ -254,9 +290,50 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
+void add_background(const HeldSizes& sizes, const PixelBlock& state,
+                    const Pictures<const float>& by, double* rows, float* background,
+                    cudaStream_t stream) {
+  if (background == nullptr) return;
+  const auto height = static_cast<unsigned>(sizes.height);
+  launch("background", background_of_rows, height, stream, state.transmittance, sizes.width,
+         static_cast<int>(sizes.channels), by.color, rows);
+  launch("background", add_rows<float>, 1, stream, rows, height, sizes.channels, background);
+}
+
+void color_backward(const BlendInput& in, const ListedFrame& listed, const PixelBlock& state,
+                    const Pictures<const float>& by, const ColorScratch& scratch,
+                    const BoundaryGradients<float>& out, cudaStream_t stream) {
+  const HeldSizes& sizes = listed.sizes;
+  const bool absolute = static_cast<bool>(out.absolute_px);
+  if (sizes.pairs > 0) {
+    launch("sum_pairs",
+           absolute ? sum_pairs<true, CallersDerivatives> : sum_pairs<false, CallersDerivatives>,
+           segments_of(sizes.pairs, tiles_of(sizes)), stream,
+           PairInput<CallersDerivatives>{listed.tiles(),
+                                         state.segment_tiles,
+                                         state.states,
+                                         reinterpret_cast<const glm::vec3*>(state.color),
+                                         state.last,
+                                         {in.rules, in.channels, by, state.transmittance}},
+           PairSums{scratch.pairs, scratch.absolute});
+  }
+  const auto sum = [&]<unsigned kNumbers>(const auto* pairs, auto* sums) {
+    sum_pairs_of_gaussians<kNumbers>(
+        {sizes.gaussians, listed.gaussians.first_places, listed.gaussians.tile_counts,
+         reinterpret_cast<const float*>(pairs), reinterpret_cast<float*>(sums)},
+        stream);
+  };
+  sum.operator()<kSums>(scratch.pairs, scratch.sums);
+  if (absolute) sum.operator()<kAbsolute>(scratch.absolute, scratch.absolute_sums);
+  launch("boundary", write_color_boundary, blocks_for(sizes.gaussians), stream, sizes.gaussians,
+         listed.gaussians, scratch, out, in.channels ? out.channels : out.by.color);
+}
+
 }  // namespace
 
-std::size_t bytes_to_blend_backward(const HeldSizes& sizes) { return bytes_of<SumScratch>(sizes); }
+std::size_t bytes_to_blend_backward(const HeldSizes& sizes) {
+  return sizes.has_states ? bytes_of<ColorScratch>(sizes) : bytes_of<SumScratch>(sizes);
+}
 
 void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<const float>& by,
                     const Queue& queue, void* scratch, const BoundaryGradients<float>& out) {
@@ -267,13 +344,14 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
   const cudaStream_t stream = stream_of(queue);
   const ListedFrame listed(frame);
   const auto state = block_at<PixelBlock>(frame.pixels, sizes);
-  const auto sums = block_at<SumScratch>(scratch, sizes);
-  if (out.background != nullptr) {
-    launch("background", background_of_rows, static_cast<unsigned>(sizes.height), stream,
-           state.transmittance, sizes.width, in.channel_count, by.color, sums.rows);
-    launch("background", add_rows<float>, 1, stream, sums.rows, static_cast<unsigned>(sizes.height),
-           static_cast<unsigned>(in.channel_count), out.background);
+  if (sizes.has_states) {
+    const auto colors = block_at<ColorScratch>(scratch, sizes);
+    add_background(sizes, state, by, colors.rows, out.background, stream);
+    if (sizes.gaussians > 0) color_backward(in, listed, state, by, colors, out, stream);
+    return;
   }
+  const auto sums = block_at<SumScratch>(scratch, sizes);
+  add_background(sizes, state, by, sums.rows, out.background, stream);
   if (sizes.gaussians == 0) return;
   const SumsInput input{ChannelInput::of(listed, in), state, by};
   const auto sum_input = [&](const float* pairs, float* of_gaussians) {

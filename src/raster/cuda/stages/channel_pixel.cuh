@@ -37,13 +37,6 @@ struct ChannelInput {
   __device__ float background_of(int c) const {
     return background != nullptr ? background[c] : 0.0f;
   }
-
-  /// Alpha by the rules. `counts` becomes false if it is below 1/255.
-  __device__ float alpha_of(const Contribution& by, bool& counts) const {
-    const float alpha = fminf(by.unclamped, rules.alpha_max);
-    counts = counts && by.counts && alpha >= kAlphaMin;
-    return alpha;
-  }
 };
 
 }  // namespace qs::cuda::stages

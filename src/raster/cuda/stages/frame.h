@@ -24,6 +24,7 @@ struct HeldSizes {
   std::int32_t width = 0, height = 0;
   std::uint32_t channels = 0;  ///< of the blended colours; 0 before blend()
   bool has_depth = false;      ///< blend() sums depths
+  bool has_states = false;     ///< blend() keeps states of pixels, see color_blend.cuh
 
   static HeldSizes of(const Camera& camera, std::size_t gaussians) {
     HeldSizes sizes;
@@ -32,11 +33,13 @@ struct HeldSizes {
     sizes.height = camera.height;
     return sizes;
   }
-  /// The sizes of the frame after blend().
+  /// The sizes of the frame after blend(). Colours of three channels without depths, which faster
+  /// kernels blend, have states.
   HeldSizes blended(int channel_count, bool with_depth) const {
     HeldSizes sizes = *this;
     sizes.channels = static_cast<std::uint32_t>(channel_count);
     sizes.has_depth = with_depth;
+    sizes.has_states = !with_depth && channel_count == 3;
     return sizes;
   }
   std::size_t pixels() const {

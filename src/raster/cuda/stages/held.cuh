@@ -66,6 +66,9 @@ struct PixelBlock {
   float* transmittance;          ///< behind the last Gaussian
   std::uint32_t* last;           ///< entries of the tile's list up to the last blended entry
   float *depth, *inverse_depth;  ///< null without depths
+  // Null without states, see BlendTarget.
+  std::uint32_t* segment_tiles;
+  float4* states;
 
   static PixelBlock of(BlockArrays& block, const HeldSizes& sizes) {
     PixelBlock result{};
@@ -75,6 +78,11 @@ struct PixelBlock {
     if (sizes.has_depth) {
       result.depth = block.next<float>(sizes.pixels());
       result.inverse_depth = block.next<float>(sizes.pixels());
+    }
+    if (sizes.has_states) {
+      const std::size_t segments = segments_of(sizes.pairs, tiles_of(sizes));
+      result.segment_tiles = block.next<std::uint32_t>(segments);
+      result.states = block.next<float4>(segments * kTilePixels);
     }
     return result;
   }

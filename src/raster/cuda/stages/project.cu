@@ -3,6 +3,7 @@
 #include "raster/cuda/stages/add_rows.cuh"
 #include "raster/cuda/stages/held.cuh"
 #include "raster/cuda/stages/project.h"
+#include "raster/cuda/stages/shared_sh.cuh"
 #include "raster/cuda/stream.cuh"
 #include "raster/kernel/cull/modes.h"
 #include "raster/stages/given.h"
@@ -18,22 +19,30 @@ using qs::stages::StageRules;
 /// One thread per Gaussian. `source` keeps faint Gaussians, which may have a row in the boundary;
 /// `keep_faint` decides whether tiles may list them. Sets the tile counts of the Gaussians that
 /// count_tiles_of() must look at to 1, the others to 0.
-__global__ void __launch_bounds__(kThreads)
-    project_given(GivenGaussians<float> source, bool keep_faint, GaussianBlock out,
+__global__ void __launch_bounds__(kThreads, 3)
+    project_given(GivenGaussians<float> source, SharedSh shared, bool keep_faint, GaussianBlock out,
                   FootprintArrays footprints) {
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-  if (i >= source.in.count) return;
-  out.tile_counts[i] = 0;
-  out.projected[i] = 0;
-  source.clear(i);
-  if (!source.exists(i)) return;
-  const glm::vec3 mean = source.mean(i);
-  const Covariance3<double> sigma = source.covariance(i);
-  const double opacity = source.opacity(i);
+  bool exists = i < source.in.count;
+  if (exists) {
+    out.tile_counts[i] = 0;
+    out.projected[i] = 0;
+    source.clear(i);
+    exists = source.has_finite_shape(i);
+  }
+  glm::vec3 mean(0.0f);
+  Covariance3<double> sigma{};
+  double opacity = 0;
   Projected projected;
-  if (!qs::project(source.rules.view, source.rules, active_gaussian(mean, sigma, opacity),
-                   projected))
-    return;
+  if (exists) {
+    mean = source.mean(i);
+    sigma = source.covariance(i);
+    opacity = source.opacity(i);
+    exists = qs::project(source.rules.view, source.rules, active_gaussian(mean, sigma, opacity),
+                         projected);
+  }
+  if (shared.numbers > 0) source.in.sh = shared.load(source.in.sh, exists);
+  if (!exists || !source.has_finite_color(i)) return;
   const auto values = SplatValues<float>::of(source.rules, mean, sigma, opacity, projected);
   const glm::vec3 color = source.color(i, mean);
   if (!source.report(i, projected, values, color)) return;
@@ -72,18 +81,28 @@ struct PoseScratch {
   }
 };
 
-/// One thread per Gaussian. `sums` is null if the pose has no gradient.
-__global__ void __launch_bounds__(kThreads)
-    gradients_of_given(GivenGradient<float> gradient, const std::uint8_t* projected, double* sums) {
+/// One thread per Gaussian. `sums` is null unless `kPose`: the pose has a gradient.
+template <bool kPose>
+__global__ void __launch_bounds__(kThreads, kPose ? 1 : 3)
+    gradients_of_given(GivenGradient<float> gradient, SharedSh shared,
+                       const std::uint8_t* projected, double* sums) {
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-  PoseGradient pose;
-  if (i < gradient.in.count) {
-    if (projected[i] != 0)
-      gradient.add(i, pose);
-    else
-      gradient.clear(i);
+  const bool exists = i < gradient.in.count;
+  const bool adds = exists && projected[i] != 0 && !gradient.is_zero(i);
+  const qs::stages::ShRows<float> by_sh = gradient.out.sh;
+  if (shared.numbers > 0) {
+    // The derivatives take the place of the coefficients, which are read before.
+    const qs::stages::ShRows<float> rows = shared.load(gradient.in.sh, adds);
+    gradient.in.sh = rows;
+    if (by_sh) gradient.out.sh = rows;
   }
-  if (sums == nullptr) return;
+  PoseGradient pose;
+  if (adds)
+    gradient.template add<kPose>(i, pose);
+  else if (exists)
+    gradient.clear(i);
+  if (shared.numbers > 0 && by_sh) shared.store(by_sh, exists);
+  if constexpr (!kPose) return;
   for (unsigned k = 0; k < kPoseNumbers; ++k) {
     const double own = k < 12
                            ? pose.view_from_world[static_cast<int>(k / 3)][static_cast<int>(k % 3)]
@@ -121,8 +140,11 @@ void project(const DrawnView& view, const GaussianInputs<float>& gaussians, cons
     const FootprintArrays footprints = block_at<ProjectScratch>(scratch, sizes).footprints;
     auto rules = StageRules<float>::of(view, gaussians.sh_degree);
     const bool keep_faint = std::exchange(rules.keep_faint, true);
-    launch("project", project_given, blocks_for(sizes.gaussians), stream,
-           GivenGaussians<float>{rules, gaussians, out, radii}, keep_faint, block, footprints);
+    const auto shared =
+        SharedSh::of(static_cast<bool>(gaussians.sh), sh_coefficient_count(rules.sh_degree));
+    launch("project", project_given, Blocks(blocks_for(sizes.gaussians), kThreads, shared.bytes()),
+           stream, GivenGaussians<float>{rules, gaussians, out, radii}, shared, keep_faint, block,
+           footprints);
     with_culler(view.mode, [&]<class P>(P) {
       launch("count_tiles", count_tiles_of<P>, blocks_for(sizes.gaussians), stream, sizes.gaussians,
              footprints, grid_of(sizes), block);
@@ -168,8 +190,12 @@ void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussi
   const unsigned blocks = blocks_for(frame.sizes.gaussians);
   double* const sums = pose != nullptr ? block_at<PoseScratch>(scratch, frame.sizes).sums : nullptr;
   if (blocks > 0) {
-    launch("project_backward", gradients_of_given, blocks, stream,
-           GivenGradient<float>(rules, gaussians, by, out), block.projected, sums);
+    const auto shared =
+        SharedSh::of(static_cast<bool>(gaussians.sh), sh_coefficient_count(gaussians.sh_degree));
+    launch("project_backward",
+           pose != nullptr ? gradients_of_given<true> : gradients_of_given<false>,
+           Blocks(blocks, kThreads, shared.bytes()), stream,
+           GivenGradient<float>(rules, gaussians, by, out), shared, block.projected, sums);
   }
   if (pose != nullptr) {
     launch("sum_poses", add_rows<double>, 1, stream, sums, blocks, kPoseNumbers,

@@ -9,6 +9,8 @@
 #include "raster/cuda/reach.cuh"
 #include "raster/cuda/stages/tiles.cuh"
 #include "raster/cuda/warp.cuh"
+#include "raster/kernel/splat64.h"
+#include "raster/stages/rows.h"
 
 namespace qs::cuda::stages {
 
@@ -33,6 +35,12 @@ struct Contribution {
   }
 };
 
+/// Clamps alpha by the rules of a caller. The Gaussian does not count if it is then below 1/255.
+__device__ inline void limit_alpha(const PixelRules<float>& rules, Contribution& by) {
+  by.alpha = fminf(by.unclamped, rules.alpha_max);
+  by.counts = by.counts && by.alpha >= kAlphaMin;
+}
+
 struct SharedSegment {
   // Records of 36 bytes, read in three instructions.
   float4 shapes[kSegment];  ///< mean x, y; log2_conic x, y
@@ -40,17 +48,19 @@ struct SharedSegment {
   float blues[kSegment];
   std::uint8_t warps[kSegment];  ///< bit w: the Gaussian may reach a pixel of warp w
 
-  /// Loads the pairs [first, first + size) of a tile's list. All threads of the block call it; a
-  /// barrier must follow.
+  /// Loads the pairs [first, first + size) of a tile's list. `colors`, three per Gaussian, take the
+  /// place of the splats'. All threads of the block call it; a barrier must follow.
   __device__ void load(const TilesView& in, std::uint32_t tile, std::uint32_t first,
-                       std::uint32_t size) {
+                       std::uint32_t size, const qs::stages::Rows<const float>& colors = {}) {
     const unsigned thread = threadIdx.x;
     if (thread >= size) return;
-    const ListedSplat& listed = in.splats[in.owners[in.places[first + thread]]];
+    const std::uint32_t gaussian = in.owners[in.places[first + thread]];
+    const ListedSplat& listed = in.splats[gaussian];
     const Splat& splat = listed.splat;
+    const glm::vec3 color = colors ? colors.vec3(gaussian) : splat.color;
     shapes[thread] = {splat.mean_px.x, splat.mean_px.y, splat.log2_conic.x, splat.log2_conic.y};
-    lights[thread] = {splat.log2_conic.z, splat.opacity, splat.color.x, splat.color.y};
-    blues[thread] = splat.color.z;
+    lights[thread] = {splat.log2_conic.z, splat.opacity, color.x, color.y};
+    blues[thread] = color.z;
     unsigned bits = 0;
 #pragma unroll
     for (unsigned half = 0; half < kHalfTiles; ++half) {

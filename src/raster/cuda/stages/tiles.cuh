@@ -21,6 +21,11 @@ QS_HD std::uint32_t first_segment(std::uint32_t begin, std::uint32_t tile) {
   return begin / kSegment + tile;
 }
 
+/// Segments of all tiles, with the segments that no list needs.
+inline std::uint32_t segments_of(std::uint32_t pairs, unsigned tiles) {
+  return pairs / kSegment + tiles;
+}
+
 /// A visible Gaussian.
 struct alignas(16) ListedSplat {
   Splat splat;

@@ -4,11 +4,7 @@
 // all parameters. Every pair of a tile and a Gaussian gets its own sum over the tile's pixels, and
 // a Gaussian's pairs are summed in the order of tiles, as on the CPU. No sum depends on the order
 // in which threads run, so two runs give the same bits.
-//
-// A block takes a segment of a tile's list, with one pixel per thread. It composites again, from
-// the front to the back. A warp sums its pixels for a Gaussian by exchanges between lanes, and the
-// block sums its warps in a fixed order. A list may have any length, because its segments do not
-// wait for each other.
+// stages/color_sums.cuh computes the sums.
 #pragma once
 
 #include "raster/cuda/train/forward.cuh"

@@ -4,7 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "raster/cuda/footprint_rules.cuh"
-#include "raster/cuda/stages/segment.cuh"
+#include "raster/cuda/stages/color_blend.cuh"
 #include "raster/cuda/train/forward.cuh"
 #include "raster/cuda/warp.cuh"
 #include "raster/kernel/cull/in_view.h"
@@ -13,11 +13,6 @@
 
 namespace qs::cuda::train {
 namespace {
-
-using stages::Contribution;
-using stages::SharedSegment;
-
-static_assert(kThreads == kTilePixels);
 
 struct ProjectInput {
   ParametersView parameters;
@@ -82,121 +77,6 @@ __global__ void __launch_bounds__(kThreads)
       sh_color<float>(sh_degree, direction, [&](int k) { return parameters.coefficient(i, k); });
 }
 
-struct BlendTarget {
-  glm::vec3* color;
-  float* transmittance;
-  std::uint32_t* last;
-  std::uint32_t* segment_tiles;
-  float4* states;
-  glm::vec3 background;
-};
-
-/// The entries of a segment that reach each warp of a block, in their order.
-struct WarpLists {
-  static constexpr unsigned kAtOnce = 4;  ///< entries in one read
-  alignas(std::uint32_t) std::uint8_t entries[kTilePixels / kWarp][kSegment];
-
-  /// Entry at + k of this warp's list, for k < kAtOnce, is byte k. `at` is a multiple of kAtOnce.
-  __device__ std::uint32_t read(unsigned at) const {
-    return reinterpret_cast<const std::uint32_t*>(entries[threadIdx.x / kWarp])[at / kAtOnce];
-  }
-
-  /// Fills the list of this warp and returns its size. All lanes call it.
-  __device__ unsigned fill(const SharedSegment& segment, std::uint32_t size) {
-    std::uint8_t* const own = entries[threadIdx.x / kWarp];
-    unsigned count = 0;
-    __syncwarp();  // the list may be in use
-    for (std::uint32_t group = 0; group < size; group += kWarp) {
-      const unsigned all = segment.reaching(group, size);
-      if ((all >> lane_index() & 1) != 0) {
-        own[count + static_cast<unsigned>(__popc(all & lanes_below()))] =
-            static_cast<std::uint8_t>(group + lane_index());
-      }
-      count += static_cast<unsigned>(__popc(all));
-    }
-    __syncwarp();
-    return count;
-  }
-};
-
-/// The pixel of a thread while it is composited.
-struct BlendPixel {
-  float open;  ///< the transmittance, or 0 if the pixel has stopped
-  glm::vec3 color{0};
-  float transmittance = 1;
-  std::uint32_t last = 0;  ///< entries up to the last blended entry
-
-  __device__ bool live() const { return open > 0.0f; }
-
-  /// `end` counts the tile's entries up to the Gaussian.
-  __device__ void add(const Contribution& by, bool exists, std::uint32_t end) {
-    const bool counts = exists && by.counts;
-    const float next = by.behind(open);
-    const bool blends = counts && !(next < kTransmittanceMin);
-    const float weight = by.alpha * open;
-    open = blends ? next : counts ? 0.0f : open;
-    if (!blends) return;
-    color = {fmaf(weight, by.light.z, color.x), fmaf(weight, by.light.w, color.y),
-             fmaf(weight, by.blue, color.z)};
-    transmittance = next;
-    last = end;
-  }
-};
-
-/// A tile is one block with one thread per pixel.
-__global__ void __launch_bounds__(kThreads)
-    blend_tiles(ScheduleView schedule, TilesView in, BlendTarget out) {
-  // Contributions that are computed before the first of them is composited, because they do not
-  // depend on each other. The time of the longest list depends on it.
-  constexpr unsigned kAtOnce = WarpLists::kAtOnce;
-  __shared__ SharedSegment segment;
-  __shared__ WarpLists reaching;
-  const std::uint32_t tile = schedule.tile(blockIdx.x);
-  const unsigned thread = threadIdx.x;
-  const int x = in.x_of(tile, thread), y = in.y_of(tile, thread);
-  const auto px = static_cast<float>(x), py = static_cast<float>(y);
-  const bool inside = in.contains(x, y);
-  const uint2 range = in.ranges[tile];
-  std::size_t index = first_segment(range.x, tile);
-
-  BlendPixel pixel{inside ? 1.0f : 0.0f};
-  std::uint32_t first = range.x;
-  for (; first < range.y; first += kSegment, ++index) {
-    if (__syncthreads_count(pixel.live()) == 0) break;
-    const std::uint32_t size = min(range.y - first, kSegment);
-    segment.load(in, tile, first, size);
-    if (thread == 0) out.segment_tiles[index] = tile;
-    out.states[index * kTilePixels + thread] = {pixel.color.x, pixel.color.y, pixel.color.z,
-                                                pixel.transmittance};
-    __syncthreads();
-    bool any = __any_sync(kAllLanes, pixel.live());
-    const unsigned count = any ? reaching.fill(segment, size) : 0;
-    for (unsigned at = 0; at < count && any; at += kAtOnce) {
-      const std::uint32_t read = reaching.read(at);
-      std::uint32_t entries[kAtOnce];
-      Contribution by[kAtOnce];
-#pragma unroll
-      for (unsigned k = 0; k < kAtOnce; ++k) {
-        entries[k] = read >> (8 * k) & 0xff;
-        by[k] = segment.contribution(entries[k], px, py);
-      }
-#pragma unroll
-      for (unsigned k = 0; k < kAtOnce; ++k)
-        pixel.add(by[k], at + k < count, first - range.x + entries[k] + 1);
-      any = __any_sync(kAllLanes, pixel.live());
-    }
-  }
-  // Segments that no pixel reached have no gradient. The backward pass writes zeros for them.
-  for (std::uint32_t rest = first + kSegment * thread; rest < range.y; rest += kSegment * kThreads)
-    out.segment_tiles[first_segment(range.x, tile) + (rest - range.x) / kSegment] = tile;
-
-  if (!inside) return;
-  const std::size_t at = in.index_of(x, y);
-  out.color[at] = pixel.color + pixel.transmittance * out.background;
-  out.transmittance[at] = pixel.transmittance;
-  out.last[at] = pixel.last;
-}
-
 }  // namespace
 
 void project_view(const StepView& view, const ParametersView& parameters, ForwardFrame& frame) {
@@ -241,8 +121,8 @@ void draw_view(const StepView& view, ForwardFrame& frame) {
   constexpr const char* kWhat = "the step's image";
   const std::size_t pixels = view.pixels();
   const auto tiles = static_cast<unsigned>(view.grid().count());
-  frame.segments = frame.pairs.count / kSegment + tiles;
-  const std::size_t room = std::max(frame.pairs.room() / kSegment + tiles, frame.segments);
+  frame.segments = stages::segments_of(frame.pairs.count, tiles);
+  const std::size_t room = std::max(stages::segments_of(frame.pairs.room(), tiles), frame.segments);
   frame.color.reserve(kWhat, pixels);
   frame.transmittance.reserve(kWhat, pixels);
   frame.last.reserve(kWhat, pixels);
@@ -251,9 +131,11 @@ void draw_view(const StepView& view, ForwardFrame& frame) {
   check(cudaMemsetAsync(frame.segment_tiles.data(), 0xff, frame.segments * sizeof(std::uint32_t),
                         view.stream),
         "blend");
-  launch("blend", blend_tiles, tiles, view.stream, frame.lists.schedule(tiles), frame.tiles(view),
-         BlendTarget{frame.color.data(), frame.transmittance.data(), frame.last.data(),
-                     frame.segment_tiles.data(), frame.states.data(), view.settings.background});
+  launch("blend", stages::blend_tiles<stages::TrainedView>, tiles, view.stream,
+         frame.lists.schedule(tiles), frame.tiles(view),
+         stages::TrainedView{view.settings.background},
+         stages::BlendTarget{frame.color.data(), frame.transmittance.data(), frame.last.data(),
+                             frame.segment_tiles.data(), frame.states.data()});
 }
 
 }  // namespace qs::cuda::train

@@ -2,12 +2,8 @@
 //
 // The forward pass of training: projects the parameters, lists them by tiles, sorts the list of
 // every tile by depth, and composites as the CPU's training does. It also stores the values of
-// every pixel that the backward pass needs. Sums are in the same order as on the CPU; alphas differ
-// by rounding.
-//
-// A warp composites 8x4 pixels of a tile, with only those Gaussians of the tile's list that reach
-// them. The list of a tile is divided into segments of 256 Gaussians. The state of every pixel in
-// front of a segment is stored, so that the backward pass can start in the middle of a list.
+// every pixel that the backward pass needs, see stages/color_blend.cuh. Sums are in the same order
+// as on the CPU; alphas differ by rounding.
 #pragma once
 
 #include <stop_token>
@@ -103,8 +99,7 @@ struct ForwardFrame {
   DeviceBuffer<float> transmittance;  ///< behind the last Gaussian
   DeviceBuffer<std::uint32_t> last;   ///< entries of the tile's list up to the last blended entry
 
-  // Per segment: its tile, or kNoTile if no pixel reached the segment, and the states of the tile's
-  // pixels in front of it, by thread: x, y, z = the colour so far, w = transmittance.
+  // Per segment, see BlendTarget.
   DeviceBuffer<std::uint32_t> segment_tiles;
   DeviceBuffer<float4> states;
   std::uint32_t segments = 0;

@@ -26,9 +26,9 @@ QS_HD glm::vec<3, Real> clamp_gradient(const glm::vec<3, Real>& color,
           passes(color.z) ? d_color.z : Real(0)};
 }
 
-/// Calls add(i, gradient) for every RGB coefficient of the degree and returns the gradient by the
-/// unit vector `d`, whose components are independent here. `d_color` is before the clamp; the
-/// other arguments are as for sh_color().
+/// Calls add(i, gradient) for every RGB coefficient of the degree, after it was read, and returns
+/// the gradient by the unit vector `d`, whose components are independent here. `d_color` is before
+/// the clamp; the other arguments are as for sh_color().
 template <class Real, class Coefficients, class Add>
 QS_HD glm::vec<3, Real> sh_gradient(int degree, const glm::vec<3, Real>& d,
                                     const Coefficients& coefficients,
@@ -37,8 +37,8 @@ QS_HD glm::vec<3, Real> sh_gradient(int degree, const glm::vec<3, Real>& d,
   Vec3 d_direction(0);
   // A coefficient's basis function: its value, and its derivatives by x, y and z.
   const auto term = [&](int i, Real factor, Real value, Real by_x, Real by_y, Real by_z) {
-    add(i, factor * value * d_color);
     const Vec3 c = coefficients(i);
+    add(i, factor * value * d_color);
     const Real weight = factor * (c.x * d_color.x + c.y * d_color.y + c.z * d_color.z);
     d_direction += weight * Vec3(by_x, by_y, by_z);
   };

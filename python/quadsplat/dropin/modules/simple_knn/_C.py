@@ -10,4 +10,5 @@ __all__ = ["distCUDA2"]
 
 def distCUDA2(points: torch.Tensor) -> torch.Tensor:
     """The mean of the squared distances of each of N x 3 points to its three nearest ones."""
-    return torch.from_numpy(quadsplat.neighbours(checked(points, "distCUDA2: points")))
+    given = checked(points, "distCUDA2: points").detach()
+    return torch.from_numpy(quadsplat.neighbours(given.cpu())).to(given.device)

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+//
+// Composites the lists of tiles to colours of three channels, by the rules of training, and stores
+// the values of every pixel that color_sums.cuh needs. Sums are in the same order as on the CPU;
+// alphas differ by rounding.
+//
+// A warp composites 8x4 pixels of a tile, with only those Gaussians of the tile's list that reach
+// them. The list of a tile is divided into segments of 256 Gaussians. The state of every pixel in
+// front of a segment is stored, so that the backward pass can start in the middle of a list.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "raster/cuda/schedule.cuh"
+#include "raster/cuda/stages/segment.cuh"
+#include "raster/cuda/warp.cuh"
+#include "raster/kernel/splat64.h"
+#include "raster/stages/gaussians.h"
+
+namespace qs::cuda::stages {
+
+using qs::stages::Pictures;
+
+static_assert(kThreads == kTilePixels);
+
+/// The arrays that blend_tiles() fills. A kernel parameter.
+struct BlendTarget {
+  // Per pixel, row by row.
+  glm::vec3* color;      ///< over the background, not clamped
+  float* transmittance;  ///< behind the last Gaussian
+  std::uint32_t* last;   ///< entries of the tile's list up to the last blended entry
+  // Per segment: its tile, or kNoTile if no pixel reached the segment, and the states of the tile's
+  // pixels in front of it, by thread: x, y, z = the colour so far, w = transmittance.
+  std::uint32_t* segment_tiles;
+  float4* states;
+};
+
+/// The rules, colours, background and pictures of training. A kernel parameter, as the next.
+struct TrainedView {
+  glm::vec3 background;
+
+  __device__ qs::stages::Rows<const float> colors() const { return {}; }
+  __device__ void limit(Contribution&) const {}
+  __device__ float stops_below() const { return kTransmittanceMin; }
+  __device__ glm::vec3 background_color() const { return background; }
+  __device__ void store(int, int, const glm::vec3&, float) const {}
+};
+
+/// The same of a caller, without depths.
+struct CallersView {
+  PixelRules<float> rules;
+  qs::stages::Rows<const float> channels;  ///< 3; not given: the colours of the splats
+  const float* background;                 ///< 3; null: 0
+  Pictures<float> pictures;                ///< each may be missing
+
+  __device__ qs::stages::Rows<const float> colors() const { return channels; }
+  __device__ void limit(Contribution& by) const { limit_alpha(rules, by); }
+  __device__ float stops_below() const { return rules.stops_below; }
+  __device__ glm::vec3 background_color() const {
+    if (background == nullptr) return glm::vec3(0.0f);
+    return {background[0], background[1], background[2]};
+  }
+  __device__ void store(int x, int y, const glm::vec3& color, float transmittance) const {
+    for (int c = 0; c < 3 && pictures.color; ++c) pictures.color.at(x, y, c) = color[c];
+    if (pictures.alpha) pictures.alpha.at(x, y) = 1 - transmittance;
+  }
+};
+
+/// The entries of a segment that reach each warp of a block, in their order.
+struct WarpLists {
+  static constexpr unsigned kAtOnce = 4;  ///< entries in one read
+  alignas(std::uint32_t) std::uint8_t entries[kTilePixels / kWarp][kSegment];
+
+  /// Entry at + k of this warp's list, for k < kAtOnce, is byte k. `at` is a multiple of kAtOnce.
+  __device__ std::uint32_t read(unsigned at) const {
+    return reinterpret_cast<const std::uint32_t*>(entries[threadIdx.x / kWarp])[at / kAtOnce];
+  }
+
+  /// Fills the list of this warp and returns its size. All lanes call it.
+  __device__ unsigned fill(const SharedSegment& segment, std::uint32_t size) {
+    std::uint8_t* const own = entries[threadIdx.x / kWarp];
+    unsigned count = 0;
+    __syncwarp();  // the list may be in use
+    for (std::uint32_t group = 0; group < size; group += kWarp) {
+      const unsigned all = segment.reaching(group, size);
+      if ((all >> lane_index() & 1) != 0) {
+        own[count + static_cast<unsigned>(__popc(all & lanes_below()))] =
+            static_cast<std::uint8_t>(group + lane_index());
+      }
+      count += static_cast<unsigned>(__popc(all));
+    }
+    __syncwarp();
+    return count;
+  }
+};
+
+/// The pixel of a thread while it is composited.
+struct BlendPixel {
+  float open;  ///< the transmittance, or 0 if the pixel has stopped
+  glm::vec3 color{0};
+  float transmittance = 1;
+  std::uint32_t last = 0;  ///< entries up to the last blended entry
+
+  __device__ bool live() const { return open > 0.0f; }
+
+  /// `end` counts the tile's entries up to the Gaussian.
+  __device__ void add(const Contribution& by, bool exists, std::uint32_t end, float stops_below) {
+    const bool counts = exists && by.counts;
+    const float next = by.behind(open);
+    const bool blends = counts && !(next < stops_below);
+    const float weight = by.alpha * open;
+    open = blends ? next : counts ? 0.0f : open;
+    if (!blends) return;
+    color = {fmaf(weight, by.light.z, color.x), fmaf(weight, by.light.w, color.y),
+             fmaf(weight, by.blue, color.z)};
+    transmittance = next;
+    last = end;
+  }
+};
+
+/// A tile is one block with one thread per pixel.
+template <class DrawnView>
+__global__ void __launch_bounds__(kThreads)
+    blend_tiles(ScheduleView schedule, TilesView in, DrawnView view, BlendTarget out) {
+  // Contributions that are computed before the first of them is composited, because they do not
+  // depend on each other. The time of the longest list depends on it.
+  constexpr unsigned kAtOnce = WarpLists::kAtOnce;
+  __shared__ SharedSegment segment;
+  __shared__ WarpLists reaching;
+  const std::uint32_t tile = schedule.tile(blockIdx.x);
+  const unsigned thread = threadIdx.x;
+  const int x = in.x_of(tile, thread), y = in.y_of(tile, thread);
+  const auto px = static_cast<float>(x), py = static_cast<float>(y);
+  const bool inside = in.contains(x, y);
+  const uint2 range = in.ranges[tile];
+  std::size_t index = first_segment(range.x, tile);
+
+  BlendPixel pixel{inside ? 1.0f : 0.0f};
+  std::uint32_t first = range.x;
+  for (; first < range.y; first += kSegment, ++index) {
+    if (__syncthreads_count(pixel.live()) == 0) break;
+    const std::uint32_t size = min(range.y - first, kSegment);
+    segment.load(in, tile, first, size, view.colors());
+    if (thread == 0) out.segment_tiles[index] = tile;
+    out.states[index * kTilePixels + thread] = {pixel.color.x, pixel.color.y, pixel.color.z,
+                                                pixel.transmittance};
+    __syncthreads();
+    bool any = __any_sync(kAllLanes, pixel.live());
+    const unsigned count = any ? reaching.fill(segment, size) : 0;
+    for (unsigned at = 0; at < count && any; at += kAtOnce) {
+      const std::uint32_t read = reaching.read(at);
+      std::uint32_t entries[kAtOnce];
+      Contribution by[kAtOnce];
+#pragma unroll
+      for (unsigned k = 0; k < kAtOnce; ++k) {
+        entries[k] = read >> (8 * k) & 0xff;
+        by[k] = segment.contribution(entries[k], px, py);
+        view.limit(by[k]);
+      }
+#pragma unroll
+      for (unsigned k = 0; k < kAtOnce; ++k)
+        pixel.add(by[k], at + k < count, first - range.x + entries[k] + 1, view.stops_below());
+      any = __any_sync(kAllLanes, pixel.live());
+    }
+  }
+  // Segments that no pixel reached have no gradient. The backward pass writes zeros for them.
+  for (std::uint32_t rest = first + kSegment * thread; rest < range.y; rest += kSegment * kThreads)
+    out.segment_tiles[first_segment(range.x, tile) + (rest - range.x) / kSegment] = tile;
+
+  if (!inside) return;
+  const std::size_t at = in.index_of(x, y);
+  const glm::vec3 color = pixel.color + pixel.transmittance * view.background_color();
+  out.color[at] = color;
+  out.transmittance[at] = pixel.transmittance;
+  out.last[at] = pixel.last;
+  view.store(x, y, color, pixel.transmittance);
+}
+
+}  // namespace qs::cuda::stages

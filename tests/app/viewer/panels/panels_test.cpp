@@ -512,20 +512,23 @@ TEST_F(PanelsTest, a_slider_s_value_is_legible_over_its_grab) {
 TEST(CommandHints, name_commands_that_exist_and_their_keys) {
   EXPECT_EQ(command_hint("Flip the split"), "Flip the split (X)");
   EXPECT_EQ(command_hint("Open a file"), "Open a file (Ctrl+O)");
-  const std::string call = "command_tooltip(\"";
-  const std::filesystem::path panels =
-      std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "src/app/viewer/panels";
+  const std::filesystem::path viewer =
+      std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "src/app/viewer";
   int hints = 0;
-  for (const auto& file : std::filesystem::directory_iterator(panels)) {
-    const std::string text = read_text_file(file.path(), 1 << 20);
-    for (std::size_t at = text.find(call); at != std::string::npos; at = text.find(call, at + 1)) {
-      const std::size_t begin = at + call.size();
-      const std::string help = text.substr(begin, text.find('"', begin) - begin);
-      EXPECT_NE(command_hint(help), help) << file.path();
-      ++hints;
+  for (const auto& [folder, call] : {std::pair("panels", std::string("command_tooltip(\"")),
+                                     std::pair("commands", std::string("command_hint(\""))}) {
+    for (const auto& file : std::filesystem::directory_iterator(viewer / folder)) {
+      const std::string text = read_text_file(file.path(), 1 << 20);
+      for (std::size_t at = text.find(call); at != std::string::npos;
+           at = text.find(call, at + 1)) {
+        const std::size_t begin = at + call.size();
+        const std::string help = text.substr(begin, text.find('"', begin) - begin);
+        EXPECT_NE(command_hint(help), help) << file.path();
+        ++hints;
+      }
     }
   }
-  EXPECT_GT(hints, 5);
+  EXPECT_GT(hints, 12);
 }
 
 }  // namespace

@@ -180,11 +180,15 @@ class Rules(unittest.TestCase):
             folder, page = pathlib.Path(name), pathlib.Path(name, "page.md")
             words = [sys.executable, "-B", str(ROOT / "workflows/paper/page.py"), str(folder), str(page)]
             self.assertEqual(subprocess.run(words, capture_output=True).returncode, 1)
-            (folder / "report.md").write_text("# T\n\ntext\n\n## A\n\n1\n\n## Plots and pictures\n\n![p](x)\n\n## B\n\n2\n")
+            (folder / "report.md").write_text("# T\n\ntext\n\n## A\n\n1\n\n## Plots and pictures\n\n![p](plots/p.svg)\n\n"
+                                              "### A part of x\n\n![q](x/q.png)\n\n## B\n\n2\n")
+            (folder / "plots").mkdir()
+            (folder / "plots/p.svg").write_text("<svg/>")
             page.write_text("before\n<!-- tables -->\nold\n<!-- end of tables -->\nafter\n")
             self.assertEqual(subprocess.run(words).returncode, 0)
-            self.assertEqual(page.read_text(), "before\n<!-- tables -->\n\ntext\n\n### A\n\n1\n\n### B\n\n2\n\n"
+            self.assertEqual(page.read_text(), "before\n<!-- tables -->\n\ntext\n\n### A\n\n1\n\n### Plots\n\n![p](page/p.svg)\n\n### B\n\n2\n\n"
                              "<!-- end of tables -->\nafter\n")
+            self.assertEqual((folder / "page/p.svg").read_text(), "<svg/>")
 
     def test_charts_of_nothing_are_drawn(self):
         self.assertIn("</svg>", charts.bars("t", [], {}))

@@ -73,7 +73,7 @@ class Plan:
         for unit in itertools.islice(self.units(), index - 1, None, count):
             files += [f"{unit.folder}/eval/eval.json", f"{unit.folder}/bench/bench.json"]
             if unit == Unit(self.zoomed()[0], 0, self.zoomed()[1]):
-                files.append("zoom/zoom.json")
+                files.append(f"{unit.scene}/zoom/zoom.json")
         return files
 
     def words(self, unit: Unit) -> list[str]:

@@ -293,12 +293,13 @@ def plots(tables: Tables) -> Iterator[tuple[str, str]]:
         for row in rows}
     write_text(tables.folder / "plots/psnr.svg", charts.bars("PSNR on the test views, dB", tables.sets, quality))
     yield "psnr", "Bars: PSNR of every row"
-    if zoomed := read_json(tables.folder / "zoom/zoom.json"):
+    scene = tables.plan.zoomed()[0]
+    if zoomed := read_json(tables.folder / scene / "zoom/zoom.json"):
         last = max(max(row["view"] for row in zoomed["rows"]), 1)
         modes = [*dict.fromkeys(row["mode"] for row in zoomed["rows"])]
         curves = {mode: [(zoomed["closest"] ** (-row["view"] / last), 1000 / row["ms_median"]) for row in zoomed["rows"]
                          if row["mode"] == mode and row["ms_median"] > 0] for mode in modes}
-        write_text(tables.folder / "plots/zoom.svg", charts.curves(f"FPS while zooming into {tables.plan.zoomed()[0]}", "zoom", curves))
+        write_text(tables.folder / "plots/zoom.svg", charts.curves(f"FPS while zooming into {scene}", "zoom", curves))
         yield "zoom", "Curves: frames per second while the camera approaches, one per mode"
 
 

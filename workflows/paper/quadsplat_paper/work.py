@@ -288,9 +288,10 @@ def bench(plan: Plan, unit: Unit) -> str:
 
 
 def zoom(plan: Plan) -> str:
-    """Writes zoom/: the paper's first figure."""
+    """Writes SCENE/zoom: the paper's first figure."""
     scene, model = plan.zoomed()
     folder = pathlib.Path(Unit(scene, 0, model).folder, "model")
     measure(plan, ["zoom", str(folder), "--from-camera", str(test_cameras(folder)[0]), *plan.frames, "--pipeline", plan.pipeline,
-                   "--cull", ",".join(plan.model(model).modes), "--out-dir", "zoom"], pathlib.Path("zoom.log"), "zoom")
+                   "--cull", ",".join(plan.model(model).modes), "--out-dir", f"{scene}/zoom"],
+            pathlib.Path(scene, "zoom.log"), "zoom")
     return f"measured {scene}"

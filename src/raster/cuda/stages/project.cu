@@ -102,13 +102,13 @@ __global__ void __launch_bounds__(kThreads, kPose ? 1 : 3)
   else if (exists)
     gradient.clear(i);
   if (shared.numbers > 0 && by_sh) shared.store(by_sh, exists);
-  if constexpr (!kPose) return;
-  for (unsigned k = 0; k < kPoseNumbers; ++k) {
-    const double own = k < 12
-                           ? pose.view_from_world[static_cast<int>(k / 3)][static_cast<int>(k % 3)]
-                           : pose.position[static_cast<int>(k) - 12];
-    const double sum = sum_of_block<kThreads>(own).total;
-    if (threadIdx.x == 0) sums[blockIdx.x * kPoseNumbers + k] = sum;
+  if constexpr (kPose) {
+    for (unsigned k = 0; k < kPoseNumbers; ++k) {
+      const int at = static_cast<int>(k);
+      const double own = k < 12 ? pose.view_from_world[at / 3][at % 3] : pose.position[at - 12];
+      const double sum = sum_of_block<kThreads>(own).total;
+      if (threadIdx.x == 0) sums[blockIdx.x * kPoseNumbers + k] = sum;
+    }
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The passes of the differentiable rasterizer, where the arrays of a call are. Their arguments were
-// checked.
+// The passes of the differentiable rasterizer on the device that holds the arrays of a call.
+// Callers have checked the arguments.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@ class Passes {
  public:
   virtual ~Passes() = default;
 
-  /// Fills the frame but its pixels, and the wanted arrays.
+  /// Fills the wanted arrays, and the frame without its pixels.
   virtual void project(const CallersMemory& memory, const QsBoundary& boundary,
                        QsStageFrame& frame) = 0;
   /// Fills the pixels of the frame, and the wanted pictures.

@@ -36,7 +36,7 @@ struct Arrays {
                 std::initializer_list<std::int64_t> sizes) const {
     if (!is_absent(array)) given(array, name, sizes);
   }
-  /// An array of one Gaussian or less, which may also be in host memory.
+  /// An array whose size does not depend on the number of Gaussians. It may also be in host memory.
   void optional_small(const QsArray& array, const char* name,
                       std::initializer_list<std::int64_t> sizes) const {
     if (is_absent(array)) return;

@@ -12,7 +12,7 @@
 namespace qs::library {
 namespace {
 
-constexpr int kLongestSide = 65535;  // along a side
+constexpr int kLongestSide = 65535;  // pixels
 
 void check_side(int pixels, const Where& where) {
   if (pixels < 1 || pixels > kLongestSide)

@@ -479,10 +479,11 @@ QS_LIBRARY_FUNCTION int32_t qs_compare(QsContext* context, const QsArray* a, con
  * The functions run where QsInputs.means is. If it is in host memory, so are all arrays, and the
  * functions run on the CPU with the threads of the context, also if its backend is CUDA. If it is
  * in the memory of a GPU, that GPU is the context's, all arrays are QS_FLOAT32 in its memory, and
- * the work is enqueued in QsInputs.stream. Only arrays of one Gaussian or less, such as the
- * background and the camera's gradients, may be in either memory, and those gradients in either
- * type. The host waits once in qs_project(), for the number of pairs, and for each such array that
- * it reads from the GPU or that the GPU fills for it. */
+ * the work is enqueued in QsInputs.stream. Arrays whose size does not depend on N may be in either
+ * memory: the background, the position, and the gradients by them and by the camera. The gradients
+ * by camera and position may have either type. The host waits once in qs_project(), for the number
+ * of pairs, and for each of these arrays that it reads from the GPU or that the GPU fills for it.
+ */
 
 /* The lifetime of memory that the library asks for. On the CPU temporary memory belongs to the
  * library, so QS_TEMPORARY is not asked for. On a GPU all of it is memory of that GPU, which work

@@ -9,12 +9,13 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import torch
 
-from .. import _ffi, _parts
+from .. import _ffi
 from .._camera import Camera
 from .._context import Context
 from .._errors import UsageError
 from ..torch import Rules, _functions, _plan, _rasterize
 from ..torch._parts import adam as _adam
+from ..torch._parts import relocated
 from ..torch._tensors import checked, context_of
 from . import _options
 
@@ -426,11 +427,8 @@ def _refuse(others: Dict[str, Any], camera_model: str, distributed: bool, segmen
 def compute_relocation(opacities: Tensor, scales: Tensor, ratios: Tensor, binoms: Any = None,
                        n_max: Any = None) -> Tuple[Tensor, Tensor]:
     """Opacities and scales of relocated Gaussians (MCMC). binoms and n_max are ignored."""
-    given = [checked(tensor, f"gsplat.compute_relocation: {name}").detach().cpu() for tensor, name in
-             ((opacities, "opacities"), (scales, "scales"))]
-    made = _parts.relocate(*given, torch.as_tensor(ratios).cpu())
-    new_opacities, new_scales = (torch.from_numpy(array).to(opacities.device) for array in made)
-    return new_opacities, new_scales
+    return relocated(opacities, scales, ratios, "gsplat.compute_relocation",
+                     ("opacities", "scales"))
 
 
 def adam(param: Tensor, param_grad: Tensor, exp_avg: Tensor, exp_avg_sq: Tensor,

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple, Optional, Sequence, Tuple
 
 import torch
 
-from .. import _parts
 from .._camera import Camera
 from .._errors import UsageError
 from ..torch import Rasterized, Rules, rasterize
+from ..torch._parts import relocated
 from ..torch._tensors import checked
 from . import _options
 from ._refusals import TAMING
@@ -131,11 +131,7 @@ def compute_relocation(opacity_old: Tensor, scale_old: Tensor, N: Tensor, binoms
     opacity_old: P or P x 1. scale_old: P x 3. N: P integers, the number of copies.
     binoms, n_max: a table of binomials, which quadsplat has itself.
     """
-    given = [checked(tensor, f"compute_relocation: {name}").detach().cpu() for tensor, name in
-             ((opacity_old, "opacity_old"), (scale_old, "scale_old"))]
-    made = _parts.relocate(*given, torch.as_tensor(N).cpu())
-    new_opacities, new_scales = (torch.from_numpy(array).to(opacity_old.device) for array in made)
-    return new_opacities, new_scales
+    return relocated(opacity_old, scale_old, N, "compute_relocation", ("opacity_old", "scale_old"))
 
 
 def _variant(settings: GaussianRasterizationSettings) -> str:

@@ -85,6 +85,19 @@ def adam(param: Tensor, gradient: Tensor, first: Tensor, second: Tensor,
     _parts.adam(param, gradient, first, second, rate, visible=visible, betas=betas, epsilon=epsilon)
 
 
+def relocated(opacities: Tensor, scales: Tensor, counts: Any, who: str,
+              names: Tuple[str, str]) -> Tuple[Tensor, Tensor]:
+    """quadsplat.relocate() of tensors, computed on the CPU. The results are where opacities is.
+
+    who, names: the caller and its names of the tensors, for messages.
+    """
+    given = [checked(tensor, f"{who}: {name}").detach().cpu() for tensor, name in
+             zip((opacities, scales), names)]
+    made = _parts.relocate(*given, torch.as_tensor(counts).cpu())
+    new_opacities, new_scales = (torch.from_numpy(array).to(opacities.device) for array in made)
+    return new_opacities, new_scales
+
+
 class SparseAdam(torch.optim.Adam):
     """Adam that moves the rows of visible Gaussians alone, without correction of the moments.
 

@@ -71,7 +71,7 @@ void print_sibr_address(int port) {
              port);
 }
 
-// For whoever measures a server: scripts/measure_serve reads it.
+// scripts/measure_serve reads these lines.
 void print_sent(const Server& server) {
   constexpr const char* kCodecs[] = {"", "JPEG", "WebP", "VP9"};  // index = PictureCodec
   for (std::size_t i = 1; i < std::size(kCodecs); ++i) {

@@ -13,7 +13,7 @@ constexpr int kGroup = 4;                ///< messages
 constexpr std::size_t kSmallest = 2048;  ///< bytes; smaller messages say little
 constexpr double kMostRate = 1e9;
 constexpr std::size_t kRemembered = 32;  ///< messages
-constexpr double kLarge = 12000;         ///< bytes that show bounds, of one message or of several
+constexpr double kBoundsBytes = 12000;   ///< of one message or of several, that show bounds
 constexpr double kBusyPage = 0.005;      ///< seconds that a page may confirm a message late
 constexpr std::size_t kBounds = 16;      ///< that are remembered
 constexpr std::size_t kAgreeing = 2;     ///< of them
@@ -41,7 +41,7 @@ void LineRate::confirmed(double sent, double confirmed, std::size_t bytes) {
   if (messages_.size() > kRemembered) messages_.pop_front();
   if (trips_.empty() || bytes < kSmallest) return;
   since_bounds_ += static_cast<double>(bytes);
-  if (since_bounds_ >= kLarge) learn_bounds(confirmed);
+  if (since_bounds_ >= kBoundsBytes) learn_bounds(confirmed);
   if (groups_.empty() || groups_.back().messages == kGroup) groups_.emplace_back();
   if (groups_.size() > kGroups) groups_.pop_front();
   Group& group = groups_.back();

@@ -31,7 +31,7 @@ void count_tile(const PictureSize& size, const PixelRules<Real>& rules,
       if (step == Step::skips) return;
       if (step == Step::blends && transmittance[p] > behind) {
         ++pixels;
-      } else {  // nor does a Gaussian behind this one count
+      } else {  // the Gaussians behind this one do not count either
         live[p] = false;
         --left;
       }

@@ -73,7 +73,7 @@ struct SegmentsView {
   FastCounters* counters;
 
   /// Lists are cut earlier in a small picture, whose tiles are too few to occupy the GPU while one
-  /// warp walks through a list. Cutting any list costs some 60 us, so few lists are not worth it.
+  /// warp walks through a list. Cutting costs about 60 us a frame, too much for a few lists.
   static std::uint32_t longest_uncut_of(TileGrid grid) {
     constexpr int kSmall = 4000;  // tiles
     return grid.count() < kSmall ? 768 : 8192;

@@ -155,7 +155,8 @@ struct GivenGradient {
     return direction_gradient(mean - rules.view.position, d_direction);
   }
 
-  /// True if all derivatives of a Gaussian are 0.
+  /// True if all derivatives by the boundary of a Gaussian are 0. Then clear() takes the place of
+  /// add().
   QS_HD bool is_zero(std::size_t i) const {
     const SplatGradient<Real> d = splat(i);
     return d.mean_px == glm::vec<2, Real>(0) && d.conic == Vec3(0) && d.opacity == 0 &&
@@ -165,10 +166,6 @@ struct GivenGradient {
   /// Writes the rows of a Gaussian that has a row in the boundary, and adds to `pose` if `kPose`.
   template <bool kPose = true>
   QS_HD void add(std::size_t i, PoseGradient& pose) const {
-    if (is_zero(i)) {
-      clear(i);
-      return;
-    }
     const SplatGradient<Real> d = splat(i);
     const Real d_depth = depth(i);
     const Vec3 mean = in.means.vec3(i);

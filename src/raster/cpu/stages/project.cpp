@@ -25,7 +25,7 @@ PoseGradient set_gradients(const GivenGradient<Real>& gradient,
   workers.for_each(sums.size(), 1, [&](std::size_t chunk) {
     const std::size_t end = std::min(projected.size(), (chunk + 1) * kChunk);
     for (std::size_t i = chunk * kChunk; i < end; ++i) {
-      if (projected[i] != 0)
+      if (projected[i] != 0 && !gradient.is_zero(i))
         gradient.add(i, sums[chunk]);
       else
         gradient.clear(i);

@@ -80,7 +80,7 @@ room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel ra
 room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel)
 room(raster/cpu raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cuda/train raster/cuda/stages raster/cuda/fast raster/cuda raster/api raster/train raster/field raster/scene
-     raster/kernel/gradient raster/kernel/cull raster/kernel)
+     raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(raster/cuda/stages raster/cuda/fast raster/cuda raster/stages raster/scene raster/kernel/gradient raster/kernel/cull
      raster/kernel raster/base)
 room(raster/cuda/lpips raster/cuda raster/lpips)

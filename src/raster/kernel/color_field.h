@@ -62,6 +62,10 @@ struct GridCell {
             place - cell};
   }
 
+  QS_HD bool is(const GridCell& other) const {
+    return vertex[0] == other.vertex[0] && vertex[1] == other.vertex[1] &&
+           vertex[2] == other.vertex[2];
+  }
   /// Counts from the first entry of the first level.
   QS_HD std::size_t entry(const GridLevel& level, unsigned corner) const {
     return static_cast<std::size_t>(level.first + grid_entry(level, vertex[0] + (corner & 1),

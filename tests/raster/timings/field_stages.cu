@@ -83,6 +83,7 @@ void measure_field_stages(const qs::train::ModelState& state, const std::vector<
     if (codes.exist()) time("code shapes", [&] { code_shapes(all, codes, stream); });
     project_view(view, all, frame);
     field.reserve(parameters.count);
+    field.keep_order(all, stream);
     time("list visible", [&] { list_visible(view, all, frame, field, stream); });
     time("features of the grid", [&] { find_features(view, all, field, stream); });
     time("network", [&] { find_colors(view, all, frame, field, stream); });

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include "raster/cuda/dynamic_shared.cuh"
 #include "raster/cuda/stream.cuh"
 #include "raster/cuda/train/codes.cuh"
 #include "raster/kernel/coded_shape.h"
@@ -8,6 +11,9 @@
 
 namespace qs::cuda::train {
 namespace {
+
+constexpr unsigned kCodeBlocks = 256;                ///< at most, so that sums of blocks are few
+constexpr std::size_t kMostSharedBytes = 48 * 1024;  ///< for the sums of a block
 
 /// A codebook as kernels read it. Passed by value.
 struct CodesView {
@@ -81,15 +87,43 @@ __global__ void __launch_bounds__(kThreads)
   by.rotations[i] = coded_rotation_gradient(parameters.rotations[i], by.rotations[i]);
 }
 
-/// Adds the derivatives by the codes of a stage. `rest` has kDimensions rows; the stage before has
-/// moved. One thread per Gaussian.
+/// A sum of 64 bits in shared memory, whose atomic additions have 32 bits.
+struct SplitSum {
+  std::uint32_t low, high;
+
+  __device__ void add(std::int64_t units) {
+    const auto bits = static_cast<std::uint64_t>(units);
+    const auto more = static_cast<std::uint32_t>(bits);
+    const std::uint32_t before = atomicAdd(&low, more);
+    const std::uint32_t carry = before + more < before ? 1 : 0;
+    atomicAdd(&high, static_cast<std::uint32_t>(bits >> 32) + carry);
+  }
+  __device__ unsigned long long value() const {
+    return static_cast<unsigned long long>(high) << 32 | low;
+  }
+};
+
+/// The sums of a stage's derivatives: of the block if they fit in its shared memory, else of all.
+struct StageSums {
+  unsigned long long* all;
+  SplitSum* of_block;  ///< or null
+
+  __device__ void add(unsigned value, std::int64_t units) const {
+    if (units == 0) return;
+    if (of_block != nullptr)
+      of_block[value].add(units);
+    else
+      atomicAdd(&all[value], static_cast<unsigned long long>(units));
+  }
+};
+
+/// Adds the derivatives by the codes of a stage to `sums`. `rest` has kDimensions rows; the stage
+/// before has moved.
 template <class Vectors>
-__global__ void __launch_bounds__(kThreads)
-    add_code_gradients(CodesView codes, Vectors vectors, std::uint32_t count, unsigned stage,
-                       float* rest) {
+__device__ void add_gaussian(const CodesView& codes, const Vectors& vectors, std::uint32_t i,
+                             std::uint32_t count, unsigned stage, float* rest,
+                             const StageSums& sums) {
   constexpr unsigned kDimensions = Vectors::kDimensions;
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= count) return;
   float vector[kDimensions];
   if (stage == 0) {
     vectors.read(i, vector);
@@ -106,10 +140,25 @@ __global__ void __launch_bounds__(kThreads)
 #pragma unroll
   for (unsigned k = 0; k < kDimensions; ++k) {
     rest[std::size_t{k} * count + i] = vector[k];
-    const std::int64_t units = sum_units(code[k] - vector[k]);
-    if (units != 0) {
-      atomicAdd(&codes.sums[number * kDimensions + k], static_cast<unsigned long long>(units));
-    }
+    sums.add(number * kDimensions + k, sum_units(code[k] - vector[k]));
+  }
+}
+
+/// Few codes have many Gaussians, so a block adds up its own before it adds to the sums of all.
+template <class Vectors>
+__global__ void __launch_bounds__(kThreads)
+    add_code_gradients(CodesView codes, Vectors vectors, std::uint32_t count, unsigned stage,
+                       float* rest, unsigned shared_sums) {
+  auto* const of_block = static_cast<SplitSum*>(dynamic_shared());
+  for (unsigned at = threadIdx.x; at < shared_sums; at += kThreads) of_block[at] = {0, 0};
+  __syncthreads();
+  const StageSums sums{codes.sums, shared_sums > 0 ? of_block : nullptr};
+  for (std::uint32_t i = blockIdx.x * kThreads + threadIdx.x; i < count; i += gridDim.x * kThreads)
+    add_gaussian(codes, vectors, i, count, stage, rest, sums);
+  __syncthreads();
+  for (unsigned at = threadIdx.x; at < shared_sums; at += kThreads) {
+    if (const unsigned long long sum = of_block[at].value(); sum != 0)
+      atomicAdd(&codes.sums[at], sum);
   }
 }
 
@@ -141,9 +190,12 @@ void take_step_of(const Vectors& vectors, std::uint32_t count, DeviceCodes& code
   const CodesView view = view_of(codes);
   const AdamStep step = AdamStep::number(++codes.steps);
   const std::size_t values = std::size_t{view.count} * Vectors::kDimensions;
+  const std::size_t bytes = values * sizeof(SplitSum);
+  const bool fits = bytes <= kMostSharedBytes;
   for (unsigned stage = 0; stage < view.stages; ++stage) {
-    launch("step_codes", add_code_gradients<Vectors>, blocks_for(count), stream, view, vectors,
-           count, stage, rest);
+    launch("step_codes", add_code_gradients<Vectors>,
+           Blocks(std::min(blocks_for(count), kCodeBlocks), kThreads, fits ? bytes : 0), stream,
+           view, vectors, count, stage, rest, fits ? static_cast<unsigned>(values) : 0);
     launch("step_codes", move_codes, blocks_for(values), stream, view, step, stage * values,
            static_cast<std::uint32_t>(values), std::size_t{count} * Vectors::kDimensions);
   }

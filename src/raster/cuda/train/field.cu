@@ -3,6 +3,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "raster/base/morton.h"
 #include "raster/cuda/dynamic_shared.cuh"
 #include "raster/cuda/train/field.cuh"
 #include "raster/cuda/train/field_network.cuh"
@@ -16,7 +17,14 @@
 namespace qs::cuda::train {
 namespace {
 
-constexpr unsigned kCornerThreads = 4;  // of a Gaussian and a level in scatter_gradients()
+// A run of neighbouring Gaussians in sum_runs(): threads for two features of eight corners.
+constexpr unsigned kRunSize = 32, kRunThreads = 8 * kGridFeatures;
+constexpr unsigned kRuns = kThreads / kRunThreads;  // of a block
+static_assert(kFieldRun % kRunSize == 0);
+
+// The order in space has the resolution of this many cells along an axis.
+constexpr int kOrderBits = 10;
+constexpr int kOrderAge = 100;  // iterations, in which the means move a little
 
 struct Visible {
   const std::uint32_t* tile_counts;
@@ -27,51 +35,77 @@ struct HasGradient {
   __device__ bool operator()(std::uint32_t i) const { return d_outputs[i] != glm::vec3(0.0f); }
 };
 
-/// Lists the Gaussians with has(i). One block per list.
+/// Keys of the cells of space, and all Gaussians in their order. One thread per Gaussian.
+__global__ void __launch_bounds__(kThreads)
+    find_cells(const glm::vec3* means, std::uint32_t count, std::uint64_t* keys,
+               std::uint32_t* gaussians) {
+  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
+  if (i >= count) return;
+  constexpr float kCells = 1u << kOrderBits;
+  const auto cell = [](float place) -> std::uint32_t {
+    if (!(place > 0)) return 0;  // also if it is not a number
+    return place < 1 ? static_cast<std::uint32_t>(place * kCells) : (1u << kOrderBits) - 1;
+  };
+  const glm::vec3 place = contract(means[i]);
+  keys[i] = morton_code(cell(place.x), cell(place.y), cell(place.z));
+  gaussians[i] = i;
+}
+
+/// Lists the Gaussians with has(i), in their own order and in the order in space. One block per
+/// list.
 template <class Has>
 __global__ void __launch_bounds__(kThreads)
-    list_field_gaussians(FieldListsView out, std::uint32_t count, Has has) {
-  std::uint32_t* const list = out.gaussians + std::size_t{blockIdx.x} * out.block_size;
+    list_field_gaussians(FieldLists lists, const std::uint32_t* in_space, std::uint32_t count,
+                         Has has) {
+  const bool is_in_space = blockIdx.x >= kFieldBlocks;
+  const FieldListsView out = is_in_space ? lists.in_space : lists.by_index;
+  const std::uint32_t block = blockIdx.x % kFieldBlocks;
+  std::uint32_t* const list = out.gaussians + std::size_t{block} * out.block_size;
   std::uint32_t size = 0;
   for (std::uint32_t first = 0; first < out.block_size; first += kThreads) {
     const std::uint32_t position = first + threadIdx.x;
-    const std::size_t i =
-        position < out.block_size ? field_gaussian(blockIdx.x, position) : std::size_t{count};
+    std::size_t i = count;
+    if (position < out.block_size) {
+      i = is_in_space ? std::size_t{block} * out.block_size + position
+                      : field_gaussian(block, position);
+      if (is_in_space && i < count) i = in_space[i];
+    }
     const bool listed = i < count && has(static_cast<std::uint32_t>(i));
     const auto sum = sum_of_block<kThreads>(listed ? 1u : 0u);
     if (listed) list[size + sum.before] = static_cast<std::uint32_t>(i);
     size += sum.total;
   }
-  if (threadIdx.x == 0) out.sizes[blockIdx.x] = size;
+  if (threadIdx.x == 0) out.sizes[block] = size;
 }
 
 struct FieldInput {
   FieldView field;
-  FieldListsView lists;
+  FieldLists lists;
   const glm::vec3* means;
   glm::vec3 eye;
-  float* features;  ///< see DeviceField
-  std::uint32_t row;
-  glm::vec3* positions;
+  float2* features;      ///< see DeviceField
+  glm::vec3* positions;  ///< see DeviceField
 
   __device__ glm::vec3 direction(std::uint32_t i) const { return glm::normalize(means[i] - eye); }
-  __device__ float& feature(unsigned k, std::uint32_t i) const {
-    return features[std::size_t{k} * row + i];
+  __device__ float2& features_of(std::uint32_t i, unsigned level) const {
+    return features[std::size_t{i} * field.level_count + level];
   }
-  /// False if there is no entry `at` of all lists, one after the other with their room.
-  __device__ bool find(std::uint32_t at, std::uint32_t& gaussian) const {
-    const std::uint32_t block = at / lists.block_size;
-    if (block >= kFieldBlocks || at % lists.block_size >= lists.sizes[block]) return false;
-    gaussian = lists.gaussians[at];
-    return true;
+  /// Number of Gaussians from entry `at` of all lists in space, which lie one after the other with
+  /// their room.
+  __device__ std::uint32_t listed_from(std::uint32_t at) const {
+    const std::uint32_t block = at / lists.in_space.block_size;
+    if (block >= kFieldBlocks) return 0;
+    const std::uint32_t size = lists.in_space.sizes[block], place = at % lists.in_space.block_size;
+    return place < size ? size - place : 0;
   }
 };
 
 /// One thread per listed Gaussian and level, level after level.
 __global__ void __launch_bounds__(kThreads) gather_levels(FieldInput in, unsigned blocks_of_level) {
   const unsigned number = blockIdx.x / blocks_of_level;
-  std::uint32_t i = 0;
-  if (!in.find(blockIdx.x % blocks_of_level * kThreads + threadIdx.x, i)) return;
+  const std::uint32_t at = blockIdx.x % blocks_of_level * kThreads + threadIdx.x;
+  if (in.listed_from(at) == 0) return;
+  const std::uint32_t i = in.lists.in_space.gaussians[at];
   const glm::vec3 position = contract(in.means[i]);
   if (number == 0) in.positions[i] = position;
   const float2* const entries = reinterpret_cast<const float2*>(in.field.grid);
@@ -81,24 +115,27 @@ __global__ void __launch_bounds__(kThreads) gather_levels(FieldInput in, unsigne
     sums.x += weight * values.x;
     sums.y += weight * values.y;
   });
-  in.feature(kGridFeatures * number, i) = sums.x;
-  in.feature(kGridFeatures * number + 1, i) = sums.y;
+  in.features_of(i, number) = sums;
 }
 
 /// All threads of the block call it; a barrier must follow. The inputs of a thread without Gaussian
 /// are finite.
+template <unsigned kInputs>
 __device__ void load_inputs(const FieldInput& in, const TileThread& own, Layer& x) {
   const unsigned grid_inputs = in.field.grid_inputs();
-  for (unsigned k = own.part; k < grid_inputs; k += kTileParts)
-    x.values[k][own.column] = own.exists ? in.feature(k, own.gaussian) : 0.0f;
+  for (unsigned level = own.part; level < in.field.level_count; level += kTileParts) {
+    const float2 two = own.exists ? in.features_of(own.gaussian, level) : float2{0.0f, 0.0f};
+    x.values[kGridFeatures * level][own.column] = two.x;
+    x.values[kGridFeatures * level + 1][own.column] = two.y;
+  }
   if (own.part > 0) return;
   float basis[kDirectionFeatures] = {};
   if (own.exists) encode_direction(in.direction(own.gaussian), basis);
 #pragma unroll
   for (unsigned k = 0; k < kDirectionFeatures; ++k)
     x.values[grid_inputs + k][own.column] = basis[k];
-  for (unsigned k = grid_inputs + kDirectionFeatures; k < in.field.inputs; ++k)
-    x.values[k][own.column] = 1.0f;
+  for (unsigned k = grid_inputs + kDirectionFeatures; k < kInputs; ++k)
+    x.values[k][own.column] = k < in.field.inputs ? 1.0f : 0.0f;
 }
 
 struct ForwardTile {
@@ -107,23 +144,24 @@ struct ForwardTile {
 };
 
 /// One block per list.
-__global__ void __launch_bounds__(kThreads, 2) color_tiles(FieldInput in, ListedSplat* splats) {
+template <unsigned kInputs>
+__global__ void __launch_bounds__(kNetworkThreads, 2)
+    color_tiles(FieldInput in, ListedSplat* splats) {
   auto& shared = *static_cast<ForwardTile*>(dynamic_shared());
-  const unsigned inputs = in.field.inputs, width = in.field.width;
-  const std::uint32_t block = blockIdx.x, size = in.lists.sizes[block];
+  const std::uint32_t block = blockIdx.x, size = in.lists.by_index.sizes[block];
   if (size == 0) return;
   shared.weights.load(in.field);
   for (std::uint32_t first = 0; first < size; first += kFieldTile) {
-    const TileThread own(in.lists, block, first);
-    load_inputs(in, own, shared.x);
+    const TileThread own(in.lists.by_index, block, first);
+    load_inputs<kInputs>(in, own, shared.x);
     __syncthreads();
-    hidden_layer(shared.weights.first, inputs, width, own, shared.x, shared.y);
+    hidden_layer<kInputs>(shared.weights.first, shared.x, shared.y);
     __syncthreads();
-    hidden_layer(shared.weights.second, width, width, own, shared.y, shared.x);
+    hidden_layer<kMostRows>(shared.weights.second, shared.y, shared.x);
     __syncthreads();
-    if (own.exists && own.part < kUsedOutputs) {
-      splats[own.gaussian].splat.color[static_cast<int>(own.part)] =
-          color_of_output(output_of(shared.weights, own.part, width, own.column, shared.x));
+    for (unsigned output = own.part; own.exists && output < kUsedOutputs; output += kTileParts) {
+      splats[own.gaussian].splat.color[static_cast<int>(output)] =
+          color_of_output(output_of(shared.weights, output, own.column, shared.x));
     }
     __syncthreads();  // the next tile overwrites x
   }
@@ -132,22 +170,23 @@ __global__ void __launch_bounds__(kThreads, 2) color_tiles(FieldInput in, Listed
 struct BackwardTile {
   NetworkWeights weights;
   Layer x, first, second;
-  float d_output[kUsedOutputs][kTileStride];
+  float d_output[kUsedOutputs][kRowStride];
 
-  /// Derivatives by the second hidden layer replace its values, which only this thread reads here.
-  __device__ void replace_second(const TileThread& own, unsigned width) {
-    const unsigned rows = width / kTileParts;
-    float by[kUsedOutputs];
+  /// Derivatives by the second hidden layer replace its values.
+  __device__ void replace_second() {
+    const unsigned column = 4 * Patch::column();
+    float4 by[kUsedOutputs];
 #pragma unroll
     for (unsigned output = 0; output < kUsedOutputs; ++output)
-      by[output] = d_output[output][own.column];
-    for (unsigned row = own.part * rows; row < (own.part + 1) * rows; ++row) {
-      float sum = 0;
+      by[output] = four_of(&d_output[output][column]);
+#pragma unroll
+    for (unsigned j = 0; j < Patch::kRows; ++j) {
+      const unsigned row = Patch::row() + 8 * j;
+      Patch sums;
 #pragma unroll
       for (unsigned output = 0; output < kUsedOutputs; ++output)
-        sum = fmaf(weights.third[output][row], by[output], sum);
-      float& value = second.values[row][own.column];
-      value = value > 0.0f ? sum : 0.0f;
+        sums.add(0, weights.third[output][row], by[output]);
+      replace_where_positive(&second.values[row][column], sums.four(0));
     }
   }
 };
@@ -159,63 +198,54 @@ struct NetworkOutput {
 };
 
 /// One block per list. Computes the hidden layers again.
-__global__ void __launch_bounds__(kThreads, 2)
+template <unsigned kInputs>
+__global__ void __launch_bounds__(kNetworkThreads, 2)
     backward_tiles(FieldInput in, const glm::vec3* d_outputs, NetworkOutput out) {
   auto& shared = *static_cast<BackwardTile*>(dynamic_shared());
   const unsigned inputs = in.field.inputs, width = in.field.width;
   const unsigned grid_inputs = in.field.grid_inputs();
-  const std::uint32_t block = blockIdx.x, size = in.lists.sizes[block];
+  const std::uint32_t block = blockIdx.x, size = in.lists.by_index.sizes[block];
   if (size == 0) return;
   shared.weights.load(in.field);
-  WeightSums by_first, by_second;
-  const bool sums_third = threadIdx.x < kUsedOutputs * width;
-  const unsigned third_row = threadIdx.x / width, third_column = threadIdx.x % width;
-  float by_third = 0;
+  WeightSums<kInputs> by_first;
+  WeightSums<kMostRows> by_second;
+  LastWeightSums by_third;
   for (std::uint32_t first = 0; first < size; first += kFieldTile) {
-    const TileThread own(in.lists, block, first);
-    load_inputs(in, own, shared.x);
-    if (own.part < kUsedOutputs) {
-      shared.d_output[own.part][own.column] =
-          own.exists ? d_outputs[own.gaussian][static_cast<int>(own.part)] : 0.0f;
+    const TileThread own(in.lists.by_index, block, first);
+    load_inputs<kInputs>(in, own, shared.x);
+    for (unsigned output = own.part; output < kUsedOutputs; output += kTileParts) {
+      shared.d_output[output][own.column] =
+          own.exists ? d_outputs[own.gaussian][static_cast<int>(output)] : 0.0f;
     }
     __syncthreads();
-    hidden_layer(shared.weights.first, inputs, width, own, shared.x, shared.first);
+    hidden_layer<kInputs>(shared.weights.first, shared.x, shared.first);
     __syncthreads();
-    hidden_layer(shared.weights.second, width, width, own, shared.first, shared.second);
+    hidden_layer<kMostRows>(shared.weights.second, shared.first, shared.second);
     __syncthreads();
-    if (sums_third) {
-      for (unsigned begin = 0; begin < kFieldTile; begin += 4) {
-        by_third = add_four(four_of(&shared.d_output[third_row][begin]),
-                            &shared.second.values[third_column][begin], by_third);
-      }
+    by_third.add(shared.d_output, shared.second);
+    __syncthreads();
+    shared.replace_second();
+    __syncthreads();
+    by_second.add(shared.second, shared.first);
+    {
+      const InputDerivatives<kMostRows> by(shared.weights.second, shared.second);
+      __syncthreads();
+      by.replace_positive(shared.first);
     }
     __syncthreads();
-    shared.replace_second(own, width);
-    __syncthreads();
-    by_second.add(shared.second, width, shared.first, width);
-    float by[kChunk];
-    through_layer(shared.weights.second, width, width, own, shared.second, by);
-    __syncthreads();
-    const unsigned rows = width / kTileParts;
-#pragma unroll
-    for (unsigned k = 0; k < kChunk; ++k) {
-      if (k >= rows) break;
-      float& value = shared.first.values[own.part * rows + k][own.column];
-      value = value > 0.0f ? by[k] : 0.0f;
-    }
-    __syncthreads();
-    by_first.add(shared.first, width, shared.x, inputs);
-    through_layer(shared.weights.first, width, inputs, own, shared.first, by);
-    __syncthreads();
-    const unsigned own_inputs = inputs / kTileParts;
-#pragma unroll
-    for (unsigned k = 0; k < kChunk; ++k) {
-      if (k < own_inputs) shared.x.values[own.part * own_inputs + k][own.column] = by[k];
+    by_first.add(shared.first, shared.x);
+    {
+      const InputDerivatives<kInputs> by(shared.weights.first, shared.first);
+      __syncthreads();
+      by.replace(shared.x);
     }
     __syncthreads();
     if (own.exists) {
-      for (unsigned k = own.part; k < grid_inputs; k += kTileParts)
-        in.feature(k, own.gaussian) = shared.x.values[k][own.column];
+      for (unsigned level = own.part; level < in.field.level_count; level += kTileParts) {
+        in.features_of(own.gaussian, level) = {
+            shared.x.values[kGridFeatures * level][own.column],
+            shared.x.values[kGridFeatures * level + 1][own.column]};
+      }
     }
     if (own.exists && own.part == 0) {
       float by_basis[kDirectionFeatures];
@@ -231,7 +261,7 @@ __global__ void __launch_bounds__(kThreads, 2)
   float* const own_weights = out.block_weights + block * out.weight_count;
   by_first.store(width, inputs, own_weights);
   by_second.store(width, width, own_weights + width * inputs);
-  if (sums_third) own_weights[width * inputs + width * width + threadIdx.x] = by_third;
+  by_third.store(width, own_weights + width * inputs + width * width);
 }
 
 /// Adds up the blocks in their order. One thread per weight. The weights of unused outputs
@@ -239,35 +269,62 @@ __global__ void __launch_bounds__(kThreads, 2)
 __global__ void __launch_bounds__(kThreads)
     sum_field_blocks(FieldListsView lists, const float* block_weights, std::uint32_t weight_count,
                      std::uint32_t used, float* by_weights) {
+  constexpr unsigned kAtOnce = 16;  // reads that wait together
+  static_assert(kFieldBlocks % kAtOnce == 0);
   const std::uint32_t at = blockIdx.x * kThreads + threadIdx.x;
   if (at >= weight_count) return;
   float sum = 0;
-  for (std::uint32_t block = 0; at < used && block < kFieldBlocks; ++block) {
-    if (lists.sizes[block] > 0) sum += block_weights[std::size_t{block} * weight_count + at];
+  for (std::uint32_t first = 0; at < used && first < kFieldBlocks; first += kAtOnce) {
+    float values[kAtOnce];
+#pragma unroll
+    for (unsigned k = 0; k < kAtOnce; ++k) {
+      values[k] = lists.sizes[first + k] > 0
+                      ? block_weights[std::size_t{first + k} * weight_count + at]
+                      : 0.0f;
+    }
+#pragma unroll
+    for (unsigned k = 0; k < kAtOnce; ++k) sum += values[k];
   }
   by_weights[at] = sum;
 }
 
-/// kCornerThreads threads per listed Gaussian and level, level after level: two features of two
-/// neighbouring corners, which often lie in the same sector of memory. A thread takes the four
-/// corners on its side.
+/// A Gaussian in a level of the grid, and the derivatives by its features.
+struct GridItem {
+  GridCell<float> cell;
+  float by[kGridFeatures];
+};
+
+/// Level after level, kRunThreads threads per run of Gaussians that are neighbours in space. A
+/// thread adds up a feature of a corner while the Gaussians stay in a cell. Sums are integers, so
+/// the order does not matter. Two neighbouring corners often lie in the same sector of memory.
 __global__ void __launch_bounds__(kThreads)
-    scatter_gradients(FieldInput in, unsigned blocks_of_level, unsigned long long* sums) {
+    sum_runs(FieldInput in, unsigned blocks_of_level, unsigned long long* sums) {
+  __shared__ GridItem items[kRuns][kRunSize + 1];  // runs begin in different banks
   const unsigned number = blockIdx.x / blocks_of_level;
-  const std::uint32_t thread = blockIdx.x % blocks_of_level * kThreads + threadIdx.x;
-  std::uint32_t i = 0;
-  if (!in.find(thread / kCornerThreads, i)) return;
-  const unsigned feature = thread % kGridFeatures, side = thread / kGridFeatures % 2;
-  const float by = in.feature(kGridFeatures * number + feature, i);
   const GridLevel& level = in.field.levels[number];
-  const auto cell = GridCell<float>::of(level, in.positions[i]);
+  const std::uint32_t first = blockIdx.x % blocks_of_level * (kRuns * kRunSize);
 #pragma unroll
-  for (unsigned upper = 0; upper < 4; ++upper) {
-    const unsigned corner = side | upper << 1;
-    const std::int64_t units = sum_units(cell.weight(corner) * by);
-    if (units == 0) continue;
-    atomicAdd(&sums[kGridFeatures * cell.entry(level, corner) + feature],
-              static_cast<unsigned long long>(units));
+  for (unsigned k = threadIdx.x; k < kRuns * kRunSize; k += kThreads) {
+    if (in.listed_from(first + k) == 0) continue;
+    const std::uint32_t i = in.lists.in_space.gaussians[first + k];
+    const float2 by = in.features_of(i, number);
+    items[k / kRunSize][k % kRunSize] = {GridCell<float>::of(level, in.positions[i]), {by.x, by.y}};
+  }
+  __syncthreads();
+  const unsigned run = threadIdx.x / kRunThreads;
+  const unsigned feature = threadIdx.x % kGridFeatures;
+  const unsigned corner = threadIdx.x / kGridFeatures % 8;
+  const std::uint32_t size = min(in.listed_from(first + run * kRunSize), kRunSize);
+  std::int64_t units = 0;
+  for (unsigned k = 0; k < size; ++k) {
+    const GridItem& item = items[run][k];
+    units += sum_units(item.cell.weight(corner) * item.by[feature]);
+    if (k + 1 < size && item.cell.is(items[run][k + 1].cell)) continue;
+    if (units != 0) {
+      atomicAdd(&sums[kGridFeatures * item.cell.entry(level, corner) + feature],
+                static_cast<unsigned long long>(units));
+    }
+    units = 0;
   }
 }
 
@@ -321,8 +378,7 @@ __global__ void __launch_bounds__(kThreads) step_field(FieldStepInput in) {
 FieldInput input_of(const StepView& view, const ParametersView& parameters, DeviceField& field) {
   return {field.view(),          field.lists(parameters.count),
           parameters.means,      make_view<float>(view.camera).position,
-          field.features.data(), sh_row(parameters.count),
-          field.positions.data()};
+          field.features.data(), field.positions.data()};
 }
 
 }  // namespace
@@ -351,7 +407,6 @@ void DeviceField::upload(const qs::train::FieldState& host, cudaStream_t stream)
   grid_sums.reserve(kWhat, in_grid);
   block_weights.reserve(kWhat, kFieldBlocks * weights);
   by_weights.reserve(kWhat, weights);
-  list_sizes.reserve(kWhat, kFieldBlocks);
   const auto copy = [&](const std::vector<float>& from, float* to) {
     check(cudaMemcpyAsync(to, from.data(), from.size() * sizeof(float), cudaMemcpyHostToDevice,
                           stream),
@@ -379,11 +434,22 @@ void DeviceField::download(cudaStream_t stream, qs::train::FieldState& host) con
 void DeviceField::reserve(std::uint32_t gaussians) {
   constexpr const char* kWhat = "the colours of the step";
   const std::size_t room = with_room(gaussians);
-  const auto inputs = static_cast<std::size_t>(shape.network().grid_inputs);
-  features.reserve(kWhat, inputs * sh_row(static_cast<std::uint32_t>(room)));
+  features.reserve(kWhat, room * grid_levels(shape.grid).size());
   positions.reserve(kWhat, room);
   d_outputs.reserve(kWhat, room);
-  listed.reserve(kWhat, kFieldBlocks * field_block_size(room));
+  listed.reserve(kWhat, 2 * kFieldBlocks * field_block_size(room));
+  list_sizes.reserve(kWhat, std::size_t{2} * kFieldBlocks);
+}
+
+void DeviceField::keep_order(const ParametersView& parameters, cudaStream_t stream) {
+  if (order.size == parameters.count && ++order.age < kOrderAge) return;
+  order.pairs.reserve("the order of the Gaussians in space",
+                      static_cast<std::uint32_t>(with_room(parameters.count)));
+  launch("color", find_cells, blocks_for(parameters.count), stream, parameters.means,
+         parameters.count, order.pairs.keys.data(), order.pairs.values.data());
+  sort_pairs(order.pairs, parameters.count, 3 * kOrderBits, stream);
+  order.size = parameters.count;
+  order.age = 0;
 }
 
 FieldView DeviceField::view() const {
@@ -398,29 +464,33 @@ FieldView DeviceField::view() const {
   return view;
 }
 
-FieldListsView DeviceField::lists(std::uint32_t gaussians) {
-  return {listed.data(), list_sizes.data(),
-          static_cast<std::uint32_t>(field_block_size(gaussians))};
+FieldLists DeviceField::lists(std::uint32_t gaussians) {
+  const auto block_size = static_cast<std::uint32_t>(field_block_size(gaussians));
+  return {{listed.data(), list_sizes.data(), block_size},
+          {listed.data() + std::size_t{kFieldBlocks} * block_size, list_sizes.data() + kFieldBlocks,
+           block_size}};
 }
 
 void list_visible(const StepView& view, const ParametersView& parameters, const ForwardFrame& frame,
                   DeviceField& field, cudaStream_t stream) {
   const FieldInput in = input_of(view, parameters, field);
-  launch("color", list_field_gaussians<Visible>, Blocks(kFieldBlocks), stream, in.lists,
-         parameters.count, Visible{frame.tile_counts.data()});
+  launch("color", list_field_gaussians<Visible>, Blocks(2 * kFieldBlocks), stream, in.lists,
+         field.order.pairs.values.data(), parameters.count, Visible{frame.tile_counts.data()});
 }
 
 void find_features(const StepView& view, const ParametersView& parameters, DeviceField& field,
                    cudaStream_t stream) {
   const FieldInput in = input_of(view, parameters, field);
-  const unsigned blocks = blocks_for(std::uint64_t{kFieldBlocks} * in.lists.block_size);
+  const unsigned blocks = blocks_for(std::uint64_t{kFieldBlocks} * in.lists.in_space.block_size);
   launch("color", gather_levels, blocks * in.field.level_count, stream, in, blocks);
 }
 
 void find_colors(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
                  DeviceField& field, cudaStream_t stream) {
   const FieldInput in = input_of(view, parameters, field);
-  launch("color", color_tiles, Blocks(kFieldBlocks, kThreads, sizeof(ForwardTile)), stream, in,
+  const bool is_short = in.field.inputs <= kPublishedInputs;
+  launch("color", is_short ? color_tiles<kPublishedInputs> : color_tiles<kMostRows>,
+         Blocks(kFieldBlocks, kNetworkThreads, sizeof(ForwardTile)), stream, in,
          frame.splats.data());
 }
 
@@ -428,6 +498,7 @@ void color_by_field(const StepView& view, const ParametersView& parameters, Forw
                     DeviceField& field, cudaStream_t stream) {
   field.reserve(parameters.count);
   if (parameters.count == 0) return;
+  field.keep_order(parameters, stream);
   list_visible(view, parameters, frame, field, stream);
   find_features(view, parameters, field, stream);
   find_colors(view, parameters, frame, field, stream);
@@ -436,15 +507,18 @@ void color_by_field(const StepView& view, const ParametersView& parameters, Forw
 void list_changing(const StepView& view, const ParametersView& parameters, DeviceField& field,
                    cudaStream_t stream) {
   const FieldInput in = input_of(view, parameters, field);
-  launch("field_gradients", list_field_gaussians<HasGradient>, Blocks(kFieldBlocks), stream,
-         in.lists, parameters.count, HasGradient{field.d_outputs.data()});
+  launch("field_gradients", list_field_gaussians<HasGradient>, Blocks(2 * kFieldBlocks), stream,
+         in.lists, field.order.pairs.values.data(), parameters.count,
+         HasGradient{field.d_outputs.data()});
 }
 
 void through_network(const StepView& view, const ParametersView& parameters, DeviceField& field,
                      glm::vec3* d_means, cudaStream_t stream) {
   const FieldInput in = input_of(view, parameters, field);
-  launch("field_gradients", backward_tiles, Blocks(kFieldBlocks, kThreads, sizeof(BackwardTile)),
-         stream, in, field.d_outputs.data(),
+  const bool is_short = in.field.inputs <= kPublishedInputs;
+  launch("field_gradients", is_short ? backward_tiles<kPublishedInputs> : backward_tiles<kMostRows>,
+         Blocks(kFieldBlocks, kNetworkThreads, sizeof(BackwardTile)), stream, in,
+         field.d_outputs.data(),
          NetworkOutput{field.block_weights.data(), field.weight_count, d_means});
 }
 
@@ -461,7 +535,7 @@ void sum_weight_gradients(const StepView& view, const ParametersView& parameters
   const auto weights = static_cast<std::uint32_t>(field.weight_count);
   const std::size_t used =
       field.shape.network().third() + std::size_t{kUsedOutputs} * in.field.width;
-  launch("field_gradients", sum_field_blocks, blocks_for(weights), stream, in.lists,
+  launch("field_gradients", sum_field_blocks, blocks_for(weights), stream, in.lists.by_index,
          field.block_weights.data(), weights, static_cast<std::uint32_t>(used),
          field.by_weights.data());
 }
@@ -469,9 +543,9 @@ void sum_weight_gradients(const StepView& view, const ParametersView& parameters
 void sum_grid_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
                         cudaStream_t stream) {
   const FieldInput in = input_of(view, parameters, field);
-  const unsigned blocks =
-      blocks_for(std::uint64_t{kCornerThreads} * kFieldBlocks * in.lists.block_size);
-  launch("field_gradients", scatter_gradients, blocks * in.field.level_count, stream, in, blocks,
+  constexpr unsigned kItems = kRuns * kRunSize;
+  const unsigned blocks = (kFieldBlocks * in.lists.in_space.block_size + kItems - 1) / kItems;
+  launch("field_gradients", sum_runs, blocks * in.field.level_count, stream, in, blocks,
          field.grid_sums.data());
 }
 

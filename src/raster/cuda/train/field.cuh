@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // A colour field in training on the GPU, and its passes. Each level of the hash grid is read and
-// written by a launch's blocks one after another, so that the level stays in the L2 cache. A block
+// written by a launch's blocks one after another, so that the level stays in the L2 cache, and for
+// Gaussians that are neighbours in space one after another. A block
 // computes the network for a tile of Gaussians, see field_network.cuh. Sums have the order of the
 // CPU's. The network fuses multiplications and additions, so its values differ from the CPU's by
 // rounding.
@@ -9,6 +10,7 @@
 
 #include <cstdint>
 
+#include "raster/cuda/scan_and_sort.cuh"
 #include "raster/cuda/train/forward.cuh"
 #include "raster/field/color_field.h"
 #include "raster/train/model_state.h"
@@ -22,9 +24,15 @@ inline constexpr int kMostFieldLevels = (kMostFieldInputs - kDirectionFeatures) 
 /// The Gaussians that a pass of the field visits, by the blocks of field_gaussian(). Passed by
 /// value.
 struct FieldListsView {
-  std::uint32_t* gaussians;  ///< (kFieldBlocks, block_size), ascending in each block
+  std::uint32_t* gaussians;  ///< (kFieldBlocks, block_size)
   std::uint32_t* sizes;      ///< per block
   std::uint32_t block_size;
+};
+
+/// The same Gaussians twice. Passed by value.
+struct FieldLists {
+  FieldListsView by_index;
+  FieldListsView in_space;  ///< in the order of DeviceField::order, its blocks one after the other
 };
 
 /// The parameters of the field as kernels read them. Passed by value.
@@ -45,14 +53,22 @@ struct DeviceField {
   std::uint64_t steps = 0;
 
   // Per Gaussian.
-  /// Row k of sh_row() values: feature k of the grid, and after the network's backward pass the
-  /// derivative by it. Undefined for Gaussians that are not visible.
-  DeviceBuffer<float> features;
+  /// A row of the grid's features, two of each level, and after the network's backward pass the
+  /// derivatives by them. Undefined for Gaussians that are not visible.
+  DeviceBuffer<float2> features;
   /// In the grid, of visible Gaussians. A copy, because the sums over the grid run beside the step
   /// of the means.
   DeviceBuffer<glm::vec3> positions;
   DeviceBuffer<glm::vec3> d_outputs;  ///< by the network's outputs; zero if not visible
-  DeviceBuffer<std::uint32_t> listed, list_sizes;
+  DeviceBuffer<std::uint32_t> listed, list_sizes;  ///< of both FieldLists
+
+  /// All Gaussians (pairs.values) in the order of a curve through space. Neighbours read and change
+  /// the same values of the grid, so the passes of the grid visit them one after the other.
+  struct Order {
+    SortBuffers pairs;
+    std::uint32_t size = 0;
+    int age = 0;  ///< iterations
+  } order;
 
   // Derivatives.
   DeviceBuffer<unsigned long long> grid_sums;  ///< in units of kSumUnit
@@ -68,9 +84,11 @@ struct DeviceField {
   void download(cudaStream_t stream, qs::train::FieldState& host) const;
   /// Makes room for the passes of `gaussians`.
   void reserve(std::uint32_t gaussians);
+  /// Finds the order again if there is another number of Gaussians, or after many iterations.
+  void keep_order(const ParametersView& parameters, cudaStream_t stream);
 
   FieldView view() const;
-  FieldListsView lists(std::uint32_t gaussians);
+  FieldLists lists(std::uint32_t gaussians);
 };
 
 /// Throws Error(device) if the field's network is larger than the published ones.

@@ -1,32 +1,35 @@
 // SPDX-License-Identifier: MIT
 //
 // The network of a colour field in the shared memory of a block, for a tile of Gaussians. A layer
-// has a row of the tile's values per input. kTileParts threads share a Gaussian: each computes a
-// part of the rows. The threads of a warp read the same weights, four at once. Widths and inputs
-// are multiples of 16.
+// has a row of the tile's values per input. A product of a layer's weights and its values has 32
+// results per thread, which stay in registers: each value that is read from shared memory takes
+// part in 4 or 8 operations. Weights and values beyond the width and the inputs of a network are 0,
+// so that all loops have fixed lengths: `kInputs`, the length of the rows of a layer's weights, is
+// 48 for the published network, else 64.
 #pragma once
 
 #include "raster/cuda/train/field.cuh"
 
 namespace qs::cuda::train {
 
-inline constexpr unsigned kFieldTile = 64;                     ///< Gaussians
-inline constexpr unsigned kTileParts = kThreads / kFieldTile;  ///< threads of a Gaussian
+inline constexpr unsigned kNetworkThreads = 128;                      ///< of a block
+inline constexpr unsigned kFieldTile = 64;                            ///< Gaussians
+inline constexpr unsigned kTileParts = kNetworkThreads / kFieldTile;  ///< threads of a Gaussian
 inline constexpr unsigned kUsedOutputs = 3;
 inline constexpr unsigned kMostRows = 64;  ///< of a layer
-inline constexpr unsigned kChunk = 16;     ///< most rows of a thread
+inline constexpr unsigned kPublishedInputs = 48;
 static_assert(kMostRows == kMostFieldInputs && kMostRows == kMostFieldWidth);
-static_assert(kMostRows / kTileParts == kChunk);
+static_assert(kFieldTile == kMostRows);
 
 /// Rows begin four banks apart, so that threads that read different rows do not wait for each
 /// other.
-inline constexpr unsigned kTileStride = kFieldTile + 4;
-
-using LayerWeights = float[kMostRows][kMostRows];  ///< a row per output
+inline constexpr unsigned kRowStride = kFieldTile + 4;
 
 struct alignas(16) Layer {
-  float values[kMostRows][kTileStride];
+  float values[kMostRows][kRowStride];
 };
+
+using LayerWeights = Layer;  ///< a row per output
 
 struct alignas(16) NetworkWeights {
   LayerWeights first, second;
@@ -37,12 +40,17 @@ struct alignas(16) NetworkWeights {
     const unsigned inputs = field.inputs, width = field.width;
     const float* const second_weights = field.weights + width * inputs;
     const float* const third_weights = second_weights + width * width;
-    for (unsigned k = threadIdx.x; k < width * inputs; k += kThreads)
-      first[k / inputs][k % inputs] = field.weights[k];
-    for (unsigned k = threadIdx.x; k < width * width; k += kThreads)
-      second[k / width][k % width] = second_weights[k];
-    for (unsigned k = threadIdx.x; k < kUsedOutputs * width; k += kThreads)
-      third[k / width][k % width] = third_weights[k];
+    for (unsigned k = threadIdx.x; k < kMostRows * kMostRows; k += kNetworkThreads) {
+      const unsigned row = k / kMostRows, column = k % kMostRows;
+      first.values[row][column] =
+          row < width && column < inputs ? field.weights[row * inputs + column] : 0.0f;
+      second.values[row][column] =
+          row < width && column < width ? second_weights[row * width + column] : 0.0f;
+    }
+    for (unsigned k = threadIdx.x; k < kUsedOutputs * kMostRows; k += kNetworkThreads) {
+      const unsigned row = k / kMostRows, column = k % kMostRows;
+      third[row][column] = column < width ? third_weights[row * width + column] : 0.0f;
+    }
   }
 };
 
@@ -61,122 +69,187 @@ struct TileThread {
   }
 };
 
-/// sum + the products of four weights and values, in their order.
-__device__ inline float add_four(const float4& weights, const float* values, float sum) {
-  return fmaf(
-      weights.w, values[3],
-      fmaf(weights.z, values[2], fmaf(weights.y, values[1], fmaf(weights.x, values[0], sum))));
-}
-
 __device__ inline float4 four_of(const float* values) {
   return *reinterpret_cast<const float4*>(values);
 }
 
-/// y = max(0, weights x), this thread's part of the rows.
-__device__ inline void hidden_layer(const LayerWeights& weights, unsigned inputs, unsigned width,
-                                    const TileThread& own, const Layer& x, Layer& y) {
-  const unsigned rows = width / kTileParts, first = own.part * rows;
-  constexpr unsigned kInputs = 8;  // in registers
-  float sums[kChunk] = {};
-#pragma unroll 1
-  for (unsigned begin = 0; begin < inputs; begin += kInputs) {
-    float in[kInputs];
+/// sum + the products of four pairs of values, in their order.
+__device__ inline float add_four(const float4& a, const float4& b, float sum) {
+  return fmaf(a.w, b.w, fmaf(a.z, b.z, fmaf(a.y, b.y, fmaf(a.x, b.x, sum))));
+}
+
+/// A thread's 32 results of a product: 8 rows and 4 columns. The threads of a warp have 4 rows and
+/// 8 columns side by side.
+struct Patch {
+  static constexpr unsigned kRows = 8, kColumns = 4;
+  static_assert(kRows * kColumns * kNetworkThreads == kMostRows * kFieldTile);
+
+  float values[kRows][kColumns] = {};
+
+  __device__ static unsigned row() { return threadIdx.x / 8 % 8; }
+  __device__ static unsigned column() { return threadIdx.x % 8 + threadIdx.x / 64 * 8; }
+
+  __device__ void add(unsigned row, float by, const float4& in) {
+    values[row][0] = fmaf(by, in.x, values[row][0]);
+    values[row][1] = fmaf(by, in.y, values[row][1]);
+    values[row][2] = fmaf(by, in.z, values[row][2]);
+    values[row][3] = fmaf(by, in.w, values[row][3]);
+  }
+  __device__ float4 four(unsigned row) const {
+    return {values[row][0], values[row][1], values[row][2], values[row][3]};
+  }
+};
+
+/// Replaces four values that came from max(0, value): where one was 0 there is no derivative.
+__device__ inline void replace_where_positive(float* values, const float4& by) {
+  auto& four = *reinterpret_cast<float4*>(values);
+  four = {four.x > 0.0f ? by.x : 0.0f, four.y > 0.0f ? by.y : 0.0f, four.z > 0.0f ? by.z : 0.0f,
+          four.w > 0.0f ? by.w : 0.0f};
+}
+
+/// y = max(0, weights x). A thread has the rows row() + 8 j and four neighbouring Gaussians.
+template <unsigned kInputs>
+__device__ void hidden_layer(const LayerWeights& weights, const Layer& x, Layer& y) {
+  const unsigned row = Patch::row(), column = 4 * Patch::column();
+  Patch sums;
+#pragma unroll 2
+  for (unsigned begin = 0; begin < kInputs; begin += 4) {
+    float4 in[4];
 #pragma unroll
-    for (unsigned k = 0; k < kInputs; ++k) in[k] = x.values[begin + k][own.column];
+    for (unsigned k = 0; k < 4; ++k) in[k] = four_of(&x.values[begin + k][column]);
 #pragma unroll
-    for (unsigned group = 0; group < kChunk; group += 4) {
-      if (group >= rows) break;
-#pragma unroll
-      for (unsigned k = 0; k < kInputs; k += 4) {
-#pragma unroll
-        for (unsigned row = group; row < group + 4; ++row)
-          sums[row] = add_four(four_of(&weights[first + row][begin + k]), in + k, sums[row]);
-      }
+    for (unsigned j = 0; j < Patch::kRows; ++j) {
+      const float4 weight = four_of(&weights.values[row + 8 * j][begin]);
+      sums.add(j, weight.x, in[0]);
+      sums.add(j, weight.y, in[1]);
+      sums.add(j, weight.z, in[2]);
+      sums.add(j, weight.w, in[3]);
     }
   }
+  const auto positive = [](float value) { return value < 0.0f ? 0.0f : value; };
 #pragma unroll
-  for (unsigned row = 0; row < kChunk; ++row) {
-    if (row < rows) y.values[first + row][own.column] = sums[row] < 0.0f ? 0.0f : sums[row];
+  for (unsigned j = 0; j < Patch::kRows; ++j) {
+    const float4 sum = sums.four(j);
+    *reinterpret_cast<float4*>(&y.values[row + 8 * j][column]) = {positive(sum.x), positive(sum.y),
+                                                                  positive(sum.z), positive(sum.w)};
   }
 }
 
 /// An output of the network.
-__device__ inline float output_of(const NetworkWeights& weights, unsigned output, unsigned width,
-                                  unsigned column, const Layer& x) {
+__device__ inline float output_of(const NetworkWeights& weights, unsigned output, unsigned column,
+                                  const Layer& x) {
   float sum = 0;
-  for (unsigned begin = 0; begin < width; begin += 4) {
-    float in[4];
-#pragma unroll
-    for (unsigned k = 0; k < 4; ++k) in[k] = x.values[begin + k][column];
+#pragma unroll 4
+  for (unsigned begin = 0; begin < kMostRows; begin += 4) {
+    const float4 in{x.values[begin][column], x.values[begin + 1][column],
+                    x.values[begin + 2][column], x.values[begin + 3][column]};
     sum = add_four(four_of(&weights.third[output][begin]), in, sum);
   }
   return sum;
 }
 
-/// From the derivatives by the outputs of a layer, of which there are `rows`, to this thread's part
-/// of the derivatives by its inputs: `sums[k]` is that by input own.part * inputs / kTileParts + k.
-__device__ inline void through_layer(const LayerWeights& weights, unsigned rows, unsigned inputs,
-                                     const TileThread& own, const Layer& d, float (&sums)[kChunk]) {
-  const unsigned size = inputs / kTileParts, first = own.part * size;
-#pragma unroll
-  for (unsigned k = 0; k < kChunk; ++k) sums[k] = 0;
+/// Derivatives by a layer's inputs, from those by its outputs. A thread has inputs 2 row() and
+/// 2 row() + 1, the same plus 16, 32 and 48, and four neighbouring Gaussians.
+template <unsigned kInputs>
+struct InputDerivatives {
+  static constexpr unsigned kRows = kInputs / 8;
+  Patch sums;
+
+  /// Input of sums.values[k].
+  __device__ static unsigned input(unsigned k) { return 2 * Patch::row() + k % 2 + k / 2 * 16; }
+
+  __device__ InputDerivatives(const LayerWeights& weights, const Layer& d) {
+    const unsigned column = 4 * Patch::column();
 #pragma unroll 4
-  for (unsigned row = 0; row < rows; ++row) {
-    const float by = d.values[row][own.column];
+    for (unsigned row = 0; row < kMostRows; ++row) {
+      const float4 by = four_of(&d.values[row][column]);
 #pragma unroll
-    for (unsigned k = 0; k < kChunk; k += 4) {
-      if (k >= size) break;
-      const float4 weight = four_of(&weights[row][first + k]);
-      sums[k] = fmaf(weight.x, by, sums[k]);
-      sums[k + 1] = fmaf(weight.y, by, sums[k + 1]);
-      sums[k + 2] = fmaf(weight.z, by, sums[k + 2]);
-      sums[k + 3] = fmaf(weight.w, by, sums[k + 3]);
+      for (unsigned k = 0; k < kRows; k += 2) {
+        const float2 weight = *reinterpret_cast<const float2*>(&weights.values[row][input(k)]);
+        sums.add(k, weight.x, by);
+        sums.add(k + 1, weight.y, by);
+      }
     }
   }
-}
 
-/// Derivatives by 16 weights of a layer, summed over Gaussians: of outputs row + 16 j and inputs
-/// column + 16 k.
+  /// See replace_where_positive().
+  __device__ void replace_positive(Layer& layer) const {
+#pragma unroll
+    for (unsigned k = 0; k < kRows; ++k)
+      replace_where_positive(&layer.values[input(k)][4 * Patch::column()], sums.four(k));
+  }
+  __device__ void replace(Layer& layer) const {
+#pragma unroll
+    for (unsigned k = 0; k < kRows; ++k)
+      *reinterpret_cast<float4*>(&layer.values[input(k)][4 * Patch::column()]) = sums.four(k);
+  }
+};
+
+/// Derivatives by weights of a layer, summed over Gaussians: of outputs row() + 8 j and inputs
+/// column() + 16 k.
+template <unsigned kInputs>
 struct WeightSums {
-  static constexpr unsigned kEvery = 16, kSide = kMostRows / kEvery;
-  static_assert(kEvery * kEvery == kThreads);
-
-  float values[kSide][kSide] = {};
-
-  __device__ static unsigned row() { return threadIdx.x / kEvery; }
-  __device__ static unsigned column() { return threadIdx.x % kEvery; }
+  static constexpr unsigned kColumns = kInputs / 16;
+  float values[Patch::kRows][kColumns] = {};
 
   /// Adds the products of the tile's derivatives by the outputs and its inputs, Gaussian by
   /// Gaussian.
-  __device__ void add(const Layer& d, unsigned rows, const Layer& x, unsigned inputs) {
+  __device__ void add(const Layer& d, const Layer& x) {
+    const unsigned row = Patch::row(), column = Patch::column();
+#pragma unroll 2
     for (unsigned begin = 0; begin < kFieldTile; begin += 4) {
-      float4 by[kSide];
+      float4 in[kColumns];
 #pragma unroll
-      for (unsigned j = 0; j < kSide; ++j) {
-        if (j * kEvery < rows) by[j] = four_of(&d.values[row() + j * kEvery][begin]);
-      }
+      for (unsigned k = 0; k < kColumns; ++k) in[k] = four_of(&x.values[column + 16 * k][begin]);
 #pragma unroll
-      for (unsigned k = 0; k < kSide; ++k) {
-        if (k * kEvery >= inputs) break;
-        const float4 in = four_of(&x.values[column() + k * kEvery][begin]);
-        const float four[] = {in.x, in.y, in.z, in.w};
+      for (unsigned j = 0; j < Patch::kRows; ++j) {
+        const float4 by = four_of(&d.values[row + 8 * j][begin]);
 #pragma unroll
-        for (unsigned j = 0; j < kSide; ++j) {
-          if (j * kEvery < rows) values[j][k] = add_four(by[j], four, values[j][k]);
-        }
+        for (unsigned k = 0; k < kColumns; ++k) values[j][k] = add_four(by, in[k], values[j][k]);
       }
     }
   }
 
-  /// `to` has a row of `inputs` values per output.
+  /// `to` has a row of `inputs` values per output, of which there are `rows`.
   __device__ void store(unsigned rows, unsigned inputs, float* to) const {
 #pragma unroll
-    for (unsigned j = 0; j < kSide; ++j) {
+    for (unsigned j = 0; j < Patch::kRows; ++j) {
 #pragma unroll
-      for (unsigned k = 0; k < kSide; ++k) {
-        if (j * kEvery < rows && k * kEvery < inputs)
-          to[(row() + j * kEvery) * inputs + column() + k * kEvery] = values[j][k];
+      for (unsigned k = 0; k < kColumns; ++k) {
+        const unsigned row = Patch::row() + 8 * j, column = Patch::column() + 16 * k;
+        if (row < rows && column < inputs) to[row * inputs + column] = values[j][k];
       }
+    }
+  }
+};
+
+/// The same for the used outputs of the last layer: a thread has a column of the weights, and every
+/// kTileParts-th output.
+struct LastWeightSums {
+  static constexpr unsigned kOutputs = (kUsedOutputs + kTileParts - 1) / kTileParts;
+  float values[kOutputs] = {};
+
+  __device__ static unsigned column() { return threadIdx.x % kMostRows; }
+  __device__ static unsigned output(unsigned j) { return threadIdx.x / kMostRows + j * kTileParts; }
+
+  /// `d` are the derivatives by the outputs.
+  __device__ void add(const float (&d)[kUsedOutputs][kRowStride], const Layer& x) {
+#pragma unroll 2
+    for (unsigned begin = 0; begin < kFieldTile; begin += 4) {
+      const float4 in = four_of(&x.values[column()][begin]);
+#pragma unroll
+      for (unsigned j = 0; j < kOutputs; ++j) {
+        if (output(j) < kUsedOutputs)
+          values[j] = add_four(four_of(&d[output(j)][begin]), in, values[j]);
+      }
+    }
+  }
+
+  __device__ void store(unsigned width, float* to) const {
+#pragma unroll
+    for (unsigned j = 0; j < kOutputs; ++j) {
+      if (column() < width && output(j) < kUsedOutputs)
+        to[output(j) * width + column()] = values[j];
     }
   }
 };

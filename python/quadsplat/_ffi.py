@@ -333,9 +333,12 @@ VERSION = _version_text()
 _PLACE = re.compile(r"^qs_\w+: (\w+(\[\d+\])?\.)?")
 
 
+_Message = c_char * MESSAGE_BYTES
+
+
 def call(who: str, function: str, *arguments: Any) -> None:
     """Calls a function of FUNCTIONS. Raises quadsplat.Error, with `who` in the place of its name."""
-    message = ctypes.create_string_buffer(MESSAGE_BYTES)
+    message = _Message()
     code = getattr(library, function)(*arguments, message)
     if code != 0:
         sentence = message.value.decode(errors="replace") or "not enough memory"

@@ -142,12 +142,20 @@ class CudaPasses final : public Passes {
 
   void project_backward(const QsStageFrame& frame, const QsBoundaryGradients& by,
                         const QsInputGradients& out) override {
-    project_back(frame, boundary_rows_of<const float>(by), out);
+    project_back_from(boundary_rows_of<const float>(by), frame, out);
   }
 
   void backward(const QsStageFrame& frame, const QsBlended& by,
                 const QsBoundaryGradients& at_boundary, const QsInputGradients& out) override {
     auto rows = boundary_rows_of<float>(at_boundary);
+    if (const gpu::Frame drawn = frame_on_gpu(frame); drawn.sizes.has_states) {
+      const auto* sums = gpu::sums_of_pixels(drawn, blend_back(frame, by, at_boundary, rows));
+      project_back(frame, out, [&](void* scratch, stages::PoseGradient* pose) {
+        gpu::project_backward_of_sums(view_, inputs_of<float>(call_), drawn, sums, queue_, scratch,
+                                      input_rows_of<float>(out), pose);
+      });
+      return;
+    }
     constexpr std::int64_t kNumbers = 2 + 3 + 1 + 1 + 3;  // of a Gaussian in the boundary
     auto* next = temporary_.numbers<float>(static_cast<std::size_t>(call_.gaussians * kNumbers));
     const auto complete = [&](stages::Rows<float>& missing, int numbers) {
@@ -160,7 +168,7 @@ class CudaPasses final : public Passes {
     complete(rows.opacity, 1);
     if (call_.has_sh()) complete(rows.color, 3);
     blend_back(frame, by, at_boundary, rows);
-    project_back(frame, rows, out);
+    project_back_from(rows, frame, out);
   }
 
  private:
@@ -203,18 +211,20 @@ class CudaPasses final : public Passes {
     return copy;
   }
 
-  void blend_back(const QsStageFrame& frame, const QsBlended& by, const QsBoundaryGradients& given,
-                  const stages::Boundary<float>& rows) {
+  /// Returns the scratch memory of the pass.
+  void* blend_back(const QsStageFrame& frame, const QsBlended& by, const QsBoundaryGradients& given,
+                   const stages::Boundary<float>& rows) {
     const gpu::Frame drawn = frame_on_gpu(frame);
     float* const by_background =
         is_absent(given.background)
             ? nullptr
             : temporary_.numbers<float>(static_cast<std::size_t>(call_.channels));
+    void* const scratch = temporary_.allocate(gpu::bytes_to_blend_backward(drawn.sizes));
     gpu::blend_backward(
-        blend_input(), drawn, pictures_of<const float>(by), queue_,
-        temporary_.allocate(gpu::bytes_to_blend_backward(drawn.sizes)),
+        blend_input(), drawn, pictures_of<const float>(by), queue_, scratch,
         {rows, rows_of<float>(given.channels), rows_of<float>(given.absolute_px), by_background});
     if (by_background != nullptr) store(given.background, by_background);
+    return scratch;
   }
 
   /// Stores numbers on the GPU in a small array of the caller, on the GPU or the host.
@@ -231,15 +241,22 @@ class CudaPasses final : public Passes {
     });
   }
 
-  void project_back(const QsStageFrame& frame, const stages::Boundary<const float>& by,
-                    const QsInputGradients& out) {
+  void project_back_from(const stages::Boundary<const float>& by, const QsStageFrame& frame,
+                         const QsInputGradients& out) {
     const gpu::Frame projected = frame_on_gpu(frame);
+    project_back(frame, out, [&](void* scratch, stages::PoseGradient* pose) {
+      gpu::project_backward(view_, inputs_of<float>(call_), projected, by, queue_, scratch,
+                            input_rows_of<float>(out), pose);
+    });
+  }
+
+  /// `pass` enqueues the backward pass of the first stage with scratch memory and the pose's place.
+  template <class Pass>
+  void project_back(const QsStageFrame& frame, const QsInputGradients& out, const Pass& pass) {
     const bool with_pose = !is_absent(out.view_from_world) || !is_absent(out.position);
     auto* const pose = with_pose ? temporary_.numbers<stages::PoseGradient>(1) : nullptr;
-    gpu::project_backward(
-        view_, inputs_of<float>(call_), projected, by, queue_,
-        with_pose ? temporary_.allocate(gpu::bytes_of_pose(projected.sizes)) : nullptr,
-        input_rows_of<float>(out), pose);
+    pass(with_pose ? temporary_.allocate(gpu::bytes_of_pose(frame_on_gpu(frame).sizes)) : nullptr,
+         pose);
     if (!with_pose) return;
     stages::PoseGradient found;
     gpu::copy_from_gpu(&found, pose, sizeof(found), queue_);

@@ -160,6 +160,7 @@ struct Drawing {
   QsStageFrame frame = sized<QsStageFrame>();
   Placement* placement = nullptr;  ///< null: everything is in host memory
   bool with_depth = true;          ///< false: neither depth is drawn
+  bool wants_boundary = true;      ///< false: backward() has no derivatives by the boundary
 
   Drawing(const DrawnView& view, const StageScene<Real>& given)
       : scene(given),
@@ -209,6 +210,7 @@ struct Drawing {
       by_boundary.channels = array_of(result.by.channels.data(), {count, scene.channel_count});
     by_boundary.absolute_px = array_of(result.boundary.absolute_px.data(), {count, 2});
     by_boundary.background = array_of(result.boundary.background.data(), {scene.channel_count});
+    if (!wants_boundary) by_boundary = sized<QsBoundaryGradients>();
     auto by_inputs = sized<QsInputGradients>();
     set_inputs(by_inputs, result.by);
     std::array<double, 12> matrix{};

@@ -9,7 +9,7 @@ import torch
 
 from .. import _ffi
 from .._context import Context, chosen
-from ._tensors import Tensor, array_of, put
+from ._tensors import Tensor, array_of, places_of, put, put_all
 
 #: The tensors of QsInputs, in the order in which they are handed on; None: absent.
 INPUTS = ("means", "scales", "rotations", "covariances", "opacities", "sh", "sh_rest", "channels",
@@ -17,6 +17,9 @@ INPUTS = ("means", "scales", "rotations", "covariances", "opacities", "sh", "sh_
 #: The pictures of QsBlended.
 PICTURES = ("color", "alpha", "depth", "inverse_depth")
 BLOCKS = ("per_gaussian", "per_pair", "per_pixel")
+
+_byref = ctypes.byref
+_INPUT_PLACES = places_of(_ffi.QsInputs, INPUTS)
 
 Tensors = Sequence[Optional[Tensor]]
 
@@ -40,19 +43,17 @@ class Plan:
 
     def call(self, function: str, inputs: Tensors, *arguments: ctypes.Structure) -> None:
         """Calls a function of the library with the inputs, camera and rules in front."""
-        self._call(function, inputs, map(ctypes.byref, arguments))
+        self._call(function, inputs, map(_byref, arguments))
 
     def _call(self, function: str, inputs: Tensors, arguments: Iterable[Any]) -> None:
         given = _ffi.QsInputs()
-        for name, tensor in zip(INPUTS, inputs):
-            if tensor is not None:
-                put(given, name, tensor)
+        put_all(given, _INPUT_PLACES, inputs)
         means = _means(inputs)
         temporary = _Temporary(means.device, given) if means.is_cuda else None
         try:
             with self.context._use(self.who) as pointer:
-                _ffi.call(self.who, function, pointer, ctypes.byref(given),
-                          ctypes.byref(self.camera), ctypes.byref(self.rules), *arguments)
+                _ffi.call(self.who, function, pointer, _byref(given), _byref(self.camera),
+                          _byref(self.rules), *arguments)
         finally:
             if temporary is not None:
                 temporary.free()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import struct
-from typing import Any, Optional
+from typing import Any, Iterable, Optional, Tuple, Type
 
 import torch
 
@@ -18,18 +18,33 @@ _TYPES = {torch.float32: _ffi.FLOAT32, torch.float64: _ffi.FLOAT64, torch.int32:
           torch.uint8: _ffi.UINT8, torch.int64: _ffi.INT64}
 _HALVES = (torch.float16, torch.bfloat16)
 _HOST = (_ffi.MEMORY_HOST, 0)  # QsArray.memory and .device
+_CUDA = _ffi.MEMORY_CUDA
 
 # The members of a QsArray of 0 to 4 dimensions: writing all of them at once is ten times as fast as
 # one by one. `x` writes a 0.
 _ARRAYS = tuple(struct.Struct("=Q" + 2 * (count * "q" + (4 - count) * "8x") + "IIIi")
                 for count in range(5))
 assert {array.size for array in _ARRAYS} == {ctypes.sizeof(_ffi.QsArray)}
+_PACK = tuple(array.pack_into for array in _ARRAYS)
 
 
 def put(target: ctypes.Structure, name: str, tensor: Optional[Tensor]) -> None:
     """Sets the member of a struct to a tensor, which must outlive the struct. None: absent."""
     if tensor is not None:
         _pack(target, getattr(target.__class__, name).offset, tensor)
+
+
+def places_of(struct: Type[ctypes.Structure], names: Iterable[str]) -> Tuple[int, ...]:
+    """The places of members of a struct, for put_all()."""
+    return tuple(getattr(struct, name).offset for name in names)
+
+
+def put_all(target: ctypes.Structure, places: Iterable[int],
+            tensors: Iterable[Optional[Tensor]]) -> None:
+    """put() of many members, which is faster."""
+    for place, tensor in zip(places, tensors):
+        if tensor is not None:
+            _pack(target, place, tensor)
 
 
 def array_of(tensor: Tensor) -> _ffi.QsArray:
@@ -42,9 +57,9 @@ def array_of(tensor: Tensor) -> _ffi.QsArray:
 def _pack(target: ctypes.Structure, offset: int, tensor: Tensor) -> None:
     shape = tensor.shape
     dimensions = len(shape)
-    memory, device = (_ffi.MEMORY_CUDA, tensor.get_device()) if tensor.is_cuda else _HOST
-    _ARRAYS[dimensions].pack_into(target, offset, tensor.data_ptr(), *shape, *tensor.stride(),
-                                  dimensions, _TYPES[tensor.dtype], memory, device)
+    memory, device = (_CUDA, tensor.get_device()) if tensor.is_cuda else _HOST
+    _PACK[dimensions](target, offset, tensor.data_ptr(), *shape, *tensor.stride(), dimensions,
+                      _TYPES[tensor.dtype], memory, device)
 
 
 def context_of(context: Optional[Context], who: str, means: Tensor) -> Context:
@@ -61,6 +76,10 @@ def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None,
     dtype, device: the type and the device that it must have then. most_dimensions: the library has
     4. Raises UsageError.
     """
+    if (isinstance(value, Tensor) and dtype is not None and value.dtype == dtype
+            and value.device == device and value.layout == torch.strided
+            and 1 <= value.dim() <= most_dimensions):
+        return value  # in nearly all calls
     if not isinstance(value, Tensor):
         raise UsageError(f"{where} is a {type(value).__name__} instead of a torch.Tensor")
     if value.device.type not in ("cpu", "cuda"):

@@ -97,6 +97,28 @@ struct GivenGaussians {
   }
 };
 
+/// The derivatives by the boundary of one Gaussian.
+template <class Real>
+struct BoundaryGradient {
+  SplatGradient<Real> splat;
+  Real depth{0};
+
+  /// Of rows, each of which may be missing.
+  static QS_HD BoundaryGradient of(const Boundary<const Real>& by, std::size_t i) {
+    BoundaryGradient d;
+    if (by.mean_px) d.splat.mean_px = by.mean_px.vec2(i);
+    if (by.conic) d.splat.conic = by.conic.vec3(i);
+    if (by.opacity) d.splat.opacity = by.opacity.at(i);
+    if (by.color) d.splat.color = by.color.vec3(i);
+    if (by.depth) d.depth = by.depth.at(i);
+    return d;
+  }
+  QS_HD bool is_zero() const {
+    return splat.mean_px == glm::vec<2, Real>(0) && splat.conic == glm::vec<3, Real>(0) &&
+           splat.opacity == 0 && splat.color == glm::vec<3, Real>(0) && depth == 0;
+  }
+};
+
 /// The gradient of one Gaussian in the caller's arrays.
 template <class Real>
 struct GivenGradient {
@@ -104,30 +126,18 @@ struct GivenGradient {
 
   StageRules<Real> rules;
   GaussianInputs<Real> in;
-  Boundary<const Real> by;
   InputGradients<Real> out;
 
   /// Inputs that are not given have no derivatives.
   GivenGradient(const StageRules<Real>& of_view, const GaussianInputs<Real>& inputs,
-                const Boundary<const Real>& by_boundary, const InputGradients<Real>& wanted)
-      : rules(of_view), in(inputs), by(by_boundary), out(wanted) {
+                const InputGradients<Real>& wanted)
+      : rules(of_view), in(inputs), out(wanted) {
     if (in.covariances)
       out.scales = out.rotations = {};
     else
       out.covariances = {};
     if (!in.sh) out.sh = {};
   }
-
-  QS_HD SplatGradient<Real> splat(std::size_t i) const {
-    SplatGradient<Real> d;
-    if (by.mean_px) d.mean_px = by.mean_px.vec2(i);
-    if (by.conic) d.conic = by.conic.vec3(i);
-    if (by.opacity) d.opacity = by.opacity.at(i);
-    if (by.color) d.color = by.color.vec3(i);
-    return d;
-  }
-
-  QS_HD Real depth(std::size_t i) const { return by.depth ? by.depth.at(i) : Real(0); }
 
   /// Sets the rows of a Gaussian to 0.
   QS_HD void clear(std::size_t i) const {
@@ -155,19 +165,11 @@ struct GivenGradient {
     return direction_gradient(mean - rules.view.position, d_direction);
   }
 
-  /// True if all derivatives by the boundary of a Gaussian are 0. Then clear() takes the place of
-  /// add().
-  QS_HD bool is_zero(std::size_t i) const {
-    const SplatGradient<Real> d = splat(i);
-    return d.mean_px == glm::vec<2, Real>(0) && d.conic == Vec3(0) && d.opacity == 0 &&
-           d.color == Vec3(0) && depth(i) == 0;
-  }
-
   /// Writes the rows of a Gaussian that has a row in the boundary, and adds to `pose` if `kPose`.
+  /// If `by` is zero, clear() takes the place of add().
   template <bool kPose = true>
-  QS_HD void add(std::size_t i, PoseGradient& pose) const {
-    const SplatGradient<Real> d = splat(i);
-    const Real d_depth = depth(i);
+  QS_HD void add(std::size_t i, const BoundaryGradient<Real>& by, PoseGradient& pose) const {
+    const SplatGradient<Real>& d = by.splat;
     const Vec3 mean = in.means.vec3(i);
     Vec3 scale(0);
     glm::qua<Real> rotation(1, 0, 0, 0), q = rotation;
@@ -182,7 +184,7 @@ struct GivenGradient {
     }
     PlacedGradient<Real> placed =
         placed_gradient(rules, to_view(rules.view, mean), sigma, in.opacities.at(i), d);
-    placed.geometry.mean.z += d_depth;
+    placed.geometry.mean.z += by.depth;
     const Vec3 by_direction = color(i, mean, d.color);
 
     out.means.set(i, view_gradient(rules.view, placed.geometry.mean) + by_direction);

@@ -122,7 +122,14 @@ void expect_bits_of_the_stages(quadsplat::Context& context, const DrawnView& vie
     EXPECT_TRUE(drawing.pictures == pictures);
     EXPECT_EQ(drawing.frame.pairs, frame.frame.sizes.pairs);
     EXPECT_EQ(drawing.frame.memory, QS_MEMORY_CUDA);
-    EXPECT_EQ(drawing.backward(context, weights, true).numbers(), gradients);
+    const auto found = drawing.backward(context, weights, true);
+    EXPECT_EQ(found.numbers(), gradients);
+    drawing.wants_boundary = false;
+    auto alone = drawing.backward(context, weights, true);
+    drawing.wants_boundary = true;
+    alone.boundary = found.boundary;
+    alone.by.channels = found.by.channels;
+    EXPECT_EQ(alone.numbers(), gradients) << "without derivatives by the boundary";
     EXPECT_EQ(drawing.backward(context, weights, false).numbers(), gradients) << "a second time";
     EXPECT_EQ(on_gpu.asked_for_temporary > 0, in_one_call);
   }
@@ -135,6 +142,7 @@ TEST_F(CudaLibraryStages, have_the_bits_of_the_stages_for_inputs_of_all_kinds) {
   expect_bits_of_the_stages(context(), view, scene, false);
   scene.has_covariances = true;
   expect_bits_of_the_stages(context(), view, scene);
+  expect_bits_of_the_stages(context(), view, with_channels(stage_scene<float>(60, 33), 3), false);
   for (const int channels : {1, 5, 32})
     expect_bits_of_the_stages(context(), view, with_channels(stage_scene<float>(60, 33), channels));
 }

@@ -9,6 +9,7 @@
 namespace qs::cpu::stages {
 namespace {
 
+using qs::stages::BoundaryGradient;
 using qs::stages::GivenGaussians;
 using qs::stages::GivenGradient;
 using qs::stages::StageRules;
@@ -18,15 +19,16 @@ constexpr std::size_t kGaussianGrain = 4096;
 /// Writes the gradients of all Gaussians. Chunks have sums of their own for the pose, which are
 /// added in the order of chunks.
 template <class Real>
-PoseGradient set_gradients(const GivenGradient<Real>& gradient,
+PoseGradient set_gradients(const GivenGradient<Real>& gradient, const Boundary<const Real>& by,
                            std::span<const std::uint8_t> projected, const Workers& workers) {
   constexpr std::size_t kChunk = VisibleSlots::kChunk;
   std::vector<PoseGradient> sums(VisibleSlots::chunks_of(projected.size()));
   workers.for_each(sums.size(), 1, [&](std::size_t chunk) {
     const std::size_t end = std::min(projected.size(), (chunk + 1) * kChunk);
     for (std::size_t i = chunk * kChunk; i < end; ++i) {
-      if (projected[i] != 0 && !gradient.is_zero(i))
-        gradient.add(i, sums[chunk]);
+      const auto d = BoundaryGradient<Real>::of(by, i);
+      if (projected[i] != 0 && !d.is_zero())
+        gradient.add(i, d, sums[chunk]);
       else
         gradient.clear(i);
     }
@@ -69,8 +71,8 @@ void project_backward(const DrawnView& view, const GaussianInputs<Real>& gaussia
   gaussians.check("project_backward");
   gaussians.check_frame("project_backward", projected.size());
   const auto rules = StageRules<Real>::of(view, gaussians.sh_degree);
-  const GivenGradient<Real> gradient(rules, gaussians, by, out);
-  const PoseGradient sum = set_gradients(gradient, projected, workers);
+  const GivenGradient<Real> gradient(rules, gaussians, out);
+  const PoseGradient sum = set_gradients(gradient, by, projected, workers);
   if (pose != nullptr) *pose = sum;
 }
 

@@ -86,10 +86,16 @@ void blend_colors(const BlendInput& in, const ListedFrame& listed, const PixelBl
   check(cudaMemsetAsync(block.segment_tiles, 0xff,
                         segments_of(listed.sizes.pairs, tiles) * sizeof(std::uint32_t), stream),
         "blend");
-  launch("blend", blend_tiles<CallersView>, tiles, stream, listed.schedule(), listed.tiles(),
-         CallersView{in.rules, in.channels, in.background, out},
-         BlendTarget{reinterpret_cast<glm::vec3*>(block.color), block.transmittance, block.last,
-                     block.segment_tiles, block.states});
+  const auto launch_with = [&]<bool kDefault>() {
+    launch("blend", blend_tiles<CallersView<kDefault>>, tiles, stream, listed.schedule(),
+           listed.tiles(), CallersView<kDefault>{in.rules, in.channels, in.background, out},
+           BlendTarget{reinterpret_cast<glm::vec3*>(block.color), block.transmittance, block.last,
+                       block.segment_tiles, block.states});
+  };
+  if (in.rules.are_default())
+    launch_with.operator()<true>();
+  else
+    launch_with.operator()<false>();
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "raster/cuda/stages/frame.h"
+#include "raster/kernel/gradient/pixel.h"
 #include "raster/stages/blend_input.h"
 #include "raster/stages/gaussians.h"
 
@@ -32,5 +33,9 @@ std::size_t bytes_to_blend_backward(const HeldSizes& sizes);
 /// Throws Error(usage), Error(device) and Cancelled.
 void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<const float>& by,
                     const Queue& queue, void* scratch, const BoundaryGradients<float>& out);
+
+/// The sums of each Gaussian over its pixels, which blend_backward() leaves in its scratch memory.
+/// The frame must have states.
+const PixelSums<float>* sums_of_pixels(const Frame& frame, void* scratch);
 
 }  // namespace qs::cuda::stages

@@ -9,6 +9,8 @@
 namespace qs::cuda::stages {
 namespace {
 
+using qs::stages::Boundary;
+
 constexpr unsigned kShape = 7;       ///< numbers of PixelSums without its colour, and d/dz
 constexpr unsigned kAbsolute = 2;    ///< absolute gradients
 constexpr std::uint32_t kGroup = 8;  ///< entries that the warps sum before the block adds them up
@@ -305,18 +307,22 @@ void color_backward(const BlendInput& in, const ListedFrame& listed, const Pixel
                     const BoundaryGradients<float>& out, cudaStream_t stream) {
   const HeldSizes& sizes = listed.sizes;
   const bool absolute = static_cast<bool>(out.absolute_px);
-  if (sizes.pairs > 0) {
-    launch("sum_pairs",
-           absolute ? sum_pairs<true, CallersDerivatives> : sum_pairs<false, CallersDerivatives>,
+  const auto sum_with = [&]<bool kDefault>() {
+    using Derivatives = CallersDerivatives<kDefault>;
+    launch("sum_pairs", absolute ? sum_pairs<true, Derivatives> : sum_pairs<false, Derivatives>,
            segments_of(sizes.pairs, tiles_of(sizes)), stream,
-           PairInput<CallersDerivatives>{listed.tiles(),
-                                         state.segment_tiles,
-                                         state.states,
-                                         reinterpret_cast<const glm::vec3*>(state.color),
-                                         state.last,
-                                         {in.rules, in.channels, by, state.transmittance}},
+           PairInput<Derivatives>{listed.tiles(),
+                                  state.segment_tiles,
+                                  state.states,
+                                  reinterpret_cast<const glm::vec3*>(state.color),
+                                  state.last,
+                                  {in.rules, in.channels, by, state.transmittance}},
            PairSums{scratch.pairs, scratch.absolute});
-  }
+  };
+  if (sizes.pairs > 0 && in.rules.are_default())
+    sum_with.operator()<true>();
+  else if (sizes.pairs > 0)
+    sum_with.operator()<false>();
   const auto sum = [&]<unsigned kNumbers>(const auto* pairs, auto* sums) {
     sum_pairs_of_gaussians<kNumbers>(
         {sizes.gaussians, listed.gaussians.first_places, listed.gaussians.tile_counts,
@@ -325,6 +331,10 @@ void color_backward(const BlendInput& in, const ListedFrame& listed, const Pixel
   };
   sum.operator()<kSums>(scratch.pairs, scratch.sums);
   if (absolute) sum.operator()<kAbsolute>(scratch.absolute, scratch.absolute_sums);
+  const Boundary<float>& rows = out.by;
+  if (!rows.mean_px && !rows.conic && !rows.depth && !rows.opacity && !rows.color &&
+      !out.channels && !absolute)
+    return;
   launch("boundary", write_color_boundary, blocks_for(sizes.gaussians), stream, sizes.gaussians,
          listed.gaussians, scratch, out, in.channels ? out.channels : out.by.color);
 }
@@ -368,6 +378,10 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
   launch("boundary", write_boundary, blocks_for(sizes.gaussians), stream, sizes.gaussians,
          listed.gaussians, sums, out, in.channels ? out.channels : out.by.color, in.channel_count,
          size_of_channels(sizes.channels));
+}
+
+const PixelSums<float>* sums_of_pixels(const Frame& frame, void* scratch) {
+  return block_at<ColorScratch>(scratch, frame.sizes).sums;
 }
 
 }  // namespace qs::cuda::stages

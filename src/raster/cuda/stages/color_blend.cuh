@@ -46,7 +46,9 @@ struct TrainedView {
   __device__ void store(int, int, const glm::vec3&, float) const {}
 };
 
-/// The same of a caller, without depths.
+/// The same of a caller, without depths. `kDefault`: with rules.are_default(), so that nothing is
+/// left to limit.
+template <bool kDefault>
 struct CallersView {
   PixelRules<float> rules;
   qs::stages::Rows<const float> channels;  ///< 3; not given: the colours of the splats
@@ -54,8 +56,10 @@ struct CallersView {
   Pictures<float> pictures;                ///< each may be missing
 
   __device__ qs::stages::Rows<const float> colors() const { return channels; }
-  __device__ void limit(Contribution& by) const { limit_alpha(rules, by); }
-  __device__ float stops_below() const { return rules.stops_below; }
+  __device__ void limit(Contribution& by) const {
+    if constexpr (!kDefault) limit_alpha(rules, by);
+  }
+  __device__ float stops_below() const { return kDefault ? kTransmittanceMin : rules.stops_below; }
   __device__ glm::vec3 background_color() const {
     if (background == nullptr) return glm::vec3(0.0f);
     return {background[0], background[1], background[2]};

@@ -41,7 +41,9 @@ struct TrainedDerivatives {
   __device__ float of_transmittance(int, int, std::size_t) const { return 0; }
 };
 
-/// The same by the pictures of a caller, without depths; each may be missing.
+/// The same by the pictures of a caller, without depths; each may be missing. `kDefault` as for
+/// CallersView.
+template <bool kDefault>
 struct CallersDerivatives {
   PixelRules<float> rules;
   qs::stages::Rows<const float> channels;  ///< see CallersView
@@ -49,10 +51,12 @@ struct CallersDerivatives {
   const float* transmittance;  ///< of the pixels, row by row
 
   __device__ qs::stages::Rows<const float> colors() const { return channels; }
-  __device__ void limit(Contribution& contribution) const { limit_alpha(rules, contribution); }
+  __device__ void limit(Contribution& contribution) const {
+    if constexpr (!kDefault) limit_alpha(rules, contribution);
+  }
   /// False if alpha is clamped, and its gradient is 0 there.
   __device__ bool passes(const Contribution& contribution) const {
-    return rules.alpha_max_passes || contribution.unclamped < rules.alpha_max;
+    return kDefault || rules.alpha_max_passes || contribution.unclamped < rules.alpha_max;
   }
   __device__ glm::vec3 color(int x, int y, std::size_t) const {
     if (!by.color) return glm::vec3(0.0f);

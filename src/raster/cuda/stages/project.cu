@@ -11,6 +11,7 @@
 namespace qs::cuda::stages {
 namespace {
 
+using qs::stages::BoundaryGradient;
 using qs::stages::GivenGaussians;
 using qs::stages::GivenGradient;
 using qs::stages::SplatValues;
@@ -81,14 +82,44 @@ struct PoseScratch {
   }
 };
 
+/// Where a thread finds the derivatives by the boundary of its Gaussian: in rows, each of which may
+/// be missing. A kernel parameter, as the next.
+struct RowsOfBoundary {
+  Boundary<const float> by;
+  const std::uint8_t* projected;
+
+  /// False if all derivatives are 0.
+  __device__ bool read(std::uint32_t i, BoundaryGradient<float>& d) const {
+    if (projected[i] == 0) return false;
+    d = BoundaryGradient<float>::of(by, i);
+    return !d.is_zero();
+  }
+};
+
+/// The same from the sums over the Gaussian's pixels, so that no rows are written and read.
+struct SumsOfPixels {
+  const std::uint32_t* tile_counts;
+  const ListedSplat* splats;
+  const PixelSums<float>* sums;
+  bool has_sh;  ///< else the sums of the colour belong to the given channels
+
+  __device__ bool read(std::uint32_t i, BoundaryGradient<float>& d) const {
+    if (tile_counts[i] == 0) return false;
+    d.splat = splat_gradient<float>(splats[i].splat, sums[i]);
+    if (!has_sh) d.splat.color = glm::vec3(0.0f);
+    return !d.is_zero();
+  }
+};
+
 /// One thread per Gaussian. `sums` is null unless `kPose`: the pose has a gradient.
-template <bool kPose>
+template <bool kPose, class Source>
 __global__ void __launch_bounds__(kThreads, kPose ? 1 : 3)
-    gradients_of_given(GivenGradient<float> gradient, SharedSh shared,
-                       const std::uint8_t* projected, double* sums) {
+    gradients_of_given(GivenGradient<float> gradient, SharedSh shared, Source source,
+                       double* sums) {
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   const bool exists = i < gradient.in.count;
-  const bool adds = exists && projected[i] != 0 && !gradient.is_zero(i);
+  BoundaryGradient<float> by;
+  const bool adds = exists && source.read(i, by);
   const qs::stages::ShRows<float> by_sh = gradient.out.sh;
   if (shared.numbers > 0) {
     // The derivatives take the place of the coefficients, which are read before.
@@ -98,7 +129,7 @@ __global__ void __launch_bounds__(kThreads, kPose ? 1 : 3)
   }
   PoseGradient pose;
   if (adds)
-    gradient.template add<kPose>(i, pose);
+    gradient.template add<kPose>(i, by, pose);
   else if (exists)
     gradient.clear(i);
   if (shared.numbers > 0 && by_sh) shared.store(by_sh, exists);
@@ -109,6 +140,32 @@ __global__ void __launch_bounds__(kThreads, kPose ? 1 : 3)
       const double sum = sum_of_block<kThreads>(own).total;
       if (threadIdx.x == 0) sums[blockIdx.x * kPoseNumbers + k] = sum;
     }
+  }
+}
+
+template <class Source>
+void set_gradients(const DrawnView& view, const GaussianInputs<float>& gaussians,
+                   const HeldSizes& sizes, const Source& source, const Queue& queue, void* scratch,
+                   const InputGradients<float>& out, PoseGradient* pose) {
+  view.check("project_backward");
+  gaussians.check("project_backward");
+  gaussians.check_frame("project_backward", sizes.gaussians);
+  queue.throw_if_cancelled();
+  const cudaStream_t stream = stream_of(queue);
+  const auto rules = StageRules<float>::of(view, gaussians.sh_degree);
+  const unsigned blocks = blocks_for(sizes.gaussians);
+  double* const sums = pose != nullptr ? block_at<PoseScratch>(scratch, sizes).sums : nullptr;
+  if (blocks > 0) {
+    const auto shared =
+        SharedSh::of(static_cast<bool>(gaussians.sh), sh_coefficient_count(gaussians.sh_degree));
+    launch("project_backward",
+           pose != nullptr ? gradients_of_given<true, Source> : gradients_of_given<false, Source>,
+           Blocks(blocks, kThreads, shared.bytes()), stream,
+           GivenGradient<float>(rules, gaussians, out), shared, source, sums);
+  }
+  if (pose != nullptr) {
+    launch("sum_poses", add_rows<double>, 1, stream, sums, blocks, kPoseNumbers,
+           reinterpret_cast<double*>(pose));
   }
 }
 
@@ -180,27 +237,17 @@ void list(const DrawnView& view, const Queue& queue, void* projected, void* scra
 void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussians,
                       const Frame& frame, const Boundary<const float>& by, const Queue& queue,
                       void* scratch, const InputGradients<float>& out, PoseGradient* pose) {
-  view.check("project_backward");
-  gaussians.check("project_backward");
-  gaussians.check_frame("project_backward", frame.sizes.gaussians);
-  queue.throw_if_cancelled();
-  const cudaStream_t stream = stream_of(queue);
   const auto block = block_at<GaussianBlock>(frame.gaussians, frame.sizes);
-  const auto rules = StageRules<float>::of(view, gaussians.sh_degree);
-  const unsigned blocks = blocks_for(frame.sizes.gaussians);
-  double* const sums = pose != nullptr ? block_at<PoseScratch>(scratch, frame.sizes).sums : nullptr;
-  if (blocks > 0) {
-    const auto shared =
-        SharedSh::of(static_cast<bool>(gaussians.sh), sh_coefficient_count(gaussians.sh_degree));
-    launch("project_backward",
-           pose != nullptr ? gradients_of_given<true> : gradients_of_given<false>,
-           Blocks(blocks, kThreads, shared.bytes()), stream,
-           GivenGradient<float>(rules, gaussians, by, out), shared, block.projected, sums);
-  }
-  if (pose != nullptr) {
-    launch("sum_poses", add_rows<double>, 1, stream, sums, blocks, kPoseNumbers,
-           reinterpret_cast<double*>(pose));
-  }
+  set_gradients(view, gaussians, frame.sizes, RowsOfBoundary{by, block.projected}, queue, scratch,
+                out, pose);
+}
+
+void project_backward_of_sums(const DrawnView& view, const GaussianInputs<float>& gaussians,
+                              const Frame& frame, const PixelSums<float>* by, const Queue& queue,
+                              void* scratch, const InputGradients<float>& out, PoseGradient* pose) {
+  const auto block = block_at<GaussianBlock>(frame.gaussians, frame.sizes);
+  const SumsOfPixels source{block.tile_counts, block.splats, by, static_cast<bool>(gaussians.sh)};
+  set_gradients(view, gaussians, frame.sizes, source, queue, scratch, out, pose);
 }
 
 ListCopies copy_lists(const Frame& frame, const Queue& queue) {

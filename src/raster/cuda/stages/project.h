@@ -8,6 +8,7 @@
 #pragma once
 
 #include "raster/cuda/stages/frame.h"
+#include "raster/kernel/gradient/pixel.h"
 #include "raster/stages/gaussians.h"
 #include "raster/stages/rules.h"
 
@@ -48,5 +49,12 @@ void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussi
                       const Frame& frame, const Boundary<const float>& by, const Queue& queue,
                       void* scratch, const InputGradients<float>& out,
                       PoseGradient* pose = nullptr);
+
+/// The same after blend_backward() of a frame with states. `by` is sums_of_pixels(), from which the
+/// derivatives by the boundary follow: no rows of them are written.
+void project_backward_of_sums(const DrawnView& view, const GaussianInputs<float>& gaussians,
+                              const Frame& frame, const PixelSums<float>* by, const Queue& queue,
+                              void* scratch, const InputGradients<float>& out,
+                              PoseGradient* pose = nullptr);
 
 }  // namespace qs::cuda::stages

@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "raster/kernel/gradient/sh.h"
+#include "raster/kernel/integer_sum.h"
 #include "support/differences.h"
 #include "support/golden_field.h"
 
@@ -178,6 +179,21 @@ TEST(FieldGradient, sums_of_the_grid_do_not_depend_on_the_order_of_threads) {
   EXPECT_EQ(values_of(many), values_of(one));
   EXPECT_NE(one.sum(0), 0);
   EXPECT_EQ(one.sum(2), 0);
+}
+
+TEST(FieldGradient, derivatives_are_rounded_to_units_of_the_sums_halves_away_from_zero) {
+  constexpr double kUnits = 1 / kSumUnit;
+  for (const double units : {0.0, 0.25, 0.5, 1.0, 1.5, 2.5, 0x1p22 + 0.5, 0x1p23 + 1, 0x1p40}) {
+    for (const float value :
+         {static_cast<float>(units), std::nextafter(static_cast<float>(units), 0.0f),
+          std::nextafter(static_cast<float>(units), INFINITY)}) {
+      for (const float sign : {1.0f, -1.0f}) {
+        EXPECT_EQ(sum_units(sign * value * 0x1p-40f), std::llround(sign * value)) << sign * value;
+        const double precise = sign * (double{value} + 0x1p-30);
+        EXPECT_EQ(sum_units(precise / kUnits), std::llround(precise)) << precise;
+      }
+    }
+  }
 }
 
 TEST(FieldGradient, derivatives_that_are_not_finite_add_nothing_and_huge_ones_are_limited) {

@@ -289,7 +289,7 @@ __global__ void __launch_bounds__(kThreads)
 }
 
 /// A Gaussian in a level of the grid, and the derivatives by its features.
-struct GridItem {
+struct alignas(16) GridItem {
   GridCell<float> cell;
   float by[kGridFeatures];
 };
@@ -300,6 +300,7 @@ struct GridItem {
 __global__ void __launch_bounds__(kThreads)
     sum_runs(FieldInput in, unsigned blocks_of_level, unsigned long long* sums) {
   __shared__ GridItem items[kRuns][kRunSize + 1];  // runs begin in different banks
+  __shared__ bool leaves[kRuns][kRunSize];         // the next Gaussian is in another cell
   const unsigned number = blockIdx.x / blocks_of_level;
   const GridLevel& level = in.field.levels[number];
   const std::uint32_t first = blockIdx.x % blocks_of_level * (kRuns * kRunSize);
@@ -311,6 +312,15 @@ __global__ void __launch_bounds__(kThreads)
     items[k / kRunSize][k % kRunSize] = {GridCell<float>::of(level, in.positions[i]), {by.x, by.y}};
   }
   __syncthreads();
+#pragma unroll
+  for (unsigned k = threadIdx.x; k < kRuns * kRunSize; k += kThreads) {
+    const std::uint32_t listed = in.listed_from(first + k);
+    if (listed == 0) continue;
+    const GridItem* const item = &items[k / kRunSize][k % kRunSize];
+    const bool is_last = listed == 1 || k % kRunSize == kRunSize - 1;
+    leaves[k / kRunSize][k % kRunSize] = is_last || !item[0].cell.is(item[1].cell);
+  }
+  __syncthreads();
   const unsigned run = threadIdx.x / kRunThreads;
   const unsigned feature = threadIdx.x % kGridFeatures;
   const unsigned corner = threadIdx.x / kGridFeatures % 8;
@@ -319,7 +329,7 @@ __global__ void __launch_bounds__(kThreads)
   for (unsigned k = 0; k < size; ++k) {
     const GridItem& item = items[run][k];
     units += sum_units(item.cell.weight(corner) * item.by[feature]);
-    if (k + 1 < size && item.cell.is(items[run][k + 1].cell)) continue;
+    if (!leaves[run][k]) continue;
     if (units != 0) {
       atomicAdd(&sums[kGridFeatures * item.cell.entry(level, corner) + feature],
                 static_cast<unsigned long long>(units));

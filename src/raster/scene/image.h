@@ -35,7 +35,7 @@ struct Image {
 /// All 8-bit output uses this rule: floor(255 * clamp(x, 0, 1) + 0.5); NaN becomes 0.
 inline std::uint8_t to_8bit(float value) {
   return static_cast<std::uint8_t>(
-      std::floor(255.0f * std::min(std::max(0.0f, value), 1.0f) + 0.5f));
+      static_cast<int>(255.0f * std::min(std::max(0.0f, value), 1.0f) + 0.5f));
 }
 
 /// Peak signal-to-noise ratio in dB of two images of equal size, over their first `channels`

@@ -9,6 +9,18 @@
 namespace qs {
 namespace {
 
+std::size_t pixels_of(const Image& image) {
+  return static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+}
+
+void convert(const Image& image, std::size_t begin, std::size_t end,
+             std::vector<std::uint8_t>& rgba) {
+  for (std::size_t i = begin; i < end; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = to_8bit(image.values[3 * i + c]);
+    rgba[4 * i + 3] = 255;
+  }
+}
+
 RenderedFrame draw_with_map(RenderContext& context, const FrameRequest& request,
                             const Camera& camera) {
   const HeldScale scale = heat_scale(context, request, camera);
@@ -17,7 +29,7 @@ RenderedFrame draw_with_map(RenderContext& context, const FrameRequest& request,
                            *context.session.pool, context.stop);
   const Frame& frame = renderer.render(
       camera, request.settings, with_counts(maker.outputs(), request), HostImage{}, context.stop);
-  RenderedFrame rendered = rendered_of(request, frame);
+  RenderedFrame rendered = rendered_of(context, request, frame);
   FrameHeatmap mapped = maker.map(frame);
   show_map(rendered.shown, std::move(mapped.heatmap), scale);
   rendered.shown.missed = std::move(mapped.missed);
@@ -87,7 +99,7 @@ void draw_other(RenderContext& context, const FrameRequest& request, const Camer
       beside ? renderer_beside(context) : renderer_on(context, request.other->backend);
   FrameOfSplit drawn = draw_for_split(context, renderer, second, camera);
   const Frame& frame = drawn.frame;
-  rendered.other = to_rgba(frame.color);
+  rendered.other = to_rgba(frame.color, *context.session.pool);
   ShownOther& other = rendered.shown.other.emplace();
   other.variant = *request.other;
   other.variant.pipeline = frame.stats.pipeline;  // that drew it
@@ -103,7 +115,7 @@ RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
   const HeldScale scale = heat_scale(context, request, camera);
   FrameOfSplit first = draw_for_split(context, *context.session.renderer, request, camera);
-  RenderedFrame rendered = rendered_of(request, first.frame);
+  RenderedFrame rendered = rendered_of(context, request, first.frame);
   if (first.map) {
     show_map(rendered.shown, std::move(first.map->heatmap), scale);
     rendered.shown.missed = std::move(first.map->missed);
@@ -125,21 +137,26 @@ RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
 }  // namespace
 
 std::vector<std::uint8_t> to_rgba(const Image& image) {
-  const std::size_t pixels =
-      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  std::vector<std::uint8_t> rgba(4 * pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = to_8bit(image.values[3 * i + c]);
-    rgba[4 * i + 3] = 255;
-  }
+  std::vector<std::uint8_t> rgba(4 * pixels_of(image));
+  convert(image, 0, pixels_of(image), rgba);
   return rgba;
 }
 
-RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame) {
+std::vector<std::uint8_t> to_rgba(const Image& image, ThreadPool& pool) {
+  constexpr std::size_t kGrain = 1 << 15;  // pixels
+  std::vector<std::uint8_t> rgba(4 * pixels_of(image));
+  pool.for_chunks(pixels_of(image), kGrain, [&](std::size_t begin, std::size_t end, int) {
+    convert(image, begin, end, rgba);
+  });
+  return rgba;
+}
+
+RenderedFrame rendered_of(const RenderContext& context, const FrameRequest& request,
+                          const Frame& frame) {
   return {shown_of(request, frame),
           frame.color.width,
           frame.color.height,
-          to_rgba(frame.color),
+          to_rgba(frame.color, *context.session.pool),
           {},
           {}};
 }
@@ -174,8 +191,9 @@ RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,
   if (request.quantity != Quantity::color) return draw_values(context, request, camera);
   if (request.heatmap) return draw_with_map(context, request, camera);
   return rendered_of(
-      request, context.session.renderer->render(camera, request.settings, with_counts({}, request),
-                                                HostImage{}, context.stop));
+      context, request,
+      context.session.renderer->render(camera, request.settings, with_counts({}, request),
+                                       HostImage{}, context.stop));
 }
 
 }  // namespace qs

@@ -17,9 +17,11 @@ Outputs with_counts(Outputs outputs, const FrameRequest& request);
 
 /// 8-bit RGBA, rows from the top.
 std::vector<std::uint8_t> to_rgba(const Image& image);
+std::vector<std::uint8_t> to_rgba(const Image& image, ThreadPool& pool);
 
 /// A frame in host memory, without its maps.
-RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame);
+RenderedFrame rendered_of(const RenderContext& context, const FrameRequest& request,
+                          const Frame& frame);
 
 /// True if one rendering of colours is enough.
 bool takes_one_frame(const FrameRequest& request);

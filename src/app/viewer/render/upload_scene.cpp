@@ -40,7 +40,7 @@ void draw_sample(RenderContext& context, const SampleOrder& order) {
   renderer->upload(std::move(order.sample->scene.cloud), {});
   const Camera camera = reduced(request.camera, kDivisor);
   context.present(rendered_of(
-      request, renderer->render(camera, request.settings, {}, HostImage{}, context.stop)));
+      context, request, renderer->render(camera, request.settings, {}, HostImage{}, context.stop)));
 }
 
 namespace {

@@ -83,20 +83,13 @@ struct FieldInput {
   FieldLists lists;
   const glm::vec3* means;
   glm::vec3 eye;
-  float2* features;      ///< see DeviceField
+  float2* features;  ///< see DeviceField
+  std::uint32_t row;
   glm::vec3* positions;  ///< see DeviceField
 
   __device__ glm::vec3 direction(std::uint32_t i) const { return glm::normalize(means[i] - eye); }
   __device__ float2& features_of(std::uint32_t i, unsigned level) const {
-    return features[std::size_t{i} * field.level_count + level];
-  }
-  /// Number of Gaussians from entry `at` of all lists in space, which lie one after the other with
-  /// their room.
-  __device__ std::uint32_t listed_from(std::uint32_t at) const {
-    const std::uint32_t block = at / lists.in_space.block_size;
-    if (block >= kFieldBlocks) return 0;
-    const std::uint32_t size = lists.in_space.sizes[block], place = at % lists.in_space.block_size;
-    return place < size ? size - place : 0;
+    return features[std::size_t{level} * row + i];
   }
 };
 
@@ -104,8 +97,8 @@ struct FieldInput {
 __global__ void __launch_bounds__(kThreads) gather_levels(FieldInput in, unsigned blocks_of_level) {
   const unsigned number = blockIdx.x / blocks_of_level;
   const std::uint32_t at = blockIdx.x % blocks_of_level * kThreads + threadIdx.x;
-  if (in.listed_from(at) == 0) return;
-  const std::uint32_t i = in.lists.in_space.gaussians[at];
+  if (in.lists.by_index.listed_from(at) == 0) return;
+  const std::uint32_t i = in.lists.by_index.gaussians[at];
   const glm::vec3 position = contract(in.means[i]);
   if (number == 0) in.positions[i] = position;
   const float2* const entries = reinterpret_cast<const float2*>(in.field.grid);
@@ -303,18 +296,19 @@ __global__ void __launch_bounds__(kThreads)
   __shared__ bool leaves[kRuns][kRunSize];         // the next Gaussian is in another cell
   const unsigned number = blockIdx.x / blocks_of_level;
   const GridLevel& level = in.field.levels[number];
+  const FieldListsView& lists = in.lists.in_space;
   const std::uint32_t first = blockIdx.x % blocks_of_level * (kRuns * kRunSize);
 #pragma unroll
   for (unsigned k = threadIdx.x; k < kRuns * kRunSize; k += kThreads) {
-    if (in.listed_from(first + k) == 0) continue;
-    const std::uint32_t i = in.lists.in_space.gaussians[first + k];
+    if (lists.listed_from(first + k) == 0) continue;
+    const std::uint32_t i = lists.gaussians[first + k];
     const float2 by = in.features_of(i, number);
     items[k / kRunSize][k % kRunSize] = {GridCell<float>::of(level, in.positions[i]), {by.x, by.y}};
   }
   __syncthreads();
 #pragma unroll
   for (unsigned k = threadIdx.x; k < kRuns * kRunSize; k += kThreads) {
-    const std::uint32_t listed = in.listed_from(first + k);
+    const std::uint32_t listed = lists.listed_from(first + k);
     if (listed == 0) continue;
     const GridItem* const item = &items[k / kRunSize][k % kRunSize];
     const bool is_last = listed == 1 || k % kRunSize == kRunSize - 1;
@@ -324,7 +318,7 @@ __global__ void __launch_bounds__(kThreads)
   const unsigned run = threadIdx.x / kRunThreads;
   const unsigned feature = threadIdx.x % kGridFeatures;
   const unsigned corner = threadIdx.x / kGridFeatures % 8;
-  const std::uint32_t size = min(in.listed_from(first + run * kRunSize), kRunSize);
+  const std::uint32_t size = min(lists.listed_from(first + run * kRunSize), kRunSize);
   std::int64_t units = 0;
   for (unsigned k = 0; k < size; ++k) {
     const GridItem& item = items[run][k];
@@ -388,7 +382,8 @@ __global__ void __launch_bounds__(kThreads) step_field(FieldStepInput in) {
 FieldInput input_of(const StepView& view, const ParametersView& parameters, DeviceField& field) {
   return {field.view(),          field.lists(parameters.count),
           parameters.means,      make_view<float>(view.camera).position,
-          field.features.data(), field.positions.data()};
+          field.features.data(), sh_row(parameters.count),
+          field.positions.data()};
 }
 
 }  // namespace
@@ -444,7 +439,8 @@ void DeviceField::download(cudaStream_t stream, qs::train::FieldState& host) con
 void DeviceField::reserve(std::uint32_t gaussians) {
   constexpr const char* kWhat = "the colours of the step";
   const std::size_t room = with_room(gaussians);
-  features.reserve(kWhat, room * grid_levels(shape.grid).size());
+  features.reserve(kWhat, grid_levels(shape.grid).size() *
+                              std::size_t{sh_row(static_cast<std::uint32_t>(room))});
   positions.reserve(kWhat, room);
   d_outputs.reserve(kWhat, room);
   listed.reserve(kWhat, 2 * kFieldBlocks * field_block_size(room));
@@ -491,7 +487,7 @@ void list_visible(const StepView& view, const ParametersView& parameters, const 
 void find_features(const StepView& view, const ParametersView& parameters, DeviceField& field,
                    cudaStream_t stream) {
   const FieldInput in = input_of(view, parameters, field);
-  const unsigned blocks = blocks_for(std::uint64_t{kFieldBlocks} * in.lists.in_space.block_size);
+  const unsigned blocks = blocks_for(std::uint64_t{kFieldBlocks} * in.lists.by_index.block_size);
   launch("color", gather_levels, blocks * in.field.level_count, stream, in, blocks);
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // A colour field in training on the GPU, and its passes. Each level of the hash grid is read and
-// written by a launch's blocks one after another, so that the level stays in the L2 cache, and for
-// Gaussians that are neighbours in space one after another. A block
-// computes the network for a tile of Gaussians, see field_network.cuh. Sums have the order of the
-// CPU's. The network fuses multiplications and additions, so its values differ from the CPU's by
-// rounding.
+// written by a launch's blocks one after another, so that the level stays in the L2 cache; its sums
+// grow for Gaussians that are neighbours in space one after another. A block computes the network
+// for a tile of Gaussians, see field_network.cuh. Sums have the order of the CPU's. The network
+// fuses multiplications and additions, so its values differ from the CPU's by rounding.
 #pragma once
 
 #include <cstdint>
@@ -27,6 +26,13 @@ struct FieldListsView {
   std::uint32_t* gaussians;  ///< (kFieldBlocks, block_size)
   std::uint32_t* sizes;      ///< per block
   std::uint32_t block_size;
+
+  /// Number of Gaussians from entry `at` to the end of its list. Lists lie one after the other with
+  /// their room.
+  __device__ std::uint32_t listed_from(std::uint32_t at) const {
+    const std::uint32_t block = at / block_size, place = at % block_size;
+    return block < kFieldBlocks && place < sizes[block] ? sizes[block] - place : 0;
+  }
 };
 
 /// The same Gaussians twice. Passed by value.
@@ -53,8 +59,8 @@ struct DeviceField {
   std::uint64_t steps = 0;
 
   // Per Gaussian.
-  /// A row of the grid's features, two of each level, and after the network's backward pass the
-  /// derivatives by them. Undefined for Gaussians that are not visible.
+  /// Row k of sh_row() pairs: the features of level k of the grid, and after the network's backward
+  /// pass the derivatives by them. Undefined for Gaussians that are not visible.
   DeviceBuffer<float2> features;
   /// In the grid, of visible Gaussians. A copy, because the sums over the grid run beside the step
   /// of the means.
@@ -62,8 +68,8 @@ struct DeviceField {
   DeviceBuffer<glm::vec3> d_outputs;  ///< by the network's outputs; zero if not visible
   DeviceBuffer<std::uint32_t> listed, list_sizes;  ///< of both FieldLists
 
-  /// All Gaussians (pairs.values) in the order of a curve through space. Neighbours read and change
-  /// the same values of the grid, so the passes of the grid visit them one after the other.
+  /// All Gaussians (pairs.values) in the order of a curve through space. Neighbours change the
+  /// same sums of the grid, so they are added one after the other.
   struct Order {
     SortBuffers pairs;
     std::uint32_t size = 0;

@@ -83,7 +83,6 @@ void measure_field_stages(const qs::train::ModelState& state, const std::vector<
     if (codes.exist()) time("code shapes", [&] { code_shapes(all, codes, stream); });
     project_view(view, all, frame);
     field.reserve(parameters.count);
-    field.keep_order(all, stream);
     time("list visible", [&] { list_visible(view, all, frame, field, stream); });
     time("features of the grid", [&] { find_features(view, all, field, stream); });
     time("network", [&] { find_colors(view, all, frame, field, stream); });
@@ -103,6 +102,7 @@ void measure_field_stages(const qs::train::ModelState& state, const std::vector<
                             field.grid_count * sizeof(unsigned long long), stream),
             "clear");
     }
+    field.keep_order(all, stream);
     time("list changing", [&] { list_changing(view, all, field, stream); });
     time("network, backward", [&] { through_network(view, all, field, d_means.data(), stream); });
     time("sums of weights", [&] { sum_weight_gradients(view, all, field, stream); });

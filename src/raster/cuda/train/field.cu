@@ -51,8 +51,8 @@ __global__ void __launch_bounds__(kThreads)
   gaussians[i] = i;
 }
 
-/// Lists the Gaussians with has(i), in their own order and in the order in space. One block per
-/// list.
+/// Lists the Gaussians with has(i). One block per list: kFieldBlocks lists in the order of the
+/// model, then, if the launch has them, as many in the order in space.
 template <class Has>
 __global__ void __launch_bounds__(kThreads)
     list_field_gaussians(FieldLists lists, const std::uint32_t* in_space, std::uint32_t count,
@@ -480,7 +480,7 @@ FieldLists DeviceField::lists(std::uint32_t gaussians) {
 void list_visible(const StepView& view, const ParametersView& parameters, const ForwardFrame& frame,
                   DeviceField& field, cudaStream_t stream) {
   const FieldInput in = input_of(view, parameters, field);
-  launch("color", list_field_gaussians<Visible>, Blocks(2 * kFieldBlocks), stream, in.lists,
+  launch("color", list_field_gaussians<Visible>, Blocks(kFieldBlocks), stream, in.lists,
          field.order.pairs.values.data(), parameters.count, Visible{frame.tile_counts.data()});
 }
 
@@ -504,7 +504,6 @@ void color_by_field(const StepView& view, const ParametersView& parameters, Forw
                     DeviceField& field, cudaStream_t stream) {
   field.reserve(parameters.count);
   if (parameters.count == 0) return;
-  field.keep_order(parameters, stream);
   list_visible(view, parameters, frame, field, stream);
   find_features(view, parameters, field, stream);
   find_colors(view, parameters, frame, field, stream);
@@ -531,6 +530,7 @@ void through_network(const StepView& view, const ParametersView& parameters, Dev
 void network_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
                        glm::vec3* d_means, cudaStream_t stream) {
   if (parameters.count == 0) return;
+  field.keep_order(parameters, stream);
   list_changing(view, parameters, field, stream);
   through_network(view, parameters, field, d_means, stream);
 }

@@ -35,7 +35,8 @@ struct FieldListsView {
   }
 };
 
-/// The same Gaussians twice. Passed by value.
+/// The Gaussians of a pass in two orders. Only the backward pass has lists in space. Passed by
+/// value.
 struct FieldLists {
   FieldListsView by_index;
   FieldListsView in_space;  ///< in the order of DeviceField::order, its blocks one after the other

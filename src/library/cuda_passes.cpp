@@ -149,7 +149,7 @@ class CudaPasses final : public Passes {
                 const QsBoundaryGradients& at_boundary, const QsInputGradients& out) override {
     auto rows = boundary_rows_of<float>(at_boundary);
     if (const gpu::Frame drawn = frame_on_gpu(frame); drawn.sizes.has_states) {
-      const auto* sums = gpu::sums_of_pixels(drawn, blend_back(frame, by, at_boundary, rows));
+      const auto sums = gpu::sums_of_pixels(drawn, blend_back(frame, by, at_boundary, rows));
       project_back(frame, out, [&](void* scratch, stages::PoseGradient* pose) {
         gpu::project_backward_of_sums(view_, inputs_of<float>(call_), drawn, sums, queue_, scratch,
                                       input_rows_of<float>(out), pose);

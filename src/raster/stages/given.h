@@ -32,6 +32,17 @@ QS_HD Covariance3<T> covariance_at(const auto& rows, std::size_t i) {
   return {at(0), at(1), at(2), at(3), at(4), at(5)};
 }
 
+/// The coefficients of colour of a Gaussian in the caller's arrays, and their derivatives.
+template <class Real>
+struct CallersSh {
+  ShRows<const Real> in;
+  ShRows<Real> out;
+  std::size_t i;
+
+  QS_HD glm::vec<3, Real> operator()(int k) const { return in.vec3(i, k); }
+  QS_HD void set(int k, const glm::vec<3, Real>& value) const { out.set(i, k, value); }
+};
+
 /// Gaussians in the caller's arrays, as a source of project_gaussians() of the CPU's stages, and
 /// the arrays that project() fills.
 template <class Real>
@@ -49,17 +60,21 @@ struct GivenGaussians {
     radii.fill(i, 2, 0);
   }
 
-  QS_HD bool exists(std::size_t i) const { return has_finite_shape(i) && has_finite_color(i); }
+  /// In the caller's arrays. Elsewhere copies of them may be read, with sh(k) for coefficient k.
+  QS_HD CallersSh<Real> sh(std::size_t i) const { return {in.sh, {}, i}; }
+
+  QS_HD bool exists(std::size_t i) const { return has_finite_shape(i) && has_finite_color(sh(i)); }
   QS_HD bool has_finite_shape(std::size_t i) const {
     return finite(in.means, i, 3) && finite(in.scales, i, 3) && finite(in.rotations, i, 4) &&
            finite(in.covariances, i, 6) && finite(in.opacities, i, 1) &&
            finite(in.channels, i, in.channel_count);
   }
-  QS_HD bool has_finite_color(std::size_t i) const {
+  QS_HD bool has_finite_color(const auto& sh) const {
     bool all = true;
     const int coefficients = in.sh ? sh_coefficient_count(rules.sh_degree) : 0;
     for (int k = 0; k < coefficients; ++k) {
-      for (int c = 0; c < 3; ++c) all = all && finite(static_cast<double>(in.sh.at(i, k, c)));
+      const glm::vec<3, Real> values = sh(k);
+      for (int c = 0; c < 3; ++c) all = all && finite(static_cast<double>(values[c]));
     }
     return all;
   }
@@ -72,9 +87,11 @@ struct GivenGaussians {
                              rules.normalises_rotations ? unit_rotation(rotation) : rotation);
   }
   QS_HD glm::vec<3, Real> color(std::size_t i, const glm::vec<3, Real>& mean) const {
+    return color(mean, sh(i));
+  }
+  QS_HD glm::vec<3, Real> color(const glm::vec<3, Real>& mean, const auto& sh) const {
     if (!in.sh) return glm::vec<3, Real>(0);
-    return sh_color<Real>(rules.sh_degree, glm::normalize(mean - rules.view.position),
-                          [&](int k) { return in.sh.vec3(i, k); });
+    return sh_color<Real>(rules.sh_degree, glm::normalize(mean - rules.view.position), sh);
   }
 
   QS_HD bool report(std::size_t i, const Projected& projected, const SplatValues<Real>& values,
@@ -139,29 +156,35 @@ struct GivenGradient {
     if (!in.sh) out.sh = {};
   }
 
+  /// In the caller's arrays. Elsewhere copies of them may take their place, with sh(k) for
+  /// coefficient k and sh.set(k, value) for its derivative.
+  QS_HD CallersSh<Real> sh(std::size_t i) const { return {in.sh, out.sh, i}; }
+
   /// Sets the rows of a Gaussian to 0.
-  QS_HD void clear(std::size_t i) const {
+  QS_HD void clear(std::size_t i) const { clear(i, sh(i)); }
+  QS_HD void clear(std::size_t i, const auto& sh) const {
     out.means.fill(i, 3, 0);
     out.scales.fill(i, 3, 0);
     out.rotations.fill(i, 4, 0);
     out.covariances.fill(i, 6, 0);
     out.opacities.fill(i, 1, 0);
-    if (out.sh) clear_coefficients(i, 0);
+    clear_coefficients(sh, 0);
   }
   /// From coefficient `first` on.
-  QS_HD void clear_coefficients(std::size_t i, int first) const {
-    for (int k = first; k < sh_coefficient_count(in.sh_degree); ++k) out.sh.set(i, k, Vec3(0));
+  QS_HD void clear_coefficients(const auto& sh, int first) const {
+    const int end = out.sh ? sh_coefficient_count(in.sh_degree) : 0;
+    for (int k = first; k < end; ++k) sh.set(k, Vec3(0));
   }
 
   /// Returns the derivative by the mean through the colour's direction.
-  QS_HD Vec3 color(std::size_t i, const Vec3& mean, const Vec3& d_color) const {
-    if (out.sh) clear_coefficients(i, sh_coefficient_count(rules.sh_degree));
+  QS_HD Vec3 color(const Vec3& mean, const Vec3& d_color, const auto& sh) const {
+    clear_coefficients(sh, sh_coefficient_count(rules.sh_degree));
     if (!in.sh) return Vec3(0);
-    const auto coefficients = [&](int k) { return in.sh.vec3(i, k); };
-    const auto gradient = ColorGradient<Real>::of(rules, mean, coefficients, d_color);
-    const Vec3 d_direction =
-        sh_gradient<Real>(rules.sh_degree, gradient.direction, coefficients, gradient.by_color,
-                          [&](int k, const Vec3& value) { out.sh.set(i, k, value); });
+    const auto gradient = ColorGradient<Real>::of(rules, mean, sh, d_color);
+    const Vec3 d_direction = sh_gradient<Real>(rules.sh_degree, gradient.direction, sh,
+                                               gradient.by_color, [&](int k, const Vec3& value) {
+                                                 if (out.sh) sh.set(k, value);
+                                               });
     return direction_gradient(mean - rules.view.position, d_direction);
   }
 
@@ -169,6 +192,11 @@ struct GivenGradient {
   /// If `by` is zero, clear() takes the place of add().
   template <bool kPose = true>
   QS_HD void add(std::size_t i, const BoundaryGradient<Real>& by, PoseGradient& pose) const {
+    add<kPose>(i, by, pose, sh(i));
+  }
+  template <bool kPose>
+  QS_HD void add(std::size_t i, const BoundaryGradient<Real>& by, PoseGradient& pose,
+                 const auto& sh) const {
     const SplatGradient<Real>& d = by.splat;
     const Vec3 mean = in.means.vec3(i);
     Vec3 scale(0);
@@ -185,7 +213,7 @@ struct GivenGradient {
     PlacedGradient<Real> placed =
         placed_gradient(rules, to_view(rules.view, mean), sigma, in.opacities.at(i), d);
     placed.geometry.mean.z += by.depth;
-    const Vec3 by_direction = color(i, mean, d.color);
+    const Vec3 by_direction = color(mean, d.color, sh);
 
     out.means.set(i, view_gradient(rules.view, placed.geometry.mean) + by_direction);
     out.opacities.set(i, placed.opacity);

@@ -2,6 +2,7 @@
 #include "raster/cuda/stages/blend.h"
 #include "raster/cuda/stages/channel_pixel.cuh"
 #include "raster/cuda/stages/color_blend.cuh"
+#include "raster/stages/flags.h"
 
 namespace qs::cuda::stages {
 namespace {
@@ -86,16 +87,16 @@ void blend_colors(const BlendInput& in, const ListedFrame& listed, const PixelBl
   check(cudaMemsetAsync(block.segment_tiles, 0xff,
                         segments_of(listed.sizes.pairs, tiles) * sizeof(std::uint32_t), stream),
         "blend");
-  const auto launch_with = [&]<bool kDefault>() {
-    launch("blend", blend_tiles<CallersView<kDefault>>, tiles, stream, listed.schedule(),
-           listed.tiles(), CallersView<kDefault>{in.rules, in.channels, in.background, out},
+  const DepthTarget depths{listed.gaussians.depths, block.depth_states, block.depth,
+                           block.inverse_depth};
+  const auto launch_with = [&](auto is_default, auto has_depth) {
+    using DrawnView = CallersView<is_default(), has_depth()>;
+    launch("blend", blend_tiles<DrawnView>, tiles, stream, listed.schedule(), listed.tiles(),
+           DrawnView{in.rules, in.channels, in.background, out, depths},
            BlendTarget{reinterpret_cast<glm::vec3*>(block.color), block.transmittance, block.last,
                        block.segment_tiles, block.states});
   };
-  if (in.rules.are_default())
-    launch_with.operator()<true>();
-  else
-    launch_with.operator()<false>();
+  qs::stages::with_flags(launch_with, in.rules.are_default(), listed.sizes.has_depth);
 }
 
 }  // namespace

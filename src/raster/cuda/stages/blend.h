@@ -36,6 +36,6 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
 
 /// The sums of each Gaussian over its pixels, which blend_backward() leaves in its scratch memory.
 /// The frame must have states.
-const PixelSums<float>* sums_of_pixels(const Frame& frame, void* scratch);
+GaussianSums sums_of_pixels(const Frame& frame, void* scratch);
 
 }  // namespace qs::cuda::stages

@@ -5,6 +5,7 @@
 #include "raster/cuda/stages/color_sums.cuh"
 #include "raster/cuda/stages/sum_gaussians.cuh"
 #include "raster/kernel/gradient/pixel.h"
+#include "raster/stages/flags.h"
 
 namespace qs::cuda::stages {
 namespace {
@@ -211,6 +212,7 @@ __global__ void __launch_bounds__(kThreads) sum_channels(SumsInput sums, SumScra
 struct ColorScratch {
   PixelSums<float>*pairs, *sums;        ///< per place, per Gaussian
   glm::vec2 *absolute, *absolute_sums;  ///< the same
+  glm::vec2 *depths, *depth_sums;       ///< the same, see PairSums; null without depths
   double* rows;                         ///< see SumScratch
 
   static ColorScratch of(BlockArrays& block, const HeldSizes& sizes) {
@@ -219,6 +221,10 @@ struct ColorScratch {
     result.absolute = block.next<glm::vec2>(sizes.pairs);
     result.sums = block.next<PixelSums<float>>(sizes.gaussians);
     result.absolute_sums = block.next<glm::vec2>(sizes.gaussians);
+    if (sizes.has_depth) {
+      result.depths = block.next<glm::vec2>(sizes.pairs);
+      result.depth_sums = block.next<glm::vec2>(sizes.gaussians);
+    }
     result.rows = block.next<double>(static_cast<std::size_t>(sizes.height) * sizes.channels);
     return result;
   }
@@ -232,11 +238,15 @@ __global__ void __launch_bounds__(kThreads)
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   if (i >= count) return;
   SplatGradient<float> gradient;
+  float depth = 0;
   const bool listed = gaussians.tile_counts[i] > 0;
-  if (listed) gradient = splat_gradient<float>(gaussians.splats[i].splat, sums.sums[i]);
+  if (listed) {
+    gradient = splat_gradient<float>(gaussians.splats[i].splat, sums.sums[i]);
+    if (sums.depth_sums != nullptr) depth = depth_gradient(sums.depth_sums[i], gaussians.depths[i]);
+  }
   out.by.mean_px.set(i, gradient.mean_px);
   out.by.conic.set(i, gradient.conic);
-  out.by.depth.set(i, 0);
+  out.by.depth.set(i, depth);
   out.by.opacity.set(i, gradient.opacity);
   out.by.color.fill(i, 3, 0);
   out.channels.fill(i, 3, 0);
@@ -307,22 +317,23 @@ void color_backward(const BlendInput& in, const ListedFrame& listed, const Pixel
                     const BoundaryGradients<float>& out, cudaStream_t stream) {
   const HeldSizes& sizes = listed.sizes;
   const bool absolute = static_cast<bool>(out.absolute_px);
-  const auto sum_with = [&]<bool kDefault>() {
-    using Derivatives = CallersDerivatives<kDefault>;
-    launch("sum_pairs", absolute ? sum_pairs<true, Derivatives> : sum_pairs<false, Derivatives>,
+  // Without derivatives by depths the kernels for colours do.
+  const bool is_deep = by.depth || by.inverse_depth;
+  const DepthSource depths{listed.gaussians.depths, state.depth_states, state.depth,
+                           state.inverse_depth};
+  const auto sum_with = [&](auto is_absolute, auto is_default, auto has_depth) {
+    using Derivatives = CallersDerivatives<is_default(), has_depth()>;
+    launch("sum_pairs", sum_pairs<is_absolute(), Derivatives>,
            segments_of(sizes.pairs, tiles_of(sizes)), stream,
            PairInput<Derivatives>{listed.tiles(),
                                   state.segment_tiles,
                                   state.states,
                                   reinterpret_cast<const glm::vec3*>(state.color),
                                   state.last,
-                                  {in.rules, in.channels, by, state.transmittance}},
-           PairSums{scratch.pairs, scratch.absolute});
+                                  {in.rules, in.channels, by, state.transmittance, depths}},
+           PairSums{scratch.pairs, scratch.absolute, scratch.depths});
   };
-  if (sizes.pairs > 0 && in.rules.are_default())
-    sum_with.operator()<true>();
-  else if (sizes.pairs > 0)
-    sum_with.operator()<false>();
+  if (sizes.pairs > 0) qs::stages::with_flags(sum_with, absolute, in.rules.are_default(), is_deep);
   const auto sum = [&]<unsigned kNumbers>(const auto* pairs, auto* sums) {
     sum_pairs_of_gaussians<kNumbers>(
         {sizes.gaussians, listed.gaussians.first_places, listed.gaussians.tile_counts,
@@ -331,6 +342,11 @@ void color_backward(const BlendInput& in, const ListedFrame& listed, const Pixel
   };
   sum.operator()<kSums>(scratch.pairs, scratch.sums);
   if (absolute) sum.operator()<kAbsolute>(scratch.absolute, scratch.absolute_sums);
+  if (is_deep)
+    sum.operator()<2>(scratch.depths, scratch.depth_sums);
+  else if (sizes.has_depth)
+    check(cudaMemsetAsync(scratch.depth_sums, 0, sizes.gaussians * sizeof(glm::vec2), stream),
+          "sums of depths");
   const Boundary<float>& rows = out.by;
   if (!rows.mean_px && !rows.conic && !rows.depth && !rows.opacity && !rows.color &&
       !out.channels && !absolute)
@@ -380,8 +396,9 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
          size_of_channels(sizes.channels));
 }
 
-const PixelSums<float>* sums_of_pixels(const Frame& frame, void* scratch) {
-  return block_at<ColorScratch>(scratch, frame.sizes).sums;
+GaussianSums sums_of_pixels(const Frame& frame, void* scratch) {
+  const auto sums = block_at<ColorScratch>(scratch, frame.sizes);
+  return {sums.sums, sums.depth_sums};
 }
 
 }  // namespace qs::cuda::stages

@@ -37,23 +37,34 @@ struct BlendTarget {
 
 /// The rules, colours, background and pictures of training. A kernel parameter, as the next.
 struct TrainedView {
+  static constexpr bool kDepths = false;  ///< depths are summed
   glm::vec3 background;
 
   __device__ qs::stages::Rows<const float> colors() const { return {}; }
   __device__ void limit(Contribution&) const {}
   __device__ float stops_below() const { return kTransmittanceMin; }
   __device__ glm::vec3 background_color() const { return background; }
-  __device__ void store(int, int, const glm::vec3&, float) const {}
+  __device__ const float* depths() const { return nullptr; }
+  __device__ void store_state(std::size_t, const glm::vec2&) const {}
+  __device__ void store(int, int, std::size_t, const glm::vec3&, float, const glm::vec2&) const {}
 };
 
-/// The same of a caller, without depths. `kDefault`: with rules.are_default(), so that nothing is
-/// left to limit.
-template <bool kDefault>
+/// The depths of Gaussians, and the arrays for their sums. Null without depths.
+struct DepthTarget {
+  const float* z;                ///< per Gaussian
+  glm::vec2* states;             ///< the sums of z and 1 / z so far, as BlendTarget::states
+  float *depth, *inverse_depth;  ///< per pixel: the sums by weight
+};
+
+/// The same of a caller. `kDefault`: with rules.are_default(), so that nothing is left to limit.
+template <bool kDefault, bool kDepth>
 struct CallersView {
+  static constexpr bool kDepths = kDepth;
   PixelRules<float> rules;
   qs::stages::Rows<const float> channels;  ///< 3; not given: the colours of the splats
   const float* background;                 ///< 3; null: 0
   Pictures<float> pictures;                ///< each may be missing
+  DepthTarget target;
 
   __device__ qs::stages::Rows<const float> colors() const { return channels; }
   __device__ void limit(Contribution& by) const {
@@ -64,9 +75,21 @@ struct CallersView {
     if (background == nullptr) return glm::vec3(0.0f);
     return {background[0], background[1], background[2]};
   }
-  __device__ void store(int x, int y, const glm::vec3& color, float transmittance) const {
+  __device__ const float* depths() const { return target.z; }
+  __device__ void store_state(std::size_t at, const glm::vec2& depth) const {
+    target.states[at] = depth;
+  }
+  /// `at` is the pixel's index; `depth` has the sums of z and 1 / z.
+  __device__ void store(int x, int y, std::size_t at, const glm::vec3& color, float transmittance,
+                        const glm::vec2& depth) const {
     for (int c = 0; c < 3 && pictures.color; ++c) pictures.color.at(x, y, c) = color[c];
     if (pictures.alpha) pictures.alpha.at(x, y) = 1 - transmittance;
+    if constexpr (kDepth) {
+      target.depth[at] = depth.x;
+      target.inverse_depth[at] = depth.y;
+      if (pictures.depth) pictures.depth.at(x, y) = depth.x;
+      if (pictures.inverse_depth) pictures.inverse_depth.at(x, y) = depth.y;
+    }
   }
 };
 
@@ -107,18 +130,19 @@ struct BlendPixel {
 
   __device__ bool live() const { return open > 0.0f; }
 
-  /// `end` counts the tile's entries up to the Gaussian.
-  __device__ void add(const Contribution& by, bool exists, std::uint32_t end, float stops_below) {
+  /// `end` counts the tile's entries up to the Gaussian. Returns the Gaussian's weight.
+  __device__ float add(const Contribution& by, bool exists, std::uint32_t end, float stops_below) {
     const bool counts = exists && by.counts;
     const float next = by.behind(open);
     const bool blends = counts && !(next < stops_below);
     const float weight = by.alpha * open;
     open = blends ? next : counts ? 0.0f : open;
-    if (!blends) return;
+    if (!blends) return 0;
     color = {fmaf(weight, by.light.z, color.x), fmaf(weight, by.light.w, color.y),
              fmaf(weight, by.blue, color.z)};
     transmittance = next;
     last = end;
+    return weight;
   }
 };
 
@@ -130,6 +154,7 @@ __global__ void __launch_bounds__(kThreads)
   // depend on each other. The time of the longest list depends on it.
   constexpr unsigned kAtOnce = WarpLists::kAtOnce;
   __shared__ SharedSegment segment;
+  __shared__ SharedDepths<DrawnView::kDepths> depths;
   __shared__ WarpLists reaching;
   const std::uint32_t tile = schedule.tile(blockIdx.x);
   const unsigned thread = threadIdx.x;
@@ -140,14 +165,17 @@ __global__ void __launch_bounds__(kThreads)
   std::size_t index = first_segment(range.x, tile);
 
   BlendPixel pixel{inside ? 1.0f : 0.0f};
+  glm::vec2 depth(0.0f);  // sums of z and 1 / z by weight
   std::uint32_t first = range.x;
   for (; first < range.y; first += kSegment, ++index) {
     if (__syncthreads_count(pixel.live()) == 0) break;
     const std::uint32_t size = min(range.y - first, kSegment);
     segment.load(in, tile, first, size, view.colors());
+    depths.load(in, view.depths(), first, size);
     if (thread == 0) out.segment_tiles[index] = tile;
     out.states[index * kTilePixels + thread] = {pixel.color.x, pixel.color.y, pixel.color.z,
                                                 pixel.transmittance};
+    if constexpr (DrawnView::kDepths) view.store_state(index * kTilePixels + thread, depth);
     __syncthreads();
     bool any = __any_sync(kAllLanes, pixel.live());
     const unsigned count = any ? reaching.fill(segment, size) : 0;
@@ -162,8 +190,11 @@ __global__ void __launch_bounds__(kThreads)
         view.limit(by[k]);
       }
 #pragma unroll
-      for (unsigned k = 0; k < kAtOnce; ++k)
-        pixel.add(by[k], at + k < count, first - range.x + entries[k] + 1, view.stops_below());
+      for (unsigned k = 0; k < kAtOnce; ++k) {
+        const float weight =
+            pixel.add(by[k], at + k < count, first - range.x + entries[k] + 1, view.stops_below());
+        if constexpr (DrawnView::kDepths) depth = sum_by_weight(depth, weight, depths, entries[k]);
+      }
       any = __any_sync(kAllLanes, pixel.live());
     }
   }
@@ -177,7 +208,7 @@ __global__ void __launch_bounds__(kThreads)
   out.color[at] = color;
   out.transmittance[at] = pixel.transmittance;
   out.last[at] = pixel.last;
-  view.store(x, y, color, pixel.transmittance);
+  view.store(x, y, at, color, pixel.transmittance, depth);
 }
 
 }  // namespace qs::cuda::stages

@@ -25,13 +25,15 @@ namespace qs::cuda::stages {
 using qs::stages::Pictures;
 
 inline constexpr unsigned kWarps = kTilePixels / kWarp;
-inline constexpr unsigned kSums = 9;          ///< numbers of PixelSums
-inline constexpr unsigned kBlocksAtOnce = 6;  ///< of sum_pairs on a multiprocessor
+inline constexpr unsigned kSums = 9;  ///< numbers of PixelSums
+/// Blocks of sum_pairs on a multiprocessor. With depths they need more registers.
+inline constexpr unsigned kBlocksAtOnce = 6, kDeepBlocksAtOnce = 5;
 static_assert(sizeof(PixelSums<float>) == kSums * sizeof(float));
 
 /// Derivatives by the colours of the pixels, row by row, and the rules and colours of training. A
 /// kernel parameter, as the next.
 struct TrainedDerivatives {
+  static constexpr bool kDepths = false;  ///< depths have derivatives
   const glm::vec3* values;
 
   __device__ qs::stages::Rows<const float> colors() const { return {}; }
@@ -39,16 +41,26 @@ struct TrainedDerivatives {
   __device__ bool passes(const Contribution&) const { return true; }
   __device__ glm::vec3 color(int, int, std::size_t at) const { return values[at]; }
   __device__ float of_transmittance(int, int, std::size_t) const { return 0; }
+  __device__ const float* depths() const { return nullptr; }
 };
 
-/// The same by the pictures of a caller, without depths; each may be missing. `kDefault` as for
-/// CallersView.
-template <bool kDefault>
+/// The depths of Gaussians and what blend_tiles() stored of them, see DepthTarget. Null without
+/// depths.
+struct DepthSource {
+  const float* z;
+  const glm::vec2* states;
+  const float *depth, *inverse_depth;
+};
+
+/// The same by the pictures of a caller; each may be missing. `kDefault` as for CallersView.
+template <bool kDefault, bool kDepth>
 struct CallersDerivatives {
+  static constexpr bool kDepths = kDepth;
   PixelRules<float> rules;
   qs::stages::Rows<const float> channels;  ///< see CallersView
   Pictures<const float> by;
   const float* transmittance;  ///< of the pixels, row by row
+  DepthSource source;
 
   __device__ qs::stages::Rows<const float> colors() const { return channels; }
   __device__ void limit(Contribution& contribution) const {
@@ -65,6 +77,15 @@ struct CallersDerivatives {
   /// The transmittance behind the last Gaussian times the derivative by it.
   __device__ float of_transmittance(int x, int y, std::size_t at) const {
     return by.alpha ? -by.alpha.at(x, y) * transmittance[at] : 0.0f;
+  }
+  __device__ const float* depths() const { return source.z; }
+  /// By the sums of z and of 1 / z.
+  __device__ glm::vec2 depth(int x, int y) const {
+    return {by.depth ? by.depth.at(x, y) : 0.0f,
+            by.inverse_depth ? by.inverse_depth.at(x, y) : 0.0f};
+  }
+  __device__ glm::vec2 depth_sums(std::size_t at) const {
+    return {source.depth[at], source.inverse_depth[at]};
   }
 };
 
@@ -126,6 +147,9 @@ __device__ unsigned number_of_lane(unsigned lane) {
 __device__ inline float dot(const glm::vec3& a, const glm::vec3& b) {
   return fmaf(a.x, b.x, fmaf(a.y, b.y, a.z * b.z));
 }
+__device__ inline float dot(const glm::vec2& a, const glm::vec2& b) {
+  return fmaf(a.x, b.x, a.y * b.y);
+}
 
 /// The factors of the nine products that a pixel adds to the sums of a Gaussian.
 struct PixelShare {
@@ -157,16 +181,28 @@ __device__ inline glm::vec2 absolute_of(const SharedSegment& segment, std::uint3
                                               fabsf(fmaf(2 * conic_z, dy, conic_y * dx)));
 }
 
+/// The numbers that sum_pairs() sums for a pair: the numbers of PixelSums, then two each of the
+/// absolute values and of the depths.
+template <bool kAbsolute, bool kDepths>
+struct PairNumbers {
+  static constexpr bool kHasAbsolute = kAbsolute;
+  static constexpr unsigned kDepth = kSums + (kAbsolute ? 2 : 0);  ///< the first of the depths
+  static constexpr unsigned kCount = kDepth + (kDepths ? 2 : 0);
+};
+
 /// The pixel of a thread, composited again with the operations of the forward pass. So its values
 /// do not depend on where segments begin, and all lossless modes give equal gradients.
+template <bool kDepths>
 struct SegmentPixel {
   float x, y;
   glm::vec3 d_color{0};
+  glm::vec2 d_depth{0};   ///< by the sums of z and 1 / z
   std::uint32_t end = 0;  ///< entries of the segment up to the last blended entry
   /// Of dL/dC and the pixel's final colour, and of dL/dT and its transmittance behind the last
   /// Gaussian: both are products of (1 - alpha) of all Gaussians in front.
   float product = 0;
-  glm::vec3 so_far{0};  ///< colour, without the background
+  glm::vec3 so_far{0};        ///< colour, without the background
+  glm::vec2 depth_so_far{0};  ///< sums of z and 1 / z
   float transmittance = 1;
 
   /// `first` is the segment's first entry in the tile's list.
@@ -181,28 +217,41 @@ struct SegmentPixel {
     end = max(in.last[at], first) - first;
     if (end == 0) return;
     d_color = in.by.color(px, py, at);
-    const float4 state = in.states[std::size_t{blockIdx.x} * kTilePixels + threadIdx.x];
+    const std::size_t state_at = std::size_t{blockIdx.x} * kTilePixels + threadIdx.x;
+    const float4 state = in.states[state_at];
     product = dot(d_color, in.color[at]) + in.by.of_transmittance(px, py, at);
     so_far = {state.x, state.y, state.z};
     transmittance = state.w;
+    if constexpr (kDepths) {
+      d_depth = in.by.depth(px, py);
+      product += dot(d_depth, in.by.depth_sums(at));
+      depth_so_far = in.by.source.states[state_at];
+    }
   }
 
   /// The pixel's share of the Gaussian's sums, see add_pixel() of the CPU. It is zero if the pixel
   /// does not blend the Gaussian. A pixel never stops below `end`.
-  __device__ PixelShare add(const Contribution& by, bool exists, bool passes) {
+  __device__ PixelShare add(const Contribution& by, const SharedDepths<kDepths>& depths,
+                            std::uint32_t entry, bool exists, bool passes) {
     const bool blends = exists && by.counts;
     const float weight = by.alpha * transmittance;
-    const float by_color =
-        fmaf(d_color.x, by.light.z, fmaf(d_color.y, by.light.w, d_color.z * by.blue));
+    float by_values = fmaf(d_color.x, by.light.z, fmaf(d_color.y, by.light.w, d_color.z * by.blue));
     const glm::vec3 next(fmaf(weight, by.light.z, so_far.x), fmaf(weight, by.light.w, so_far.y),
                          fmaf(weight, by.blue, so_far.z));
     // The final colour of a pixel is known, so the colour behind is the difference to the colour so
     // far.
-    const float after = product - dot(d_color, next);
+    float after = product - dot(d_color, next);
+    glm::vec2 next_depth(0.0f);
+    if constexpr (kDepths) {
+      next_depth = sum_by_weight(depth_so_far, weight, depths, entry);
+      by_values += dot(d_depth, depths.values[entry]);
+      after -= dot(d_depth, next_depth);
+    }
     const float d_alpha =
-        fmaf(by_color, transmittance, -(after * reciprocal_flush(1.0f - by.alpha)));
+        fmaf(by_values, transmittance, -(after * reciprocal_flush(1.0f - by.alpha)));
     if (blends) {
       so_far = next;
+      depth_so_far = next_depth;
       transmittance = by.behind(transmittance);
     }
     return {by.dx, by.dy, blends && passes ? by.unclamped * d_alpha : 0.0f, blends ? weight : 0.0f,
@@ -216,22 +265,26 @@ struct OtherPixel {
 
   float y;
   glm::vec3 d_color;
+  glm::vec2 d_depth{0};
 
   __device__ static float exchange(float value) {
     return __shfl_xor_sync(kAllLanes, value, kDistance);
   }
-  __device__ explicit OtherPixel(const SegmentPixel& own)
+  template <bool kDepths>
+  __device__ explicit OtherPixel(const SegmentPixel<kDepths>& own)
       : y(exchange(own.y)),
-        d_color(exchange(own.d_color.x), exchange(own.d_color.y), exchange(own.d_color.z)) {}
+        d_color(exchange(own.d_color.x), exchange(own.d_color.y), exchange(own.d_color.z)) {
+    if constexpr (kDepths) d_depth = {exchange(own.d_depth.x), exchange(own.d_depth.y)};
+  }
 };
 
 /// The sums of a warp's pixels for two Gaussians. The lanes of each half first get their Gaussian:
 /// of the pixel of another lane they need two factors, the other factors they know. All lanes call
 /// it.
-template <unsigned kNumbers>
+template <class Numbers, bool kDepths>
 __device__ float sum_of_warp(unsigned lane, const SharedSegment& segment,
                              const PixelShare (&shares)[2], const std::uint32_t (&entries)[2],
-                             const SegmentPixel& pixel, const OtherPixel& other) {
+                             const SegmentPixel<kDepths>& pixel, const OtherPixel& other) {
   const bool second = (lane & OtherPixel::kDistance) != 0;
   const float mean_y = second ? segment.shapes[entries[1]].y : segment.shapes[entries[0]].y;
   const PixelShare own{second ? shares[1].dx : shares[0].dx, second ? shares[1].dy : shares[0].dy,
@@ -240,10 +293,16 @@ __device__ float sum_of_warp(unsigned lane, const SharedSegment& segment,
   const PixelShare others{
       own.dx, other.y - mean_y, OtherPixel::exchange(second ? shares[0].d : shares[1].d),
       OtherPixel::exchange(second ? shares[0].weight : shares[1].weight), false};
-  float sums[kNumbers], more[kNumbers];
+  float sums[Numbers::kCount], more[Numbers::kCount];
   own.products(pixel.d_color, sums);
   others.products(other.d_color, more);
-  if constexpr (kNumbers > kSums) {
+  if constexpr (kDepths) {
+    sums[Numbers::kDepth] = own.weight * pixel.d_depth.x;
+    sums[Numbers::kDepth + 1] = own.weight * pixel.d_depth.y;
+    more[Numbers::kDepth] = others.weight * other.d_depth.x;
+    more[Numbers::kDepth + 1] = others.weight * other.d_depth.y;
+  }
+  if constexpr (Numbers::kHasAbsolute) {
     const std::uint32_t entry = second ? entries[1] : entries[0];
     const glm::vec2 of_own = absolute_of(segment, entry, own),
                     of_others = absolute_of(segment, entry, others);
@@ -253,21 +312,25 @@ __device__ float sum_of_warp(unsigned lane, const SharedSegment& segment,
     more[kSums + 1] = of_others.y;
   }
 #pragma unroll
-  for (unsigned k = 0; k < kNumbers; ++k) sums[k] += more[k];
+  for (unsigned k = 0; k < Numbers::kCount; ++k) sums[k] += more[k];
   return sum_of_half<OtherPixel::kDistance / 2>(lane, sums);
 }
 
 struct PairSums {
   PixelSums<float>* pairs;
   glm::vec2* absolute;  ///< if kAbsolute
+  glm::vec2* depths;    ///< of the weight times the derivatives by the sums of z and 1 / z, if any
 };
 
 /// One block per segment. While some warps add up the sums of a group, others begin the next group.
 template <bool kAbsolute, class Derivatives>
-__global__ void __launch_bounds__(kTilePixels, kBlocksAtOnce)
+__global__ void __launch_bounds__(kTilePixels,
+                                  Derivatives::kDepths ? kDeepBlocksAtOnce : kBlocksAtOnce)
     sum_pairs(PairInput<Derivatives> in, PairSums out) {
-  constexpr unsigned kNumbers = kSums + (kAbsolute ? 2 : 0);  // per pair
+  using Numbers = PairNumbers<kAbsolute, Derivatives::kDepths>;
+  constexpr unsigned kNumbers = Numbers::kCount;
   __shared__ SharedSegment segment;
+  __shared__ SharedDepths<Derivatives::kDepths> depths;
   __shared__ float sums_of_warps[2][kWarps][kWarp * kNumbers];
   __shared__ std::uint32_t ends[kWarps];
   const std::uint32_t tile = in.segment_tiles[blockIdx.x];
@@ -277,7 +340,8 @@ __global__ void __launch_bounds__(kTilePixels, kBlocksAtOnce)
   const std::uint32_t first = (blockIdx.x - first_segment(range.x, tile)) * kSegment;
   const std::uint32_t size = min(range.y - range.x - first, kSegment);
   segment.load(in.tiles, tile, range.x + first, size, in.by.colors());
-  SegmentPixel pixel(in, tile, first);
+  depths.load(in.tiles, in.by.depths(), range.x + first, size);
+  SegmentPixel<Derivatives::kDepths> pixel(in, tile, first);
   const OtherPixel other(pixel);
   const std::uint32_t end_of_warp = min(size, largest_of_warp(pixel.end));
   if (lane == 0) ends[warp] = end_of_warp;
@@ -303,10 +367,11 @@ __global__ void __launch_bounds__(kTilePixels, kBlocksAtOnce)
         in.by.limit(by[0]);
         in.by.limit(by[1]);
         const PixelShare shares[] = {
-            pixel.add(by[0], entries[0] < pixel.end, in.by.passes(by[0])),
-            pixel.add(by[1], pairs && entries[1] < pixel.end, in.by.passes(by[1]))};
+            pixel.add(by[0], depths, entries[0], entries[0] < pixel.end, in.by.passes(by[0])),
+            pixel.add(by[1], depths, entries[1], pairs && entries[1] < pixel.end,
+                      in.by.passes(by[1]))};
         if (!__any_sync(kAllLanes, shares[0].blends || shares[1].blends)) continue;
-        const float sum = sum_of_warp<kNumbers>(lane, segment, shares, entries, pixel, other);
+        const float sum = sum_of_warp<Numbers>(lane, segment, shares, entries, pixel, other);
         const bool second = lane >= kWarp / 2;
         if (pairs || !second) own[(second ? next : member) * kNumbers + number] = sum;
       }
@@ -323,8 +388,10 @@ __global__ void __launch_bounds__(kTilePixels, kBlocksAtOnce)
       const unsigned which = k % kNumbers;
       if (which < kSums)
         reinterpret_cast<float*>(out.pairs + place)[which] = sum;
-      else
+      else if (kAbsolute && which < kSums + 2)
         reinterpret_cast<float*>(out.absolute + place)[which - kSums] = sum;
+      else
+        reinterpret_cast<float*>(out.depths + place)[which - Numbers::kDepth] = sum;
     }
   }
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "raster/base/error.h"
+#include "raster/kernel/gradient/pixel.h"
 #include "raster/scene/camera.h"
 #include "raster/stages/gaussians.h"
 
@@ -33,13 +34,13 @@ struct HeldSizes {
     sizes.height = camera.height;
     return sizes;
   }
-  /// The sizes of the frame after blend(). Colours of three channels without depths, which faster
-  /// kernels blend, have states.
+  /// The sizes of the frame after blend(). Colours of three channels, which faster kernels blend,
+  /// have states.
   HeldSizes blended(int channel_count, bool with_depth) const {
     HeldSizes sizes = *this;
     sizes.channels = static_cast<std::uint32_t>(channel_count);
     sizes.has_depth = with_depth;
-    sizes.has_states = !with_depth && channel_count == 3;
+    sizes.has_states = channel_count == 3;
     return sizes;
   }
   std::size_t pixels() const {
@@ -60,6 +61,13 @@ struct Frame {
 std::size_t bytes_of_gaussians(const HeldSizes& sizes);
 std::size_t bytes_of_pairs(const HeldSizes& sizes);
 std::size_t bytes_of_pixels(const HeldSizes& sizes);
+
+/// Per Gaussian, in device memory.
+struct GaussianSums {
+  const PixelSums<float>* pixels;
+  /// Sums of the weight times the derivatives by the sums of z and of 1 / z; null without depths.
+  const glm::vec2* depths;
+};
 
 /// The stream in which a pass is enqueued, and its end.
 struct Queue {

@@ -24,6 +24,11 @@ inline unsigned tiles_of(const HeldSizes& sizes) {
   return static_cast<unsigned>(grid_of(sizes).count());
 }
 
+/// The derivative by view z from GaussianSums::depths.
+__device__ inline float depth_gradient(const glm::vec2& sums, float z) {
+  return sums.x - sums.y / (z * z);
+}
+
 struct GaussianBlock {
   unsigned long long* total;    ///< pairs
   std::uint32_t* tile_counts;   ///< 0: no tile lists it; then the next three are undefined
@@ -66,9 +71,10 @@ struct PixelBlock {
   float* transmittance;          ///< behind the last Gaussian
   std::uint32_t* last;           ///< entries of the tile's list up to the last blended entry
   float *depth, *inverse_depth;  ///< null without depths
-  // Null without states, see BlendTarget.
+  // Null without states, see BlendTarget and DepthTarget.
   std::uint32_t* segment_tiles;
   float4* states;
+  glm::vec2* depth_states;
 
   static PixelBlock of(BlockArrays& block, const HeldSizes& sizes) {
     PixelBlock result{};
@@ -83,6 +89,7 @@ struct PixelBlock {
       const std::size_t segments = segments_of(sizes.pairs, tiles_of(sizes));
       result.segment_tiles = block.next<std::uint32_t>(segments);
       result.states = block.next<float4>(segments * kTilePixels);
+      if (sizes.has_depth) result.depth_states = block.next<glm::vec2>(segments * kTilePixels);
     }
     return result;
   }

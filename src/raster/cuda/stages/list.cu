@@ -5,6 +5,7 @@
 #include "raster/cuda/fast/list.cuh"
 #include "raster/cuda/fast/macro_sort.cuh"
 #include "raster/cuda/stages/list.cuh"
+#include "raster/cuda/stages/tiles.cuh"
 #include "raster/cuda/warp.cuh"
 #include "raster/kernel/cull/modes.h"
 
@@ -105,8 +106,10 @@ __global__ void __launch_bounds__(kThreads) list_gaussians(ListInput in) {
 /// wait for the result of every addition.
 __global__ void __launch_bounds__(kThreads) take_slots(ListArrays lists) {
   const std::uint32_t place = blockIdx.x * kThreads + threadIdx.x;
-  if (!lists.fits() || place >= *lists.total) return;
-  lists.slots[place] = atomicAdd(&lists.sizes[lists.tiles[place]], 1u);
+  const bool exists = lists.fits() && place < *lists.total;
+  const std::uint32_t tile = exists ? lists.tiles[place] : kNoTile;
+  const std::uint32_t slot = reserve_slot_of(tile, exists, lists.sizes);
+  if (exists) lists.slots[place] = slot;
 }
 
 /// Finds the ranges of the lists and the order of the tiles. One block.

@@ -42,10 +42,10 @@ __global__ void __launch_bounds__(kThreads, 3)
     exists = qs::project(source.rules.view, source.rules, active_gaussian(mean, sigma, opacity),
                          projected);
   }
-  if (shared.numbers > 0) source.in.sh = shared.load(source.in.sh, exists);
-  if (!exists || !source.has_finite_color(i)) return;
+  const SharedSh::Row sh = shared.load(source.in.sh, exists);
+  if (!exists || !source.has_finite_color(sh)) return;
   const auto values = SplatValues<float>::of(source.rules, mean, sigma, opacity, projected);
-  const glm::vec3 color = source.color(i, mean);
+  const glm::vec3 color = source.color(mean, sh);
   if (!source.report(i, projected, values, color)) return;
   out.projected[i] = 1;
   if (!keep_faint && !(projected.footprint.gamma > 0.0f)) return;
@@ -100,12 +100,14 @@ struct RowsOfBoundary {
 struct SumsOfPixels {
   const std::uint32_t* tile_counts;
   const ListedSplat* splats;
-  const PixelSums<float>* sums;
+  const float* depths;
+  GaussianSums sums;
   bool has_sh;  ///< else the sums of the colour belong to the given channels
 
   __device__ bool read(std::uint32_t i, BoundaryGradient<float>& d) const {
     if (tile_counts[i] == 0) return false;
-    d.splat = splat_gradient<float>(splats[i].splat, sums[i]);
+    d.splat = splat_gradient<float>(splats[i].splat, sums.pixels[i]);
+    if (sums.depths != nullptr) d.depth = depth_gradient(sums.depths[i], depths[i]);
     if (!has_sh) d.splat.color = glm::vec3(0.0f);
     return !d.is_zero();
   }
@@ -120,19 +122,14 @@ __global__ void __launch_bounds__(kThreads, kPose ? 1 : 3)
   const bool exists = i < gradient.in.count;
   BoundaryGradient<float> by;
   const bool adds = exists && source.read(i, by);
-  const qs::stages::ShRows<float> by_sh = gradient.out.sh;
-  if (shared.numbers > 0) {
-    // The derivatives take the place of the coefficients, which are read before.
-    const qs::stages::ShRows<float> rows = shared.load(gradient.in.sh, adds);
-    gradient.in.sh = rows;
-    if (by_sh) gradient.out.sh = rows;
-  }
+  // The derivatives take the place of the coefficients, which are read before.
+  const SharedSh::Row sh = shared.load(gradient.in.sh, adds);
   PoseGradient pose;
   if (adds)
-    gradient.template add<kPose>(i, by, pose);
+    gradient.template add<kPose>(i, by, pose, sh);
   else if (exists)
-    gradient.clear(i);
-  if (shared.numbers > 0 && by_sh) shared.store(by_sh, exists);
+    gradient.clear(i, sh);
+  if (gradient.out.sh) shared.store(gradient.out.sh, exists);
   if constexpr (kPose) {
     for (unsigned k = 0; k < kPoseNumbers; ++k) {
       const int at = static_cast<int>(k);
@@ -243,10 +240,11 @@ void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussi
 }
 
 void project_backward_of_sums(const DrawnView& view, const GaussianInputs<float>& gaussians,
-                              const Frame& frame, const PixelSums<float>* by, const Queue& queue,
+                              const Frame& frame, const GaussianSums& by, const Queue& queue,
                               void* scratch, const InputGradients<float>& out, PoseGradient* pose) {
   const auto block = block_at<GaussianBlock>(frame.gaussians, frame.sizes);
-  const SumsOfPixels source{block.tile_counts, block.splats, by, static_cast<bool>(gaussians.sh)};
+  const SumsOfPixels source{block.tile_counts, block.splats, block.depths, by,
+                            static_cast<bool>(gaussians.sh)};
   set_gradients(view, gaussians, frame.sizes, source, queue, scratch, out, pose);
 }
 

@@ -53,7 +53,7 @@ void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussi
 /// The same after blend_backward() of a frame with states. `by` is sums_of_pixels(), from which the
 /// derivatives by the boundary follow: no rows of them are written.
 void project_backward_of_sums(const DrawnView& view, const GaussianInputs<float>& gaussians,
-                              const Frame& frame, const PixelSums<float>* by, const Queue& queue,
+                              const Frame& frame, const GaussianSums& by, const Queue& queue,
                               void* scratch, const InputGradients<float>& out,
                               PoseGradient* pose = nullptr);
 

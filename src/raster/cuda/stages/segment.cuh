@@ -5,6 +5,8 @@
 // must agree on both, so they share this code.
 #pragma once
 
+#include <glm/vec2.hpp>
+
 #include "raster/cuda/flush.cuh"
 #include "raster/cuda/reach.cuh"
 #include "raster/cuda/stages/tiles.cuh"
@@ -39,6 +41,29 @@ struct Contribution {
 __device__ inline void limit_alpha(const PixelRules<float>& rules, Contribution& by) {
   by.alpha = fminf(by.unclamped, rules.alpha_max);
   by.counts = by.counts && by.alpha >= kAlphaMin;
+}
+
+/// View z and 1 / z of a segment's Gaussians; nothing unless `kExist`.
+template <bool kExist>
+struct SharedDepths {
+  glm::vec2 values[kExist ? kSegment : 1];
+
+  /// Loads them as SharedSegment::load() does, from the depths of all Gaussians.
+  __device__ void load(const TilesView& in, const float* depths, std::uint32_t first,
+                       std::uint32_t size) {
+    if constexpr (kExist) {
+      if (threadIdx.x >= size) return;
+      const float z = depths[in.owners[in.places[first + threadIdx.x]]];
+      values[threadIdx.x] = {z, 1 / z};
+    }
+  }
+};
+
+/// Adds z and 1 / z of an entry to their sums.
+__device__ inline glm::vec2 sum_by_weight(const glm::vec2& sums, float weight,
+                                          const SharedDepths<true>& depths, std::uint32_t entry) {
+  const glm::vec2 values = depths.values[entry];
+  return {fmaf(weight, values.x, sums.x), fmaf(weight, values.y, sums.y)};
 }
 
 struct SharedSegment {

@@ -5,7 +5,10 @@
 // rows of their own would wait for as many parts of the memory as there are lanes.
 #pragma once
 
+#include <glm/vec3.hpp>
+
 #include "raster/cuda/dynamic_shared.cuh"
+#include "raster/cuda/stages/copy_later.cuh"
 #include "raster/cuda/warp.cuh"
 #include "raster/kernel/hd.h"
 #include "raster/stages/rows.h"
@@ -24,49 +27,57 @@ struct SharedSh {
     return numbers > 0 ? std::size_t{kThreads} * stride() * sizeof(float) : 0;
   }
 
-  /// Copies the rows of the lanes with `reads` to shared memory. Returns rows there, which only the
-  /// warp may use. All lanes call it.
-  __device__ qs::stages::ShRows<float> load(const qs::stages::ShRows<const float>& from,
-                                            bool reads) const {
-    for_each_number(__ballot_sync(kAllLanes, reads), [&](float& number, std::uint32_t i, int k,
-                                                         int c) { number = from.at(i, k, c); });
+  /// The coefficients of a thread's Gaussian, or their derivatives.
+  struct Row {
+    float* numbers;
+
+    __device__ glm::vec3 operator()(int k) const {
+      return {numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]};
+    }
+    __device__ void set(int k, const glm::vec3& value) const {
+      for (int c = 0; c < 3; ++c) numbers[3 * k + c] = value[c];
+    }
+  };
+
+  /// Copies the rows of the lanes with `reads` to shared memory. Returns this thread's row there.
+  /// All lanes call it.
+  __device__ Row load(const qs::stages::ShRows<const float>& from, bool reads) const {
+    for_each_number(from, __ballot_sync(kAllLanes, reads),
+                    [](float* shared, const float* number) { copy_later(shared, number); });
+    wait_for_copies();
     __syncwarp();
-    return rows();
+    return {row_of(threadIdx.x)};
   }
 
   /// Copies the rows of the lanes with `writes` from shared memory. All lanes call it.
   __device__ void store(const qs::stages::ShRows<float>& to, bool writes) const {
     const unsigned lanes = __ballot_sync(kAllLanes, writes);
     __syncwarp();
-    for_each_number(lanes, [&](const float& number, std::uint32_t i, int k, int c) {
-      to.at(i, k, c) = number;
-    });
+    for_each_number(to, lanes, [](const float* shared, float* number) { *number = *shared; });
   }
 
  private:
   /// Between the rows of two Gaussians: odd, so that the rows begin in different memory banks.
   QS_HD unsigned stride() const { return numbers | 1; }
 
-  __device__ qs::stages::ShRows<float> rows() const {
-    auto* const shared = static_cast<float*>(dynamic_shared());
-    const auto row = static_cast<std::ptrdiff_t>(stride());
-    float* const begin = shared - static_cast<std::ptrdiff_t>(blockIdx.x) * kThreads * row;
-    return {{begin, row, 1}, {begin + 3, row, 1}, 3};
+  __device__ float* row_of(unsigned thread) const {
+    return static_cast<float*>(dynamic_shared()) + thread * stride();
   }
 
-  /// Calls visit(number in shared memory, Gaussian, coefficient, channel) for all numbers of the
-  /// Gaussians of these lanes.
-  template <class Visit>
-  __device__ void for_each_number(unsigned lanes, const Visit& visit) const {
-    auto* const shared = static_cast<float*>(dynamic_shared());
-    const std::uint32_t first = threadIdx.x / kWarp * kWarp;  // of the warp in its block
+  /// Calls visit(number in shared memory, number of the caller) for all numbers of the Gaussians of
+  /// these lanes.
+  template <class T, class Visit>
+  __device__ void for_each_number(const qs::stages::ShRows<T>& callers, unsigned lanes,
+                                  const Visit& visit) const {
+    const unsigned first = threadIdx.x / kWarp * kWarp;  // of the warp in its block
     for (unsigned n = lane_index(); n < numbers; n += kWarp) {
       const int k = static_cast<int>(n / 3), c = static_cast<int>(n % 3);
+      T* number = &callers.at(std::size_t{blockIdx.x} * kThreads + first, k, c);
+      const std::ptrdiff_t step = k == 0 ? callers.dc.row : callers.rest.row;
+      float* shared = row_of(first) + n;
 #pragma unroll 8
-      for (std::uint32_t row = 0; row < kWarp; ++row) {
-        if ((lanes >> row & 1) != 0)
-          visit(shared[(first + row) * stride() + n], blockIdx.x * kThreads + first + row, k, c);
-      }
+      for (unsigned row = 0; row < kWarp; ++row, number += step, shared += stride())
+        if ((lanes >> row & 1) != 0) visit(shared, number);
     }
   }
 };

@@ -83,7 +83,7 @@ void sum_pairs_of_tiles(const StepView& view, const ForwardFrame& frame, const g
                                                frame.color.data(),
                                                frame.last.data(),
                                                {d_color}},
-         stages::PairSums{scratch.pairs.data(), scratch.absolute.data()});
+         stages::PairSums{scratch.pairs.data(), scratch.absolute.data(), nullptr});
 }
 
 }  // namespace

@@ -12,6 +12,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "raster/kernel/constants.h"
+#include "raster/kernel/gradient/color_field.h"
 #include "raster/kernel/gradient/sh.h"
 #include "raster/kernel/integer_sum.h"
 #include "support/differences.h"
@@ -159,6 +161,11 @@ TEST(FieldGradient, derivatives_by_the_direction_equal_differences) {
     test::expect_close(std::vector<double>{by_eye.x, by_eye.y, by_eye.z},
                        test::differences(loss, {1, 2, -3}, 1e-5), 1e-6);
   }
+}
+
+TEST(FieldGradient, a_black_channel_passes_only_what_makes_it_brighter) {
+  const glm::dvec3 color(0.5, 0, 0), by(2, -3, 4);
+  EXPECT_EQ(output_gradient(color, by), glm::dvec3(2 * kSh0, -3 * kSh0, 0));
 }
 
 TEST(FieldGradient, sums_of_the_grid_do_not_depend_on_the_order_of_threads) {

@@ -26,11 +26,18 @@ QS_HD glm::vec<3, Real> direction_features_gradient(const glm::vec<3, Real>& d, 
   return {2 * by_x, 2 * by_y, 2 * by_z};
 }
 
-/// From color_of_output(), whose result is `color`, to the network's outputs.
+/// From color_of_output(), whose result is `color`, to the network's outputs. A channel that is
+/// clamped at 0 passes a derivative on if a step against it makes the channel brighter. Otherwise
+/// the network could never leave a state in which all its colours are black.
 template <class Real>
 QS_HD glm::vec<3, Real> output_gradient(const glm::vec<3, Real>& color,
                                         const glm::vec<3, Real>& d_color) {
-  return static_cast<Real>(kSh0) * clamp_gradient(color, d_color);
+  glm::vec<3, Real> result;
+  for (int c = 0; c < 3; ++c) {
+    const bool passes = color[c] > 0 || d_color[c] < 0;
+    result[c] = passes ? static_cast<Real>(kSh0) * d_color[c] : Real(0);
+  }
+  return result;
 }
 
 }  // namespace qs

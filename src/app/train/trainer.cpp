@@ -179,7 +179,7 @@ StepResult Trainer::step() {
   if (model_->size() == 0) {
     fail("{}: no Gaussian is left in iteration {}: {}", data_.folder.string(), iteration,
          settings_.color_field
-             ? "all are masked out, as happens with objects before black: train with --strategy adc"
+             ? "all are masked out: train with --strategy adc"
              : "the photographs do not fit their cameras");
   }
   const PhotographView& view = reduced_view(views_.at(iteration), view_of(iteration));

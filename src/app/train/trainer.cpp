@@ -178,9 +178,8 @@ StepResult Trainer::step() {
   clock.next();
   if (model_->size() == 0) {
     fail("{}: no Gaussian is left in iteration {}: {}", data_.folder.string(), iteration,
-         settings_.color_field
-             ? "all are masked out: train with --strategy adc"
-             : "the photographs do not fit their cameras");
+         settings_.color_field ? "all are masked out: train with --strategy adc"
+                               : "the photographs do not fit their cameras");
   }
   const PhotographView& view = reduced_view(views_.at(iteration), view_of(iteration));
   RenderSettings render = render_settings(iteration);

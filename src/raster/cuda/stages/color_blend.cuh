@@ -193,7 +193,9 @@ __global__ void __launch_bounds__(kThreads)
       for (unsigned k = 0; k < kAtOnce; ++k) {
         const float weight =
             pixel.add(by[k], at + k < count, first - range.x + entries[k] + 1, view.stops_below());
-        if constexpr (DrawnView::kDepths) depth = sum_by_weight(depth, weight, depths, entries[k]);
+        // Entries behind the end of the list are arbitrary and may have no depth.
+        if constexpr (DrawnView::kDepths)
+          if (weight > 0) depth = sum_by_weight(depth, weight, depths, entries[k]);
       }
       any = __any_sync(kAllLanes, pixel.live());
     }

@@ -386,8 +386,8 @@ class Slurm(Runs):
     def test_a_run_is_complete_repeats_nothing_and_continues_after_a_kill(self):
         profile = self.folder / "profile"
         shutil.copytree(ROOT / "workflows/paper/profiles/slurm", profile)
-        text = (profile / "config.yaml").read_text().replace("mem_mb=32000", "mem_mb=200").replace("latency-wait: 60", "latency-wait: 10")
-        (profile / "config.yaml").write_text(text)
+        for config in profile.glob("config*.yaml"):
+            config.write_text(config.read_text().replace("mem_mb=32000", "mem_mb=200").replace("latency-wait: 60", "latency-wait: 10"))
         words = self.words("cluster", "--rows", "3dgs,quadbox", "--profile", str(profile), "--jobs", "4")
         process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, stdin=subprocess.DEVNULL)
         job = ""

@@ -134,6 +134,7 @@ class Pictures {
 
   ServedScenes& scenes_;
   Receiver receiver_;
+  const unsigned processors_;
   std::atomic<int> visitors_ = 0;  // so far
   std::mutex mutex_;
   std::condition_variable_any changed_;

@@ -9,10 +9,11 @@ namespace {
 
 constexpr double kWantedRate = 60;  ///< messages per second
 constexpr int kMostWindow = 4;
-constexpr double kQueueSeconds = 0.06;  ///< above the least time: messages wait in transit
-constexpr double kPartSeconds = 0.03;   ///< that parts may wait in transit, by the line's rate
-constexpr double kLatePart = 0.05;      ///< seconds above an empty round trip
-constexpr double kLeastRoom = 32768;    ///< bytes of parts
+constexpr double kQueueSeconds = 0.06;    ///< above the least time: messages wait in transit
+constexpr double kPartSeconds = 0.03;     ///< that parts may wait in transit, by the line's rate
+constexpr double kLatePart = 0.05;        ///< seconds above an empty round trip
+constexpr double kLeastRoom = 32768;      ///< bytes of parts
+constexpr std::size_t kLastPictures = 4;  ///< pictures whose slowest one is expected again
 
 }  // namespace
 
@@ -40,12 +41,21 @@ bool PictureFlow::received(std::uint32_t count, double held, double now) {
       continue;
     }
     const double seconds = std::max(now - first.sent, 1e-4);
+    trips_.push_back(seconds);
+    if (trips_.size() > kLastPictures) trips_.pop_front();
     least_ = least_ > 0 ? std::min(least_, seconds) : seconds;
     const int wanted =
         std::clamp(static_cast<int>(std::ceil(kWantedRate * least_)), 1, kMostWindow);
     window_ = seconds > least_ + kQueueSeconds ? std::max(1, window_ - 1) : wanted;
   }
   return true;
+}
+
+std::optional<double> PictureFlow::next_room(int coming) const {
+  if (pictures_ == 0 || pictures_ + coming != window_ || trips_.empty()) return {};
+  const auto oldest = std::find_if(in_transit_.begin(), in_transit_.end(),
+                                   [](const InTransit& one) { return !one.is_part; });
+  return oldest->sent + *std::max_element(trips_.begin(), trips_.end());
 }
 
 bool PictureFlow::has_room_for_part(std::size_t bytes) const {

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <optional>
 
 #include "app/serve/line_rate.h"
 
@@ -28,6 +29,11 @@ class PictureFlow {
 
   /// One more moving picture may be in transit beside `coming` pictures that are being made.
   bool has_room(int coming = 0) const { return pictures_ + coming < window_; }
+
+  /// The expected time at which the next confirmation will make room for a moving picture beside
+  /// `coming` pictures. A picture that is ordered before can be ready then. None if no picture is
+  /// in transit, or if one confirmation is not enough.
+  std::optional<double> next_room(int coming) const;
 
   /// A part of a picture at rest may be sent beside the bytes in transit. There is room for as many
   /// as the line carries in 30 ms more than a round trip; for more while parts arrive within 50 ms
@@ -55,7 +61,8 @@ class PictureFlow {
   int pictures_ = 0;       // in transit, without parts
   int parts_ = 0;          // in transit
   std::uint32_t received_ = 0;
-  double least_ = 0;  // seconds from sending to confirmation; 0: not known
+  double least_ = 0;          // seconds from sending to confirmation; 0: not known
+  std::deque<double> trips_;  // such seconds of the last pictures
   int window_ = 2;
   LineRate rate_;
 };

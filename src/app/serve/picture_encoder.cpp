@@ -1,11 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "app/serve/picture_encoder.h"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <utility>
 
 namespace qs {
+namespace {
+
+constexpr std::size_t kMostThreads = 4;  ///< as many as a video has tile columns
+
+}  // namespace
+
+int video_threads(std::size_t processors, std::size_t visitors) {
+  const std::size_t each = processors / std::max<std::size_t>(1, visitors);
+  return static_cast<int>(std::clamp<std::size_t>(each, 1, kMostThreads));
+}
 
 EncodedPicture PictureEncoder::encode(const RgbaPixels& pixels, const Encoding& encoding,
                                       double now, const std::stop_token& stop) {
@@ -30,7 +41,7 @@ bool PictureEncoder::encode_vp9(const RgbaPixels& pixels, const Encoding& encodi
   try {
     if (!vp9_ || vp9_->width() != pixels.width || vp9_->height() != pixels.height) {
       vp9_.reset();  // the old encoder's memory may be needed
-      vp9_ = std::make_unique<Vp9Encoder>(pixels.width, pixels.height);
+      vp9_ = std::make_unique<Vp9Encoder>(pixels.width, pixels.height, encoding.threads);
     }
     planes_.set(pixels);
     Vp9Picture picture =

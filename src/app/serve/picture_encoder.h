@@ -3,6 +3,7 @@
 // Encodes the pictures of one visitor: JPEG or VP9 while the camera moves, lossless WebP at rest.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <stop_token>
@@ -21,7 +22,12 @@ struct Encoding {
   int quality = 90;         ///< of JPEG
   int bits_per_second = 0;  ///< of VP9
   std::uint32_t keys = 0;   ///< key pictures that the page has asked for so far
+  int threads = 1;          ///< of VP9; a video keeps the number of its first picture
 };
+
+/// The threads of a visitor's video. The visitors share the processors, so a video has more threads
+/// than one only while there are more processors than visitors.
+int video_threads(std::size_t processors, std::size_t visitors);
 
 struct EncodedPicture {
   PictureCodec codec = PictureCodec::none;

@@ -40,7 +40,9 @@ std::string sentence_of(const std::exception_ptr& exception) {
 }  // namespace
 
 Pictures::Pictures(ServedScenes& scenes, Receiver receiver)
-    : scenes_(scenes), receiver_(std::move(receiver)) {
+    : scenes_(scenes),
+      receiver_(std::move(receiver)),
+      processors_(std::max(2u, std::thread::hardware_concurrency())) {
   for (const auto& scene : scenes_) {
     scene->reported = [this, &reports = scene->reports] {
       Actions actions;
@@ -49,8 +51,7 @@ Pictures::Pictures(ServedScenes& scenes, Receiver receiver)
     };
     scene->context.give_way = [this] { serve_each(); };
   }
-  const unsigned encoders = std::max(2u, std::thread::hardware_concurrency()) - 1;
-  for (unsigned i = 0; i < encoders; ++i)
+  for (unsigned i = 1; i < processors_; ++i)
     encoders_.emplace_back([this](const std::stop_token& stop) { encode(stop); });
   renderer_ = std::jthread([this](const std::stop_token& stop) { render(stop); });
 }
@@ -326,6 +327,7 @@ void Pictures::encode(const std::stop_token& stop) {
       encoder = before->second.encoder;
       before->second.encodes = true;
     }
+    drawn.picture.order.encoding.threads = video_threads(processors_, work_.size());
     lock.unlock();
     answer(encoder.get(), drawn);
     lock.lock();

@@ -31,6 +31,7 @@ struct PictureOrder {
   FrameRequest request;
   std::uint32_t input = 0;  ///< the last input that the request answers
   bool lossless = false;
+  double ordered = 0;          ///< seconds of the caller's clock
   Encoding encoding;           ///< of a picture that is not lossless
   std::optional<Split> split;  ///< of a request with two variants: their places in the picture
 };
@@ -134,6 +135,7 @@ class Pictures {
 
   ServedScenes& scenes_;
   Receiver receiver_;
+  const unsigned processors_;
   std::atomic<int> visitors_ = 0;  // so far
   std::mutex mutex_;
   std::condition_variable_any changed_;

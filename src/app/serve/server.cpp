@@ -86,6 +86,10 @@ double seconds_of(Clock::time_point time) {
   return std::chrono::duration<double>(time.time_since_epoch()).count();
 }
 double seconds_now() { return seconds_of(Clock::now()); }
+Clock::time_point time_of(double seconds) {
+  return Clock::time_point(
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
+}
 Clock::duration of_ms(double ms) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::milli>(ms));
 }
@@ -220,6 +224,7 @@ class Live : public std::enable_shared_from_this<Live> {
     if (!picture.order.lossless) {
       rendering_time_ = of_ms(static_cast<double>(picture.shown.stats.frame_ms));
       encoding_time_ = of_ms(picture.encoded.ms);
+      making_time_ = of_ms(1e3 * (seconds_now() - picture.order.ordered));
     }
     if (picture.is_last) visitor_->picture_ready(picture, seconds_now());
     const bool stale = picture.order.lossless && visitor_->has_moved_on();
@@ -358,7 +363,7 @@ class Live : public std::enable_shared_from_this<Live> {
     if (moved_on) drop_lossless();
     waits_to_order_ = false;
     const int coming = in_work_ + static_cast<int>(outgoing_.size());
-    if (!renders_ && in_work_ < kMostInWork && flow_.has_room(coming)) order_picture();
+    if (!renders_ && in_work_ < kMostInWork) order_picture(coming);
     send();
     await_turn();
     await_order();
@@ -401,13 +406,21 @@ class Live : public std::enable_shared_from_this<Live> {
     for (SentFile& file : visitor_->take_files()) files_.push_back(std::move(file));
   }
 
-  // At most one picture per turn, because a screen shows no more.
-  void order_picture() {
+  // At most one picture per turn, because a screen shows no more. While the line has no room, a
+  // picture is made so that it is ready when a confirmation makes room.
+  void order_picture(int coming) {
+    order_due_ = next_order_;
+    if (!flow_.has_room(coming)) {
+      const std::optional<double> room = flow_.next_room(coming);
+      if (!room) return;
+      order_due_ = std::max(order_due_, time_of(*room) - making_time_);
+    }
     const Clock::time_point now = Clock::now();
-    waits_to_order_ = now < next_order_;
+    waits_to_order_ = now < order_due_;
     if (waits_to_order_) return;
     next_order_ = now + kTurn;
     if (std::optional<PictureOrder> order = visitor_->next_order(flow_.speed())) {
+      order->ordered = seconds_of(now);
       renders_ = true;
       ++in_work_;
       hub_.pictures->order(number_, std::move(*order));
@@ -427,12 +440,12 @@ class Live : public std::enable_shared_from_this<Live> {
   }
 
   void await_order() {
-    if (waits_for_order_ || !waits_to_order_) return;
+    if (!waits_to_order_ || (waits_for_order_ && order_timer_.expiry() <= order_due_)) return;
     waits_for_order_ = true;
-    order_timer_.expires_at(next_order_);
+    order_timer_.expires_at(order_due_);  // ends an earlier wait with an error
     order_timer_.async_wait([self = shared_from_this()](error_code error) {
-      self->waits_for_order_ = false;
       if (error) return;
+      self->waits_for_order_ = false;
       self->visitor_->tick(seconds_now());
       self->proceed();
     });
@@ -565,13 +578,15 @@ class Live : public std::enable_shared_from_this<Live> {
   std::uint32_t version_ = 0;  // of the state
   Clock::time_point next_state_{}, next_order_{}, second_began_{};
   Clock::time_point pinged_{}, next_ping_{};
-  Clock::duration rendering_time_{}, encoding_time_{};  // of the last picture
-  int messages_ = 0;                                    // in this second
-  int in_work_ = 0;                                     // pictures that were ordered
+  Clock::duration rendering_time_{}, encoding_time_{};  // of the last moving picture
+  Clock::duration making_time_{};                       // of it, from the order to its bytes
+  Clock::time_point order_due_{};
+  int messages_ = 0;  // in this second
+  int in_work_ = 0;   // pictures that were ordered
   bool renders_ = false, writing_ = false, stopped_ = false;
   bool pings_ = false, pinged_alone_ = false;
   bool waits_for_turn_ = false, waits_for_state_ = false, waits_for_order_ = false;
-  bool waits_to_order_ = false;  // a picture is needed after next_order_
+  bool waits_to_order_ = false;  // until order_due_
   std::optional<websocket::close_reason> closing_;
   std::deque<Picture> outgoing_;
   std::size_t sent_bytes_ = 0;  // of the first of them

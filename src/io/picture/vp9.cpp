@@ -18,12 +18,13 @@ namespace qs {
 struct Vp9Encoder::Codec {};
 
 bool has_vp9() { return false; }
-Vp9Encoder::Vp9Encoder(int, int) {
+Vp9Encoder::Vp9Encoder(int, int, int) {
   fail(ErrorKind::device, "this program was built without libvpx, so it has no VP9 encoder");
 }
 Vp9Encoder::~Vp9Encoder() = default;
 int Vp9Encoder::width() const { return 0; }
 int Vp9Encoder::height() const { return 0; }
+int Vp9Encoder::threads() const { return 0; }
 Vp9Picture Vp9Encoder::encode(const I420&, double, int, bool) { return {}; }
 
 #else
@@ -35,9 +36,22 @@ constexpr double kShortest = 1.0 / 60, kLongest = 1.0 / 20;  ///< seconds betwee
 constexpr int kFastest = 9;                                  ///< "cpu-used"
 constexpr int kMostRate = 100'000;                           ///< kilobits per second
 constexpr unsigned kMostOfOne = 300;  ///< percent of the mean picture that one may have
+constexpr int kBlock = 64;            ///< pixels along a side of a superblock
+constexpr int kLeastTile = 4;         ///< superblocks along a row of a tile
+constexpr int kMostTileBits = 2;      ///< 4 tile columns
 
 void demand(vpx_codec_err_t error) {
   if (error != VPX_CODEC_OK) fail(ErrorKind::device, "libvpx: {}", vpx_codec_err_to_string(error));
+}
+
+// The binary logarithm of the number of tile columns. One thread has one column, because columns
+// cost a few bytes. Several threads have as many as there may be: 2 threads share 4 columns more
+// evenly than 2. At this speed libvpx has no threads for the rows of a column.
+int tile_bits(int width, int threads) {
+  const int blocks = (width + kBlock - 1) / kBlock;
+  int bits = 0;
+  while (threads > 1 && bits < kMostTileBits && (blocks >> (bits + 1)) >= kLeastTile) ++bits;
+  return bits;
 }
 
 }  // namespace
@@ -55,13 +69,14 @@ struct Vp9Encoder::Codec {
   Codec(const Codec&) = delete;
   Codec& operator=(const Codec&) = delete;
 
-  void open(int width, int height) {
+  void open(int width, int height, int threads) {
+    const int bits = tile_bits(width, threads);
     vpx_codec_iface_t* const vp9 = vpx_codec_vp9_cx();
     demand(vpx_codec_enc_config_default(vp9, &config, 0));
     config.g_w = static_cast<unsigned>(width);
     config.g_h = static_cast<unsigned>(height);
     config.g_timebase = {1, kTicks};
-    config.g_threads = 1;
+    config.g_threads = static_cast<unsigned>(std::clamp(threads, 1, 1 << bits));
     config.g_pass = VPX_RC_ONE_PASS;
     config.g_lag_in_frames = 0;  // every picture comes out immediately
     config.g_error_resilient = 0;
@@ -85,6 +100,7 @@ struct Vp9Encoder::Codec {
     demand(vpx_codec_control(&context, VP8E_SET_MAX_INTRA_BITRATE_PCT, kMostOfOne));
     demand(vpx_codec_control(&context, VP9E_SET_MAX_INTER_BITRATE_PCT, kMostOfOne));
     demand(vpx_codec_control(&context, VP9E_SET_FRAME_PARALLEL_DECODING, 0));
+    demand(vpx_codec_control(&context, VP9E_SET_TILE_COLUMNS, bits));
   }
 
   void set_rate(int bits_per_second) {
@@ -113,13 +129,14 @@ struct Vp9Encoder::Codec {
 
 bool has_vp9() { return true; }
 
-Vp9Encoder::Vp9Encoder(int width, int height) : codec_(std::make_unique<Codec>()) {
-  codec_->open(width, height);
+Vp9Encoder::Vp9Encoder(int width, int height, int threads) : codec_(std::make_unique<Codec>()) {
+  codec_->open(width, height, threads);
 }
 Vp9Encoder::~Vp9Encoder() = default;
 
 int Vp9Encoder::width() const { return static_cast<int>(codec_->config.g_w); }
 int Vp9Encoder::height() const { return static_cast<int>(codec_->config.g_h); }
+int Vp9Encoder::threads() const { return static_cast<int>(codec_->config.g_threads); }
 
 Vp9Picture Vp9Encoder::encode(const I420& picture, double seconds, int bits_per_second, bool key) {
   Codec& codec = *codec_;

@@ -25,15 +25,17 @@ struct Vp9Picture {
 
 class Vp9Encoder {
  public:
-  /// For pictures of this size, 1 to 16,384 pixels along each side. Throws Error(device) without
-  /// libvpx and when memory runs out.
-  Vp9Encoder(int width, int height);
+  /// For pictures of this size, 1 to 16,384 pixels along each side. At most `threads` threads
+  /// encode a picture, one for each of its tile columns: VP9 allows as many columns as have 256
+  /// pixels each, and 4 are used. Throws Error(device) without libvpx and when memory runs out.
+  Vp9Encoder(int width, int height, int threads = 1);
   ~Vp9Encoder();
   Vp9Encoder(const Vp9Encoder&) = delete;
   Vp9Encoder& operator=(const Vp9Encoder&) = delete;
 
   int width() const;
   int height() const;
+  int threads() const;
 
   /// Encodes the next picture, `seconds` after the picture before it: it gets that part of the bits
   /// of a second, at least 1/60 and at most 1/20. The rate is limited to 1 kbit/s to 100 Mbit/s.

@@ -56,6 +56,24 @@ TEST(ServeFlow, long_lines_get_more_and_full_ones_less) {
   EXPECT_EQ(flow.window(), 4);
 }
 
+TEST(ServeFlow, the_next_room_follows_from_the_oldest_picture_and_the_slowest_of_the_last_ones) {
+  PictureFlow flow;
+  EXPECT_FALSE(flow.next_room(2)) << "nothing is in transit";
+  double now = 0;
+  std::uint32_t count = 0;
+  for (const double seconds : {0.5, 0.004, 0.01, 0.006, 0.008}) {
+    flow.sent(now, 1000, false);
+    EXPECT_TRUE(flow.received(++count, 0, now += seconds));
+  }
+  ASSERT_EQ(flow.window(), 1);
+  flow.sent(7, 1000, true);
+  EXPECT_FALSE(flow.next_room(1)) << "parts of a picture at rest have room of their own";
+  flow.sent(8, 1000, false);
+  EXPECT_FALSE(flow.has_room());
+  EXPECT_NEAR(flow.next_room(0).value(), 8.01, 1e-9);
+  EXPECT_FALSE(flow.next_room(1)) << "a picture is made already";
+}
+
 TEST(ServeFlow, the_count_of_messages_may_wrap) {
   PictureFlow flow;
   flow.sent(0, 1000, true);

@@ -51,6 +51,26 @@ TEST_F(ServeEncoder, a_failure_of_video_ends_in_jpeg) {
   EXPECT_EQ(encode(video()).codec, PictureCodec::jpeg) << "it is not tried again";
 }
 
+TEST_F(ServeEncoder, visitors_share_the_threads_of_video) {
+  EXPECT_EQ(video_threads(16, 1), 4);
+  EXPECT_EQ(video_threads(16, 4), 4);
+  EXPECT_EQ(video_threads(16, 5), 3);
+  EXPECT_EQ(video_threads(16, 9), 1);
+  EXPECT_EQ(video_threads(16, 20), 1);
+  EXPECT_EQ(video_threads(2, 1), 2);
+  EXPECT_EQ(video_threads(2, 2), 1);
+  EXPECT_EQ(video_threads(1, 0), 1);
+}
+
+TEST_F(ServeEncoder, a_video_goes_on_when_other_visitors_come) {
+  if (!has_vp9()) GTEST_SKIP() << "needs libvpx";
+  Encoding encoding = video();
+  for (const int threads : {4, 1, 2}) {
+    encoding.threads = threads;
+    EXPECT_EQ(encode(encoding, 1024, 64).is_key, threads == 4);
+  }
+}
+
 TEST_F(ServeEncoder, a_stop_ends_a_picture_at_rest) {
   std::stop_source stop;
   stop.request_stop();

@@ -110,6 +110,84 @@ TEST(Vp9, the_smallest_pictures_are_encoded) {
   }
 }
 
+// A ramp that moves to the right, because waves take too long for large pictures.
+std::vector<std::uint8_t> ramp(int width, int height, int picture) {
+  std::vector<std::uint8_t> rgba(4 * static_cast<std::size_t>(width * height));
+  for (std::size_t i = 0; i < rgba.size(); ++i) {
+    const std::size_t pixel = i / 4;
+    const auto x = pixel % static_cast<std::size_t>(width),
+               y = pixel / static_cast<std::size_t>(width);
+    rgba[i] = static_cast<std::uint8_t>((x + y + static_cast<std::size_t>(picture)) / 8);
+  }
+  return rgba;
+}
+
+struct Size {
+  int width, height;
+};
+
+class Vp9Sizes : public testing::TestWithParam<Size> {};
+
+TEST_P(Vp9Sizes, pictures_are_decoded_whatever_the_number_of_threads) {
+  const auto [width, height] = GetParam();
+  const bool is_large = width > 2048;
+  for (const int threads : is_large ? std::vector{4} : std::vector{1, 2, 3, 4, 64}) {
+    Vp9Encoder encoder(width, height, threads);
+    EXPECT_LE(encoder.threads(), std::max(1, (width + 63) / 256)) << threads;
+    EXPECT_LE(encoder.threads(), std::min(threads, 4));
+    Vp9Decoder decoder;
+    for (int i = 0; i < 4; ++i) {
+      const I420 planes = planes_of(ramp(width, height, i), width, height);
+      const Vp9Picture picture = encoder.encode(planes, 1.0 / 30, 8'000'000, i == 2);
+      EXPECT_EQ(picture.is_key, i == 0 || i == 2) << threads << " " << i;
+      EXPECT_GE(picture.quantizer, kLeastQuantizer);
+      EXPECT_LE(picture.quantizer, kMostQuantizer);
+      const vpx_image_t* const found = decoder.decode(picture.bytes);
+      ASSERT_NE(found, nullptr) << threads << " " << i;
+      ASSERT_EQ(static_cast<int>(found->d_w), width);
+      ASSERT_EQ(static_cast<int>(found->d_h), height);
+      EXPECT_GT(psnr(planes, *found), 35) << threads << " " << i;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Vp9Sizes,
+                         testing::Values(Size{1, 1}, Size{16, 16}, Size{255, 3}, Size{256, 64},
+                                         Size{257, 40}, Size{448, 9}, Size{449, 9}, Size{511, 70},
+                                         Size{512, 64}, Size{513, 33}, Size{960, 20}, Size{961, 20},
+                                         Size{1024, 1}, Size{4096, 2160}));
+
+TEST(Vp9, threads_have_a_tile_column_each) {
+  EXPECT_EQ(Vp9Encoder(1280, 64, 1).threads(), 1);
+  EXPECT_EQ(Vp9Encoder(1280, 64, 2).threads(), 2);
+  EXPECT_EQ(Vp9Encoder(1280, 64, 3).threads(), 3);
+  EXPECT_EQ(Vp9Encoder(1280, 64, 64).threads(), 4);
+  EXPECT_EQ(Vp9Encoder(640, 64, 4).threads(), 2);
+  EXPECT_EQ(Vp9Encoder(320, 64, 4).threads(), 1);
+  EXPECT_EQ(Vp9Encoder(320, 64, 0).threads(), 1);
+}
+
+TEST(Vp9, threads_change_the_pictures_little) {
+  constexpr int kWidth = 1024, kHeight = 128;
+  std::size_t bytes[2] = {};
+  double quality[2] = {};
+  for (const int threads : {1, 4}) {
+    Vp9Encoder encoder(kWidth, kHeight, threads);
+    Vp9Decoder decoder;
+    for (int i = 0; i < 10; ++i) {
+      const I420 planes = planes_of(waves(kWidth, kHeight, i), kWidth, kHeight);
+      const Vp9Picture picture = encoder.encode(planes, 1.0 / 30, 2'000'000, false);
+      const vpx_image_t* const found = decoder.decode(picture.bytes);
+      ASSERT_NE(found, nullptr);
+      bytes[threads > 1] += picture.bytes.size();
+      quality[threads > 1] += psnr(planes, *found) / 10;
+    }
+  }
+  EXPECT_NEAR(quality[1], quality[0], 0.5);
+  EXPECT_NEAR(static_cast<double>(bytes[1]), static_cast<double>(bytes[0]),
+              0.1 * static_cast<double>(bytes[0]));
+}
+
 TEST(Vp9, key_pictures_come_when_asked_for_and_decode_alone) {
   Vp9Encoder encoder(160, 96);
   std::vector<Vp9Picture> pictures;

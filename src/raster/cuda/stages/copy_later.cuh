@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Copies of single numbers to shared memory for which a thread does not wait, so many of them are
-// under way at once (cp.async of PTX).
+// under way at once (cp.async of PTX, from compute capability 8.0 on; older GPUs wait for each).
 #pragma once
 
 #include "raster/cuda/check.cuh"
@@ -10,7 +10,7 @@ namespace qs::cuda::stages {
 
 /// Starts to copy a number from global to shared memory.
 __device__ inline void copy_later(float* to, const float* from) {
-#ifdef __CUDA_ARCH__
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
   asm volatile("cp.async.ca.shared.global [%0], [%1], 4;"
                :
                : "r"(static_cast<unsigned>(__cvta_generic_to_shared(to))), "l"(from)
@@ -22,7 +22,7 @@ __device__ inline void copy_later(float* to, const float* from) {
 
 /// Waits for the copies of this thread. Other threads see them behind a barrier.
 __device__ inline void wait_for_copies() {
-#ifdef __CUDA_ARCH__
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
   asm volatile("cp.async.wait_all;" : : : "memory");
 #endif
 }

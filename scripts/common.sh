@@ -36,11 +36,11 @@ nvcc_major() {
 }
 
 # gpu_architectures NVCC: CMake's list of architectures for every GPU since compute capability 7.5 that the compiler
-# knows, and PTX for GPUs between and after them.
+# knows, and PTX for GPUs after them. GPUs of 8.9 run the code for 8.6; code of their own would be a megabyte.
 gpu_architectures() {
   local real arch=''
   for real in $("$1" --list-gpu-code | sed -n 's/^sm_//p'); do
-    case $real in 75 | 80 | 86 | 89 | 90 | 100 | 120) arch+="$real-real;" ;; esac
+    case $real in 75 | 80 | 86 | 90 | 100 | 120) arch+="$real-real;" ;; esac
   done
   echo "${arch}90-virtual"
 }

@@ -22,6 +22,22 @@ inline void check(cudaError_t error, const char* what) {
 /// Threads per block of kernels that use one thread per item.
 inline constexpr unsigned kThreads = 256;
 
+/// For __launch_bounds__: `wanted` blocks of `threads` threads on a multiprocessor, or as many as
+/// it can hold. The numbers are those of compute capabilities 7.5, 8.6, 8.9 and 12, and of the
+/// others.
+constexpr unsigned blocks_at_once(unsigned wanted, unsigned threads) {
+#ifndef __CUDA_ARCH__
+  const unsigned held = 2048;
+#elif __CUDA_ARCH__ < 800
+  const unsigned held = 1024;
+#elif __CUDA_ARCH__ == 860 || __CUDA_ARCH__ == 890 || __CUDA_ARCH__ >= 1200
+  const unsigned held = 1536;
+#else
+  const unsigned held = 2048;
+#endif
+  return wanted * threads <= held ? wanted : held / threads;
+}
+
 /// Number of blocks of kThreads threads that covers `items`, which must be below 2^39.
 inline unsigned blocks_for(std::uint64_t items) {
   return static_cast<unsigned>((items + kThreads - 1) / kThreads);

@@ -34,7 +34,7 @@ __device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own
 
 /// Launched with a block per macro-tile. A block lists a macro-tile with less than kUsual
 /// Gaussians. For other macro-tiles it writes empty lists if `lists_all`, else nothing.
-__global__ void __launch_bounds__(kUsualThreads, kUsualBlocks)
+__global__ void __launch_bounds__(kUsualThreads, blocks_at_once(kUsualBlocks, kUsualThreads))
     list_usual_macro_tiles(MacroTiles macro_tiles, Lists out, bool lists_all) {
   const std::uint32_t own = macro_tiles.order[blockIdx.x], size = macro_tiles.counts[own];
   const bool is_usual = size < MacroTiles::kUsual;

@@ -168,7 +168,7 @@ __device__ void project_block(const ProjectInput& in, const FastVisibleView& out
 /// Blocks of threads share the blocks of Gaussians. First, one thread per block of Gaussians tests
 /// whether the view may show it.
 template <class P>
-__global__ void __launch_bounds__(kThreads, kProjectBlocks)
+__global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThreads))
     project_and_append(ProjectInput in, FastVisibleView out, MacroTiles macro_tiles,
                        std::uint32_t* large, FastCounters* counters) {
   __shared__ std::uint32_t shown_count, shown[kThreads];
@@ -426,7 +426,7 @@ struct ColorInput {
 
 /// kHalves: the scene has CloudView::sh_halves.
 template <bool kHalves>
-__global__ void __launch_bounds__(kThreads, kHalves ? 6 : 8)
+__global__ void __launch_bounds__(kThreads, blocks_at_once(kHalves ? 6 : 8, kThreads))
     color_gaussians(ColorInput in, FastVisibleView visible) {
   const std::uint32_t blocks = in.counters->visible_blocks;
   for (std::uint32_t b = blockIdx.x; b < blocks; b += gridDim.x) {

@@ -226,7 +226,7 @@ __global__ void __launch_bounds__(kPlaceThreads)
 
 /// Blocks take slices in turns.
 template <unsigned kBlock, unsigned kResident>
-__global__ void __launch_bounds__(kBlock, kResident)
+__global__ void __launch_bounds__(kBlock, blocks_at_once(kResident, kBlock))
     sort_slices(MacroTiles tiles, Lists out, const FastCounters* counters) {
   using Block = ListBlock<kBlock>;
   __shared__ typename Block::Shared shared;

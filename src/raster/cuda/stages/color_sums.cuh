@@ -324,9 +324,9 @@ struct PairSums {
 
 /// One block per segment. While some warps add up the sums of a group, others begin the next group.
 template <bool kAbsolute, class Derivatives>
-__global__ void __launch_bounds__(kTilePixels,
-                                  Derivatives::kDepths ? kDeepBlocksAtOnce : kBlocksAtOnce)
-    sum_pairs(PairInput<Derivatives> in, PairSums out) {
+__global__ void __launch_bounds__(
+    kTilePixels, blocks_at_once(Derivatives::kDepths ? kDeepBlocksAtOnce : kBlocksAtOnce,
+                                kTilePixels)) sum_pairs(PairInput<Derivatives> in, PairSums out) {
   using Numbers = PairNumbers<kAbsolute, Derivatives::kDepths>;
   constexpr unsigned kNumbers = Numbers::kCount;
   __shared__ SharedSegment segment;

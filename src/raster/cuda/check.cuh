@@ -22,8 +22,8 @@ inline void check(cudaError_t error, const char* what) {
 /// Threads per block of kernels that use one thread per item.
 inline constexpr unsigned kThreads = 256;
 
-/// For __launch_bounds__: `wanted` blocks of `threads` threads on a multiprocessor, or as many as it
-/// can hold: 1,024 threads with compute capability 7.5, 1,536 with 8.6, 8.9 and 12, else 2,048.
+/// For __launch_bounds__: `wanted` blocks of `threads` threads on a multiprocessor, or as many as
+/// it can hold: 1,024 threads with compute capability 7.5, 1,536 with 8.6, 8.9 and 12, else 2,048.
 constexpr unsigned blocks_at_once(unsigned wanted, unsigned threads) {
 #ifndef __CUDA_ARCH__
   const unsigned held = 2048;

@@ -36,7 +36,7 @@ nvcc_major() {
 }
 
 # gpu_architectures NVCC: CMake's list of architectures for every GPU since compute capability 7.5 that the compiler
-# knows, and PTX for GPUs after them. GPUs of 8.9 run the code for 8.6; code of their own would be a megabyte.
+# knows, and PTX for GPUs after them. GPUs of 8.9 run the code for 8.6; code of their own would add a megabyte.
 gpu_architectures() {
   local real arch=''
   for real in $("$1" --list-gpu-code | sed -n 's/^sm_//p'); do

@@ -25,11 +25,10 @@ inline constexpr unsigned kThreads = 256;
 /// For __launch_bounds__: `wanted` blocks of `threads` threads on a multiprocessor, or as many as
 /// it can hold: 1,024 threads with compute capability 7.5, 1,536 with 8.6, 8.9 and 12, else 2,048.
 constexpr unsigned blocks_at_once(unsigned wanted, unsigned threads) {
-#ifndef __CUDA_ARCH__
-  const unsigned held = 2048;
-#elif __CUDA_ARCH__ < 800
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
   const unsigned held = 1024;
-#elif __CUDA_ARCH__ == 860 || __CUDA_ARCH__ == 890 || __CUDA_ARCH__ >= 1200
+#elif defined(__CUDA_ARCH__) && \
+    (__CUDA_ARCH__ == 860 || __CUDA_ARCH__ == 890 || __CUDA_ARCH__ >= 1200)
   const unsigned held = 1536;
 #else
   const unsigned held = 2048;

@@ -128,7 +128,7 @@ struct Size {
 
 class Vp9Sizes : public testing::TestWithParam<Size> {};
 
-TEST_P(Vp9Sizes, pictures_are_decoded_whatever_the_number_of_threads) {
+TEST_P(Vp9Sizes, pictures_of_any_number_of_threads_are_decoded) {
   const auto [width, height] = GetParam();
   const bool is_large = width > 2048;
   for (const int threads : is_large ? std::vector{4} : std::vector{1, 2, 3, 4, 64}) {

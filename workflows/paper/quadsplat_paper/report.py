@@ -53,6 +53,11 @@ class Tables:
         means = [statistics.fmean(values) for scene in self.scenes(set_name) if (values := self.values(quantity, row, scene))]
         return (statistics.fmean(means) if means else None), len(means)
 
+    def whole_mean(self, quantity: str, row: str, set_name: str) -> Optional[float]:
+        """The same mean; None unless all scenes of the set have a value, because means over other scenes cannot be compared."""
+        value, count = self.mean(quantity, row, set_name)
+        return value if count == len(self.scenes(set_name)) else None
+
     def seed_means(self, quantity: str, row: str, set_name: str) -> list[float]:
         """The mean over scenes for every seed that measured all scenes."""
         scenes, means = self.scenes(set_name), []
@@ -275,12 +280,6 @@ def pictures_chapter(tables: Tables) -> Iterator[str]:
             yield from table([title for title, _ in found], [[f"![{title}]({file})" for title, file in found]])
 
 
-def whole_mean(tables: Tables, quantity: str, row: str, set_name: str) -> Optional[float]:
-    """Tables.mean(), None unless all scenes of the set have a value: means over other scenes cannot be compared."""
-    value, count = tables.mean(quantity, row, set_name)
-    return value if count == len(tables.scenes(set_name)) else None
-
-
 def plots(tables: Tables) -> Iterator[tuple[str, str]]:
     """Writes the plots; yields (name, description)."""
     rows = [row for row in tables.plan.rows if not row.why]
@@ -288,14 +287,14 @@ def plots(tables: Tables) -> Iterator[tuple[str, str]]:
     for row in rows:
         bars: list[Optional[charts.Bar]] = []
         for set_name in tables.sets:
-            value = whole_mean(tables, "fps_paper", row.name, set_name)
+            value = tables.whole_mean("fps_paper", row.name, set_name)
             means = tables.seed_means("fps_paper", row.name, set_name)
             bars.append(None if value is None else (value, min(means) if len(means) > 1 else None, max(means) if len(means) > 1 else None))
         series[row.title] = bars
     write_text(tables.folder / "plots/fps.svg", charts.bars("FPS (paper); whiskers: seeds", tables.sets, series))
     yield "fps", "Bars: frames per second of every row"
     quality: dict[str, list[Optional[charts.Bar]]] = {
-        row.title: [None if (value := whole_mean(tables, "psnr", row.name, name)) is None else (value, None, None) for name in tables.sets]
+        row.title: [None if (value := tables.whole_mean("psnr", row.name, name)) is None else (value, None, None) for name in tables.sets]
         for row in rows}
     write_text(tables.folder / "plots/psnr.svg", charts.bars("PSNR on the test views, dB", tables.sets, quality))
     yield "psnr", "Bars: PSNR of every row"

@@ -87,12 +87,10 @@ void blend_colors(const BlendInput& in, const ListedFrame& listed, const PixelBl
   check(cudaMemsetAsync(block.segment_tiles, 0xff,
                         segments_of(listed.sizes.pairs, tiles) * sizeof(std::uint32_t), stream),
         "blend");
-  const DepthTarget depths{listed.gaussians.depths, block.depth_states, block.depth,
-                           block.inverse_depth};
   const auto launch_with = [&](auto is_default, auto has_depth) {
     using DrawnView = CallersView<is_default(), has_depth()>;
     launch("blend", blend_tiles<DrawnView>, tiles, stream, listed.schedule(), listed.tiles(),
-           DrawnView{in.rules, in.channels, in.background, out, depths},
+           DrawnView{in.rules, in.channels, in.background, out, listed.depths(block)},
            BlendTarget{reinterpret_cast<glm::vec3*>(block.color), block.transmittance, block.last,
                        block.segment_tiles, block.states});
   };
@@ -114,7 +112,7 @@ void blend(const BlendInput& in, const Queue& queue, bool with_depth, Frame& fra
     return;
   }
   const ChannelInput input = ChannelInput::of(listed, in);
-  with_channels(in.channel_count, [&](auto channels) {
+  with_general_channels(in.channel_count, [&](auto channels) {
     launch("blend",
            with_depth ? blend_channels<channels(), true> : blend_channels<channels(), false>,
            tiles_of(listed.sizes), stream_of(queue), input, block, out);

@@ -319,18 +319,17 @@ void color_backward(const BlendInput& in, const ListedFrame& listed, const Pixel
   const bool absolute = static_cast<bool>(out.absolute_px);
   // Without derivatives by depths the kernels for colours do.
   const bool is_deep = by.depth || by.inverse_depth;
-  const DepthSource depths{listed.gaussians.depths, state.depth_states, state.depth,
-                           state.inverse_depth};
   const auto sum_with = [&](auto is_absolute, auto is_default, auto has_depth) {
     using Derivatives = CallersDerivatives<is_default(), has_depth()>;
     launch("sum_pairs", sum_pairs<is_absolute(), Derivatives>,
            segments_of(sizes.pairs, tiles_of(sizes)), stream,
-           PairInput<Derivatives>{listed.tiles(),
-                                  state.segment_tiles,
-                                  state.states,
-                                  reinterpret_cast<const glm::vec3*>(state.color),
-                                  state.last,
-                                  {in.rules, in.channels, by, state.transmittance, depths}},
+           PairInput<Derivatives>{
+               listed.tiles(),
+               state.segment_tiles,
+               state.states,
+               reinterpret_cast<const glm::vec3*>(state.color),
+               state.last,
+               {in.rules, in.channels, by, state.transmittance, listed.depths(state)}},
            PairSums{scratch.pairs, scratch.absolute, scratch.depths});
   };
   if (sizes.pairs > 0) qs::stages::with_flags(sum_with, absolute, in.rules.are_default(), is_deep);
@@ -384,7 +383,7 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
     return SumInput{sizes.gaussians, listed.gaussians.first_places, listed.gaussians.tile_counts,
                     pairs, of_gaussians};
   };
-  with_channels(in.channel_count, [&](auto channels) {
+  with_general_channels(in.channel_count, [&](auto channels) {
     launch("sum_pairs", sum_channels<channels()>, tiles_of(sizes), stream, input, sums);
     sum_pairs_of_gaussians<unsigned{channels()}>(sum_input(sums.channels, sums.channel_sums),
                                                  stream);

@@ -14,6 +14,15 @@ namespace qs::cuda::stages {
 using qs::stages::Color;
 using qs::stages::with_channels;
 
+/// with_channels() for the general kernels. Colours of three channels have states and kernels of
+/// their own.
+template <class F>
+void with_general_channels(int channels, const F& f) {
+  with_channels(channels, [&](auto size) {
+    if constexpr (size() != 3) f(size);
+  });
+}
+
 /// A kernel parameter.
 struct ChannelInput {
   static ChannelInput of(const ListedFrame& frame, const BlendInput& in) {

@@ -49,13 +49,6 @@ struct TrainedView {
   __device__ void store(int, int, std::size_t, const glm::vec3&, float, const glm::vec2&) const {}
 };
 
-/// The depths of Gaussians, and the arrays for their sums. Null without depths.
-struct DepthTarget {
-  const float* z;                ///< per Gaussian
-  glm::vec2* states;             ///< the sums of z and 1 / z so far, as BlendTarget::states
-  float *depth, *inverse_depth;  ///< per pixel: the sums by weight
-};
-
 /// The same of a caller. `kDefault`: with rules.are_default(), so that nothing is left to limit.
 template <bool kDefault, bool kDepth>
 struct CallersView {
@@ -64,7 +57,7 @@ struct CallersView {
   qs::stages::Rows<const float> channels;  ///< 3; not given: the colours of the splats
   const float* background;                 ///< 3; null: 0
   Pictures<float> pictures;                ///< each may be missing
-  DepthTarget target;
+  DepthArrays target;
 
   __device__ qs::stages::Rows<const float> colors() const { return channels; }
   __device__ void limit(Contribution& by) const {

@@ -44,14 +44,6 @@ struct TrainedDerivatives {
   __device__ const float* depths() const { return nullptr; }
 };
 
-/// The depths of Gaussians and what blend_tiles() stored of them, see DepthTarget. Null without
-/// depths.
-struct DepthSource {
-  const float* z;
-  const glm::vec2* states;
-  const float *depth, *inverse_depth;
-};
-
 /// The same by the pictures of a caller; each may be missing. `kDefault` as for CallersView.
 template <bool kDefault, bool kDepth>
 struct CallersDerivatives {
@@ -60,7 +52,7 @@ struct CallersDerivatives {
   qs::stages::Rows<const float> channels;  ///< see CallersView
   Pictures<const float> by;
   const float* transmittance;  ///< of the pixels, row by row
-  DepthSource source;
+  DepthArrays source;
 
   __device__ qs::stages::Rows<const float> colors() const { return channels; }
   __device__ void limit(Contribution& contribution) const {

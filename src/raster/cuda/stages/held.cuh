@@ -71,7 +71,7 @@ struct PixelBlock {
   float* transmittance;          ///< behind the last Gaussian
   std::uint32_t* last;           ///< entries of the tile's list up to the last blended entry
   float *depth, *inverse_depth;  ///< null without depths
-  // Null without states, see BlendTarget and DepthTarget.
+  // Null without states, see BlendTarget and DepthArrays.
   std::uint32_t* segment_tiles;
   float4* states;
   glm::vec2* depth_states;
@@ -139,6 +139,9 @@ struct ListedFrame {
             grid_of(sizes).columns, sizes.width,  sizes.height};
   }
   ScheduleView schedule() const { return {pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}; }
+  DepthArrays depths(const PixelBlock& pixels) const {
+    return {gaussians.depths, pixels.depth_states, pixels.depth, pixels.inverse_depth};
+  }
 };
 
 }  // namespace qs::cuda::stages

@@ -3,6 +3,8 @@
 // The lists of the tiles of a view, as kernels read them, and the division of lists into segments.
 #pragma once
 
+#include <glm/vec2.hpp>
+
 #include "raster/cuda/ellipse.cuh"
 #include "raster/cuda/warp.cuh"
 #include "raster/kernel/blend.h"
@@ -30,6 +32,14 @@ inline std::uint32_t segments_of(std::uint32_t pairs, unsigned tiles) {
 struct alignas(16) ListedSplat {
   Splat splat;
   AlphaEllipse ellipse;
+};
+
+/// The depths of Gaussians, and the arrays of their sums, which blend_tiles() fills. All are null
+/// without depths. Passed by value.
+struct DepthArrays {
+  const float* z;                ///< per Gaussian
+  glm::vec2* states;             ///< the sums of z and 1 / z so far, as BlendTarget::states
+  float *depth, *inverse_depth;  ///< per pixel: the sums by weight
 };
 
 /// The pixels of the tiles and their lists, as kernels read them. Passed by value.

@@ -191,8 +191,9 @@ from .strategy import Strategy
     "version.py": "__version__ = '{version}'\n",
     "rendering.py": "def rasterization(*a, **b): raise RuntimeError('compiles')\ndef other(): return 'own'\n",
     "relocation.py": "def compute_relocation(*a, **b): raise RuntimeError('compiles')\n",
-    "strategy.py": "from gsplat import quat_scale_to_covar_preci\nfrom gsplat.relocation import compute_relocation\n"
-                   "class Strategy: pass\n",
+    "strategy/__init__.py": "from gsplat import quat_scale_to_covar_preci\n"
+                            "from gsplat.relocation import compute_relocation\nfrom . import ops\nclass Strategy: pass\n",
+    "strategy/ops.py": "def _cuda_fused_mcmc_perturb(*a, **b): raise RuntimeError('compiles')\n",
     "cuda/__init__.py": "",
     "cuda/_wrapper.py": "def adam(*a): raise RuntimeError('compiles')\n"
                         "def quat_scale_to_covar_preci(*a): raise RuntimeError('compiles')\n",
@@ -211,12 +212,13 @@ print(gsplat.rasterization is gsplat.rendering.rasterization is _gsplat.rasteriz
 print(gsplat.strategy.compute_relocation is gsplat.compute_relocation is _gsplat.compute_relocation)
 print(gsplat.strategy.quat_scale_to_covar_preci is _gsplat.quat_scale_to_covar_preci)
 print(gsplat.cuda._wrapper.adam is _gsplat.adam, gsplat.rendering.other(), gsplat.Strategy().__class__.__name__)
+print(gsplat.strategy.ops._cuda_fused_mcmc_perturb(1, scaler=2))
 print(_gsplat._version().radius_rule)
 import inspect
 print(inspect.getsource(gsplat.rendering.other).strip())
 """)
     assert run(["train.py"], tmp_path).splitlines() == [
-        "True", "True", "True", "True own Strategy", "gsplat_1_4", "def other(): return 'own'"]
+        "True", "True", "True", "True own Strategy", "False", "gsplat_1_4", "def other(): return 'own'"]
 
 
 def test_without_gsplat_a_module_stands_in(tmp_path):

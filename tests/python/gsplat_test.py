@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """gsplat's rasterization(): values, shapes, gradients, the rules of versions, refusals."""
+import math
 import types
 
 import numpy as np
@@ -473,3 +474,23 @@ def test_functions_of_the_extension(gsplat):
     new_opacity, new_scale = gsplat.compute_relocation(
         torch.full((3,), 0.5), torch.full((3, 3), 0.1), torch.tensor([1, 2, 3]), torch.zeros(51, 51))
     assert new_opacity.tolist() == pytest.approx([0.5, 1 - 0.5 ** 0.5, 1 - 0.5 ** (1 / 3)])
+
+
+def test_relocated_gaussians_have_the_least_opacity_of_the_version(gsplat, version):
+    """gsplat 1.6 clamps the opacity of the copies before equation 9 of arXiv 2404.09591."""
+    version("1.6.0")
+    opacities = torch.tensor([0.5, 0.001, 0.001, 0.006, 1.0], dtype=torch.float64)
+    counts, scales = torch.tensor([2, 1, 3, 51, 4]), torch.ones(5, 3, dtype=torch.float64)
+
+    def expected(opacity, count, least):
+        shared = min(max(1 - (1 - opacity) ** (1 / count), least), 1 - 2.0 ** -23)
+        whole = sum(math.comb(i, k) * (-1) ** k * shared ** (k + 1) / math.sqrt(k + 1)
+                    for i in range(count) for k in range(i + 1))
+        return shared, opacity / whole
+
+    for given, least in (({}, 0.005), ({"min_opacity": 0.1}, 0.1)):
+        new_opacities, new_scales = gsplat.compute_relocation(opacities, scales, counts, torch.zeros(51, 51), **given)
+        for row, (opacity, count) in enumerate(zip(opacities.tolist(), counts.tolist())):
+            assert (new_opacities[row].item(), new_scales[row, 0].item()) == pytest.approx(expected(opacity, count, least))
+    free, _ = gsplat.compute_relocation(opacities, scales, counts, min_opacity=0)
+    assert free[1].item() == pytest.approx(0.001) and free[4].item() == 1

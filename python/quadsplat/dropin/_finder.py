@@ -31,6 +31,7 @@ PATCHED: Dict[str, Sequence[str]] = {
     "gsplat.rendering": ("rasterization",),
     "gsplat.relocation": ("compute_relocation",),
     "gsplat.cuda._wrapper": ("adam", "quat_scale_to_covar_preci"),
+    "gsplat.strategy.ops": ("_cuda_fused_mcmc_perturb",),
 }
 #: Modules that are used if the first of them is not installed.
 STAND_INS: Dict[str, str] = {

@@ -15,7 +15,7 @@ from .._context import Context
 from .._errors import UsageError
 from ..torch import Rules, _functions, _plan, _rasterize
 from ..torch._parts import adam as _adam
-from ..torch._parts import relocated
+from ..torch._parts import MOST_COPIES, relocated
 from ..torch._tensors import checked, context_of
 from . import _options
 
@@ -56,6 +56,7 @@ class _Version(NamedTuple):
     compensation_floor: float
     has_two_radii: bool
     has_batches: bool
+    least_opacity: float  #: of relocated Gaussians; 0: they are not clamped
 
 
 def _version() -> _Version:
@@ -66,10 +67,10 @@ def _version() -> _Version:
     except ValueError:
         number = _STAND_IN
     if number < (1, 5):
-        return _Version("gsplat_1_4", "3dgs", 0.999, 0.0, False, False)
+        return _Version("gsplat_1_4", "3dgs", 0.999, 0.0, False, False, 0)
     if number < (1, 6):
-        return _Version("gsplat_1_5", "adr", 0.999, 0.0, True, number >= (1, 5, 3))
-    return _Version("gsplat_1_5", "adr", 0.99, 2.5e-5, True, True)
+        return _Version("gsplat_1_5", "adr", 0.999, 0.0, True, number >= (1, 5, 3), 0)
+    return _Version("gsplat_1_5", "adr", 0.99, 2.5e-5, True, True, 0.005)
 
 
 def rasterization(
@@ -425,10 +426,27 @@ def _refuse(others: Dict[str, Any], camera_model: str, distributed: bool, segmen
 
 
 def compute_relocation(opacities: Tensor, scales: Tensor, ratios: Tensor, binoms: Any = None,
-                       n_max: Any = None) -> Tuple[Tensor, Tensor]:
-    """Opacities and scales of relocated Gaussians (MCMC). binoms and n_max are ignored."""
-    return relocated(opacities, scales, ratios, "gsplat.compute_relocation",
-                     ("opacities", "scales"))
+                       min_opacity: Optional[float] = None) -> Tuple[Tensor, Tensor]:
+    """Opacities and scales of relocated Gaussians (MCMC). binoms is ignored.
+
+    min_opacity: lower bound of the opacities, for which the scales are made too; 0: none; None:
+        0.005 for gsplat from 1.6, else 0. With a bound they are also below 1.
+    """
+    who, names = "gsplat.compute_relocation", ("opacities", "scales")
+    least = _version().least_opacity if min_opacity is None else min_opacity
+    if least == 0:
+        return relocated(opacities, scales, ratios, who, names)
+    # A Gaussian whose copies have the bound, and the scales of these copies for the given opacity.
+    copies = ratios.clamp(1, MOST_COPIES)
+    whole = torch.maximum(opacities, (1 - (1 - least) ** copies.double()).to(opacities.dtype))
+    shared, sized = relocated(whole, scales, copies, who, names)
+    return (shared.clamp(least, 1 - torch.finfo(torch.float32).eps),
+            sized * (opacities / whole).unsqueeze(-1))
+
+
+def _cuda_fused_mcmc_perturb(*_: Any, **__: Any) -> bool:
+    """Noise of MCMC by a kernel of the extension, gsplat 1.6. False: gsplat adds it with torch."""
+    return False
 
 
 def adam(param: Tensor, param_grad: Tensor, exp_avg: Tensor, exp_avg_sq: Tensor,

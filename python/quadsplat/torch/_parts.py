@@ -13,6 +13,8 @@ from .._errors import UsageError
 from . import _gpu_parts
 from ._tensors import Tensor, checked
 
+MOST_COPIES = 51  #: of a relocated Gaussian, QS_MOST_COPIES
+
 
 class _Ssim(torch.autograd.Function):
     @staticmethod

@@ -28,11 +28,11 @@ def to_numpy(value: Any, where: str) -> np.ndarray:
     """
     if isinstance(value, np.ndarray):
         return value
+    if getattr(value, "requires_grad", False):
+        value = value.detach()
     if _is_on_device(value):
         raise UsageError(f"{where} is in the memory of a GPU: copy it to the host first, for "
                          "example by .cpu() or cupy.asnumpy()")
-    if getattr(value, "requires_grad", False):
-        value = value.detach()
     if "bfloat16" in str(getattr(value, "dtype", "")) and hasattr(value, "float"):
         value = value.float()
     try:
@@ -104,7 +104,7 @@ def picture_array(value: Any, where: str) -> np.ndarray:
     return _native(array) if array.dtype == np.uint8 else real_array(array, where)
 
 
-def require_shape(array: np.ndarray, where: str, shape: Sequence[Optional[int]]) -> None:
+def require_shape(array: Any, where: str, shape: Sequence[Optional[int]]) -> None:
     """Raises UsageError unless the array has this shape."""
     if array.ndim == len(shape) and all(
             wanted is None or wanted == size for wanted, size in zip(shape, array.shape)):

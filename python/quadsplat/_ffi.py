@@ -70,7 +70,7 @@ class QsGaussians(_Sized):
     _fields_ = [("size", c_uint32), ("is_activated", c_uint32), ("colors_are", c_uint32),
                 ("antialiased", c_uint32), ("means", QsArray), ("scales", QsArray),
                 ("rotations", QsArray), ("opacities", QsArray), ("colors", QsArray),
-                ("rest", QsArray)]
+                ("rest", QsArray), ("stream", c_void_p)]
 
 
 class QsSceneFacts(_Sized):
@@ -113,7 +113,8 @@ class QsCounts(_Sized):
 class QsPicture(_Sized):
     _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("color", QsArray), ("alpha", QsArray),
                 ("depth", QsArray), ("median_depth", QsArray), ("evaluated", QsArray),
-                ("pairs", QsArray), ("used", QsArray), ("counts", POINTER(QsCounts))]
+                ("pairs", QsArray), ("used", QsArray), ("counts", POINTER(QsCounts)),
+                ("stream", c_void_p)]
 
 
 class QsLists(_Sized):
@@ -228,9 +229,9 @@ class QsTraining(_Sized):
 
 
 #: The bytes of every struct in version 1 of the interface.
-STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians: 544,
+STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians: 552,
                 QsSceneFacts: 112, QsConversion: 64, QsCamera: 152, QsSettings: 56, QsCounts: 120,
-                QsPicture: 632, QsLists: 816, QsModeCounts: 32, QsComparison: 168,
+                QsPicture: 640, QsLists: 816, QsModeCounts: 32, QsComparison: 168,
                 QsInputs: 904, QsRules: 120, QsMemory: 24, QsStageFrame: 80, QsBoundary: 536,
                 QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 488,
                 QsOption: 16, QsTrainingState: 80, QsTraining: 64}

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Dict, List, NamedTuple, Sequence, Tuple, Union, overload
+from collections.abc import Mapping as AnyMapping
+from typing import (Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union,
+                    overload)
 
 import numpy as np
 
 from . import _ffi, _settings
-from ._arrays import struct_of
+from ._arrays import TYPES, mark_changed, struct_of, writable
 from ._camera import Camera
 from ._checks import choice, words
 from ._errors import UsageError
+from ._gpu_arrays import GpuArray, is_on_gpu
 from ._picture import Picture
 from ._scene import Scene
 
@@ -40,25 +43,33 @@ class Counts(NamedTuple):
     stage_ms: Dict[str, float]  #: "preprocess", "bin", "sort", "blend"; 0 on a GPU
 
 
-@overload
-def render(scene: Scene, cameras: Camera, *, outputs: Union[str, Sequence[str]] = ...,
-           dtype: Any = ..., **settings: Any) -> Picture: ...
+_Names = Union[str, Sequence[str], None]
+_Given = Mapping[str, Any]  # arrays by output
 
 
 @overload
-def render(scene: Scene, cameras: Sequence[Camera], *, outputs: Union[str, Sequence[str]] = ...,
-           dtype: Any = ..., **settings: Any) -> List[Picture]: ...
+def render(scene: Scene, cameras: Camera, *, outputs: _Names = ..., dtype: Any = ...,
+           out: Optional[_Given] = ..., **settings: Any) -> Picture: ...
 
 
-def render(scene: Scene, cameras: Union[Camera, Sequence[Camera]], *,
-           outputs: Union[str, Sequence[str]] = "color", dtype: Any = "float32",
+@overload
+def render(scene: Scene, cameras: Sequence[Camera], *, outputs: _Names = ..., dtype: Any = ...,
+           out: Optional[Sequence[_Given]] = ..., **settings: Any) -> List[Picture]: ...
+
+
+def render(scene: Scene, cameras: Union[Camera, Sequence[Camera]], *, outputs: _Names = None,
+           dtype: Any = "float32", out: Union[None, _Given, Sequence[_Given]] = None,
            **settings: Any) -> Union[Picture, List[Picture]]:
     """Renders one view, or a list of views.
 
     cameras: a Camera gives a Picture, and a sequence of cameras gives a list of pictures.
     outputs: one or several of "color", "alpha", "depth", "median_depth", "evaluated", "pairs" and
         "used": see Picture. Other arrays are not computed. Counts are always part of a picture.
+        None: the outputs in `out`, or "color".
     dtype: of color and alpha, "float32" or "uint8", floor(255 * clamp(x, 0, 1) + 0.5).
+    out: arrays to fill, by output, with the shapes and types of Picture: numpy's, or color, alpha,
+        depth and median_depth of torch, CuPy or others in the memory of the scene's GPU, which are
+        not copied through the host. A list of cameras takes a list of them.
     settings: of quadsplat.Settings: mode, pipeline, background, splat_scale, dilation_px2,
         sh_degree, antialiased, tile_px.
 
@@ -69,17 +80,28 @@ def render(scene: Scene, cameras: Union[Camera, Sequence[Camera]], *,
     who = "render"
     _require_scene(scene, who)
     views = [cameras] if isinstance(cameras, Camera) else _list_of_cameras(cameras, who)
-    names = words(outputs, f"{who}: outputs", _OUTPUTS)
     element = _element(dtype, f"{who}: dtype")
     chosen = _settings.struct_of(who, settings, scene.facts.white_background)
-    made = [_arrays_of(camera, names, element, chosen.tile_px) for camera in views]
+    made = []
+    for camera, own in zip(views, _given(out, len(views), isinstance(cameras, Camera), who)):
+        names = words(tuple(own) or "color" if outputs is None else outputs, f"{who}: outputs",
+                      _OUTPUTS)
+        missing = tuple(name for name in names if name not in own)
+        made.append({**_arrays_of(camera, missing, element, chosen.tile_px), **own})
     structs = (_ffi.QsCamera * len(views))(*[camera._struct for camera in views])
     pictures, counts = _ffi.array_of(_ffi.QsPicture, len(views)), _ffi.array_of(
         _ffi.QsCounts, len(views))
     for picture, arrays, numbers in zip(pictures, made, counts):
         picture.counts = ctypes.pointer(numbers)
         for name, array in arrays.items():
-            setattr(picture, name, struct_of(array))
+            where = f"{who}: {name}"
+            if is_on_gpu(array):
+                on_gpu = GpuArray(array, where)
+                on_gpu.require_writable(where)
+                setattr(picture, name, on_gpu.struct())
+                picture.stream = on_gpu.stream
+            else:
+                setattr(picture, name, struct_of(_writable(array, where)))
     with scene.context._use(who):
         _ffi.call(who, "qs_render", scene._pointer(who), structs, len(views),
                   ctypes.byref(chosen), pictures)
@@ -89,6 +111,7 @@ def render(scene: Scene, cameras: Union[Camera, Sequence[Camera]], *,
         result = Picture(camera, mode, _counts(numbers))
         for name, array in arrays.items():
             setattr(result, name, array)
+            mark_changed(array)
         results.append(result)
     return results[0] if isinstance(cameras, Camera) else results
 
@@ -109,6 +132,30 @@ def _list_of_cameras(cameras: Any, who: str) -> List[Camera]:
                              "quadsplat.Camera" if cameras is not None else
                              f"{who}: cameras is None")
     return views
+
+
+def _given(out: Any, views: int, is_one: bool, who: str) -> List[_Given]:
+    """The arrays to fill, by view. Raises UsageError."""
+    if out is None:
+        return [{}] * views
+    whole = [out] if is_one else list(out) if isinstance(out, (list, tuple)) else [None]
+    for arrays in whole:
+        if not isinstance(arrays, AnyMapping):
+            raise UsageError(f"{who}: out is not a dictionary of arrays by output"
+                             + ("" if is_one else " for each camera"))
+        words(tuple(arrays) or "color", f"{who}: out", _OUTPUTS)
+    if len(whole) != views:
+        raise UsageError(f"{who}: out has {len(whole)} dictionaries for {views} cameras")
+    return whole
+
+
+def _writable(array: Any, where: str) -> np.ndarray:
+    own = writable(array, where)
+    if own.dtype not in TYPES:
+        raise UsageError(f"{where} has elements of type {own.dtype}")
+    if not own.flags.aligned or any(stride % own.itemsize for stride in own.strides):
+        raise UsageError(f"{where} is not an array of whole aligned elements")
+    return own
 
 
 def _element(dtype: Any, where: str) -> Any:

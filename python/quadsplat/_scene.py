@@ -7,7 +7,7 @@ import os
 import weakref
 from os import PathLike
 from types import TracebackType
-from typing import Any, List, NamedTuple, Optional, Tuple, Type, Union
+from typing import Any, Callable, List, NamedTuple, Optional, Tuple, Type, Union
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from ._camera import Camera, read_cameras
 from ._checks import encoded, encoded_path, integer
 from ._context import Context, chosen
 from ._errors import InputError, UsageError
+from ._gpu_arrays import is_on_gpu, real_gpu_array
 from ._warn import warn
 
 Path = Union[str, "PathLike[str]"]
@@ -72,33 +73,44 @@ class Scene:
         antialiased: trained with Mip-Splatting's opacity compensation.
 
         Arrays are numpy's, sequences, or arrays of torch, JAX and other libraries in host memory,
-        of real numbers. float32 and float64 of any strides are read in place. Gaussians with NaN,
+        of real numbers. float32 and float64 of any strides are read in place. All of them may be
+        in the memory of the context's GPU; then they are copied to the host. Gaussians with NaN,
         infinite or impossible values are not drawn; the others keep their numbers.
 
         Raises UsageError.
         """
         who = "Scene.from_arrays"
         given = _ffi.QsGaussians(is_activated=bool(activated), antialiased=bool(antialiased))
-        arrays = {"means": real_array(means, f"{who}: means", (None, 3))}
-        count = len(arrays["means"])
-        arrays["scales"] = real_array(scales, f"{who}: scales", (count, 3))
-        arrays["rotations"] = real_array(rotations, f"{who}: rotations", (count, 4))
-        arrays["opacities"] = _column(opacities, f"{who}: opacities", count)
+        on_gpu = is_on_gpu(means)
+        real: Callable[..., Any] = real_gpu_array if on_gpu else real_array
+        arrays = {"means": real(means, f"{who}: means", (None, 3))}
+        count = arrays["means"].shape[0]
+        arrays["scales"] = real(scales, f"{who}: scales", (count, 3))
+        arrays["rotations"] = real(rotations, f"{who}: rotations", (count, 4))
+        column = real(opacities, f"{who}: opacities")
+        if column.ndim == 2 and column.shape[1] == 1:
+            column = column.column() if on_gpu else column[:, 0]
+        require_shape(column, f"{who}: opacities", (count,))
+        arrays["opacities"] = column
         if (sh is None) == (colors is None):
             raise UsageError(f"{who}: give either sh or colors")
         if colors is not None:
             given.colors_are = _ffi.COLORS_RGB
-            values = to_numpy(colors, f"{who}: colors")
-            if values.dtype == np.uint8:
+            values = colors if on_gpu else to_numpy(colors, f"{who}: colors")
+            if str(getattr(values, "dtype", "")).endswith("uint8"):
                 raise UsageError(f"{who}: colors has elements of type uint8: divide them by 255")
-            arrays["colors"] = real_array(values, f"{who}: colors", (count, 3))
+            arrays["colors"] = real(values, f"{who}: colors", (count, 3))
         else:
-            arrays["colors"] = real_array(sh, f"{who}: sh", (count, None, 3))
+            arrays["colors"] = real(sh, f"{who}: sh", (count, None, 3))
         if sh_rest is not None:
-            arrays["rest"] = real_array(sh_rest, f"{who}: sh_rest", (count, None, 3))
+            arrays["rest"] = real(sh_rest, f"{who}: sh_rest", (count, None, 3))
         for name, array in arrays.items():
-            setattr(given, name, struct_of(array))
-        owner = chosen(context, who)
+            setattr(given, name, array.struct() if on_gpu else struct_of(array))
+        if on_gpu:
+            given.stream = arrays["means"].stream
+            owner = chosen(context, who, "cuda", arrays["means"].device)
+        else:
+            owner = chosen(context, who)
         handle = ctypes.c_void_p()
         with owner._use(who) as pointer:
             _ffi.call(who, "qs_scene_wrap", pointer, ctypes.byref(given), ctypes.byref(handle))
@@ -246,12 +258,3 @@ def _facts(handle: ctypes.c_void_p, who: str) -> SceneFacts:
         _ffi.text(found.format), found.file_bytes, _ffi.text(found.axes),
         _ffi.text(found.vertical_axis), _ffi.text(found.cameras_path),
         tuple(_ffi.text(found.warnings).splitlines()))
-
-
-def _column(value: Any, where: str, count: int) -> np.ndarray:
-    """An array of N, or of N x 1."""
-    array = real_array(value, where)
-    if array.ndim == 2 and array.shape[1] == 1:
-        array = array[:, 0]
-    require_shape(array, where, (count,))
-    return array

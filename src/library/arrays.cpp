@@ -60,7 +60,7 @@ void check_place(const QsArray& array, const Where& where, const Place& place) {
   if (array.memory > QS_MEMORY_CUDA) refuse(where, "its memory {} is unknown", array.memory);
   if (array.memory == place.memory && (!place.is_gpu() || array.device == place.device)) return;
   if (place.decided_by == nullptr)
-    refuse(where, "is in the memory of a GPU, which this function does not support yet");
+    refuse(where, "is in the memory of a GPU, but this array must be in host memory");
   refuse(where, "is in {}, but {} is in {}", Place{array.memory, array.device}.text(),
          place.decided_by, place.text());
 }

@@ -35,6 +35,18 @@ Use::Use(Context& context, const Where& where) : context_(context) {
   context.busy_ = true;
 }
 
+void Use::require_gpu(std::int32_t device, const Where& where) const {
+  if (backend() != Backend::cuda) {
+    refuse(where,
+           "is in the memory of GPU {}, but the context has the backend cpu: open one with "
+           "QS_BACKEND_CUDA",
+           device);
+  }
+  if (device != this->device())
+    refuse(where, "is in the memory of GPU {}, but the context uses GPU {}", device,
+           this->device());
+}
+
 Use::~Use() {
   const std::lock_guard lock(context_.mutex_);
   context_.busy_ = false;

@@ -4,6 +4,7 @@
 // so they may be closed in any order.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <stop_token>
@@ -59,6 +60,9 @@ class Use {
   Use& operator=(const Use&) = delete;
 
   Backend backend() const { return context_.backend(); }
+  /// Throws Error(usage) unless the context uses this GPU, which has the memory of `where`.
+  void require_gpu(std::int32_t device, const Where& where) const;
+
   /// CUDA's number of the GPU of backend cuda.
   int device() const { return context_.device(); }
   ThreadPool& pool() const { return context_.pool(); }

@@ -17,17 +17,6 @@
 namespace qs::library {
 namespace {
 
-/// Throws Error(usage) unless the context uses the GPU of the arrays.
-void check_device(const StageCall& call, const Use& use) {
-  const Where where = call.where("inputs") / "means";
-  if (use.backend() != Backend::cuda) {
-    refuse(where, "is in {}, but the context has the backend cpu: open one with QS_BACKEND_CUDA",
-           call.place.text());
-  }
-  if (call.place.device != use.device())
-    refuse(where, "is in {}, but the context uses GPU {}", call.place.text(), use.device());
-}
-
 #ifdef QUADSPLAT_HAVE_CUDA
 
 namespace gpu = cuda::stages;
@@ -316,7 +305,7 @@ class CudaPasses final : public Passes {
 }  // namespace
 
 std::unique_ptr<Passes> cuda_passes(const StageCall& call, const Use& use) {
-  check_device(call, use);
+  use.require_gpu(call.place.device, call.where("inputs") / "means");
 #ifdef QUADSPLAT_HAVE_CUDA
   return std::make_unique<CudaPasses>(call, use);
 #else

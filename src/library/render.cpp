@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // Pictures and counts of views.
+#include <array>
+
 #include "library/arrays.h"
+#include "library/gpu_arrays.h"
 #include "library/scene.h"
 #include "library/structs.h"
 #include "library/views.h"
@@ -9,19 +12,41 @@
 namespace qs::library {
 namespace {
 
+struct NamedArray {
+  const char* name;
+  const QsArray& array;
+};
+
+/// The arrays that may be in the memory of a GPU.
+std::array<NamedArray, 4> maps_of(const QsPicture& picture) {
+  return {{{"color", picture.color},
+           {"alpha", picture.alpha},
+           {"depth", picture.depth},
+           {"median_depth", picture.median_depth}}};
+}
+
+/// The memory of these arrays, which the first of them decides.
+Place place_of_maps(const QsPicture& picture) {
+  for (const auto& [name, array] : maps_of(picture))
+    if (!is_absent(array)) return {array.memory, array.device, name};
+  return {};
+}
+
 /// Throws Error(usage) unless every requested array fits the view.
 void check_picture(const QsPicture& picture, const Camera& camera, const TileGrid& grid,
                    const Where& where) {
   if (picture.reserved != 0) refuse(where / "reserved", "is not 0");
   const std::int64_t width = camera.width, height = camera.height;
+  const Place of_maps = place_of_maps(picture);
   const auto check = [&](const QsArray& array, const char* name,
-                         std::initializer_list<std::int64_t> sizes, Types types) {
-    if (!is_absent(array)) check_array(array, where / name, sizes, types, Access::writes);
+                         std::initializer_list<std::int64_t> sizes, Types types,
+                         const Place& place = {}) {
+    if (!is_absent(array)) check_array(array, where / name, sizes, types, Access::writes, place);
   };
-  check(picture.color, "color", {height, width, 3}, kColors);
-  check(picture.alpha, "alpha", {height, width}, kColors);
-  check(picture.depth, "depth", {height, width}, kFloat32);
-  check(picture.median_depth, "median_depth", {height, width}, kFloat32);
+  check(picture.color, "color", {height, width, 3}, kColors, of_maps);
+  check(picture.alpha, "alpha", {height, width}, kColors, of_maps);
+  check(picture.depth, "depth", {height, width}, kFloat32, of_maps);
+  check(picture.median_depth, "median_depth", {height, width}, kFloat32, of_maps);
   check(picture.evaluated, "evaluated", {height, width}, kIntegers);
   check(picture.pairs, "pairs", {grid.rows, grid.columns}, kIntegers);
   check(picture.used, "used", {grid.rows, grid.columns}, kIntegers);
@@ -59,16 +84,20 @@ QsCounts counts_of(const Frame& frame) {
   return counts;
 }
 
-void store_frame(const Frame& frame, const QsPicture& picture, const Camera& camera,
-                 ThreadPool& pool, const Where& where) {
+void store_frame(const Frame& frame, const QsPicture& picture, const Camera& camera, const Use& use,
+                 const Where& where) {
   const auto save = [&](const QsArray& array, const auto& values, int rows, int columns,
                         int channels = 1) {
-    if (!is_absent(array)) store(array, pool, values.data(), rows, columns, channels);
+    if (!is_absent(array)) store(array, use.pool(), values.data(), rows, columns, channels);
   };
-  save(picture.color, frame.color.values, camera.height, camera.width, 3);
-  save(picture.alpha, frame.depth.alpha, camera.height, camera.width);
-  save(picture.depth, frame.depth.expected, camera.height, camera.width);
-  save(picture.median_depth, frame.depth.median, camera.height, camera.width);
+  if (place_of_maps(picture).is_gpu()) {
+    store_on_gpu(frame.on_device, picture, camera, use);
+  } else {
+    save(picture.color, frame.color.values, camera.height, camera.width, 3);
+    save(picture.alpha, frame.depth.alpha, camera.height, camera.width);
+    save(picture.depth, frame.depth.expected, camera.height, camera.width);
+    save(picture.median_depth, frame.depth.median, camera.height, camera.width);
+  }
   save(picture.evaluated, frame.evaluated, camera.height, camera.width);
   save(picture.pairs, frame.pairs, frame.grid.rows, frame.grid.columns);
   save(picture.used, frame.used, frame.grid.rows, frame.grid.columns);
@@ -110,15 +139,21 @@ int32_t qs_render(QsSceneHandle* scene, const QsCamera* cameras, uint64_t views,
     constexpr const char* kCall = "qs_render";
     require(scene, {kCall, "scene"});
     const RenderSettings chosen = settings_of(settings, {kCall, "settings"});
-    for (std::uint64_t i = 0; i < views; ++i) view_at(cameras, pictures, i, chosen);
     const Use use(scene->scene.context(), {kCall, "scene"});
+    for (std::uint64_t i = 0; i < views; ++i) {
+      const CheckedView view = view_at(cameras, pictures, i, chosen);
+      const Place place = place_of_maps(view.picture);
+      if (place.is_gpu()) use.require_gpu(place.device, view.where / place.decided_by);
+    }
     if (views == 0) return;
     Renderer& renderer = scene->scene.renderer(use.stop());
     for (std::uint64_t i = 0; i < views; ++i) {
       const CheckedView view = view_at(cameras, pictures, i, chosen);
+      const bool on_gpu = place_of_maps(view.picture).is_gpu();
       const Frame& frame =
-          renderer.render(view.camera, chosen, outputs_of(view.picture), HostImage{}, use.stop());
-      store_frame(frame, view.picture, view.camera, use.pool(), view.where);
+          renderer.render(view.camera, chosen, outputs_of(view.picture),
+                          on_gpu ? Target(DeviceImage{}) : Target(HostImage{}), use.stop());
+      store_frame(frame, view.picture, view.camera, use, view.where);
     }
   });
 }

@@ -24,6 +24,10 @@ template <>
 inline constexpr std::size_t kFirstBytes<QsInputs> = 888;
 template <>
 inline constexpr std::size_t kFirstBytes<QsStageFrame> = 72;
+template <>
+inline constexpr std::size_t kFirstBytes<QsGaussians> = 544;
+template <>
+inline constexpr std::size_t kFirstBytes<QsPicture> = 632;
 
 /// No struct of the interface is larger, so larger sizes were never set.
 inline constexpr std::size_t kMostBytes = 4096;

@@ -6,6 +6,7 @@
 
 #include "io/cloud/fill_cloud.h"
 #include "library/arrays.h"
+#include "library/gpu_arrays.h"
 #include "library/scene.h"
 #include "library/structs.h"
 #include "raster/kernel/constants.h"
@@ -42,12 +43,13 @@ std::int64_t check_gaussians(const QsGaussians& given, const Where& where) {
   if (given.colors_are > QS_COLORS_RGB) refuse(where / "colors_are", "is {}", given.colors_are);
   if (given.antialiased > 1) refuse(where / "antialiased", "is {}", given.antialiased);
   check_dimensions(given.means, where / "means", 2);
+  const Place place{given.means.memory, given.means.device, "means"};
   const std::int64_t count = given.means.sizes[0];
   if (count > kMostGaussians)
     refuse(where / "means", "{} Gaussians are more than {}", count, kMostGaussians);
   const auto check = [&](const QsArray& array, const char* name,
                          std::initializer_list<std::int64_t> sizes) {
-    check_array(array, where / name, sizes, kReals, Access::reads);
+    check_array(array, where / name, sizes, kReals, Access::reads, place);
   };
   check(given.means, "means", {count, 3});
   check(given.scales, "scales", {count, 3});
@@ -55,7 +57,7 @@ std::int64_t check_gaussians(const QsGaussians& given, const Where& where) {
   check(given.opacities, "opacities", {count});
   if (given.colors_are != QS_COLORS_RGB) {
     return check_sh(given.colors, where / "colors", given.rest, where / "rest", count, kReals,
-                    Access::reads);
+                    Access::reads, place);
   }
   if (!is_absent(given.rest))
     refuse(where / "rest", "belongs to spherical harmonics, but the colours are RGB");
@@ -111,9 +113,16 @@ int32_t qs_scene_wrap(QsContext* context, const QsGaussians* gaussians, QsSceneH
     *scene = nullptr;
     require(context, {kCall, "context"});
     const Where where{kCall, "gaussians"};
-    const QsGaussians given = read_struct(gaussians, where);
+    QsGaussians given = read_struct(gaussians, where);
     const std::int64_t coefficients = check_gaussians(given, where);
     const Use use(*context->context, {kCall, "context"});
+    HostCopies copies(use, given.stream);
+    if (given.means.memory == QS_MEMORY_CUDA) {
+      use.require_gpu(given.means.device, where / "means");
+      for (QsArray* const array : {&given.means, &given.scales, &given.rotations, &given.opacities,
+                                   &given.colors, &given.rest})
+        *array = copies.of(*array);
+    }
     Scene made;
     int degree = 0;
     while (sh_coefficient_count(degree) < coefficients) ++degree;

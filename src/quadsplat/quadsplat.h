@@ -60,8 +60,8 @@ extern "C" {
 #define QS_INT64 5u
 #define QS_UINT64 6u
 
-/* The memory that holds an array. The differentiable rasterizer takes QS_MEMORY_CUDA; every other
- * function refuses it so far. */
+/* The memory that holds an array. qs_scene_wrap(), qs_render() and the differentiable rasterizer
+ * take QS_MEMORY_CUDA; every other function refuses it. */
 #define QS_MEMORY_HOST 0u
 #define QS_MEMORY_CUDA 1u /* of the primary context of `device` */
 
@@ -173,7 +173,8 @@ QS_LIBRARY_FUNCTION int32_t qs_scene_load(QsContext* context, const char* path, 
 #define QS_COLORS_SH 0u  /* coefficients of spherical harmonics, DC first */
 #define QS_COLORS_RGB 1u /* colours without view dependence; below 0 they are drawn as 0 */
 
-/* N Gaussians in the memory of the caller, of type QS_FLOAT32 or QS_FLOAT64. 544 bytes. */
+/* N Gaussians in the memory of the caller, of type QS_FLOAT32 or QS_FLOAT64. All arrays are in host
+ * memory, or all are in the memory of the context's GPU. 552 bytes. */
 typedef struct QsGaussians {
   uint32_t size;         /*   0 */
   uint32_t is_activated; /*   4: 0: scales are natural logarithms and opacities are logits, as in
@@ -187,13 +188,16 @@ typedef struct QsGaussians {
   QsArray colors;        /* 368: SH: N x K x RGB, K = 1, 4, 9 or 16; RGB: N x 3 */
   QsArray rest;          /* 456: absent, or the SH but DC, N x (K - 1) x RGB; then colors has the DC
                                  alone, N x 1 x RGB */
+  void* stream;          /* 544: of arrays on a GPU: the cudaStream_t in which they are ready; null:
+                                 CUDA's default stream */
 } QsGaussians;
 
 /* Opens a scene of the caller's Gaussians, 0 or more. The values are copied: the arrays may change
- * or be freed when the function returns. Activated values become float32 logarithms and logits, so
- * their pictures differ from pictures of those by rounding alone. Gaussians with NaN or infinite
- * values, negative standard deviations, opacities outside of 0..1 or a rotation of length 0 are not
- * drawn; the other Gaussians keep their numbers. After an error *scene is null. */
+ * or be freed when the function returns. Arrays on a GPU are copied to the host. Activated values
+ * become float32 logarithms and logits, so their pictures differ from pictures of those by rounding
+ * alone. Gaussians with NaN or infinite values, negative standard deviations, opacities outside of
+ * 0..1 or a rotation of length 0 are not drawn; the other Gaussians keep their numbers. After an
+ * error *scene is null. */
 QS_LIBRARY_FUNCTION int32_t qs_scene_wrap(QsContext* context, const QsGaussians* gaussians,
                                           QsSceneHandle** scene, char* message);
 
@@ -341,7 +345,8 @@ typedef struct QsCounts {
 /* The results of a view that the caller asks for. Absent arrays are not computed. Any strides are
  * allowed: with sizes height, width, 3, the strides width * 3, 3, 1 store RGB values interleaved
  * and width, 1, width * height store them in planes. Integers are stored in any integer type of 32
- * or 64 bits. 632 bytes. */
+ * or 64 bits. `color`, `alpha`, `depth` and `median_depth` may all be in the memory of the
+ * context's GPU; then they are not copied through the host. 640 bytes. */
 typedef struct QsPicture {
   uint32_t size;        /*   0 */
   uint32_t reserved;    /*   4 */
@@ -355,6 +360,9 @@ typedef struct QsPicture {
   QsArray pairs;        /* 448: tile_rows x tile_columns: pairs listed */
   QsArray used;         /* 536: tile_rows x tile_columns: pairs that a pixel blended */
   QsCounts* counts;     /* 624: null: not wanted */
+  void* stream; /* 632: of arrays on a GPU: the cudaStream_t of earlier work with them; null:
+                        CUDA's default stream. The results are there when qs_render()
+                        returns */
 } QsPicture;
 
 /* Renders `views` views of the scene, 0 or more: camera i into picture i. `settings` may be null.

@@ -211,7 +211,7 @@ TEST(LibrarySsim, refuses_other_pictures) {
   QsArray on_gpu = batch.array(a);
   on_gpu.memory = QS_MEMORY_CUDA;
   EXPECT_EQ(refused(on_gpu, batch.array(b)),
-            "qs_ssim: a: is in the memory of a GPU, which this function does not support yet");
+            "qs_ssim: a: is in the memory of a GPU, but this array must be in host memory");
   EXPECT_EQ(mean, 7);
   const QsArray first = batch.array(a), second = batch.array(b);
   QsArray spread = batch.array(b);

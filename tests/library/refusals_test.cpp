@@ -254,7 +254,9 @@ TEST_F(LibraryRefusals, of_pictures) {
        "pairs: has elements of type float32 instead of int32 or uint32 or int64 or uint64"},
       {[&] { picture_.color.type = 7; }, "color: its type 7 is unknown"},
       {[&] { picture_.color.memory = QS_MEMORY_CUDA; },
-       "color: is in the memory of a GPU, which this function does not support yet"},
+       "alpha: is in host memory, but color is in the memory of GPU 0"},
+      {[&] { picture_.pairs.memory = QS_MEMORY_CUDA; },
+       "pairs: is in the memory of a GPU, but this array must be in host memory"},
       {[&] { picture_.color.memory = 2; }, "color: its memory 2 is unknown"},
       {[&] { picture_.color.strides[1] = 0; },
        "color: its stride of dimension 1 is 0, so that elements would be overwritten"},
@@ -319,9 +321,9 @@ TEST_F(LibraryRefusals, of_gaussians) {
        },
        "rest: belongs to spherical harmonics, but the colours are RGB"},
       {[](QsGaussians& g) { g.means.memory = QS_MEMORY_CUDA; },
-       "means: is in the memory of a GPU, which this function does not support yet"},
+       "scales: is in host memory, but means is in the memory of GPU 0"},
       {[](QsGaussians& g) { g.size = 543; },
-       "size: is 543: set it to the size of the struct, 544 bytes in this library"},
+       "size: is 543: set it to the size of the struct, 552 bytes in this library"},
   };
   for (const auto& one : cases)
     EXPECT_EQ(wrapping(one.spoil), std::string("qs_scene_wrap: gaussians.") + one.sentence);

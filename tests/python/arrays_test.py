@@ -109,12 +109,16 @@ class ByDlpack:
         return self.device
 
 
-class OnCuda:
-    dtype = "float32"
+class OnGpu:
+    """An array that says to be in the memory of a GPU, as CuPy's do. Only its facts may be read."""
 
-    @property
-    def __cuda_array_interface__(self):
-        return {"shape": (COUNT, 3), "typestr": "<f4", "data": (1 << 40, False), "version": 3}
+    def __init__(self, shape, typestr="<f4", number=0, **facts):
+        self.__cuda_array_interface__ = {"shape": shape, "typestr": typestr, "data": (4096, False), "version": 3,
+                                         "strides": None, **facts}
+        self.number = number
+
+    def __dlpack_device__(self):
+        return 2, self.number
 
 
 def test_arrays_of_other_libraries_are_read(drawn):
@@ -124,10 +128,10 @@ def test_arrays_of_other_libraries_are_read(drawn):
 
 
 def test_memory_of_a_gpu_is_refused(quadsplat, cpu):
-    for wrong in (OnCuda(), ByDlpack(gaussians()["means"], (2, 0))):
+    for wrong in (OnGpu((COUNT, 3)), ByDlpack(gaussians()["scales"], (2, 0))):
         with pytest.raises(quadsplat.UsageError) as raised:
-            quadsplat.Scene.from_arrays(**{**gaussians(), "means": wrong}, context=cpu)
-        assert str(raised.value).startswith("Scene.from_arrays: means is in the memory of a GPU: ")
+            quadsplat.Scene.from_arrays(**{**gaussians(), "scales": wrong}, context=cpu)
+        assert str(raised.value).startswith("Scene.from_arrays: scales is in the memory of a GPU: ")
 
 
 @pytest.mark.skipif(torch is None, reason="torch is not installed")
@@ -173,3 +177,76 @@ def test_wrong_arrays_are_refused_in_a_sentence(quadsplat, cpu, name, wrong, sen
 def test_bytes_as_colours_are_refused(quadsplat, one):
     with pytest.raises(quadsplat.UsageError, match="colors has elements of type uint8: divide"):
         one(colors=np.array([[255, 0, 0]], np.uint8))
+
+
+def on_gpu(**change):
+    arrays = {"means": OnGpu((COUNT, 3)), "scales": OnGpu((COUNT, 3)), "rotations": OnGpu((COUNT, 4)),
+              "opacities": OnGpu((COUNT, 1)), "sh": OnGpu((COUNT, 4, 3))}
+    return {**arrays, **change}
+
+
+@pytest.mark.parametrize("change, sentence", [
+    ({}, "means: is in the memory of GPU 0, but the context has the backend cpu"),
+    ({"means": OnGpu((COUNT, 3), number=3)}, "scales: is in the memory of GPU 0, but means is in the memory of GPU 3"),
+    ({"scales": np.ones((COUNT, 3))}, "scales is not in the memory of the GPU that has the means"),
+    ({"scales": OnGpu((COUNT, 2))}, "scales has the shape (7, 2) instead of (7, 3)"),
+    ({"opacities": OnGpu((3, 1))}, "opacities has the shape (3,) instead of (7,)"),
+    ({"sh": OnGpu((COUNT, 4, 3), "<f2")}, "sh has elements of type float16, which are not converted on a GPU"),
+    ({"sh": OnGpu((COUNT, 4, 3), "<i4")}, "sh has elements of type int32 instead of float32 or float64"),
+    ({"sh": OnGpu((COUNT, 4, 3), strides=(50, 12, 4))}, "sh has strides that are not those of whole elements"),
+    ({"sh": None, "colors": OnGpu((COUNT, 3), "|u1")}, "colors has elements of type uint8 instead of float32")])
+def test_gaussians_on_a_gpu_are_refused_in_a_sentence(quadsplat, cpu, change, sentence):
+    with pytest.raises(quadsplat.UsageError) as raised:
+        quadsplat.Scene.from_arrays(**on_gpu(**change), context=cpu)
+    assert str(raised.value).startswith("Scene.from_arrays: ")
+    assert sentence in str(raised.value)
+
+
+def test_pictures_are_written_into_given_arrays(quadsplat, cpu):
+    scene = quadsplat.Scene.from_arrays(**gaussians(), context=cpu)
+    camera = quadsplat.Camera(48, 40, 40)
+    expected = quadsplat.render(scene, camera, outputs=["color", "depth", "pairs"])
+    planes = np.full((3, 40, 48), np.nan, np.float32)
+    depth = np.full((80, 48), np.nan, np.float32)[::-2]
+    given = {"color": planes.transpose(1, 2, 0), "depth": depth}
+    found = quadsplat.render(scene, camera, out=given)
+    assert found.color is given["color"] and found.depth is depth and found.pairs is None
+    assert np.array_equal(planes, expected.color.transpose(2, 0, 1)) and np.array_equal(depth, expected.depth)
+    more = quadsplat.render(scene, [camera, camera], outputs=["color", "pairs"], out=[{}, {"pairs": np.empty((3, 3), np.int64)}])
+    assert more[1].pairs.dtype == np.int64
+    for picture in more:
+        assert np.array_equal(picture.color, expected.color) and np.array_equal(picture.pairs, expected.pairs)
+    if torch is not None:
+        tensor = torch.zeros(40, 48, 3, dtype=torch.uint8)
+        version = tensor._version
+        quadsplat.render(scene, camera, out={"color": tensor})
+        assert np.array_equal(tensor.numpy(), quadsplat.render(scene, camera, dtype="uint8").color)
+        assert tensor._version > version
+
+
+@pytest.mark.parametrize("out, sentence", [
+    (np.empty((40, 48, 3), np.float32), "out is not a dictionary of arrays by output"),
+    ({"colour": np.empty((40, 48, 3), np.float32)}, "out: 'colour' is none of color"),
+    ({"color": np.empty((40, 48, 4), np.float32)}, "color: has 40 x 48 x 4 elements instead of 40 x 48 x 3"),
+    ({"color": np.empty((40, 48, 3))}, "color: has elements of type float64 instead of float32 or uint8"),
+    ({"color": np.empty((40, 48, 3), np.float16)}, "color has elements of type float16"),
+    ({"color": [[1.0]]}, "color cannot be changed in place"),
+    ({"color": np.broadcast_to(np.float32(0), (40, 48, 3))}, "color cannot be changed in place"),
+    ({"color": in_records(np.empty((40, 48, 3)))}, "color is not an array of whole aligned elements"),
+    ({"color": OnGpu((40, 48, 3))}, "color: is in the memory of GPU 0, but the context has the backend cpu"),
+    ({"color": OnGpu((40, 48, 3), data=(4096, True))}, "color cannot be changed in place"),
+    ({"pairs": OnGpu((3, 3), "<i4")}, "pairs: is in the memory of a GPU, but this array must be in host memory")])
+def test_arrays_that_cannot_be_filled_are_refused_in_a_sentence(quadsplat, cpu, out, sentence):
+    scene = quadsplat.Scene.from_arrays(**gaussians(), context=cpu)
+    with pytest.raises(quadsplat.UsageError) as raised:
+        quadsplat.render(scene, quadsplat.Camera(48, 40, 40), out=out)
+    assert str(raised.value).startswith("render: ") and sentence in str(raised.value)
+
+
+@pytest.mark.parametrize("out, sentence", [
+    ({}, "out is not a dictionary of arrays by output for each camera"), ([{}, None], "for each camera"),
+    ([{}], "out has 1 dictionaries for 2 cameras")])
+def test_lists_of_cameras_need_lists_of_arrays(quadsplat, cpu, out, sentence):
+    scene = quadsplat.Scene.from_arrays(**gaussians(), context=cpu)
+    with pytest.raises(quadsplat.UsageError, match=sentence):
+        quadsplat.render(scene, [quadsplat.Camera(48, 40, 40)] * 2, out=out)

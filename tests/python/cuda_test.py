@@ -57,6 +57,58 @@ def loss_of(pictures):
     return loss
 
 
+class SceneTest(unittest.TestCase):
+    """Scenes and pictures of tensors on the GPU."""
+
+    def setUp(self):
+        self.values = {name: value.detach() for name, value in gaussians(GPU).items()}
+        self.context = quadsplat.Context("cuda", device=0)
+        host = {name: value.cpu() for name, value in self.values.items()}
+        self.scene = quadsplat.Scene.from_arrays(**host, context=self.context)
+
+    def test_a_scene_of_tensors_on_the_gpu_draws_the_same(self):
+        mixed = dict(self.values, opacities=self.values["opacities"][:, None].clone().requires_grad_(),
+                     means=self.values["means"].double(), sh=self.values["sh"].flip(0).flip(0).transpose(0, 1).contiguous().transpose(0, 1))
+        for context in (self.context, None):
+            scene = quadsplat.Scene.from_arrays(**mixed, context=context)
+            self.assertTrue((quadsplat.render(scene, camera()).color == quadsplat.render(self.scene, camera()).color).all())
+
+    def test_tensors_of_another_stream_are_read_when_they_are_ready(self):
+        stream = torch.cuda.Stream()
+        with torch.cuda.stream(stream):
+            late = {name: torch.zeros_like(value) for name, value in self.values.items()}
+            torch.cuda._sleep(50_000_000)
+            for name, value in late.items():
+                value.copy_(self.values[name])
+            scene = quadsplat.Scene.from_arrays(**late, context=self.context)
+        self.assertTrue((quadsplat.render(scene, camera()).color == quadsplat.render(self.scene, camera()).color).all())
+
+    def test_pictures_are_written_into_tensors_on_the_gpu(self):
+        names = ["color", "alpha", "depth", "median_depth"]
+        expected = quadsplat.render(self.scene, camera(), outputs=names)
+        stream = torch.cuda.Stream()
+        with torch.cuda.stream(stream):
+            out = {"color": torch.zeros(3, HEIGHT, WIDTH, device=GPU).permute(1, 2, 0),
+                   **{name: torch.zeros(HEIGHT, WIDTH, device=GPU) for name in names[1:]}}
+            torch.cuda._sleep(50_000_000)
+            out["color"].fill_(7)  # enqueued before the picture
+            found = quadsplat.render(self.scene, camera(), out=out)
+            for name in names:
+                self.assertIs(getattr(found, name), out[name])
+                self.assertTrue((out[name].cpu().numpy() == getattr(expected, name)).all(), name)
+        bytes_of = torch.zeros(HEIGHT, WIDTH, 3, dtype=torch.uint8, device=GPU)
+        quadsplat.render(self.scene, camera(), out={"color": bytes_of})
+        self.assertTrue((bytes_of.cpu().numpy() == quadsplat.render(self.scene, camera(), dtype="uint8").color).all())
+
+    def test_wrong_places_get_a_sentence(self):
+        with self.assertRaisesRegex(quadsplat.UsageError, "alpha: is in host memory, but color is in the memory of GPU 0"):
+            quadsplat.render(self.scene, camera(), outputs=["color", "alpha"],
+                             out={"color": torch.zeros(HEIGHT, WIDTH, 3, device=GPU)})
+        with self.assertRaisesRegex(quadsplat.UsageError, "picture: .* GPU|is in the memory of a GPU"):
+            quadsplat.render(self.scene, camera(), out={"color": torch.zeros(HEIGHT, WIDTH, 3, device=GPU)}).psnr(
+                torch.zeros(HEIGHT, WIDTH, 3))
+
+
 class CudaTest(unittest.TestCase):
     def close(self, values, expected, tolerance=1e-3, name=""):
         """Values on the GPU are those of the CPU within rounding."""

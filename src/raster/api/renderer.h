@@ -111,7 +111,7 @@ struct Outputs {
 };
 
 struct HostImage {};    ///< in Frame::color
-struct DeviceImage {};  ///< in the backend's memory, not copied: for benchmarks
+struct DeviceImage {};  ///< in the backend's memory, with the depths: Frame::on_device
 struct GlTexture {      ///< in a texture of the current GL context, rows from the top
   unsigned name = 0;    ///< of a GL_TEXTURE_2D, RGBA8, of the frame's size
   /// Changes whenever the texture's storage is reallocated, even if GL reuses the name.
@@ -120,7 +120,8 @@ struct GlTexture {      ///< in a texture of the current GL context, rows from t
   bool operator==(const GlTexture&) const = default;
 };
 
-/// The place to which a frame's colours are written. The CPU backend supports only HostImage.
+/// The place to which a frame's colours and depths are written. The CPU backend supports only
+/// HostImage.
 using Target = std::variant<HostImage, DeviceImage, GlTexture>;
 
 /// The rasterizer's decisions, for tests and the inspector. In mode reference the trace has a
@@ -174,6 +175,12 @@ struct DepthMaps {
                                 ///< 0 where there is none
 };
 
+/// Maps in the renderer's memory on a GPU, values row by row; null where they were not requested.
+struct DeviceMaps {
+  const float* color = nullptr;                                          ///< height x width x 3
+  const float *alpha = nullptr, *expected = nullptr, *median = nullptr;  ///< see DepthMaps
+};
+
 struct Frame {
   Image color;  ///< height x width x 3, not clamped; empty if the target is not a HostImage
   TileGrid grid;
@@ -181,6 +188,7 @@ struct Frame {
   std::vector<std::uint32_t> evaluated;  ///< per pixel: list entries up to where it stopped
   std::vector<std::uint32_t> used;       ///< per tile: pairs that a pixel blended; <= pairs
   DepthMaps depth;                       ///< empty without Outputs::depth
+  DeviceMaps on_device;  ///< color and depth if the target is a DeviceImage of backend cuda
   /// Per mode 1..culler_count(), index = mode - 1: the statistics of that mode's own frame of the
   /// view. The mode of this frame does not matter. Empty without Outputs::mode_pairs.
   std::vector<ModePairs> mode_pairs;

@@ -2,6 +2,7 @@
 #include <array>
 #include <cassert>
 #include <optional>
+#include <utility>
 
 #include "raster/cuda/classic/classic.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
@@ -186,7 +187,9 @@ class CudaRenderer final : public Renderer {
     check(cudaStreamSynchronize(stream_), "frame");
     if (outputs.mode_pairs) result_.mode_pairs = mode_counter_.result();
     const std::size_t pixels = Pixels::count_of(camera);
+    const bool stays = std::holds_alternative<DeviceImage>(target);
     const bool wanted = outputs.color && std::holds_alternative<HostImage>(target);
+    if (stays && outputs.color) result_.on_device.color = pixels_.color.data();
     result_.color.width = wanted ? camera.width : 0;
     result_.color.height = wanted ? camera.height : 0;
     result_.color.values.resize(wanted ? 3 * pixels : 0);
@@ -195,8 +198,16 @@ class CudaRenderer final : public Renderer {
     if (outputs.evaluated) result_.evaluated = copied(pixels_.evaluated.data(), pixels, stream_);
     if (outputs.depth) {
       const float* map = pixels_.depth.data();
-      for (auto* values : {&result_.depth.alpha, &result_.depth.expected, &result_.depth.median}) {
-        *values = copied(map, pixels, stream_);
+      DepthMaps& depth = result_.depth;
+      DeviceMaps& on_device = result_.on_device;
+      for (auto [on_host, place] : {std::pair(&depth.alpha, &on_device.alpha),
+                                    std::pair(&depth.expected, &on_device.expected),
+                                    std::pair(&depth.median, &on_device.median)}) {
+        if (stays) {
+          *place = map;
+        } else {
+          *on_host = copied(map, pixels, stream_);
+        }
         map += pixels;
       }
     }

@@ -39,6 +39,8 @@ void copy_from_gpu(void* to, const void* from, std::size_t bytes, const Queue& q
                stream_of(queue));
 }
 
+void wait(const Queue& queue) { check(cudaStreamSynchronize(stream_of(queue)), "the stream"); }
+
 void copy_on_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue) {
   check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, stream_of(queue)),
         "copy on the GPU");

@@ -34,6 +34,8 @@ void free(void* memory, const Queue& queue) noexcept;
 void copy_to_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue);
 /// Waits.
 void copy_from_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue);
+/// Waits for all work in the stream.
+void wait(const Queue& queue);
 /// Enqueues a copy within the GPU.
 void copy_on_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue);
 

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+"""Arrays in the memory of a GPU: tensors of torch, arrays of CuPy, JAX and other libraries that
+have __cuda_array_interface__."""
+from __future__ import annotations
+
+import sys
+from typing import Any, Optional, Sequence, Tuple
+
+import numpy as np
+
+from . import _ffi
+from ._arrays import TYPES, require_shape
+from ._errors import UsageError
+
+_CUDA_OF_DLPACK = 2
+
+
+class GpuArray:
+    """A view of an array, which must outlive it."""
+
+    def __init__(self, value: Any, where: str) -> None:
+        if getattr(value, "requires_grad", False):
+            value = value.detach()
+        facts = value.__cuda_array_interface__
+        self.shape: Tuple[int, ...] = tuple(facts["shape"])
+        self.dtype = np.dtype(facts["typestr"])
+        if self.dtype not in TYPES or not self.dtype.isnative:
+            raise UsageError(f"{where} has elements of type {self.dtype}, which are not converted "
+                             "on a GPU")
+        self.device = _device_of(value)
+        self.stream = _stream_of(value, facts)
+        self._pointer, self._is_read_only = facts["data"]
+        size = self.dtype.itemsize
+        given = facts.get("strides")
+        self._strides = (_packed(self.shape) if given is None else
+                         tuple(stride // size for stride in given))
+        if given is not None and any(stride % size for stride in given):
+            raise UsageError(f"{where} has strides that are not those of whole elements")
+        if len(self.shape) > 4:
+            raise UsageError(f"{where} has {len(self.shape)} dimensions")
+
+    @property
+    def ndim(self) -> int:
+        """The number of dimensions."""
+        return len(self.shape)
+
+    def column(self) -> GpuArray:
+        """N x 1 as N."""
+        if self.ndim == 2 and self.shape[1] == 1:
+            self.shape, self._strides = self.shape[:1], self._strides[:1]
+        return self
+
+    def require_writable(self, where: str) -> None:
+        """Raises UsageError if the memory is read only."""
+        if self._is_read_only:
+            raise UsageError(f"{where} cannot be changed in place")
+
+    def struct(self) -> _ffi.QsArray:
+        """The library's struct."""
+        struct = _ffi.QsArray(data=self._pointer, dimensions=self.ndim, type=TYPES[self.dtype],
+                              memory=_ffi.MEMORY_CUDA, device=self.device)
+        struct.sizes[: self.ndim] = self.shape
+        struct.strides[: self.ndim] = self._strides
+        return struct
+
+
+def is_on_gpu(value: Any) -> bool:
+    """True if the library can read the value in the memory of a GPU."""
+    if getattr(value, "requires_grad", False):
+        value = value.detach()
+    try:
+        return hasattr(value, "__cuda_array_interface__")
+    except Exception:  # a tensor in another form, such as torch's sparse ones
+        return False
+
+
+def real_gpu_array(value: Any, where: str,
+                   shape: Optional[Sequence[Optional[int]]] = None) -> GpuArray:
+    """An array of float32 or float64 on a GPU. None in `shape` stands for any size. Raises
+    UsageError."""
+    if not is_on_gpu(value):
+        raise UsageError(f"{where} is not in the memory of the GPU that has the means")
+    array = GpuArray(value, where)
+    if array.dtype.kind != "f":
+        raise UsageError(f"{where} has elements of type {array.dtype} instead of float32 or "
+                         "float64")
+    if shape is not None:
+        require_shape(array, where, shape)
+    return array
+
+
+def _packed(shape: Tuple[int, ...]) -> Tuple[int, ...]:
+    """The strides of elements that lie one after the other."""
+    strides = [1]
+    for size in reversed(shape[1:]):
+        strides.insert(0, strides[0] * max(size, 1))
+    return tuple(strides[: len(shape)])
+
+
+def _device_of(value: Any) -> int:
+    """CUDA's number of the GPU; 0 where the array does not say it."""
+    if hasattr(value, "__dlpack_device__"):
+        kind, number = value.__dlpack_device__()
+        if kind == _CUDA_OF_DLPACK:
+            return int(number)
+    return 0
+
+
+def _stream_of(value: Any, facts: Any) -> Optional[int]:
+    """The stream in which the array is ready: torch's current one, the one that the array names, or
+    CUDA's default stream."""
+    torch = sys.modules.get("torch")
+    if torch is not None and isinstance(value, torch.Tensor):
+        return int(torch.cuda.current_stream(value.device).cuda_stream) or None
+    return facts.get("stream")

@@ -107,7 +107,7 @@ def _device_of(value: Any) -> int:
 
 
 def _stream_of(value: Any, facts: Any) -> Optional[int]:
-    """The stream in which the array is ready: torch's current one, the one that the array names, or
+    """The stream in which the array is ready: the current stream of torch, the stream of the array, or
     CUDA's default stream."""
     torch = sys.modules.get("torch")
     if torch is not None and isinstance(value, torch.Tensor):

@@ -246,6 +246,7 @@ FUNCTIONS = {
     "qs_scene_load": [c_void_p, c_char_p, c_char_p, POINTER(c_void_p)],
     "qs_scene_wrap": [c_void_p, POINTER(QsGaussians), POINTER(c_void_p)],
     "qs_scene_facts": [c_void_p, POINTER(QsSceneFacts)],
+    "qs_scene_gaussians": [c_void_p, POINTER(QsGaussians)],
     "qs_convert": [c_void_p, c_char_p, POINTER(QsConversion)],
     "qs_cameras_open": [c_char_p, POINTER(c_void_p), POINTER(c_uint64)],
     "qs_cameras_get": [c_void_p, c_uint64, POINTER(QsCamera), POINTER(c_char_p)],

@@ -7,14 +7,14 @@ import os
 import weakref
 from os import PathLike
 from types import TracebackType
-from typing import Any, Callable, List, NamedTuple, Optional, Tuple, Type, Union
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Type, Union
 
 import numpy as np
 
 from . import _ffi
 from ._arrays import real_array, require_shape, struct_of, to_numpy
 from ._camera import Camera, read_cameras
-from ._checks import encoded, encoded_path, integer
+from ._checks import choice, encoded, encoded_path, integer
 from ._context import Context, chosen
 from ._errors import InputError, UsageError
 from ._gpu_arrays import is_on_gpu, real_gpu_array
@@ -22,6 +22,7 @@ from ._warn import warn
 
 Path = Union[str, "PathLike[str]"]
 _ALL_SH_DEGREES = 3
+_REALS = {"float32": _ffi.FLOAT32, "float64": _ffi.FLOAT64}
 
 
 class SceneFacts(NamedTuple):
@@ -144,6 +145,37 @@ class Scene:
                              "beside it: use read_cameras(), Camera or Camera.look_at()")
         return read_cameras(self._facts.cameras_path)
 
+    def arrays(self, activated: bool = True, dtype: Any = "float32") -> Dict[str, np.ndarray]:
+        """A copy of the N = len(scene) Gaussians, by the names of arguments of from_arrays().
+
+        means: N x 3, world.
+        scales: N x 3, standard deviations; if not `activated`, their natural logarithms.
+        rotations: N x 4, quaternions w x y z of length 1.
+        opacities: N, 0..1; if not `activated`, logits.
+        sh: N x K x 3, coefficients of spherical harmonics, DC first, K = 1, 4, 9 or 16.
+
+        dtype: "float32" or "float64". The scene is float32; only activated values have more digits.
+
+        Row i has the Gaussian of number i. Rows of Gaussians that are not drawn are NaN. With the
+        facts' `antialiased`, from_arrays() makes a scene of these arrays that draws the same bits,
+        or the same within rounding if they are activated. Activated arrays are also arguments of
+        quadsplat.torch.rasterize(), as tensors by torch.from_numpy(). Raises UsageError.
+        """
+        who = "Scene.arrays"
+        element = _real_type(dtype, f"{who}: dtype")
+        count = len(self)
+        coefficients = (self._facts.sh_degree + 1) ** 2
+        shapes = {"means": (count, 3), "scales": (count, 3), "rotations": (count, 4),
+                  "opacities": (count,), "sh": (count, coefficients, 3)}
+        wanted = _ffi.QsGaussians(is_activated=bool(activated))
+        with self._context._use(who):
+            pointer = self._pointer(who)
+            arrays = {name: np.empty(shape, element) for name, shape in shapes.items()}
+            for name, array in arrays.items():
+                setattr(wanted, "colors" if name == "sh" else name, struct_of(array))
+            _ffi.call(who, "qs_scene_gaussians", pointer, ctypes.byref(wanted))
+        return arrays
+
     def close(self) -> None:
         """Frees the scene. It cannot be used afterwards."""
         self._finalizer()
@@ -237,6 +269,16 @@ def _load(path: Path, axes: Optional[str], context: Context, who: str) -> Scene:
     for sentence in scene.facts.warnings:
         warn(f"{scene.facts.path}: {sentence}", UserWarning)
     return scene
+
+
+def _real_type(dtype: Any, where: str) -> np.dtype:
+    """The type of a name or of numpy: float32 or float64."""
+    try:
+        name = np.dtype(dtype).name
+    except TypeError:
+        name = dtype
+    choice(name, where, _REALS)
+    return np.dtype(name)
 
 
 def _scene(context: Context, handle: ctypes.c_void_p, who: str) -> Scene:

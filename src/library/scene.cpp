@@ -94,6 +94,16 @@ std::vector<std::uint32_t> OpenScene::numbers_of(const std::vector<std::uint32_t
   return numbers;
 }
 
+std::optional<std::size_t> OpenScene::index_of(std::size_t number) const {
+  if (keeps_numbers()) {  // also of a cloud without Gaussians
+    if (number < cloud().size()) return number;
+    return std::nullopt;
+  }
+  const auto found = std::lower_bound(numbers_.begin(), numbers_.end(), number);
+  if (found == numbers_.end() || *found != number) return std::nullopt;
+  return static_cast<std::size_t>(found - numbers_.begin());
+}
+
 }  // namespace qs::library
 
 using namespace qs;

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,8 @@ class OpenScene {
   bool keeps_numbers() const { return numbers_.empty(); }
   /// Replaces indices in the cloud by numbers.
   std::vector<std::uint32_t> numbers_of(const std::vector<std::uint32_t>& indices) const;
+  /// The index in the cloud of a Gaussian's number; nullopt: it is not drawn.
+  std::optional<std::size_t> index_of(std::size_t number) const;
 
   // The lists of the last qs_lists(), if they are not the renderer's.
   std::vector<std::uint32_t> visible, listed;

@@ -223,6 +223,17 @@ typedef struct QsSceneFacts {
 QS_LIBRARY_FUNCTION int32_t qs_scene_facts(const QsSceneHandle* scene, QsSceneFacts* facts,
                                            char* message);
 
+/* Copies the Gaussians of a scene into arrays of the caller, the opposite of qs_scene_wrap(). N is
+ * QsSceneFacts.gaussians, and row i has the Gaussian of number i. Rows of Gaussians that are not
+ * drawn are NaN in every array. All arrays are optional, but `rest` needs `colors`. colors_are is
+ * QS_COLORS_SH, with any K up to the scene's: the first K coefficients. Rotations have length 1.
+ * Standard deviations and opacities of 0..1 are computed in double precision and rounded.
+ * Logarithms and logits are the scene's own values. `antialiased` is 0, because QsSceneFacts has
+ * it. The arrays are in host memory, and nothing goes to a GPU. After an error they are unchanged.
+ */
+QS_LIBRARY_FUNCTION int32_t qs_scene_gaussians(QsSceneHandle* scene, const QsGaussians* gaussians,
+                                               char* message);
+
 /* Null is allowed. */
 QS_LIBRARY_FUNCTION void qs_scene_close(QsSceneHandle* scene);
 

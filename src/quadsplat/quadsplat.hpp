@@ -123,6 +123,8 @@ class Scene {
     check(qs_scene_facts, get(), &facts);
     return facts;
   }
+  /// Copies the Gaussians into the arrays, see qs_scene_gaussians().
+  void gaussians(const QsGaussians& arrays) { check(qs_scene_gaussians, get(), &arrays); }
   void render(const QsCamera& camera, const QsPicture& picture,
               const QsSettings& settings = default_settings()) {
     check(qs_render, get(), &camera, std::uint64_t{1}, &settings, &picture);

@@ -50,6 +50,66 @@ def test_a_scene_of_arrays_is_the_scene_of_the_file(quadsplat, scene, camera, cp
     assert quadsplat.render(activated, camera).psnr(expected) > 70
 
 
+def test_arrays_of_a_scene_make_the_same_scene(quadsplat, scene, camera, cpu):
+    expected = quadsplat.render(scene, camera).color
+    count, degree = len(scene), scene.facts.sh_degree
+    shapes = {"means": (count, 3), "scales": (count, 3), "rotations": (count, 4),
+              "opacities": (count,), "sh": (count, (degree + 1) ** 2, 3)}
+    antialiased = scene.facts.antialiased
+    for dtype in ("float32", np.float64):
+        raw = scene.arrays(activated=False, dtype=dtype)
+        assert {name: array.shape for name, array in raw.items()} == shapes
+        assert list(raw) == list(shapes)
+        assert {array.dtype for array in raw.values()} == {np.dtype(dtype)}
+        again = quadsplat.Scene.from_arrays(**raw, activated=False, antialiased=antialiased,
+                                            context=cpu)
+        assert np.array_equal(quadsplat.render(again, camera).color, expected)
+    values = scene.arrays()
+    with np.errstate(over="ignore"):
+        assert np.allclose(values["scales"], np.exp(raw["scales"]), rtol=1e-6, atol=0)
+        assert np.allclose(values["opacities"], 1 / (1 + np.exp(-raw["opacities"])), rtol=1e-6)
+    again = quadsplat.Scene.from_arrays(**values, antialiased=antialiased, context=cpu)
+    assert quadsplat.render(again, camera).psnr(expected) > 70
+
+
+def test_arrays_of_a_scene_are_drawn_by_the_differentiable_rasterizer(quadsplat, scene, camera):
+    torch = pytest.importorskip("torch")
+    from quadsplat.torch import rasterize
+
+    values = {name: torch.from_numpy(array) for name, array in scene.arrays().items()}
+    drawn = rasterize(**values, camera=camera).color.numpy()
+    expected = quadsplat.render(scene, camera, background=(0, 0, 0))
+    assert expected.psnr(drawn) > 60
+
+
+def test_arrays_of_gaussians_that_are_not_drawn_are_nan(quadsplat, one, cpu):
+    spoilt = one(means=[[0, 0, 2]] * 3, scales=[[1, 1, 1], [1, -1, 1], [1, 1, 2]],
+                 rotations=[[2, 0, 0, 0]] * 3, opacities=[0.5] * 3, colors=[[0.5, 0.5, 0.5]] * 3)
+    values = spoilt.arrays(dtype="float64")
+    for name, array in values.items():
+        assert np.isnan(array[1]).all() and np.isfinite(array[[0, 2]]).all(), name
+    assert values["rotations"][0].tolist() == [1, 0, 0, 0] and values["sh"][0].tolist() == [[0] * 3]
+    assert values["scales"][2] == pytest.approx([1, 1, 2]) and values["opacities"][2] == 0.5
+    again = quadsplat.Scene.from_arrays(**values, context=cpu)
+    assert len(again) == 3 and again.facts.not_drawn == 1
+
+
+def test_arrays_are_refused_with_a_sentence(quadsplat, one):
+    scene = one()
+    for dtype in ("uint8", "float16", "best", [3]):
+        with pytest.raises(quadsplat.UsageError) as raised:
+            scene.arrays(dtype=dtype)
+        assert str(raised.value) == (
+            f"Scene.arrays: dtype: {dtype!r} is none of 'float32', 'float64'")
+    scene.close()
+    with pytest.raises(quadsplat.UsageError, match="^Scene.arrays: the scene was closed$"):
+        scene.arrays()
+    with quadsplat.Context("cpu", threads=1) as context:
+        other = one(context=context)
+    with pytest.raises(quadsplat.UsageError, match="^Scene.arrays: the context was closed$"):
+        other.arrays()
+
+
 def test_rgb_colours_are_drawn_as_they_are(quadsplat, one):
     scene = one(opacities=[1], scales=[[9, 9, 9]], means=[[0, 0, 5]], colors=[[0.25, 0.5, 2]])
     pixel = quadsplat.render(scene, quadsplat.Camera(3, 3, 9)).color[1, 1]
@@ -78,6 +138,8 @@ def test_a_scene_may_be_empty(quadsplat, cpu):
     picture = quadsplat.render(empty, quadsplat.Camera(5, 4, 3), outputs=["color", "depth"],
                                background=(0, 0.5, 1))
     assert (picture.color == np.float32([0, 0.5, 1])).all() and (picture.depth == 0).all()
+    assert [array.shape for array in empty.arrays().values()] == [
+        (0, 3), (0, 3), (0, 4), (0,), (0, 4, 3)]
     with pytest.raises(quadsplat.UsageError, match="^convert: .*no Gaussian"):
         quadsplat.convert(empty, "unused.ply")
 

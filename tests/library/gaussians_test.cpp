@@ -136,7 +136,7 @@ TEST(LibraryGaussians, go_to_any_strides_and_nowhere_else) {
   const GaussianCloud cloud = cloud_of(kCount, 1);
   quadsplat::Context context = test::cpu();
   quadsplat::Scene scene = context.wrap(test::gaussians_of(cloud));
-  // From the last Gaussian to the first one, with 3 unused values behind every row of 4 x 3.
+  // In reverse order, with 3 unused values behind every row of 4 x 3.
   std::vector<double> colors(15 * kCount, -77.0);
   auto given = quadsplat::sized<QsGaussians>();
   given.colors = quadsplat::array_of(colors.data() + 15 * (kCount - 1), {kCount, 4, 3});

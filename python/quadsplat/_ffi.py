@@ -203,7 +203,7 @@ class QsAdam(_Sized):
     _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("step", c_uint64), ("rate", c_double),
                 ("beta1", c_double), ("beta2", c_double), ("epsilon", c_double),
                 ("values", QsArray), ("gradients", QsArray), ("first", QsArray),
-                ("second", QsArray), ("visible", QsArray)]
+                ("second", QsArray), ("visible", QsArray), ("stream", c_void_p)]
 
 
 class QsOption(ctypes.Structure):
@@ -233,7 +233,7 @@ STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians:
                 QsSceneFacts: 112, QsConversion: 64, QsCamera: 152, QsSettings: 56, QsCounts: 120,
                 QsPicture: 640, QsLists: 816, QsModeCounts: 32, QsComparison: 168,
                 QsInputs: 904, QsRules: 120, QsMemory: 24, QsStageFrame: 80, QsBoundary: 536,
-                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 488,
+                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 496,
                 QsOption: 16, QsTrainingState: 80, QsTraining: 64}
 
 _STAGE = [c_void_p, POINTER(QsInputs), POINTER(QsCamera), POINTER(QsRules)]

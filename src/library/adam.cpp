@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A step of Adam for the rows of an array that are visible.
+// A step of Adam for the visible rows of an array, on the CPU or a GPU.
 #include "raster/kernel/adam.h"
 
 #include <algorithm>
@@ -12,6 +12,10 @@
 #include "library/arrays.h"
 #include "library/context.h"
 #include "library/structs.h"
+#ifdef QUADSPLAT_HAVE_CUDA
+#include "raster/cuda/stages/adam.h"
+#include "raster/cuda/stages/device.h"
+#endif
 
 namespace qs::library {
 namespace {
@@ -36,16 +40,17 @@ AdamShape check_adam(const QsAdam& adam) {
   check_dimensions(values, where / "values", dimensions);
   AdamShape shape{1, 1, 1, 1};
   std::copy_n(values.sizes, dimensions, shape.begin());
+  const Place place{values.memory, values.device, "values"};
   const auto check = [&](const QsArray& array, const char* name, Access access) {
     check_array(array, where / name, std::span<const std::int64_t>(shape).first(dimensions),
-                kFloat32, access);
+                kFloat32, access, place);
   };
   check(values, "values", Access::writes);
   check(adam.gradients, "gradients", Access::reads);
   check(adam.first, "first", Access::writes);
   check(adam.second, "second", Access::writes);
   if (!is_absent(adam.visible))
-    check_array(adam.visible, where / "visible", {shape[0]}, kBytes, Access::reads);
+    check_array(adam.visible, where / "visible", {shape[0]}, kBytes, Access::reads, place);
   return shape;
 }
 
@@ -75,6 +80,57 @@ void step_row(const QsAdam& adam, const AdamShape& shape, const AdamRule& rule,
   }
 }
 
+/// A step of a call, checked.
+struct CheckedStep {
+  const QsAdam& adam;
+  AdamShape shape;
+  AdamRule rule;
+  AdamStep step;
+};
+
+void step_on_host(const CheckedStep& given, const Use& use) {
+  const auto& [adam, shape, rule, step] = given;
+  use.pool().for_chunks(static_cast<std::size_t>(shape[0]), 1024,
+                        [&](std::size_t begin, std::size_t end, int) {
+                          for (std::size_t i = begin; i < end; ++i) {
+                            const auto row = static_cast<std::int64_t>(i);
+                            if (is_visible(adam, row)) step_row(adam, shape, rule, step, row);
+                          }
+                        });
+}
+
+#ifdef QUADSPLAT_HAVE_CUDA
+
+namespace gpu = cuda::stages;
+
+template <class T>
+gpu::Elements<T> elements_of(const QsArray& array) {
+  gpu::Elements<T> elements{static_cast<T*>(array.data), {}};
+  std::copy_n(array.strides, array.dimensions, elements.strides);
+  return elements;
+}
+
+void step_on_gpu(const CheckedStep& given, const Use& use) {
+  const QsAdam& adam = given.adam;
+  gpu::AdamArrays arrays{{},
+                         elements_of<const float>(adam.gradients),
+                         elements_of<float>(adam.values),
+                         elements_of<float>(adam.first),
+                         elements_of<float>(adam.second),
+                         static_cast<const std::uint8_t*>(adam.visible.data),
+                         adam.visible.strides[0]};
+  std::copy(given.shape.begin(), given.shape.end(), arrays.sizes);
+  const gpu::SelectedGpu selected(use.device());
+  gpu::adam(arrays, given.rule, given.step, static_cast<float>(adam.rate),
+            {adam.stream, use.stop()});
+}
+
+#else
+
+void step_on_gpu(const CheckedStep&, const Use&) {}  // no context has a GPU
+
+#endif
+
 }  // namespace
 }  // namespace qs::library
 
@@ -88,15 +144,14 @@ int32_t qs_adam(QsContext* context, const QsAdam* adam, char* message) {
     const QsAdam given = read_struct(adam, {kCall, "adam"});
     const AdamShape shape = check_adam(given);
     const Use use(*context->context, {kCall, "context"});
-    const AdamRule rule = AdamRule::of(given.beta1, given.beta2, given.epsilon);
-    const AdamStep step =
-        given.step == 0 ? AdamStep{1, 1} : AdamStep::number(given.step, given.beta1, given.beta2);
-    use.pool().for_chunks(static_cast<std::size_t>(shape[0]), 1024,
-                          [&](std::size_t begin, std::size_t end, int) {
-                            for (std::size_t i = begin; i < end; ++i) {
-                              const auto row = static_cast<std::int64_t>(i);
-                              if (is_visible(given, row)) step_row(given, shape, rule, step, row);
-                            }
-                          });
+    const CheckedStep checked{
+        given, shape, AdamRule::of(given.beta1, given.beta2, given.epsilon),
+        given.step == 0 ? AdamStep{1, 1} : AdamStep::number(given.step, given.beta1, given.beta2)};
+    if (given.values.memory == QS_MEMORY_CUDA) {
+      use.require_gpu(given.values.device, {kCall, "adam", -1, "values"});
+      step_on_gpu(checked, use);
+    } else {
+      step_on_host(checked, use);
+    }
   });
 }

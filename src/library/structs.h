@@ -28,6 +28,8 @@ template <>
 inline constexpr std::size_t kFirstBytes<QsGaussians> = 544;
 template <>
 inline constexpr std::size_t kFirstBytes<QsPicture> = 632;
+template <>
+inline constexpr std::size_t kFirstBytes<QsAdam> = 488;
 
 /// No struct of the interface is larger, so larger sizes were never set.
 inline constexpr std::size_t kMostBytes = 4096;

@@ -60,8 +60,8 @@ extern "C" {
 #define QS_INT64 5u
 #define QS_UINT64 6u
 
-/* The memory that holds an array. qs_scene_wrap(), qs_render() and the differentiable rasterizer
- * take QS_MEMORY_CUDA; every other function refuses it. */
+/* The memory that holds an array. qs_scene_wrap(), qs_render(), qs_adam() and the differentiable
+ * rasterizer take QS_MEMORY_CUDA; every other function refuses it. */
 #define QS_MEMORY_HOST 0u
 #define QS_MEMORY_CUDA 1u /* of the primary context of `device` */
 
@@ -720,9 +720,9 @@ QS_LIBRARY_FUNCTION int32_t qs_backward(QsContext* context, const QsInputs* inpu
 /* ---- parts of a trainer ---------------------------------------------------------------------- */
 
 /* The functions that quadsplat's trainer uses besides the rasterizer. They run on the CPU with the
- * threads of the context, also if its backend is CUDA. Results do not depend on the number of
- * threads. Arrays have any strides. An array that is written may be one that is read, with the same
- * strides. */
+ * threads of the context, also if its backend is CUDA; qs_adam() runs where its arrays are. Results
+ * do not depend on the number of threads. Arrays have any strides. An array that is written may be
+ * one that is read, with the same strides. */
 
 /* *mean becomes the mean structural similarity of the pictures a and b, batch x channels x height x
  * width, all 1 or more, both QS_FLOAT32 or both QS_FLOAT64. The window has 11 x 11 pixels and sigma
@@ -760,7 +760,8 @@ QS_LIBRARY_FUNCTION int32_t qs_relocate(QsContext* context, const QsArray* opaci
                                         char* message);
 
 /* A step of Adam; QS_ADAM has the usual values, but no arrays. The first four arrays are QS_FLOAT32
- * and have the same sizes, N rows of any shape. 488 bytes. */
+ * and have the same sizes, N rows of any shape. All arrays are in host memory, or all are in the
+ * memory of the context's GPU. 496 bytes. */
 typedef struct QsAdam {
   uint32_t size;     /*   0 */
   uint32_t reserved; /*   4 */
@@ -776,15 +777,18 @@ typedef struct QsAdam {
   QsArray second;    /* 312: in and out: moments of their squares */
   QsArray visible;   /* 400: absent, or N, QS_UINT8: rows of value 0 stay as they are, with their
                              moments */
+  void* stream; /* 488: of arrays on a GPU: the cudaStream_t in which the step is enqueued; null:
+                        CUDA's default stream */
 } QsAdam;
 
 #define QS_ADAM                                                                             \
   {                                                                                         \
     sizeof(QsAdam), 0, 0, 0, 0.9, 0.999, 1e-15, QS_ABSENT, QS_ABSENT, QS_ABSENT, QS_ABSENT, \
-        QS_ABSENT                                                                           \
+        QS_ABSENT, 0                                                                        \
   }
 
-/* Takes the step. A value whose move is not finite stays. */
+/* Takes the step. A value whose move is not finite stays. On a GPU the host does not wait, and the
+ * results have the bits of the CPU. */
 QS_LIBRARY_FUNCTION int32_t qs_adam(QsContext* context, const QsAdam* adam, char* message);
 
 /* ---- training -------------------------------------------------------------------------------- */

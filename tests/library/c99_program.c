@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
   expect(argc == 2, "usage: c99_program SCENE");
   expect(qs_version(&text) == QS_LIBRARY_VERSION && strlen(text) > 0, "qs_version");
   expect(conversion.size == 64 && conversion.sh_degree == 3, "QS_CONVERSION");
-  expect(adam.size == 488 && adam.beta2 == 0.999, "QS_ADAM");
+  expect(adam.size == 496 && adam.beta2 == 0.999, "QS_ADAM");
   expect(rules.size == 120 && rules.sh_degree == 3 && rules.alpha_max == 0.99, "QS_RULES");
   expect(qs_context_open(QS_BACKEND_CPU, QS_FIRST_GPU, 1, &context, message) == QS_OK, "open");
   expect(qs_context_backend(context) == QS_BACKEND_CPU, "backend");

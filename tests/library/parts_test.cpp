@@ -509,7 +509,7 @@ TEST(LibraryAdam, refuses_numbers_and_arrays_that_do_not_fit) {
     return sentence;
   };
   EXPECT_EQ(refused(&QsAdam::size, 8u),
-            "qs_adam: adam.size: is 8: set it to the size of the struct, 488 bytes in this "
+            "qs_adam: adam.size: is 8: set it to the size of the struct, 496 bytes in this "
             "library");
   EXPECT_EQ(refused(&QsAdam::reserved, 1u), "qs_adam: adam.reserved: is not 0");
   EXPECT_EQ(refused(&QsAdam::rate, kNoNumber), "qs_adam: adam.rate: is nan");

@@ -221,6 +221,30 @@ print(inspect.getsource(gsplat.rendering.other).strip())
         "True", "True", "True", "True own Strategy", "False", "gsplat_1_4", "def other(): return 'own'"]
 
 
+@pytest.mark.parametrize("version, built, printed", [
+    ("1.6.0", False, ["None"]), ("1.6.0", True, ["built"]), ("1.10.2", False, ["None"]), ("1.5.3", False, ["compiles"])])
+def test_the_extension_is_not_compiled_by_an_import(tmp_path, version, built, printed):
+    """gsplat compiles it on import from 1.6 on, and at the first call of its functions before."""
+    files = {**FAKE, "cuda/_backend.py": "raise RuntimeError('compiles')\n"}
+    if version.startswith("1.6"):
+        files["cuda/_wrapper.py"] = "from ._backend import _C\n" + FAKE["cuda/_wrapper.py"]
+    if built:
+        files["csrc.py"] = "name = 'built'\n"
+    for name, text in files.items():
+        path = tmp_path / "gsplat" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.replace("{version}", version))
+    (tmp_path / "train.py").write_text("""
+import gsplat
+try:
+    from gsplat.cuda._backend import _C
+    print(getattr(_C, "name", None))
+except RuntimeError as error:
+    print(error)
+""")
+    assert run(["train.py"], tmp_path).splitlines() == printed
+
+
 def test_without_gsplat_a_module_stands_in(tmp_path):
     (tmp_path / "train.py").write_text("""
 import gsplat

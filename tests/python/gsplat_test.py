@@ -444,7 +444,7 @@ def test_no_gaussians_are_drawn(gsplat):
     ({"means": torch.zeros(0, COUNT, 3)}, "means has no scene"), ({"means": torch.zeros(3)}, "means has 1 dimensions"),
     ({"sh_degree": 4}, "sh_degree: 4 is not between 0 and 3"), ({"sh_degree": 2}, "4 coefficients are too few"),
     ({"viewmats": torch.zeros(0, 4, 4)}, "viewmats has no camera"),
-    ({"viewmats": torch.zeros(2, 4, 4)}, "view_from_world"),
+    ({"viewmats": torch.zeros(2, 4, 4)}, "viewmats has the last row [0.0, 0.0, 0.0, 0.0] instead of 0, 0, 0, 1"),
     ({"Ks": torch.ones(2, 3, 3)}, "Ks has a skew"), ({"width": 0}, "width: 0 is not between"),
     ({"opacities": torch.zeros(COUNT, 1)}, "opacities has the shape (20, 1) instead of (20)"),
     ({"colors": torch.zeros(COUNT, 33), "sh_degree": None}, "33 channels are not between 1 and 32"),

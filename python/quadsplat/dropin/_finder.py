@@ -6,10 +6,11 @@ import importlib.abc
 import importlib.machinery
 import importlib.util
 import os
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Callable, Dict, Optional, Sequence
+from typing import Any, Callable, Dict, Optional, Sequence, Tuple
 
 from . import _options
 from ._device import map_to_cpu
@@ -38,6 +39,8 @@ STAND_INS: Dict[str, str] = {
     "gsplat": "gsplat/__init__.py",
     "gsplat.rendering": "gsplat/rendering.py",
 }
+#: The module that compiles gsplat's extension, and the first version that does so on import.
+_EXTENSION, _COMPILES_ON_IMPORT = "gsplat.cuda._backend", (1, 6)
 
 
 class Finder(importlib.abc.MetaPathFinder):
@@ -54,6 +57,11 @@ class Finder(importlib.abc.MetaPathFinder):
             if fullname in PATCHED and found.loader is not None:
                 found.loader = _PatchingLoader(found.loader, _replace_functions)
             return found
+        if fullname == _EXTENSION:
+            found = self._of_others(fullname, path, target)
+            if found is None or _version_beside(found) < _COMPILES_ON_IMPORT:
+                return found
+            return _spec(fullname, "gsplat/_backend.py")
         if fullname == "torch" and _options.device() is not None:
             found = self._of_others(fullname, path, target)
             if found is not None and found.loader is not None:
@@ -87,6 +95,16 @@ class _PatchingLoader(importlib.abc.Loader):
 
     def __getattr__(self, name: str) -> Any:  # get_source() and others
         return getattr(self._loader, name)
+
+
+def _version_beside(extension: Any) -> Tuple[int, ...]:
+    """The version of the gsplat that has this module; (0,) if it does not say it."""
+    try:
+        text = (Path(extension.origin).parent.parent / "version.py").read_text(encoding="utf-8")
+    except (OSError, TypeError):
+        return (0,)
+    numbers = re.search(r"""__version__ *= *["'](\d+)\.(\d+)""", text)
+    return tuple(map(int, numbers.groups())) if numbers else (0,)
 
 
 def _replace_functions(module: ModuleType) -> None:

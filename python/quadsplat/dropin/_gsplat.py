@@ -2,6 +2,7 @@
 """gsplat's rasterization() and the functions of its extension, versions 1.4 to 1.6."""
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import sys
@@ -132,20 +133,22 @@ def rasterization(
     outputs = ("color",) * paint.is_given + ("alpha",) + ("depth",) * has_depth
     context = context_of(None, _WHO, given["means"])
     frames = []
+    numbers = _numbers(views, lenses)
     for scene, number in sizes.each():
         view = views[scene, number]
         inputs = {name: tensor[scene] for name, tensor in given.items()}
         inputs.update(paint.projected(scene, number))
-        inputs["position"] = torch.linalg.inv_ex(view)[0][:3, 3]
-        plan = _plan_of(version, context, view, lenses[scene, number], int(width), int(height),
-                        near_plane, far_plane, radius_clip, eps2d, sh_degree, rasterize_mode,
-                        outputs)
+        if view.requires_grad:  # else the position is the camera's
+            inputs["position"] = torch.linalg.inv_ex(view)[0][:3, 3]
+        plan = _plan_of(version, context, next(numbers), int(width), int(height), near_plane,
+                        far_plane, radius_clip, eps2d, sh_degree, rasterize_mode, outputs)
         row = [inputs.get(name) for name in _plan.INPUTS]
         frame, blocks = _ffi.QsStageFrame(), _plan.Blocks()
         edge = _functions.Project.apply(plan, frame, blocks, view, *row)
         frames.append((plan, frame, blocks, edge, inputs))
     info, centres, absolute = _info(version, [frame[3] for frame in frames], packed, absgrad, sizes)
-    ids.append(info["gaussian_ids"] if packed else torch.empty(0, dtype=torch.int64))
+    if packed:
+        ids.append(info["gaussian_ids"])
     drawn = []
     for at, (scene, number) in enumerate(sizes.each()):
         plan, frame, blocks, edge, inputs = frames[at]
@@ -157,7 +160,7 @@ def rasterization(
             *(None if tensor is None else tensor.detach() for tensor in row)))
 
     def stacked(place: int) -> Tensor:
-        pictures = torch.stack([pictures[place] for pictures in drawn])
+        pictures = _stacked([pictures[place] for pictures in drawn])
         return pictures.reshape(*sizes.batch, sizes.cameras, *pictures.shape[1:])
 
     alphas = stacked(1).unsqueeze(-1)
@@ -176,7 +179,12 @@ def rasterization(
                 tile_size=16, n_cameras=sizes.cameras)
     if version.has_batches:
         info["n_batches"] = sizes.number
-    return torch.cat(parts, -1), alphas, info
+    return parts[0] if len(parts) == 1 else torch.cat(parts, -1), alphas, info
+
+
+def _stacked(tensors: List[Tensor]) -> Tensor:
+    """torch.stack() without a copy of a single tensor."""
+    return tensors[0][None] if len(tensors) == 1 else torch.stack(tensors)
 
 
 class _Sizes(NamedTuple):
@@ -315,11 +323,27 @@ class _Sparse(torch.autograd.Function):
         return torch.sparse_coo_tensor(rows[None], by[rows], by.shape), None
 
 
-def _plan_of(version: _Version, context: Context, view: Tensor, intrinsics: Tensor, width: int,
-             height: int, near: float, far: float, clip: float, dilation: float,
-             sh_degree: Optional[int], rasterize_mode: str,
-             outputs: Tuple[str, ...]) -> _plan.Plan:
-    (fx, skew, cx), (_, fy, cy) = intrinsics.detach().double().tolist()[:2]
+class _Numbers(NamedTuple):
+    """The matrices of a camera on the host."""
+
+    view: List[List[float]]
+    intrinsics: List[List[float]]
+
+
+def _numbers(views: Tensor, lenses: Tensor) -> Iterator[_Numbers]:
+    """The matrices of all pictures, with one copy from a GPU."""
+    pictures = views.shape[0] * views.shape[1]
+    rows = torch.cat([views.detach().double().reshape(pictures, 16),
+                      lenses.detach().to(views.device).double().reshape(pictures, 9)], 1).tolist()
+    for row in rows:
+        yield _Numbers([row[at:at + 4] for at in range(0, 16, 4)],
+                       [row[at:at + 3] for at in range(16, 25, 3)])
+
+
+def _plan_of(version: _Version, context: Context, numbers: _Numbers, width: int, height: int,
+             near: float, far: float, clip: float, dilation: float, sh_degree: Optional[int],
+             rasterize_mode: str, outputs: Tuple[str, ...]) -> _plan.Plan:
+    (fx, skew, cx), (_, fy, cy) = numbers.intrinsics[:2]
     if skew != 0:
         raise UsageError(f"{_WHO}: Ks has a skew, which quadsplat does not have")
     camera = Camera(width, height, (fx, fy), (cx - 0.5, cy - 0.5), near_depth=near)
@@ -332,7 +356,8 @@ def _plan_of(version: _Version, context: Context, view: Tensor, intrinsics: Tens
         radius_rule=version.radius_rule,
         slopes=(-(cx / fx + margins[0]), -(cy / fy + margins[1]),
                 (width - cx) / fx + margins[0], (height - cy) / fy + margins[1]))
-    struct, _ = _rasterize._camera(_WHO, camera, view)
+    struct, _ = _rasterize._camera(_WHO, camera, None)
+    _rasterize.set_pose(struct, numbers.view, f"{_WHO}: viewmats")
     return _plan.Plan(_WHO, context, struct, _rasterize.struct_of(_WHO, rules), outputs, False)
 
 
@@ -343,20 +368,18 @@ def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, sizes: _Si
     Centres at pixels are at halves there.
     """
     info = Info()
-    radii = torch.stack([edge[5] for edge in edges])
+    radii = _stacked([edge[5] for edge in edges])
     names = {"means2d": 0, "conics": 1, "depths": 2, "opacities": 3}
-    values = {name: torch.stack([edge[place] for edge in edges]) for name, place in names.items()}
+    values = {name: _stacked([edge[place] for edge in edges]) for name, place in names.items()}
     seen = (radii > 0).all(-1)
-    picture_ids, gaussian_ids = torch.nonzero(seen, as_tuple=True)
     if packed:
+        picture_ids, gaussian_ids = torch.nonzero(seen, as_tuple=True)
         values = {name: value[picture_ids, gaussian_ids] for name, value in values.items()}
         radii = radii[picture_ids, gaussian_ids]
-        visible = torch.ones_like(picture_ids)[:, None] > 0
+        values["means2d"] = values["means2d"] + 0.5
     else:
-        visible = seen[..., None]
-    values["means2d"] = torch.where(visible, values["means2d"] + 0.5,
-                                    torch.zeros_like(values["means2d"]))
-    if not packed:
+        values["means2d"] = torch.where(seen[..., None], values["means2d"] + 0.5,
+                                        values["means2d"].new_zeros(()))
         whole = (*sizes.batch, sizes.cameras)
         values = {name: value.reshape(*whole, *value.shape[1:]) for name, value in values.items()}
         radii = radii.reshape(*whole, *radii.shape[1:])
@@ -376,6 +399,8 @@ def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, sizes: _Si
             return None
         if not packed:
             return rows.reshape(len(edges), sizes.count, 2)[number]
+        if len(edges) == 1:
+            return rows.new_zeros(sizes.count, 2).index_put((gaussian_ids,), rows)
         own = picture_ids == number
         return rows.new_zeros(sizes.count, 2).index_put((gaussian_ids[own],), rows[own])
 
@@ -456,6 +481,22 @@ def adam(param: Tensor, param_grad: Tensor, exp_avg: Tensor, exp_avg_sq: Tensor,
           (b1, b2), eps)
 
 
+@functools.lru_cache(maxsize=None)
+def _rotation_of_products(dtype: torch.dtype, device: torch.device) -> Tensor:
+    """16 x 9: a rotation, row by row, from the products of two numbers of its quaternion w x y z."""
+    w, x, y, z = range(4)
+    terms = (((w, w, 1), (x, x, 1), (y, y, -1), (z, z, -1)), ((x, y, 2), (w, z, -2)),
+             ((x, z, 2), (w, y, 2)), ((x, y, 2), (w, z, 2)),
+             ((w, w, 1), (x, x, -1), (y, y, 1), (z, z, -1)), ((y, z, 2), (w, x, -2)),
+             ((x, z, 2), (w, y, -2)), ((y, z, 2), (w, x, 2)),
+             ((w, w, 1), (x, x, -1), (y, y, -1), (z, z, 1)))
+    matrix = torch.zeros(16, 9, dtype=dtype)
+    for element, factors in enumerate(terms):
+        for a, b, factor in factors:
+            matrix[4 * a + b, element] += factor
+    return matrix.to(device)
+
+
 def quat_scale_to_covar_preci(quats: Tensor, scales: Tensor, compute_covar: bool = True,
                               compute_preci: bool = True,
                               triu: bool = False) -> Tuple[Optional[Tensor], Optional[Tensor]]:
@@ -463,12 +504,9 @@ def quat_scale_to_covar_preci(quats: Tensor, scales: Tensor, compute_covar: bool
 
     Returns N x 3 x 3 each, or N x 6 with `triu`: xx xy xz yy yz zz; None if not asked for.
     """
-    w, x, y, z = torch.nn.functional.normalize(quats, dim=-1).unbind(-1)
-    rotation = torch.stack([
-        1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], -1)
-    rotation = rotation.reshape(*quats.shape[:-1], 3, 3)
+    unit = torch.nn.functional.normalize(quats, dim=-1)
+    products = (unit.unsqueeze(-1) * unit.unsqueeze(-2)).flatten(-2)  # ww wx wy wz xw xx ..
+    rotation = (products @ _rotation_of_products(unit.dtype, unit.device)).unflatten(-1, (3, 3))
 
     def squared(factors: Tensor) -> Tensor:
         half = rotation * factors.unsqueeze(-2)

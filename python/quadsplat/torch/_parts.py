@@ -2,7 +2,8 @@
 """Parts of a trainer for torch."""
 from __future__ import annotations
 
-from typing import Any, Iterable, Optional, Tuple
+import ctypes
+from typing import Any, Dict, Iterable, Optional, Tuple
 
 import torch
 from torch.autograd.function import once_differentiable
@@ -10,8 +11,8 @@ from torch.autograd.function import once_differentiable
 from .. import _ffi, _parts
 from .._checks import choice
 from .._errors import UsageError
-from . import _gpu_parts
-from ._tensors import Tensor, checked
+from . import _gpu_ssim
+from ._tensors import Tensor, checked, context_of, mark_changed, put, stream_of
 
 MOST_COPIES = 51  #: of a relocated Gaussian, QS_MOST_COPIES
 
@@ -22,7 +23,7 @@ class _Ssim(torch.autograd.Function):
         ctx.save_for_backward(a, b)
         ctx.padding = padding
         if a.is_cuda:
-            return _gpu_parts.ssim_and_gradient(a, b, padding)[0]
+            return _gpu_ssim.ssim_and_gradient(a, b, padding)[0]
         return a.new_tensor(_parts.ssim(a, b, padding=padding))
 
     @staticmethod
@@ -32,7 +33,7 @@ class _Ssim(torch.autograd.Function):
 
         def gradient(x: Tensor, y: Tensor) -> Tensor:
             if x.is_cuda:
-                return by * _gpu_parts.ssim_and_gradient(x, y, ctx.padding)[1]
+                return by * _gpu_ssim.ssim_and_gradient(x, y, ctx.padding)[1]
             return torch.from_numpy(_parts.ssim_backward(x, y, by.item(), padding=ctx.padding))
 
         # SSIM is symmetric.
@@ -78,13 +79,33 @@ def adam(param: Tensor, gradient: Tensor, first: Tensor, second: Tensor,
          visible: Optional[Tensor], rate: float, betas: Tuple[float, float],
          epsilon: float) -> None:
     """quadsplat.adam() of tensors, without correction of the moments."""
-    if param.is_cuda:
-        _gpu_parts.adam(param, gradient, first, second, visible, rate, betas, epsilon)
-        return
-    for name, tensor in (("param", param), ("gradient", gradient), ("first", first),
-                         ("second", second)):
+    tensors = {"values": param, "gradients": gradient, "first": first, "second": second}
+    for name, tensor in tensors.items():
         checked(tensor, f"adam: {name}")
-    _parts.adam(param, gradient, first, second, rate, visible=visible, betas=betas, epsilon=epsilon)
+    if param.is_cuda:
+        _step_on_gpu(tensors, visible, rate, betas, epsilon)
+    else:
+        _parts.adam(param, gradient, first, second, rate, visible=visible, betas=betas,
+                    epsilon=epsilon)
+
+
+def _step_on_gpu(tensors: Dict[str, Tensor], visible: Optional[Tensor], rate: float,
+                 betas: Tuple[float, float], epsilon: float) -> None:
+    """Enqueues the step in torch's current stream."""
+    param = tensors["values"]
+    step = _ffi.QsAdam(rate=rate, beta1=betas[0], beta2=betas[1], epsilon=epsilon,
+                       stream=stream_of(param.get_device()))
+    for name, tensor in tensors.items():
+        if tensor.dtype != torch.float32:
+            raise UsageError(f"adam: {name} has elements of type {tensor.dtype} instead of float32")
+        put(step, name, tensor)
+    if visible is not None:
+        rows = visible.to(param.device)
+        put(step, "visible", rows.view(torch.uint8) if rows.dtype == torch.bool else rows)
+    with context_of(None, "adam", param)._use("adam") as pointer:
+        _ffi.call("adam", "qs_adam", pointer, ctypes.byref(step))
+    for changed in (param, tensors["first"], tensors["second"]):
+        mark_changed(changed)
 
 
 def relocated(opacities: Tensor, scales: Tensor, counts: Any, who: str,

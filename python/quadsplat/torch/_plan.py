@@ -9,7 +9,7 @@ import torch
 
 from .. import _ffi
 from .._context import Context, chosen
-from ._tensors import Tensor, array_of, places_of, put, put_all
+from ._tensors import Tensor, array_of, places_of, put, put_all, stream_of
 
 #: The tensors of QsInputs, in the order in which they are handed on; None: absent.
 INPUTS = ("means", "scales", "rotations", "covariances", "opacities", "sh", "sh_rest", "channels",
@@ -112,7 +112,7 @@ class _Temporary:
         self._device = device
         self._blocks: List[Tensor] = []
         self._memory = _ffi.QsMemory(user=id(self), allocate=_allocate)
-        inputs.stream = _stream_of(device.index)
+        inputs.stream = stream_of(device.index)
         inputs.temporary = ctypes.pointer(self._memory)
         _filled[id(self)] = self
 
@@ -132,14 +132,6 @@ class _Temporary:
 def _bytes_on(device: torch.device, size: int) -> Tensor:
     """Uninitialised memory. Without a byte a tensor has no address."""
     return torch.empty(size or 1, dtype=torch.uint8, device=device)
-
-
-def _stream_of(device: int) -> int:
-    """torch's current stream of a GPU, a cudaStream_t."""
-    getter = getattr(torch._C, "_cuda_getCurrentRawStream", None)
-    if getter is not None:
-        return int(getter(device))
-    return int(torch.cuda.current_stream(device).cuda_stream)
 
 
 class Blocks:

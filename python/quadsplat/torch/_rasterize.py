@@ -2,7 +2,7 @@
 """rasterize()."""
 from __future__ import annotations
 
-from typing import Any, Iterable, NamedTuple, Optional, Union
+from typing import Any, Iterable, List, NamedTuple, Optional, Union
 
 import torch
 
@@ -144,9 +144,13 @@ def _camera(who: str, camera: Any, view: Any) -> Any:
     view = checked(view, where)
     if tuple(view.shape) not in ((4, 4), (3, 4)):
         raise UsageError(f"{where} has the shape {tuple(view.shape)} instead of (4, 4) or (3, 4)")
-    rows = view.detach().tolist()
+    set_pose(struct, view.detach().tolist(), where)
+    return struct, view
+
+
+def set_pose(struct: _ffi.QsCamera, rows: List[List[float]], where: str) -> None:
+    """Gives the camera the matrix of 3 or 4 rows. Raises UsageError."""
     if len(rows) == 4 and max(abs(a - b) for a, b in zip(rows[3], (0, 0, 0, 1))) > 1e-6:
         raise UsageError(f"{where} has the last row {rows[3]} instead of 0, 0, 0, 1: it may be "
                          "transposed")
     struct.view_from_world[:] = sum(rows[:3], [])
-    return struct, view

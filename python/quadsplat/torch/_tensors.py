@@ -8,7 +8,7 @@ from typing import Any, Iterable, Optional, Tuple, Type
 
 import torch
 
-from .. import _ffi
+from .. import _arrays, _ffi
 from .._context import Context, chosen
 from .._errors import UsageError
 
@@ -19,6 +19,7 @@ _TYPES = {torch.float32: _ffi.FLOAT32, torch.float64: _ffi.FLOAT64, torch.int32:
 _HALVES = (torch.float16, torch.bfloat16)
 _HOST = (_ffi.MEMORY_HOST, 0)  # QsArray.memory and .device
 _CUDA = _ffi.MEMORY_CUDA
+_increment_version = getattr(torch.autograd.graph, "increment_version", None)  # of newer versions
 
 # The members of a QsArray of 0 to 4 dimensions: writing all of them at once is ten times as fast as
 # one by one. `x` writes a 0.
@@ -60,6 +61,22 @@ def _pack(target: ctypes.Structure, offset: int, tensor: Tensor) -> None:
     memory, device = (_CUDA, tensor.get_device()) if tensor.is_cuda else _HOST
     _PACK[dimensions](target, offset, tensor.data_ptr(), *shape, *tensor.stride(), dimensions,
                       _TYPES[tensor.dtype], memory, device)
+
+
+def stream_of(device: int) -> int:
+    """torch's current stream of a GPU, a cudaStream_t."""
+    getter = getattr(torch._C, "_cuda_getCurrentRawStream", None)
+    if getter is not None:
+        return int(getter(device))
+    return int(torch.cuda.current_stream(device).cuda_stream)
+
+
+def mark_changed(tensor: Tensor) -> None:
+    """Lets torch notice that the library changed the tensor."""
+    if _increment_version is None:
+        _arrays.mark_changed(tensor)
+    else:
+        _increment_version(tensor)
 
 
 def context_of(context: Optional[Context], who: str, means: Tensor) -> Context:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Parts of a trainer for tensors on a GPU, in operations of torch.
+"""SSIM of tensors on a GPU, in operations of torch.
 
 The results equal the results of the library on the CPU within rounding.
 """
 from __future__ import annotations
 
 import math
-from typing import Optional, Tuple
+from typing import Tuple
 
 import torch
 
@@ -56,27 +56,3 @@ def _blurred(maps: Tensor) -> Tensor:
         for k, weight in enumerate(weights):
             maps.add_(wide.narrow(dimension, k, size), alpha=weight / total)
     return maps
-
-
-@torch.no_grad()
-def adam(param: Tensor, gradient: Tensor, first: Tensor, second: Tensor,
-         visible: Optional[Tensor], rate: float, betas: Tuple[float, float],
-         epsilon: float) -> None:
-    """A step of Adam in place for the visible rows, without correction of the moments.
-
-    Gradients that are not finite count as 0, and a value whose move is not finite stays.
-    """
-    by = torch.where(torch.isfinite(gradient), gradient, torch.zeros_like(gradient))
-    new_first = betas[0] * first + (1 - betas[0]) * by
-    new_second = betas[1] * second + (1 - betas[1]) * by * by
-    move = rate * new_first / (new_second.sqrt() + epsilon)
-    move = torch.where(torch.isfinite(move), move, torch.zeros_like(move))
-    if visible is None:
-        first.copy_(new_first)
-        second.copy_(new_second)
-        param.sub_(move)
-        return
-    rows = visible.to(param.device).reshape(-1, *(1,) * (param.dim() - 1))
-    first.copy_(torch.where(rows, new_first, first))
-    second.copy_(torch.where(rows, new_second, second))
-    param.sub_(torch.where(rows, move, torch.zeros_like(move)))

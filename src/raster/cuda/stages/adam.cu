@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cuda/check.cuh"
+#include "raster/cuda/stages/adam.h"
+#include "raster/cuda/stages/held.cuh"
+
+namespace qs::cuda::stages {
+namespace {
+
+/// A thread for each value.
+__global__ void step_values(AdamArrays arrays, AdamRule rule, AdamStep step, float rate) {
+  std::size_t rest = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
+  std::size_t index[4];
+  for (int i = 3; i > 0; --i) {
+    const std::size_t size = arrays.sizes[i];
+    index[i] = size == 1 ? 0 : rest % size;
+    rest = size == 1 ? rest : rest / size;
+  }
+  index[0] = rest;
+  if (rest >= arrays.sizes[0]) return;
+  if (arrays.visible != nullptr &&
+      arrays.visible[static_cast<std::ptrdiff_t>(rest) * arrays.visible_stride] == 0)
+    return;
+  qs::adam(rule, step, rate, arrays.gradients.at(index), arrays.values.at(index),
+           arrays.first.at(index), arrays.second.at(index));
+}
+
+/// Makes one dimension of the last two where the elements of all arrays follow each other, so that
+/// threads divide less.
+void join_last_dimensions(AdamArrays& arrays) {
+  const auto follow = [&](const auto& array, int i) {
+    return array.strides[i] ==
+           array.strides[i + 1] * static_cast<std::ptrdiff_t>(arrays.sizes[i + 1]);
+  };
+  for (int i = 2; i > 0; --i) {
+    if (!follow(arrays.gradients, i) || !follow(arrays.values, i) || !follow(arrays.first, i) ||
+        !follow(arrays.second, i))
+      return;
+    arrays.sizes[i] *= arrays.sizes[i + 1];
+    arrays.sizes[i + 1] = 1;
+    const auto join = [&](auto& array) {
+      array.strides[i] = array.strides[i + 1];
+      array.strides[i + 1] = 0;
+    };
+    join(arrays.gradients);
+    join(arrays.values);
+    join(arrays.first);
+    join(arrays.second);
+  }
+}
+
+}  // namespace
+
+void adam(const AdamArrays& arrays, const AdamRule& rule, const AdamStep& step, float rate,
+          const Queue& queue) {
+  std::size_t count = 1;
+  for (const std::size_t size : arrays.sizes) count *= size;
+  if (count == 0) return;
+  AdamArrays joined = arrays;
+  join_last_dimensions(joined);
+  launch("adam", step_values, blocks_for(count), stream_of(queue), joined, rule, step, rate);
+}
+
+}  // namespace qs::cuda::stages

@@ -261,7 +261,9 @@ try {
   check("no request leaves the server", outside.length === 0, outside);
   check("the page reports no error", problems.length === 0, problems.join("; "));
 } catch (error) {
-  check("all steps were possible", false, error + " " + problems.join("; "));
+  const pages = (await Promise.all(browser.browserContexts().map((context) => context.pages()))).flat();
+  const lines = await Promise.all(pages.map((one) => one.evaluate(() => document.querySelector("footer")?.textContent).catch(String)));
+  check("all steps were possible", false, [error, ...problems, ...lines].join("; "));
   await page.screenshot({ path: kind + "_failed.png" }).catch(() => {});
 } finally {
   await browser.close();

@@ -506,7 +506,8 @@ def quat_scale_to_covar_preci(quats: Tensor, scales: Tensor, compute_covar: bool
     """
     unit = torch.nn.functional.normalize(quats, dim=-1)
     products = (unit.unsqueeze(-1) * unit.unsqueeze(-2)).flatten(-2)  # ww wx wy wz xw xx ..
-    rotation = (products @ _rotation_of_products(unit.dtype, unit.device)).unflatten(-1, (3, 3))
+    rotation = products @ _rotation_of_products(unit.dtype, unit.device)
+    rotation = rotation.reshape(*quats.shape[:-1], 3, 3)
 
     def squared(factors: Tensor) -> Tensor:
         half = rotation * factors.unsqueeze(-2)

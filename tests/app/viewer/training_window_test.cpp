@@ -182,9 +182,12 @@ class CountingRun {
         return cloud;
       });
       if (wish == TrainingWish::stop) return "stopped";
-      if (wish == TrainingWish::save) ++saves, --progress.iteration;
+      if (wish != TrainingWish::save) continue;
+      ++saves, --progress.iteration;
+      if (resumes_while_saving) thread.command(TrainingCommand::resume);
     }
   }
+  std::atomic<bool> resumes_while_saving = false;
   std::atomic<int> iteration = 0, saves = 0;
 };
 
@@ -237,6 +240,14 @@ TEST_F(TrainingThreadTest, pauses_steps_resumes_saves_and_stops) {
   thread_.command(TrainingCommand::stop);
   wait_until([&] { return phase() == TrainingPhase::ended; });
   EXPECT_EQ(driven_.viewer.training->outcome, "stopped");
+}
+
+TEST_F(TrainingThreadTest, says_that_it_runs_after_it_was_resumed_while_it_saved) {
+  run_.resumes_while_saving = true;
+  pause();
+  thread_.command(TrainingCommand::save);
+  wait_until([&] { return phase() == TrainingPhase::running; });
+  EXPECT_EQ(run_.saves, 1);
 }
 
 TEST_F(TrainingThreadTest, copies_the_model_only_if_the_window_wants_one) {

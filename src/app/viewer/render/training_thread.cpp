@@ -89,13 +89,18 @@ TrainingWish TrainingThread::after_iteration(TrainingProgress progress,
     hand_over(progress, model);
     reports_.report(action::training_progressed, progress);
     reports_.report(action::training_paused, true);
+    shows_pause_ = true;
     lock.lock();
     obeying_ = false;
     changed_.wait(lock, [&] { return !paused_ || steps_ > 0 || stopping_ || saving_; });
     waited = true;
     steps = paused_ && !saving_ && !stopping_;
     if (steps) --steps_;
-    if (!paused_) reports_.report(action::training_paused, false);
+  }
+  // The run may have been resumed while an iteration or the saving ran.
+  if (shows_pause_ && !paused_) {
+    reports_.report(action::training_paused, false);
+    shows_pause_ = false;
   }
   const bool stops = stopping_, saves = std::exchange(saving_, false);
   const bool shows = wanted_ || stops || last;

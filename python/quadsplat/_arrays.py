@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Optional, Sequence, Tuple
+from typing import Any, Iterable, Optional, Sequence, Tuple
 
 import numpy as np
 
 from . import _ffi
+from ._checks import choice
 from ._errors import UsageError
 
 TYPES = {np.dtype(np.float32): _ffi.FLOAT32, np.dtype(np.float64): _ffi.FLOAT64,
@@ -28,8 +29,7 @@ def to_numpy(value: Any, where: str) -> np.ndarray:
     """
     if isinstance(value, np.ndarray):
         return value
-    if getattr(value, "requires_grad", False):
-        value = value.detach()
+    value = detached(value)
     if _is_on_device(value):
         raise UsageError(f"{where} is in the memory of a GPU: copy it to the host first, for "
                          "example by .cpu() or cupy.asnumpy()")
@@ -46,10 +46,25 @@ def to_numpy(value: Any, where: str) -> np.ndarray:
         raise UsageError(f"{where} cannot be read as an array: {error}") from None
 
 
+def detached(value: Any) -> Any:
+    """The value, without the graph of torch that it may belong to."""
+    return value.detach() if getattr(value, "requires_grad", False) else value
+
+
+def element_type(value: Any, where: str, known: Iterable[str]) -> np.dtype:
+    """One of the known types, from its name or numpy's type. Raises UsageError."""
+    try:
+        name = np.dtype(value).name
+    except TypeError:
+        name = value
+    choice(name, where, dict.fromkeys(known, 0))
+    return np.dtype(name)
+
+
 def writable(value: Any, where: str) -> np.ndarray:
     """The array itself, which the library may change; mark_changed() follows.
 
-    What numpy reads by DLPack is read only, also of tensors that may be changed. Raises UsageError
+    numpy reads arrays by DLPack as read only, also tensors that may be changed. Raises UsageError
     if the memory cannot be changed.
     """
     array = to_numpy(value, where)

@@ -32,6 +32,7 @@ METRICS = {"psnr": 1, "psnr_8bit": 2, "ssim": 4, "flip": 8, "lpips": 16,
            "lpips_paper": 32}
 BORDERS = {"zeros": 0, "crop": 1}
 PADDINGS = {"same": BORDERS["zeros"], "valid": BORDERS["crop"]}
+MOST_COPIES = 51
 STAGES = ("preprocess", "bin", "sort", "blend")
 RADII = {"inria": 0, "gsplat_1_4": 1, "gsplat_1_5": 2}
 

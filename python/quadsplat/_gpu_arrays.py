@@ -9,7 +9,7 @@ from typing import Any, Optional, Sequence, Tuple
 import numpy as np
 
 from . import _ffi
-from ._arrays import TYPES, require_shape
+from ._arrays import TYPES, detached, require_shape
 from ._errors import UsageError
 
 _CUDA_OF_DLPACK = 2
@@ -19,8 +19,7 @@ class GpuArray:
     """A view of an array, which must outlive it."""
 
     def __init__(self, value: Any, where: str) -> None:
-        if getattr(value, "requires_grad", False):
-            value = value.detach()
+        value = detached(value)
         facts = value.__cuda_array_interface__
         self.shape: Tuple[int, ...] = tuple(facts["shape"])
         self.dtype = np.dtype(facts["typestr"])
@@ -46,8 +45,7 @@ class GpuArray:
 
     def column(self) -> GpuArray:
         """N x 1 as N."""
-        if self.ndim == 2 and self.shape[1] == 1:
-            self.shape, self._strides = self.shape[:1], self._strides[:1]
+        self.shape, self._strides = self.shape[:1], self._strides[:1]
         return self
 
     def require_writable(self, where: str) -> None:
@@ -66,10 +64,8 @@ class GpuArray:
 
 def is_on_gpu(value: Any) -> bool:
     """True if the library can read the value in the memory of a GPU."""
-    if getattr(value, "requires_grad", False):
-        value = value.detach()
     try:
-        return hasattr(value, "__cuda_array_interface__")
+        return hasattr(detached(value), "__cuda_array_interface__")
     except Exception:  # a tensor in another form, such as torch's sparse ones
         return False
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping as AnyMapping
 from typing import (Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union,
                     overload)
 
 import numpy as np
 
 from . import _ffi, _settings
-from ._arrays import TYPES, mark_changed, struct_of, writable
+from ._arrays import TYPES, element_type, mark_changed, struct_of, writable
 from ._camera import Camera
-from ._checks import choice, words
+from ._checks import words
 from ._errors import UsageError
 from ._gpu_arrays import GpuArray, is_on_gpu
 from ._picture import Picture
@@ -22,7 +21,7 @@ from ._scene import Scene
 _OUTPUTS = {"color": False, "alpha": False, "depth": False, "median_depth": False,
             "evaluated": False, "pairs": True, "used": True}
 _COUNTED = ("evaluated", "pairs", "used")
-_DTYPES = {"float32": np.float32, "uint8": np.uint8}
+_DTYPES = ("float32", "uint8")
 
 
 class Counts(NamedTuple):
@@ -44,21 +43,21 @@ class Counts(NamedTuple):
 
 
 _Names = Union[str, Sequence[str], None]
-_Given = Mapping[str, Any]  # arrays by output
+_ByOutput = Mapping[str, Any]  # arrays by output
 
 
 @overload
 def render(scene: Scene, cameras: Camera, *, outputs: _Names = ..., dtype: Any = ...,
-           out: Optional[_Given] = ..., **settings: Any) -> Picture: ...
+           out: Optional[_ByOutput] = ..., **settings: Any) -> Picture: ...
 
 
 @overload
 def render(scene: Scene, cameras: Sequence[Camera], *, outputs: _Names = ..., dtype: Any = ...,
-           out: Optional[Sequence[_Given]] = ..., **settings: Any) -> List[Picture]: ...
+           out: Optional[Sequence[_ByOutput]] = ..., **settings: Any) -> List[Picture]: ...
 
 
 def render(scene: Scene, cameras: Union[Camera, Sequence[Camera]], *, outputs: _Names = None,
-           dtype: Any = "float32", out: Union[None, _Given, Sequence[_Given]] = None,
+           dtype: Any = "float32", out: Union[None, _ByOutput, Sequence[_ByOutput]] = None,
            **settings: Any) -> Union[Picture, List[Picture]]:
     """Renders one view, or a list of views.
 
@@ -80,10 +79,10 @@ def render(scene: Scene, cameras: Union[Camera, Sequence[Camera]], *, outputs: _
     who = "render"
     _require_scene(scene, who)
     views = [cameras] if isinstance(cameras, Camera) else _list_of_cameras(cameras, who)
-    element = _element(dtype, f"{who}: dtype")
+    element = element_type(dtype, f"{who}: dtype", _DTYPES)
     chosen = _settings.struct_of(who, settings, scene.facts.white_background)
     made = []
-    for camera, own in zip(views, _given(out, len(views), isinstance(cameras, Camera), who)):
+    for camera, own in zip(views, _arrays_given(out, len(views), isinstance(cameras, Camera), who)):
         names = words(tuple(own) or "color" if outputs is None else outputs, f"{who}: outputs",
                       _OUTPUTS)
         missing = tuple(name for name in names if name not in own)
@@ -134,16 +133,16 @@ def _list_of_cameras(cameras: Any, who: str) -> List[Camera]:
     return views
 
 
-def _given(out: Any, views: int, is_one: bool, who: str) -> List[_Given]:
+def _arrays_given(out: Any, views: int, is_one: bool, who: str) -> List[_ByOutput]:
     """The arrays to fill, by view. Raises UsageError."""
     if out is None:
         return [{}] * views
     whole = [out] if is_one else list(out) if isinstance(out, (list, tuple)) else [None]
     for arrays in whole:
-        if not isinstance(arrays, AnyMapping):
+        if not isinstance(arrays, Mapping):
             raise UsageError(f"{who}: out is not a dictionary of arrays by output"
                              + ("" if is_one else " for each camera"))
-        words(tuple(arrays) or "color", f"{who}: out", _OUTPUTS)
+        words(arrays, f"{who}: out", _OUTPUTS)
     if len(whole) != views:
         raise UsageError(f"{who}: out has {len(whole)} dictionaries for {views} cameras")
     return whole
@@ -156,15 +155,6 @@ def _writable(array: Any, where: str) -> np.ndarray:
     if not own.flags.aligned or any(stride % own.itemsize for stride in own.strides):
         raise UsageError(f"{where} is not an array of whole aligned elements")
     return own
-
-
-def _element(dtype: Any, where: str) -> Any:
-    try:
-        name = np.dtype(dtype).name
-    except TypeError:
-        name = dtype
-    choice(name, where, dict.fromkeys(_DTYPES, 0))
-    return _DTYPES[name]
 
 
 def _arrays_of(camera: Camera, names: Tuple[str, ...], element: Any,

@@ -12,9 +12,9 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Type,
 import numpy as np
 
 from . import _ffi
-from ._arrays import real_array, require_shape, struct_of, to_numpy
+from ._arrays import element_type, real_array, require_shape, struct_of, to_numpy
 from ._camera import Camera, read_cameras
-from ._checks import choice, encoded, encoded_path, integer
+from ._checks import encoded, encoded_path, integer
 from ._context import Context, chosen
 from ._errors import InputError, UsageError
 from ._gpu_arrays import is_on_gpu, real_gpu_array
@@ -22,7 +22,7 @@ from ._warn import warn
 
 Path = Union[str, "PathLike[str]"]
 _ALL_SH_DEGREES = 3
-_REALS = {"float32": _ffi.FLOAT32, "float64": _ffi.FLOAT64}
+_REALS = ("float32", "float64")
 
 
 class SceneFacts(NamedTuple):
@@ -162,7 +162,7 @@ class Scene:
         quadsplat.torch.rasterize(), as tensors by torch.from_numpy(). Raises UsageError.
         """
         who = "Scene.arrays"
-        element = _real_type(dtype, f"{who}: dtype")
+        element = element_type(dtype, f"{who}: dtype", _REALS)
         count = len(self)
         coefficients = (self._facts.sh_degree + 1) ** 2
         shapes = {"means": (count, 3), "scales": (count, 3), "rotations": (count, 4),
@@ -269,16 +269,6 @@ def _load(path: Path, axes: Optional[str], context: Context, who: str) -> Scene:
     for sentence in scene.facts.warnings:
         warn(f"{scene.facts.path}: {sentence}", UserWarning)
     return scene
-
-
-def _real_type(dtype: Any, where: str) -> np.dtype:
-    """The type of a name or of numpy: float32 or float64."""
-    try:
-        name = np.dtype(dtype).name
-    except TypeError:
-        name = dtype
-    choice(name, where, _REALS)
-    return np.dtype(name)
 
 
 def _scene(context: Context, handle: ctypes.c_void_p, who: str) -> Scene:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Arrays of the caller in the memory of the context's GPU, where a function works on the host.
-// Without CUDA no context has a GPU, so nothing here is called.
+// Copies between arrays of the caller on the context's GPU and the memory in which a function
+// works. Without CUDA no context has a GPU, so nothing here is called.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Pictures and counts of views.
-#include <array>
+#include <utility>
 
 #include "library/arrays.h"
 #include "library/gpu_arrays.h"
@@ -12,32 +12,22 @@
 namespace qs::library {
 namespace {
 
-struct NamedArray {
-  const char* name;
-  const QsArray& array;
-};
-
-/// The arrays that may be in the memory of a GPU.
-std::array<NamedArray, 4> maps_of(const QsPicture& picture) {
-  return {{{"color", picture.color},
-           {"alpha", picture.alpha},
-           {"depth", picture.depth},
-           {"median_depth", picture.median_depth}}};
-}
-
-/// The memory of these arrays, which the first of them decides.
+/// The memory of the maps that may be on a GPU. The first of them decides it.
 Place place_of_maps(const QsPicture& picture) {
-  for (const auto& [name, array] : maps_of(picture))
-    if (!is_absent(array)) return {array.memory, array.device, name};
+  const std::pair<const char*, const QsArray&> maps[] = {{"color", picture.color},
+                                                         {"alpha", picture.alpha},
+                                                         {"depth", picture.depth},
+                                                         {"median_depth", picture.median_depth}};
+  for (const auto& [name, map] : maps)
+    if (!is_absent(map)) return {map.memory, map.device, name};
   return {};
 }
 
 /// Throws Error(usage) unless every requested array fits the view.
-void check_picture(const QsPicture& picture, const Camera& camera, const TileGrid& grid,
-                   const Where& where) {
+void check_picture(const QsPicture& picture, const Place& of_maps, const Camera& camera,
+                   const TileGrid& grid, const Where& where) {
   if (picture.reserved != 0) refuse(where / "reserved", "is not 0");
   const std::int64_t width = camera.width, height = camera.height;
-  const Place of_maps = place_of_maps(picture);
   const auto check = [&](const QsArray& array, const char* name,
                          std::initializer_list<std::int64_t> sizes, Types types,
                          const Place& place = {}) {
@@ -84,13 +74,21 @@ QsCounts counts_of(const Frame& frame) {
   return counts;
 }
 
-void store_frame(const Frame& frame, const QsPicture& picture, const Camera& camera, const Use& use,
-                 const Where& where) {
+/// A view of a call, checked.
+struct CheckedView {
+  Camera camera;
+  QsPicture picture;
+  Place of_maps;
+  Where where;
+};
+
+void store_frame(const Frame& frame, const CheckedView& view, const Use& use) {
+  const auto& [camera, picture, of_maps, where] = view;
   const auto save = [&](const QsArray& array, const auto& values, int rows, int columns,
                         int channels = 1) {
     if (!is_absent(array)) store(array, use.pool(), values.data(), rows, columns, channels);
   };
-  if (place_of_maps(picture).is_gpu()) {
+  if (of_maps.is_gpu()) {
     store_on_gpu(frame.on_device, picture, camera, use);
   } else {
     save(picture.color, frame.color.values, camera.height, camera.width, 3);
@@ -104,21 +102,17 @@ void store_frame(const Frame& frame, const QsPicture& picture, const Camera& cam
   if (picture.counts != nullptr) write_struct(counts_of(frame), picture.counts, where / "counts");
 }
 
-/// A view of a call, checked.
-struct CheckedView {
-  Camera camera;
-  QsPicture picture;
-  Where where;
-};
-
 CheckedView view_at(const QsCamera* cameras, const QsPicture* pictures, std::uint64_t number,
                     const RenderSettings& settings) {
   const auto index = static_cast<std::int64_t>(number);
   const Where of_cameras{"qs_render", "cameras", index};
   const Where of_pictures{"qs_render", "pictures", index};
   CheckedView view{camera_of(element(cameras, number, of_cameras), of_cameras),
-                   read_struct(element(pictures, number, of_pictures), of_pictures), of_pictures};
-  check_picture(view.picture, view.camera,
+                   read_struct(element(pictures, number, of_pictures), of_pictures),
+                   {},
+                   of_pictures};
+  view.of_maps = place_of_maps(view.picture);
+  check_picture(view.picture, view.of_maps, view.camera,
                 TileGrid::of_image(view.camera.width, view.camera.height, settings.tile_px),
                 of_pictures);
   if (settings.mode == kReferenceMode &&
@@ -142,18 +136,17 @@ int32_t qs_render(QsSceneHandle* scene, const QsCamera* cameras, uint64_t views,
     const Use use(scene->scene.context(), {kCall, "scene"});
     for (std::uint64_t i = 0; i < views; ++i) {
       const CheckedView view = view_at(cameras, pictures, i, chosen);
-      const Place place = place_of_maps(view.picture);
+      const Place& place = view.of_maps;
       if (place.is_gpu()) use.require_gpu(place.device, view.where / place.decided_by);
     }
     if (views == 0) return;
     Renderer& renderer = scene->scene.renderer(use.stop());
     for (std::uint64_t i = 0; i < views; ++i) {
       const CheckedView view = view_at(cameras, pictures, i, chosen);
-      const bool on_gpu = place_of_maps(view.picture).is_gpu();
-      const Frame& frame =
-          renderer.render(view.camera, chosen, outputs_of(view.picture),
-                          on_gpu ? Target(DeviceImage{}) : Target(HostImage{}), use.stop());
-      store_frame(frame, view.picture, view.camera, use, view.where);
+      const Target target = view.of_maps.is_gpu() ? Target(DeviceImage{}) : Target(HostImage{});
+      store_frame(
+          renderer.render(view.camera, chosen, outputs_of(view.picture), target, use.stop()), view,
+          use);
     }
   });
 }

@@ -16,7 +16,7 @@ from .._context import Context
 from .._errors import UsageError
 from ..torch import Rules, _functions, _plan, _rasterize
 from ..torch._parts import adam as _adam
-from ..torch._parts import MOST_COPIES, relocated
+from ..torch._parts import relocated
 from ..torch._tensors import checked, context_of
 from . import _options
 
@@ -399,7 +399,7 @@ def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, sizes: _Si
             return None
         if not packed:
             return rows.reshape(len(edges), sizes.count, 2)[number]
-        if len(edges) == 1:
+        if len(edges) == 1:  # all rows are its own
             return rows.new_zeros(sizes.count, 2).index_put((gaussian_ids,), rows)
         own = picture_ids == number
         return rows.new_zeros(sizes.count, 2).index_put((gaussian_ids[own],), rows[own])
@@ -462,7 +462,7 @@ def compute_relocation(opacities: Tensor, scales: Tensor, ratios: Tensor, binoms
     if least == 0:
         return relocated(opacities, scales, ratios, who, names)
     # A Gaussian whose copies have the bound, and the scales of these copies for the given opacity.
-    copies = ratios.clamp(1, MOST_COPIES)
+    copies = ratios.clamp(1, _ffi.MOST_COPIES)
     whole = torch.maximum(opacities, (1 - (1 - least) ** copies.double()).to(opacities.dtype))
     shared, sized = relocated(whole, scales, copies, who, names)
     return (shared.clamp(least, 1 - torch.finfo(torch.float32).eps),

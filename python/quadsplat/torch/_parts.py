@@ -14,8 +14,6 @@ from .._errors import UsageError
 from . import _gpu_ssim
 from ._tensors import Tensor, checked, context_of, mark_changed, put, stream_of
 
-MOST_COPIES = 51  #: of a relocated Gaussian, QS_MOST_COPIES
-
 
 class _Ssim(torch.autograd.Function):
     @staticmethod

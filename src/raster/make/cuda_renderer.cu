@@ -2,7 +2,6 @@
 #include <array>
 #include <cassert>
 #include <optional>
-#include <utility>
 
 #include "raster/cuda/classic/classic.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
@@ -196,20 +195,17 @@ class CudaRenderer final : public Renderer {
     copy_to_host(pixels_.color.data(), result_.color.values.data(), result_.color.values.size(),
                  stream_);
     if (outputs.evaluated) result_.evaluated = copied(pixels_.evaluated.data(), pixels, stream_);
-    if (outputs.depth) {
-      const float* map = pixels_.depth.data();
-      DepthMaps& depth = result_.depth;
-      DeviceMaps& on_device = result_.on_device;
-      for (auto [on_host, place] : {std::pair(&depth.alpha, &on_device.alpha),
-                                    std::pair(&depth.expected, &on_device.expected),
-                                    std::pair(&depth.median, &on_device.median)}) {
-        if (stays) {
-          *place = map;
-        } else {
-          *on_host = copied(map, pixels, stream_);
-        }
-        map += pixels;
-      }
+    if (!outputs.depth) return;
+    const float* const maps = pixels_.depth.data();
+    const auto map = [&](std::size_t number) { return maps + number * pixels; };
+    if (stays) {
+      DeviceMaps& depth = result_.on_device;
+      depth.alpha = map(0);
+      depth.expected = map(1);
+      depth.median = map(2);
+    } else {
+      result_.depth = {copied(map(0), pixels, stream_), copied(map(1), pixels, stream_),
+                       copied(map(2), pixels, stream_)};
     }
   }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Scenes and pictures through the C interface with arrays in the memory of a GPU.
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -40,9 +41,12 @@ class CudaLibraryPictures : public test::GpuTest {
   std::optional<quadsplat::Scene> scene_;
 };
 
+std::array<QsArray*, 4> maps_of(QsPicture& picture) {
+  return {&picture.color, &picture.alpha, &picture.depth, &picture.median_depth};
+}
+
 void place_maps(OnGpu& on_gpu, QsPicture& picture) {
-  for (QsArray* const map : {&picture.color, &picture.alpha, &picture.depth, &picture.median_depth})
-    on_gpu.place(*map);
+  for (QsArray* const map : maps_of(picture)) on_gpu.place(*map);
 }
 
 TEST_F(CudaLibraryPictures, on_the_gpu_equal_pictures_on_the_host) {
@@ -139,9 +143,7 @@ TEST_F(CudaLibraryPictures, are_refused_in_other_places) {
             "host memory");
   const auto of_another = [](OnGpu& on_gpu, QsPicture& picture) {
     place_maps(on_gpu, picture);
-    for (QsArray* const map :
-         {&picture.color, &picture.alpha, &picture.depth, &picture.median_depth})
-      map->device = 7;
+    for (QsArray* const map : maps_of(picture)) map->device = 7;
   };
   EXPECT_EQ(refusal(of_another, scene()),
             "qs_render: pictures[0].color: is in the memory of GPU 7, but the context uses GPU 0");

@@ -24,27 +24,19 @@ __global__ void step_values(AdamArrays arrays, AdamRule rule, AdamStep step, flo
            arrays.first.at(index), arrays.second.at(index));
 }
 
-/// Makes one dimension of the last two where the elements of all arrays follow each other, so that
-/// threads divide less.
+/// Makes one dimension of dimensions whose elements follow each other in all arrays, but for the
+/// rows, so that threads divide less.
 void join_last_dimensions(AdamArrays& arrays) {
-  const auto follow = [&](const auto& array, int i) {
-    return array.strides[i] ==
-           array.strides[i + 1] * static_cast<std::ptrdiff_t>(arrays.sizes[i + 1]);
-  };
+  std::ptrdiff_t* const all[] = {arrays.gradients.strides, arrays.values.strides,
+                                 arrays.first.strides, arrays.second.strides};
   for (int i = 2; i > 0; --i) {
-    if (!follow(arrays.gradients, i) || !follow(arrays.values, i) || !follow(arrays.first, i) ||
-        !follow(arrays.second, i))
-      return;
+    const auto last = static_cast<std::ptrdiff_t>(arrays.sizes[i + 1]);
+    if (last == 1) continue;
+    for (const std::ptrdiff_t* const strides : all)
+      if (strides[i] != strides[i + 1] * last) return;
     arrays.sizes[i] *= arrays.sizes[i + 1];
     arrays.sizes[i + 1] = 1;
-    const auto join = [&](auto& array) {
-      array.strides[i] = array.strides[i + 1];
-      array.strides[i + 1] = 0;
-    };
-    join(arrays.gradients);
-    join(arrays.values);
-    join(arrays.first);
-    join(arrays.second);
+    for (std::ptrdiff_t* const strides : all) strides[i] = strides[i + 1];
   }
 }
 

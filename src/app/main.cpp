@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "app/cli/command.h"
-#include "raster/base/error.h"
+#include "base/error.h"
 
 namespace {
 

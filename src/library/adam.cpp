@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A step of Adam for the visible rows of an array, on the CPU or a GPU.
-#include "raster/kernel/adam.h"
+#include "learn/gradient/adam.h"
 
 #include <algorithm>
 #include <array>
@@ -13,8 +13,8 @@
 #include "library/context.h"
 #include "library/structs.h"
 #ifdef QUADSPLAT_HAVE_CUDA
-#include "raster/cuda/stages/adam.h"
-#include "raster/cuda/stages/device.h"
+#include "learn/diff/cuda/adam.h"
+#include "learn/diff/cuda/device.h"
 #endif
 
 namespace qs::library {
@@ -101,7 +101,7 @@ void step_on_host(const CheckedStep& given, const Use& use) {
 
 #ifdef QUADSPLAT_HAVE_CUDA
 
-namespace gpu = cuda::stages;
+namespace gpu = cuda::diff;
 
 template <class T>
 gpu::Elements<T> elements_of(const QsArray& array) {

@@ -12,9 +12,9 @@
 #include <string>
 #include <type_traits>
 
+#include "base/parallel.h"
 #include "library/call.h"
 #include "quadsplat/quadsplat.h"
-#include "raster/base/parallel.h"
 #include "raster/scene/image.h"
 
 namespace qs::library {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs::library {
 

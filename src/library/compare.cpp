@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "io/tensor/lpips_file.h"
+#include "learn/lpips/lpips_file.h"
+#include "learn/lpips/metric.h"
 #include "library/arrays.h"
 #include "library/context.h"
 #include "library/structs.h"
-#include "raster/api/lpips.h"
 #include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
 

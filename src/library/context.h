@@ -11,10 +11,10 @@
 
 #include <sys/types.h>
 
+#include "base/parallel.h"
 #include "library/call.h"
 #include "quadsplat/quadsplat.h"
 #include "raster/api/renderer.h"
-#include "raster/base/parallel.h"
 
 namespace qs::library {
 

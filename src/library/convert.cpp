@@ -9,13 +9,13 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include "io/bytes/file_guard.h"
-#include "io/cloud/cloud_order.h"
-#include "io/cloud/removal.h"
 #include "io/cloud/sh_degree.h"
 #include "io/scene/writer.h"
 #include "library/scene.h"
 #include "library/structs.h"
 #include "library/write_guard.h"
+#include "raster/scene/cloud_order.h"
+#include "raster/scene/removal.h"
 
 namespace qs::library {
 

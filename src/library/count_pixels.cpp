@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Counts of the pixels that a frame's Gaussians contribute to.
-#include "raster/cpu/stages/count_pixels.h"
+#include "learn/diff/cpu/count_pixels.h"
 
 #include "library/context.h"
 #include "library/frames.h"
@@ -13,11 +13,11 @@ namespace {
 template <class Real>
 void count_frame(const StageCall& call, const QsStageFrame& frame, double behind, const Use& use,
                  const QsArray& counts) {
-  const cpu::stages::PictureSize size{call.view.camera.width, call.view.camera.height};
-  cpu::stages::count_pixels<Real>(
-      size, call.view.rules.pixel_rules<Real>(), HeldFrame<Real>(frame).view(),
-      static_cast<std::size_t>(call.gaussians), static_cast<Real>(behind), {use.pool(), use.stop()},
-      rows_of<std::int32_t>(counts));
+  const cpu::diff::PictureSize size{call.view.camera.width, call.view.camera.height};
+  cpu::diff::count_pixels<Real>(size, call.view.rules.pixel_rules<Real>(),
+                                HeldFrame<Real>(frame).view(),
+                                static_cast<std::size_t>(call.gaussians), static_cast<Real>(behind),
+                                {use.pool(), use.stop()}, rows_of<std::int32_t>(counts));
 }
 
 }  // namespace

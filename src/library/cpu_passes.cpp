@@ -4,33 +4,33 @@
 #include <cstdint>
 #include <vector>
 
+#include "learn/diff/cpu/blend.h"
+#include "learn/diff/cpu/project.h"
 #include "library/frames.h"
 #include "library/passes.h"
-#include "raster/cpu/stages/blend.h"
-#include "raster/cpu/stages/project.h"
 
 namespace qs::library {
 namespace {
 
-using cpu::stages::blend;
-using cpu::stages::blend_backward;
-using cpu::stages::BlendInput;
-using cpu::stages::block_at;
-using cpu::stages::Boundary;
-using cpu::stages::GaussianBlock;
-using cpu::stages::HeldSizes;
-using cpu::stages::hold;
-using cpu::stages::PairBlock;
-using cpu::stages::PairScratch;
-using cpu::stages::PictureSize;
-using cpu::stages::PixelBlock;
-using cpu::stages::PoseGradient;
-using cpu::stages::project;
-using cpu::stages::project_backward;
-using cpu::stages::ProjectedFrame;
-using cpu::stages::Rows;
-using cpu::stages::sizes_of;
-using cpu::stages::Workers;
+using cpu::diff::blend;
+using cpu::diff::blend_backward;
+using cpu::diff::BlendInput;
+using cpu::diff::block_at;
+using cpu::diff::Boundary;
+using cpu::diff::GaussianBlock;
+using cpu::diff::HeldSizes;
+using cpu::diff::hold;
+using cpu::diff::PairBlock;
+using cpu::diff::PairScratch;
+using cpu::diff::PictureSize;
+using cpu::diff::PixelBlock;
+using cpu::diff::PoseGradient;
+using cpu::diff::project;
+using cpu::diff::project_backward;
+using cpu::diff::ProjectedFrame;
+using cpu::diff::Rows;
+using cpu::diff::sizes_of;
+using cpu::diff::Workers;
 
 PictureSize size_of(const StageCall& call) {
   return {call.view.camera.width, call.view.camera.height};

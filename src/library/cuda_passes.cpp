@@ -9,9 +9,9 @@
 #include <optional>
 #include <vector>
 
-#include "raster/cuda/stages/blend.h"
-#include "raster/cuda/stages/device.h"
-#include "raster/cuda/stages/project.h"
+#include "learn/diff/cuda/blend.h"
+#include "learn/diff/cuda/device.h"
+#include "learn/diff/cuda/project.h"
 #endif
 
 namespace qs::library {
@@ -19,7 +19,7 @@ namespace {
 
 #ifdef QUADSPLAT_HAVE_CUDA
 
-namespace gpu = cuda::stages;
+namespace gpu = cuda::diff;
 
 /// Temporary memory of a call: from the caller, or of the library until the call returns.
 class Temporary {
@@ -139,7 +139,7 @@ class CudaPasses final : public Passes {
     auto rows = boundary_rows_of<float>(at_boundary);
     if (const gpu::Frame drawn = frame_on_gpu(frame); drawn.sizes.has_states) {
       const auto sums = gpu::sums_of_pixels(drawn, blend_back(frame, by, at_boundary, rows));
-      project_back(frame, out, [&](void* scratch, stages::PoseGradient* pose) {
+      project_back(frame, out, [&](void* scratch, diff::PoseGradient* pose) {
         gpu::project_backward_of_sums(view_, inputs_of<float>(call_), drawn, sums, queue_, scratch,
                                       input_rows_of<float>(out), pose);
       });
@@ -147,8 +147,8 @@ class CudaPasses final : public Passes {
     }
     constexpr std::int64_t kNumbers = 2 + 3 + 1 + 1 + 3;  // of a Gaussian in the boundary
     auto* next = temporary_.numbers<float>(static_cast<std::size_t>(call_.gaussians * kNumbers));
-    const auto complete = [&](stages::Rows<float>& missing, int numbers) {
-      if (!missing) missing = stages::Rows<float>::packed(next, numbers);
+    const auto complete = [&](diff::Rows<float>& missing, int numbers) {
+      if (!missing) missing = diff::Rows<float>::packed(next, numbers);
       if (next != nullptr) next += call_.gaussians * numbers;
     };
     complete(rows.mean_px, 2);
@@ -202,7 +202,7 @@ class CudaPasses final : public Passes {
 
   /// Returns the scratch memory of the pass.
   void* blend_back(const QsStageFrame& frame, const QsBlended& by, const QsBoundaryGradients& given,
-                   const stages::Boundary<float>& rows) {
+                   const diff::Boundary<float>& rows) {
     const gpu::Frame drawn = frame_on_gpu(frame);
     float* const by_background =
         is_absent(given.background)
@@ -230,10 +230,10 @@ class CudaPasses final : public Passes {
     });
   }
 
-  void project_back_from(const stages::Boundary<const float>& by, const QsStageFrame& frame,
+  void project_back_from(const diff::Boundary<const float>& by, const QsStageFrame& frame,
                          const QsInputGradients& out) {
     const gpu::Frame projected = frame_on_gpu(frame);
-    project_back(frame, out, [&](void* scratch, stages::PoseGradient* pose) {
+    project_back(frame, out, [&](void* scratch, diff::PoseGradient* pose) {
       gpu::project_backward(view_, inputs_of<float>(call_), projected, by, queue_, scratch,
                             input_rows_of<float>(out), pose);
     });
@@ -243,11 +243,11 @@ class CudaPasses final : public Passes {
   template <class Pass>
   void project_back(const QsStageFrame& frame, const QsInputGradients& out, const Pass& pass) {
     const bool with_pose = !is_absent(out.view_from_world) || !is_absent(out.position);
-    auto* const pose = with_pose ? temporary_.numbers<stages::PoseGradient>(1) : nullptr;
+    auto* const pose = with_pose ? temporary_.numbers<diff::PoseGradient>(1) : nullptr;
     pass(with_pose ? temporary_.allocate(gpu::bytes_of_pose(frame_on_gpu(frame).sizes)) : nullptr,
          pose);
     if (!with_pose) return;
-    stages::PoseGradient found;
+    diff::PoseGradient found;
     gpu::copy_from_gpu(&found, pose, sizeof(found), queue_);
     store_found(out.view_from_world, [&](std::int64_t row, std::int64_t column) {
       return found.view_from_world[static_cast<int>(column)][static_cast<int>(row)];
@@ -297,7 +297,7 @@ class CudaPasses final : public Passes {
   gpu::SelectedGpu selected_;
   gpu::Queue queue_;
   Temporary temporary_;
-  stages::DrawnView view_;
+  diff::DrawnView view_;
 };
 
 #endif

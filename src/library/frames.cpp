@@ -8,12 +8,12 @@
 namespace qs::library {
 namespace {
 
-using cpu::stages::BlockHeader;
-using cpu::stages::GaussianBlock;
-using cpu::stages::HeldSizes;
-using cpu::stages::kBlockAlignment;
-using cpu::stages::PairBlock;
-using cpu::stages::PixelBlock;
+using cpu::diff::BlockHeader;
+using cpu::diff::GaussianBlock;
+using cpu::diff::HeldSizes;
+using cpu::diff::kBlockAlignment;
+using cpu::diff::PairBlock;
+using cpu::diff::PixelBlock;
 
 bool is_aligned(const void* memory) {
   return reinterpret_cast<std::uintptr_t>(memory) % kBlockAlignment == 0;

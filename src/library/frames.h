@@ -3,9 +3,9 @@
 // Frames of the differentiable rasterizer in memory of the caller (QsStageFrame).
 #pragma once
 
+#include "learn/diff/cpu/frame_blocks.h"
 #include "library/stage_arguments.h"
 #include "quadsplat/quadsplat.h"
-#include "raster/cpu/stages/held.h"
 
 namespace qs::library {
 
@@ -24,8 +24,8 @@ class CallersMemory {
   }
 
   template <class Block>
-  Block allocate(const cpu::stages::HeldSizes& sizes, std::uint32_t kind) const {
-    return cpu::stages::block_at<Block>(allocate(cpu::stages::bytes_of<Block>(sizes), kind), sizes);
+  Block allocate(const cpu::diff::HeldSizes& sizes, std::uint32_t kind) const {
+    return cpu::diff::block_at<Block>(allocate(cpu::diff::bytes_of<Block>(sizes), kind), sizes);
   }
 
  private:
@@ -40,27 +40,24 @@ void clear_frame(QsStageFrame* frame, const Where& where);
 /// Throws Error(usage).
 QsStageFrame frame_of(const StageCall& call, const QsStageFrame* frame, bool is_blended);
 
-cpu::stages::HeldSizes sizes_of(const QsStageFrame& frame);
+cpu::diff::HeldSizes sizes_of(const QsStageFrame& frame);
 /// The same. Throws Error(usage) for a frame on a GPU.
-cpu::stages::HeldSizes sizes_on_host(const QsStageFrame& frame);
+cpu::diff::HeldSizes sizes_on_host(const QsStageFrame& frame);
 
 /// A checked frame as the stages read it.
 template <class Real>
 struct HeldFrame {
-  cpu::stages::HeldSizes sizes;
-  cpu::stages::GaussianBlock<Real> gaussians;
-  cpu::stages::PairBlock pairs;
+  cpu::diff::HeldSizes sizes;
+  cpu::diff::GaussianBlock<Real> gaussians;
+  cpu::diff::PairBlock pairs;
 
   /// Throws Error(usage) for a frame on a GPU, whose blocks have other arrays.
   explicit HeldFrame(const QsStageFrame& frame)
       : sizes(sizes_on_host(frame)),
-        gaussians(
-            cpu::stages::block_at<cpu::stages::GaussianBlock<Real>>(frame.per_gaussian, sizes)),
-        pairs(cpu::stages::block_at<cpu::stages::PairBlock>(frame.per_pair, sizes)) {}
+        gaussians(cpu::diff::block_at<cpu::diff::GaussianBlock<Real>>(frame.per_gaussian, sizes)),
+        pairs(cpu::diff::block_at<cpu::diff::PairBlock>(frame.per_pair, sizes)) {}
 
-  cpu::stages::FrameView<Real> view() const {
-    return cpu::stages::view_of(sizes, gaussians, pairs);
-  }
+  cpu::diff::FrameView<Real> view() const { return cpu::diff::view_of(sizes, gaussians, pairs); }
   std::span<const std::uint8_t> projected() const { return {gaussians.projected, sizes.gaussians}; }
 };
 

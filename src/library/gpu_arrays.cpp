@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "learn/diff/cuda/device.h"
+#include "learn/diff/cuda/store_map.h"
 #include "library/stage_arguments.h"
-#include "raster/cuda/stages/device.h"
-#include "raster/cuda/stages/store_map.h"
 #endif
 
 namespace qs::library {
 
 #ifdef QUADSPLAT_HAVE_CUDA
 
-namespace gpu = cuda::stages;
+namespace gpu = cuda::diff;
 
 namespace {
 

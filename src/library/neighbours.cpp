@@ -3,9 +3,9 @@
 // Distances of points to their nearest neighbours.
 #include <vector>
 
+#include "learn/step/nearest.h"
 #include "library/arrays.h"
 #include "library/context.h"
-#include "raster/train/nearest.h"
 
 using namespace qs;
 using namespace qs::library;

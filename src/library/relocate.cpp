@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "learn/step/relocation.h"
 #include "library/arrays.h"
 #include "library/context.h"
-#include "raster/train/relocation.h"
 
 namespace qs::library {
 namespace {

@@ -6,10 +6,10 @@
 
 #include <glm/common.hpp>
 
+#include "base/fail.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "library/structs.h"
-#include "raster/base/fail.h"
 
 namespace qs::library {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // SSIM of pictures in batches, and its derivatives.
-#include "raster/cpu/train/ssim.h"
+#include "learn/step/cpu/ssim.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -10,7 +10,7 @@
 namespace qs::library {
 namespace {
 
-using stages::Rules;
+using diff::Rules;
 
 void check_reserved(std::uint32_t reserved, const Where& where) {
   if (reserved != 0) refuse(where / "reserved", "is not 0");
@@ -93,9 +93,9 @@ void check_inputs(const QsInputs& given, const Where& where, const Place& place,
     check_dimensions(given.channels, where / "channels", 2);
     coefficients = 0;
     channels = given.channels.sizes[1];
-    if (channels < 1 || channels > stages::kMostChannels) {
+    if (channels < 1 || channels > diff::kMostChannels) {
       refuse(where / "channels", "{} channels are not between 1 and {}", channels,
-             stages::kMostChannels);
+             diff::kMostChannels);
     }
     arrays.given(given.channels, "channels", {count, channels});
   }
@@ -111,8 +111,8 @@ Rules rules_of(const QsRules& given, const Where& where) {
   rules.compensation_floor = given.compensation_floor;
   rules.alpha_max = given.alpha_max;
   rules.radius_clip = given.radius_clip_px;
-  const stages::SlopeBounds slopes{{given.slope_low[0], given.slope_low[1]},
-                                   {given.slope_high[0], given.slope_high[1]}};
+  const diff::SlopeBounds slopes{{given.slope_low[0], given.slope_low[1]},
+                                 {given.slope_high[0], given.slope_high[1]}};
   if (slopes.low != glm::dvec2(0) || slopes.high != glm::dvec2(0)) rules.slopes = slopes;
   rules.antialiased = flag_of(given.antialiased, where / "antialiased");
   rules.normalises_rotations =

@@ -8,10 +8,10 @@
 #include <type_traits>
 #include <vector>
 
+#include "learn/diff/gaussians.h"
+#include "learn/diff/rules.h"
 #include "library/arrays.h"
 #include "quadsplat/quadsplat.h"
-#include "raster/stages/gaussians.h"
-#include "raster/stages/rules.h"
 
 namespace qs::library {
 
@@ -22,7 +22,7 @@ struct StageCall {
   std::int64_t gaussians, channels;
   std::int64_t coefficients;  ///< of spherical harmonics; 0: the inputs have channels
   Place place;                ///< of the arrays
-  stages::DrawnView view;     ///< without a position that is on a GPU
+  diff::DrawnView view;       ///< without a position that is on a GPU
 
   /// Throws Error(usage).
   StageCall(const char* name, const QsInputs* inputs, const QsCamera* camera, const QsRules* rules);
@@ -46,7 +46,7 @@ QsInputGradients input_gradients_of(const StageCall& call, const QsInputGradient
 
 /// The checked array as rows.
 template <class T>
-stages::Rows<T> rows_of(const QsArray& array) {
+diff::Rows<T> rows_of(const QsArray& array) {
   if (is_absent(array)) return {};
   static std::remove_const_t<T> no_element{};  // a view without data would stand for no array
   T* const data = array.data == nullptr ? &no_element : static_cast<T*>(array.data);
@@ -54,51 +54,51 @@ stages::Rows<T> rows_of(const QsArray& array) {
 }
 
 template <class T>
-stages::ShRows<T> sh_rows_of(const QsArray& first, const QsArray& rest) {
+diff::ShRows<T> sh_rows_of(const QsArray& first, const QsArray& rest) {
   if (is_absent(first)) return {};
   const auto dc_of = [](const QsArray& array) {
-    stages::Rows<T> dc = rows_of<T>(array);
+    diff::Rows<T> dc = rows_of<T>(array);
     dc.step = array.strides[2];
     return dc;
   };
-  const stages::Rows<T> dc = dc_of(first);
+  const diff::Rows<T> dc = dc_of(first);
   if (!is_absent(rest)) return {dc, dc_of(rest), rest.strides[1]};
-  stages::Rows<T> second = dc;
+  diff::Rows<T> second = dc;
   if (first.sizes[0] > 0 && first.sizes[1] > 1) second.data += first.strides[1];
   return {dc, second, first.strides[1]};
 }
 
 template <class T>
-stages::Pixels<T> pixels_of(const QsArray& array) {
+diff::Pixels<T> pixels_of(const QsArray& array) {
   if (is_absent(array)) return {};
   return {static_cast<T*>(array.data), array.strides[0], array.strides[1],
           array.dimensions > 2 ? array.strides[2] : 0};
 }
 
 template <class T>
-stages::Pictures<T> pictures_of(const QsBlended& given) {
+diff::Pictures<T> pictures_of(const QsBlended& given) {
   return {pixels_of<T>(given.color), pixels_of<T>(given.alpha), pixels_of<T>(given.depth),
           pixels_of<T>(given.inverse_depth)};
 }
 
 /// The boundary's arrays of QsBoundary or QsBoundaryGradients.
 template <class T, class Given>
-stages::Boundary<T> boundary_rows_of(const Given& given) {
+diff::Boundary<T> boundary_rows_of(const Given& given) {
   return {rows_of<T>(given.means_px), rows_of<T>(given.conics), rows_of<T>(given.depths),
           rows_of<T>(given.opacities), rows_of<T>(given.colors)};
 }
 
 template <class Real>
-stages::InputGradients<Real> input_rows_of(const QsInputGradients& given) {
+diff::InputGradients<Real> input_rows_of(const QsInputGradients& given) {
   return {rows_of<Real>(given.means),     rows_of<Real>(given.scales),
           rows_of<Real>(given.rotations), rows_of<Real>(given.covariances),
           rows_of<Real>(given.opacities), sh_rows_of<Real>(given.sh, given.sh_rest)};
 }
 
 template <class Real>
-stages::GaussianInputs<Real> inputs_of(const StageCall& call) {
+diff::GaussianInputs<Real> inputs_of(const StageCall& call) {
   const QsInputs& given = call.inputs;
-  stages::GaussianInputs<Real> in;
+  diff::GaussianInputs<Real> in;
   in.count = static_cast<std::size_t>(call.gaussians);
   in.means = rows_of<const Real>(given.means);
   in.scales = rows_of<const Real>(given.scales);

@@ -7,13 +7,13 @@
 #include <string_view>
 #include <vector>
 
-#include "app/options/suggestion.h"
-#include "app/train/train_options.h"
-#include "app/train/trainer.h"
+#include "learn/run/train_options.h"
+#include "learn/run/trainer.h"
+#include "learn/step/training_model.h"
 #include "library/context.h"
 #include "library/structs.h"
 #include "library/write_guard.h"
-#include "raster/api/training_model.h"
+#include "options/suggestion.h"
 
 namespace qs::library {
 namespace {

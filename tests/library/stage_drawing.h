@@ -52,7 +52,7 @@ class Blocks {
 };
 
 inline QsRules c_rules(const DrawnView& view) {
-  const stages::Rules& rules = view.rules;
+  const diff::Rules& rules = view.rules;
   QsRules result = QS_RULES;
   result.sh_degree = view.sh_degree;
   result.mode = mode_name(view.mode);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The differentiable rasterizer through the C interface: the bits of raster/cpu/stages, frames in
+// The differentiable rasterizer through the C interface: the bits of learn/diff/cpu, frames in
 // the caller's memory that wait for their backward passes, arrays of any strides, and refusals.
 #include <algorithm>
 #include <array>
@@ -18,9 +18,9 @@
 namespace qs {
 namespace {
 
+using diff::DrawnView;
 using quadsplat::array_of;
 using quadsplat::sized;
-using stages::DrawnView;
 using test::Blocks;
 using test::BoundaryValues;
 using test::c_boundary;
@@ -55,8 +55,8 @@ void expect_bits_of_the_stages(const DrawnView& view, const StageScene<Real>& sc
   BoundaryValues<Real> boundary(scene.size(), scene.channel_count);
   std::vector<std::int32_t> radii(2 * scene.size());
   test::ProjectedFrame<Real> again;
-  cpu::stages::project<Real>(view, scene.inputs(), {test::pool(1)}, again, boundary.rows(),
-                             stages::Rows<std::int32_t>::packed(radii.data(), 2));
+  cpu::diff::project<Real>(view, scene.inputs(), {test::pool(1)}, again, boundary.rows(),
+                           diff::Rows<std::int32_t>::packed(radii.data(), 2));
   auto weights = PictureValues<Real>::random(view.camera, scene.channel_count);
   const std::vector<double> gradients = frame.gradients(view, scene, weights.pictures()).numbers();
   for (const bool in_one_call : {true, false}) {
@@ -121,7 +121,7 @@ TEST(LibraryStages, take_all_rules) {
         v.rules.compensation_floor = 0.1;
       },
       [](DrawnView& v) {
-        v.rules.slopes = stages::SlopeBounds{{-0.15, -0.2}, {0.1, 0.05}};
+        v.rules.slopes = diff::SlopeBounds{{-0.15, -0.2}, {0.1, 0.05}};
       },
       [](DrawnView& v) { v.rules.normalises_rotations = false; },
       [](DrawnView& v) { v.rules.alpha_max = 0.4; },

@@ -10,9 +10,9 @@
 #include <iterator>
 #include <string>
 
+#include "base/error.h"
 #include "quadsplat/plugin.h"
 #include "raster/api/renderer.h"
-#include "raster/base/error.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs::own {

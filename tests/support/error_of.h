@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "raster/base/error.h"
+#include "base/error.h"
 
 namespace qs::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cuda/check.cuh"
+#include "raster/cuda/common/check.cuh"
 #include "support/gpu_memory.h"
 
 namespace qs::test {

@@ -3,8 +3,8 @@
 // The scenes and frames of stage_scenes.h in the memory of the GPU.
 #pragma once
 
-#include "raster/cuda/stages/blend.h"
-#include "raster/cuda/stages/project.h"
+#include "learn/diff/cuda/blend.h"
+#include "learn/diff/cuda/project.h"
 #include "support/gpu_memory.h"
 #include "support/stage_scenes.h"
 
@@ -111,18 +111,18 @@ class GpuPictures {
 /// Both stages of a frame on the GPU, as StageFrame.
 struct GpuStageFrame {
   GpuMemory gaussians, pairs, pixels;
-  cuda::stages::Frame frame;
+  cuda::diff::Frame frame;
   GpuArray<float> background;  ///< draw() sets it
   bool with_depth = true;
 
   void project(const DrawnView& view, const GaussianInputs<float>& in,
                const Boundary<float>& out = {}, const Rows<std::int32_t>& radii = {}) {
-    using namespace cuda::stages;
+    using namespace cuda::diff;
     const HeldSizes sizes = HeldSizes::of(view.camera, in.count);
     gaussians = GpuMemory(bytes_of_gaussians(sizes));
     const GpuMemory projected(bytes_to_project(sizes));
     frame.gaussians = gaussians.data();
-    cuda::stages::project(view, in, {}, projected.data(), frame, out, radii);
+    cuda::diff::project(view, in, {}, projected.data(), frame, out, radii);
     pairs = GpuMemory(bytes_of_pairs(frame.sizes));
     frame.pairs = pairs.data();
     const GpuMemory unsorted(bytes_to_list(frame.sizes));
@@ -150,7 +150,7 @@ struct GpuStageFrame {
     GpuPictures pictures(PictureValues<float>(view.camera, scene.channel_count));
     Pictures<float> out = pictures.pictures();
     if (!with_depth) out.depth = out.inverse_depth = {};
-    cuda::stages::blend(input(view, inputs.inputs()), {}, with_depth, frame, out);
+    cuda::diff::blend(input(view, inputs.inputs()), {}, with_depth, frame, out);
     return pictures.values();
   }
 
@@ -173,11 +173,11 @@ struct GpuStageFrame {
         boundary.rows(), {}, boundary.absolute_px(), boundary.background()};
     if (scene.has_channels)
       out.channels = Rows<float>::packed(channels.data(), scene.channel_count);
-    GpuMemory scratch(cuda::stages::bytes_to_blend_backward(frame.sizes));
+    GpuMemory scratch(cuda::diff::bytes_to_blend_backward(frame.sizes));
     scratch.fill(0x7f);
-    cuda::stages::blend_backward(input(view, in), frame, wanted, {}, scratch.data(), out);
-    const GpuMemory sums(cuda::stages::bytes_of_pose(frame.sizes));
-    cuda::stages::project_backward(
+    cuda::diff::blend_backward(input(view, in), frame, wanted, {}, scratch.data(), out);
+    const GpuMemory sums(cuda::diff::bytes_of_pose(frame.sizes));
+    cuda::diff::project_backward(
         view, in, frame, boundary.rows(), {}, sums.data(),
         {Rows<float>::packed(means.data(), 3), Rows<float>::packed(scales.data(), 3),
          Rows<float>::packed(rotations.data(), 4), Rows<float>::packed(covariances.data(), 6),

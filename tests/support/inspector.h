@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "app/inspect/inspection.h"
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 

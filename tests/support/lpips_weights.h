@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "raster/lpips/lpips.h"
+#include "learn/lpips/lpips.h"
 
 namespace qs::test {
 

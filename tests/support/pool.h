@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 
 namespace qs::test {
 

@@ -12,7 +12,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "raster/lpips/lpips.h"
+#include "learn/lpips/lpips.h"
 #include "support/corpus.h"
 
 namespace qs::test {

@@ -8,29 +8,29 @@
 #include <random>
 #include <vector>
 
-#include "raster/cpu/stages/blend.h"
-#include "raster/cpu/stages/project.h"
+#include "learn/diff/cpu/blend.h"
+#include "learn/diff/cpu/project.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 #include "support/train_scenes.h"
 
 namespace qs::test {
 
-using cpu::stages::BlendedFrame;
-using cpu::stages::BlendInput;
-using cpu::stages::PairScratch;
-using cpu::stages::project_backward;
-using cpu::stages::ProjectedFrame;
-using stages::Boundary;
-using stages::BoundaryGradients;
-using stages::DrawnView;
-using stages::GaussianInputs;
-using stages::InputGradients;
-using stages::Pictures;
-using stages::Pixels;
-using stages::PoseGradient;
-using stages::Rows;
-using stages::ShRows;
+using cpu::diff::BlendedFrame;
+using cpu::diff::BlendInput;
+using cpu::diff::PairScratch;
+using cpu::diff::project_backward;
+using cpu::diff::ProjectedFrame;
+using diff::Boundary;
+using diff::BoundaryGradients;
+using diff::DrawnView;
+using diff::GaussianInputs;
+using diff::InputGradients;
+using diff::Pictures;
+using diff::Pixels;
+using diff::PoseGradient;
+using diff::Rows;
+using diff::ShRows;
 
 /// Inputs of project(), or derivatives by them.
 template <class Real>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cuda/check.cuh"
-#include "raster/cuda/device_buffer.cuh"
+#include "raster/cuda/common/check.cuh"
+#include "raster/cuda/common/device_buffer.cuh"
 #include "raster/kernel/cull/modes.h"
 #include "support/tiles_on_gpu.h"
 

@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "raster/api/training_model.h"
-#include "raster/cpu/train/parameters.h"
+#include "learn/step/cpu/parameters.h"
+#include "learn/step/training_model.h"
 
 namespace qs::test {
 

@@ -5,7 +5,7 @@
 
 #include "app/measure/scene_facts.h"
 #include "app/report/plugin_report.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

@@ -8,9 +8,9 @@
 #include "app/framing/framing.h"
 #include "app/framing/up_axis.h"
 #include "app/measure/camera_path.h"
+#include "base/fail.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

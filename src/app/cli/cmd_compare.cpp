@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <memory>
 
-#include "app/base/progress_bar.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/cli/judging.h"
@@ -13,11 +12,12 @@
 #include "app/inspect/reference_check.h"
 #include "app/inspect/variant.h"
 #include "app/measure/scene_facts.h"
-#include "app/options/suggestion.h"
 #include "app/session/frame_metadata.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
-#include "raster/base/fail.h"
+#include "options/suggestion.h"
 
 namespace qs {
 namespace {

@@ -7,14 +7,14 @@
 
 #include <fmt/format.h>
 
-#include "app/base/progress_bar.h"
-#include "app/base/text_file.h"
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/conformance/kit_folder.h"
 #include "app/conformance/verdict_text.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
 #include "io/bytes/replace_file.h"
-#include "raster/base/fail.h"
+#include "io/bytes/text_file.h"
 
 namespace qs {
 namespace {

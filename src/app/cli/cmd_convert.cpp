@@ -10,20 +10,20 @@
 
 #include <fmt/format.h>
 
-#include "app/base/progress_bar.h"
-#include "app/base/text.h"
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/framing/scene_box.h"
-#include "app/options/suggestion.h"
 #include "app/session/removal_text.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
+#include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
-#include "io/cloud/cloud_order.h"
 #include "io/cloud/sh_degree.h"
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
-#include "raster/base/fail.h"
+#include "options/suggestion.h"
+#include "raster/scene/cloud_order.h"
 
 namespace qs {
 namespace {

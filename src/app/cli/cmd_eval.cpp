@@ -8,8 +8,6 @@
 #include <cstdio>
 #include <memory>
 
-#include "app/base/progress_bar.h"
-#include "app/base/text_file.h"
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/measure/scene_facts.h"
@@ -17,14 +15,16 @@
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "app/session/shot.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
+#include "io/bytes/text_file.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
-#include "io/tensor/lpips_file.h"
-#include "raster/api/lpips.h"
-#include "raster/base/fail.h"
+#include "learn/lpips/lpips_file.h"
+#include "learn/lpips/metric.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

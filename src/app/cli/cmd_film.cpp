@@ -3,8 +3,6 @@
 // quadsplat film: a camera that circles the scene or moves along a path -> a film.
 #include <memory>
 
-#include "app/base/progress_bar.h"
-#include "app/base/quit_signals.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/film/film.h"
@@ -13,7 +11,9 @@
 #include "app/framing/camera_rig.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/number_text.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
+#include "base/quit_signals.h"
 
 namespace qs {
 namespace {

@@ -6,13 +6,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/base/text_file.h"
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/report/scene_report.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
+#include "io/bytes/text_file.h"
 
 namespace qs {
 namespace {

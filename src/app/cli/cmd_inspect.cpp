@@ -6,17 +6,17 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/base/text_file.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/inspect/construction.h"
 #include "app/inspect/inspection_text.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/frame_metadata.h"
+#include "base/fail.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
+#include "io/bytes/text_file.h"
 #include "io/picture/image_file.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

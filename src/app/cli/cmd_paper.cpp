@@ -11,16 +11,16 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "app/base/assets.h"
-#include "app/base/child_process.h"
-#include "app/base/quit_signals.h"
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/measure/shard.h"
+#include "base/assets.h"
+#include "base/child_process.h"
+#include "base/fail.h"
+#include "base/program_folder.h"
+#include "base/quit_signals.h"
 #include "io/bytes/json_text.h"
-#include "io/bytes/program_folder.h"
 #include "raster/api/renderer.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <memory>
 
-#include "app/base/progress_bar.h"
-#include "app/base/text_file.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/inspect/heatmap_frame.h"
@@ -18,10 +16,12 @@
 #include "app/picture/value_file.h"
 #include "app/report/stats_file.h"
 #include "app/session/frame_metadata.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
+#include "io/bytes/text_file.h"
 #include "io/picture/image_file.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -5,9 +5,6 @@
 #include <map>
 #include <memory>
 
-#include "app/base/environment.h"
-#include "app/base/progress_bar.h"
-#include "app/base/text_file.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/framing/huge_gaussians.h"
@@ -16,9 +13,12 @@
 #include "app/measure/scene_facts.h"
 #include "app/picture/heatmap.h"
 #include "app/report/study_page.h"
+#include "base/environment.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
-#include "raster/base/fail.h"
+#include "io/bytes/text_file.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

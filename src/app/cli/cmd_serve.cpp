@@ -7,13 +7,13 @@
 #include <memory>
 #include <optional>
 
-#include "app/base/quit_signals.h"
 #include "app/cli/command.h"
 #include "app/cli/serve_options.h"
 #include "app/cli/shared_options.h"
 #include "app/serve/server.h"
-#include "raster/base/fail.h"
-#include "raster/base/progress.h"
+#include "base/fail.h"
+#include "base/progress.h"
+#include "base/quit_signals.h"
 
 namespace qs {
 namespace {

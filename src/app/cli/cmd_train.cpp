@@ -3,17 +3,17 @@
 // quadsplat train: photographs with cameras -> a folder with a trained model.
 #include <memory>
 
-#include "app/base/progress_bar.h"
-#include "app/base/text.h"
 #include "app/cli/command.h"
 #include "app/cli/serve_options.h"
 #include "app/cli/shared_options.h"
 #include "app/cli/train_in_browser.h"
 #include "app/cli/train_in_window.h"
 #include "app/report/train_page.h"
-#include "app/train/train_options.h"
-#include "raster/api/training_model.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
+#include "base/text.h"
+#include "learn/run/train_options.h"
+#include "learn/step/training_model.h"
 
 namespace qs {
 namespace {

@@ -7,11 +7,11 @@
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/cli/train_in_window.h"
-#include "app/options/suggestion.h"
 #include "app/remote/tcp.h"
 #include "app/viewer/view_loop.h"
+#include "base/fail.h"
 #include "io/camera/cameras.h"
-#include "raster/base/fail.h"
+#include "options/suggestion.h"
 
 namespace qs {
 namespace {

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <memory>
 
-#include "app/base/progress_bar.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/measure/scene_facts.h"
@@ -14,8 +13,9 @@
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "app/report/zoom_recording.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -10,16 +10,16 @@
 
 #include <fmt/format.h>
 
-#include "app/base/end_at_signal.h"
-#include "app/base/text.h"
 #include "app/cli/format_list.h"
 #include "app/cli/manual.h"
-#include "app/options/suggestion.h"
 #include "app/plugin/plugin_host.h"
 #include "app/plugin/protocol.h"
+#include "base/end_at_signal.h"
+#include "base/fail.h"
+#include "base/text.h"
 #include "io/bytes/file_guard.h"
+#include "options/suggestion.h"
 #include "raster/api/renderer.h"
-#include "raster/base/fail.h"
 #include "version.h"
 
 // One row per command, in the order of the help: NAME_command() is in cmd_NAME.cpp.

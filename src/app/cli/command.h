@@ -9,13 +9,13 @@
 #include <span>
 #include <string>
 
-#include "app/base/end_at_signal.h"
 #include "app/cli/options.h"
+#include "base/end_at_signal.h"
 
 namespace qs {
 
 /// The exit code of the process. Error(kind) ends the process with the kind's number, and a signal
-/// with kExitInterrupted (app/base/end_at_signal.h).
+/// with kExitInterrupted (base/end_at_signal.h).
 enum ExitCode { kExitOk = 0, kExitUsage = 1, kExitInput = 2, kExitDevice = 3, kExitComparison = 4 };
 
 /// Words of a command line.

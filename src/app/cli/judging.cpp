@@ -7,20 +7,20 @@
 #include <unordered_map>
 #include <vector>
 
-#include "app/base/progress_bar.h"
-#include "app/base/text.h"
-#include "app/base/text_file.h"
 #include "app/inspect/contact_sheet.h"
 #include "app/measure/scene_facts.h"
 #include "app/report/eval_report.h"
 #include "app/report/judgement.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
+#include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
+#include "io/bytes/text_file.h"
 #include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
-#include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

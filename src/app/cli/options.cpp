@@ -11,8 +11,8 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include "app/options/suggestion.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
+#include "options/suggestion.h"
 
 namespace qs {
 

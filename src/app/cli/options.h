@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/options/option_table.h"
+#include "options/option_table.h"
 
 namespace qs {
 

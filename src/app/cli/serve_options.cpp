@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
-#include "app/base/warn.h"
 #include "app/serve/token.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
+#include "base/warn.h"
 
 namespace qs {
 namespace {

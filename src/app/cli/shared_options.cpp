@@ -5,14 +5,14 @@
 #include <system_error>
 
 #include "app/measure/measure_view.h"
-#include "app/options/suggestion.h"
 #include "app/viewer/preferences.h"
 #include "app/viewer/view_options.h"
+#include "base/fail.h"
 #include "io/bytes/file_guard.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
 #include "io/scene/reader.h"
-#include "raster/base/fail.h"
+#include "options/suggestion.h"
 
 namespace qs {
 namespace {

@@ -10,11 +10,11 @@
 
 #include "app/cli/options.h"
 #include "app/measure/shard.h"
-#include "app/options/common_options.h"
 #include "app/picture/canvas.h"
 #include "app/picture/heatmap.h"
 #include "app/picture/value_map.h"
 #include "app/session/session.h"
+#include "learn/run/render_options.h"
 
 namespace qs {
 

@@ -4,9 +4,9 @@
 #include <exception>
 #include <utility>
 
-#include "app/base/quit_signals.h"
 #include "app/cli/serve_options.h"
 #include "app/cli/train_in_window.h"
+#include "base/quit_signals.h"
 
 namespace qs {
 

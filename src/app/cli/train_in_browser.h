@@ -7,7 +7,7 @@
 
 #include "app/serve/served_training.h"
 #include "app/serve/server.h"
-#include "app/train/run.h"
+#include "learn/run/run.h"
 
 namespace qs {
 

@@ -4,10 +4,10 @@
 #include <exception>
 #include <utility>
 
-#include "app/train/overfitting.h"
-#include "app/train/trainer.h"
 #include "app/viewer/render/training_thread.h"
 #include "app/viewer/view_loop.h"
+#include "learn/run/overfitting.h"
+#include "learn/run/trainer.h"
 
 namespace qs {
 namespace {

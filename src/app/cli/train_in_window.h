@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "app/train/run.h"
 #include "app/viewer/view_options.h"
+#include "learn/run/run.h"
 
 namespace qs {
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "app/conformance/judge.h"
+#include "base/fail.h"
 #include "io/picture/image_file.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 

@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/conformance/verdict_text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/colormap.h"
 #include "app/picture/palette.h"
 #include "app/report/html_page.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

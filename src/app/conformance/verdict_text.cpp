@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/base/text.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 
 namespace qs {

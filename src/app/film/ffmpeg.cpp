@@ -6,8 +6,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "app/base/text.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <glm/vec2.hpp>
 
-#include "app/base/child_process.h"
+#include "base/child_process.h"
 #include "raster/scene/image.h"
 
 namespace qs {

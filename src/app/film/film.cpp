@@ -7,13 +7,13 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/film/film_file.h"
 #include "app/film/split_screen.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/statistics.h"
 #include "app/measure/turn_order.h"
 #include "app/picture/palette.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

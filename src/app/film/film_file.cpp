@@ -5,10 +5,10 @@
 
 #include "app/film/ffmpeg.h"
 #include "app/film/film_format.h"
+#include "base/fail.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <unistd.h>
 
-#include "app/base/text.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

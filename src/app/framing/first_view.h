@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/framing/cloud_sample.h"
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 #include "raster/scene/camera.h"
 
 namespace qs {

@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
-#include "app/base/text.h"
 #include "app/framing/framing.h"
-#include "io/cloud/cloud_order.h"
+#include "base/text.h"
+#include "raster/scene/cloud_order.h"
 
 namespace qs {
 namespace {

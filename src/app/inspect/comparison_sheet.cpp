@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/image_difference.h"
 #include "app/picture/palette.h"
 #include "app/picture/stroke.h"
+#include "base/text.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

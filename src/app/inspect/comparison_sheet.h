@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/inspect/view_comparison.h"
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 
 namespace qs {
 

@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/inspect/frame_canvas.h"
 #include "app/inspect/inspection_text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
+#include "base/text.h"
 #include "raster/kernel/cull/table.h"
 
 namespace qs {

@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/colormap.h"
 #include "app/picture/palette.h"
+#include "base/text.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

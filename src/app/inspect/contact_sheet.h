@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/inspect/picture_pair.h"
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 
 namespace qs {
 

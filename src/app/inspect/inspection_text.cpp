@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/base/text.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 
-#include "app/base/text.h"
 #include "app/inspect/pixel.h"
-#include "raster/base/error.h"
+#include "base/error.h"
+#include "base/text.h"
 #include "raster/kernel/composite.h"
 
 namespace qs {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "raster/base/error.h"
+#include "base/error.h"
 #include "raster/kernel/composite.h"
 #include "raster/kernel/cull/culler.h"
 

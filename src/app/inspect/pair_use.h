@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/inspect/pixel.h"
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 
 namespace qs {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 #include "raster/scene/image.h"
 
 namespace qs {

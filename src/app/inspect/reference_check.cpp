@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 
-#include "app/base/text.h"
 #include "app/inspect/pixel.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

@@ -7,10 +7,10 @@
 #include <glm/gtc/quaternion.hpp>
 #include <nlohmann/json.hpp>
 
+#include "base/fail.h"
 #include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -9,11 +9,11 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
+#include "base/fail.h"
+#include "base/text.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
 #include "io/scene/reader.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

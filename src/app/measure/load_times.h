@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "raster/base/parallel.h"
-#include "raster/base/progress.h"
+#include "base/parallel.h"
+#include "base/progress.h"
 
 namespace qs {
 

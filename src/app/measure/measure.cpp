@@ -6,12 +6,12 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/measure/noise.h"
 #include "app/measure/number_text.h"
 #include "app/measure/paired_ratios.h"
 #include "app/measure/statistics.h"
-#include "raster/base/error.h"
+#include "base/error.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "app/measure/statistics.h"
-#include "raster/base/error.h"
+#include "base/error.h"
 
 namespace qs {
 namespace {

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/measure/paired_ratios.h"
 #include "app/measure/statistics.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/session/session.h"
-#include "raster/base/progress.h"
+#include "base/progress.h"
 
 namespace qs {
 

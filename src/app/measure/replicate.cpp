@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "app/framing/scene_box.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

@@ -6,7 +6,7 @@
 
 #include <zlib.h>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

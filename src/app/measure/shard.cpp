@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "app/measure/shard.h"
 
-#include "app/base/text.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
+#include "base/text.h"
 
 namespace qs {
 

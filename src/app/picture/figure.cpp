@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
+#include "base/text.h"
 #include "io/bytes/base64.h"
 #include "io/picture/image_file.h"
 

@@ -6,7 +6,7 @@
 
 #include <imgui.h>
 
-#include "app/base/assets.h"
+#include "base/assets.h"
 
 namespace qs {
 namespace {

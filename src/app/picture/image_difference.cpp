@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <numeric>
 
+#include "base/fail.h"
 #include "io/picture/image_file.h"
-#include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "app/picture/scale.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

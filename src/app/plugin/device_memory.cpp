@@ -6,7 +6,7 @@
 
 #include <dlfcn.h>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

@@ -17,7 +17,7 @@
 #include "app/plugin/protocol.h"
 #include "app/plugin/scene_arrays.h"
 #include "app/plugin/shared_memory.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

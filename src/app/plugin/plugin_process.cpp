@@ -7,8 +7,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "io/bytes/program_folder.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
+#include "base/program_folder.h"
 
 namespace qs {
 namespace {

@@ -8,8 +8,8 @@
 #include <stop_token>
 #include <string>
 
-#include "app/base/child_process.h"
 #include "app/plugin/protocol.h"
+#include "base/child_process.h"
 
 namespace qs {
 

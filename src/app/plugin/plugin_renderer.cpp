@@ -7,7 +7,7 @@
 
 #include "app/plugin/plugin_view.h"
 #include "app/plugin/scene_arrays.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "app/plugin/shared_memory.h"
+#include "base/parallel.h"
 #include "quadsplat/plugin.h"
-#include "raster/base/parallel.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {

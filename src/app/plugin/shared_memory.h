@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-#include "io/bytes/descriptor.h"
+#include "base/descriptor.h"
 
 namespace qs {
 

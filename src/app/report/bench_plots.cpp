@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/measure/number_text.h"
 #include "app/picture/palette.h"
 #include "app/report/markdown.h"
+#include "base/text.h"
 #include "raster/api/renderer.h"
 
 namespace qs {

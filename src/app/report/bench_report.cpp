@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/report/markdown.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "raster/api/renderer.h"

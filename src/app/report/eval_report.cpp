@@ -5,14 +5,14 @@
 #include <cmath>
 #include <limits>
 
-#include "app/base/text.h"
-#include "app/base/text_file.h"
 #include "app/report/stats_file.h"
+#include "base/fail.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/bytes/replace_file.h"
+#include "io/bytes/text_file.h"
 #include "io/camera/cameras.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/picture/palette.h"
+#include "base/text.h"
 #include "io/bytes/base64.h"
 #include "io/bytes/json_text.h"
 #include "io/picture/image_file.h"

@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
-#include "app/base/text_file.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/text_file.h"
 
 namespace qs {
 namespace {

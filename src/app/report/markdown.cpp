@@ -8,11 +8,11 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/measure/noise.h"
 #include "app/measure/number_text.h"
 #include "app/report/clock_report.h"
 #include "app/report/plugin_report.h"
+#include "base/text.h"
 #include "raster/api/renderer.h"
 
 namespace qs {

@@ -8,13 +8,13 @@
 #include <tuple>
 #include <vector>
 
-#include "app/base/text.h"
 #include "app/report/bench_report.h"
 #include "app/report/clock_report.h"
 #include "app/report/plugin_report.h"
+#include "base/fail.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

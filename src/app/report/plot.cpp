@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "app/base/child_process.h"
-#include "app/base/text.h"
-#include "app/base/text_file.h"
 #include "app/picture/palette.h"
-#include "raster/base/error.h"
+#include "base/child_process.h"
+#include "base/error.h"
+#include "base/text.h"
+#include "io/bytes/text_file.h"
 #include "raster/kernel/cull/mode.h"
 
 namespace qs {

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/base/text.h"
 #include "app/framing/huge_gaussians.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

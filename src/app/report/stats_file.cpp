@@ -5,8 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/base/environment.h"
 #include "app/measure/scene_facts.h"
+#include "base/environment.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 

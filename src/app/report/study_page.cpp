@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/framing/huge_gaussians.h"
 #include "app/report/html_page.h"
 #include "app/report/study_plots.h"
 #include "app/report/work_folder.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

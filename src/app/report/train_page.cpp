@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
-#include "app/base/text_file.h"
 #include "app/report/html_page.h"
-#include "app/train/overfitting.h"
+#include "base/text.h"
 #include "io/bytes/replace_file.h"
+#include "io/bytes/text_file.h"
+#include "learn/run/overfitting.h"
 
 namespace qs::train {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "app/report/plot.h"
-#include "app/train/settings.h"
-#include "app/train/train_log.h"
+#include "learn/run/settings.h"
+#include "learn/run/train_log.h"
 
 namespace qs::train {
 

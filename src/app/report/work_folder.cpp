@@ -3,7 +3,7 @@
 
 #include <system_error>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "io/bytes/temporaries.h"
+#include "base/temporaries.h"
 
 namespace qs {
 

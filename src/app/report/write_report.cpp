@@ -3,13 +3,13 @@
 
 #include <system_error>
 
-#include "app/base/text_file.h"
 #include "app/measure/noise.h"
 #include "app/report/bench_plots.h"
 #include "app/report/markdown.h"
+#include "base/fail.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
-#include "raster/base/fail.h"
+#include "io/bytes/text_file.h"
 
 namespace qs {
 

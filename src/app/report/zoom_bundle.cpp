@@ -2,10 +2,10 @@
 #include "app/report/zoom_bundle.h"
 
 #include "app/measure/noise.h"
+#include "base/fail.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

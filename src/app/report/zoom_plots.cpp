@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/measure/noise.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

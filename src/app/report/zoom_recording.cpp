@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 
-#include "app/base/progress_bar.h"
-#include "app/base/text_file.h"
 #include "app/measure/scene_facts.h"
 #include "app/measure/zoom_path.h"
 #include "app/report/stats_file.h"
 #include "app/report/zoom_plots.h"
+#include "base/progress_bar.h"
 #include "io/bytes/replace_file.h"
+#include "io/bytes/text_file.h"
 #include "io/picture/image_file.h"
 
 namespace qs {

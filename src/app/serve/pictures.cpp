@@ -10,8 +10,8 @@
 #include "app/serve/paint.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
+#include "base/error.h"
 #include "io/picture/encode.h"
-#include "raster/base/error.h"
 
 namespace qs {
 namespace {

@@ -22,7 +22,6 @@
 #include <boost/beast/websocket.hpp>
 #include <fmt/format.h>
 
-#include "app/base/assets.h"
 #include "app/serve/client_stream.h"
 #include "app/serve/flow.h"
 #include "app/serve/picture_message.h"
@@ -32,10 +31,11 @@
 #include "app/serve/state_json.h"
 #include "app/serve/token.h"
 #include "app/viewer/render/crop_scene.h"
+#include "base/assets.h"
 #include "io/bytes/mapped_file.h"
 #endif
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

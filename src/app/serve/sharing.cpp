@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/viewer/state/actions.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

@@ -14,7 +14,7 @@
 #include "io/bytes/json_text.h"
 #endif
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

@@ -7,7 +7,7 @@
 
 #include <sys/random.h>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

@@ -15,8 +15,8 @@
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
+#include "base/fail.h"
 #include "io/camera/cameras.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "app/base/text.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
+#include "base/text.h"
 
 namespace qs {
 

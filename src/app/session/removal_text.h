@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/cloud/removal.h"
+#include "raster/scene/removal.h"
 
 namespace qs {
 

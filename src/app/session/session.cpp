@@ -7,12 +7,12 @@
 
 #include <fmt/format.h>
 
-#include "app/base/progress_bar.h"
 #include "app/framing/huge_gaussians.h"
 #include "app/session/exact_color.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
 #include "io/camera/cameras.h"
 #include "io/scene/compact/compact.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -13,7 +13,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "app/base/warn.h"
+#include "base/warn.h"
 #include "io/scene/reader.h"
 #include "raster/api/renderer.h"
 

@@ -5,9 +5,6 @@
 
 #include <GLFW/glfw3.h>
 
-#include "app/base/assets.h"
-#include "app/base/quit_signals.h"
-#include "app/base/text_file.h"
 #include "app/remote/remote_training.h"
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
@@ -32,8 +29,11 @@
 #include "app/viewer/window/script_player.h"
 #include "app/viewer/window/window.h"
 #include "app/viewer/window/window_grab.h"
+#include "base/assets.h"
+#include "base/fail.h"
+#include "base/quit_signals.h"
+#include "io/bytes/text_file.h"
 #include "io/picture/image_file.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "app/viewer/preferences.h"
 #include "app/viewer/state/actions.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

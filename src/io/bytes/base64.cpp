@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

@@ -14,7 +14,7 @@
 
 #include <sys/stat.h>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <system_error>
 
+#include "base/fail.h"
 #include "io/bytes/mapped_file.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -6,7 +6,7 @@
 #include <fcntl.h>
 #include <sys/file.h>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

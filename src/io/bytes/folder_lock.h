@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "io/bytes/descriptor.h"
+#include "base/descriptor.h"
 
 namespace qs {
 

@@ -5,7 +5,7 @@
 #include <new>
 #include <utility>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

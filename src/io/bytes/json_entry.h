@@ -10,7 +10,7 @@
 #include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

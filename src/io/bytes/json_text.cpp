@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/fail.h"
 #include "io/bytes/file_guard.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

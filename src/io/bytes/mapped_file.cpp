@@ -8,9 +8,9 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 
-#include "io/bytes/descriptor.h"
+#include "base/descriptor.h"
+#include "base/fail.h"
 #include "io/bytes/file_guard.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 

@@ -12,9 +12,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "base/fail.h"
+#include "base/temporaries.h"
 #include "io/bytes/file_guard.h"
-#include "io/bytes/temporaries.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -8,9 +8,9 @@
 
 #include <zlib.h>
 
+#include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/inflate.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

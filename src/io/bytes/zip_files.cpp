@@ -5,10 +5,10 @@
 #include <functional>
 #include <map>
 
+#include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/file_source.h"
 #include "io/bytes/zip_directory.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

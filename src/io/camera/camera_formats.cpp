@@ -10,9 +10,9 @@
 
 #include <glm/matrix.hpp>
 
+#include "base/fail.h"
 #include "io/bytes/json_kind.h"
 #include "io/camera/cameras.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -13,11 +13,11 @@
 #include <glm/matrix.hpp>
 #include <nlohmann/json.hpp>
 
+#include "base/fail.h"
 #include "io/bytes/json_entry.h"
 #include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/camera_formats.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <glm/gtc/quaternion.hpp>
 
+#include "base/fail.h"
 #include "io/camera/camera_formats.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -7,11 +7,11 @@
 //   points3D.txt ID X Y Z R G B, then values that are skipped
 #include <charconv>
 
+#include "base/fail.h"
 #include "io/bytes/mapped_file.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/colmap.h"
 #include "io/camera/points.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

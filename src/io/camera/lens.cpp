@@ -6,7 +6,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

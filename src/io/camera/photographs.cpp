@@ -5,9 +5,9 @@
 #include <cmath>
 #include <system_error>
 
+#include "base/fail.h"
 #include "io/camera/camera_formats.h"
 #include "io/picture/image_file.h"
-#include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

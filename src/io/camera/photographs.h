@@ -14,8 +14,8 @@
 
 #include <glm/vec3.hpp>
 
+#include "base/parallel.h"
 #include "io/camera/lens.h"
-#include "raster/base/parallel.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/image.h"
 

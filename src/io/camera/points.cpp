@@ -4,7 +4,7 @@
 #include <cmath>
 #include <system_error>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

@@ -10,7 +10,7 @@
 #include <mutex>
 #include <vector>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

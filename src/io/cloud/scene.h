@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "raster/base/progress.h"
+#include "base/progress.h"
 #include "raster/field/color_field.h"
 #include "raster/scene/gaussian_cloud.h"
 

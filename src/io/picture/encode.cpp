@@ -12,8 +12,8 @@
 #include <jpeglib.h>  // after cstdio
 #include <webp/encode.h>
 
-#include "raster/base/fail.h"
-#include "raster/base/progress.h"
+#include "base/fail.h"
+#include "base/progress.h"
 
 namespace qs {
 namespace {

@@ -8,7 +8,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "io/picture/i420.cpp"
-#include "raster/base/simd.h"
+#include "base/simd.h"
 
 #ifndef QS_ROW_PAIR
 #define QS_ROW_PAIR

@@ -11,10 +11,10 @@
 #include <system_error>
 #include <utility>
 
+#include "base/fail.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

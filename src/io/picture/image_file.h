@@ -11,7 +11,7 @@
 #include <map>
 #include <string>
 
-#include "raster/base/progress.h"
+#include "base/progress.h"
 #include "raster/scene/image.h"
 
 namespace qs {

@@ -9,10 +9,10 @@
 
 #include <dlfcn.h>
 
-#include "io/bytes/program_folder.h"
+#include "base/fail.h"
+#include "base/program_folder.h"
 #include "io/picture/oiio/module.h"
 #include "io/picture/picture_formats.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

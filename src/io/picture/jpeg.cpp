@@ -12,8 +12,8 @@
 #include <jerror.h>
 #include <jpeglib.h>  // after cstdio
 
+#include "base/fail.h"
 #include "io/picture/picture_formats.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

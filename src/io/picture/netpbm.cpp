@@ -12,8 +12,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/fail.h"
 #include "io/picture/picture_formats.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/fail.h"
 #include "io/picture/picture_formats.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -14,9 +14,9 @@
 
 #include <png.h>
 
+#include "base/fail.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -9,7 +9,7 @@
 #include <vpx/vpx_encoder.h>
 #endif
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

@@ -3,7 +3,7 @@
 
 #include <webp/decode.h>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/fail.h"
 #include "io/scene/reader.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

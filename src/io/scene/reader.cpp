@@ -7,11 +7,11 @@
 #include <chrono>
 #include <new>
 
+#include "base/fail.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/sample.h"
-#include "io/cloud/transform.h"
 #include "io/scene/compact/compact.h"
 #include "io/scene/gltf/gltf.h"
 #include "io/scene/ply/compressed_ply.h"
@@ -20,7 +20,7 @@
 #include "io/scene/splat/ksplat.h"
 #include "io/scene/splat/splat.h"
 #include "io/scene/spz/spz.h"
-#include "raster/base/fail.h"
+#include "raster/scene/transform.h"
 
 namespace qs {
 namespace {

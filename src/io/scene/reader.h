@@ -12,8 +12,8 @@
 #include <span>
 #include <string_view>
 
+#include "base/parallel.h"
 #include "io/cloud/scene.h"
-#include "raster/base/parallel.h"
 
 namespace qs {
 

@@ -6,12 +6,12 @@
 #include <cctype>
 #include <string>
 
+#include "base/fail.h"
 #include "io/scene/gltf/gltf_writer.h"
 #include "io/scene/ply/compressed_ply_writer.h"
 #include "io/scene/ply/ply_writer.h"
 #include "io/scene/splat/splat_writer.h"
 #include "io/scene/spz/spz_writer.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

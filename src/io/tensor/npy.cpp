@@ -6,8 +6,8 @@
 #include <charconv>
 #include <cstring>
 
+#include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

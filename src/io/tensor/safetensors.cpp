@@ -7,10 +7,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/mapped_file.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -6,8 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
-#include "raster/base/fail.h"
 #include "raster/kernel/half.h"
 
 namespace qs {

@@ -19,8 +19,8 @@
 
 #include <glm/vec3.hpp>
 
-#include "raster/base/parallel.h"
-#include "raster/base/progress.h"
+#include "base/parallel.h"
+#include "base/progress.h"
 #include "raster/kernel/blend.h"
 #include "raster/kernel/cull/mode.h"
 #include "raster/kernel/tile_grid.h"

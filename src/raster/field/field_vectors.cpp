@@ -7,7 +7,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/field/field_vectors.cpp"
-#include "raster/base/simd.h"
+#include "base/simd.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace qs::field_vectors {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/field/residual_codebook.h"
 
-#include "raster/kernel/residual_codes.h"
+#include "learn/gradient/residual_codes.h"
 
 namespace qs {
 

@@ -4,7 +4,7 @@
 // the host in double precision, so that every backend starts from the same bits.
 #pragma once
 
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 #include "raster/kernel/footprint.h"
 #include "raster/scene/gaussian_cloud.h"
 

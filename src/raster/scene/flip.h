@@ -5,7 +5,7 @@
 // (LDR).
 #pragma once
 
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 #include "raster/scene/image.h"
 
 namespace qs {

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <span>
 
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 #include "raster/kernel/ssim.h"
 #include "raster/scene/image.h"
 

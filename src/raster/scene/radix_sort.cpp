@@ -5,7 +5,7 @@
 #include <functional>
 #include <utility>
 
-#include "raster/base/error.h"
+#include "base/error.h"
 
 namespace qs {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <stop_token>
 
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "raster/base/morton.h"
+#include "base/morton.h"
 #include "raster/kernel/constants.h"
 #include "raster/scene/radix_sort.h"
 

@@ -5,7 +5,7 @@
 // from far more views.
 #pragma once
 
-#include "raster/base/parallel.h"
+#include "base/parallel.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {

@@ -8,8 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/base/text.h"
 #include "app/cli/format_list.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "test_paths.h"
 

@@ -14,9 +14,9 @@
 #include <gtest/gtest.h>
 
 #include "app/cli/command.h"
-#include "app/options/suggestion.h"
 #include "app/support/run_program.h"
 #include "io/bytes/json_text.h"
+#include "options/suggestion.h"
 #include "support/error_of.h"
 #include "support/temporary_folder.h"
 

@@ -7,7 +7,7 @@
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
-#include "raster/base/error.h"
+#include "base/error.h"
 #include "support/golden.h"
 
 namespace qs {

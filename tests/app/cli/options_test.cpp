@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "app/cli/command.h"
-#include "raster/base/error.h"
+#include "base/error.h"
 
 namespace qs {
 namespace {

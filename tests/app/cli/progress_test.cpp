@@ -12,9 +12,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/base/progress_bar.h"
 #include "app/support/terminal.h"
 #include "app/support/transcript.h"
+#include "base/progress_bar.h"
 #include "io/bytes/json_text.h"
 #include "io/picture/image_file.h"
 

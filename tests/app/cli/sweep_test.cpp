@@ -18,10 +18,10 @@
 #include <unistd.h>
 
 #include "app/cli/command.h"
+#include "base/error.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
-#include "raster/base/error.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"

@@ -10,7 +10,7 @@
 #include "app/framing/scene_box.h"
 #include "app/session/session.h"
 #include "app/support/run_program.h"
-#include "app/train/data_set.h"
+#include "learn/run/data_set.h"
 #include "support/pool.h"
 #include "support/temporary_folder.h"
 #include "test_paths.h"

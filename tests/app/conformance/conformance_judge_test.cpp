@@ -11,13 +11,13 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/base/text.h"
 #include "app/cli/command.h"
 #include "app/conformance/judge.h"
 #include "app/conformance/kit_folder.h"
 #include "app/plugin/plugin_renderer.h"
 #include "app/support/plugin_in_process.h"
 #include "app/support/run_program.h"
+#include "base/text.h"
 #include "io/picture/image_file.h"
 #include "support/planted_renderer.h"
 #include "support/pool.h"

@@ -8,7 +8,7 @@
 
 #include "app/inspect/construction.h"
 #include "app/inspect/inspection_text.h"
-#include "raster/base/error.h"
+#include "base/error.h"
 #include "support/inspector.h"
 
 namespace qs {

@@ -6,7 +6,7 @@
 
 #include <gmock/gmock.h>
 
-#include "raster/base/error.h"
+#include "base/error.h"
 #include "support/inspector.h"
 
 namespace qs {

@@ -4,9 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/base/text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/colormap.h"
+#include "base/text.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "io/picture/image_file.h"
-#include "raster/base/error.h"
 #include "support/temporary_folder.h"
 
 namespace qs {

@@ -13,12 +13,12 @@
 
 #include "app/cli/command.h"
 #include "app/support/run_program.h"
+#include "base/error.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
 #include "raster/api/renderer.h"
-#include "raster/base/error.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"

@@ -9,11 +9,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/base/text.h"
 #include "app/report/html_page.h"
 #include "app/report/study_page.h"
 #include "app/report/study_plots.h"
 #include "app/support/run_program.h"
+#include "base/text.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 #include "support/shared.h"

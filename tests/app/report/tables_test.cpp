@@ -10,12 +10,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/base/text.h"
 #include "app/inspect/comparison_sheet.h"
 #include "app/measure/noise.h"
 #include "app/report/markdown.h"
 #include "app/report/study_page.h"
 #include "app/report/study_plots.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "support/random_reports.h"
 #include "support/temporary_folder.h"

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "base/progress.h"
 #include "io/picture/webp_image.h"
-#include "raster/base/progress.h"
 
 namespace qs {
 namespace {

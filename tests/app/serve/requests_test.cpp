@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/base/assets.h"
 #include "app/serve/token.h"
+#include "base/assets.h"
 
 namespace qs {
 namespace {

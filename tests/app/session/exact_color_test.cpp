@@ -11,7 +11,7 @@
 
 #include "app/session/session.h"
 #include "app/support/run_program.h"
-#include "raster/base/error.h"
+#include "base/error.h"
 #include "raster/field/color_field.h"
 #include "raster/scene/image_metrics.h"
 #include "support/corpus.h"

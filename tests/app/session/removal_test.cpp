@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "io/cloud/removal.h"
+#include "raster/scene/removal.h"
 
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
 
-#include "io/cloud/cloud_order.h"
+#include "raster/scene/cloud_order.h"
 #include "support/built_scenes.h"
 #include "support/scenes.h"
 

@@ -8,8 +8,8 @@
 
 #include "app/framing/scene_box.h"
 #include "app/session/shot.h"
+#include "base/error.h"
 #include "io/scene/writer.h"
-#include "raster/base/error.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"

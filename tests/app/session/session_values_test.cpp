@@ -11,18 +11,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/base/assets.h"
-#include "app/base/progress_bar.h"
-#include "app/base/text.h"
 #include "app/framing/first_view.h"
 #include "app/framing/framing.h"
 #include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
 #include "app/session/session.h"
 #include "app/support/terminal.h"
+#include "base/assets.h"
+#include "base/error.h"
+#include "base/progress_bar.h"
+#include "base/text.h"
 #include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
-#include "raster/base/error.h"
 #include "support/error_of.h"
 #include "support/pool.h"
 #include "support/scene_files.h"

@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "raster/api/training_model.h"
+#include "learn/step/training_model.h"
 #include "support/pool.h"
 
 namespace qs::test {

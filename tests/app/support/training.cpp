@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "app/train/initial.h"
 #include "io/picture/image_file.h"
+#include "learn/run/initial.h"
 #include "raster/api/renderer.h"
 #include "support/pool.h"
 #include "support/scene_files.h"

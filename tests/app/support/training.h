@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "app/train/trainer.h"
+#include "learn/run/trainer.h"
 
 namespace qs::test {
 

@@ -15,13 +15,13 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "app/base/environment.h"
 #include "app/cli/command.h"
 #include "app/support/run_program.h"
+#include "base/environment.h"
+#include "base/error.h"
 #include "io/bytes/base64.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
-#include "raster/base/error.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 

@@ -14,11 +14,11 @@
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
-#include "app/train/strategy.h"
 #include "app/viewer/commands/commands.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/state/actions.h"
 #include "io/bytes/json_text.h"
+#include "learn/run/strategy.h"
 #include "test_paths.h"
 
 // NOLINTBEGIN: text of the page, each in the namespaces of the files that it belongs to

@@ -12,7 +12,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/base/quit_signals.h"
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
 #include "app/viewer/preferences.h"
@@ -21,6 +20,7 @@
 #include "app/viewer/view_options.h"
 #include "app/viewer/window/script_player.h"
 #include "app/viewer/window/window_grab.h"
+#include "base/quit_signals.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"

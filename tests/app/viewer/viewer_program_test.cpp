@@ -14,11 +14,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/base/text.h"
 #include "app/support/program_in_window.h"
 #include "app/support/run_program.h"
 #include "app/support/virtual_display.h"
 #include "app/viewer/window/input_script.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"

@@ -13,8 +13,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/base/text.h"
 #include "app/support/program_in_window.h"
+#include "base/text.h"
 #include "raster/kernel/cull/mode.h"
 #include "test_paths.h"
 

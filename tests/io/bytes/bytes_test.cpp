@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
 #include "io/bytes/base64.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/file_source.h"
@@ -17,7 +18,6 @@
 #include "io/bytes/json_entry.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
-#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
 

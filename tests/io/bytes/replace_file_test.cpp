@@ -15,10 +15,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "io/bytes/temporaries.h"
+#include "base/error.h"
+#include "base/temporaries.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
-#include "raster/base/error.h"
 #include "support/error_of.h"
 #include "support/pool.h"
 #include "support/scenes.h"

@@ -7,10 +7,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/fail.h"
 #include "io/bytes/zip_directory.h"
 #include "io/bytes/zip_writer.h"
 #include "io/support/zip_archive.h"
-#include "raster/base/fail.h"
 #include "support/corpus.h"
 #include "support/error_of.h"
 #include "support/temporary_folder.h"

@@ -15,9 +15,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
-#include "raster/base/error.h"
 #include "support/shared.h"
 #include "support/temporary_folder.h"
 

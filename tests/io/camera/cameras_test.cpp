@@ -12,8 +12,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
 #include "io/bytes/json_text.h"
-#include "raster/base/error.h"
 #include "support/temporary_folder.h"
 #include "test_paths.h"
 

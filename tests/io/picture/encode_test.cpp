@@ -8,9 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include "base/progress.h"
 #include "io/picture/image_file.h"
 #include "io/picture/webp_image.h"
-#include "raster/base/progress.h"
 #include "support/temporary_folder.h"
 
 namespace qs {

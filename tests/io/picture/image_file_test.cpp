@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include "base/error.h"
 #include "io/picture/picture_formats.h"
-#include "raster/base/error.h"
 #include "support/temporary_folder.h"
 #include "test_paths.h"
 

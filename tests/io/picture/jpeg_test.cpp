@@ -7,9 +7,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "io/picture/image_file.h"
 #include "io/picture/picture_formats.h"
-#include "raster/base/error.h"
 #include "support/error_of.h"
 #include "support/temporary_folder.h"
 #include "test_paths.h"

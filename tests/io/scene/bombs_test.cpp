@@ -12,10 +12,10 @@
 #include <nlohmann/json.hpp>
 #include <zip.h>
 
+#include "base/error.h"
 #include "io/scene/reader.h"
 #include "io/scene/spz/spz.h"
 #include "io/support/limits.h"
-#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
 #include "support/scene_files.h"

@@ -13,9 +13,9 @@
 #include <glm/matrix.hpp>
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "io/scene/reader.h"
 #include "io/support/limits.h"
-#include "raster/base/error.h"
 #include "raster/kernel/constants.h"
 #include "support/error_of.h"
 #include "support/oracle.h"

@@ -9,11 +9,11 @@
 
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "io/scene/reader.h"
 #include "io/scene/splat/ksplat.h"
 #include "io/scene/writer.h"
 #include "io/support/limits.h"
-#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
 #include "support/scene_files.h"

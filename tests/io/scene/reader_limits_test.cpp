@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <zip.h>
 
+#include "base/error.h"
 #include "io/bytes/base64.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/file_source.h"
@@ -26,7 +27,6 @@
 #include "io/scene/ply/ply.h"
 #include "io/scene/splat/splat.h"
 #include "io/scene/spz/spz.h"
-#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/error_of.h"
 #include "support/glb.h"

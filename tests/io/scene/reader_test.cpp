@@ -11,8 +11,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "io/scene/writer.h"
-#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"

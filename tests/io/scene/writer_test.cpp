@@ -14,10 +14,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/cloud/cloud_order.h"
+#include "base/error.h"
 #include "io/cloud/sh_degree.h"
 #include "io/scene/reader.h"
-#include "raster/base/error.h"
+#include "raster/scene/cloud_order.h"
 #include "support/corpus.h"
 #include "support/pool.h"
 #include "support/scene_files.h"

@@ -14,9 +14,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/cloud/cloud_order.h"
+#include "base/error.h"
 #include "io/scene/spz/spz_container.h"
-#include "raster/base/error.h"
+#include "raster/scene/cloud_order.h"
 #include "support/corpus.h"
 #include "support/glb.h"
 #include "support/gzip.h"

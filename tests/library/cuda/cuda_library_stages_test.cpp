@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The differentiable rasterizer through the C interface with arrays on a GPU: the bits of
-// raster/cuda/stages, small arrays on either side, and refusals.
+// learn/diff/cuda, small arrays on either side, and refusals.
 #include <algorithm>
 #include <functional>
 #include <optional>
@@ -16,7 +16,7 @@
 namespace qs {
 namespace {
 
-using stages::DrawnView;
+using diff::DrawnView;
 using test::Drawing;
 using test::GpuMemory;
 using test::GpuStageFrame;

@@ -2,8 +2,8 @@
 // Other tile sizes, and regions of mode reference, on the CPU backend.
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "raster/api/renderer.h"
-#include "raster/base/error.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 

@@ -16,7 +16,7 @@
 
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
-#include "raster/api/lpips.h"
+#include "learn/lpips/metric.h"
 #include "raster/cpu/classic/classic.h"
 #include "raster/cpu/fast/blend.h"
 #include "raster/cpu/fast/pipeline.h"

@@ -2,7 +2,7 @@
 //
 // The fp64 reference: the pixels that it considers for a Gaussian, and regions inside, across and
 // outside of the picture.
-#include "raster/cpu/reference.h"
+#include "raster/cpu/common/reference.h"
 
 #include <algorithm>
 #include <cmath>

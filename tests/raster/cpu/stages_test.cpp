@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "raster/cpu/train/backward.h"
+#include "learn/step/cpu/backward.h"
 #include "support/differences.h"
 #include "support/error_of.h"
 #include "support/stage_scenes.h"
@@ -17,8 +17,8 @@
 namespace qs {
 namespace {
 
-using stages::DrawnView;
-using stages::Rows;
+using diff::DrawnView;
+using diff::Rows;
 using test::BoundaryValues;
 using test::off_centre_view;
 using test::PictureValues;
@@ -62,8 +62,8 @@ struct Trained {
   test::BlendInput<float> input() const {
     return {{camera.width, camera.height}, {}, 3, {}, &settings.background[0]};
   }
-  stages::Pixels<const float> by_color() const {
-    return stages::Pixels<const float>::packed(&weights[0][0], camera.width, 3);
+  diff::Pixels<const float> by_color() const {
+    return diff::Pixels<const float>::packed(&weights[0][0], camera.width, 3);
   }
 };
 
@@ -90,7 +90,7 @@ TEST(Stages, of_a_trained_frame_give_the_bits_of_training_through_the_boundary) 
           trained.input(), trained.frame.view(), count, std::as_const(pixels).state(),
           {trained.by_color(), {}, {}, {}}, {pool()}, scratch,
           {boundary.rows(), {}, Rows<float>::packed(boundary.absolute_px.data(), 2)});
-      const auto stage_rules = stages::StageRules<float>::of(trained.drawn(), 3);
+      const auto stage_rules = diff::StageRules<float>::of(trained.drawn(), 3);
       const auto& by = trained.gradients.by;
       for (std::size_t i = 0; i < count; ++i) {
         const SplatGradient<float> splat{boundary.rows().mean_px.vec2(i),
@@ -443,7 +443,7 @@ TEST(Stages, read_and_write_strided_and_expanded_arrays) {
 
   // One weight for all pixels and channels.
   const float one = 0.25f;
-  const stages::Pixels<const float> expanded{&one, 0, 0, 0};
+  const diff::Pixels<const float> expanded{&one, 0, 0, 0};
   PictureValues<float> filled(view.camera, 3);
   std::fill(filled.color.begin(), filled.color.end(), one);
   const auto gradients = frame.gradients(view, scene, {filled.pictures().color, {}, {}, {}});
@@ -616,7 +616,7 @@ TEST(StageRules, slopes_have_four_limits) {
     project<double>(view, scene.inputs(), {pool(1)}, frame, boundary.rows());
     return glm::dvec3(boundary.conic[0], boundary.conic[1], boundary.conic[2]);
   };
-  view.rules.slopes = stages::SlopeBounds{{-0.1, -0.2}, {0.3, 0.4}};
+  view.rules.slopes = diff::SlopeBounds{{-0.1, -0.2}, {0.3, 0.4}};
   EXPECT_EQ(conic_at(-0.2, 0), conic_at(-0.1, 0));
   EXPECT_EQ(conic_at(0.5, 0), conic_at(0.3, 0));
   EXPECT_EQ(conic_at(0, -0.5), conic_at(0, -0.2));
@@ -627,7 +627,7 @@ TEST(StageRules, slopes_have_four_limits) {
   const double half = 0.5 * 33 / view.camera.focal_px.x;
   view.rules.slopes.reset();
   const auto by_default = conic_at(2, -0.2);
-  view.rules.slopes = stages::SlopeBounds{glm::dvec2(-1.3 * half), glm::dvec2(1.3 * half)};
+  view.rules.slopes = diff::SlopeBounds{glm::dvec2(-1.3 * half), glm::dvec2(1.3 * half)};
   EXPECT_LT(glm::distance(conic_at(2, -0.2), by_default), 1e-12);
 }
 

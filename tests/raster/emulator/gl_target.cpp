@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // GlTarget for the emulated GPU, which has no OpenGL.
-#include "raster/cuda/gl_target.cuh"
+#include "raster/cuda/common/gl_target.cuh"
 
-#include "raster/cuda/check.cuh"
+#include "raster/cuda/common/check.cuh"
 
 namespace qs::cuda {
 

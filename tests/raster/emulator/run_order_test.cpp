@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <random>
 
-#include "app/train/field_model.h"
 #include "cuda_runtime.h"
-#include "raster/cuda/train/gpu_model.h"
+#include "learn/run/field_model.h"
+#include "learn/step/cuda/gpu_model.h"
 #include "support/golden_field.h"
 #include "support/gpu.h"
 #include "support/scenes.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Replaces src/raster/cuda/scan_and_sort.cu, which needs CUB, by host code.
-#include "raster/cuda/scan_and_sort.cuh"
+// Replaces src/raster/cuda/common/scan_and_sort.cu, which needs CUB, by host code.
+#include "raster/cuda/common/scan_and_sort.cuh"
 
 #include <numeric>
 #include <vector>

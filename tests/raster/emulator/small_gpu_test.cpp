@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "cuda_runtime.h"
-#include "raster/cuda/train/gpu_model.h"
+#include "learn/step/cuda/gpu_model.h"
 #include "support/golden_field.h"
 #include "support/gpu.h"
 #include "support/scenes.h"

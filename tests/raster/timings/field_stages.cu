@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "raster/cuda/train/adam.cuh"
-#include "raster/cuda/train/codes.cuh"
-#include "raster/cuda/train/field.cuh"
+#include "learn/step/cuda/adam.cuh"
+#include "learn/step/cuda/codes.cuh"
+#include "learn/step/cuda/field.cuh"
 #include "raster/timings/field_stages.h"
 
 namespace qs::test {

@@ -5,8 +5,8 @@
 
 #include <vector>
 
+#include "learn/step/model_state.h"
 #include "raster/scene/camera.h"
-#include "raster/train/model_state.h"
 
 namespace qs::test {
 

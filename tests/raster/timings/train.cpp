@@ -14,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "app/train/field_model.h"
-#include "app/train/initial.h"
 #include "io/camera/cameras.h"
-#include "raster/cuda/train/gpu_model.h"
+#include "learn/run/field_model.h"
+#include "learn/run/initial.h"
+#include "learn/step/cuda/gpu_model.h"
 #include "raster/timings/field_stages.h"
 #include "support/pool.h"
 #include "support/scene_files.h"

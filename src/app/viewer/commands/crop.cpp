@@ -5,15 +5,15 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_file.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
+#include "base/fail.h"
+#include "base/text.h"
 #include "io/bytes/replace_file.h"
 #include "io/scene/writer.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

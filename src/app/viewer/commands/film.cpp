@@ -14,7 +14,7 @@
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/actions.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

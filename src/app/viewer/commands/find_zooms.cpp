@@ -12,7 +12,7 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/zoom_actions.h"
-#include "raster/base/error.h"
+#include "base/error.h"
 
 namespace qs {
 namespace {

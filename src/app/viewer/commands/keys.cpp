@@ -9,7 +9,7 @@
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

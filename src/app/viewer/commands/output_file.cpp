@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/commands/output_file.h"
 
-#include "app/base/text.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/state/actions.h"
+#include "base/fail.h"
+#include "base/text.h"
 #include "io/bytes/mapped_file.h"
 #include "io/bytes/replace_file.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 

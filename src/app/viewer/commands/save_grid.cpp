@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text_file.h"
 #include "app/measure/scene_facts.h"
 #include "app/picture/figure.h"
 #include "app/picture/grid_places.h"
@@ -20,6 +19,7 @@
 #include "app/viewer/state/mode_glance.h"
 #include "app/viewer/state/mode_table.h"
 #include "io/bytes/replace_file.h"
+#include "io/bytes/text_file.h"
 #include "io/picture/image_file.h"
 #include "raster/scene/image_metrics.h"
 

@@ -10,9 +10,9 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "app/base/text.h"
+#include "base/error.h"
+#include "base/text.h"
 #include "io/scene/reader.h"
-#include "raster/base/error.h"
 
 namespace qs {
 namespace {

@@ -9,10 +9,10 @@
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
-#include "app/train/strategy.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/training_actions.h"
+#include "learn/run/strategy.h"
 
 namespace qs {
 namespace {

@@ -8,10 +8,10 @@
 
 #include <imgui.h>
 
-#include "app/base/assets.h"
-#include "app/base/text.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
+#include "base/assets.h"
+#include "base/text.h"
 #include "io/scene/reader.h"
 
 namespace qs {

@@ -7,7 +7,7 @@
 #include "app/session/removal_text.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/render/upload_scene.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 #include "raster/kernel/constants.h"
 
 namespace qs {

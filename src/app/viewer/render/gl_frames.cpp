@@ -9,7 +9,7 @@
 // After epoxy, which declares GL's functions.
 #include <GLFW/glfw3.h>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

@@ -6,7 +6,7 @@
 #include <functional>
 #include <utility>
 
-#include "raster/base/progress.h"
+#include "base/progress.h"
 
 namespace qs {
 

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "app/viewer/render/render_context.h"
-#include "raster/base/progress.h"
+#include "base/progress.h"
 
 namespace qs {
 

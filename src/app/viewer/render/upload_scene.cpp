@@ -6,7 +6,7 @@
 
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
-#include "raster/base/error.h"
+#include "base/error.h"
 
 namespace qs {
 Progress upload_progress(RenderContext& context, const Scene& scene) {

@@ -15,8 +15,8 @@
 #include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
+#include "base/error.h"
 #include "io/camera/cameras.h"
-#include "raster/base/error.h"
 
 namespace qs {
 

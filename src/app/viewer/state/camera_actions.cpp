@@ -9,14 +9,14 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
-#include "app/base/text.h"
 #include "app/framing/camera_control.h"
 #include "app/framing/camera_rig.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/flight.h"
+#include "base/error.h"
+#include "base/text.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
-#include "raster/base/error.h"
 
 namespace qs {
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "io/cloud/removal.h"
+#include "raster/scene/removal.h"
 
 namespace qs {
 

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/base/text.h"
 #include "app/inspect/inspection_text.h"
 #include "app/session/removal_text.h"
 #include "app/viewer/state/crop_actions.h"
@@ -21,6 +20,7 @@
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_text.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 

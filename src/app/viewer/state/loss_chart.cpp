@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/base/text.h"
+#include "base/text.h"
 
 namespace qs {
 

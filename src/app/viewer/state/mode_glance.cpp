@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/viewer/state/mode_table.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/live_counts.h"
 #include "app/viewer/state/samples.h"
+#include "base/text.h"
 
 namespace qs {
 

@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 #include <glm/trigonometric.hpp>
 
-#include "app/base/text.h"
 #include "app/framing/camera_control.h"
 #include "app/framing/huge_gaussians.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
+#include "base/text.h"
 
 namespace qs {
 

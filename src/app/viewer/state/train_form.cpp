@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "app/train/settings.h"
-#include "app/train/strategy.h"
+#include "learn/run/settings.h"
+#include "learn/run/strategy.h"
 
 namespace qs {
 

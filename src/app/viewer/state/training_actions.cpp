@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/zoom_text.h"
+#include "base/text.h"
 
 namespace qs {
 

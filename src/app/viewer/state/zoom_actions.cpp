@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
 #include "app/viewer/state/actions.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
+#include "base/text.h"
 
 namespace qs::action {
 namespace {

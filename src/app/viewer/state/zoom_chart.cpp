@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "app/base/text.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "app/viewer/state/actions.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 

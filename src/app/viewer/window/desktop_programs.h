@@ -7,8 +7,8 @@
 #include <list>
 #include <string>
 
-#include "app/base/child_process.h"
 #include "app/viewer/state/action.h"
+#include "base/child_process.h"
 
 namespace qs {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <sstream>
 
+#include "base/fail.h"
 #include "io/bytes/json_text.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

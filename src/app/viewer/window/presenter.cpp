@@ -12,9 +12,9 @@
 
 #include <epoxy/gl.h>
 
-#include "app/base/assets.h"
 #include "app/picture/colormap.h"
-#include "raster/base/fail.h"
+#include "base/assets.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

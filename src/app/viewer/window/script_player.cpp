@@ -4,7 +4,7 @@
 #include <string>
 
 #include "app/viewer/state/hud_text.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

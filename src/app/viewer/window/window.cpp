@@ -15,14 +15,14 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
-#include "app/base/assets.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/interface_scale.h"
 #include "app/viewer/state/zoom_actions.h"
-#include "raster/base/fail.h"
+#include "base/assets.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

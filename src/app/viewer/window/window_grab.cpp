@@ -4,8 +4,8 @@
 #include <system_error>
 
 #include "app/viewer/state/actions.h"
+#include "base/error.h"
 #include "io/picture/image_file.h"
-#include "raster/base/error.h"
 
 namespace qs {
 

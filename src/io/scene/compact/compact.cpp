@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
+#include "base/fail.h"
 #include "io/bytes/file_source.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/scene/compact/compact_model.h"
 #include "io/scene/compact/raw_rotation.h"
 #include "io/scene/ply/ply.h"
-#include "raster/base/fail.h"
 #include "raster/field/field_evaluator.h"
 
 namespace qs {

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

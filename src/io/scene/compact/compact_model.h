@@ -15,8 +15,8 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
+#include "base/progress.h"
 #include "io/cloud/scene.h"
-#include "raster/base/progress.h"
 #include "raster/field/color_field.h"
 
 namespace qs {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string_view>
 
+#include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/file_source.h"
 #include "io/scene/compact/code_bits.h"
@@ -11,7 +12,6 @@
 #include "io/scene/compact/huffman.h"
 #include "io/tensor/npy.h"
 #include "io/tensor/torch_tensor.h"
-#include "raster/base/fail.h"
 #include "raster/field/residual_codebook.h"
 #include "raster/kernel/half.h"
 

@@ -3,11 +3,11 @@
 #include <array>
 #include <system_error>
 
+#include "base/fail.h"
 #include "io/bytes/mapped_file.h"
 #include "io/scene/compact/compact_model.h"
 #include "io/scene/ply/ply_rows.h"
 #include "io/tensor/torch_tensor.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -8,6 +8,7 @@
 #include <ostream>
 #include <string>
 
+#include "base/fail.h"
 #include "io/bytes/replace_file.h"
 #include "io/bytes/zip_writer.h"
 #include "io/scene/compact/code_bits.h"
@@ -15,7 +16,6 @@
 #include "io/scene/ply/ply_writer.h"
 #include "io/tensor/npy.h"
 #include "io/tensor/torch_writer.h"
-#include "raster/base/fail.h"
 #include "raster/kernel/half.h"
 
 namespace qs {

@@ -6,8 +6,8 @@
 #include <map>
 #include <queue>
 
+#include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -9,18 +9,18 @@
 #include <utility>
 #include <vector>
 
+#include "base/fail.h"
 #include "io/bytes/json_kind.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/cloud_parts.h"
 #include "io/cloud/fill_cloud.h"
-#include "io/cloud/transform.h"
 #include "io/scene/gltf/gltf_file.h"
 #include "io/scene/gltf/gltf_nodes.h"
 #include "io/scene/gltf/gltf_splats.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/spz/spz.h"
-#include "raster/base/fail.h"
+#include "raster/scene/transform.h"
 
 namespace qs {
 namespace {

@@ -4,7 +4,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

@@ -11,9 +11,9 @@
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 
+#include "base/fail.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/axes.h"
-#include "raster/base/fail.h"
 #include "raster/scene/activated_cloud.h"
 
 namespace qs {

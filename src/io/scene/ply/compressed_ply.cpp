@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/cloud/quantised.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/ply/ply_rows.h"
-#include "raster/base/fail.h"
 #include "raster/kernel/constants.h"
 
 namespace qs {

@@ -13,10 +13,10 @@
 #include <glm/common.hpp>
 
 #include "io/bytes/replace_file.h"
-#include "io/cloud/cloud_order.h"
 #include "io/cloud/quantised.h"
 #include "raster/kernel/constants.h"
 #include "raster/scene/activated_cloud.h"
+#include "raster/scene/cloud_order.h"
 
 namespace qs {
 namespace {

@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/scene/ply/compressed_ply.h"
 #include "io/scene/ply/ply_rows.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -11,9 +11,9 @@
 #include <span>
 #include <string>
 
+#include "base/parallel.h"
 #include "io/cloud/scene.h"
 #include "io/scene/ply/ply_header.h"
-#include "raster/base/parallel.h"
 
 namespace qs {
 

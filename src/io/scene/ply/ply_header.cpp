@@ -8,7 +8,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "raster/base/fail.h"
+#include "base/fail.h"
 
 namespace qs {
 namespace {

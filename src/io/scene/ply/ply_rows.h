@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/progress.h"
 #include "io/scene/ply/ply_header.h"
-#include "raster/base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {

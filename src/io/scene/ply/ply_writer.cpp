@@ -7,9 +7,9 @@
 #include <ostream>
 #include <string>
 
+#include "base/fail.h"
+#include "base/parallel.h"
 #include "io/bytes/replace_file.h"
-#include "raster/base/fail.h"
-#include "raster/base/parallel.h"
 
 namespace qs {
 namespace {

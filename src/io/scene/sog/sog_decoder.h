@@ -10,9 +10,9 @@
 #include <cstdint>
 #include <string>
 
+#include "base/parallel.h"
 #include "io/bytes/file_source.h"
 #include "io/scene/sog/sog_meta.h"
-#include "raster/base/parallel.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {

@@ -10,8 +10,8 @@
 #include <filesystem>
 #include <span>
 
+#include "base/parallel.h"
 #include "io/cloud/scene.h"
-#include "raster/base/parallel.h"
 
 namespace qs {
 

@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <span>
 
+#include "base/parallel.h"
 #include "io/cloud/scene.h"
-#include "raster/base/parallel.h"
 
 namespace qs {
 

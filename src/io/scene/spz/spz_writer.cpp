@@ -14,11 +14,11 @@
 #include <zlib.h>
 #include <zstd.h>
 
+#include "base/fail.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/quantised.h"
 #include "io/scene/spz/spz_container.h"
-#include "raster/base/fail.h"
 #include "raster/scene/activated_cloud.h"
 
 namespace qs {

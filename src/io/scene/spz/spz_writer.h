@@ -7,8 +7,8 @@
 
 #include <filesystem>
 
-#include "raster/base/parallel.h"
-#include "raster/base/progress.h"
+#include "base/parallel.h"
+#include "base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {

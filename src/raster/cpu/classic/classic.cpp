@@ -4,8 +4,8 @@
 #include "raster/cpu/classic/depth.h"
 #include "raster/cpu/classic/mode_pairs.h"
 #include "raster/cpu/classic/used.h"
-#include "raster/cpu/collect.h"
-#include "raster/cpu/stage_clock.h"
+#include "raster/cpu/common/collect.h"
+#include "raster/cpu/common/stage_clock.h"
 
 namespace qs::cpu {
 

@@ -4,7 +4,7 @@
 // the blend stage.
 #pragma once
 
-#include "raster/cpu/classic/bin.h"
+#include "raster/cpu/common/bin.h"
 
 namespace qs::cpu {
 

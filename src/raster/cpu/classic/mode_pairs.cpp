@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/classic/mode_pairs.h"
 
-#include "raster/cpu/visible.h"
+#include "raster/cpu/common/visible.h"
 
 namespace qs::cpu {
 namespace {

@@ -3,7 +3,7 @@
 // Counts the tile pairs of every mode for one view: Outputs::mode_pairs.
 #pragma once
 
-#include "raster/cpu/mode_pairs.h"
+#include "raster/cpu/common/mode_pairs.h"
 #include "raster/scene/activated_cloud.h"
 
 namespace qs::cpu {

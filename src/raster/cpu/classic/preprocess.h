@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "raster/cpu/visible.h"
+#include "raster/cpu/common/visible.h"
 #include "raster/kernel/blend.h"
 #include "raster/scene/activated_cloud.h"
 

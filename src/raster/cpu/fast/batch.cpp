@@ -6,7 +6,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/batch.cpp"
-#include "raster/base/simd.h"
+#include "base/simd.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace qs::cpu::fast {

@@ -3,9 +3,9 @@
 // Stage 3: lists every visible Gaussian in its tiles, in one pass front to back.
 #pragma once
 
+#include "raster/cpu/common/tile_lists.h"
 #include "raster/cpu/fast/preprocess.h"
 #include "raster/cpu/fast/sort.h"
-#include "raster/cpu/tile_lists.h"
 
 namespace qs::cpu::fast {
 

@@ -8,7 +8,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/mode_pairs.cpp"
 // clang-format off
-#include "raster/base/simd.h"
+#include "base/simd.h"
 #include "raster/cpu/fast/walk_vectors.h"
 // clang-format on
 

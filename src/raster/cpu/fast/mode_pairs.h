@@ -3,8 +3,8 @@
 // Counts the tile pairs of every mode for one view, by vectors: Outputs::mode_pairs.
 #pragma once
 
+#include "raster/cpu/common/mode_pairs.h"
 #include "raster/cpu/fast/scene.h"
-#include "raster/cpu/mode_pairs.h"
 
 namespace qs::cpu::fast {
 

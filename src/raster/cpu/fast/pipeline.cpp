@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/fast/pipeline.h"
 
-#include "raster/cpu/collect.h"
+#include "raster/cpu/common/collect.h"
+#include "raster/cpu/common/stage_clock.h"
 #include "raster/cpu/fast/mode_pairs.h"
-#include "raster/cpu/stage_clock.h"
 
 namespace qs::cpu::fast {
 

@@ -4,8 +4,8 @@
 // Buffers are reused from frame to frame.
 #pragma once
 
+#include "raster/cpu/common/mode_pairs.h"
 #include "raster/cpu/fast/blend.h"
-#include "raster/cpu/mode_pairs.h"
 
 namespace qs::cpu::fast {
 

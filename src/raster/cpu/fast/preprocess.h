@@ -4,9 +4,9 @@
 // pass through project, tile_rects and color; see survivors.h.
 #pragma once
 
+#include "raster/cpu/common/visible.h"
 #include "raster/cpu/fast/scene.h"
 #include "raster/cpu/fast/tile_rects.h"
-#include "raster/cpu/visible.h"
 #include "raster/kernel/blend.h"
 
 namespace qs::cpu::fast {

@@ -8,7 +8,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/tile_rects.cpp"
-#include "raster/base/simd.h"
+#include "base/simd.h"
 
 // No vector code: this file is compiled for every instruction set because the oldest one rounds
 // floats by calling a function.

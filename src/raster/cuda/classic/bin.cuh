@@ -5,7 +5,7 @@
 #pragma once
 
 #include "raster/cuda/classic/preprocess.cuh"
-#include "raster/cuda/scan_and_sort.cuh"
+#include "raster/cuda/common/scan_and_sort.cuh"
 
 namespace qs::cuda::classic {
 

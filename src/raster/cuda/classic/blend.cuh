@@ -5,7 +5,7 @@
 #pragma once
 
 #include "raster/cuda/classic/sort.cuh"
-#include "raster/cuda/pixels.cuh"
+#include "raster/cuda/common/pixels.cuh"
 
 namespace qs::cuda::classic {
 

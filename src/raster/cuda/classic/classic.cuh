@@ -5,7 +5,7 @@
 #pragma once
 
 #include "raster/cuda/classic/blend.cuh"
-#include "raster/cuda/stage_clock.cuh"
+#include "raster/cuda/common/stage_clock.cuh"
 
 namespace qs::cuda::classic {
 

@@ -5,8 +5,8 @@
 // undefined.
 #pragma once
 
-#include "raster/cuda/footprint_arrays.cuh"
-#include "raster/cuda/frame_context.cuh"
+#include "raster/cuda/common/footprint_arrays.cuh"
+#include "raster/cuda/common/frame_context.cuh"
 #include "raster/kernel/blend.h"
 
 namespace qs::cuda::classic {

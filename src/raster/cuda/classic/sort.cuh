@@ -5,7 +5,7 @@
 #pragma once
 
 #include "raster/cuda/classic/bin.cuh"
-#include "raster/cuda/tile_lists.cuh"
+#include "raster/cuda/common/tile_lists.cuh"
 
 namespace qs::cuda::classic {
 

@@ -4,8 +4,8 @@
 // macro-tiles with this code.
 #pragma once
 
+#include "raster/cuda/common/warp.cuh"
 #include "raster/cuda/fast/preprocess.cuh"
-#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/fast/blend.cuh"
-#include "raster/cuda/schedule.cuh"
 
 namespace qs::cuda::fast {
 namespace {

@@ -6,9 +6,9 @@
 
 #include <utility>
 
+#include "raster/cuda/common/pixels.cuh"
 #include "raster/cuda/fast/list.cuh"
 #include "raster/cuda/fast/walk.cuh"
-#include "raster/cuda/pixels.cuh"
 
 namespace qs::cuda::fast {
 

@@ -3,7 +3,7 @@
 // Compositing of one Gaussian onto the pixels of one lane: the inner loop of the blend stage.
 #pragma once
 
-#include "raster/cuda/flush.cuh"
+#include "raster/cuda/common/flush.cuh"
 #include "raster/kernel/constants.h"
 
 namespace qs::cuda::fast {

@@ -6,7 +6,7 @@
 #include <array>
 #include <utility>
 
-#include "raster/cuda/stream.cuh"
+#include "raster/cuda/common/stream.cuh"
 
 namespace qs::cuda::fast {
 

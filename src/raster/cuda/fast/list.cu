@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
-#include "raster/cuda/dynamic_shared.cuh"
+#include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/fast/list_block.cuh"
 
 namespace qs::cuda::fast {

@@ -4,10 +4,10 @@
 // a macro-tile, and writes their part of the lists of its 8 tiles.
 #pragma once
 
+#include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/fast/list.cuh"
 #include "raster/cuda/fast/macro_sort.cuh"
 #include "raster/cuda/fast/segments.cuh"
-#include "raster/cuda/schedule.cuh"
 
 namespace qs::cuda::fast {
 

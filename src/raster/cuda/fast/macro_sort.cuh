@@ -4,8 +4,8 @@
 // a block. Their order before is arbitrary, so the order after must be total.
 #pragma once
 
+#include "raster/cuda/common/warp.cuh"
 #include "raster/cuda/fast/scratch.cuh"
-#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
 

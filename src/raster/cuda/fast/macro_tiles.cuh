@@ -8,7 +8,7 @@
 // cuts (Frazer and McKellar, Samplesort, 1970).
 #pragma once
 
-#include "raster/cuda/device_buffer.cuh"
+#include "raster/cuda/common/device_buffer.cuh"
 #include "raster/kernel/hd.h"
 #include "raster/kernel/tile_grid.h"
 

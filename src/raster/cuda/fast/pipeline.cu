@@ -4,11 +4,11 @@
 #include <cstring>
 #include <utility>
 
-#include "raster/cuda/collect.cuh"
-#include "raster/cuda/depth.cuh"
+#include "raster/cuda/common/collect.cuh"
+#include "raster/cuda/common/depth.cuh"
+#include "raster/cuda/common/pair_limit.cuh"
 #include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
-#include "raster/cuda/pair_limit.cuh"
 
 namespace qs::cuda::fast {
 namespace {

@@ -10,10 +10,10 @@
 
 #include <optional>
 
-#include "raster/cuda/collect.cuh"
+#include "raster/cuda/common/collect.cuh"
+#include "raster/cuda/common/stage_clock.cuh"
 #include "raster/cuda/fast/blend.cuh"
 #include "raster/cuda/fast/graph.cuh"
-#include "raster/cuda/stage_clock.cuh"
 
 namespace qs::cuda::fast {
 

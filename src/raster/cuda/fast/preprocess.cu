@@ -4,10 +4,10 @@
 
 #include <glm/geometric.hpp>
 
-#include "raster/cuda/dynamic_shared.cuh"
+#include "raster/cuda/common/dynamic_shared.cuh"
+#include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/preprocess.cuh"
-#include "raster/cuda/schedule.cuh"
 #include "raster/kernel/blend.h"
 #include "raster/kernel/cull/modes.h"
 #include "raster/kernel/sh.h"

@@ -10,10 +10,10 @@
 #include <algorithm>
 #include <bit>
 
-#include "raster/cuda/ellipse.cuh"
+#include "raster/cuda/common/ellipse.cuh"
+#include "raster/cuda/common/frame_context.cuh"
+#include "raster/cuda/common/stream.cuh"
 #include "raster/cuda/fast/scratch.cuh"
-#include "raster/cuda/frame_context.cuh"
-#include "raster/cuda/stream.cuh"
 
 namespace qs::cuda::fast {
 

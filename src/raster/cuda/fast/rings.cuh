@@ -4,9 +4,9 @@
 // memory. All four begin at the same slot, because they advance together.
 #pragma once
 
+#include "raster/cuda/common/sub_tiles.cuh"
+#include "raster/cuda/common/warp.cuh"
 #include "raster/cuda/fast/column.cuh"
-#include "raster/cuda/reach.cuh"
-#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
 

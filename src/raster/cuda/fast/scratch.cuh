@@ -4,10 +4,10 @@
 // when the frame begins is contiguous.
 #pragma once
 
+#include "raster/cuda/common/pixels.cuh"
+#include "raster/cuda/common/sub_tiles.cuh"
+#include "raster/cuda/common/warp.cuh"
 #include "raster/cuda/fast/macro_tiles.cuh"
-#include "raster/cuda/pixels.cuh"
-#include "raster/cuda/reach.cuh"
-#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
 

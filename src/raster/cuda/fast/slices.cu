@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "raster/cuda/dynamic_shared.cuh"
+#include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/fast/list_block.cuh"
 
 namespace qs::cuda::fast {

@@ -16,7 +16,7 @@
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/loss_chart.h"
-#include "raster/base/fail.h"
+#include "base/fail.h"
 #include "raster/scene/image_metrics.h"
 #include "support/pool.h"
 #include "support/scenes.h"

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "app/viewer/render/crop_scene.h"
-#include "raster/base/error.h"
+#include "base/error.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 

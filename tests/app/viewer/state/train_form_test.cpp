@@ -6,9 +6,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/train/strategy.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/viewer.h"
+#include "learn/run/strategy.h"
 
 namespace qs {
 namespace {

@@ -24,8 +24,8 @@
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/zoom_actions.h"
+#include "base/error.h"
 #include "io/camera/cameras.h"
-#include "raster/base/error.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 

@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 
 #include "app/viewer/state/actions.h"
+#include "base/error.h"
 #include "io/bytes/json_text.h"
-#include "raster/base/error.h"
 #include "support/recording_host.h"
 #include "support/temporary_folder.h"
 

@@ -9,10 +9,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "io/support/limits.h"
 #include "io/support/zip_archive.h"
 #include "io/tensor/npy.h"
-#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/error_of.h"
 #include "support/scene_files.h"

@@ -11,9 +11,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "io/bytes/json_text.h"
 #include "io/scene/writer.h"
-#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/error_of.h"
 #include "support/glb.h"

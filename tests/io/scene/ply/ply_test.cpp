@@ -11,8 +11,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/fail.h"
 #include "io/scene/reader.h"
-#include "raster/base/fail.h"
 #include "support/corpus.h"
 
 namespace qs::test {

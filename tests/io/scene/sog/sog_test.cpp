@@ -15,8 +15,8 @@
 #include <nlohmann/json.hpp>
 #include <webp/encode.h>
 
+#include "base/error.h"
 #include "io/bytes/file_source.h"
-#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/error_of.h"
 #include "support/scene_files.h"

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "raster/base/error.h"
+#include "base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
 

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#include "base/assets.h"
+
+#include <cstdio>
+#include <mutex>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "base/program_folder.h"
+
+namespace qs {
+
+std::optional<std::filesystem::path> find_asset(std::string_view name) {
+  const std::filesystem::path source_tree = QUADSPLAT_SOURCE_TREE;
+  for (const auto& folder : {program_folder() / "../share/quadsplat", source_tree}) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(folder / name, error)) return folder / name;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::filesystem::path> find_font() {
+  static constexpr const char* kFont = "assets/fonts/Roboto-Regular.ttf";
+  const auto file = find_asset(kFont);
+  static std::once_flag said;
+  if (!file) {
+    std::call_once(said, [] {
+      fmt::print(stderr, "quadsplat: {} is not beside the program: letters are small\n", kFont);
+    });
+  }
+  return file;
+}
+
+}  // namespace qs

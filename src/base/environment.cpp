@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#include "base/environment.h"
+
+#include <ctime>
+#include <fstream>
+#include <thread>
+
+#include "version.h"
+
+namespace qs {
+namespace {
+
+std::string cpu_model() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[sizeof "2026-01-01T00:00:00Z"];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+}  // namespace
+
+Environment read_environment() {
+  return {kVersion,
+          kCommit,
+          kBuildType,
+          kSanitizers,
+          kCudaToolkit,
+          cpu_model(),
+          static_cast<int>(std::thread::hardware_concurrency()),
+          utc_now()};
+}
+
+}  // namespace qs

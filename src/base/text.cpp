@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include "base/text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+
+#include <glm/geometric.hpp>
+
+#include "base/fail.h"
+
+namespace qs {
+namespace {
+
+template <class T>
+bool parse_all(std::string_view text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() && !text.empty();
+}
+
+}  // namespace
+
+int parse_integer(std::string_view what, std::string_view text, int low, int high) {
+  int value = 0;
+  if (!parse_all(text, value) || value < low || value > high) {
+    fail(ErrorKind::usage, "{}: '{}' is not a whole number from {} to {}", what, text, low, high);
+  }
+  return value;
+}
+
+double parse_real(std::string_view what, std::string_view text, double low, double high) {
+  double value = 0;
+  if (!parse_all(text, value) || !(value >= low && value <= high)) {
+    fail(ErrorKind::usage, "{}: '{}' is not a number from {} to {}", what, text, low, high);
+  }
+  return value;
+}
+
+std::uint64_t parse_bytes(std::string_view what, std::string_view text) {
+  constexpr std::string_view kUnits = "KMGT";
+  const std::size_t end = std::min(text.find_first_of(kUnits), text.size());
+  const std::string_view unit = text.substr(end);  // "MiB" of "16MiB"
+  const bool known = unit.size() < 2 || unit.substr(1) == "B" || unit.substr(1) == "iB";
+  const double base = unit.ends_with("iB") ? 1024 : 1000;
+  const double factor =
+      unit.empty() ? 1 : std::pow(base, static_cast<double>(kUnits.find(unit[0])) + 1);
+  double value = 0;
+  if (!known || !parse_all(text.substr(0, end), value) ||
+      !(value * factor >= 1 && value * factor <= 1e18)) {
+    fail(ErrorKind::usage, "{}: '{}' is not a number of bytes such as 800M or 1.5G", what, text);
+  }
+  return static_cast<std::uint64_t>(std::llround(value * factor));
+}
+
+glm::ivec2 parse_size(std::string_view what, std::string_view text, std::string_view shape) {
+  constexpr int kMaxSide = 32768;
+  const std::size_t cross = text.find('x');
+  glm::ivec2 size{0};
+  if (cross == std::string_view::npos || !parse_all(text.substr(0, cross), size.x) ||
+      !parse_all(text.substr(cross + 1), size.y) || size.x < 1 || size.y < 1 || size.x > kMaxSide ||
+      size.y > kMaxSide) {
+    fail(ErrorKind::usage, "{}: '{}' is not {} with sides from 1 to {}", what, text, shape,
+         kMaxSide);
+  }
+  return size;
+}
+
+glm::vec3 parse_color(std::string_view what, std::string_view text) {
+  glm::vec3 color{0.0f};
+  std::string_view rest = text;
+  for (int c = 0; c < 3; ++c) {
+    const std::size_t end = c < 2 ? rest.find(',') : rest.size();
+    if (end == std::string_view::npos || !parse_all(rest.substr(0, end), color[c]) ||
+        !(color[c] >= 0 && color[c] <= 1)) {
+      fail(ErrorKind::usage, "{}: '{}' is not R,G,B with values from 0 to 1", what, text);
+    }
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return color;
+}
+
+glm::dvec3 parse_direction(std::string_view what, std::string_view text) {
+  constexpr std::string_view kAxisNames[] = {"x", "y", "z", "-x", "-y", "-z"};
+  glm::dvec3 direction{0.0};
+  for (int i = 0; i < 6; ++i) {
+    if (text == kAxisNames[i]) direction[i % 3] = i < 3 ? 1 : -1;
+  }
+  if (direction != glm::dvec3(0)) return direction;
+  const std::vector<std::string> words = separated(text);
+  bool good = words.size() == 3;
+  for (int axis = 0; good && axis < 3; ++axis)
+    good = parse_all(std::string_view(words[static_cast<std::size_t>(axis)]), direction[axis]);
+  const double length = glm::length(direction);
+  if (!good || !(length > 0) || !std::isfinite(length)) {
+    fail(ErrorKind::usage, "{}: '{}' is neither x, -x, y, -y, z, -z nor a direction X,Y,Z", what,
+         text);
+  }
+  return direction / length;
+}
+
+std::string joined(std::span<const std::string> words, std::string_view separator) {
+  std::string text;
+  for (const std::string& word : words) {
+    if (!text.empty()) text += separator;
+    text += word;
+  }
+  return text;
+}
+
+std::vector<std::string> separated(std::string_view text, char separator) {
+  std::vector<std::string> words;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(separator, begin), text.size());
+    words.emplace_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return words;
+}
+
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+std::string markdown_text(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '|' || c == '\\' || c == '<') result += '\\';
+    result += c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return result;
+}
+
+std::string markdown_code(const std::string& text) {
+  std::string result = "`";
+  for (const char c : text) {
+    if (c == '|') result += '\\';
+    result += c == '`' ? '\'' : c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return result + '`';
+}
+
+std::string shell_word(const std::string& word) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:=@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? R"('\'')" : std::string(1, c);
+  return quoted + '\'';
+}
+
+std::string grouped(std::uint64_t number) {
+  const std::string digits = fmt::format("{}", number);
+  std::string result;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) result += ',';
+    result += digits[i];
+  }
+  return result;
+}
+
+std::string bytes_text(std::uint64_t bytes) {
+  static constexpr std::array kUnits = {"bytes", "kB", "MB", "GB", "TB"};
+  double value = static_cast<double>(bytes);
+  std::size_t unit = 0;
+  while (value >= 999.95 && unit + 1 < kUnits.size()) {
+    value /= 1000;
+    ++unit;
+  }
+  return unit == 0 ? fmt::format("{} bytes", bytes) : fmt::format("{:.1f} {}", value, kUnits[unit]);
+}
+
+std::string decibels(double psnr) { return std::isinf(psnr) ? "inf" : fmt::format("{:.2f}", psnr); }
+
+std::string html_escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '&')
+      result += "&amp;";
+    else if (c == '<')
+      result += "&lt;";
+    else if (c == '>')
+      result += "&gt;";
+    else if (c == '"')
+      result += "&quot;";
+    else
+      result += c;
+  }
+  return result;
+}
+
+}  // namespace qs

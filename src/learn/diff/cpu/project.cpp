@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "learn/diff/cpu/project.h"
+
+#include <vector>
+
+#include "learn/diff/cpu/project_gaussians.h"
+#include "learn/diff/gaussian_terms.h"
+
+namespace qs::cpu::diff {
+namespace {
+
+using qs::diff::BoundaryGradient;
+using qs::diff::GivenGaussians;
+using qs::diff::GivenGradient;
+using qs::diff::StageRules;
+
+constexpr std::size_t kGaussianGrain = 4096;
+
+/// Writes the gradients of all Gaussians. Chunks have sums of their own for the pose, which are
+/// added in the order of chunks.
+template <class Real>
+PoseGradient set_gradients(const GivenGradient<Real>& gradient, const Boundary<const Real>& by,
+                           std::span<const std::uint8_t> projected, const Workers& workers) {
+  constexpr std::size_t kChunk = VisibleSlots::kChunk;
+  std::vector<PoseGradient> sums(VisibleSlots::chunks_of(projected.size()));
+  workers.for_each(sums.size(), 1, [&](std::size_t chunk) {
+    const std::size_t end = std::min(projected.size(), (chunk + 1) * kChunk);
+    for (std::size_t i = chunk * kChunk; i < end; ++i) {
+      const auto d = BoundaryGradient<Real>::of(by, i);
+      if (projected[i] != 0 && !d.is_zero())
+        gradient.add(i, d, sums[chunk]);
+      else
+        gradient.clear(i);
+    }
+  });
+  PoseGradient result;
+  for (const PoseGradient& sum : sums) {
+    result.view_from_world += sum.view_from_world;
+    result.position += sum.position;
+  }
+  return result;
+}
+
+}  // namespace
+
+template <class Real>
+void project(const DrawnView& view, const GaussianInputs<Real>& gaussians, const Workers& workers,
+             ProjectedFrame<Real>& frame, const Boundary<Real>& out,
+             const Rows<std::int32_t>& radii) {
+  view.check("project");
+  gaussians.check("project");
+  const auto single = StageRules<float>::of(view, gaussians.sh_degree);
+  const auto rules = StageRules<Real>::of(view, gaussians.sh_degree);
+  // The steps below read nothing else of a cloud and of settings.
+  const GaussianCloud cloud;
+  RenderSettings settings;
+  settings.mode = view.mode;
+  const TileGrid grid = TileGrid::of_image(view.camera.width, view.camera.height);
+  const FrameContext context{cloud, view.camera, settings, grid, workers.pool, workers.stop};
+  const GivenGaussians<Real> source{rules, gaussians, out, radii};
+  workers.for_each(gaussians.count, kGaussianGrain, [&](std::size_t i) { source.clear(i); });
+  project_gaussians<Real>(context, single.view, single, rules, source, gaussians.count, frame);
+  list_gaussians(context, frame);
+}
+
+template <class Real>
+void project_backward(const DrawnView& view, const GaussianInputs<Real>& gaussians,
+                      std::span<const std::uint8_t> projected, const Boundary<const Real>& by,
+                      const Workers& workers, const InputGradients<Real>& out, PoseGradient* pose) {
+  view.check("project_backward");
+  gaussians.check("project_backward");
+  gaussians.check_frame("project_backward", projected.size());
+  const auto rules = StageRules<Real>::of(view, gaussians.sh_degree);
+  const GivenGradient<Real> gradient(rules, gaussians, out);
+  const PoseGradient sum = set_gradients(gradient, by, projected, workers);
+  if (pose != nullptr) *pose = sum;
+}
+
+#define QS_INSTANTIATE(Real)                                                                      \
+  template void project(const DrawnView&, const GaussianInputs<Real>&, const Workers&,            \
+                        ProjectedFrame<Real>&, const Boundary<Real>&, const Rows<std::int32_t>&); \
+  template void project_backward(const DrawnView&, const GaussianInputs<Real>&,                   \
+                                 std::span<const std::uint8_t>, const Boundary<const Real>&,      \
+                                 const Workers&, const InputGradients<Real>&, PoseGradient*)
+QS_INSTANTIATE(float);
+QS_INSTANTIATE(double);
+#undef QS_INSTANTIATE
+
+}  // namespace qs::cpu::diff

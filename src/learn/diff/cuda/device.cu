@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "learn/diff/cuda/device.h"
+#include "learn/diff/cuda/frame_blocks.cuh"
+#include "raster/cuda/common/stream.cuh"
+
+namespace qs::cuda::diff {
+SelectedGpu::SelectedGpu(int device) {
+  check(cudaGetDevice(&before_), "cudaGetDevice");
+  check(cudaSetDevice(device), "cudaSetDevice");  // a new thread has no context before
+  is_other_ = before_ != device;
+}
+
+SelectedGpu::~SelectedGpu() {
+  if (is_other_) cudaSetDevice(before_);
+}
+
+bool is_gpu_memory(const void* memory) {
+  cudaPointerAttributes attributes{};
+  const bool known = cudaPointerGetAttributes(&attributes, memory) == cudaSuccess;
+  cudaGetLastError();  // clears the error of an unknown pointer
+  return known && attributes.devicePointer != nullptr;
+}
+
+void* allocate(std::size_t bytes, const Queue& queue) {
+  void* memory = nullptr;
+  check(cudaMallocAsync(&memory, bytes, stream_of(queue)), "temporary memory");
+  return memory;
+}
+
+void free(void* memory, const Queue& queue) noexcept { cudaFreeAsync(memory, stream_of(queue)); }
+
+void copy_to_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue) {
+  check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, stream_of(queue)),
+        "copy to the GPU");
+}
+
+void copy_from_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue) {
+  copy_to_host(static_cast<const std::byte*>(from), static_cast<std::byte*>(to), bytes,
+               stream_of(queue));
+}
+
+void wait(const Queue& queue) { check(cudaStreamSynchronize(stream_of(queue)), "the stream"); }
+
+void copy_on_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue) {
+  check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, stream_of(queue)),
+        "copy on the GPU");
+}
+
+}  // namespace qs::cuda::diff

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+//
+// The GPU of a caller for code that g++ compiles: its selection, memory in the order of a stream,
+// and copies. All functions throw Error(device).
+#pragma once
+
+#include <cstddef>
+
+#include "learn/diff/cuda/frame.h"
+
+namespace qs::cuda::diff {
+
+/// Selects a GPU for this thread, for the lifetime of the object.
+class SelectedGpu {
+ public:
+  explicit SelectedGpu(int device);
+  ~SelectedGpu();
+  SelectedGpu(const SelectedGpu&) = delete;
+  SelectedGpu& operator=(const SelectedGpu&) = delete;
+
+ private:
+  int before_ = 0;
+  bool is_other_ = false;
+};
+
+/// True if the selected GPU can read and write the memory.
+bool is_gpu_memory(const void* memory);
+
+/// Memory that work in the stream may use until it is freed, in the order of the stream.
+void* allocate(std::size_t bytes, const Queue& queue);
+void free(void* memory, const Queue& queue) noexcept;
+
+/// Enqueues a copy to the GPU; `from` may change when the function returns.
+void copy_to_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue);
+/// Waits.
+void copy_from_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue);
+/// Waits for all work in the stream.
+void wait(const Queue& queue);
+/// Enqueues a copy within the GPU.
+void copy_on_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue);
+
+}  // namespace qs::cuda::diff

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+//
+// The arrays in the blocks of a frame and of its first stage's scratch memory, see frame.h.
+#pragma once
+
+#include "learn/diff/block_arrays.h"
+#include "learn/diff/cuda/frame.h"
+#include "learn/diff/cuda/list.cuh"
+#include "learn/diff/cuda/tiles.cuh"
+
+namespace qs::cuda::diff {
+
+using qs::diff::block_at;
+using qs::diff::BlockArrays;
+using qs::diff::bytes_of;
+
+inline cudaStream_t stream_of(const Queue& queue) {
+  return static_cast<cudaStream_t>(queue.stream);
+}
+inline TileGrid grid_of(const HeldSizes& sizes) {
+  return TileGrid::of_image(sizes.width, sizes.height);
+}
+inline unsigned tiles_of(const HeldSizes& sizes) {
+  return static_cast<unsigned>(grid_of(sizes).count());
+}
+
+/// The derivative by view z from GaussianSums::depths.
+__device__ inline float depth_gradient(const glm::vec2& sums, float z) {
+  return sums.x - sums.y / (z * z);
+}
+
+struct GaussianBlock {
+  unsigned long long* total;    ///< pairs
+  std::uint32_t* tile_counts;   ///< 0: no tile lists it; then the next three are undefined
+  std::uint32_t* first_places;  ///< of its pairs
+  float* depths;                ///< view z
+  ListedSplat* splats;
+  std::uint8_t* projected;  ///< 1 if it has a row in Boundary
+
+  static GaussianBlock of(BlockArrays& block, const HeldSizes& sizes) {
+    GaussianBlock result{};
+    result.total = block.next<unsigned long long>(1);
+    result.tile_counts = block.next<std::uint32_t>(sizes.gaussians);
+    result.first_places = block.next<std::uint32_t>(sizes.gaussians);
+    result.depths = block.next<float>(sizes.gaussians);
+    result.splats = block.next<ListedSplat>(sizes.gaussians);
+    result.projected = block.next<std::uint8_t>(sizes.gaussians);
+    return result;
+  }
+};
+
+struct PairBlock {
+  std::uint32_t* owners;                   ///< per place: its Gaussian
+  std::uint32_t* places;                   ///< the lists of all tiles, front to back
+  uint2* ranges;                           ///< per tile: its list is [x, y)
+  std::uint32_t *class_sizes, *scheduled;  ///< see ScheduleView
+
+  static PairBlock of(BlockArrays& block, const HeldSizes& sizes) {
+    PairBlock result{};
+    result.owners = block.next<std::uint32_t>(sizes.pairs);
+    result.places = block.next<std::uint32_t>(sizes.pairs);
+    result.ranges = block.next<uint2>(tiles_of(sizes));
+    result.class_sizes = block.next<std::uint32_t>(kLengthClasses);
+    result.scheduled = block.next<std::uint32_t>(std::size_t{kLengthClasses} * tiles_of(sizes));
+    return result;
+  }
+};
+
+struct PixelBlock {
+  float* color;                  ///< `channels` each, over the background, not clamped
+  float* transmittance;          ///< behind the last Gaussian
+  std::uint32_t* last;           ///< entries of the tile's list up to the last blended entry
+  float *depth, *inverse_depth;  ///< null without depths
+  // Null without states, see BlendTarget and DepthArrays.
+  std::uint32_t* segment_tiles;
+  float4* states;
+  glm::vec2* depth_states;
+
+  static PixelBlock of(BlockArrays& block, const HeldSizes& sizes) {
+    PixelBlock result{};
+    result.color = block.next<float>(sizes.pixels() * sizes.channels);
+    result.transmittance = block.next<float>(sizes.pixels());
+    result.last = block.next<std::uint32_t>(sizes.pixels());
+    if (sizes.has_depth) {
+      result.depth = block.next<float>(sizes.pixels());
+      result.inverse_depth = block.next<float>(sizes.pixels());
+    }
+    if (sizes.has_states) {
+      const std::size_t segments = segments_of(sizes.pairs, tiles_of(sizes));
+      result.segment_tiles = block.next<std::uint32_t>(segments);
+      result.states = block.next<float4>(segments * kTilePixels);
+      if (sizes.has_depth) result.depth_states = block.next<glm::vec2>(segments * kTilePixels);
+    }
+    return result;
+  }
+};
+
+/// Scratch memory of project() and of list() after it.
+struct ProjectScratch {
+  FootprintArrays footprints;
+
+  static ProjectScratch of(BlockArrays& block, const HeldSizes& sizes) {
+    ProjectScratch result{};
+    result.footprints.means = block.next<float4>(sizes.gaussians);
+    result.footprints.conics = block.next<float4>(sizes.gaussians);
+    result.footprints.levels = block.next<float2>(sizes.gaussians);
+    return result;
+  }
+};
+
+/// Scratch memory of list().
+struct ListScratch {
+  fast::MacroEntry* entries;
+  std::uint32_t *tiles, *slots, *sizes;
+
+  static ListScratch of(BlockArrays& block, const HeldSizes& sizes) {
+    ListScratch result{};
+    result.entries = block.next<fast::MacroEntry>(sizes.pairs);
+    result.tiles = block.next<std::uint32_t>(sizes.pairs);
+    result.slots = block.next<std::uint32_t>(sizes.pairs);
+    result.sizes = block.next<std::uint32_t>(tiles_of(sizes));
+    return result;
+  }
+};
+
+/// The frame as the kernels of the second stage read it.
+struct ListedFrame {
+  HeldSizes sizes;
+  GaussianBlock gaussians;
+  PairBlock pairs;
+
+  explicit ListedFrame(const Frame& frame)
+      : sizes(frame.sizes),
+        gaussians(block_at<GaussianBlock>(frame.gaussians, sizes)),
+        pairs(block_at<PairBlock>(frame.pairs, sizes)) {}
+
+  TilesView tiles() const {
+    return {pairs.ranges,           pairs.places, pairs.owners, gaussians.splats,
+            grid_of(sizes).columns, sizes.width,  sizes.height};
+  }
+  ScheduleView schedule() const { return {pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}; }
+  DepthArrays depths(const PixelBlock& pixels) const {
+    return {gaussians.depths, pixels.depth_states, pixels.depth, pixels.inverse_depth};
+  }
+};
+
+}  // namespace qs::cuda::diff

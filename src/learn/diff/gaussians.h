@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+//
+// The arrays between the stages of the differentiable rasterizer, in the caller's memory:
+//
+//   inputs -> project -> boundary -> blend -> pictures
+//
+// and the derivatives by all of them, from the right to the left. Real is float, or double to check
+// gradients.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include <glm/mat4x3.hpp>
+#include <glm/vec3.hpp>
+
+#include "learn/diff/strided_arrays.h"
+#include "raster/kernel/hd.h"
+
+namespace qs::diff {
+
+inline constexpr int kMostChannels = 32;
+
+/// Gaussians with activated values. One with a number that is not finite is not drawn.
+template <class Real>
+struct GaussianInputs {
+  std::size_t count = 0;
+  Rows<const Real> means;        ///< 3, world units
+  Rows<const Real> scales;       ///< 3 standard deviations, world units
+  Rows<const Real> rotations;    ///< quaternions w, x, y, z
+  Rows<const Real> covariances;  ///< xx, xy, xz, yy, yz, zz in place of scales and rotations
+  Rows<const Real> opacities;    ///< 1; sensible values are 0..1
+  ShRows<const Real> sh;         ///< (sh_degree + 1)^2 coefficients of colour
+  int sh_degree = 0;             ///< 0..3
+  Rows<const Real> channels;     ///< `channel_count` in place of coefficients; any values
+  int channel_count = 3;         ///< 1..kMostChannels; 3 with coefficients
+
+  /// Throws Error(usage), in a sentence that starts with `who`, if arrays are missing or given
+  /// twice.
+  void check(const char* who) const;
+  /// The same if a frame has another number of Gaussians.
+  void check_frame(const char* who, std::size_t of_frame) const;
+};
+
+/// The values that pixels read of a Gaussian, and its radii on the image. Rows of Gaussians behind
+/// the near plane or with a footprint that is degenerate or not finite are 0; there are also rows
+/// of Gaussians that no tile lists.
+template <class Real>
+struct Boundary {
+  Rows<Real> mean_px;  ///< 2; pixel i has its centre at coordinate i
+  Rows<Real> conic;    ///< 3: a, b, c
+  Rows<Real> depth;    ///< 1: view z
+  Rows<Real> opacity;  ///< 1: with compensation
+  Rows<Real> color;    ///< 3, of coefficients; given channels have no row here
+
+  template <class U>
+  requires(std::is_same_v<U, const Real> && !std::is_const_v<Real>) QS_HD operator Boundary<U>()
+      const {
+    return {mean_px, conic, depth, opacity, color};
+  }
+  /// Sets the rows of a Gaussian to 0.
+  QS_HD void clear(std::size_t i) const {
+    mean_px.fill(i, 2, 0);
+    conic.fill(i, 3, 0);
+    depth.fill(i, 1, 0);
+    opacity.fill(i, 1, 0);
+    color.fill(i, 3, 0);
+  }
+};
+
+/// Derivatives by the boundary.
+template <class Real>
+struct BoundaryGradients {
+  Boundary<Real> by;
+  Rows<Real> channels;  ///< by the given channels
+  /// 2: the sums over pixels of the absolute values of the pixels' parts of by.mean_px (AbsGS, Ye
+  /// et al. 2024, arXiv 2404.10484)
+  Rows<Real> absolute_px;
+  Real* background = nullptr;  ///< a number per channel
+};
+
+/// Derivatives by the inputs of project(); all rows of wanted arrays are written. The derivative by
+/// xy, xz or yz of a covariance counts both equal elements of the matrix.
+template <class Real>
+struct InputGradients {
+  Rows<Real> means, scales, rotations, covariances, opacities;
+  ShRows<Real> sh;
+};
+
+/// Derivatives by the camera, whose matrix and position are independent of each other here.
+struct PoseGradient {
+  glm::dmat4x3 view_from_world{0.0};
+  glm::dvec3 position{0.0};  ///< through the directions of colours
+};
+
+/// Pictures with `channel_count` channels in color and one channel in the others.
+template <class Real>
+struct Pictures {
+  Pixels<Real> color;          ///< over the background, not clamped
+  Pixels<Real> alpha;          ///< 1 - transmittance
+  Pixels<Real> depth;          ///< sum of z by weight: alpha times the transmittance in front of it
+  Pixels<Real> inverse_depth;  ///< the same sum of 1 / z
+
+  template <class U>
+  requires(std::is_same_v<U, const Real> && !std::is_const_v<Real>) QS_HD operator Pictures<U>()
+      const {
+    return {color, alpha, depth, inverse_depth};
+  }
+};
+
+}  // namespace qs::diff

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "learn/field/code_training.h"
+
+#include <utility>
+
+#include "learn/field/integer_sums.h"
+#include "learn/gradient/residual_codes.h"
+
+namespace qs {
+namespace {
+
+constexpr std::size_t kVectorGrain = 1024;
+
+// The code of a stage that is nearest to a vector.
+std::size_t nearest_of_stage(const ResidualCodebook& book, std::size_t stage, const float* vector) {
+  return nearest_code(book.code(stage, 0), static_cast<unsigned>(book.codes()),
+                      static_cast<unsigned>(book.dimensions), vector);
+}
+
+}  // namespace
+
+CodeState CodeState::starting_with(ResidualCodebook codebook) {
+  CodeState state;
+  state.first.resize(codebook.values.size());
+  state.second.resize(codebook.values.size());
+  state.codebook = std::move(codebook);
+  return state;
+}
+
+std::vector<float> coded(const ResidualCodebook& codebook, std::span<const float> vectors,
+                         ThreadPool& pool) {
+  const std::size_t d = codebook.dimensions;
+  std::vector<float> result(vectors.size());
+  pool.for_chunks(vectors.size() / d, kVectorGrain, [&](std::size_t begin, std::size_t end, int) {
+    std::vector<std::uint16_t> numbers(codebook.stages);
+    for (std::size_t i = begin; i < end; ++i) {
+      codebook.encode(&vectors[i * d], numbers);
+      codebook.decode(numbers, &result[i * d]);
+    }
+  });
+  return result;
+}
+
+void take_code_step(CodeState& state, std::span<const float> vectors, ThreadPool& pool) {
+  ResidualCodebook& book = state.codebook;
+  const std::size_t d = book.dimensions, values = book.codes() * d, count = vectors.size() / d;
+  if (count == 0) return;
+  const AdamStep step = AdamStep::number(++state.steps);
+  std::vector<float> rest(vectors.begin(), vectors.end());
+  IntegerSums sums;
+  for (std::size_t stage = 0; stage < book.stages; ++stage) {
+    sums.reset(values);
+    pool.for_chunks(count, kVectorGrain, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t number = nearest_of_stage(book, stage, &rest[i * d]);
+        for (std::size_t k = 0; k < d; ++k)
+          sums.add(number * d + k, book.code(stage, number)[k] - rest[i * d + k]);
+      }
+    });
+    for (std::size_t at = 0; at < values; ++at) {
+      const std::size_t value = stage * values + at;
+      move_code(step, code_gradient(sums.sum(at), vectors.size()), book.values[value],
+                state.first[value], state.second[value]);
+    }
+    pool.for_chunks(count, kVectorGrain, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const float* const code = book.code(stage, nearest_of_stage(book, stage, &rest[i * d]));
+        for (std::size_t k = 0; k < d; ++k) rest[i * d + k] -= code[k];
+      }
+    });
+  }
+}
+
+}  // namespace qs

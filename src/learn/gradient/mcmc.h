@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+//
+// The terms that strategy mcmc (Kheradmand et al. 2024, arXiv 2404.09591) adds to a step of Adam:
+// low opacities and scales have a share in the loss, and noise moves nearly transparent Gaussians.
+#pragma once
+
+#include "learn/gradient/activation.h"
+#include "raster/kernel/activation.h"
+#include "raster/kernel/random.h"
+
+namespace qs {
+
+inline constexpr double kDeadOpacity = 0.005;  ///< nearly transparent, up to here
+
+/// Adds opacity_weight mean(opacity) + scale_weight mean(scale) to the loss; the means are over
+/// all Gaussians, and over the three axes.
+struct Sparsity {
+  double opacity_weight = 0, scale_weight = 0;
+
+  /// Adds this term's derivatives for one of `count` > 0 Gaussians.
+  QS_HD void add_gradient(double count, const glm::vec3& log_scale, float opacity_logit,
+                          glm::vec3& d_log_scale, float& d_opacity_logit) const {
+    const double opacity = opacity_of(static_cast<double>(opacity_logit));
+    d_opacity_logit += static_cast<float>(opacity_gradient(opacity, opacity_weight / count));
+    const double share = scale_weight / (3 * count);
+    d_log_scale +=
+        glm::vec3(static_cast<float>(std::exp(static_cast<double>(log_scale.x)) * share),
+                  static_cast<float>(std::exp(static_cast<double>(log_scale.y)) * share),
+                  static_cast<float>(std::exp(static_cast<double>(log_scale.z)) * share));
+  }
+};
+
+/// Standard normal vectors times the covariance, `size` and a sigmoid that is 1 for transparent
+/// Gaussians and falls at kDeadOpacity.
+struct Noise {
+  double size = 0;
+  Random random;
+
+  /// The mean of Gaussian i after the noise. A noise that is not finite changes nothing.
+  QS_HD glm::vec3 moved(std::uint64_t i, const glm::vec3& mean, const glm::vec3& log_scale,
+                        const glm::quat& rotation, float opacity_logit) const {
+    constexpr double kSlope = 100;
+    const double opacity = opacity_of(static_cast<double>(opacity_logit));
+    const double factor = size * opacity_of(-kSlope * (opacity - kDeadOpacity));
+    const Covariance3<double> c =
+        covariance_of(glm::dvec3(log_scale), unit_rotation(glm::dquat(rotation)));
+    const glm::dvec3 n = random.normal3(i);
+    const glm::vec3 offset(factor * glm::dvec3(c.xx * n.x + c.xy * n.y + c.xz * n.z,
+                                               c.xy * n.x + c.yy * n.y + c.yz * n.z,
+                                               c.xz * n.x + c.yz * n.y + c.zz * n.z));
+    const glm::vec3 result = mean + offset;
+    const float sum = result.x + result.y + result.z;
+    return sum - sum == 0.0f ? result : mean;  // finite
+  }
+};
+
+}  // namespace qs

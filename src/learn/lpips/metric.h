@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+//
+// LPIPS on a backend.
+#pragma once
+
+#include <functional>
+
+#include "learn/lpips/lpips.h"
+#include "raster/api/renderer.h"
+
+namespace qs {
+
+/// See lpips::Metric::distance(), which has the requirements of the images.
+using LpipsDistance =
+    std::function<double(const Image& a, const Image& b, lpips::InputRange range)>;
+
+/// `pool` must outlive the result. `device` is an index into GpuReport::gpus; the CPU backend
+/// ignores it. Throws Error(device), as the result does if memory is short.
+LpipsDistance make_lpips(Backend backend, const lpips::Weights& weights, ThreadPool& pool,
+                         int device);
+
+}  // namespace qs

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+//
+// A data set to train from: photographs with their cameras, divided into training and test views,
+// and the points of structure from motion.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "base/progress.h"
+#include "io/camera/points.h"
+#include "learn/run/photograph_view.h"
+
+namespace qs::train {
+
+/// Half of the machine's memory, in bytes.
+std::uint64_t half_of_memory();
+
+struct DataOptions {
+  std::filesystem::path data;
+  /// in `data`; empty: `images`, or `data` itself if that folder is missing
+  std::filesystem::path images;
+  std::filesystem::path masks;          ///< in `data`; empty: `masks` if that folder exists
+  std::optional<int> resolution_scale;  ///< unset: 1, but photographs at most 1,600 pixels wide
+  int holdout = 8;          ///< every N-th view with a photograph, by name, is a test view; 0: none
+  glm::vec3 background{0};  ///< behind transparent photographs
+  bool keep_alpha = false;  ///< photographs are blended when they are compared
+  std::uint64_t photo_memory = half_of_memory();  ///< bytes for photographs
+};
+
+struct DataSet {
+  std::filesystem::path folder, photographs;
+  std::vector<PhotographView> training, test;  ///< by name
+  std::vector<ScenePoint> points;              ///< empty if the data set has none
+  std::size_t skipped = 0;                     ///< cameras without a photograph
+  std::filesystem::path masks;                 ///< the folder; empty: no masks
+  std::size_t without_mask = 0;    ///< photographs without a mask in the folder of masks
+  bool blender = false;            ///< has transforms_train.json
+  std::uint64_t photo_memory = 0;  ///< bytes that photograph_cache.h may use
+
+  /// True if the photographs need more than photo_memory, so that all views are without pixels.
+  bool on_disk() const { return !training.empty() && !training.front().has_pixels(); }
+
+  void release_pixels();  ///< of all views
+
+  std::vector<LensCamera> cameras() const;  ///< of all views, by name
+
+  /// 1.1 times the largest distance of a training camera from their mean.
+  double extent() const;
+
+  /// Numbers of views and a hash of cameras and photographs, to recognise the same data again.
+  std::string fingerprint() const;
+};
+
+/// Blender's data sets have transforms_train.json and transforms_test.json; their views are the
+/// training and the test views, and names begin with the photographs' folder: "train/r_0". The mask
+/// of the photograph a/1.jpg is a/1.jpg.png or a/1.png, or the same without leading folders. If all
+/// pixels together exceed DataOptions::photo_memory, no view has its pixels. Throws Error(input)
+/// naming the file, and Cancelled.
+DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress = {});
+
+/// 1.1 times the largest distance of a camera from their mean; 1 if all are in one place.
+double extent_of(const std::vector<Camera>& cameras);
+
+}  // namespace qs::train

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+//
+// Writes a trained model as a folder that view, eval, bench and other programs open:
+//   point_cloud/iteration_N/point_cloud.ply   the Gaussians
+//   cameras.json, cfg_args, input.ply         as the published trainer writes them
+//   train.json, train.csv                     settings, environment and result; the log
+//   train.html, plots                         the log as plots, see train_page.h
+//   checkpoint                                continues an unfinished run, see checkpoint.h
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/bytes/folder_lock.h"
+#include "learn/run/checkpoint.h"
+#include "learn/run/data_set.h"
+
+namespace qs::train {
+
+/// Creates the folder with cameras.json, cfg_args and input.ply. Throws Error(input).
+void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,
+                       const DataSet& data);
+
+/// Writes the Gaussians. Returns their path.
+std::filesystem::path write_gaussians(const std::filesystem::path& folder,
+                                      const TrainSettings& settings, const ModelState& model,
+                                      ThreadPool& pool);
+
+/// Locks the folder of a model, which exists, against other runs. Throws Error(usage) if another
+/// run trains into it.
+FolderLock lock_model_folder(const std::filesystem::path& folder);
+
+/// Writes the state: Gaussians, log and checkpoint. `backend` is for the log. The last state of a
+/// run has no checkpoint, and an earlier one is removed. Returns the path of the Gaussians.
+std::filesystem::path write_model_state(const std::filesystem::path& folder,
+                                        const CheckpointView& checkpoint, const DataSet& data,
+                                        const std::string& backend, ThreadPool& pool, bool last);
+
+/// The iterations of earlier runs in a model folder, by number.
+struct OldIterations {
+  std::vector<int> removed, foreign;  ///< `foreign`: this program did not train them, so they stay
+};
+
+/// Removes the Gaussians of earlier runs that this program trained, and their folders if these hold
+/// nothing else. Throws Error(usage) if the command reads a file that would go.
+OldIterations remove_old_iterations(const std::filesystem::path& folder);
+
+/// The file of the Gaussians after an iteration.
+std::filesystem::path gaussians_path(const std::filesystem::path& folder, int iteration);
+
+std::filesystem::path checkpoint_path(const std::filesystem::path& folder);
+
+}  // namespace qs::train

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#include "learn/run/train_log.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "io/bytes/json_value.h"
+
+namespace qs::train {
+
+using nlohmann::ordered_json;
+
+void TrainLog::add(const StepResult& step) {
+  loss_sum += step.loss.total;
+  ++loss_count;
+  for (std::size_t i = 0; i < stage_seconds.size(); ++i) {
+    stage_seconds[i] += step.seconds[i];
+    seconds += step.seconds[i];
+  }
+}
+
+void TrainLog::close_row(const Trainer& trainer, const std::optional<Quality>& test) {
+  rows.push_back({trainer.iteration(), seconds, loss_count > 0 ? loss_sum / loss_count : 0,
+                  trainer.gaussians(), test, trainer.gpu_memory_bytes()});
+  loss_sum = 0;
+  loss_count = 0;
+}
+
+const LogRow* best_row(const TrainLog& log) {
+  const LogRow* best = nullptr;
+  for (const LogRow& row : log.rows) {
+    if (row.test && (best == nullptr || row.test->psnr > best->test->psnr)) best = &row;
+  }
+  return best;
+}
+
+std::optional<std::uint64_t> most_gpu_memory(const TrainLog& log) {
+  std::optional<std::uint64_t> most;
+  for (const LogRow& row : log.rows) most = std::max(most, row.gpu_memory_bytes);
+  return most;
+}
+
+std::string format_train_csv(const TrainLog& log) {
+  std::string text = "iteration,seconds,loss,gaussians,test_psnr,test_ssim\n";
+  for (const LogRow& row : log.rows) {
+    text +=
+        fmt::format("{},{:.3f},{:.6f},{},", row.iteration, row.seconds, row.loss, row.gaussians);
+    text += row.test ? fmt::format("{:.4f},{:.5f}\n", row.test->psnr, row.test->ssim) : ",\n";
+  }
+  return text;
+}
+
+ordered_json log_json(const TrainLog& log) {
+  ordered_json rows = ordered_json::array();
+  for (const LogRow& row : log.rows) {
+    ordered_json object = {{"iteration", row.iteration},
+                           {"seconds", row.seconds},
+                           {"loss", row.loss},
+                           {"gaussians", row.gaussians}};
+    // JSON has no infinity: the PSNR of equal pictures is null.
+    if (row.test) {
+      object["test_psnr"] =
+          std::isfinite(row.test->psnr) ? ordered_json(row.test->psnr) : ordered_json();
+      object["test_ssim"] = row.test->ssim;
+    }
+    if (row.gpu_memory_bytes) object["gpu_memory_bytes"] = *row.gpu_memory_bytes;
+    rows.push_back(object);
+  }
+  ordered_json stages;
+  for (std::size_t i = 0; i < kTrainStages.size(); ++i)
+    stages[kTrainStages[i]] = log.stage_seconds[i];
+  return {{"seconds", log.seconds},
+          {"stage_seconds", stages},
+          {"evaluation_seconds", log.evaluation_seconds},
+          {"loss_sum", log.loss_sum},
+          {"loss_count", log.loss_count},
+          {"rows", rows}};
+}
+
+TrainLog log_of(const ordered_json& json) {
+  TrainLog log;
+  json_value(json.at("seconds"), log.seconds);
+  json_value(json.at("evaluation_seconds"), log.evaluation_seconds);
+  json_value(json.at("loss_sum"), log.loss_sum);
+  json_value(json.at("loss_count"), log.loss_count);
+  for (std::size_t i = 0; i < kTrainStages.size(); ++i)
+    json_value(json.at("stage_seconds").at(kTrainStages[i]), log.stage_seconds[i]);
+  for (const ordered_json& object : json.at("rows")) {
+    LogRow row;
+    json_value(object.at("iteration"), row.iteration);
+    json_value(object.at("seconds"), row.seconds);
+    json_value(object.at("loss"), row.loss);
+    json_value(object.at("gaussians"), row.gaussians);
+    if (object.contains("test_ssim")) {
+      const ordered_json& psnr = object.at("test_psnr");
+      row.test = Quality{psnr.is_null() ? INFINITY : json_value<double>(psnr),
+                         json_value<double>(object.at("test_ssim"))};
+    }
+    if (object.contains("gpu_memory_bytes"))
+      row.gpu_memory_bytes = json_value<std::uint64_t>(object.at("gpu_memory_bytes"));
+    log.rows.push_back(row);
+  }
+  return log;
+}
+
+}  // namespace qs::train

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+#include "learn/run/train_options.h"
+
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "base/fail.h"
+#include "base/progress_bar.h"
+#include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
+#include "io/camera/photographs.h"
+#include "io/scene/reader.h"
+#include "learn/run/model_folder.h"
+#include "learn/run/render_options.h"
+#include "learn/run/strategy.h"
+
+namespace qs::train {
+namespace {
+
+// The model's Gaussians with the SH degree of the settings.
+Parameters read_initial(const std::filesystem::path& path, int sh_degree, ThreadPool& pool,
+                        const Progress& progress, const RunText& text) {
+  ProgressBar bar("reading");
+  bar.appear(text.has_bars);
+  ReadOptions reading;
+  reading.progress = {bar.progress().report, progress.stop};
+  const Scene scene = read_scene(path, pool, reading);
+  bar.hide();
+  for (const std::string& warning : scene.warnings) text.warning("warning: " + warning);
+  const Parameters read = from_cloud(scene.cloud);
+  Parameters result = read;
+  result.sh_degree = sh_degree;
+  result.sh.assign(result.size() * result.sh_stride(), glm::vec3(0));
+  const std::size_t shared = std::min(result.sh_stride(), read.sh_stride());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    for (std::size_t k = 0; k < shared; ++k)
+      result.sh[i * result.sh_stride() + k] = read.sh[i * read.sh_stride() + k];
+  }
+  return result;
+}
+
+DataSet read_data(const TrainOptions& options, ThreadPool& pool, const Progress& progress) {
+  DataSet data = read_data_set(options.data, pool, progress);
+  if (data.skipped > 0) options.run.text.warning(skipped_sentence(data.skipped));
+  if (data.without_mask > 0) {
+    options.run.text.warning(fmt::format(
+        "{} of {} photographs have no mask in {} and count as a whole", data.without_mask,
+        data.training.size() + data.test.size(), data.masks.string()));
+  }
+  return data;
+}
+
+// Every strategy names the options that it does not read.
+void check_strategy(const TrainOptions& options) {
+  const TrainSettings& settings = options.settings;
+  const auto require = [&](bool given, const char* option, const char* strategies, bool fits) {
+    if (given && !fits) {
+      fail(ErrorKind::usage, "{}: is for --strategy {}, not {}", option, strategies,
+           settings.strategy);
+    }
+  };
+  const bool adc = settings.strategy == "adc", fastgs = settings.strategy == "fastgs";
+  const bool dash = settings.strategy == "dash", mcmc = settings.strategy == "mcmc";
+  require(options.amount_is_set, "--gaussians", "fastgs", fastgs);
+  require(settings.sum_gradients, "--sum-gradients", "fastgs", fastgs);
+  require(settings.absolute_gradients, "--absolute-gradients", "adc", adc);
+  require(settings.final_prunes, "--final-prunes", "adc or mcmc", adc || mcmc);
+  require(options.variant_is_set, "--dash-variant", "dash", dash);
+  require(settings.color_field, "--color-field", "mask", settings.strategy == "mask");
+}
+
+void declare_data_options(OptionTable& table, TrainOptions& options) {
+  table.positional(kDataOption, options.data.data,
+                   "data set: a COLMAP folder, or one with transforms.json or cameras.json",
+                   {".", "missing"});
+  table.text("--images", "DIR", options.data.images,
+             "folder of the photographs in DATA, named as the cameras (default: images)",
+             {"images", "missing"});
+  table.text("--masks", "DIR", options.data.masks,
+             "folder of masks in DATA, named NAME.png or NAME.jpg.png: black pixels do not count "
+             "(default: masks, if it exists)",
+             {"covers", "missing"});
+  table.integer("--resolution-scale", "N", 1, 64, options.data.resolution_scale,
+                "trains at 1/N of the photographs' size (default: 1, but at most 1600 pixels "
+                "wide)");
+  table.integer("--holdout", "N", 0, 1'000'000, options.data.holdout,
+                "every N-th photograph by name, from the first, is a test view; 0 = none "
+                "(default: 8)");
+}
+
+void declare_model_options(OptionTable& table, TrainOptions& options) {
+  std::vector<std::string> names;
+  for (const Strategy& strategy : strategies()) names.emplace_back(strategy.name);
+  TrainSettings& settings = options.settings;
+  declare_mode_option(
+      table, "--cull", [&settings](CullMode mode) { settings.mode = mode; },
+      fmt::format("tile culling mode of the training frames (default: {})",
+                  mode_name(default_mode())));
+  table.choice(
+      "--strategy", names,
+      [&settings, names](int chosen) {
+        settings.strategy = names[static_cast<std::size_t>(chosen)];
+      },
+      "how Gaussians are added and removed (default: adc, as published with 3DGS)");
+  table.choice(
+      "--gaussians", {"few", "many"},
+      [&settings, &options](int chosen) {
+        settings.many_gaussians = chosen == 1;
+        options.amount_is_set = true;
+      },
+      "with strategy fastgs: few Gaussians, or more of them for quality (default: few)");
+  table.choice(
+      "--dash-variant", {"current", "2025-06"},
+      [&settings, &options](int chosen) {
+        settings.dash_of_paper = chosen == 1;
+        options.variant_is_set = true;
+      },
+      "with strategy dash: as published now, or in June 2025 (default: current)");
+  table.choice(
+      "--resolution-schedule", {"full", "dash"},
+      [&options](int chosen) { options.reduces_photographs = chosen == 1; },
+      "size of the photographs in the first iterations: full, or reduced at first as by strategy "
+      "dash (default: full, with strategy dash: dash)");
+  table.flag("--color-field", settings.color_field,
+             "with strategy mask: a hash grid and a network compute colours, as in Compact-3DGS");
+  table.flag("--absolute-gradients", settings.absolute_gradients,
+             "with strategy adc: splits large Gaussians by absolute gradients (AbsGS)");
+  table.flag("--sum-gradients", settings.sum_gradients,
+             "with strategy fastgs: steps use the gradients of several iterations: 16 for colours "
+             "that depend on the direction; after iteration 15000 32 and then 64 for all values");
+  table.flag("--final-prunes", settings.final_prunes,
+             "with strategy adc or mcmc: removes faint Gaussians in iterations 18000, 21000, 24000 "
+             "and 27000, as fastgs does");
+  table.integer("--max-gaussians", "N", 1, 100'000'000, options.max_gaussians,
+                "adds no Gaussians beyond N (default: mcmc 1000000, others no limit)");
+  table.choice(
+      "--count-views", {std::begin(kCountViewsNames), std::end(kCountViewsNames)},
+      [&settings](int chosen) { settings.count_views = static_cast<CountViews>(chosen); },
+      "views that count when gradients are averaged over them: exact = mode exact lists the "
+      "Gaussian; mode = the training frames' mode does, as published with it (default: exact)");
+  table.flag("--step-before-densify", settings.step_before_densify,
+             "also takes the optimizer's step in iterations after which Gaussians are added, as "
+             "QuadBox's code; 3DGS leaves it out");
+  table.real("--opacity-rate", "X", 1e-6, 1, settings.opacity_rate,
+             "learning rate of opacity (default: mcmc and mask 0.05, others 0.025)");
+  table.text("--init", "MODEL", options.init,
+             "starts from the Gaussians of a model instead of the data set's points",
+             {"scene.ply", "missing.ply"});
+  table.integer("--random-points", "N", 1, 10'000'000, options.random_points,
+                "points to start from if the data set has none (default: 100000)");
+  declare_sh_degree_option(table, settings.sh_degree, "3");
+  declare_background_option(
+      table, [&settings](const glm::vec3& color) { settings.background = color; }, "black",
+      &settings.random_background);
+  table.choice(
+      "--antialiased", {"on", "off"},
+      [&settings](int chosen) { settings.antialiased = chosen == 0; },
+      "trains with the opacity compensation of Mip-Splatting (default: off)");
+  table.integer("--iterations", "N", 1, 10'000'000, settings.iterations,
+                "training steps (default: 30000)");
+  table.value("--seed", "N", "of all random numbers (default: 0)", {"1"},
+              [&settings](const std::string& text) {
+                settings.seed =
+                    static_cast<std::uint64_t>(parse_integer("--seed", text, 0, 2'147'483'647));
+              });
+}
+
+}  // namespace
+
+void declare_train_options(OptionTable& table, TrainOptions& options) {
+  declare_data_options(table, options);
+  table.text(kModelOption, "DIR", options.run.out_dir,
+             "folder of the trained model, which every command opens", {"trained"});
+  table.required();
+  declare_model_options(table, options);
+  table.flag("--resume", options.run.resume,
+             "continues the run that was saved in MODEL with the same options, to the same bits as "
+             "without a break");
+  table.overwrite(&options.run.overwrite);
+  table.integer("--eval-every", "N", 1, 10'000'000, options.run.eval_every,
+                "measures PSNR and SSIM on the test views every N iterations (default: at the "
+                "end; where the best is kept, as often as takes about 3 % of the time)");
+  table.flag("--keep-best", options.keep_best,
+             "also saves the Gaussians of the evaluation with the highest PSNR; --iteration N "
+             "opens them (default: with fewer than 120 photographs)");
+  table.flag("--keep-last", options.keep_last, "does not save the best evaluation");
+  table.integer("--save-every", "N", 1, 10'000'000, options.run.save_every,
+                "saves the model every N iterations (default: at the end)");
+  table.flag("--keep-checkpoint", options.run.keep_checkpoint,
+             "keeps the checkpoint of a finished run, so that --resume can continue it with more "
+             "--iterations");
+  table.value("--photo-memory", "BYTES",
+              "memory for photographs, such as 800M or 1.5G: those that do not fit are read again "
+              "ahead of their use; the model does not depend on it (default: half of the "
+              "machine's memory)",
+              {"800M", "1"}, [&data = options.data](const std::string& text) {
+                data.photo_memory = parse_bytes("--photo-memory", text);
+              });
+}
+
+PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPool& pool,
+                    const Progress& progress) {
+  check_strategy(options);
+  options.settings.reduced_photographs = options.reduces_photographs.value_or(
+      find_strategy(options.settings.strategy).reduces_photographs);
+  if (options.keep_best && options.keep_last)
+    fail(ErrorKind::usage, "--keep-last: contradicts --keep-best");
+  if (options.keep_best || options.keep_last) options.run.keep_best = options.keep_best;
+  options.settings.max_gaussians = static_cast<std::size_t>(options.max_gaussians);
+  options.settings.random_points = static_cast<std::size_t>(options.random_points);
+  options.data.background = options.settings.background;
+  options.data.keep_alpha = options.settings.random_background;
+  check_folder(options.run.out_dir);
+  require_new_folder(options.run.out_dir, options.run.overwrite || options.run.resume);
+  if (options.run.resume && !std::filesystem::exists(checkpoint_path(options.run.out_dir))) {
+    fail(
+        "train: {}: holds no run to continue: leave out --resume to begin one; a finished run "
+        "continues only if it had --keep-checkpoint",
+        options.run.out_dir.string());
+  }
+  // Two runs with this folder would end in a sentence only after the photographs were read.
+  if (std::filesystem::exists(options.run.out_dir)) lock_model_folder(options.run.out_dir);
+  if (options.settings.color_field) {
+    if (options.settings.antialiased)
+      fail(ErrorKind::usage, "--color-field: its files do not hold --antialiased");
+    options.settings.sh_degree = 0;
+  }
+  PreparedRun prepared;
+  prepared.model = make_training_model(backend, pool, device);
+  prepared.data = read_data(options, pool, progress);
+  if (options.init && !options.run.resume)
+    options.run.initial =
+        read_initial(*options.init, options.settings.sh_degree, pool, progress, options.run.text);
+  return prepared;
+}
+
+}  // namespace qs::train

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include "learn/run/trainer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <iterator>
+#include <numeric>
+#include <utility>
+
+#include "base/fail.h"
+#include "learn/run/field_model.h"
+#include "learn/run/initial.h"
+#include "raster/kernel/random.h"
+#include "raster/scene/image_metrics.h"
+
+namespace qs::train {
+namespace {
+
+// Measures the stages one after another.
+class StageClock {
+ public:
+  using Seconds = std::array<double, kTrainStages.size()>;
+
+  /// Ends a stage.
+  void next() { seconds_[stage_++] = restart(); }
+
+  /// The times of all stages; `passes` replace the host's times.
+  Seconds finish(const std::optional<PassSeconds>& passes) {
+    const double rest = restart();
+    const double total = std::accumulate(seconds_.begin(), seconds_.end(), rest);
+    if (passes) {
+      const double on_gpu[] = {passes->forward, passes->loss, passes->backward, passes->step};
+      std::copy(std::begin(on_gpu), std::end(on_gpu), seconds_.begin() + 1);
+    }
+    seconds_.back() = total - std::accumulate(seconds_.begin(), seconds_.end() - 1, 0.0);
+    return seconds_;
+  }
+
+ private:
+  double restart() {
+    const auto now = std::chrono::steady_clock::now(), begin = std::exchange(begin_, now);
+    return std::chrono::duration<double>(now - begin).count();
+  }
+
+  Seconds seconds_{};
+  std::size_t stage_ = 0;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings,
+                              ThreadPool& pool) {
+  const Strategy& strategy = find_strategy(settings.strategy);
+  const InitialGaussians initial{settings.sh_degree, strategy.initial_opacity,
+                                 strategy.initial_scale};
+  return gaussians_at(data.points.empty()
+                          ? random_points(data, settings.random_points, settings.seed)
+                          : data.points,
+                      initial, pool);
+}
+
+Trainer::Trainer(const TrainSettings& settings, const DataSet& data,
+                 std::unique_ptr<TrainingModel> model, ThreadPool& pool)
+    : settings_(settings),
+      data_(data),
+      strategy_(find_strategy(settings.strategy)),
+      extent_(data.extent()),
+      pool_(pool),
+      model_(std::move(model)),
+      views_(data.training.size(), settings.seed),
+      photographs_(data),
+      reduced_(data.training.size(),
+               settings.dash_of_paper ? ReductionFilter::lanczos2 : ReductionFilter::triangle,
+               pool) {}
+
+void Trainer::prepare(const Progress& progress) {
+  if (schedule_) return;
+  if (!settings_.reduced_photographs) {
+    schedule_.emplace();
+    return;
+  }
+  PhotographSpectra spectra;
+  const std::size_t count = data_.training.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    progress.update(static_cast<float>(i) / static_cast<float>(count));
+    const PhotographView* const next = &data_.training[(i + 1) % count];
+    spectra.add(photographs_.view(data_.training[i], {&next, 1}).image(), pool_);
+  }
+  schedule_.emplace(spectra, settings_.reduced_until());
+}
+
+// The photograph at the size of the current iteration.
+const PhotographView& Trainer::reduced_view(std::size_t number, const PhotographView& full) {
+  return reduced_.factor() == 1 ? full : reduced_.view(number, full, !data_.on_disk());
+}
+
+IterationContext Trainer::context_of(int iteration) const {
+  MeanRateStart start;
+  if (strategy_.reduces_photographs) start = {schedule_->details_from(), !settings_.dash_of_paper};
+  const double opacity_rate =
+      settings_.opacity_rate > 0 ? settings_.opacity_rate : strategy_.opacity_rate;
+  return {settings_, iteration, extent_, rates_at(iteration, extent_, opacity_rate, start),
+          schedule_->factor_in(iteration - 1)};
+}
+
+RenderSettings Trainer::render_settings(int iteration) const {
+  RenderSettings render;
+  render.mode = settings_.mode;
+  render.sh_degree = sh_degree_at(iteration, settings_.sh_degree);
+  render.antialiased = settings_.antialiased;
+  render.background = settings_.random_background ? glm::vec3(0) : settings_.background;
+  return render;
+}
+
+StepOrder Trainer::step_order(const IterationContext& context) const {
+  StepOrder order = strategy_.step(context);
+  order.counts_by_mode = settings_.count_views == CountViews::mode;
+  if (settings_.step_before_densify) order.moves = true;
+  return order;
+}
+
+const PhotographView& Trainer::view_of(int iteration) {
+  const PhotographView& view = data_.training[views_.at(iteration)];
+  if (!data_.on_disk()) return view;
+  std::array<const PhotographView*, 2 * PhotographCache::kMostThreads> next{};
+  for (std::size_t i = 0; i < next.size(); ++i)
+    next[i] = &data_.training[views_.at(iteration + 1 + static_cast<int>(i))];
+  return photographs_.view(view, next);
+}
+
+// The pixels of a data set that is too large for the memory are only in the cache.
+std::optional<std::size_t> Trainer::number_of(std::size_t view) const {
+  return data_.on_disk() ? std::nullopt : std::optional(view);
+}
+
+void Trainer::count_errors(int iteration, int views) {
+  const std::vector<std::size_t> drawn = drawn_views(
+      data_.training.size(), static_cast<std::size_t>(views), settings_.seed, iteration);
+  const RenderSettings render = render_settings(iteration);
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    const PhotographView* view = &data_.training[drawn[i]];
+    if (data_.on_disk()) {
+      const PhotographView* const next =
+          &data_.training[i + 1 < drawn.size() ? drawn[i + 1] : views_.at(iteration)];
+      view = &photographs_.view(*view, {&next, 1});
+    }
+    view = &reduced_view(drawn[i], *view);
+    model_->forward(view->camera, render);
+    model_->count_errors(number_of(drawn[i]), view->photograph());
+  }
+}
+
+void Trainer::require_codes() {
+  if (has_codes_) return;
+  ModelState state = model_->state();
+  if (!state.codes.exist()) {
+    state.codes = first_codes(state, settings_.seed, pool_);
+    model_->set_state(std::move(state));
+  }
+  has_codes_ = true;
+}
+
+StepResult Trainer::step() {
+  StepResult result;
+  StageClock clock;
+  const int iteration = model_->iteration() + 1;
+  prepare();
+  if (reduced_.set_factor(schedule_->factor_in(iteration))) model_->forget_photographs();
+  if (settings_.color_field && iteration > kCodesAfter) require_codes();
+  const IterationContext context = context_of(iteration);
+  // The change was already made if an earlier attempt at this iteration ran out of memory after it.
+  if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration) {
+    count_errors(iteration, strategy_.scored_views(settings_, iteration));
+    strategy_.plan(context, model_->facts(), plan_);
+    model_->apply(plan_);
+  }
+  clock.next();
+  if (model_->size() == 0) {
+    fail("{}: no Gaussian is left in iteration {}: {}", data_.folder.string(), iteration,
+         settings_.color_field ? "all are masked out: train with --strategy adc"
+                               : "the photographs do not fit their cameras");
+  }
+  const PhotographView& view = reduced_view(views_.at(iteration), view_of(iteration));
+  RenderSettings render = render_settings(iteration);
+  if (settings_.random_background) {
+    const Random random =
+        Random::of(settings_.seed, RandomUse::background, static_cast<std::uint64_t>(iteration));
+    render.background = glm::vec3(random.uniform(0), random.uniform(1), random.uniform(2));
+  }
+  model_->forward(view.camera, render);
+  clock.next();
+  model_->compare_with(number_of(views_.at(iteration)), view.photograph());
+  clock.next();
+  const StepOrder order = step_order(context);
+  model_->backward({.absolute = order.counts_density && strategy_.absolute_gradients(settings_)});
+  clock.next();
+  model_->step(order);
+  clock.next();
+  result.loss = model_->recent_loss();
+  result.seconds = clock.finish(model_->pass_seconds());
+  return result;
+}
+
+std::optional<Quality> Trainer::test_quality(const Progress& progress) {
+  if (data_.test.empty()) return std::nullopt;
+  const RenderSettings render = render_settings(iteration());
+  Quality sum;
+  for (std::size_t i = 0; i < data_.test.size(); ++i) {
+    const PhotographView* const next = &data_.test[(i + 1) % data_.test.size()];
+    const PhotographView& view = photographs_.view(data_.test[i], {&next, 1});
+    model_->forward(view.camera, render);
+    Image image = model_->picture();
+    clamp_to_unit(image);
+    const Image photograph = view.image();
+    sum.psnr += psnr(image, photograph, pool_, view.mask);
+    sum.ssim += ssim(image, photograph, pool_, SsimBorder::zeros, view.mask);
+    progress.update(static_cast<float>(i + 1) / static_cast<float>(data_.test.size()));
+  }
+  const auto count = static_cast<double>(data_.test.size());
+  return Quality{sum.psnr / count, sum.ssim / count};
+}
+
+GaussianCloud Trainer::cloud() const {
+  if (settings_.color_field) return fitted_cloud(model_->state(), settings_.antialiased, pool_);
+  return to_cloud(model_->parameters(), settings_.antialiased);
+}
+
+}  // namespace qs::train

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+//
+// The optimizer: Adam for all parameters, with a learning rate for each kind.
+#pragma once
+
+#include "base/parallel.h"
+#include "learn/gradient/adam.h"
+#include "learn/step/cpu/parameters.h"
+
+namespace qs::cpu::train {
+
+using qs::Rates;
+using qs::train::AdamState;
+
+/// One step. All arguments have the same Gaussians. `moves_rest`: also of the coefficients of
+/// colour beyond DC.
+void take_step(Parameters<float>& parameters, const Parameters<float>& gradient, const Rates& rates,
+               AdamState& state, ThreadPool& pool, bool moves_rest = true);
+
+/// Adds `gradient` to `sums`, which may be empty.
+void add_gradients(const Parameters<float>& gradient, ThreadPool& pool, Parameters<float>& sums);
+
+/// Sets the sums that a step has used to 0. If that is all of them, `sums` becomes empty.
+void clear_sums(bool rest_too, Parameters<float>& sums);
+
+}  // namespace qs::cpu::train

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+//
+// SSIM of the pictures a and b, as kernel/ssim.h defines it, and its derivatives by the values of
+// a. The three steps work on fields in place: find_moments(), sum_similarity(),
+// spread_derivatives().
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "learn/step/cpu/picture_rows.h"
+
+namespace qs::cpu::train {
+
+/// A number per value of the picture. The next picture uses the memory again.
+template <class Real>
+struct SsimFields {
+  std::vector<Real> a, b;        ///< values, then their means in the window; a: then derivatives
+  std::vector<Real> aa, bb, ab;  ///< means of products; aa, ab: then derivatives
+  std::vector<Real> rows;        ///< memory of the convolution
+
+  void resize(std::size_t values) {
+    for (auto* field : {&a, &b, &aa, &bb, &ab}) field->resize(values);
+  }
+};
+
+/// The pixels whose SSIM counts. Windows reach all pixels.
+struct CountedPixels {
+  std::span<const std::uint8_t> mask = {};  ///< per pixel, 0: does not count; empty: all count
+  std::size_t margin = 0;                   ///< pixels nearer to the border do not count
+
+  /// Of the values with the same y; `i` is an index into the row.
+  bool at(const PictureRows& picture, std::size_t y, std::size_t i) const {
+    if (margin == 0 && mask.empty()) return true;
+    const std::size_t x = i / picture.channels;
+    return x >= margin && x + margin < picture.width && y >= margin &&
+           y + margin < picture.height && (mask.empty() || mask[y * picture.width + x] != 0);
+  }
+};
+
+/// From the values in fields.a and .b to the moments in the window, with zeros outside of the
+/// picture.
+template <class Real>
+void find_moments(const PictureRows& picture, SsimFields<Real>& fields);
+
+/// The sum of SSIM over all values that count. fields.a, .aa and .ab become its derivatives by
+/// these moments.
+template <class Real>
+double sum_similarity(const PictureRows& picture, const CountedPixels& counted,
+                      SsimFields<Real>& fields);
+
+/// Sums the derivatives over the windows that reach a value: the arguments of similarity_by().
+template <class Real>
+void spread_derivatives(const PictureRows& picture, SsimFields<Real>& fields);
+
+}  // namespace qs::cpu::train

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+//
+// The loss of kernel/loss.h on the GPU, with its gradient. Gradients equal the CPU's to the bit;
+// the sums of the loss are in another, fixed order.
+#pragma once
+
+#include <cstdint>
+
+#include <glm/vec3.hpp>
+
+#include "learn/gradient/loss.h"
+#include "raster/cuda/common/stream.cuh"
+
+namespace qs::cuda::train {
+
+struct LossSums {
+  double l1, ssim, squared_error;
+};
+
+/// Memory of compare() that the next step uses again.
+struct LossScratch {
+  DeviceBuffer<float> derivatives;  ///< of SSIM, 3 fields
+  DeviceBuffer<LossSums> of_blocks, of_image;
+  unsigned blocks = 0;  ///< of the last comparison
+};
+
+/// A loss that is being copied to the host.
+class LossCopy {
+ public:
+  /// Adds up the sums of the last comparison, of `values` values that are not masked, and copies
+  /// the result, in `stream`. The previous copy must have arrived.
+  void begin(LossScratch& scratch, double values, cudaStream_t stream);
+  /// Waits for the copy.
+  Loss wait();
+
+ private:
+  PinnedValue<LossSums> sums_;
+  double values_ = 0;
+  Event arrived_;
+};
+
+/// A picture and the one to compare it with, per pixel, row by row, in GPU memory.
+struct Comparison {
+  int width, height;
+  const glm::vec3 *color, *target;
+  const std::uint8_t* mask;  ///< 0: masked out; null: all count
+  std::size_t counted;       ///< pixels that are not masked
+};
+
+/// Compares `color` with `target`, and sets `d_color` to the derivatives of the total by `color`.
+/// LossCopy reads the loss itself, which the backward pass does not need. Does not wait. Throws
+/// Error(device) if memory is short.
+void compare(const Comparison& pictures, cudaStream_t stream, LossScratch& scratch,
+             DeviceBuffer<glm::vec3>& d_color);
+
+}  // namespace qs::cuda::train

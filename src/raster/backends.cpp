@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include <optional>
+#include <vector>
+
+#include "base/fail.h"
+#include "raster/api/renderer.h"
+#include "raster/cpu/renderer.h"
+#ifdef QUADSPLAT_HAVE_CUDA
+#include "raster/cuda/common/gpu_info.h"
+#include "raster/cuda/renderer.h"
+#endif
+
+namespace qs {
+
+GpuReport gpu_report() {
+#ifdef QUADSPLAT_HAVE_CUDA
+  return cuda::gpu_report();
+#else
+  GpuReport report;
+  report.problem = "this program was built without CUDA";
+  return report;
+#endif
+}
+
+GpuReport cuda_versions() {
+#ifdef QUADSPLAT_HAVE_CUDA
+  return cuda::cuda_versions();
+#else
+  return gpu_report();
+#endif
+}
+
+Gpu inspect_gpu([[maybe_unused]] int device) {
+#ifdef QUADSPLAT_HAVE_CUDA
+  return cuda::inspect_gpu(device);
+#else
+  Gpu none;
+  none.problem = gpu_report().problem;
+  return none;
+#endif
+}
+
+namespace {
+
+// Empty if no GPU can be used.
+std::optional<int> found_gpu() {
+#ifdef QUADSPLAT_HAVE_CUDA
+  static const std::optional<int> kFound = cuda::find_gpu();
+  return kFound;
+#else
+  return std::nullopt;
+#endif
+}
+
+}  // namespace
+
+int first_gpu() { return found_gpu().value_or(0); }
+
+std::span<const Backend> available_backends() {
+  static const std::vector<Backend> kBackends =
+      found_gpu() ? std::vector{Backend::cuda, Backend::cpu} : std::vector{Backend::cpu};
+  return kBackends;
+}
+
+std::unique_ptr<Renderer> make_renderer(Backend backend, ThreadPool& pool,
+                                        [[maybe_unused]] int device) {
+  if (backend == Backend::cpu) return make_cpu_renderer(pool);
+#ifdef QUADSPLAT_HAVE_CUDA
+  return make_cuda_renderer(pool, device == kFirstGpu ? first_gpu() : device);
+#else
+  fail(ErrorKind::device, "backend cuda: {}", gpu_report().problem);
+#endif
+}
+
+}  // namespace qs

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+//
+// The inputs that every stage of the CPU backend reads.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <stop_token>
+
+#include "base/parallel.h"
+#include "raster/api/renderer.h"
+
+namespace qs::cpu {
+
+struct FrameContext {
+  const GaussianCloud& cloud;
+  const Camera& camera;
+  const RenderSettings& settings;
+  TileGrid grid;
+  ThreadPool& pool;
+  std::stop_token stop;
+  std::function<void(float fraction)> report = {};  ///< see Renderer::report_frames_to()
+
+  /// Index of a pixel in a map of the image.
+  std::size_t pixel(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+           static_cast<std::size_t>(x);
+  }
+  int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
+  bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
+  FootprintRules rules() const {
+    return {row_of(settings.mode).keeps_faint, antialiased(), settings.splat_scale,
+            static_cast<float>(settings.dilation)};
+  }
+
+  /// Runs a parallel loop; throws Cancelled when the frame was cancelled.
+  template <class Body>
+  void for_chunks(std::size_t count, std::size_t grain, const Body& body) const {
+    pool.for_chunks(count, grain, [&](std::size_t begin, std::size_t end, int worker) {
+      if (stop.stop_requested()) throw Cancelled{};
+      body(begin, end, worker);
+    });
+  }
+
+  /// Like for_chunks(), for the loop that takes most of the frame's time: also reports the progress
+  /// of the frame.
+  template <class Body>
+  void for_frame(std::size_t count, std::size_t grain, const Body& body) const {
+    for_chunks(count, grain, [&](std::size_t begin, std::size_t end, int worker) {
+      if (worker == 0 && report) report(static_cast<float>(begin) / static_cast<float>(count));
+      body(begin, end, worker);
+    });
+  }
+};
+
+}  // namespace qs::cpu

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/renderer.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "base/fail.h"
+#include "raster/cpu/classic/classic.h"
+#include "raster/cpu/common/reference.h"
+#include "raster/cpu/common/stage_clock.h"
+#include "raster/cpu/fast/pipeline.h"
+
+namespace qs {
+namespace cpu {
+namespace {
+
+class CpuRenderer final : public Renderer {
+ public:
+  explicit CpuRenderer(ThreadPool& pool) : pool_(pool) {}
+
+  void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
+    progress.update(0);
+    fast::SceneBlocks scene = fast::make_scene(*cloud, pool_);
+    progress.update(1);
+    cloud_ = std::move(cloud);
+    fast_.upload(std::move(scene));
+    classic_ = {};
+  }
+
+  void report_frames_to(std::function<void(float fraction)> report) override {
+    report_ = std::move(report);
+  }
+
+  const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
+                      const Target& target, std::stop_token stop) override {
+    assert(settings.mode >= 0 && settings.mode <= mode_count());
+    assert(camera.width > 0 && camera.height > 0);
+    if (!std::holds_alternative<HostImage>(target)) {
+      fail(ErrorKind::device, "backend cpu: it renders only into host memory");
+    }
+    if (std::find(kTileSizes.begin(), kTileSizes.end(), settings.tile_px) == kTileSizes.end()) {
+      fail(ErrorKind::device, "backend cpu: cannot use tiles of {} pixels, only 8, 16 or 32",
+           settings.tile_px);
+    }
+    const bool reference = settings.mode == kReferenceMode;
+    const bool classic =
+        !reference && (settings.pipeline == Pipeline::classic || settings.tile_px != kTileSize);
+    if (classic || (!reference && (outputs.used || outputs.depth)))
+      classic_.activate_once(*cloud_, pool_);
+
+    const Stopwatch frame_clock;
+    const FrameContext frame{
+        *cloud_,  camera,
+        settings, TileGrid::of_image(camera.width, camera.height, settings.tile_px),
+        pool_,    std::move(stop),
+        report_};
+    prepare_result(frame, outputs);
+    if (classic) result_.stats.pipeline = Pipeline::classic;  // tiles of other sizes, too
+    if (reference) {
+      render_reference(frame, outputs, result_);
+    } else if (classic) {
+      classic_.draw(frame, outputs, result_);
+    } else {
+      fast_.draw(frame, outputs, result_);
+      if (outputs.used || outputs.depth) classic_.list(frame);
+      if (outputs.used) classic_.count_used(frame, result_);
+    }
+    if (outputs.depth && !reference) {
+      const Stopwatch depth_clock;
+      classic_.draw_depth(frame, result_);
+      result_.stats.stage_ms[static_cast<int>(Stage::blend)] += depth_clock.ms();
+    }
+    result_.stats.frame_ms = frame_clock.ms();
+    if (outputs.mode_pairs) count_modes(frame, outputs.counted);
+    return result_;
+  }
+
+ private:
+  void count_modes(const FrameContext& frame, const std::optional<CountedView>& counted) {
+    const Stopwatch clock;
+    const Camera& camera = counted ? counted->camera : frame.camera;
+    const RenderSettings& settings = counted ? counted->settings : frame.settings;
+    const TileGrid grid = TileGrid::of_image(camera.width, camera.height, settings.tile_px);
+    const FrameContext view{*cloud_, camera, settings, grid, pool_, frame.stop};
+    mode_sums_.begin(pool_);
+    if (settings.pipeline == Pipeline::fast && settings.tile_px == kTileSize) {
+      fast_.count_modes(view, mode_sums_);
+    } else {
+      classic_.activate_once(*cloud_, pool_);
+      classic_.count_modes(view, mode_sums_);
+    }
+    mode_sums_.store(result_);
+    result_.stats.count_ms = clock.ms();
+  }
+
+  void prepare_result(const FrameContext& frame, const Outputs& outputs) {
+    const int width = frame.camera.width, height = frame.camera.height;
+    const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    result_.grid = frame.grid;
+    result_.stats = {};
+    result_.stats.gaussians = static_cast<std::uint32_t>(cloud_->size());
+    result_.stats.threads = pool_.size();
+    result_.stats.pipeline = frame.settings.pipeline;
+    result_.pairs.clear();
+    result_.used.clear();
+    result_.mode_pairs.clear();
+    result_.trace = {};
+    for (std::vector<float>* map :
+         {&result_.depth.alpha, &result_.depth.expected, &result_.depth.median}) {
+      map->assign(outputs.depth ? pixels : 0, 0.0f);
+    }
+    result_.evaluated.assign(outputs.evaluated ? pixels : 0, 0);
+    result_.color.width = outputs.color ? width : 0;
+    result_.color.height = outputs.color ? height : 0;
+    result_.color.channels = 3;
+    result_.color.values.resize(outputs.color ? pixels * 3 : 0);  // every pixel is written
+  }
+
+  ThreadPool& pool_;
+  std::shared_ptr<const GaussianCloud> cloud_ = std::make_shared<const GaussianCloud>();
+  std::function<void(float fraction)> report_;
+  Classic classic_;
+  fast::FastPipeline fast_;
+  ModeSums mode_sums_;
+  Frame result_;
+};
+
+}  // namespace
+}  // namespace cpu
+
+std::unique_ptr<Renderer> make_cpu_renderer(ThreadPool& pool) {
+  return std::make_unique<cpu::CpuRenderer>(pool);
+}
+
+}  // namespace qs

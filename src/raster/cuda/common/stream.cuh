@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+//
+// Owned streams and events, and blocking copies from the device to the host.
+#pragma once
+
+#include <vector>
+
+#include "raster/cuda/common/device_buffer.cuh"
+
+namespace qs::cuda {
+
+/// The constructor selects the GPU, so a Stream must be constructed before anything is allocated on
+/// that GPU.
+class Stream {
+ public:
+  /// If two streams compete for a multiprocessor, the `urgent` one has priority.
+  Stream(int device, bool urgent) {
+    check(cudaSetDevice(device), "cudaSetDevice");
+    int lowest = 0, highest = 0;
+    check(cudaDeviceGetStreamPriorityRange(&lowest, &highest), "cudaStreamCreate");
+    check(cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking, urgent ? highest : lowest),
+          "cudaStreamCreate");
+  }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+  ~Stream() { cudaStreamDestroy(stream_); }
+
+  operator cudaStream_t() const { return stream_; }
+
+ private:
+  cudaStream_t stream_ = nullptr;
+};
+
+/// A point in one stream that other streams and the host can wait for.
+class Event {
+ public:
+  Event() { check(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming), "cudaEventCreate"); }
+  Event(const Event&) = delete;
+  Event& operator=(const Event&) = delete;
+  ~Event() { cudaEventDestroy(event_); }
+
+  void record(cudaStream_t stream) { check(cudaEventRecord(event_, stream), "cudaEventRecord"); }
+  /// Work enqueued in `stream` from now on waits for the event. The host does not wait.
+  void make_wait(cudaStream_t stream) const {
+    check(cudaStreamWaitEvent(stream, event_, 0), "cudaStreamWaitEvent");
+  }
+  /// The host waits.
+  void wait() const { check(cudaEventSynchronize(event_), "cudaEventSynchronize"); }
+
+ private:
+  cudaEvent_t event_ = nullptr;
+};
+
+/// Copies `count` elements to the host and waits.
+template <class T>
+void copy_to_host(const T* from, T* to, std::size_t count, cudaStream_t stream) {
+  if (count == 0) return;
+  check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToHost, stream),
+        "copy to the host");
+  check(cudaStreamSynchronize(stream), "frame");
+}
+
+/// The same, to an array that is resized to `count`.
+template <class T>
+void copy_to_host(const T* from, std::vector<T>& to, std::size_t count, cudaStream_t stream) {
+  to.resize(count);
+  copy_to_host(from, to.data(), count, stream);
+}
+
+template <class T>
+std::vector<T> copied(const T* from, std::size_t count, cudaStream_t stream) {
+  std::vector<T> host;
+  copy_to_host(from, host, count, stream);
+  return host;
+}
+
+}  // namespace qs::cuda

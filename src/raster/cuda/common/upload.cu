@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <limits>
+#include <span>
+
+#include "raster/cuda/common/stream.cuh"
+#include "raster/cuda/common/upload.cuh"
+#include "raster/scene/activated_cloud.h"
+#include "raster/scene/spatial_order.h"
+
+namespace qs::cuda {
+namespace {
+
+constexpr std::size_t kChunk = 1 << 16;  // Gaussians per copy
+static_assert(kChunk % kBlockGaussians == 0);
+
+__global__ void split_gaussians(const ActiveGaussian* chunk, unsigned count, float4* positions,
+                                float4* covariances, float2* covariances_z) {
+  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= count) return;
+  const ActiveGaussian& g = chunk[i];
+  const Covariance3<float>& c = g.covariance;
+  positions[i] = {g.position.x, g.position.y, g.position.z, g.log2_255_opacity};
+  covariances[i] = {c.xx, c.xy, c.xz, c.yy};
+  covariances_z[i] = {c.yz, c.zz};
+}
+
+/// Rows of `width` values for consecutive Gaussians, the first of which has place `first`.
+struct Rows {
+  const float* values;
+  unsigned count, width;
+  std::size_t first;
+};
+
+/// Transposes: value k of row i becomes element `first + i` of array k, for k < `arrays`. An array
+/// has `size` values.
+__global__ void transpose_rows(Rows rows, unsigned arrays, std::size_t size, float* to) {
+  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= rows.count) return;
+  const float* const row = rows.values + std::size_t{i} * rows.width;
+  for (unsigned k = 0; k < arrays; ++k) to[k * size + rows.first + i] = row[k];
+}
+
+/// The same for the values from 3 on, as halves. Sets *inexact unless halves equal all of them.
+__global__ void transpose_to_halves(Rows rows, std::size_t size, std::uint16_t* to,
+                                    std::uint32_t* inexact) {
+  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= rows.count) return;
+  const float* const row = rows.values + std::size_t{i} * rows.width;
+  bool exact = true;
+  for (unsigned k = 3; k < rows.width; ++k) {
+    std::uint16_t half = 0;
+    exact = to_half(row[k], half) && exact;
+    to[(k - 3) * size + rows.first + i] = half;
+  }
+  if (!exact) *inexact = 1;
+}
+
+/// A part of the scene on the host, in the order of the GPU.
+struct Staging {
+  Array<ActiveGaussian> gaussians;
+  Array<glm::vec3> sh;
+  Array<BlockBounds> bounds;
+
+  /// The Gaussians at places `first` ... `first + count - 1` of an order, see Upload.
+  void gather(const GaussianCloud& cloud, std::span<const std::uint32_t> order, std::size_t first,
+              std::size_t count, ThreadPool& pool) {
+    const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+    gaussians.resize(count);
+    sh.resize(count * coefficients);
+    bounds.assign(blocks_for(count), {});
+    pool.for_chunks(count, kBlockGaussians, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t from = order.empty() ? first + i : order[first + i];
+        const ActiveGaussian& g = gaussians[i] = activate(cloud, from).gaussian;
+        bounds[begin / kBlockGaussians].include(g.position, g.covariance);
+        std::copy_n(&cloud.sh[from * coefficients], coefficients, &sh[i * coefficients]);
+      }
+    });
+  }
+};
+
+template <class T>
+void copy_to_device(const T* from, std::size_t count, T* to, cudaStream_t stream) {
+  check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream), "upload");
+}
+
+/// Values of a Gaussian's colour.
+unsigned sh_width(const GaussianCloud& cloud) {
+  return static_cast<unsigned>(3 * sh_coefficient_count(cloud.sh_degree));
+}
+
+/// Uploads a scene, with coefficients as halves on request.
+class Upload {
+ public:
+  Upload(const GaussianCloud& cloud, std::span<const std::uint32_t> order, ThreadPool& pool,
+         cudaStream_t stream, DeviceCloud& device)
+      : cloud_(cloud), order_(order), pool_(pool), stream_(stream), device_(device) {
+    const std::size_t chunk = std::min(kChunk, cloud.size());
+    device.positions.reserve(kScene, cloud.size());
+    device.covariances.reserve(kScene, cloud.size());
+    device.covariances_z.reserve(kScene, cloud.size());
+    gaussians_.reserve(kScene, chunk);
+    rows_.reserve(kScene, chunk * width_);
+    inexact_.reserve(kScene, 1);
+    if (order.empty()) return;
+    device.file_indices.reserve(kScene, cloud.size());
+    device.bounds.reserve(kScene, blocks_for(cloud.size()));
+    copy_to_device(order.data(), cloud.size(), device.file_indices.data(), stream);
+  }
+
+  /// Returns false at the first chunk with coefficients that halves do not equal. Waits for all
+  /// copies.
+  bool with_halves(const Progress& progress) {
+    device_.sh.reserve(kScene, cloud_.size() * 3);
+    device_.sh_halves.reserve(kScene, cloud_.size() * (width_ - 3));
+    check(cudaMemsetAsync(inexact_.data(), 0, sizeof(std::uint32_t), stream_), "upload");
+    for (std::size_t first = 0; first < cloud_.size(); first += kChunk) {
+      const Rows rows = copy_chunk(first, progress);
+      launch("transpose_rows", transpose_rows, blocks_for(rows.count), stream_, rows, 3u,
+             cloud_.size(), device_.sh.data());
+      launch("transpose_to_halves", transpose_to_halves, blocks_for(rows.count), stream_, rows,
+             cloud_.size(), device_.sh_halves.data(), inexact_.data());
+      if (copied(inexact_.data(), 1, stream_)[0] != 0) return false;
+    }
+    return true;
+  }
+
+  void with_floats(const Progress& progress) {
+    device_.sh_halves.release();
+    require_memory(kScene, scene_bytes(cloud_, order_.empty() ? Order::file : Order::space),
+                   device_.bytes());
+    device_.sh.reserve(kScene, cloud_.size() * width_);
+    for (std::size_t first = 0; first < cloud_.size(); first += kChunk) {
+      const Rows rows = copy_chunk(first, progress);
+      launch("transpose_rows", transpose_rows, blocks_for(rows.count), stream_, rows, width_,
+             cloud_.size(), device_.sh.data());
+    }
+    check(cudaStreamSynchronize(stream_), "upload");
+  }
+
+ private:
+  /// Enqueues the copy of all values but the coefficients, which are in the returned rows.
+  Rows copy_chunk(std::size_t first, const Progress& progress) {
+    progress.update(0.3f + 0.7f * static_cast<float>(first) / static_cast<float>(cloud_.size()));
+    const std::size_t count = std::min(kChunk, cloud_.size() - first);
+    const auto n = static_cast<unsigned>(count);
+    staging_.gather(cloud_, order_, first, count, pool_);
+    // Copies have left the staging memory when they return, because it is not pinned.
+    if (!order_.empty()) {
+      copy_to_device(staging_.bounds.data(), staging_.bounds.size(),
+                     device_.bounds.data() + first / kBlockGaussians, stream_);
+    }
+    copy_to_device(staging_.gaussians.data(), count, gaussians_.data(), stream_);
+    launch("split_gaussians", split_gaussians, blocks_for(count), stream_, gaussians_.data(), n,
+           device_.positions.data() + first, device_.covariances.data() + first,
+           device_.covariances_z.data() + first);
+    copy_to_device(&staging_.sh.data()->x, count * width_, rows_.data(), stream_);
+    return {rows_.data(), n, width_, first};
+  }
+
+  static constexpr const char* kScene = "the scene";
+
+  const GaussianCloud& cloud_;
+  std::span<const std::uint32_t> order_;  // empty: the order of the file
+  ThreadPool& pool_;
+  cudaStream_t stream_;
+  DeviceCloud& device_;
+  unsigned width_ = sh_width(cloud_);
+  DeviceBuffer<ActiveGaussian> gaussians_;
+  DeviceBuffer<float> rows_;
+  DeviceBuffer<std::uint32_t> inexact_;
+  Staging staging_;
+};
+
+}  // namespace
+
+std::uint64_t scene_bytes(const GaussianCloud& cloud, Order order) {
+  constexpr std::uint64_t kGeometryBytes = 10 * sizeof(float);
+  const std::uint64_t each = kGeometryBytes + sh_width(cloud) * sizeof(float);
+  const std::uint64_t of_order =
+      order == Order::file
+          ? 0
+          : cloud.size() * sizeof(std::uint32_t) + blocks_for(cloud.size()) * sizeof(BlockBounds);
+  return cloud.size() * each + of_order;
+}
+
+void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Progress& progress,
+            cudaStream_t stream, DeviceCloud& device) {
+  // The old scene is freed first, because both scenes together may not fit.
+  device = {};
+  if (cloud.size() > std::numeric_limits<std::int32_t>::max()) {
+    throw Error(ErrorKind::device, "cuda: the scene has " + std::to_string(cloud.size()) +
+                                       " Gaussians, at most 2147483647 can be drawn");
+  }
+  progress.update(0);
+  Array<std::uint32_t> file_indices;
+  if (order == Order::space) file_indices = spatial_order(cloud, pool);
+  Upload upload(cloud, file_indices, pool, stream, device);
+  const bool may_have_halves = order == Order::space && cloud.sh_degree > 0;
+  if (!may_have_halves || !upload.with_halves(progress)) upload.with_floats(progress);
+  device.sh_degree = cloud.sh_degree;
+  device.antialiased = cloud.antialiased;
+  device.count = static_cast<std::uint32_t>(cloud.size());
+  progress.update(1);
+}
+
+}  // namespace qs::cuda

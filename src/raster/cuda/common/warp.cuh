@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+//
+// Sums over the threads of a warp and of a block, and other exchanges between lanes.
+#pragma once
+
+#include <cstdint>
+
+#include "raster/cuda/common/check.cuh"
+
+namespace qs::cuda {
+
+inline constexpr unsigned kWarp = 32;
+inline constexpr unsigned kAllLanes = 0xffffffffu;
+
+__device__ inline unsigned lane_index() { return threadIdx.x % kWarp; }
+__device__ inline unsigned lanes_below() { return (1u << lane_index()) - 1; }
+
+/// The value, in a register. Without this, compilers compute a value of few instructions again in
+/// every turn of a loop.
+__device__ inline unsigned kept(unsigned value) {
+#ifdef __CUDA_ARCH__
+  asm volatile("" : "+r"(value));
+#endif
+  return value;
+}
+
+/// Reads a value that another block of the same launch may have written: from the L2 cache, which
+/// all multiprocessors share. Compilers do not move later reads before it.
+template <class T>
+__device__ T load_fresh(const T* value) {
+#ifdef __CUDA_ARCH__
+  const T result = __ldcg(value);
+  asm volatile("" ::: "memory");
+  return result;
+#else
+  return *value;
+#endif
+}
+
+/// Sets a flag that load_fresh() reads, after all that the warp has written before __syncwarp().
+/// Unlike __threadfence(), it does not empty the L1 cache.
+__device__ inline void publish(std::uint32_t* flag) {
+#ifdef __CUDA_ARCH__
+  asm volatile("st.release.gpu.global.u32 [%0], %1;" ::"l"(flag), "r"(1u) : "memory");
+#else
+  *flag = 1;
+#endif
+}
+
+/// Mask of the lanes whose item is valid and has the same digit of `kBits` bits as this lane's.
+template <int kBits>
+__device__ unsigned peers_of(std::uint32_t digit, bool valid) {
+  unsigned peers = __ballot_sync(kAllLanes, valid);
+#pragma unroll
+  for (int bit = 0; bit < kBits; ++bit) {
+    const bool set = (digit >> bit & 1) != 0;
+    const unsigned with = __ballot_sync(kAllLanes, set);
+    peers &= set ? with : ~with;
+  }
+  return peers;
+}
+
+/// Consecutive places for the lanes that need one, counted by *count. All lanes of the warp must
+/// call it; the index of a lane without need is undefined.
+__device__ inline std::uint32_t reserve_slot(bool needs, std::uint32_t* count) {
+  const unsigned all = __ballot_sync(kAllLanes, needs);
+  std::uint32_t first = 0;
+  if (all != 0 && lane_index() == 0) {
+    first = atomicAdd(count, static_cast<std::uint32_t>(__popc(all)));
+  }
+  return __shfl_sync(kAllLanes, first, 0) + static_cast<std::uint32_t>(__popc(all & lanes_below()));
+}
+
+/// A place counted by counts[counter] for each lane that exists. Adds once per counter and warp:
+/// lanes that add to the same counter would wait for each other. All lanes of the warp must call
+/// it.
+__device__ inline std::uint32_t reserve_slot_of(unsigned counter, bool exists,
+                                                std::uint32_t* counts) {
+  const unsigned peers = __match_any_sync(kAllLanes, counter);
+  const unsigned first = static_cast<unsigned>(__ffs(static_cast<int>(peers))) - 1;
+  std::uint32_t begin = 0;
+  if (exists && lane_index() == first) {
+    begin = atomicAdd(&counts[counter], static_cast<std::uint32_t>(__popc(peers)));
+  }
+  return __shfl_sync(kAllLanes, begin, first) +
+         static_cast<std::uint32_t>(__popc(peers & lanes_below()));
+}
+
+/// The sum over this lane and all lower lanes. All lanes of the warp must call it.
+template <class T>
+__device__ T inclusive_sum_of_warp(T value) {
+  for (unsigned distance = 1; distance < kWarp; distance *= 2) {
+    const T other = __shfl_up_sync(kAllLanes, value, distance);
+    if (lane_index() >= distance) value += other;
+  }
+  return value;
+}
+
+/// The largest of the lanes' values. All lanes of the warp must call it.
+__device__ inline std::uint32_t largest_of_warp(std::uint32_t value) {
+  for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
+    value = max(value, __shfl_sync(kAllLanes, value, lane_index() ^ distance));
+  }
+  return value;
+}
+
+template <class T>
+struct BlockSum {
+  T before;  ///< over the lower threads
+  T total;   ///< over the block
+};
+
+/// All `kBlock` threads of the block must call it.
+template <unsigned kBlock, class T>
+__device__ BlockSum<T> sum_of_block(T value) {
+  constexpr unsigned kWarps = kBlock / kWarp;
+  __shared__ T warp_totals[kWarps];
+  const unsigned warp = threadIdx.x / kWarp;
+  const T inclusive = inclusive_sum_of_warp(value);
+  if (lane_index() == kWarp - 1) warp_totals[warp] = inclusive;
+  __syncthreads();
+  BlockSum<T> sum{inclusive - value, 0};
+  for (unsigned w = 0; w < kWarps; ++w) {
+    if (w < warp) sum.before += warp_totals[w];
+    sum.total += warp_totals[w];
+  }
+  __syncthreads();  // the next call overwrites warp_totals
+  return sum;
+}
+
+}  // namespace qs::cuda

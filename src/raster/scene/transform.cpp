@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include "raster/scene/transform.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
+#include <glm/matrix.hpp>
+
+#include "raster/kernel/sh.h"
+
+namespace qs {
+namespace {
+
+// Calls visit(direction, weight) for a quadrature of the sphere that is exact for products of two
+// functions of degree 3: Gauss-Legendre in z, equal steps in azimuth.
+template <class Visit>
+void integrate_sphere(const Visit& visit) {
+  constexpr std::array kZ = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
+                             0.8611363115940526};
+  constexpr std::array kWeight = {0.3478548451374538, 0.6521451548625461, 0.6521451548625461,
+                                  0.3478548451374538};
+  constexpr int kSteps = 8;
+  for (std::size_t i = 0; i < kZ.size(); ++i) {
+    const double radius = std::sqrt(1 - kZ[i] * kZ[i]);
+    for (int step = 0; step < kSteps; ++step) {
+      const double angle = step * 2 * glm::pi<double>() / kSteps;
+      visit(glm::dvec3(radius * std::cos(angle), radius * std::sin(angle), kZ[i]),
+            kWeight[i] * 2 * glm::pi<double>() / kSteps);
+    }
+  }
+}
+
+// The orthogonal factor of the polar decomposition (Higham's iteration), mirrored when m is.
+glm::dmat3 orthogonal_part(const glm::dmat3& m) {
+  glm::dmat3 q = m;
+  for (int i = 0; i < 60; ++i) {
+    const glm::dmat3 inverse = glm::transpose(glm::inverse(q));
+    const auto square = [](const glm::dmat3& a) {
+      return glm::dot(a[0], a[0]) + glm::dot(a[1], a[1]) + glm::dot(a[2], a[2]);
+    };
+    const double factor = std::sqrt(std::sqrt(square(inverse) / square(q)));
+    q = 0.5 * (factor * q + inverse / factor);
+  }
+  return q;
+}
+
+// Eigenvectors (columns of `axes`) and eigenvalues of a symmetric matrix by Jacobi rotations.
+void diagonalise(glm::dmat3 m, glm::dmat3& axes, glm::dvec3& values) {
+  axes = glm::dmat3(1);
+  for (int sweep = 0; sweep < 12; ++sweep) {
+    for (int p = 0; p < 2; ++p) {
+      for (int q = p + 1; q < 3; ++q) {
+        if (m[p][q] == 0) continue;
+        const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
+        const double t = std::copysign(1 / (std::abs(theta) + std::hypot(theta, 1.0)), theta);
+        const double c = 1 / std::hypot(t, 1.0), s = t * c;
+        glm::dmat3 turn(1);
+        turn[p][p] = c;
+        turn[q][q] = c;
+        turn[q][p] = s;
+        turn[p][q] = -s;
+        m = glm::transpose(turn) * m * turn;
+        m[p][q] = m[q][p] = 0;
+        axes = axes * turn;
+      }
+    }
+  }
+  values = {m[0][0], m[1][1], m[2][2]};
+}
+
+}  // namespace
+
+bool Transform::is_invertible(const glm::dmat4& matrix) {
+  const glm::dmat3 linear(matrix);
+  const double longest =
+      std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
+  const double volume = std::abs(glm::determinant(linear));
+  return std::isfinite(longest) && std::isfinite(volume) && longest > 1e-15 && longest < 1e15 &&
+         volume > 1e-12 * longest * longest * longest;
+}
+
+Transform::Transform(const glm::dmat4& matrix) : matrix_(matrix), linear_(matrix) {
+  const double volume = glm::determinant(linear_);
+  const double scale = std::cbrt(std::abs(volume));
+  const glm::dmat3 q = orthogonal_part(linear_);
+  is_similarity_ = volume > 0;
+  for (int column = 0; column < 3; ++column) {
+    if (glm::distance(linear_[column], scale * q[column]) > 1e-6 * scale) is_similarity_ = false;
+  }
+  if (is_similarity_) {
+    rotation_ = glm::normalize(glm::quat_cast(q));
+    log_scale_ = static_cast<float>(std::log(scale));
+  }
+  // f'(d) = f(q^T d), projected on each basis function.
+  integrate_sphere([&](const glm::dvec3& d, double weight) {
+    std::array<double, 16> to, from;
+    sh_basis(d, to.data());
+    sh_basis(glm::transpose(q) * d, from.data());
+    for (std::size_t l = 0; l <= kMaxShDegree; ++l) {
+      for (std::size_t k = 0; k < 2 * l + 1; ++k) {
+        for (std::size_t j = 0; j < 2 * l + 1; ++j) {
+          sh_[l][k][j] += static_cast<float>(weight * to[l * l + k] * from[l * l + j]);
+        }
+      }
+    }
+  });
+}
+
+void Transform::turn_sh(glm::vec3* sh, int degree) const {
+  for (std::size_t l = 1; l <= static_cast<std::size_t>(degree); ++l) {
+    std::array<glm::vec3, 7> old;
+    std::copy_n(sh + l * l, 2 * l + 1, old.begin());
+    for (std::size_t k = 0; k < 2 * l + 1; ++k) {
+      glm::vec3 sum(0);
+      for (std::size_t j = 0; j < 2 * l + 1; ++j) sum += sh_[l][k][j] * old[j];
+      sh[l * l + k] = sum;
+    }
+  }
+}
+
+void Transform::apply(GaussianCloud& cloud, std::size_t i) const {
+  cloud.positions[i] = glm::vec3(matrix_ * glm::dvec4(glm::dvec3(cloud.positions[i]), 1));
+  glm::quat& rotation = cloud.rotations[i];
+  glm::vec3& log_scale = cloud.log_scales[i];
+  if (is_similarity_) {
+    rotation = glm::quat(rotation_ * glm::dquat(rotation));
+    log_scale += log_scale_;
+  } else {
+    glm::dmat3 half = linear_ * glm::mat3_cast(glm::normalize(glm::dquat(rotation)));
+    for (int axis = 0; axis < 3; ++axis)
+      half[axis] *= std::exp(static_cast<double>(log_scale[axis]));
+    glm::dmat3 axes;
+    glm::dvec3 variances;
+    diagonalise(half * glm::transpose(half), axes, variances);
+    if (glm::determinant(axes) < 0) axes[0] = -axes[0];
+    rotation = glm::quat(glm::normalize(glm::quat_cast(axes)));
+    for (int axis = 0; axis < 3; ++axis) {
+      log_scale[axis] = static_cast<float>(0.5 * std::log(std::max(variances[axis], 0.0)));
+    }
+  }
+  turn_sh(&cloud.sh[i * static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree))],
+          cloud.sh_degree);
+}
+
+}  // namespace qs

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+// Data sets to train from: the photographs that are read, their sizes, and refused data.
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "learn/run/data_set.h"
+#include "support/error_of.h"
+#include "support/pool.h"
+#include "support/scene_files.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace qs::train {
+namespace {
+
+using test::error_of;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class TrainData : public testing::Test {
+ protected:
+  // Ten cameras of 40 x 30 pixels, photographs of all but "b", in gray levels of their number.
+  void SetUp() override {
+    std::filesystem::create_directories(folder_ / "images");
+    std::vector<Camera> cameras;
+    for (int i = 9; i >= 0; --i) {
+      Camera camera = test::front_camera(40, 30);
+      camera.view_from_world[3].x = i;
+      camera.name = std::string(1, static_cast<char>('a' + i));
+      if (i != 1) write_photograph(camera.name, 40, 30, static_cast<float>(i) / 10);
+      cameras.push_back(camera);
+    }
+    test::write_cameras(cameras, folder_ / "cameras.json");
+    options_.data = folder_.path();
+  }
+  void write_photograph(const std::string& name, int width, int height, float value) {
+    Image image(width, height, 3);
+    std::fill(image.values.begin(), image.values.end(), value);
+    write_image(image, folder_ / "images" / (name + ".pfm"));
+  }
+  DataSet read() const { return read_data_set(options_, test::pool()); }
+  std::string error() const {
+    return error_of([this] { read(); }, folder_.path());
+  }
+  static std::vector<std::string> names(const std::vector<PhotographView>& views) {
+    std::vector<std::string> result;
+    for (const PhotographView& view : views) result.push_back(view.camera.name);
+    return result;
+  }
+
+  TemporaryFolder folder_;
+  DataOptions options_;
+};
+
+TEST_F(TrainData, every_nth_photograph_by_name_is_a_test_view) {
+  options_.holdout = 4;
+  const DataSet data = read();
+  EXPECT_THAT(names(data.test), ElementsAre("a", "f", "j"));
+  EXPECT_THAT(names(data.training), ElementsAre("c", "d", "e", "g", "h", "i"));
+  EXPECT_EQ(data.skipped, 1u);
+  EXPECT_EQ(data.training[1].rgb[0], 77) << "0.3 of 255";
+  EXPECT_NEAR(data.training[1].photograph().over({})[7].y, 0.3, 0.002);
+  EXPECT_EQ(data.cameras().size(), 9u);
+  EXPECT_EQ(data.cameras()[1].camera.name, "c");
+  options_.holdout = 0;
+  EXPECT_TRUE(read().test.empty());
+  EXPECT_EQ(read().training.size(), 9u);
+}
+
+TEST_F(TrainData, cameras_follow_the_size_of_the_photographs) {
+  options_.resolution_scale = 2;
+  const DataSet data = read();
+  const Camera full = test::front_camera(40, 30);
+  for (const PhotographView& view : data.training) {
+    EXPECT_EQ(view.camera.width, 20);
+    EXPECT_EQ(view.camera.height, 15);
+    EXPECT_EQ(view.rgb.size(), 20u * 15 * 3);
+    EXPECT_DOUBLE_EQ(view.camera.focal_px.x, full.focal_px.x / 2);
+    EXPECT_DOUBLE_EQ(view.camera.center_px.y, 7);  // the middle stays the middle
+  }
+}
+
+TEST_F(TrainData, scaled_cameras_see_the_same_rays) {
+  Camera camera = test::front_camera(41, 31);
+  camera.center_px = {3, 25};
+  const Camera half = LensCamera{camera, {}, {}}.scaled(20, 16).camera;
+  // The image's corners, in pixels from the corner, have the same slopes.
+  for (const double side : {0.0, 1.0}) {
+    EXPECT_NEAR((side * 41 - 0.5 - camera.center_px.x) / camera.focal_px.x,
+                (side * 20 - 0.5 - half.center_px.x) / half.focal_px.x, 1e-12);
+    EXPECT_NEAR((side * 31 - 0.5 - camera.center_px.y) / camera.focal_px.y,
+                (side * 16 - 0.5 - half.center_px.y) / half.focal_px.y, 1e-12);
+  }
+}
+
+TEST_F(TrainData, wide_photographs_are_reduced_unless_a_scale_is_given) {
+  std::filesystem::remove_all(folder_ / "images");
+  std::filesystem::create_directories(folder_ / "images");
+  for (const char* name : {"a", "c"}) write_photograph(name, 2000, 1500, 0.5f);
+  EXPECT_EQ(read().test[0].camera.width, 1600);
+  EXPECT_EQ(read().test[0].camera.height, 1200);
+  options_.resolution_scale = 1;
+  EXPECT_EQ(read().test[0].camera.width, 2000);
+}
+
+TEST_F(TrainData, transparent_photographs_are_blended_over_the_background) {
+  Image image(40, 30, 4);
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      image.at(x, y, 0) = 1;
+      image.at(x, y, 3) = 0.25f;
+    }
+  }
+  std::filesystem::remove(folder_ / "images/a.pfm");
+  write_image(image, folder_ / "images/a.png");
+  options_.background = {0, 0, 1};
+  const DataSet data = read();
+  EXPECT_THAT(std::vector(data.test[0].rgb.begin(), data.test[0].rgb.begin() + 3),
+              ElementsAre(64, 0, 191));
+}
+
+TEST_F(TrainData, alpha_can_be_kept_to_blend_over_another_background_in_every_iteration) {
+  Image image(40, 30, 4);
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      image.at(x, y, 1) = 0.6f;
+      image.at(x, y, 3) = x < 20 ? 1.0f : 0.2f;
+    }
+  }
+  std::filesystem::remove(folder_ / "images/c.pfm");
+  write_image(image, folder_ / "images/c.png");
+  options_.keep_alpha = true;
+  const DataSet data = read();
+  EXPECT_TRUE(data.training[1].alpha.empty()) << "an opaque photograph";
+  const auto target = data.training[0].photograph().over({1, 0.5f, 0});
+  EXPECT_NEAR(target[3].x, 0, 0.003);
+  EXPECT_NEAR(target[3].y, 0.6, 0.003);
+  EXPECT_NEAR(target[33].x, 0.8, 0.003);
+  EXPECT_NEAR(target[33].y, 0.2 * 0.6 + 0.8 * 0.5, 0.003);
+}
+
+class TrainMasks : public TrainData {
+ protected:
+  // Black but for the columns from `first` on.
+  void write_mask(const std::string& name, int first, int width = 40, int height = 30) {
+    Image mask(width, height, 1);
+    for (int y = 0; y < height; ++y) {
+      for (int x = first; x < width; ++x) mask.at(x, y, 0) = 1.0f / 255;
+    }
+    std::filesystem::create_directories((folder_ / name).parent_path());
+    write_image(mask, folder_ / name);
+  }
+  static std::vector<int> counted_of_row(const PhotographView& view) {
+    return {view.mask.begin(), view.mask.begin() + view.camera.width};
+  }
+};
+
+TEST_F(TrainMasks, are_named_as_the_photograph_with_or_without_its_ending) {
+  write_mask("masks/c.pfm.png", 10);
+  write_mask("masks/d.png", 20);
+  write_mask("masks/e.png", 0);
+  const DataSet data = read();
+  EXPECT_EQ(data.masks, folder_ / "masks");
+  EXPECT_EQ(data.without_mask, 6u);
+  ASSERT_EQ(data.training[0].mask.size(), 1200u);
+  EXPECT_EQ(data.training[0].mask[30 * 40 - 31], 0);
+  EXPECT_EQ(data.training[0].mask[30 * 40 - 30], 1);
+  EXPECT_EQ(data.training[1].mask[19], 0);
+  EXPECT_EQ(data.training[1].mask[20], 1);
+  EXPECT_TRUE(data.training[2].mask.empty()) << "every pixel of e counts";
+  EXPECT_TRUE(data.training[3].mask.empty()) << "f has no mask";
+  EXPECT_NE(data.fingerprint(), [this] {
+    std::filesystem::remove(folder_ / "masks/d.png");
+    return read().fingerprint();
+  }());
+}
+
+TEST_F(TrainMasks, of_another_folder_are_named_by_an_option) {
+  write_mask("masks/c.png", 10);
+  write_mask("covers/c.png", 20);
+  options_.masks = "covers";
+  EXPECT_EQ(read().training[0].mask[15], 0);
+}
+
+TEST_F(TrainMasks, reduced_pixels_count_only_as_a_whole) {
+  write_mask("masks/c.png", 5);
+  options_.resolution_scale = 4;
+  EXPECT_THAT(counted_of_row(read().training[0]), ElementsAre(0, 0, 1, 1, 1, 1, 1, 1, 1, 1));
+}
+
+TEST_F(TrainMasks, that_do_not_fit_are_refused) {
+  write_mask("masks/c.png", 5, 20, 15);
+  EXPECT_EQ(error(),
+            "masks/c.png: a mask of 20 x 15 pixels, but its photograph images/c.pfm has "
+            "40 x 30");
+  write_mask("masks/c.png", 40);
+  EXPECT_EQ(error(), "masks/c.png: masks out every pixel of images/c.pfm");
+  options_.masks = "nothing";
+  EXPECT_EQ(error(), "nothing: not a folder of photographs");
+  write_mask("covers/z.png", 1);
+  options_.masks = "covers";
+  EXPECT_EQ(error(), "covers: holds no mask named like one of the photographs of images");
+}
+
+TEST_F(TrainData, blender_s_files_name_training_and_test_views) {
+  std::filesystem::remove_all(folder_ / "images");
+  std::filesystem::remove(folder_ / "cameras.json");
+  for (const std::string set : {"train", "test"}) {
+    std::filesystem::create_directories(folder_ / set);
+    std::ofstream file(folder_ / ("transforms_" + set + ".json"));
+    file << R"({"camera_angle_x": 0.7, "frames": [)";
+    for (int i = 0; i < 2; ++i) {
+      Image image(20, 20, 3);
+      std::fill(image.values.begin(), image.values.end(), set == "train" ? 0.2f : 0.8f);
+      write_image(image, folder_ / set / ("r_" + std::to_string(i) + ".png"));
+      file << (i > 0 ? "," : "") << R"({"file_path": "./)" << set << "/r_" << i
+           << R"(", "transform_matrix": [[1,0,0,)" << i << R"(],[0,1,0,0],[0,0,1,4],[0,0,0,1]]})";
+    }
+    file << "]}";
+  }
+  const DataSet data = read();
+  EXPECT_THAT(names(data.training), ElementsAre("train/r_0", "train/r_1"));
+  EXPECT_THAT(names(data.test), ElementsAre("test/r_0", "test/r_1"));
+  EXPECT_EQ(data.training[1].rgb[0], 51);
+  EXPECT_EQ(data.test[1].rgb[0], 204);
+}
+
+TEST_F(TrainData, photographs_of_lenses_that_distort_are_undistorted) {
+  LensCamera camera{test::front_camera(40, 30), Lens{{35, 35}, {20, 14}, -0.1, 0.05, 0, 0}, {}};
+  camera = undistorted_camera(camera.camera, *camera.lens, "test");
+  camera.camera.name = "a";
+  std::ofstream(folder_ / "cameras.json") << format_cameras({camera});
+  Image ramp(40, 30, 3);  // the value is the column, so it identifies the source of a pixel
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      for (int c = 0; c < 3; ++c) ramp.at(x, y, c) = static_cast<float>(5 * x) / 255;
+    }
+  }
+  write_image(ramp, folder_ / "images/a.pfm");
+  options_.holdout = 0;
+  const PhotographView view = read().training.front();
+  for (const auto& [x, y] : {std::pair{20, 14}, {3, 4}, {36, 27}}) {
+    const glm::dvec2 slope = (glm::dvec2(x, y) - camera.camera.center_px) / camera.camera.focal_px;
+    const double column = 35 * camera.lens->distort(slope).x + 20;
+    EXPECT_NEAR(view.rgb[static_cast<std::size_t>(3 * (40 * y + x))], 5 * column, 0.51);
+  }
+  EXPECT_EQ(view.camera.focal_px, camera.camera.focal_px);
+  options_.resolution_scale = 2;
+  const PhotographView half = read().training.front();
+  ASSERT_TRUE(half.lens);
+  EXPECT_DOUBLE_EQ(half.lens->focal_px.x, 17.5);
+  EXPECT_DOUBLE_EQ(half.lens->center_px.x, 9.75);
+}
+
+TEST_F(TrainData, extent_is_a_tenth_more_than_the_largest_distance_from_the_middle) {
+  options_.holdout = 0;  // at x = 0, -2, -3, ..., -9
+  const double mean = -44.0 / 9;
+  EXPECT_NEAR(read().extent(), -1.1 * mean, 1e-9);
+  EXPECT_EQ(extent_of({test::front_camera(4, 4)}), 1) << "a single camera";
+}
+
+TEST_F(TrainData, bad_data_is_refused_with_the_name_of_the_file) {
+  write_photograph("c", 40, 40, 0.5f);
+  EXPECT_EQ(error(),
+            "images/c.pfm: 40 x 40 pixels do not have the aspect ratio of its camera, 40 x 30");
+  write_photograph("c", 40, 30, NAN);
+  EXPECT_EQ(error(), "images/c.pfm: holds values that are not finite numbers");
+  std::ofstream(folder_ / "images/c.pfm") << "PF\n0 0\n-1\n";
+  EXPECT_THAT(error(), HasSubstr("images/c.pfm: "));
+  options_.images = "photos";
+  EXPECT_EQ(error(), "photos: not a folder of photographs");
+  std::filesystem::create_directories(folder_ / "photos");
+  EXPECT_EQ(error(), "photos: holds no photograph named like one of the 10 cameras of " +
+                         folder_.path().string() + ": name the folder with --images");
+  options_.images = "images";
+  std::filesystem::remove(folder_ / "images/c.pfm");
+  options_.holdout = 1;
+  EXPECT_EQ(error(),
+            "images: all 8 photographs are test views: use --holdout 0 to train from them");
+  options_.data = folder_ / "nothing";
+  EXPECT_EQ(error(), "nothing: cannot be read: no such file");
+}
+
+TEST_F(TrainData, fingerprint_notices_another_pixel_or_camera) {
+  const std::string before = read().fingerprint();
+  EXPECT_EQ(read().fingerprint(), before);
+  write_photograph("d", 40, 30, 0.31f);
+  EXPECT_NE(read().fingerprint(), before);
+}
+
+}  // namespace
+}  // namespace qs::train

@@ -27,8 +27,8 @@ if(NOT QUADSPLAT_STATIC)
 endif()
 
 # The files of a room are compiled together, at most this many of its .cpp at a time, so that headers are read once.
-# Names of unnamed namespaces are therefore unique within a room. Files that need their own macros or options, and files
-# that Highway compiles once per instruction set, are compiled alone.
+# Names of unnamed namespaces are therefore unique within a room. Kernels, files that Highway compiles once per instruction
+# set, and files with a line "// Compiled alone: REASON" are compiled alone.
 option(QUADSPLAT_UNITY "Compile the files of a room together: faster builds from nothing, slower ones after a change" OFF)
 set(QUADSPLAT_UNITY_FILES 16 CACHE STRING "The most files that are compiled together")
 
@@ -39,7 +39,8 @@ function(compile_together target)
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   foreach(source ${ARGN})
-    if(source MATCHES "\\.cu$")  # kernels are compiled alone
+    file(STRINGS ${source} alone LIMIT_COUNT 1 REGEX "^(#define HWY_TARGET_INCLUDE|// Compiled alone: )")
+    if(source MATCHES "\\.cu$" OR alone)
       set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
       continue()
     endif()

@@ -17,87 +17,87 @@ function(room name)
 endfunction()
 
 # ---- rooms: a room, then the rooms that it includes, top floor first
-room(app app/cli raster/base)
-room(app/cli app/options app/serve app/viewer app/viewer/render app/remote app/train app/conformance app/film app/plugin app/report app/measure
-     app/inspect app/session app/framing app/picture app/base io/scene io/cloud io/camera io/picture io/tensor io/bytes
-     raster/api raster/scene raster/base)
-room(app/serve app/viewer/commands app/viewer/render app/viewer/state app/remote app/inspect app/session app/picture app/base
-     io/camera io/picture io/bytes raster/scene raster/base)
-room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/remote app/session app/base
-     io/camera io/picture io/bytes raster/api raster/base)
-room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render app/viewer/state app/picture app/base
-     io/picture io/bytes raster/scene raster/base)
-room(app/viewer/panels app/viewer/commands app/viewer/state app/train app/inspect app/framing app/picture app/base io/scene
-     raster/base)
-room(app/viewer/commands app/viewer/render app/viewer/state app/film app/report app/measure app/inspect app/session
-     app/picture app/base io/scene io/camera io/picture io/bytes raster/scene raster/base)
-room(app/viewer/render app/viewer/state app/measure app/inspect app/session app/framing app/picture io/scene io/camera
-     io/bytes raster/api raster/scene raster/kernel raster/base)
-room(app/viewer/state app/remote app/train app/report app/measure app/inspect app/session app/framing app/picture app/base io/cloud
-     io/camera io/bytes raster/api raster/base)
-room(app/remote raster/scene raster/base)
-room(app/conformance app/report app/picture app/base io/scene io/camera io/picture io/bytes raster/api raster/scene
-     raster/kernel raster/base)
-room(app/film app/measure app/inspect app/framing app/picture app/base io/picture io/bytes raster/api raster/scene raster/base)
-room(app/plugin app/base io/bytes quadsplat raster/api raster/scene raster/base)
-room(app/report app/train app/measure app/inspect app/session app/framing app/picture app/base io/scene io/camera io/picture
-     io/bytes raster/api raster/clock raster/scene raster/kernel/cull raster/base)
-room(app/measure app/session app/framing app/base io/scene io/camera io/bytes raster/api
-     raster/clock raster/scene raster/base)
-room(app/inspect app/picture app/base raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(app/session app/framing app/base io/scene io/scene/compact io/cloud io/camera io/picture raster/api raster/field raster/scene
-     raster/base)
-room(app/framing app/base io/scene io/cloud raster/api raster/scene raster/kernel raster/base)
-room(app/picture app/base io/picture io/bytes raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(library app/train app/options io/scene io/cloud io/camera io/picture io/tensor io/bytes quadsplat raster/cpu/train raster/cpu/stages
-     raster/cuda/stages raster/api raster/train raster/stages raster/scene raster/kernel raster/base)
-room(app/train app/options app/base io/scene io/scene/compact io/camera io/picture io/bytes raster/api raster/train
-     raster/field raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
-room(app/options app/base raster/api raster/scene raster/kernel/cull raster/base)
-room(app/base io/bytes raster/base)
-room(io/scene io/scene/gltf io/scene/compact io/scene/spz io/scene/ply io/scene/sog io/scene/splat io/cloud io/bytes
-     raster/scene raster/base)
-room(io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes raster/scene raster/kernel raster/base)
-room(io/scene/compact io/scene/ply io/cloud io/tensor io/bytes raster/scene raster/field raster/kernel raster/base)
-room(io/scene/spz io/scene/ply io/cloud io/bytes raster/scene raster/base)
-room(io/scene/ply io/cloud io/bytes raster/scene raster/kernel raster/base)
-room(io/scene/sog io/cloud io/picture io/bytes raster/scene raster/base)
-room(io/scene/splat io/cloud io/bytes raster/scene raster/kernel raster/base)
-room(io/cloud raster/scene raster/field raster/kernel raster/base)
-room(io/camera io/picture io/bytes raster/scene raster/base)
-room(io/picture io/picture/oiio io/tensor io/bytes raster/scene raster/base)
+room(app app/cli base)
+room(app/cli app/conformance app/plugin app/serve app/viewer app/viewer/render app/report app/remote app/film
+     app/measure app/session app/framing app/inspect app/picture learn/lpips learn/run learn/step io/camera io/scene
+     io/cloud io/picture io/bytes raster/api raster/scene options base)
+room(app/conformance app/report app/picture io/camera io/scene io/picture io/bytes raster/api raster/scene
+     raster/kernel base)
+room(app/plugin quadsplat raster/api raster/scene base)
+room(app/serve app/viewer/commands app/viewer/render app/viewer/state app/remote app/session app/inspect app/picture
+     io/camera io/picture io/bytes raster/scene base)
+room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/remote app/session
+     io/camera io/picture io/bytes raster/api base)
+room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render app/viewer/state app/picture
+     io/picture io/bytes raster/scene base)
+room(app/viewer/panels app/viewer/commands app/viewer/state app/framing app/inspect app/picture learn/run io/scene
+     base)
+room(app/viewer/commands app/viewer/render app/viewer/state app/report app/film app/measure app/session app/inspect
+     app/picture io/camera io/scene io/picture io/bytes raster/scene base)
+room(app/viewer/render app/viewer/state app/measure app/session app/framing app/inspect app/picture io/camera
+     io/scene io/bytes raster/api raster/scene raster/kernel base)
+room(app/viewer/state app/report app/remote app/measure app/session app/framing app/inspect app/picture learn/run
+     io/camera io/cloud io/bytes raster/api raster/scene base)
+room(app/report app/measure app/session app/framing app/inspect app/picture learn/run io/camera io/scene io/picture
+     io/bytes raster/clock raster/api raster/kernel/cull raster/scene base)
+room(app/remote raster/scene base)
+room(app/film app/measure app/framing app/inspect app/picture io/picture io/bytes raster/api raster/scene base)
+room(app/measure app/session app/framing io/camera io/scene io/bytes raster/clock raster/api raster/scene base)
+room(app/session app/framing io/camera io/scene io/scene/compact io/cloud io/picture raster/field raster/api
+     raster/scene base)
+room(app/framing io/scene raster/api raster/scene raster/kernel base)
+room(app/inspect app/picture raster/api raster/kernel/cull raster/scene raster/kernel base)
+room(app/picture io/picture io/bytes raster/api raster/kernel/cull raster/scene raster/kernel base)
+room(library learn/diff/cuda learn/step/cpu learn/diff/cpu learn/diff learn/lpips learn/run learn/step
+     learn/gradient io/camera io/scene io/cloud io/picture io/bytes quadsplat raster/api raster/scene raster/kernel
+     options base)
+room(learn learn/lpips/cuda learn/step/cuda learn/step/cpu learn/lpips learn/step base)
+room(learn/lpips/cuda learn/lpips raster/cuda/common)
+room(learn/step/cuda learn/diff/cuda learn/step learn/gradient raster/cuda/fast raster/cuda/common raster/field
+     raster/api raster/kernel/cull raster/scene raster/kernel base)
+room(learn/diff/cuda learn/diff learn/gradient raster/cuda/fast raster/cuda/common raster/kernel/cull raster/scene
+     raster/kernel base)
+room(learn/step/cpu learn/diff/cpu learn/step learn/field learn/gradient raster/scene raster/kernel base)
+room(learn/diff/cpu learn/diff learn/gradient raster/cpu/common raster/kernel/cull raster/scene raster/kernel base)
+room(learn/diff learn/gradient raster/kernel/cull raster/scene raster/kernel base)
+room(learn/lpips io/tensor raster/api raster/scene base)
+room(learn/run learn/step learn/field learn/gradient io/camera io/scene io/scene/compact io/picture io/bytes
+     raster/field raster/api raster/kernel/cull raster/scene raster/kernel options base)
+room(learn/step learn/field learn/gradient raster/field raster/api raster/scene raster/kernel base)
+room(learn/field learn/gradient raster/field raster/kernel base)
+room(learn/gradient raster/kernel)
+room(io/camera io/picture io/bytes raster/scene base)
+room(io/scene io/scene/sog io/scene/compact io/scene/splat io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes
+     raster/scene base)
+room(io/scene/sog io/cloud io/picture io/bytes raster/scene base)
+room(io/scene/compact io/scene/ply io/cloud io/tensor io/bytes raster/field raster/scene raster/kernel base)
+room(io/scene/splat io/cloud io/bytes raster/scene raster/kernel base)
+room(io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes raster/scene raster/kernel base)
+room(io/scene/spz io/scene/ply io/cloud io/bytes raster/scene base)
+room(io/scene/ply io/cloud io/bytes raster/scene raster/kernel base)
+room(io/cloud raster/field raster/scene base)
+room(io/picture io/tensor io/bytes io/picture/oiio raster/scene base)
+room(io/tensor io/bytes raster/kernel base)
+room(io/bytes raster/scene base)
 room(io/picture/oiio raster/scene)
-room(io/tensor io/bytes raster/lpips raster/kernel raster/base)
-room(io/bytes raster/scene raster/base)
+room(raster raster/cuda raster/cpu raster/cuda/common raster/clock raster/api base)
+room(raster/cuda raster/cuda/classic raster/cuda/fast raster/cuda/common raster/api)
+room(raster/cuda/classic raster/cuda/common raster/kernel/cull raster/kernel)
+room(raster/cpu raster/cpu/fast raster/cpu/classic raster/cpu/common raster/api base)
+room(raster/cpu/fast raster/cpu/common raster/kernel/cull raster/scene raster/kernel base)
+room(raster/cpu/classic raster/cpu/common raster/kernel/cull raster/scene raster/kernel)
+room(raster/cuda/fast raster/cuda/common raster/kernel/cull raster/kernel)
+room(raster/cuda/common raster/api raster/kernel/cull raster/scene raster/kernel base)
+room(raster/cpu/common raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(quadsplat)
-room(raster/make raster/cpu/train raster/cpu/fast raster/cpu/classic raster/cpu raster/cuda/train raster/cuda/lpips
-     raster/cuda/fast raster/cuda/classic raster/cuda raster/api raster/clock raster/base)
-room(raster/cpu/train raster/cpu/stages raster/api raster/train raster/field raster/scene raster/kernel/gradient
-     raster/kernel raster/base)
-room(raster/cpu/stages raster/cpu/classic raster/stages raster/scene raster/kernel/gradient raster/kernel/cull
-     raster/kernel raster/base)
-room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel raster/base)
-room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel)
-room(raster/cpu raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(raster/cuda/train raster/cuda/stages raster/cuda/fast raster/cuda raster/api raster/train raster/field raster/scene
-     raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
-room(raster/cuda/stages raster/cuda/fast raster/cuda raster/stages raster/scene raster/kernel/gradient raster/kernel/cull
-     raster/kernel raster/base)
-room(raster/cuda/lpips raster/cuda raster/lpips)
-room(raster/cuda/fast raster/cuda raster/kernel/cull raster/kernel)
-room(raster/cuda/classic raster/cuda raster/kernel/cull raster/kernel)
-room(raster/cuda raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(raster/api raster/lpips raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
-room(raster/lpips raster/scene raster/base)
+room(raster/field raster/kernel base)
 room(raster/clock)
-room(raster/stages raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
-room(raster/train raster/field raster/scene raster/kernel/gradient raster/kernel raster/base)
-room(raster/field raster/kernel/gradient raster/kernel raster/base)
-room(raster/scene raster/kernel raster/base)
-room(raster/kernel/gradient raster/kernel)
+room(raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(raster/kernel/cull raster/kernel)
+room(raster/scene raster/kernel base)
 room(raster/kernel)
-room(raster/base)
+room(options base)
+room(base)
 # ---- end of rooms
 
 set(broken "")
@@ -118,8 +118,8 @@ foreach(file ${sources})
     list(APPEND broken "src/${file} is in no room: add a row to cmake/check_includes.cmake")
     continue()
   endif()
-  if(file MATCHES "\\.cuh?$" AND NOT file MATCHES "^raster/(cuda|make)/")
-    list(APPEND broken "src/${file}: device code belongs in src/raster/cuda")
+  if(file MATCHES "\\.cuh?$" AND NOT file MATCHES "^(raster|learn/[a-z]+)/cuda/")
+    list(APPEND broken "src/${file}: device code belongs in a folder named cuda")
   endif()
   file(STRINGS ${ROOT}/src/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*\"")
   foreach(line ${lines})

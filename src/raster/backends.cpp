@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: the tests on an emulated GPU replace this file.
 #include <optional>
 #include <vector>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: Boost takes long to compile, and it has macros of its own.
 //
 // Only this file, client_stream.h and tls_context.h include Boost. Everything here runs on the
 // thread of Server::run().

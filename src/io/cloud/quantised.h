@@ -12,17 +12,13 @@
 
 #include <glm/gtc/quaternion.hpp>
 
+#include "base/rounding.h"
+
 namespace qs {
 
 /// Logit of an opacity stored as 0..255 for 0..1; 0 and 255 give -inf and +inf.
 inline float logit_of_byte(std::uint8_t byte) {
   return static_cast<float>(std::log(byte / (255.0 - byte)));
-}
-
-/// `value` rounded and clamped to 0..`max`; NaN gives 0.
-inline std::uint32_t round_to_integer(double value, std::uint32_t max) {
-  return value > 0 ? static_cast<std::uint32_t>(std::min(value + 0.5, static_cast<double>(max)))
-                   : 0;
 }
 
 /// A unit quaternion without its largest component.

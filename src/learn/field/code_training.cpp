@@ -5,6 +5,7 @@
 
 #include "learn/field/integer_sums.h"
 #include "learn/gradient/residual_codes.h"
+#include "raster/kernel/nearest_code.h"
 
 namespace qs {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "learn/gradient/residual_codes.h"
+#include "raster/kernel/nearest_code.h"
 
 namespace qs {
 namespace {

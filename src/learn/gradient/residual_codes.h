@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Residual codes: the search for the nearest code of a stage, and the step by which codes in
-// training follow their vectors (learn/field/code_training.h).
+// The step by which residual codes in training follow their vectors (learn/field/code_training.h).
 #pragma once
 
 #include <cmath>
@@ -11,26 +10,6 @@
 #include "raster/kernel/hd.h"
 
 namespace qs {
-
-/// The number of the code that is nearest to `vector`, of `count` codes one after the other; of
-/// equally near codes the first.
-QS_HD unsigned nearest_code(const float* codes, unsigned count, unsigned dimensions,
-                            const float* vector) {
-  unsigned best = 0;
-  float least = INFINITY;
-  for (unsigned number = 0; number < count; ++number) {
-    float distance = 0;
-    for (unsigned k = 0; k < dimensions; ++k) {
-      const float difference = vector[k] - codes[number * dimensions + k];
-      distance += difference * difference;
-    }
-    if (distance < least) {
-      least = distance;
-      best = number;
-    }
-  }
-  return best;
-}
 
 /// The derivative of the mean squared difference, over `values` values of all vectors, by a value
 /// of a code: `sum` adds up the differences to the code's vectors.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/field/residual_codebook.h"
 
-#include "learn/gradient/residual_codes.h"
+#include "raster/kernel/nearest_code.h"
 
 namespace qs {
 

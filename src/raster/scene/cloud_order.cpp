@@ -9,7 +9,7 @@
 #include <glm/common.hpp>
 
 #include "base/morton.h"
-#include "io/cloud/quantised.h"
+#include "base/rounding.h"
 #include "raster/scene/activated_cloud.h"
 
 namespace qs {

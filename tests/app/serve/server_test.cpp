@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: Boost takes long to compile.
 //
 // The server as clients meet it, each line of its rules: sound visitors, and those who are refused.
 #include "app/serve/server.h"

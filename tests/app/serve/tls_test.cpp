@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: Boost takes long to compile.
 //
 // Encrypted connections: visitors, the limits, and the files of certificate and key.
 #include <chrono>

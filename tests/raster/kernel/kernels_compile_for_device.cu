@@ -22,6 +22,7 @@
 #include "raster/kernel/footprint.h"
 #include "raster/kernel/frustum.h"
 #include "raster/kernel/half.h"
+#include "raster/kernel/nearest_code.h"
 #include "raster/kernel/random.h"
 #include "raster/kernel/sh.h"
 #include "raster/kernel/ssim.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "learn/diff/cpu/picture.h"
 
-#include "raster/cpu/classic/preprocess.h"
+#include "raster/cpu/common/pixel_bound.h"
 
 namespace qs::cpu::diff {
 

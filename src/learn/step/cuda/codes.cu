@@ -8,6 +8,7 @@
 #include "learn/step/cuda/codes.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/common/stream.cuh"
+#include "raster/kernel/nearest_code.h"
 
 namespace qs::cuda::train {
 namespace {

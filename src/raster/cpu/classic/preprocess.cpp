@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: clang optimises the sanitized walks of all modes for minutes in a larger unit.
 #include "raster/cpu/classic/preprocess.h"
 
 #include <glm/geometric.hpp>
@@ -45,12 +46,6 @@ void preprocess_with(const FrameContext& frame, const ActivatedCloud& active, Vi
 }
 
 }  // namespace
-
-PixelBound PixelBound::of(const Footprint& footprint) {
-  if (!(footprint.gamma > 0.0f)) return {{0, 0}, 0, 0};
-  return {extents(footprint).max + 1.0f, footprint.covariance.xy / footprint.covariance.yy,
-          kLog2OfFalloff * footprint.gamma - kLog2Slack};
-}
 
 void preprocess(const FrameContext& frame, const ActivatedCloud& active, Visible& visible) {
   with_culler(frame.settings.mode, [&]<class P>(P) {

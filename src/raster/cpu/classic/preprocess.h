@@ -5,21 +5,12 @@
 
 #include <algorithm>
 
+#include "raster/cpu/common/pixel_bound.h"
 #include "raster/cpu/common/visible.h"
 #include "raster/kernel/blend.h"
 #include "raster/scene/activated_cloud.h"
 
 namespace qs::cpu {
-
-/// Conservative bound of the pixels with alpha >= 1/255, used to skip pixels cheaply. It may
-/// include other pixels but never excludes such a pixel.
-struct PixelBound {
-  glm::vec2 half;   ///< half size in pixels of a box around the mean; 0 = no pixel
-  float slope;      ///< along a row the falloff is largest at dx = slope * dy
-  float threshold;  ///< pixels with a smaller log2 of the falloff have alpha < 1/255
-
-  static PixelBound of(const Footprint& footprint);
-};
 
 struct BoundedSplat {
   Splat splat;

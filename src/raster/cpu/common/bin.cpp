@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: clang optimises the sanitized walks of all modes for minutes in a larger unit.
 #include "raster/cpu/common/bin.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 // that tile lists are filled in order and pairs need no sort.
 #pragma once
 
-#include "raster/cpu/classic/preprocess.h"
+#include "raster/cpu/common/visible.h"
 
 namespace qs::cpu {
 

@@ -3,6 +3,7 @@
 // Stage 4: composites every tile's list front to back.
 #pragma once
 
+#include "raster/cpu/classic/preprocess.h"
 #include "raster/cpu/common/bin.h"
 
 namespace qs::cpu {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "raster/cpu/classic/blend.h"
+#include "raster/cpu/classic/preprocess.h"
 #include "raster/cpu/common/mode_pairs.h"
 #include "raster/scene/activated_cloud.h"
 

@@ -4,6 +4,7 @@
 // the blend stage.
 #pragma once
 
+#include "raster/cpu/classic/preprocess.h"
 #include "raster/cpu/common/bin.h"
 
 namespace qs::cpu {

@@ -4,6 +4,7 @@
 // pixel again after the blend stage.
 #pragma once
 
+#include "raster/cpu/classic/preprocess.h"
 #include "raster/cpu/common/bin.h"
 
 namespace qs::cpu {

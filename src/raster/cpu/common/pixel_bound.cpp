@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/common/pixel_bound.h"
 
-#include "raster/kernel/blend.h"
+#include "raster/kernel/constants.h"
+#include "raster/kernel/cull/culler.h"
 
 namespace qs::cpu {
 

@@ -10,7 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "support/scenes.h"
 
 #if defined(__SANITIZE_THREAD__)

@@ -1,21 +1,41 @@
 // SPDX-License-Identifier: MIT
 //
-// Sorts the Gaussians of a macro-tile by depth, then by index in the file, in the shared memory of
-// a block. Their order before is arbitrary, so the order after must be total.
+// Sorts Gaussians by depth, then by index in the file, in the shared memory of a block. Their order
+// before is arbitrary, so the order after must be total.
 #pragma once
 
 #include "raster/cuda/common/warp.cuh"
-#include "raster/cuda/fast/scratch.cuh"
 
-namespace qs::cuda::fast {
+namespace qs::cuda {
+
+/// A Gaussian to sort.
+struct DepthEntry {
+  std::uint32_t depth_key, place;  ///< place: the Gaussian's index in file_indices
+};
+
+/// Entries are sorted by depth, then by index in the file.
+struct EntryOrder {
+  const std::uint32_t* file_indices;  ///< per place
+
+  __device__ std::uint32_t file_index(DepthEntry entry) const { return file_indices[entry.place]; }
+  __device__ std::uint64_t key(DepthEntry entry) const {
+    return std::uint64_t{entry.depth_key} << 32 | file_index(entry);
+  }
+};
+
+/// Blocks of a usual size can sort so many entries on every GPU.
+inline constexpr std::uint32_t kUsualSort = 3072;
+
+/// The largest number of entries that a block can sort on the current device, at least kUsualSort.
+std::uint32_t most_in_shared_memory();
 
 /// Memory in which a block sorts: three arrays of `capacity` elements. AnyIndex: of an item.
 template <class AnyIndex>
 struct SortArrays {
   using Index = AnyIndex;
 
-  std::uint32_t* values;  ///< depth keys, by index in the macro-tile; later Gaussians, in order
-  Index* order;           ///< indices in the macro-tile, in order
+  std::uint32_t* values;  ///< depth keys, by index of the entry; later Gaussians, in order
+  Index* order;           ///< indices of entries, in order
   Index* other;           ///< the order before a pass of the sort; later masks of tiles, in order
 
   static constexpr std::size_t bytes(std::uint32_t capacity) {
@@ -43,11 +63,11 @@ struct WarpPart {
   }
 };
 
-/// Sorts a macro-tile with the kBlock threads of a block, which call all functions together.
+/// Sorts with the kBlock threads of a block, which call all functions together.
 template <unsigned kBlock, class Arrays = SharedArrays>
-class MacroSort {
+class BlockSort {
  public:
-  __device__ MacroSort(Arrays& arrays, const MacroEntry* entries, EntryOrder entry_order,
+  __device__ BlockSort(Arrays& arrays, const DepthEntry* entries, EntryOrder entry_order,
                        unsigned size)
       : arrays_(arrays),
         entries_(entries),
@@ -57,12 +77,12 @@ class MacroSort {
 
   /// Sets arrays.order to the indices of the entries by depth, then by index in the file.
   __device__ void sort() {
-    const auto depth_key = [](MacroEntry entry) { return entry.depth_key; };
+    const auto depth_key = [](DepthEntry entry) { return entry.depth_key; };
     begin_with(depth_key);
     sort_by_values([](int bits) { return bits <= kFewBits ? 2 : 3; });
     if (exchange_neighbours()) return;
     const auto all = [](int bits) { return (bits + kDigitBits - 1) / kDigitBits; };
-    begin_with([this](MacroEntry entry) { return entry_order_.file_index(entry); });
+    begin_with([this](DepthEntry entry) { return entry_order_.file_index(entry); });
     sort_by_values(all);
     load(depth_key);
     sort_by_values(all);
@@ -207,10 +227,10 @@ class MacroSort {
   }
 
   Arrays& arrays_;
-  const MacroEntry* entries_;
+  const DepthEntry* entries_;
   EntryOrder entry_order_;
   unsigned size_;
   WarpPart part_;
 };
 
-}  // namespace qs::cuda::fast
+}  // namespace qs::cuda

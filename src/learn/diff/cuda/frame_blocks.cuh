@@ -110,12 +110,12 @@ struct ProjectScratch {
 
 /// Scratch memory of list().
 struct ListScratch {
-  DepthEntry* entries;
+  SortEntry* entries;
   std::uint32_t *tiles, *slots, *sizes;
 
   static ListScratch of(BlockArrays& block, const HeldSizes& sizes) {
     ListScratch result{};
-    result.entries = block.next<DepthEntry>(sizes.pairs);
+    result.entries = block.next<SortEntry>(sizes.pairs);
     result.tiles = block.next<std::uint32_t>(sizes.pairs);
     result.slots = block.next<std::uint32_t>(sizes.pairs);
     result.sizes = block.next<std::uint32_t>(tiles_of(sizes));

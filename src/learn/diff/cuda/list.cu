@@ -146,7 +146,7 @@ __global__ void __launch_bounds__(kThreads) fill_lists(ListArrays lists) {
 template <unsigned kBlock, class Arrays>
 __device__ void sort_list(const ListArrays& lists, uint2 range, Arrays arrays) {
   const std::uint32_t size = range.y - range.x;
-  const DepthEntry* const entries = lists.entries + range.x;
+  const SortEntry* const entries = lists.entries + range.x;
   BlockSort<kBlock, Arrays>(arrays, entries, EntryOrder{lists.owners}, size).sort();
   __syncthreads();
   for (std::uint32_t k = threadIdx.x; k < size; k += kBlock)

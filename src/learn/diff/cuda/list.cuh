@@ -11,6 +11,7 @@
 #include "raster/cuda/common/footprint_arrays.cuh"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/kernel/cull/mode.h"
+#include "raster/kernel/tile_grid.h"
 
 namespace qs::cuda::diff {
 
@@ -25,7 +26,7 @@ struct ListArrays {
   std::uint32_t* tiles;   ///< its tile, until the lists are sorted
   std::uint32_t* slots;   ///< its index in the tile's list, before that is sorted
   // The lists of all tiles.
-  DepthEntry* entries;    ///< depths and places, in any order
+  SortEntry* entries;     ///< depths and places, in any order
   std::uint32_t* places;  ///< front to back
   // Per tile.
   std::uint32_t* sizes;

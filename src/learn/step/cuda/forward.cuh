@@ -53,7 +53,7 @@ struct ListedPairs {
   DeviceBuffer<std::uint32_t> tiles;   ///< its tile, until the lists are sorted
   DeviceBuffer<std::uint32_t> slots;   ///< its index in the tile's list, before that is sorted
   // The lists of all tiles.
-  DeviceBuffer<DepthEntry> entries;    ///< depths and places, in any order
+  DeviceBuffer<SortEntry> entries;     ///< depths and places, in any order
   DeviceBuffer<std::uint32_t> places;  ///< front to back
   std::uint32_t count = 0;
 

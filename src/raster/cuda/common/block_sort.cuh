@@ -9,7 +9,7 @@
 namespace qs::cuda {
 
 /// A Gaussian to sort.
-struct DepthEntry {
+struct SortEntry {
   std::uint32_t depth_key, place;  ///< place: the Gaussian's index in file_indices
 };
 
@@ -17,8 +17,8 @@ struct DepthEntry {
 struct EntryOrder {
   const std::uint32_t* file_indices;  ///< per place
 
-  __device__ std::uint32_t file_index(DepthEntry entry) const { return file_indices[entry.place]; }
-  __device__ std::uint64_t key(DepthEntry entry) const {
+  __device__ std::uint32_t file_index(SortEntry entry) const { return file_indices[entry.place]; }
+  __device__ std::uint64_t key(SortEntry entry) const {
     return std::uint64_t{entry.depth_key} << 32 | file_index(entry);
   }
 };
@@ -67,7 +67,7 @@ struct WarpPart {
 template <unsigned kBlock, class Arrays = SharedArrays>
 class BlockSort {
  public:
-  __device__ BlockSort(Arrays& arrays, const DepthEntry* entries, EntryOrder entry_order,
+  __device__ BlockSort(Arrays& arrays, const SortEntry* entries, EntryOrder entry_order,
                        unsigned size)
       : arrays_(arrays),
         entries_(entries),
@@ -77,12 +77,12 @@ class BlockSort {
 
   /// Sets arrays.order to the indices of the entries by depth, then by index in the file.
   __device__ void sort() {
-    const auto depth_key = [](DepthEntry entry) { return entry.depth_key; };
+    const auto depth_key = [](SortEntry entry) { return entry.depth_key; };
     begin_with(depth_key);
     sort_by_values([](int bits) { return bits <= kFewBits ? 2 : 3; });
     if (exchange_neighbours()) return;
     const auto all = [](int bits) { return (bits + kDigitBits - 1) / kDigitBits; };
-    begin_with([this](DepthEntry entry) { return entry_order_.file_index(entry); });
+    begin_with([this](SortEntry entry) { return entry_order_.file_index(entry); });
     sort_by_values(all);
     load(depth_key);
     sort_by_values(all);
@@ -227,7 +227,7 @@ class BlockSort {
   }
 
   Arrays& arrays_;
-  const DepthEntry* entries_;
+  const SortEntry* entries_;
   EntryOrder entry_order_;
   unsigned size_;
   WarpPart part_;

@@ -96,7 +96,7 @@ class ListBlock {
         number_(threadIdx.x / kWarp / kTiles),
         part_(size, number_, kParts) {}
 
-  __device__ void sort(const DepthEntry* entries, const std::uint8_t* masks, EntryOrder order) {
+  __device__ void sort(const SortEntry* entries, const std::uint8_t* masks, EntryOrder order) {
     BlockSort<kBlock>(arrays_, entries, order, size_).sort();
     __syncthreads();
     for (unsigned i = threadIdx.x; i < size_; i += kBlock) {

@@ -56,17 +56,17 @@ struct Slicing {
   };
 
   MacroSize size;
-  DepthEntry* spilled;           ///< size.spilled for each part
+  SortEntry* spilled;            ///< size.spilled for each part
   std::uint32_t* spilled_tiles;  ///< per spilled entry: macro-tile << 8 | mask of tiles
   std::uint32_t* part_counts;    ///< per part: entries, also those beyond the capacity
-  DepthEntry* samples;           ///< size.sample_capacity for each macro-tile
+  SortEntry* samples;            ///< size.sample_capacity for each macro-tile
   std::byte* sort_memory;        ///< of kGlobalSorts blocks, see MacroSize
   Slices* slices;                ///< per full macro-tile
   std::uint32_t* macro_tile_of;  ///< per slice
   std::uint64_t* least_keys;     ///< per slice: the key of its first entry
   std::uint32_t* counts;         ///< per slice: entries, also those beyond the capacity
   std::uint64_t* list_begins;    ///< per slice and tile: where its part of the list begins
-  DepthEntry* entries;           ///< size.slice_capacity for each slice
+  SortEntry* entries;            ///< size.slice_capacity for each slice
   std::uint8_t* masks;           ///< per entry: the tiles that it lists
 
   /// Memory of a block that sorts `samples` samples.
@@ -81,7 +81,7 @@ struct Slicing {
 
   /// Stores the entry at `slot` of a macro-tile if it is a sample: one in every 2^log2_distance
   /// slots, at a place that varies, so that the order of the scene hardly matters.
-  __device__ void sample(unsigned macro_tile, std::uint32_t slot, DepthEntry entry) const {
+  __device__ void sample(unsigned macro_tile, std::uint32_t slot, SortEntry entry) const {
     const std::uint32_t number = slot >> size.log2_distance;
     const std::uint32_t place = hash_of(number, size.log2_distance);
     if (slot != (number << size.log2_distance | place) || number >= size.sample_capacity) return;
@@ -92,7 +92,7 @@ struct Slicing {
   }
 
   /// Stores an entry at place `slot` of the block's part.
-  __device__ void spill(std::uint32_t slot, unsigned macro_tile, DepthEntry entry,
+  __device__ void spill(std::uint32_t slot, unsigned macro_tile, SortEntry entry,
                         unsigned mask) const {
     if (slot >= size.spilled) return;
     const std::size_t place = std::size_t{own_part()} * size.spilled + slot;
@@ -108,13 +108,13 @@ struct Slicing {
 struct MacroTiles {
   static constexpr int kColumns = 4, kRows = 2;
   static constexpr int kTiles = kColumns * kRows;
-  static constexpr std::uint32_t kUsual = MacroSize::kUsual;           ///< Gaussians
-  static constexpr std::uint64_t kBytesEach = sizeof(DepthEntry) + 1;  ///< of an entry, its mask
+  static constexpr std::uint32_t kUsual = MacroSize::kUsual;          ///< Gaussians
+  static constexpr std::uint64_t kBytesEach = sizeof(SortEntry) + 1;  ///< of an entry, its mask
   /// Of a picture of 16384 x 16384 pixels. Their entries take 3.6 GB.
   static constexpr std::size_t kMost = 256 * 512;
 
   std::uint32_t* counts;  ///< per macro-tile: its Gaussians, spilled Gaussians included
-  DepthEntry* entries;    ///< slicing.size.capacity for each
+  SortEntry* entries;     ///< slicing.size.capacity for each
   std::uint8_t* masks;    ///< per entry: the tiles that it lists, see MacroMask
   std::uint32_t* order;   ///< all macro-tiles, the fullest first
   EntryOrder entry_order;
@@ -124,7 +124,7 @@ struct MacroTiles {
   QS_HD int count() const { return columns * rows; }
 
   /// Adds a Gaussian that lists the tiles `mask` of a macro-tile.
-  __device__ void append(unsigned macro_tile, DepthEntry entry, unsigned mask) const {
+  __device__ void append(unsigned macro_tile, SortEntry entry, unsigned mask) const {
     const std::uint32_t slot = atomicAdd(&counts[macro_tile], 1u);
     const unsigned part = Slicing::own_part();
     const std::uint32_t spilled =
@@ -134,7 +134,7 @@ struct MacroTiles {
 
   /// Stores an entry at its slot, or at place `spilled` of the block's part if it is spilled.
   __device__ void store(unsigned macro_tile, std::uint32_t slot, std::uint32_t spilled,
-                        DepthEntry entry, unsigned mask) const {
+                        SortEntry entry, unsigned mask) const {
     if (slot < slicing.size.capacity) {
       const std::size_t place = std::size_t{macro_tile} * slicing.size.capacity + slot;
       entries[place] = entry;

@@ -314,7 +314,7 @@ struct LargeGaussian {
   }
 
   __device__ void append(const Span* runs, int most, unsigned thread, unsigned threads,
-                         DepthEntry entry, const MacroTiles& macro_tiles) const {
+                         SortEntry entry, const MacroTiles& macro_tiles) const {
     const int width = rect.columns.size();
     for (int i = static_cast<int>(thread); i < count(); i += static_cast<int>(threads)) {
       const int column = rect.columns.begin + i % width, row = rect.rows.begin + i / width;

@@ -220,7 +220,7 @@ struct Scratch {
   DeviceBuffer<std::uint32_t> first_segments_, marks_, waves_;
   DeviceBuffer<SegmentResult> results_;
   DeviceBuffer<std::uint32_t> large_, order_;
-  DeviceBuffer<DepthEntry> entries_, spilled_, samples_, slice_entries_;
+  DeviceBuffer<SortEntry> entries_, spilled_, samples_, slice_entries_;
   DeviceBuffer<std::uint8_t> masks_, slice_masks_;
   DeviceBuffer<Slicing::Slices> slices_;
   DeviceBuffer<std::uint32_t> spilled_tiles_, macro_tile_of_, slice_counts_;

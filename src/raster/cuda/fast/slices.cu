@@ -36,7 +36,7 @@ __global__ void __launch_bounds__(kBlock)
     const Slicing::Slices slices = slicing.slices[own];
     if (!slicing.holds(slices)) continue;
     const std::uint32_t count = slicing.sample_count(tiles.counts[own]);
-    const DepthEntry* const samples = slicing.samples + std::size_t{own} * capacity;
+    const SortEntry* const samples = slicing.samples + std::size_t{own} * capacity;
     using Arrays = std::conditional_t<kGlobal, GlobalArrays, SharedArrays>;
     void* memory;
     if constexpr (kGlobal) {
@@ -62,7 +62,7 @@ __global__ void __launch_bounds__(kBlock)
 
 /// An entry of a full macro-tile that is copied to a slice.
 struct Moved {
-  DepthEntry entry;
+  SortEntry entry;
   std::uint32_t macro_tile, mask;
 };
 

@@ -12,25 +12,8 @@
 namespace qs::library {
 namespace {
 
-using cpu::diff::blend;
-using cpu::diff::blend_backward;
-using cpu::diff::BlendInput;
-using cpu::diff::block_at;
-using cpu::diff::Boundary;
-using cpu::diff::GaussianBlock;
-using cpu::diff::HeldSizes;
-using cpu::diff::hold;
-using cpu::diff::PairBlock;
-using cpu::diff::PairScratch;
-using cpu::diff::PictureSize;
-using cpu::diff::PixelBlock;
-using cpu::diff::PoseGradient;
-using cpu::diff::project;
-using cpu::diff::project_backward;
-using cpu::diff::ProjectedFrame;
-using cpu::diff::Rows;
+using namespace cpu::diff;
 using cpu::diff::sizes_of;
-using cpu::diff::Workers;
 
 PictureSize size_of(const StageCall& call) {
   return {call.view.camera.width, call.view.camera.height};

@@ -8,12 +8,7 @@
 namespace qs::library {
 namespace {
 
-using cpu::diff::BlockHeader;
-using cpu::diff::GaussianBlock;
-using cpu::diff::HeldSizes;
-using cpu::diff::kBlockAlignment;
-using cpu::diff::PairBlock;
-using cpu::diff::PixelBlock;
+using namespace cpu::diff;
 
 bool is_aligned(const void* memory) {
   return reinterpret_cast<std::uintptr_t>(memory) % kBlockAlignment == 0;

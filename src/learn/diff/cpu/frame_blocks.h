@@ -14,11 +14,6 @@
 
 namespace qs::cpu::diff {
 
-using qs::diff::block_at;
-using qs::diff::BlockArrays;
-using qs::diff::bytes_of;
-using qs::diff::kBlockAlignment;
-
 /// The sizes of a frame. The sizes of its blocks follow from them.
 struct HeldSizes {
   std::uint64_t gaussians = 0;

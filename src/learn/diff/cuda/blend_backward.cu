@@ -10,8 +10,6 @@
 namespace qs::cuda::diff {
 namespace {
 
-using qs::diff::Boundary;
-
 constexpr unsigned kShape = 7;       ///< numbers of PixelSums without its colour, and d/dz
 constexpr unsigned kAbsolute = 2;    ///< absolute gradients
 constexpr std::uint32_t kGroup = 8;  ///< entries that the warps sum before the block adds them up

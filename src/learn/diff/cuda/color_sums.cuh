@@ -22,8 +22,6 @@
 
 namespace qs::cuda::diff {
 
-using qs::diff::Pictures;
-
 inline constexpr unsigned kWarps = kTilePixels / kWarp;
 inline constexpr unsigned kSums = 9;  ///< numbers of PixelSums
 /// Blocks of sum_pairs on a multiprocessor. With depths they need more registers.

@@ -18,6 +18,8 @@
 
 namespace qs::cuda::diff {
 
+using namespace qs::diff;
+
 /// The sizes of a frame. The sizes of its blocks follow from them.
 struct HeldSizes {
   std::uint32_t gaussians = 0;

@@ -10,10 +10,6 @@
 
 namespace qs::cuda::diff {
 
-using qs::diff::block_at;
-using qs::diff::BlockArrays;
-using qs::diff::bytes_of;
-
 inline cudaStream_t stream_of(const Queue& queue) {
   return static_cast<cudaStream_t>(queue.stream);
 }

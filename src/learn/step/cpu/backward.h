@@ -12,8 +12,6 @@
 
 namespace qs::cpu::train {
 
-using qs::train::BackwardOrder;
-
 /// Memory of backward() that the next step uses again.
 template <class Real>
 struct BackwardScratch {

@@ -13,12 +13,6 @@
 
 namespace qs::cpu::train {
 
-using qs::train::GaussianFacts;
-using qs::train::ModelState;
-using qs::train::Photograph;
-using qs::train::Plan;
-using qs::train::StepOrder;
-
 class CpuModel final : public qs::train::TrainingModel {
  public:
   explicit CpuModel(ThreadPool& pool) : pool_(pool) {}

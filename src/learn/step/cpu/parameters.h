@@ -15,9 +15,10 @@
 
 namespace qs::cpu::train {
 
+using namespace qs::train;
+
 template <class Real>
 using Parameters = qs::train::ParametersOf<Real>;
-using qs::train::for_each_array;
 
 /// Derivatives by a colour field.
 template <class Real>

@@ -25,7 +25,7 @@ struct SumScratch {
   float *shapes, *absolute, *channels;
   // Per Gaussian.
   float *shape_sums, *absolute_sums, *channel_sums;
-  double* rows;  ///< by the background: a number per channel and row of pixels
+  double* rows;  ///< derivative by the background: a number per channel and row of pixels
 
   static SumScratch of(BlockArrays& block, const HeldSizes& sizes) {
     const std::size_t pairs = sizes.pairs, gaussians = sizes.gaussians,

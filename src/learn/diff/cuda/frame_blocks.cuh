@@ -28,7 +28,7 @@ __device__ inline float depth_gradient(const glm::vec2& sums, float z) {
 struct GaussianBlock {
   unsigned long long* total;    ///< pairs
   std::uint32_t* tile_counts;   ///< 0: no tile lists it; then the next three are undefined
-  std::uint32_t* first_places;  ///< of its pairs
+  std::uint32_t* first_places;  ///< the first place of its pairs
   float* depths;                ///< view z
   ListedSplat* splats;
   std::uint8_t* projected;  ///< 1 if it has a row in Boundary

@@ -84,7 +84,7 @@ struct PairTotal {
 struct ForwardFrame {
   // Per Gaussian.
   DeviceBuffer<std::uint32_t> tile_counts;   ///< 0: not visible; the others are undefined
-  DeviceBuffer<std::uint32_t> first_places;  ///< of its pairs
+  DeviceBuffer<std::uint32_t> first_places;  ///< the first place of its pairs
   DeviceBuffer<std::uint32_t> depth_keys;    ///< bits of the depth, which is positive
   FootprintBuffers footprints;
   DeviceBuffer<ListedSplat> splats;

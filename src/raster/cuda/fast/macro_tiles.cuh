@@ -34,7 +34,7 @@ struct MacroSize {
   std::uint32_t sample_capacity = 0;    ///< samples of a macro-tile
   bool sorts_in_global_memory = false;  ///< the samples, because shared memory is too small
   std::uint32_t log2_distance = 0;      ///< between the samples in a macro-tile, on average
-  std::uint32_t slices = 0;             ///< of all macro-tiles
+  std::uint32_t slices = 0;             ///< slices of all macro-tiles
   std::uint32_t spilled = 0;            ///< spilled entries in each of Slicing::kParts parts
 
   QS_HD bool has_slices() const { return slice_capacity > 0; }
@@ -60,7 +60,7 @@ struct Slicing {
   std::uint32_t* spilled_tiles;  ///< per spilled entry: macro-tile << 8 | mask of tiles
   std::uint32_t* part_counts;    ///< per part: entries, also those beyond the capacity
   SortEntry* samples;            ///< size.sample_capacity for each macro-tile
-  std::byte* sort_memory;        ///< of kGlobalSorts blocks, see MacroSize
+  std::byte* sort_memory;        ///< sort memory of kGlobalSorts blocks, see MacroSize
   Slices* slices;                ///< per full macro-tile
   std::uint32_t* macro_tile_of;  ///< per slice
   std::uint64_t* least_keys;     ///< per slice: the key of its first entry
@@ -108,8 +108,9 @@ struct Slicing {
 struct MacroTiles {
   static constexpr int kColumns = 4, kRows = 2;
   static constexpr int kTiles = kColumns * kRows;
-  static constexpr std::uint32_t kUsual = MacroSize::kUsual;          ///< Gaussians
-  static constexpr std::uint64_t kBytesEach = sizeof(SortEntry) + 1;  ///< of an entry, its mask
+  static constexpr std::uint32_t kUsual = MacroSize::kUsual;  ///< Gaussians
+  /// Bytes of an entry and its mask.
+  static constexpr std::uint64_t kBytesEach = sizeof(SortEntry) + 1;
   /// Of a picture of 16384 x 16384 pixels. Their entries take 3.6 GB.
   static constexpr std::size_t kMost = 256 * 512;
 

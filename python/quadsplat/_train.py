@@ -121,12 +121,13 @@ def _run(given: _ffi.QsTraining, calls: _Callbacks, context: Context, who: str) 
         finally:
             done.set()
 
-    threading.Thread(target=work, name="quadsplat.train", daemon=True).start()
+    worker = threading.Thread(target=work, name="quadsplat.train", daemon=True)
+    worker.start()
     interrupt: Optional[BaseException] = None
     while True:
         try:
             if interrupt is not None:
-                context.stop()  # again: the call may not have begun
+                context._handle.stop(worker.ident)  # again: the call may not have begun
             if done.wait(0.1):
                 break
         except KeyboardInterrupt as error:

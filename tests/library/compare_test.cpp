@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
 #include "support/lpips_weights.h"

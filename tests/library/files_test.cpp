@@ -4,7 +4,7 @@
 
 #include "app/support/run_program.h"
 #include "io/camera/cameras.h"
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "support/error_of.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"

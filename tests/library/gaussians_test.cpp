@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "raster/scene/activated_cloud.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "raster/api/renderer.h"
 #include "support/pool.h"
 #include "support/scenes.h"

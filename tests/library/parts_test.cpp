@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "support/differences.h"
 
 namespace qs {

@@ -4,7 +4,7 @@
 
 #include "app/support/run_program.h"
 #include "io/picture/image_file.h"
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "support/temporary_folder.h"
 
 namespace qs {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "support/scenes.h"
 
 namespace qs {

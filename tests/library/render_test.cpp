@@ -10,7 +10,7 @@
 #include "app/support/run_program.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "raster/api/renderer.h"
 #include "support/pool.h"
 #include "support/scenes.h"

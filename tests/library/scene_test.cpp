@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "raster/kernel/constants.h"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/image.h"

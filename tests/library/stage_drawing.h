@@ -12,7 +12,7 @@
 #include <memory>
 #include <vector>
 
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "support/stage_scenes.h"
 
 namespace qs::test {

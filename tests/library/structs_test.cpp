@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Structs of callers that were built for an older or a newer header.
-#include "library/structs.h"
+#include "library/check/structs.h"
 
 #include <array>
 #include <vector>
 
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "support/error_of.h"
 #include "support/scenes.h"
 

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 
 #include "app/support/run_program.h"
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "support/temporary_folder.h"
 
 namespace qs {

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <span>
 #include <string>
 #include <utility>
@@ -32,10 +33,14 @@ constexpr bool fits(std::uint64_t count, std::uint64_t item_bytes, std::uint64_t
   return item_bytes == 0 || count <= available / item_bytes;
 }
 
-/// Reads `bytes` from the front. Messages begin with `source` and name the value that was read.
+/// Reads `bytes` from the front. Messages begin with the source and name the value that was read.
 class ByteCursor {
  public:
   ByteCursor(std::span<const std::byte> bytes, std::string source)
+      : ByteCursor(bytes, [source = std::move(source)] { return source; }) {}
+
+  /// `source` is called if something is wrong: a file of many records names none in vain.
+  ByteCursor(std::span<const std::byte> bytes, std::function<std::string()> source)
       : bytes_(bytes), source_(std::move(source)) {}
 
   std::uint64_t offset() const { return offset_; }
@@ -44,7 +49,7 @@ class ByteCursor {
   /// The next `count` bytes. Throws Error(input) when fewer are left.
   std::span<const std::byte> take(std::uint64_t count, const char* what) {
     if (count > left()) {
-      fail("{}: cut off: {} needs {} bytes at offset {}, {} are left", source_, what, count,
+      fail("{}: cut off: {} needs {} bytes at offset {}, {} are left", source_(), what, count,
            offset_, left());
     }
     const auto part = bytes_.subspan(offset_, count);
@@ -59,7 +64,7 @@ class ByteCursor {
 
  private:
   std::span<const std::byte> bytes_;
-  std::string source_;
+  std::function<std::string()> source_;
   std::uint64_t offset_ = 0;
 };
 

@@ -5,10 +5,12 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <set>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -44,10 +46,14 @@ void naming(const fs::path& shown, const fs::path& hidden, const std::function<v
   throw Error(error.kind(), message);
 }
 
+fs::path folder_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : ".";
+}
+
 // Throws Error(input) if no file can have this name.
 void require_place(const fs::path& path) {
   std::error_code error;
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  const fs::path folder = folder_of(path);
   if (!fs::is_directory(folder, error))
     fail("{}: cannot be written: the folder {} does not exist", path.string(), folder.string());
   if (fs::is_directory(path, error)) fail("{}: cannot be written: it is a folder", path.string());
@@ -70,6 +76,17 @@ FolderPlace place_of(const fs::path& folder) {
   return {place, above};
 }
 
+// Waits until the content of a file, or the names in a folder, are on the disk. `shown` is the name
+// in messages. Some file systems lack this for folders, and a folder may be closed to readers.
+void sync(const fs::path& path, const fs::path& shown) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return;
+  const int reason = fsync(file) == 0 ? 0 : errno;
+  close(file);
+  if (reason == EIO || reason == ENOSPC || reason == EDQUOT)
+    fail("{}: cannot be written: {}", shown.string(), reason_of(reason));
+}
+
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
@@ -88,13 +105,16 @@ void replace_file(const std::filesystem::path& path,
     return replace_file(std::filesystem::canonical(path), write);
   require_place(path);
   const bool replaces = check_target(path);
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  const UnfinishedFolder hidden = hidden_folder(folder, path);
+  const bool is_part = is_unfinished(path);  // of a folder that replace_folder() syncs
+  const UnfinishedFolder hidden = hidden_folder(folder_of(path), path);
   const fs::path temporary = hidden.path() / path.filename();
   write(temporary);
+  if (!is_part) sync(temporary, path);
   move_undisturbed([&] { fs::rename(temporary, path, error); });
   if (error) fail("{}: cannot be written: {}", path.string(), error.message());
-  if (!is_unfinished(path)) note_written(path, replaces);
+  if (is_part) return;
+  sync(folder_of(path), path);
+  note_written(path, replaces);
 }
 
 void replace_folder(const fs::path& folder,
@@ -106,7 +126,10 @@ void replace_folder(const fs::path& folder,
   naming(folder, hidden.path(), [&] { write(hidden.path()); });
   const std::vector<fs::path> files = files_in(hidden.path());
   std::vector<bool> replaced;
-  for (const fs::path& file : files) replaced.push_back(check_target(folder / file));
+  for (const fs::path& file : files) {
+    replaced.push_back(check_target(folder / file));
+    sync(hidden.path() / file, folder / file);
+  }
   move_undisturbed([&] {
     fs::create_directories(where.place, error);
     for (std::size_t i = 0; i < files.size() && !error; ++i) {
@@ -115,6 +138,9 @@ void replace_folder(const fs::path& folder,
     }
   });
   if (error) fail("{}: cannot be written: {}", folder.string(), error.message());
+  std::set<fs::path> changed = {where.above, where.place};
+  for (const fs::path& file : files) changed.insert(folder_of(where.place / file));
+  for (const fs::path& place : changed) sync(place, folder);
   for (std::size_t i = 0; i < files.size(); ++i) note_written(folder / files[i], replaced[i]);
 }
 

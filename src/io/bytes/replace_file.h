@@ -2,7 +2,9 @@
 //
 // Writes a file so that it appears whole or not at all: the content is written to a file of the
 // same name in a hidden folder (temporaries.h) beside it, which is moved at the end, and deleted on
-// failure. file_guard.h has the rule that says which existing files may be replaced.
+// failure. The content is on the disk before the file is moved, and the move before the function
+// returns, so a loss of power leaves the old file or the new one. file_guard.h has the rule that
+// says which existing files may be replaced.
 #pragma once
 
 #include <filesystem>

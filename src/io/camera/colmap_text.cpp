@@ -21,16 +21,17 @@ constexpr std::string_view kSpace = " \t\r";
 // One line, split into words; errors name file and line.
 class Line {
  public:
-  Line(std::string_view text, std::string where) : rest_(text), where_(std::move(where)) {
+  Line(std::string_view text, const std::string& path, std::uint64_t number)
+      : rest_(text), path_(path), number_(number) {
     skip_space();
   }
 
-  const std::string& where() const { return where_; }
+  std::string where() const { return fmt::format("{}: line {}", path_, number_); }
   bool empty() const { return rest_.empty(); }
   bool is_comment() const { return rest_.starts_with('#'); }
 
   std::string_view word(const char* what) {
-    if (rest_.empty()) fail("{}: {} is missing", where_, what);
+    if (rest_.empty()) fail("{}: {} is missing", where(), what);
     const std::size_t end = std::min(rest_.find_first_of(kSpace), rest_.size());
     const std::string_view word = rest_.substr(0, end);
     rest_.remove_prefix(end);
@@ -44,13 +45,13 @@ class Line {
     T value{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size())
-      fail("{}: {} '{}' is not a number", where_, what, text.substr(0, 40));
+      fail("{}: {} '{}' is not a number", where(), what, text.substr(0, 40));
     return value;
   }
 
   /// The rest of the line, which may contain spaces: a file name.
   std::string_view all(const char* what) {
-    if (rest_.empty()) fail("{}: {} is missing", where_, what);
+    if (rest_.empty()) fail("{}: {} is missing", where(), what);
     return rest_.substr(0, rest_.find_last_not_of(kSpace) + 1);
   }
 
@@ -60,7 +61,8 @@ class Line {
   }
 
   std::string_view rest_;
-  std::string where_;
+  const std::string& path_;
+  std::uint64_t number_;
 };
 
 class Lines {
@@ -76,7 +78,7 @@ class Lines {
     const std::size_t end = std::min(rest_.find('\n'), rest_.size());
     const std::string_view text = rest_.substr(0, end);
     rest_.remove_prefix(std::min(end + 1, rest_.size()));
-    return {text, fmt::format("{}: line {}", path_, ++number_)};
+    return {text, path_, ++number_};
   }
 
  private:
@@ -156,7 +158,7 @@ std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& fil
     for (int i = 0; i < 3; ++i) point.position[i] = line.number<double>("the position");
     for (int i = 0; i < 3; ++i)
       point.color[i] = static_cast<float>(line.number<std::uint8_t>("the colour")) / 255;
-    require_finite(point, line.where());
+    if (!is_finite(point)) fail("{}: its position is not finite", line.where());
     points.push_back(point);
   }
   return points;

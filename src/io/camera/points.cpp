@@ -4,8 +4,6 @@
 #include <cmath>
 #include <system_error>
 
-#include "base/fail.h"
-
 namespace qs {
 
 std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& data) {
@@ -24,11 +22,9 @@ std::vector<ScenePoint> read_points(const std::filesystem::path& file) {
                                     : read_colmap_points_binary(file);
 }
 
-void require_finite(const ScenePoint& point, const std::string& where) {
-  for (int i = 0; i < 3; ++i) {
-    if (!std::isfinite(static_cast<float>(point.position[i])))
-      fail("{}: its position is not finite", where);
-  }
+bool is_finite(const ScenePoint& point) {
+  const glm::vec3 position(point.position);
+  return std::isfinite(position.x) && std::isfinite(position.y) && std::isfinite(position.z);
 }
 
 }  // namespace qs

@@ -30,7 +30,7 @@ struct BlendInput {
   PictureSize size;
   PixelRules<Real> rules;
   int channel_count = 3;
-  Rows<const Real> channels;         ///< of the Gaussians; not given: their colours in the frame
+  Rows<const Real> channels;  ///< channels of the Gaussians; not given: their colours in the frame
   const Real* background = nullptr;  ///< a number per channel; null: 0
 
   /// Throws Error(usage), in a sentence that starts with `who`. `has_depth`: the frame has depths;

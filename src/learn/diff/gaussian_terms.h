@@ -120,7 +120,7 @@ struct BoundaryGradient {
   SplatGradient<Real> splat;
   Real depth{0};
 
-  /// Of rows, each of which may be missing.
+  /// Reads Gaussian i's derivatives; a missing row counts as 0.
   static QS_HD BoundaryGradient of(const Boundary<const Real>& by, std::size_t i) {
     BoundaryGradient d;
     if (by.mean_px) d.splat.mean_px = by.mean_px.vec2(i);

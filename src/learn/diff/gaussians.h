@@ -73,7 +73,7 @@ struct Boundary {
 template <class Real>
 struct BoundaryGradients {
   Boundary<Real> by;
-  Rows<Real> channels;  ///< by the given channels
+  Rows<Real> channels;  ///< derivative by the given channels
   /// 2: the sums over pixels of the absolute values of the pixels' parts of by.mean_px (AbsGS, Ye
   /// et al. 2024, arXiv 2404.10484)
   Rows<Real> absolute_px;

@@ -43,7 +43,7 @@ struct Rules {
   /// A pixel also stops in front of a Gaussian that would push its transmittance to exactly 1e-4.
   bool stops_at_equal = false;
 
-  RadiusRule radius_rule = RadiusRule::inria;  ///< of the radii that project() returns
+  RadiusRule radius_rule = RadiusRule::inria;  ///< radius rule of the radii that project() returns
   /// Gaussians whose radii are at most this many pixels are not drawn.
   double radius_clip = 0;
 

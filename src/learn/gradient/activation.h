@@ -26,7 +26,7 @@ QS_HD glm::qua<Real> unit_rotation(const glm::qua<Real>& rotation) {
 template <class Real>
 struct ShapeGradient {
   glm::vec<3, Real> log_scale{0};
-  glm::qua<Real> rotation{0, 0, 0, 0};  ///< by the quaternion before it is normalised
+  glm::qua<Real> rotation{0, 0, 0, 0};  ///< derivative by the quaternion before it is normalised
 };
 
 /// From unit_rotation(rotation), which is `q`, to its argument: only the part across q remains.

@@ -17,9 +17,10 @@
 
 namespace qs {
 
-inline constexpr unsigned kErrorBins = 1024;           ///< of equal width, from 0 to 1
-inline constexpr std::uint16_t kMaskedError = 0xffff;  ///< of a pixel that is masked out
-inline constexpr unsigned kHighErrors = 100;           ///< 1 of so many pixels has a larger error
+inline constexpr unsigned kErrorBins = 1024;  ///< error bins of equal width, from 0 to 1
+/// The error of a pixel that is masked out.
+inline constexpr std::uint16_t kMaskedError = 0xffff;
+inline constexpr unsigned kHighErrors = 100;  ///< 1 of so many pixels has a larger error
 inline constexpr unsigned kLimitNumerator = 1, kLimitDenominator = 4;
 
 /// The bin of a pixel's error. The photograph's values are 0..1.

@@ -42,7 +42,7 @@ struct ImageCovariance {
 template <class Real>
 struct GaussianValues {
   glm::vec<3, Real> mean, log_scale;
-  glm::qua<Real> rotation;  ///< of any length above 0, normalised when used
+  glm::qua<Real> rotation;  ///< quaternion of any length above 0, normalised when used
   Real opacity_logit;
   Real mask_logit{kFirstMaskLogit};  ///< see kernel/gradient/mask.h
 };
@@ -86,7 +86,7 @@ struct ColorGradient {
 /// Derivatives by a Gaussian's place and shape in a view and by its opacity without compensation.
 template <class Real>
 struct PlacedGradient {
-  GeometryGradient<Real> geometry;  ///< by the point in view axes
+  GeometryGradient<Real> geometry;  ///< derivative by the point in view axes
   Real opacity;
 };
 

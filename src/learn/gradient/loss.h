@@ -37,7 +37,7 @@ QS_HD Real shown(Real value) {
 /// The derivative of the loss by a value of the picture.
 template <class Real>
 struct LossGradient {
-  Real l1_weight, ssim_weight;  ///< of one value
+  Real l1_weight, ssim_weight;  ///< the weights of one value
 
   /// For a picture of `count` > 0 values that are not masked.
   static LossGradient of(double count) {

@@ -26,9 +26,9 @@ namespace qs {
 /// linear in these sums.
 template <class Real, class Color = glm::vec<3, Real>>
 struct PixelSums {
-  Real d = 0, dx = 0, dy = 0;      ///< of d, d dx, d dy
-  Real dxx = 0, dxy = 0, dyy = 0;  ///< of d dx^2, d dx dy, d dy^2
-  Color color{0};                  ///< of dL/dc
+  Real d = 0, dx = 0, dy = 0;      ///< sums of d, d dx, d dy
+  Real dxx = 0, dxy = 0, dyy = 0;  ///< sums of d dx^2, d dx dy, d dy^2
+  Color color{0};                  ///< sum of dL/dc
 
   QS_HD PixelSums& operator+=(const PixelSums& other) {
     d += other.d;
@@ -46,8 +46,8 @@ struct PixelSums {
 template <class Real, class Color = glm::vec<3, Real>>
 struct SplatGradient {
   glm::vec<2, Real> mean_px{0};
-  glm::vec<3, Real> conic{0};  ///< by a, b, c
-  Real opacity = 0;            ///< by the opacity that is blended: with compensation
+  glm::vec<3, Real> conic{0};  ///< derivative by a, b, c
+  Real opacity = 0;            ///< derivative by the opacity that is blended: with compensation
   Color color{0};
 };
 

@@ -67,7 +67,7 @@ class FeatureRows {
 // A convolution or a maximum pool.
 struct Layer {
   const Convolution* convolution = nullptr;  ///< null: a pool
-  std::size_t number = 0;                    ///< of the convolution in the network
+  std::size_t number = 0;                    ///< number of the convolution in the network
   int size, stride, padding;
 
   int side_of(int side) const { return (side + 2 * padding - size) / stride + 1; }

@@ -17,7 +17,7 @@ namespace qs::train {
 struct AdamState {
   Parameters first, second;
   std::uint64_t steps = 0;
-  std::uint64_t rest_steps = 0;  ///< of the coefficients of colour beyond DC
+  std::uint64_t rest_steps = 0;  ///< steps of the coefficients of colour beyond DC
 
   /// Zero moments for the Gaussians of `parameters`.
   static AdamState like(const Parameters& parameters);
@@ -67,7 +67,7 @@ struct ShapeCodes {
 };
 
 struct ModelState {
-  int iteration = 0;       ///< of the last step; 0: none was taken
+  int iteration = 0;       ///< iteration of the last step; 0: none was taken
   int changed_before = 0;  ///< the set of Gaussians last changed before this iteration
   Parameters parameters;
   AdamState adam;

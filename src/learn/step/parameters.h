@@ -18,7 +18,8 @@ template <class Real>
 struct ParametersOf {
   std::vector<glm::vec<3, Real>> means;       ///< world units
   std::vector<glm::vec<3, Real>> log_scales;  ///< ln of the standard deviations
-  std::vector<glm::qua<Real>> rotations;      ///< of any length above 0, normalised when used
+  /// Quaternions of any length above 0, normalised when used.
+  std::vector<glm::qua<Real>> rotations;
   std::vector<Real> opacity_logits;
   std::vector<glm::vec<3, Real>> sh;  ///< sh_stride() RGB triples per Gaussian, DC first
   std::vector<Real> mask_logits;      ///< see kernel/gradient/mask.h; empty without masks

@@ -9,7 +9,7 @@ namespace qs::train {
 inline constexpr int kMostCopies = 51;  ///< as in the published code
 
 struct Relocation {
-  double opacity;       ///< of every copy
+  double opacity;       ///< opacity of every copy
   double scale_factor;  ///< on the standard deviations
 };
 

@@ -39,10 +39,10 @@ struct StepOrder {
   /// With `sums`: the coefficients of colour beyond DC take no step and keep their sums.
   bool rest_waits = false;
   Rates rates;
-  double field_rate = 0;             ///< of a colour field, which takes a step in every iteration
+  double field_rate = 0;  ///< learning rate of a colour field, which steps in every iteration
   std::optional<Sparsity> sparsity;  ///< in the loss, beside the photograph
-  double mask_weight = 0;            ///< of the mean mask in the loss, if the model has masks
-  std::optional<Noise> noise;        ///< moves means after the step
+  double mask_weight = 0;      ///< weight of the mean mask in the loss, if the model has masks
+  std::optional<Noise> noise;  ///< moves means after the step
 };
 
 struct PassSeconds {

@@ -2,7 +2,7 @@
 //
 // The public interface of the rasterizer: upload a cloud, then render frames of it.
 //   file -> cloud -> upload -> preprocess -> bin -> sort -> blend -> frame
-// Renderer is the only virtual class: one virtual call per frame, none per Gaussian. Only one
+// A frame takes one virtual call; a Gaussian takes none. Only one
 // thread at a time may use a renderer and the thread pool it was made with.
 #pragma once
 
@@ -113,7 +113,7 @@ struct Outputs {
 struct HostImage {};    ///< in Frame::color
 struct DeviceImage {};  ///< in the backend's memory, with the depths: Frame::on_device
 struct GlTexture {      ///< in a texture of the current GL context, rows from the top
-  unsigned name = 0;    ///< of a GL_TEXTURE_2D, RGBA8, of the frame's size
+  unsigned name = 0;    ///< name of a GL_TEXTURE_2D, RGBA8, of the frame's size
   /// Changes whenever the texture's storage is reallocated, even if GL reuses the name.
   unsigned version = 0;
 
@@ -154,7 +154,7 @@ struct RenderStats {
   /// Pairs that at least one pixel of their tile blended: alpha >= 1/255, before the pixel stopped.
   /// All other pairs are false positives. Unset without Outputs::used and in mode reference.
   std::optional<std::uint64_t> used_pairs;
-  int threads = 0;     ///< of the CPU backend's pool; 0 for other backends
+  int threads = 0;     ///< threads of the CPU backend's pool; 0 for other backends
   float count_ms = 0;  ///< time of Outputs::mode_pairs on the CPU; 0 for other backends
 };
 

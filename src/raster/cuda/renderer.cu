@@ -142,7 +142,7 @@ class CudaRenderer final : public Renderer {
     return true;
   }
 
-  /// Frees what a frame of this order can do without. Returns true.
+  /// Frees both pipelines' buffers and the other copy of the scene. True, as making_room() expects.
   bool free_all_but(Order order) {
     free_buffers();
     cloud(order == Order::space ? Order::file : Order::space).reset();

@@ -52,7 +52,7 @@ struct NetworkShape {
 
 struct ColorField {
   GridShape grid;
-  int width = 64;                  ///< of the network
+  int width = 64;                  ///< width of the network
   std::vector<float> grid_values;  ///< grid_value_count(grid)
   std::vector<float> weights;      ///< network().weight_count()
 

@@ -17,8 +17,9 @@
 
 namespace qs::field_vectors {
 
-inline constexpr std::size_t kRows = 8;     ///< outputs of a layer that are computed together
-inline constexpr std::size_t kOutRows = 4;  ///< of the last layer: three outputs, and zeros
+inline constexpr std::size_t kRows = 8;  ///< outputs of a layer that are computed together
+/// Rows of the last layer: three outputs, and zeros.
+inline constexpr std::size_t kOutRows = 4;
 
 /// The parameters of a ColorField in the order of the loops.
 struct Packed {

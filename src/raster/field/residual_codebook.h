@@ -14,8 +14,8 @@ namespace qs {
 
 struct ResidualCodebook {
   std::size_t stages = 6;
-  int bits = 6;                ///< of the number of a code; 1..16
-  std::size_t dimensions = 3;  ///< of a vector
+  int bits = 6;                ///< bits of the number of a code; 1..16
+  std::size_t dimensions = 3;  ///< dimensions of a vector
   std::vector<float> values;   ///< (stages, 2^bits, dimensions)
 
   std::size_t codes() const { return std::size_t{1} << bits; }

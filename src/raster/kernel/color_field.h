@@ -52,7 +52,7 @@ QS_HD std::uint32_t grid_entry(const GridLevel& level, std::uint32_t x, std::uin
 template <class Real>
 struct GridCell {
   std::uint32_t vertex[3];  ///< corner 0
-  glm::vec<3, Real> part;   ///< of the position between corner 0 and corner 7, 0..1
+  glm::vec<3, Real> part;   ///< part of the position between corner 0 and corner 7, 0..1
 
   static QS_HD GridCell of(const GridLevel& level, const glm::vec<3, Real>& position) {
     const glm::vec<3, Real> place = static_cast<Real>(level.scale) * position + Real(0.5);

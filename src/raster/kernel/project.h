@@ -36,7 +36,7 @@ struct Footprint {
   glm::vec2 mean_px;
   Covariance2<float> covariance;  ///< px^2, dilated
   glm::vec3 conic;                ///< (a, b, c) = (yy, -xy, xx) / determinant
-  float determinant;              ///< of the covariance, > 0
+  float determinant;              ///< determinant of the covariance, > 0
   float gamma;                    ///< 2 ln(255 opacity); > 0 unless the mode keeps faint Gaussians
 };
 

@@ -13,7 +13,7 @@ namespace qs {
 template <class Real>
 struct View {
   glm::mat<4, 3, Real> view_from_world;
-  glm::vec<3, Real> position;  ///< of the camera, world
+  glm::vec<3, Real> position;  ///< position of the camera, world
   glm::vec<2, Real> focal_px;
   glm::vec<2, Real> center_px;
   glm::vec<2, Real> slope_limit;  ///< |x/z| and |y/z| are clamped to this inside the Jacobian

@@ -4,15 +4,20 @@
 #include "io/bytes/replace_file.h"
 
 #include <csignal>
+#include <cstdio>
 #include <fstream>
 #include <future>
 #include <random>
+#include <string>
 #include <thread>
+#include <vector>
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include "base/error.h"
@@ -23,6 +28,27 @@
 #include "support/pool.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
+
+namespace {
+
+// What this program asked the disk to do, in order; null: not recorded.
+std::vector<std::string>* g_disk_log = nullptr;
+
+}  // namespace
+
+// These take the place of libc's functions in this program.
+extern "C" int fsync(int file) {
+  if (g_disk_log != nullptr) {
+    const auto link = "/proc/self/fd/" + std::to_string(file);
+    g_disk_log->push_back("sync " + std::filesystem::read_symlink(link).filename().string());
+  }
+  return static_cast<int>(syscall(SYS_fsync, file));
+}
+extern "C" int rename(const char* from, const char* to) noexcept {
+  if (g_disk_log != nullptr)
+    g_disk_log->push_back("move " + std::filesystem::path(to).filename().string());
+  return static_cast<int>(syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0));
+}
 
 namespace qs {
 namespace {
@@ -82,6 +108,35 @@ TEST(ReplaceFile, a_disk_that_becomes_full_names_the_file_and_the_bytes) {
     write_file(path, [](std::ostream& file) { file << std::string(100'000, 'x'); });
   });
   EXPECT_EQ(entries_in(folder.path()), 0u);
+}
+
+// After a loss of power the disk has the old file or the new one.
+TEST(ReplaceFile, is_on_the_disk_before_it_replaces_another_and_so_is_its_name_at_the_end) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "models");
+  const auto log_of = [](const std::function<void()>& work) {
+    std::vector<std::string> log;
+    g_disk_log = &log;
+    work();
+    g_disk_log = nullptr;
+    return log;
+  };
+  const auto put = [](std::ostream& file) { file << "content"; };
+  EXPECT_THAT(log_of([&] { write_file(folder / "models/checkpoint", put); }),
+              testing::ElementsAre("sync checkpoint", "move checkpoint", "sync models"));
+  const auto log = log_of([&] {
+    replace_folder(folder / "models/new", [&](const fs::path& hidden) {
+      write_file(hidden / "a.ply", put);
+      std::ofstream(hidden / "b.txt") << "content";
+    });
+  });
+  const std::vector<std::string> end(log.end() - 6, log.end());
+  EXPECT_THAT(std::vector(end.begin(), end.begin() + 2),
+              testing::UnorderedElementsAre("sync a.ply", "sync b.txt"));
+  EXPECT_THAT(std::vector(end.begin() + 2, end.begin() + 4),
+              testing::UnorderedElementsAre("move a.ply", "move b.txt"));
+  EXPECT_THAT(std::vector(end.begin() + 4, end.end()),
+              testing::ElementsAre("sync models", "sync new"));
 }
 
 // A thread may be about to open its unfinished file while the program ends.

@@ -245,7 +245,7 @@ TEST(TrainAdam, never_lets_a_gradient_that_is_not_finite_into_a_parameter) {
   EXPECT_TRUE(std::isfinite(parameters.opacity_logits[0]));
 }
 
-TEST(TrainMasks, the_weight_of_the_mean_mask_has_the_gradient_of_differences) {
+TEST(TrainMaskWeights, the_weight_of_the_mean_mask_has_the_gradient_of_differences) {
   for (const double logit : {-4.0, -0.5, 1.0, 6.0}) {
     const auto loss = [](const std::vector<double>& x) { return 3 * opacity_of(x[0]) / 5; };
     EXPECT_NEAR(mask_weight_gradient(3, 5, static_cast<float>(logit)),
@@ -253,7 +253,7 @@ TEST(TrainMasks, the_weight_of_the_mean_mask_has_the_gradient_of_differences) {
   }
 }
 
-TEST(TrainMasks, a_mask_is_out_where_its_sigmoid_is_at_most_a_hundredth) {
+TEST(TrainMaskWeights, a_mask_is_out_where_its_sigmoid_is_at_most_a_hundredth) {
   EXPECT_FALSE(masked_out(static_cast<double>(kFirstMaskLogit)));
   EXPECT_NEAR(opacity_of(static_cast<double>(kMaskedOutLogit)), 0.01, 1e-8);
   EXPECT_TRUE(masked_out(static_cast<double>(kMaskedOutLogit)));

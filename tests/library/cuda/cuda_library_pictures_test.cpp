@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "library/on_gpu.h"
-#include "library/opened.h"
+#include "library/opened_scene.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
 

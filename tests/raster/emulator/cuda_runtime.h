@@ -47,6 +47,8 @@ namespace emulator {
 
 inline constexpr std::size_t kTotalBytes = std::size_t{4} << 30;
 inline std::size_t total_bytes = kTotalBytes;  ///< smaller in tests of a small GPU
+inline constexpr int kMultiprocessors = 8;
+inline int multiprocessors = kMultiprocessors;
 inline int captured_graphs = 0;                ///< that were not destroyed
 inline bool fails_to_instantiate = false;      ///< the next graphs
 
@@ -189,10 +191,11 @@ inline cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int) {
   return cudaSuccess;
 }
 struct cudaFuncAttributes {};
-enum cudaDeviceAttr { cudaDevAttrMaxSharedMemoryPerBlockOptin };
-/// Little, so that tests reach the limit.
-inline cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr, int) {
-  return *value = 68 << 10, cudaSuccess;
+enum cudaDeviceAttr { cudaDevAttrMaxSharedMemoryPerBlockOptin, cudaDevAttrMultiProcessorCount };
+/// Little shared memory, so that tests reach the limit.
+inline cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr which, int) {
+  *value = which == cudaDevAttrMultiProcessorCount ? emulator::multiprocessors : 68 << 10;
+  return cudaSuccess;
 }
 enum { cudaFuncAttributeMaxDynamicSharedMemorySize = 8 };
 template <class Kernel>

@@ -19,6 +19,7 @@ class SmallGpu : public testing::Test {
   void TearDown() override {
     emulator::total_bytes = emulator::kTotalBytes;
     emulator::fails_to_instantiate = false;
+    emulator::multiprocessors = emulator::kMultiprocessors;
   }
   /// Leaves this many bytes free.
   static void leave(std::size_t bytes) { emulator::total_bytes = emulator::used_bytes + bytes; }
@@ -42,6 +43,24 @@ TEST_F(SmallGpu, a_failed_upload_leaves_the_old_scene_drawn) {
   EXPECT_THROW(renderer->upload(test::random_cloud(2000, 3, 3), {{}, stopped.get_token()}),
                Cancelled);
   EXPECT_EQ(drawn(*renderer), before);
+}
+
+// Full macro-tiles are sorted whole in the small picture and cut into slices in the larger picture.
+TEST_F(SmallGpu, of_any_number_of_multiprocessors_draws_the_same_pictures) {
+  const GaussianCloud cloud =
+      test::scattered_cloud(30'000, 512, [](std::size_t i) { return 2 + 1e-4 * double(i); });
+  std::vector<std::vector<float>> first;
+  for (const int multiprocessors : {24, 1, 5}) {
+    SCOPED_TRACE(multiprocessors);
+    emulator::multiprocessors = multiprocessors;
+    const auto renderer = make_renderer(Backend::cuda, test::pool());
+    renderer->upload(cloud, {});
+    std::vector<std::vector<float>> pictures;
+    for (const int side : {512, 24, 512})
+      pictures.push_back(renderer->render(test::front_camera(side, side)).color.values);
+    if (first.empty()) first = pictures;
+    EXPECT_EQ(pictures, first);
+  }
 }
 
 TEST_F(SmallGpu, the_old_scene_goes_before_the_new_one_comes) {

@@ -21,16 +21,6 @@
 
 namespace qs::cpu::diff {
 
-using qs::diff::BlendInput;
-using qs::diff::Boundary;
-using qs::diff::BoundaryGradients;
-using qs::diff::Color;
-using qs::diff::DrawnView;
-using qs::diff::Pictures;
-using qs::diff::Pixels;
-using qs::diff::Rows;
-using qs::diff::with_channels;
-
 /// Draws the frame into `state`, whose arrays have the picture's size, and into all wanted
 /// pictures. Depths are summed if `state` has their arrays. Throws Error(usage) if inputs do not
 /// fit together, and Cancelled.

@@ -87,7 +87,7 @@ struct PixelState {
   Real* inverse_depth;  ///< the same sum of 1 / z; null like `depth`
 };
 
-/// The same in vectors.
+/// Owns the arrays that PixelState points to.
 template <class Real>
 struct BlendedFrame {
   std::vector<Real> color, transmittance;

@@ -14,18 +14,13 @@
 
 namespace qs::cpu::diff {
 
-using qs::diff::block_at;
-using qs::diff::BlockArrays;
-using qs::diff::bytes_of;
-using qs::diff::kBlockAlignment;
-
 /// The sizes of a frame. The sizes of its blocks follow from them.
 struct HeldSizes {
   std::uint64_t gaussians = 0;
   std::uint64_t slots = 0;  ///< Gaussians that a tile lists: held frames have no unused slots
   std::uint64_t pairs = 0;
   std::int32_t width = 0, height = 0;
-  std::uint32_t channels = 0;         ///< of the blended colours; 0 before blend()
+  std::uint32_t channels = 0;         ///< channels of the blended colours; 0 before blend()
   std::uint32_t has_depth = 0;        ///< 1: blend() summed depths
   std::uint32_t bytes_of_number = 0;  ///< 4: float, 8: double
 

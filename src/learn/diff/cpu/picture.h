@@ -16,6 +16,8 @@
 
 namespace qs::cpu::diff {
 
+using namespace qs::diff;
+
 /// Threads of a stage, and its end.
 struct Workers {
   ThreadPool& pool;
@@ -30,8 +32,6 @@ struct Workers {
     });
   }
 };
-
-using qs::diff::PictureSize;
 
 /// Conservative bound of the pixels with alpha >= 1/255, row by row: it may include others.
 struct PixelArea {

@@ -9,11 +9,6 @@
 namespace qs::cpu::diff {
 namespace {
 
-using qs::diff::BoundaryGradient;
-using qs::diff::GivenGaussians;
-using qs::diff::GivenGradient;
-using qs::diff::StageRules;
-
 constexpr std::size_t kGaussianGrain = 4096;
 
 /// Writes the gradients of all Gaussians. Chunks have sums of their own for the pose, which are

@@ -13,13 +13,6 @@
 
 namespace qs::cpu::diff {
 
-using qs::diff::Boundary;
-using qs::diff::DrawnView;
-using qs::diff::GaussianInputs;
-using qs::diff::InputGradients;
-using qs::diff::PoseGradient;
-using qs::diff::Rows;
-
 /// Fills `frame`, and all wanted arrays of the boundary. `radii` gets 2 numbers per Gaussian by the
 /// rules' formula. Throws Error(usage) for inputs that do not fit together, Error(device) if the
 /// tile lists do not fit into memory, and Cancelled.

@@ -23,8 +23,6 @@
 
 namespace qs::cpu::diff {
 
-using qs::diff::SplatValues;
-
 /// Counts the tiles that a culling mode lists.
 using CountTiles = unsigned (*)(const Footprint& footprint, TileGrid grid);
 CountTiles tile_counter(CullMode mode);

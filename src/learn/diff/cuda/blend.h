@@ -14,8 +14,6 @@
 
 namespace qs::cuda::diff {
 
-using qs::diff::BoundaryGradients;
-using qs::diff::Pictures;
 using BlendInput = qs::diff::BlendInput<float>;
 
 /// Draws a frame that list() has filled into its block `pixels`, whose sizes are

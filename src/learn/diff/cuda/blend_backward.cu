@@ -10,8 +10,6 @@
 namespace qs::cuda::diff {
 namespace {
 
-using qs::diff::Boundary;
-
 constexpr unsigned kShape = 7;       ///< numbers of PixelSums without its colour, and d/dz
 constexpr unsigned kAbsolute = 2;    ///< absolute gradients
 constexpr std::uint32_t kGroup = 8;  ///< entries that the warps sum before the block adds them up
@@ -27,7 +25,7 @@ struct SumScratch {
   float *shapes, *absolute, *channels;
   // Per Gaussian.
   float *shape_sums, *absolute_sums, *channel_sums;
-  double* rows;  ///< by the background: a number per channel and row of pixels
+  double* rows;  ///< derivative by the background: a number per channel and row of pixels
 
   static SumScratch of(BlockArrays& block, const HeldSizes& sizes) {
     const std::size_t pairs = sizes.pairs, gaussians = sizes.gaussians,

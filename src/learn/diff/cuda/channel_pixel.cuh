@@ -11,9 +11,6 @@
 
 namespace qs::cuda::diff {
 
-using qs::diff::Color;
-using qs::diff::with_channels;
-
 /// with_channels() for the general kernels. Colours of three channels have states and kernels of
 /// their own.
 template <class F>

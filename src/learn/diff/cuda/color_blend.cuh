@@ -19,8 +19,6 @@
 
 namespace qs::cuda::diff {
 
-using qs::diff::Pictures;
-
 static_assert(kThreads == kTilePixels);
 
 /// The arrays that blend_tiles() fills. A kernel parameter.

@@ -22,8 +22,6 @@
 
 namespace qs::cuda::diff {
 
-using qs::diff::Pictures;
-
 inline constexpr unsigned kWarps = kTilePixels / kWarp;
 inline constexpr unsigned kSums = 9;  ///< numbers of PixelSums
 /// Blocks of sum_pairs on a multiprocessor. With depths they need more registers.
@@ -51,7 +49,7 @@ struct CallersDerivatives {
   PixelRules<float> rules;
   qs::diff::Rows<const float> channels;  ///< see CallersView
   Pictures<const float> by;
-  const float* transmittance;  ///< of the pixels, row by row
+  const float* transmittance;  ///< transmittance of the pixels, row by row
   DepthArrays source;
 
   __device__ qs::diff::Rows<const float> colors() const { return channels; }
@@ -145,9 +143,9 @@ __device__ inline float dot(const glm::vec2& a, const glm::vec2& b) {
 
 /// The factors of the nine products that a pixel adds to the sums of a Gaussian.
 struct PixelShare {
-  float dx, dy;  ///< from the Gaussian's mean to the pixel
-  float d;       ///< by the logarithm of alpha
-  float weight;  ///< of the Gaussian's colour in the pixel
+  float dx, dy;  ///< offset from the Gaussian's mean to the pixel
+  float d;       ///< derivative by the logarithm of alpha
+  float weight;  ///< weight of the Gaussian's colour in the pixel
   bool blends;
 
   __device__ void products(const glm::vec3& d_color, float* result) const {
@@ -188,7 +186,7 @@ template <bool kDepths>
 struct SegmentPixel {
   float x, y;
   glm::vec3 d_color{0};
-  glm::vec2 d_depth{0};   ///< by the sums of z and 1 / z
+  glm::vec2 d_depth{0};   ///< derivative by the sums of z and 1 / z
   std::uint32_t end = 0;  ///< entries of the segment up to the last blended entry
   /// Of dL/dC and the pixel's final colour, and of dL/dT and its transmittance behind the last
   /// Gaussian: both are products of (1 - alpha) of all Gaussians in front.
@@ -311,7 +309,8 @@ __device__ float sum_of_warp(unsigned lane, const SharedSegment& segment,
 struct PairSums {
   PixelSums<float>* pairs;
   glm::vec2* absolute;  ///< if kAbsolute
-  glm::vec2* depths;    ///< of the weight times the derivatives by the sums of z and 1 / z, if any
+  /// Sums of the weight times the derivatives by the sums of z and 1 / z, if any.
+  glm::vec2* depths;
 };
 
 /// One block per segment. While some warps add up the sums of a group, others begin the next group.

@@ -18,12 +18,14 @@
 
 namespace qs::cuda::diff {
 
+using namespace qs::diff;
+
 /// The sizes of a frame. The sizes of its blocks follow from them.
 struct HeldSizes {
   std::uint32_t gaussians = 0;
-  std::uint32_t pairs = 0;  ///< of a tile and a Gaussian; 0 before project()
+  std::uint32_t pairs = 0;  ///< pairs of a tile and a Gaussian; 0 before project()
   std::int32_t width = 0, height = 0;
-  std::uint32_t channels = 0;  ///< of the blended colours; 0 before blend()
+  std::uint32_t channels = 0;  ///< channels of the blended colours; 0 before blend()
   bool has_depth = false;      ///< blend() sums depths
   bool has_states = false;     ///< blend() keeps states of pixels, see color_blend.cuh
 

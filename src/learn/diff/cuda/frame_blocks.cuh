@@ -10,10 +10,6 @@
 
 namespace qs::cuda::diff {
 
-using qs::diff::block_at;
-using qs::diff::BlockArrays;
-using qs::diff::bytes_of;
-
 inline cudaStream_t stream_of(const Queue& queue) {
   return static_cast<cudaStream_t>(queue.stream);
 }
@@ -32,7 +28,7 @@ __device__ inline float depth_gradient(const glm::vec2& sums, float z) {
 struct GaussianBlock {
   unsigned long long* total;    ///< pairs
   std::uint32_t* tile_counts;   ///< 0: no tile lists it; then the next three are undefined
-  std::uint32_t* first_places;  ///< of its pairs
+  std::uint32_t* first_places;  ///< the first place of its pairs
   float* depths;                ///< view z
   ListedSplat* splats;
   std::uint8_t* projected;  ///< 1 if it has a row in Boundary
@@ -110,12 +106,12 @@ struct ProjectScratch {
 
 /// Scratch memory of list().
 struct ListScratch {
-  fast::MacroEntry* entries;
+  SortEntry* entries;
   std::uint32_t *tiles, *slots, *sizes;
 
   static ListScratch of(BlockArrays& block, const HeldSizes& sizes) {
     ListScratch result{};
-    result.entries = block.next<fast::MacroEntry>(sizes.pairs);
+    result.entries = block.next<SortEntry>(sizes.pairs);
     result.tiles = block.next<std::uint32_t>(sizes.pairs);
     result.slots = block.next<std::uint32_t>(sizes.pairs);
     result.sizes = block.next<std::uint32_t>(tiles_of(sizes));

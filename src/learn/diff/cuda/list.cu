@@ -3,10 +3,9 @@
 
 #include "learn/diff/cuda/list.cuh"
 #include "learn/diff/cuda/tiles.cuh"
+#include "raster/cuda/common/block_sort.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/common/warp.cuh"
-#include "raster/cuda/fast/list.cuh"
-#include "raster/cuda/fast/macro_sort.cuh"
 #include "raster/kernel/cull/modes.h"
 
 namespace qs::cuda::diff {
@@ -16,7 +15,7 @@ namespace {
 constexpr std::uint32_t kAlone = 8;
 
 /// Longer lists are sorted by a block that has the shared memory of a multiprocessor for itself.
-constexpr std::uint32_t kUsualList = 3072;
+constexpr std::uint32_t kUsualList = kUsualSort;
 constexpr unsigned kLongBlock = 512, kLongBlocks = 128;
 
 /// Calls visit(k, tile) for the k-th tile of a rectangle for which lists(column, row) holds, in the
@@ -147,8 +146,8 @@ __global__ void __launch_bounds__(kThreads) fill_lists(ListArrays lists) {
 template <unsigned kBlock, class Arrays>
 __device__ void sort_list(const ListArrays& lists, uint2 range, Arrays arrays) {
   const std::uint32_t size = range.y - range.x;
-  const fast::MacroEntry* const entries = lists.entries + range.x;
-  fast::MacroSort<kBlock, Arrays>(arrays, entries, fast::EntryOrder{lists.owners}, size).sort();
+  const SortEntry* const entries = lists.entries + range.x;
+  BlockSort<kBlock, Arrays>(arrays, entries, EntryOrder{lists.owners}, size).sort();
   __syncthreads();
   for (std::uint32_t k = threadIdx.x; k < size; k += kBlock)
     lists.places[range.x + k] = entries[arrays.order[k]].place;
@@ -160,7 +159,7 @@ __global__ void __launch_bounds__(kThreads) sort_usual_lists(ListArrays lists) {
   const ScheduleView schedule{lists.class_sizes, lists.scheduled, lists.tile_count};
   const uint2 range = lists.ranges[schedule.tile(blockIdx.x)];
   if (range.x == range.y || range.y - range.x > kUsualList) return;
-  sort_list<kThreads>(lists, range, fast::SharedArrays(dynamic_shared(), kUsualList));
+  sort_list<kThreads>(lists, range, SharedArrays(dynamic_shared(), kUsualList));
 }
 
 /// Blocks take the other tiles in turns. `shared` is the size of a list that a block can sort in
@@ -175,9 +174,9 @@ __global__ void __launch_bounds__(kLongBlock)
     if (2 * size <= kUsualList) return;
     if (size <= kUsualList) continue;
     if (size <= shared) {
-      sort_list<kLongBlock>(lists, range, fast::SharedArrays(dynamic_shared(), shared));
+      sort_list<kLongBlock>(lists, range, SharedArrays(dynamic_shared(), shared));
     } else {
-      fast::GlobalArrays arrays(nullptr, 0);
+      GlobalArrays arrays(nullptr, 0);
       arrays.values = lists.tiles + range.x;
       arrays.order = lists.slots + range.x;
       arrays.other = lists.places + range.x;
@@ -200,13 +199,12 @@ void list_pairs(CullMode mode, const ListInput& in, cudaStream_t stream) {
   launch("find_ranges", find_ranges, Blocks(1, kLongBlock), stream, lists);
   if (lists.room == 0) return;
   launch("fill_lists", fill_lists, blocks_for(lists.room), stream, lists);
-  const std::uint32_t shared = fast::most_in_shared_memory();
+  const std::uint32_t shared = most_in_shared_memory();
   launch("sort_long_lists", sort_long_lists,
-         Blocks(std::min(lists.tile_count, kLongBlocks), kLongBlock,
-                fast::SharedArrays::bytes(shared)),
+         Blocks(std::min(lists.tile_count, kLongBlocks), kLongBlock, SharedArrays::bytes(shared)),
          stream, lists, shared);
   launch("sort_usual_lists", sort_usual_lists,
-         Blocks(lists.tile_count, kThreads, fast::SharedArrays::bytes(kUsualList)), stream, lists);
+         Blocks(lists.tile_count, kThreads, SharedArrays::bytes(kUsualList)), stream, lists);
 }
 
 }  // namespace qs::cuda::diff

@@ -7,10 +7,11 @@
 // threads run.
 #pragma once
 
+#include "raster/cuda/common/block_sort.cuh"
 #include "raster/cuda/common/footprint_arrays.cuh"
 #include "raster/cuda/common/schedule.cuh"
-#include "raster/cuda/fast/macro_tiles.cuh"
 #include "raster/kernel/cull/mode.h"
+#include "raster/kernel/tile_grid.h"
 
 namespace qs::cuda::diff {
 
@@ -25,8 +26,8 @@ struct ListArrays {
   std::uint32_t* tiles;   ///< its tile, until the lists are sorted
   std::uint32_t* slots;   ///< its index in the tile's list, before that is sorted
   // The lists of all tiles.
-  fast::MacroEntry* entries;  ///< depths and places, in any order
-  std::uint32_t* places;      ///< front to back
+  SortEntry* entries;     ///< depths and places, in any order
+  std::uint32_t* places;  ///< front to back
   // Per tile.
   std::uint32_t* sizes;
   uint2* ranges;                           ///< its list is [x, y)

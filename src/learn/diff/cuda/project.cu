@@ -11,12 +11,6 @@
 namespace qs::cuda::diff {
 namespace {
 
-using qs::diff::BoundaryGradient;
-using qs::diff::GivenGaussians;
-using qs::diff::GivenGradient;
-using qs::diff::SplatValues;
-using qs::diff::StageRules;
-
 /// One thread per Gaussian. `source` keeps faint Gaussians, which may have a row in the boundary;
 /// `keep_faint` decides whether tiles may list them. Sets the tile counts of the Gaussians that
 /// count_tiles_of() must look at to 1, the others to 0.

@@ -14,13 +14,6 @@
 
 namespace qs::cuda::diff {
 
-using qs::diff::Boundary;
-using qs::diff::DrawnView;
-using qs::diff::GaussianInputs;
-using qs::diff::InputGradients;
-using qs::diff::PoseGradient;
-using qs::diff::Rows;
-
 // Bytes of scratch memory, which may be used again after a pass: of project() and of the list()
 // after it, of list() alone, and of project_backward() with a pose.
 std::size_t bytes_to_project(const HeldSizes& sizes);

@@ -24,7 +24,7 @@ __device__ inline unsigned lowest_bit(unsigned bits) {
 /// The contribution of a Gaussian to a pixel: composite() of the CPU with fewer instructions. The
 /// backend is built without contraction, so multiplications and additions are fused explicitly.
 struct Contribution {
-  float dx, dy;     ///< from the mean to the pixel
+  float dx, dy;     ///< offset from the mean to the pixel
   float unclamped;  ///< alpha before the clamp at kAlphaMax
   bool counts;      ///< alpha is at least 1/255
 

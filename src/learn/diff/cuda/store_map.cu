@@ -6,8 +6,6 @@
 namespace qs::cuda::diff {
 namespace {
 
-using qs::diff::Pixels;
-
 __device__ void store(float value, float& to) { to = value; }
 /// As to_8bit() of image.h.
 __device__ void store(float value, std::uint8_t& to) {

@@ -45,10 +45,10 @@ struct DepthArrays {
 /// The pixels of the tiles and their lists, as kernels read them. Passed by value.
 struct TilesView {
   const uint2* ranges;          ///< per tile: its list in `places`
-  const std::uint32_t* places;  ///< of the pairs in the lists of all tiles, front to back
+  const std::uint32_t* places;  ///< places of the pairs in the lists of all tiles, front to back
   const std::uint32_t* owners;  ///< per place: its Gaussian
   const ListedSplat* splats;    ///< per Gaussian
-  int columns;                  ///< of the tile grid
+  int columns;                  ///< columns of the tile grid
   int width, height;            ///< px
 
   /// Coordinates of the first pixel of a tile.

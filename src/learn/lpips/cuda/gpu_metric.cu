@@ -70,7 +70,7 @@ struct ConvolutionInput {
 
 /// The inputs below the filter of one output pixel.
 struct Patch {
-  int row, column;  ///< of the first input; the column in floats
+  int row, column;  ///< row and column of the first input; the column in floats
   const float* picture;
 
   __device__ static Patch of(const ConvolutionInput& c, std::size_t pixel) {

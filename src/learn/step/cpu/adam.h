@@ -9,9 +9,6 @@
 
 namespace qs::cpu::train {
 
-using qs::Rates;
-using qs::train::AdamState;
-
 /// One step. All arguments have the same Gaussians. `moves_rest`: also of the coefficients of
 /// colour beyond DC.
 void take_step(Parameters<float>& parameters, const Parameters<float>& gradient, const Rates& rates,

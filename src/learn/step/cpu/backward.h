@@ -12,13 +12,12 @@
 
 namespace qs::cpu::train {
 
-using qs::train::BackwardOrder;
-
 /// Memory of backward() that the next step uses again.
 template <class Real>
 struct BackwardScratch {
   diff::PairScratch<Real> pairs;
-  std::vector<glm::vec<3, Real>> d_colors;  ///< by Gaussians' colours, with a colour field
+  /// Derivative by Gaussians' colours, with a colour field.
+  std::vector<glm::vec<3, Real>> d_colors;
 };
 
 /// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.

@@ -14,8 +14,6 @@
 
 namespace qs::cpu::train {
 
-using qs::train::PixelCounts;
-
 /// Adds the view's pixels to `counts`, which has an element for every Gaussian or is empty. `frame`
 /// is the result of forward(); `target` is the photograph per pixel, row by row; `mask` as in
 /// LossInput.

@@ -13,12 +13,6 @@
 
 namespace qs::cpu::train {
 
-using qs::train::GaussianFacts;
-using qs::train::ModelState;
-using qs::train::Photograph;
-using qs::train::Plan;
-using qs::train::StepOrder;
-
 class CpuModel final : public qs::train::TrainingModel {
  public:
   explicit CpuModel(ThreadPool& pool) : pool_(pool) {}
@@ -58,7 +52,7 @@ class CpuModel final : public qs::train::TrainingModel {
   PixelCounts counts_;
   GaussianFacts facts_;  ///< the copy that facts() returns
 
-  std::optional<FieldGradient<float>> field_;  ///< of the iteration, if the model has a field
+  std::optional<FieldGradient<float>> field_;  ///< field of the iteration, if the model has a field
 
   qs::train::Parameters coded_;  ///< parameters with coded shapes, if the model has codes
 

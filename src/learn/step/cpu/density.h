@@ -10,8 +10,6 @@
 
 namespace qs::cpu::train {
 
-using qs::train::DensityStatistics;
-
 /// Adds a view of `width` x `height` pixels, with absolute gradients if `gradients` has them.
 /// `counted` is 1 for the Gaussians that it counts for.
 void add_view(const Gradients<float>& gradients, std::span<const std::uint8_t> counted, int width,

@@ -15,8 +15,6 @@
 
 namespace qs::cpu::train {
 
-using qs::Loss;
-
 /// A picture and the photograph that it is compared with, both per pixel, row by row.
 template <class Real>
 struct LossInput {

@@ -15,9 +15,10 @@
 
 namespace qs::cpu::train {
 
+using namespace qs::train;
+
 template <class Real>
 using Parameters = qs::train::ParametersOf<Real>;
-using qs::train::for_each_array;
 
 /// Derivatives by a colour field.
 template <class Real>
@@ -31,7 +32,7 @@ struct FieldGradients {
 template <class Real>
 struct Gradients {
   Parameters<Real> by;
-  std::vector<glm::vec<2, Real>> mean_px;  ///< by the means on the image
+  std::vector<glm::vec<2, Real>> mean_px;  ///< derivative by the means on the image
   /// Per Gaussian: the sums over pixels of the absolute values of the pixels' parts of mean_px.
   /// Empty if backward() was not asked for them.
   std::vector<glm::vec<2, Real>> absolute_px;

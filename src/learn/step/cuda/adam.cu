@@ -52,13 +52,13 @@ __global__ void __launch_bounds__(kThreads) step_values(StepInput in) {
 }
 
 struct ColorStepInput {
-  AdamStep step, rest_step;  ///< of DC, and of the other coefficients
+  AdamStep step, rest_step;  ///< the steps of DC and of the other coefficients
   float dc_rate, rest_rate;
-  int sh_degree;         ///< of the gradients
+  int sh_degree;         ///< SH degree of the gradients
   unsigned row_blocks;   ///< that step a coefficient
   unsigned coefficient;  ///< the first coefficient
   const ColorGradient<float>* gradients;
-  const float* sums;  ///< by row, instead of the gradients
+  const float* sums;  ///< sums of derivatives, by row, instead of the gradients
   ParametersView values, first, second;
 };
 

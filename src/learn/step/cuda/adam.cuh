@@ -14,7 +14,7 @@
 
 namespace qs::cuda::train {
 
-using qs::train::StepOrder;
+using namespace qs::train;
 
 /// Adam's moments, one per value of the parameters, and the number of steps so far.
 struct AdamState {

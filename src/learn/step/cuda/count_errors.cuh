@@ -23,7 +23,7 @@ struct PixelCounts {
 /// Memory of count_errors() that the next view uses again.
 struct ErrorScratch {
   DeviceBuffer<std::uint16_t> bins;       ///< per pixel: error_bin()
-  DeviceBuffer<std::uint32_t> histogram;  ///< of the bins
+  DeviceBuffer<std::uint32_t> histogram;  ///< histogram of the bins
   DeviceBuffer<std::uint16_t> limit;      ///< error_limit(), one value
 };
 

@@ -46,7 +46,7 @@ struct FieldLists {
 struct FieldView {
   GridLevel levels[kMostFieldLevels];
   unsigned level_count;
-  unsigned inputs, width;  ///< of the network
+  unsigned inputs, width;  ///< inputs and width of the network
   const float *grid, *weights;
 
   __device__ unsigned grid_inputs() const { return kGridFeatures * level_count; }
@@ -66,8 +66,8 @@ struct DeviceField {
   /// In the grid, of visible Gaussians. A copy, because the sums over the grid run beside the step
   /// of the means.
   DeviceBuffer<glm::vec3> positions;
-  DeviceBuffer<glm::vec3> d_outputs;  ///< by the network's outputs; zero if not visible
-  DeviceBuffer<std::uint32_t> listed, list_sizes;  ///< of both FieldLists
+  DeviceBuffer<glm::vec3> d_outputs;  ///< derivative by the network's outputs; zero if not visible
+  DeviceBuffer<std::uint32_t> listed, list_sizes;  ///< the arrays of both FieldLists
 
   /// All Gaussians (pairs.values) in the order of a curve through space. Neighbours change the
   /// same sums of the grid, so they are added one after the other.

@@ -12,11 +12,11 @@
 
 namespace qs::cuda::train {
 
-inline constexpr unsigned kNetworkThreads = 128;                      ///< of a block
+inline constexpr unsigned kNetworkThreads = 128;                      ///< threads of a block
 inline constexpr unsigned kFieldTile = 64;                            ///< Gaussians
 inline constexpr unsigned kTileParts = kNetworkThreads / kFieldTile;  ///< threads of a Gaussian
 inline constexpr unsigned kUsedOutputs = 3;
-inline constexpr unsigned kMostRows = 64;  ///< of a layer
+inline constexpr unsigned kMostRows = 64;  ///< rows of a layer, at most
 inline constexpr unsigned kPublishedInputs = 48;
 static_assert(kMostRows == kMostFieldInputs && kMostRows == kMostFieldWidth);
 static_assert(kFieldTile == kMostRows);

@@ -11,10 +11,10 @@
 #include "learn/diff/cuda/tiles.cuh"
 #include "learn/step/cuda/parameters.cuh"
 #include "raster/api/renderer.h"
+#include "raster/cuda/common/block_sort.cuh"
 #include "raster/cuda/common/footprint_arrays.cuh"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/common/stream.cuh"
-#include "raster/cuda/fast/macro_tiles.cuh"
 
 namespace qs::cuda::train {
 
@@ -53,8 +53,8 @@ struct ListedPairs {
   DeviceBuffer<std::uint32_t> tiles;   ///< its tile, until the lists are sorted
   DeviceBuffer<std::uint32_t> slots;   ///< its index in the tile's list, before that is sorted
   // The lists of all tiles.
-  DeviceBuffer<fast::MacroEntry> entries;  ///< depths and places, in any order
-  DeviceBuffer<std::uint32_t> places;      ///< front to back
+  DeviceBuffer<SortEntry> entries;     ///< depths and places, in any order
+  DeviceBuffer<std::uint32_t> places;  ///< front to back
   std::uint32_t count = 0;
 
   /// Pairs that the buffers have room for. It grows in larger steps than the number of pairs.
@@ -84,7 +84,7 @@ struct PairTotal {
 struct ForwardFrame {
   // Per Gaussian.
   DeviceBuffer<std::uint32_t> tile_counts;   ///< 0: not visible; the others are undefined
-  DeviceBuffer<std::uint32_t> first_places;  ///< of its pairs
+  DeviceBuffer<std::uint32_t> first_places;  ///< the first place of its pairs
   DeviceBuffer<std::uint32_t> depth_keys;    ///< bits of the depth, which is positive
   FootprintBuffers footprints;
   DeviceBuffer<ListedSplat> splats;

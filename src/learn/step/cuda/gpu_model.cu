@@ -93,7 +93,7 @@ struct GpuModel::State {
   qs::train::ModelState host;      ///< the copy that state() returns
   qs::train::GaussianFacts facts;  ///< the copy that facts() returns, in memory that is reused
 
-  std::vector<DevicePhotograph> photographs;  ///< by number
+  std::vector<DevicePhotograph> photographs;  ///< photographs by their numbers
   DevicePhotograph passing;                   ///< the last photograph that is not kept
 
   ForwardFrame frame;
@@ -101,7 +101,7 @@ struct GpuModel::State {
   LossCopy losses[2];             ///< losses of comparisons with even and odd numbers
   std::uint64_t comparisons = 0;  ///< since set_state()
   DeviceBuffer<glm::vec3> target, d_color;
-  DeviceBuffer<std::uint8_t> mask;  ///< of compare()
+  DeviceBuffer<std::uint8_t> mask;  ///< the mask that compare() reads
   ErrorScratch errors;
   BackwardScratch backward;
   Gradients gradients;

@@ -29,7 +29,7 @@ void ListedPairs::reserve(std::uint32_t pairs) {
   if (pairs <= room()) return;  // places is reserved last
   constexpr const char* kWhat = "the step's pairs";
   constexpr auto bytes_for = [](std::uint64_t count) {
-    return count * (4 * sizeof(std::uint32_t) + sizeof(fast::MacroEntry));
+    return count * (4 * sizeof(std::uint32_t) + sizeof(SortEntry));
   };
   const std::uint64_t held = bytes_for(room());
   require_memory(kWhat, bytes_for(pairs), held);

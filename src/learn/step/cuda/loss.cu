@@ -167,7 +167,7 @@ struct Pictures {
 /// Derivatives of SSIM by the moments: three fields of a value per value of the picture.
 struct Derivatives {
   float* values;
-  std::uint32_t size;  ///< of a field
+  std::uint32_t size;  ///< size of a field
 };
 
 /// One block per 16x16 pixels: SSIM, summed over the block, and its derivatives per value.

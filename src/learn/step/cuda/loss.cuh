@@ -19,9 +19,9 @@ struct LossSums {
 
 /// Memory of compare() that the next step uses again.
 struct LossScratch {
-  DeviceBuffer<float> derivatives;  ///< of SSIM, 3 fields
+  DeviceBuffer<float> derivatives;  ///< derivatives of SSIM, 3 fields
   DeviceBuffer<LossSums> of_blocks, of_image;
-  unsigned blocks = 0;  ///< of the last comparison
+  unsigned blocks = 0;  ///< blocks of the last comparison
 };
 
 /// A loss that is being copied to the host.

@@ -97,7 +97,7 @@ struct Gradients {
   /// derivative.
   DeviceBuffer<ColorGradient<float>> colors;
   int sh_degree = 0;
-  DeviceBuffer<glm::vec2> mean_px;      ///< by the means on the image
+  DeviceBuffer<glm::vec2> mean_px;      ///< derivative by the means on the image
   DeviceBuffer<glm::vec2> absolute_px;  ///< as the CPU's, if has_absolute
   bool has_absolute = false;
 };

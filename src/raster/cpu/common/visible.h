@@ -19,7 +19,7 @@ struct VisibleSlots {
   Array<std::uint32_t> gaussians;     ///< per slot: index in the cloud
   Array<float> depths;                ///< per slot: view z
   Array<Footprint> footprints;        ///< per slot; pipeline `fast` fills them only for a trace
-  std::uint32_t count = 0;            ///< of visible Gaussians
+  std::uint32_t count = 0;            ///< number of visible Gaussians
 
   static std::size_t chunks_of(std::size_t gaussians) { return (gaussians + kChunk - 1) / kChunk; }
 

@@ -12,7 +12,7 @@ inline constexpr float kLog2Of256AlphaMax = 8 - 0.014499570f;
 struct alignas(64) Batch {
   static constexpr std::uint32_t kEntries = 128;
   static constexpr std::uint32_t kVector = 16;   ///< most lanes of a vector: room for whole stores
-  static constexpr std::uint32_t kMultiple = 4;  ///< of the entries of a cell
+  static constexpr std::uint32_t kMultiple = 4;  ///< a cell's entries are a multiple of it
   static constexpr std::uint32_t kNone = kEntries;  ///< an entry that has no alpha anywhere
 
   /// The part that depends on the column of pixels: log2 of 256 alpha is

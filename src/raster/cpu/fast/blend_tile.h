@@ -14,7 +14,7 @@ struct TileJob {
   std::uint32_t length;
   const Record* records;  ///< per slot
   int x0, y0;             ///< the tile's first pixel
-  int width, height;      ///< of the part inside the image, in pixels
+  int width, height;      ///< width and height of the part inside the image, in pixels
   glm::vec3 background;
   float* color;              ///< at the tile's first pixel; null = not requested
   std::uint32_t* evaluated;  ///< at the tile's first pixel; null = not requested

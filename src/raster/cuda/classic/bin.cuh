@@ -9,7 +9,7 @@
 
 namespace qs::cuda::classic {
 
-inline constexpr int kDepthBits = 32;  ///< of a key
+inline constexpr int kDepthBits = 32;  ///< bits of a key's depth
 
 /// Keys are tile << kDepthBits | bits of the depth; values are indices in the cloud, ascending
 /// before sort().

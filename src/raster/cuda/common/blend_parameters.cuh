@@ -14,7 +14,7 @@ struct BlendInput {
   const Range* ranges;             ///< per tile: its list in `gaussians`
   const std::uint32_t* gaussians;  ///< the lists of all tiles, front to back: indices into `splats`
   const Entry* splats;
-  int columns, rows;  ///< of the tile grid
+  int columns, rows;  ///< columns and rows of the tile grid
   int width, height;  ///< px
   glm::vec3 background;
 

@@ -13,7 +13,7 @@ namespace qs::cuda {
 /// rounding, and does not depend on the culling mode, so lossless modes stay equal bit for bit.
 struct AlphaEllipse {
   float y_max;      ///< < 0: the ellipse is empty
-  float slope;      ///< of the line through the centres of the rows' spans
+  float slope;      ///< slope of the line through the centres of the rows' spans
   float v_extreme;  ///< row of the rightmost point; -v_extreme is the row of the leftmost point
   float half2, narrowing;
 };

@@ -9,11 +9,12 @@
 
 namespace qs::cuda {
 
-inline constexpr unsigned kSubWidth = 8, kSubHeight = 4;     ///< of a sub-tile, px
-inline constexpr unsigned kSubTiles = 4;                     ///< of half a tile, in two rows
-inline constexpr unsigned kHalfTileHeight = 2 * kSubHeight;  ///< of half a tile, px
-inline constexpr unsigned kHalfTiles =
-    kTileSize / kHalfTileHeight;  ///< of a tile, one above the other
+inline constexpr unsigned kSubWidth = 8, kSubHeight = 4;  ///< size of a sub-tile, px
+inline constexpr unsigned kSubTiles = 4;                  ///< sub-tiles of half a tile, in two rows
+/// Height of half a tile, px.
+inline constexpr unsigned kHalfTileHeight = 2 * kSubHeight;
+/// Halves of a tile, one above the other.
+inline constexpr unsigned kHalfTiles = kTileSize / kHalfTileHeight;
 static_assert(2 * kSubWidth == kTileSize);
 
 /// The sub-tiles that may have a pixel centre inside the ellipse; index 2 * row + column. (x0, y0)

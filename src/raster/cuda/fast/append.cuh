@@ -77,7 +77,8 @@ struct Appended {
   static constexpr int kMacroTiles = 16;
 
   std::uint32_t depth_key;
-  std::uint16_t line_begin, across_begin;  ///< of the walk; across_begin: a macro-tile's border
+  std::uint16_t line_begin, across_begin;  ///< the walk's first line and place;
+                                           ///< across_begin: a macro-tile's border
   std::uint16_t macro_column, macro_row;   ///< the first macro-tile
   std::uint16_t inverse_width;             ///< 65,536 / macro_columns, rounded up
   std::uint8_t macro_columns, macro_rows;  ///< 0: not visible, or large

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
+#include "raster/cuda/common/device_limits.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/fast/list_block.cuh"
 
 namespace qs::cuda::fast {
 namespace {
-
-constexpr unsigned kWholeBlocks = 132;  // share the macro-tiles with at least kUsual Gaussians
 
 /// Lists a macro-tile, or the empty list if `size` is 0.
 template <unsigned kBlock>
@@ -57,17 +56,6 @@ __global__ void __launch_bounds__(kLargeThreads, kLargeBlocks)
 
 }  // namespace
 
-std::uint32_t most_in_shared_memory() {
-  constexpr std::size_t kStaticBytes = 36 << 10;  // of list_whole_macro_tiles, rounded up
-  int device = 0, bytes = 0;
-  check(cudaGetDevice(&device), "cudaGetDevice");
-  check(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, device),
-        "cudaDeviceGetAttribute");
-  const std::size_t available = static_cast<std::size_t>(bytes) - kStaticBytes;
-  return static_cast<std::uint32_t>(
-      std::max<std::size_t>(available / SharedArrays::bytes(1), MacroTiles::kUsual));
-}
-
 void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
                 FastPairs& pairs) {
   const bool lists_all = !size.macro.keeps_whole() && !size.macro.has_slices();
@@ -81,7 +69,7 @@ void list_whole(const FrameContext& frame, const FrameSize& size, Scratch& scrat
                 FastPairs& pairs, cudaStream_t stream) {
   const auto count = static_cast<unsigned>(scratch.macro_tiles.count());
   launch("sort", list_whole_macro_tiles,
-         Blocks(std::min(count, kWholeBlocks), kLargeThreads,
+         Blocks(std::min(count, multiprocessors()), kLargeThreads,
                 SharedArrays::bytes(size.macro.capacity)),
          stream, scratch.macro_tiles, Lists::of(frame, size, scratch, pairs));
 }

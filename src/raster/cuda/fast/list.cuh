@@ -17,9 +17,6 @@ struct FastPairs {
   }
 };
 
-/// The largest number of Gaussians that a block can sort on the current device.
-std::uint32_t most_in_shared_memory();
-
 /// Sorts the Gaussians of macro-tiles by depth, then by index in the file, and writes the lists of
 /// their tiles, the lists' ranges and schedule. Also counts the pairs. Pairs beyond
 /// size.pair_capacity are counted but not written. For macro-tiles with less than kUsual Gaussians.

@@ -4,9 +4,9 @@
 // a macro-tile, and writes their part of the lists of its 8 tiles.
 #pragma once
 
+#include "raster/cuda/common/block_sort.cuh"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/fast/list.cuh"
-#include "raster/cuda/fast/macro_sort.cuh"
 #include "raster/cuda/fast/segments.cuh"
 
 namespace qs::cuda::fast {
@@ -96,8 +96,8 @@ class ListBlock {
         number_(threadIdx.x / kWarp / kTiles),
         part_(size, number_, kParts) {}
 
-  __device__ void sort(const MacroEntry* entries, const std::uint8_t* masks, EntryOrder order) {
-    MacroSort<kBlock>(arrays_, entries, order, size_).sort();
+  __device__ void sort(const SortEntry* entries, const std::uint8_t* masks, EntryOrder order) {
+    BlockSort<kBlock>(arrays_, entries, order, size_).sort();
     __syncthreads();
     for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
       const unsigned entry = arrays_.order[i];

@@ -7,6 +7,7 @@
 //   blend_segments    composites the segments as if nothing were in front of them
 //   finish_segments   composites the pixels again that stop in a segment
 //   join_segments     joins the segments of a list, front to back
+#include "raster/cuda/common/device_limits.cuh"
 #include "raster/cuda/fast/blend.cuh"
 #include "raster/cuda/fast/pixel_walk.cuh"
 #include "raster/cuda/fast/segments.cuh"
@@ -14,8 +15,9 @@
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kSegmentBlocks = 1024;             // share the segments of long lists
-constexpr unsigned kCountBlocks = 1056;               // share the segments when they are counted
+constexpr unsigned kSegmentBlocks = 1024;  // share the segments of long lists
+constexpr unsigned kCountBlocks =
+    8;  // per multiprocessor, share the segments when they are counted
 constexpr unsigned kJoinBlocks = 256;                 // share the long lists
 constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of an opaque segment
 
@@ -352,7 +354,7 @@ void blend_segment_rows(const FrameContext& frame, const SegmentsView& segments,
 }  // namespace
 
 void count_long_lists(const FrameContext& frame, const ListedTiles& listed) {
-  const Blocks blocks(kCountBlocks, kThreads);
+  const Blocks blocks(kCountBlocks * multiprocessors(), kThreads);
   const SegmentsView segments = listed.scratch.segments;
   const ListInput in = input_of(frame, listed);
   launch("blend", count_segments, blocks, frame.stream, segments, in);

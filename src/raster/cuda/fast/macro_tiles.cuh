@@ -8,6 +8,7 @@
 // cuts (Frazer and McKellar, Samplesort, 1970).
 #pragma once
 
+#include "raster/cuda/common/block_sort.cuh"
 #include "raster/cuda/common/device_buffer.cuh"
 #include "raster/kernel/hd.h"
 #include "raster/kernel/tile_grid.h"
@@ -20,24 +21,9 @@ __device__ inline std::uint32_t hash_of(std::uint32_t value, std::uint32_t bits)
   return value * 2654435761u >> (32 - bits);
 }
 
-/// A Gaussian in a macro-tile.
-struct MacroEntry {
-  std::uint32_t depth_key, place;  ///< place: of the Gaussian in the scene's order in space
-};
-
-/// Entries are sorted by depth, then by index in the file.
-struct EntryOrder {
-  const std::uint32_t* file_indices;  ///< per place
-
-  __device__ std::uint32_t file_index(MacroEntry entry) const { return file_indices[entry.place]; }
-  __device__ std::uint64_t key(MacroEntry entry) const {
-    return std::uint64_t{entry.depth_key} << 32 | file_index(entry);
-  }
-};
-
 /// The sizes of the memory for macro-tiles and slices, chosen from the needs of earlier frames.
 struct MacroSize {
-  static constexpr std::uint32_t kUsual = 3072;
+  static constexpr std::uint32_t kUsual = kUsualSort;
   /// The capacity of slices if smaller ones need more samples than a block can sort: two blocks
   /// share a multiprocessor.
   static constexpr std::uint32_t kMedium = 10240;
@@ -48,7 +34,7 @@ struct MacroSize {
   std::uint32_t sample_capacity = 0;    ///< samples of a macro-tile
   bool sorts_in_global_memory = false;  ///< the samples, because shared memory is too small
   std::uint32_t log2_distance = 0;      ///< between the samples in a macro-tile, on average
-  std::uint32_t slices = 0;             ///< of all macro-tiles
+  std::uint32_t slices = 0;             ///< slices of all macro-tiles
   std::uint32_t spilled = 0;            ///< spilled entries in each of Slicing::kParts parts
 
   QS_HD bool has_slices() const { return slice_capacity > 0; }
@@ -70,17 +56,17 @@ struct Slicing {
   };
 
   MacroSize size;
-  MacroEntry* spilled;           ///< size.spilled for each part
+  SortEntry* spilled;            ///< size.spilled for each part
   std::uint32_t* spilled_tiles;  ///< per spilled entry: macro-tile << 8 | mask of tiles
   std::uint32_t* part_counts;    ///< per part: entries, also those beyond the capacity
-  MacroEntry* samples;           ///< size.sample_capacity for each macro-tile
-  std::byte* sort_memory;        ///< of kGlobalSorts blocks, see MacroSize
+  SortEntry* samples;            ///< size.sample_capacity for each macro-tile
+  std::byte* sort_memory;        ///< sort memory of kGlobalSorts blocks, see MacroSize
   Slices* slices;                ///< per full macro-tile
   std::uint32_t* macro_tile_of;  ///< per slice
   std::uint64_t* least_keys;     ///< per slice: the key of its first entry
   std::uint32_t* counts;         ///< per slice: entries, also those beyond the capacity
   std::uint64_t* list_begins;    ///< per slice and tile: where its part of the list begins
-  MacroEntry* entries;           ///< size.slice_capacity for each slice
+  SortEntry* entries;            ///< size.slice_capacity for each slice
   std::uint8_t* masks;           ///< per entry: the tiles that it lists
 
   /// Memory of a block that sorts `samples` samples.
@@ -95,7 +81,7 @@ struct Slicing {
 
   /// Stores the entry at `slot` of a macro-tile if it is a sample: one in every 2^log2_distance
   /// slots, at a place that varies, so that the order of the scene hardly matters.
-  __device__ void sample(unsigned macro_tile, std::uint32_t slot, MacroEntry entry) const {
+  __device__ void sample(unsigned macro_tile, std::uint32_t slot, SortEntry entry) const {
     const std::uint32_t number = slot >> size.log2_distance;
     const std::uint32_t place = hash_of(number, size.log2_distance);
     if (slot != (number << size.log2_distance | place) || number >= size.sample_capacity) return;
@@ -106,7 +92,7 @@ struct Slicing {
   }
 
   /// Stores an entry at place `slot` of the block's part.
-  __device__ void spill(std::uint32_t slot, unsigned macro_tile, MacroEntry entry,
+  __device__ void spill(std::uint32_t slot, unsigned macro_tile, SortEntry entry,
                         unsigned mask) const {
     if (slot >= size.spilled) return;
     const std::size_t place = std::size_t{own_part()} * size.spilled + slot;
@@ -122,13 +108,14 @@ struct Slicing {
 struct MacroTiles {
   static constexpr int kColumns = 4, kRows = 2;
   static constexpr int kTiles = kColumns * kRows;
-  static constexpr std::uint32_t kUsual = MacroSize::kUsual;           ///< Gaussians
-  static constexpr std::uint64_t kBytesEach = sizeof(MacroEntry) + 1;  ///< of an entry, its mask
+  static constexpr std::uint32_t kUsual = MacroSize::kUsual;  ///< Gaussians
+  /// Bytes of an entry and its mask.
+  static constexpr std::uint64_t kBytesEach = sizeof(SortEntry) + 1;
   /// Of a picture of 16384 x 16384 pixels. Their entries take 3.6 GB.
   static constexpr std::size_t kMost = 256 * 512;
 
   std::uint32_t* counts;  ///< per macro-tile: its Gaussians, spilled Gaussians included
-  MacroEntry* entries;    ///< slicing.size.capacity for each
+  SortEntry* entries;     ///< slicing.size.capacity for each
   std::uint8_t* masks;    ///< per entry: the tiles that it lists, see MacroMask
   std::uint32_t* order;   ///< all macro-tiles, the fullest first
   EntryOrder entry_order;
@@ -138,7 +125,7 @@ struct MacroTiles {
   QS_HD int count() const { return columns * rows; }
 
   /// Adds a Gaussian that lists the tiles `mask` of a macro-tile.
-  __device__ void append(unsigned macro_tile, MacroEntry entry, unsigned mask) const {
+  __device__ void append(unsigned macro_tile, SortEntry entry, unsigned mask) const {
     const std::uint32_t slot = atomicAdd(&counts[macro_tile], 1u);
     const unsigned part = Slicing::own_part();
     const std::uint32_t spilled =
@@ -148,7 +135,7 @@ struct MacroTiles {
 
   /// Stores an entry at its slot, or at place `spilled` of the block's part if it is spilled.
   __device__ void store(unsigned macro_tile, std::uint32_t slot, std::uint32_t spilled,
-                        MacroEntry entry, unsigned mask) const {
+                        SortEntry entry, unsigned mask) const {
     if (slot < slicing.size.capacity) {
       const std::size_t place = std::size_t{macro_tile} * slicing.size.capacity + slot;
       entries[place] = entry;

@@ -212,7 +212,7 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, co
                            Frame& result) {
   result.stats.visible = counters_->visible;
   result.stats.tile_pairs = counters_->tile_pairs;
-  result.stats.sort_bytes = std::uint64_t{counters_->entries} * sizeof(MacroEntry);
+  result.stats.sort_bytes = std::uint64_t{counters_->entries} * sizeof(SortEntry);
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
   collect_lists(frame, outputs, pixels,
                 FrameLists{[&] { return list_ranges(frame); }, pairs_.gaussians,

@@ -4,6 +4,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "raster/cuda/common/device_limits.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/fast/append.cuh"
@@ -45,8 +46,9 @@ constexpr unsigned kColorGrid = 16384;          // the same for `color`
 constexpr unsigned kFindGrid = 16;              // blocks that clear memory, at least
 constexpr std::uint32_t kStagedEntries = 1280;  // of a block; others are appended one by one
 static_assert(kStagedEntries < BlockCounts::kMost);
-constexpr int kLargeLines = 512;  // of a walk in shared memory; longer walks are recomputed
-constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // for the large Gaussians
+constexpr int kLargeLines = 512;       // of a walk in shared memory; longer walks are recomputed
+constexpr unsigned kAppendBlocks = 8;  // per multiprocessor, for the large Gaussians
+constexpr unsigned kAppendThreads = 128;
 
 /// The Gaussians of a block of threads and their entries of macro-tiles, in shared memory. All
 /// threads of the block call each function together.
@@ -312,7 +314,7 @@ struct LargeGaussian {
   }
 
   __device__ void append(const Span* runs, int most, unsigned thread, unsigned threads,
-                         MacroEntry entry, const MacroTiles& macro_tiles) const {
+                         SortEntry entry, const MacroTiles& macro_tiles) const {
     const int width = rect.columns.size();
     for (int i = static_cast<int>(thread); i < count(); i += static_cast<int>(threads)) {
       const int column = rect.columns.begin + i % width, row = rect.rows.begin + i / width;
@@ -471,8 +473,9 @@ void project(const FrameContext& frame, const FrameSize& size, FastVisible& visi
     launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
            scratch.macro_tiles, scratch.large, scratch.counters);
     footprints_known.record(frame.stream);
-    launch("preprocess", append_large<P>, Blocks(kAppendBlocks, kAppendThreads), frame.stream,
-           frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
+    launch("preprocess", append_large<P>, Blocks(kAppendBlocks * multiprocessors(), kAppendThreads),
+           frame.stream, frame.grid, visible.view(), scratch.macro_tiles, scratch.large,
+           scratch.counters);
   });
 }
 

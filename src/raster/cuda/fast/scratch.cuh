@@ -17,14 +17,14 @@ struct FastCounters {
   std::uint32_t visible_blocks;  ///< see FastVisibleView
   std::uint32_t max_pairs_in_a_tile;
   std::uint32_t long_lists;
-  std::uint32_t segments;            ///< of all long lists, as reserved
+  std::uint32_t segments;            ///< segments of all long lists, as reserved
   std::uint32_t cut_segments;        ///< as cut
   std::uint32_t turns[2];            ///< half segments that warps have taken: first, and again
-  std::uint32_t entries;             ///< of all macro-tiles
+  std::uint32_t entries;             ///< entries of all macro-tiles
   std::uint32_t fullest_macro_tile;  ///< Gaussians in it
   std::uint32_t full_macro_tiles;    ///< number of them
   std::uint32_t spilled;             ///< entries in the fullest of Slicing::kParts
-  std::uint32_t slices;              ///< of all full macro-tiles
+  std::uint32_t slices;              ///< slices of all full macro-tiles
   std::uint32_t fullest_slice;       ///< entries in it
   std::uint32_t large;               ///< visible Gaussians that are too large for Appended
   std::uint32_t blocks_done;         ///< blocks that have finished appending large Gaussians
@@ -54,7 +54,7 @@ struct SegmentResult {
   float front[kTileSize * kTileSize];  ///< product of the transmittances of the first segments
 };
 
-inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
+inline constexpr std::uint32_t kMaxSegments = 256;  ///< segments of a list, at most
 
 /// Segments are composited wave by wave: wave n has the segments number n of all long lists.
 struct WavesView {
@@ -220,7 +220,7 @@ struct Scratch {
   DeviceBuffer<std::uint32_t> first_segments_, marks_, waves_;
   DeviceBuffer<SegmentResult> results_;
   DeviceBuffer<std::uint32_t> large_, order_;
-  DeviceBuffer<MacroEntry> entries_, spilled_, samples_, slice_entries_;
+  DeviceBuffer<SortEntry> entries_, spilled_, samples_, slice_entries_;
   DeviceBuffer<std::uint8_t> masks_, slice_masks_;
   DeviceBuffer<Slicing::Slices> slices_;
   DeviceBuffer<std::uint32_t> spilled_tiles_, macro_tile_of_, slice_counts_;

@@ -9,13 +9,15 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "raster/cuda/common/device_limits.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/fast/list_block.cuh"
 
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kBlocks = 792;  // of the kernels that share the slices or entries
+constexpr unsigned kBlocks =
+    6;  // per multiprocessor, of the kernels that share the slices or entries
 constexpr unsigned kPlaceThreads = MacroTiles::kTiles * kWarp;
 constexpr unsigned kMovedEach = 12;  // entries that a thread moves at a time
 constexpr std::uint32_t kMoved = kMovedEach * kThreads;
@@ -34,7 +36,7 @@ __global__ void __launch_bounds__(kBlock)
     const Slicing::Slices slices = slicing.slices[own];
     if (!slicing.holds(slices)) continue;
     const std::uint32_t count = slicing.sample_count(tiles.counts[own]);
-    const MacroEntry* const samples = slicing.samples + std::size_t{own} * capacity;
+    const SortEntry* const samples = slicing.samples + std::size_t{own} * capacity;
     using Arrays = std::conditional_t<kGlobal, GlobalArrays, SharedArrays>;
     void* memory;
     if constexpr (kGlobal) {
@@ -44,7 +46,7 @@ __global__ void __launch_bounds__(kBlock)
       memory = dynamic_shared();
     }
     Arrays arrays(memory, capacity);
-    MacroSort<kBlock, Arrays>(arrays, samples, tiles.entry_order, count).sort();
+    BlockSort<kBlock, Arrays>(arrays, samples, tiles.entry_order, count).sort();
     __syncthreads();
     for (std::uint32_t s = threadIdx.x; s < slices.count; s += kBlock) {
       const auto sample = static_cast<unsigned>(std::uint64_t{s} * count / slices.count);
@@ -60,7 +62,7 @@ __global__ void __launch_bounds__(kBlock)
 
 /// An entry of a full macro-tile that is copied to a slice.
 struct Moved {
-  MacroEntry entry;
+  SortEntry entry;
   std::uint32_t macro_tile, mask;
 };
 
@@ -255,10 +257,11 @@ void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scra
   const Lists out = Lists::of(frame, size, scratch, pairs);
   const MacroTiles& tiles = scratch.macro_tiles;
   FastCounters* const counters = scratch.counters;
-  const auto count = std::min(kBlocks, static_cast<unsigned>(tiles.count()));
+  const auto count = std::min(kBlocks * multiprocessors(), static_cast<unsigned>(tiles.count()));
   const auto launch_for = [&](std::uint32_t capacity, auto kernel, unsigned threads,
                               auto... arguments) {
-    launch("sort", kernel, Blocks(kBlocks, threads, SharedArrays::bytes(capacity)), stream,
+    launch("sort", kernel,
+           Blocks(kBlocks * multiprocessors(), threads, SharedArrays::bytes(capacity)), stream,
            arguments...);
   };
   if (size.macro.sorts_in_global_memory) {
@@ -273,7 +276,7 @@ void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scra
   }
   const std::size_t counted = std::min(kCountedSlices, size.macro.slices) * sizeof(std::uint32_t);
   launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
-  launch("sort", count_slices, Blocks(kBlocks), stream, tiles, counters);
+  launch("sort", count_slices, Blocks(kBlocks * multiprocessors()), stream, tiles, counters);
   launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);
   const std::uint32_t capacity = size.macro.slice_capacity;
   const bool is_usual = capacity <= MacroSize::kUsual;

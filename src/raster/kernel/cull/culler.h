@@ -22,9 +22,10 @@ namespace qs {
 
 /// Half extents of the ellipse a x^2 + 2b x y + c y^2 <= gamma, in pixels, widened for fp32.
 struct Extents {
-  glm::vec2 max;  ///< of the axis-aligned bounding box: sqrt(gamma Sigma_xx), sqrt(gamma Sigma_yy)
-  float f;        ///< axis intercepts / max: sqrt(1 - rho^2), 0 < f <= about 1
-  float k;        ///< the widening factor, already in `max` and `f`
+  /// Half size of the axis-aligned bounding box: sqrt(gamma Sigma_xx), sqrt(gamma Sigma_yy).
+  glm::vec2 max;
+  float f;  ///< axis intercepts / max: sqrt(1 - rho^2), 0 < f <= about 1
+  float k;  ///< the widening factor, already in `max` and `f`
 };
 
 /// f^2 = det / (Sxx Syy) stays precise on thin Gaussians, unlike 1 - b^2/(ac). The rounding of the

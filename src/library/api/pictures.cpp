@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+//
+// Files of pictures.
+#include "io/picture/image_file.h"
+#include "library/check/arrays.h"
+#include "library/check/write_guard.h"
+
+struct QsPictureFile {
+  qs::Image image;
+};
+
+namespace qs::library {
+namespace {
+
+constexpr std::int64_t kMostChannels = 4;
+constexpr std::int64_t kMostPixelsOfASide = 65535;
+
+/// The values of the array, 8-bit values as value / 255. Throws Error(usage).
+Image image_to_save(const QsArray& array, const Where& where) {
+  check_dimensions(array, where, array.dimensions == 2 ? 2 : 3);
+  const std::int64_t height = array.sizes[0], width = array.sizes[1];
+  const std::int64_t channels = array.dimensions == 2 ? 1 : array.sizes[2];
+  if (width < 1 || height < 1 || width > kMostPixelsOfASide || height > kMostPixelsOfASide)
+    refuse(where, "{} x {} pixels are not between 1 x 1 and {} x {}", width, height,
+           kMostPixelsOfASide, kMostPixelsOfASide);
+  if (channels < 1 || channels > kMostChannels)
+    refuse(where, "{} channels are not between 1 and {}", channels, kMostChannels);
+  if (array.dimensions == 2) {
+    check_array(array, where, {height, width}, kColors, Access::reads);
+  } else {
+    check_array(array, where, {height, width, channels}, kColors, Access::reads);
+  }
+  Image image(static_cast<int>(width), static_cast<int>(height), static_cast<int>(channels));
+  const std::int64_t deep = array.dimensions == 2 ? 0 : array.strides[2];
+  float* next = image.values.data();
+  with_type(array, [&](const auto* elements) {
+    using Element = std::remove_const_t<std::remove_pointer_t<decltype(elements)>>;
+    for (std::int64_t y = 0; y < height; ++y) {
+      for (std::int64_t x = 0; x < width; ++x) {
+        for (std::int64_t c = 0; c < channels; ++c) {
+          const Element value = elements[y * array.strides[0] + x * array.strides[1] + c * deep];
+          *next++ = static_cast<float>(value) / (std::is_same_v<Element, std::uint8_t> ? 255 : 1);
+        }
+      }
+    }
+  });
+  return image;
+}
+
+}  // namespace
+}  // namespace qs::library
+
+using namespace qs;
+using namespace qs::library;
+
+int32_t qs_picture_open(const char* path, QsPictureFile** picture, QsArray* values, char* message) {
+  return library::call(message, [&] {
+    constexpr const char* kCall = "qs_picture_open";
+    require(picture, {kCall, "picture"});
+    *picture = nullptr;
+    require(path, {kCall, "path"});
+    require(values, {kCall, "values"});
+    *picture = new QsPictureFile{read_image(path)};
+    const Image& image = (*picture)->image;
+    *values = view_of(image.values.data(), static_cast<std::size_t>(image.height), QS_FLOAT32,
+                      image.width, std::int64_t{image.width} * image.channels);
+    values->dimensions = 3;
+    values->sizes[2] = image.channels;
+    values->strides[1] = image.channels;
+    values->strides[2] = 1;
+  });
+}
+
+void qs_picture_close(QsPictureFile* picture) { delete picture; }
+
+int32_t qs_picture_save(const QsArray* values, const char* path, uint32_t overwrite,
+                        char* message) {
+  return library::call(message, [&] {
+    constexpr const char* kCall = "qs_picture_save";
+    require(values, {kCall, "values"});
+    require(path, {kCall, "path"});
+    if (overwrite > 1) refuse({kCall, "overwrite"}, "is {}", overwrite);
+    const Image image = image_to_save(*values, {kCall, "values"});
+    const WriteGuard guard(overwrite == 1);
+    check_picture_name(path);
+    guard.check(path);
+    write_image(image, path);
+  });
+}

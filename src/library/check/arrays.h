@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+//
+// Arrays of the caller (QsArray): checks before any element is touched, reading and storing.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <type_traits>
+
+#include "base/parallel.h"
+#include "library/check/call.h"
+#include "quadsplat/quadsplat.h"
+#include "raster/scene/image.h"
+
+namespace qs::library {
+
+/// A set of element types: bit QS_FLOAT32 for QS_FLOAT32, and so on.
+using Types = std::uint32_t;
+inline constexpr Types kFloat32 = 1u << QS_FLOAT32;
+inline constexpr Types kReals = kFloat32 | 1u << QS_FLOAT64;
+inline constexpr Types kColors = kFloat32 | 1u << QS_UINT8;
+inline constexpr Types kBytes = 1u << QS_UINT8;
+inline constexpr Types kIntegers =
+    1u << QS_INT32 | 1u << QS_UINT32 | 1u << QS_INT64 | 1u << QS_UINT64;
+
+enum class Access { reads, writes };
+
+/// The memory in which the arrays of a call must be.
+struct Place {
+  std::uint32_t memory = QS_MEMORY_HOST;
+  std::int32_t device = 0;
+  const char* decided_by = nullptr;  ///< an argument; null: the function knows no other memory
+
+  bool is_gpu() const { return memory == QS_MEMORY_CUDA; }
+  /// "host memory", "the memory of GPU 0"
+  std::string text() const;
+};
+
+inline bool is_absent(const QsArray& array) { return array.dimensions == 0; }
+
+/// Throws Error(usage) unless the array has exactly these sizes, one of the types, and elements in
+/// this place. Each element of an array that is written has an address of its own along every
+/// dimension.
+void check_array(const QsArray& array, const Where& where, std::span<const std::int64_t> sizes,
+                 Types types, Access access, const Place& place = {});
+inline void check_array(const QsArray& array, const Where& where,
+                        std::initializer_list<std::int64_t> sizes, Types types, Access access,
+                        const Place& place = {}) {
+  check_array(array, where, std::span(sizes.begin(), sizes.size()), types, access, place);
+}
+
+/// The same for an array that may have any sizes but must have `dimensions`.
+void check_dimensions(const QsArray& array, const Where& where, std::uint32_t dimensions);
+
+inline constexpr std::int64_t kMostGaussians = INT32_MAX;
+
+/// Coefficients of spherical harmonics per channel, 1, 4, 9 or 16, of `count` Gaussians: `first` is
+/// count x K x 3, or count x 1 x 3 and `rest` count x (K - 1) x 3. Throws Error(usage) like
+/// check_array().
+std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray& rest,
+                      const Where& of_rest, std::int64_t count, Types types, Access access,
+                      const Place& place = {});
+
+/// Calls f(pointer) with `data` as a pointer to elements of the array's type.
+template <class F>
+decltype(auto) with_type(const QsArray& array, F&& f) {
+  switch (array.type) {
+    case QS_FLOAT64:
+      return f(static_cast<double*>(array.data));
+    case QS_UINT8:
+      return f(static_cast<std::uint8_t*>(array.data));
+    case QS_INT32:
+      return f(static_cast<std::int32_t*>(array.data));
+    case QS_UINT32:
+      return f(static_cast<std::uint32_t*>(array.data));
+    case QS_INT64:
+      return f(static_cast<std::int64_t*>(array.data));
+    case QS_UINT64:
+      return f(static_cast<std::uint64_t*>(array.data));
+    default:
+      return f(static_cast<float*>(array.data));
+  }
+}
+
+/// The value as an element of type T: 8-bit values by to_8bit().
+template <class T, class Value>
+T converted(Value value) {
+  if constexpr (std::is_same_v<T, std::uint8_t> && std::is_floating_point_v<Value>) {
+    return to_8bit(value);
+  } else {
+    return static_cast<T>(value);
+  }
+}
+
+/// Stores rows x columns x channels values, row by row, in a checked array of rows x columns, or
+/// rows x columns x channels. Allocates nothing.
+template <class Value>
+void store(const QsArray& array, ThreadPool& pool, const Value* values, int rows, int columns,
+           int channels = 1) {
+  const std::ptrdiff_t down = array.strides[0], right = array.strides[1];
+  const std::ptrdiff_t deep = channels > 1 ? array.strides[2] : 0;
+  with_type(array, [&](auto* elements) {
+    using Element = std::remove_pointer_t<decltype(elements)>;
+    const auto store_rows = [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t row = begin; row < end; ++row) {
+        const Value* from =
+            values + row * static_cast<std::size_t>(columns) * static_cast<std::size_t>(channels);
+        Element* to = elements + static_cast<std::ptrdiff_t>(row) * down;
+        if constexpr (std::is_same_v<Element, Value>) {
+          if (right == channels && (channels == 1 || deep == 1)) {
+            std::copy_n(from, columns * channels, to);
+            continue;
+          }
+        }
+        for (int column = 0; column < columns; ++column, to += right)
+          for (int channel = 0; channel < channels; ++channel)
+            to[channel * deep] = converted<Element>(*from++);
+      }
+    };
+    pool.for_chunks(static_cast<std::size_t>(rows), 16, std::ref(store_rows));
+  });
+}
+
+/// A view of values in the library's memory: `count` rows, `columns` values each, or one dimension
+/// if `columns` is 0. `stride`: elements from a row to the next.
+QsArray view_of(const void* data, std::size_t count, std::uint32_t type, std::int64_t columns = 0,
+                std::int64_t stride = 1);
+
+}  // namespace qs::library

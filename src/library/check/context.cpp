@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "library/check/context.h"
+
+#include <unistd.h>
+
+namespace qs::library {
+
+Context::Context(Backend backend, int device, int threads)
+    : backend_(backend), device_(device), process_(getpid()), pool_(threads) {
+  if (backend_ == Backend::cpu) return;
+  if (device_ == kFirstGpu) device_ = first_gpu();
+  make_renderer();  // throws without a usable GPU
+}
+
+bool Context::is_of_this_process() const { return process_ == getpid(); }
+
+void Context::close() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+}
+
+void Context::stop() {
+  if (!is_of_this_process()) return;
+  const std::lock_guard lock(mutex_);
+  if (busy_) source_.request_stop();
+}
+
+Use::Use(Context& context, const Where& where) : context_(context) {
+  // First, because another thread may have held the mutex when the process was forked.
+  if (!context.is_of_this_process()) {
+    refuse(where,
+           "belongs to the process from which this process was forked: open a context here, or "
+           "start processes without fork");
+  }
+  const std::lock_guard lock(context.mutex_);
+  if (context.closed_) refuse(where, "its context was closed");
+  if (context.busy_) refuse(where, "another thread uses this context: open one for each thread");
+  if (context.source_.stop_requested()) context.source_ = std::stop_source();
+  stop_ = context.source_.get_token();
+  context.busy_ = true;
+}
+
+void Use::require_gpu(std::int32_t device, const Where& where) const {
+  if (backend() != Backend::cuda) {
+    refuse(where,
+           "is in the memory of GPU {}, but the context has the backend cpu: open one with "
+           "QS_BACKEND_CUDA",
+           device);
+  }
+  if (device != this->device())
+    refuse(where, "is in the memory of GPU {}, but the context uses GPU {}", device,
+           this->device());
+}
+
+Use::~Use() {
+  const std::lock_guard lock(context_.mutex_);
+  context_.busy_ = false;
+}
+
+namespace {
+
+Backend chosen_backend(std::uint32_t backend, const Where& where) {
+  switch (backend) {
+    case QS_BACKEND_AUTO:
+      return available_backends().front();
+    case QS_BACKEND_CPU:
+      return Backend::cpu;
+    case QS_BACKEND_CUDA:
+      return Backend::cuda;
+    default:
+      refuse(where, "{} is none of QS_BACKEND_AUTO, _CPU and _CUDA", backend);
+  }
+}
+
+}  // namespace
+}  // namespace qs::library
+
+using namespace qs;
+using namespace qs::library;
+
+int32_t qs_context_open(uint32_t backend, int32_t device, int32_t threads, QsContext** context,
+                        char* message) {
+  return library::call(message, [&] {
+    constexpr const char* kCall = "qs_context_open";
+    require(context, {kCall, "context"});
+    *context = nullptr;
+    if (device < QS_FIRST_GPU) refuse({kCall, "device"}, "is {}", device);
+    constexpr int kMostThreads = 1024;
+    if (threads < 0 || threads > kMostThreads)
+      refuse({kCall, "threads"}, "{} is not between 0 and {}", threads, kMostThreads);
+    const Backend chosen = chosen_backend(backend, {kCall, "backend"});
+    *context = new QsContext{std::make_shared<Context>(chosen, device, threads)};
+  });
+}
+
+void qs_context_close(QsContext* context) {
+  // The threads of a forked process's pool do not exist, so waiting for them would never end.
+  if (context == nullptr || !context->context->is_of_this_process()) return;
+  context->context->close();
+  delete context;
+}
+
+uint32_t qs_context_backend(const QsContext* context) {
+  if (context == nullptr) return 0;
+  return context->context->backend() == Backend::cpu ? QS_BACKEND_CPU : QS_BACKEND_CUDA;
+}
+
+void qs_stop(QsContext* context) {
+  if (context != nullptr) context->context->stop();
+}

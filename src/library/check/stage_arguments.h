@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+//
+// The arguments of the differentiable rasterizer: checks of the caller's structs, and their arrays
+// as the stages take them.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+#include "learn/diff/gaussians.h"
+#include "learn/diff/rules.h"
+#include "library/check/arrays.h"
+#include "quadsplat/quadsplat.h"
+
+namespace qs::library {
+
+/// The arguments that all functions of the stages share, checked.
+struct StageCall {
+  const char* name;  ///< of the function
+  QsInputs inputs;
+  std::int64_t gaussians, channels;
+  std::int64_t coefficients;  ///< of spherical harmonics; 0: the inputs have channels
+  Place place;                ///< of the arrays
+  diff::DrawnView view;       ///< without a position that is on a GPU
+
+  /// Throws Error(usage).
+  StageCall(const char* name, const QsInputs* inputs, const QsCamera* camera, const QsRules* rules);
+
+  bool has_sh() const { return coefficients > 0; }
+  std::uint32_t type() const { return inputs.means.type; }
+  Types real() const { return 1u << type(); }
+  Where where(const char* argument) const { return {name, argument}; }
+};
+
+// Copies of the caller's structs, with arrays that fit the call. Throw Error(usage).
+
+/// Null: no array is wanted.
+QsBoundary boundary_of(const StageCall& call, const QsBoundary* boundary);
+QsBlended blended_of(const StageCall& call, const QsBlended* pictures, const char* argument,
+                     Access access);
+/// To be read: without the arrays that qs_project_backward() does not read.
+QsBoundaryGradients boundary_gradients_of(const StageCall& call, const QsBoundaryGradients* given,
+                                          Access access);
+QsInputGradients input_gradients_of(const StageCall& call, const QsInputGradients* given);
+
+/// The checked array as rows.
+template <class T>
+diff::Rows<T> rows_of(const QsArray& array) {
+  if (is_absent(array)) return {};
+  static std::remove_const_t<T> no_element{};  // a view without data would stand for no array
+  T* const data = array.data == nullptr ? &no_element : static_cast<T*>(array.data);
+  return {data, array.strides[0], array.dimensions > 1 ? array.strides[1] : 1};
+}
+
+template <class T>
+diff::ShRows<T> sh_rows_of(const QsArray& first, const QsArray& rest) {
+  if (is_absent(first)) return {};
+  const auto dc_of = [](const QsArray& array) {
+    diff::Rows<T> dc = rows_of<T>(array);
+    dc.step = array.strides[2];
+    return dc;
+  };
+  const diff::Rows<T> dc = dc_of(first);
+  if (!is_absent(rest)) return {dc, dc_of(rest), rest.strides[1]};
+  diff::Rows<T> second = dc;
+  if (first.sizes[0] > 0 && first.sizes[1] > 1) second.data += first.strides[1];
+  return {dc, second, first.strides[1]};
+}
+
+template <class T>
+diff::Pixels<T> pixels_of(const QsArray& array) {
+  if (is_absent(array)) return {};
+  return {static_cast<T*>(array.data), array.strides[0], array.strides[1],
+          array.dimensions > 2 ? array.strides[2] : 0};
+}
+
+template <class T>
+diff::Pictures<T> pictures_of(const QsBlended& given) {
+  return {pixels_of<T>(given.color), pixels_of<T>(given.alpha), pixels_of<T>(given.depth),
+          pixels_of<T>(given.inverse_depth)};
+}
+
+/// The boundary's arrays of QsBoundary or QsBoundaryGradients.
+template <class T, class Given>
+diff::Boundary<T> boundary_rows_of(const Given& given) {
+  return {rows_of<T>(given.means_px), rows_of<T>(given.conics), rows_of<T>(given.depths),
+          rows_of<T>(given.opacities), rows_of<T>(given.colors)};
+}
+
+template <class Real>
+diff::InputGradients<Real> input_rows_of(const QsInputGradients& given) {
+  return {rows_of<Real>(given.means),     rows_of<Real>(given.scales),
+          rows_of<Real>(given.rotations), rows_of<Real>(given.covariances),
+          rows_of<Real>(given.opacities), sh_rows_of<Real>(given.sh, given.sh_rest)};
+}
+
+template <class Real>
+diff::GaussianInputs<Real> inputs_of(const StageCall& call) {
+  const QsInputs& given = call.inputs;
+  diff::GaussianInputs<Real> in;
+  in.count = static_cast<std::size_t>(call.gaussians);
+  in.means = rows_of<const Real>(given.means);
+  in.scales = rows_of<const Real>(given.scales);
+  in.rotations = rows_of<const Real>(given.rotations);
+  in.covariances = rows_of<const Real>(given.covariances);
+  in.opacities = rows_of<const Real>(given.opacities);
+  in.sh = sh_rows_of<const Real>(given.sh, given.sh_rest);
+  while (sh_coefficient_count(in.sh_degree) < call.coefficients) ++in.sh_degree;
+  in.channels = rows_of<const Real>(given.channels);
+  in.channel_count = static_cast<int>(call.channels);
+  return in;
+}
+
+/// The numbers of a checked array of one dimension; none if it is absent.
+template <class Real>
+std::vector<Real> numbers_in(const QsArray& array) {
+  std::vector<Real> numbers(is_absent(array) ? 0 : static_cast<std::size_t>(array.sizes[0]));
+  with_type(array, [&](const auto* elements) {
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      numbers[i] = static_cast<Real>(elements[static_cast<std::ptrdiff_t>(i) * array.strides[0]]);
+  });
+  return numbers;
+}
+
+/// Stores value(i, j) in a checked array of up to two dimensions; nothing if it is absent.
+template <class Value>
+void store_numbers(const QsArray& array, const Value& value) {
+  if (is_absent(array)) return;
+  const bool is_matrix = array.dimensions > 1;
+  with_type(array, [&](auto* elements) {
+    for (std::int64_t i = 0; i < array.sizes[0]; ++i) {
+      for (std::int64_t j = 0; j < (is_matrix ? array.sizes[1] : 1); ++j)
+        elements[i * array.strides[0] + (is_matrix ? j * array.strides[1] : 0)] =
+            static_cast<std::remove_pointer_t<decltype(elements)>>(value(i, j));
+    }
+  });
+}
+
+}  // namespace qs::library

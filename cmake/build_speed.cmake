@@ -38,7 +38,7 @@ if(QUADSPLAT_UNITY)
   include_directories(${PROJECT_SOURCE_DIR})  # of the includes in units
 endif()
 
-# compile_together(UNITS NAME SOURCES...) sets UNITS to what the target NAME compiles: files that include all sources of a
+# compile_together(UNITS NAME SOURCES...) sets UNITS to the files that the target NAME compiles: files that include all sources of a
 # room, and the sources that are compiled alone. CMake's own units name the folder of the clone, which keeps compiler
 # caches from serving other clones.
 function(compile_together units name)

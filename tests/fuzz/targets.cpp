@@ -25,8 +25,8 @@
 #include "io/tensor/safetensors.h"
 #include "io/tensor/torch_tensor.h"
 #include "support/gzip.h"
-#include "support/temporary_folder.h"
 #include "support/paths.h"
+#include "support/temporary_folder.h"
 
 namespace qs::test {
 namespace {

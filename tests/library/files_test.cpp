@@ -6,10 +6,10 @@
 #include "io/camera/cameras.h"
 #include "library/opened_scene.h"
 #include "support/error_of.h"
+#include "support/paths.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
-#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -28,8 +28,7 @@ void expect_same(const QsCamera& found, const Camera& camera) {
 }
 
 TEST(LibraryCameras, of_every_format_are_the_programs) {
-  const std::filesystem::path data =
-      test::source_path("tests/data/cameras");
+  const std::filesystem::path data = test::source_path("tests/data/cameras");
   for (const char* name : {"cameras.json", "images.bin", "images.txt", "transforms.json"}) {
     SCOPED_TRACE(name);
     std::vector<std::string> names;

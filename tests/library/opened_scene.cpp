@@ -5,12 +5,8 @@
 
 namespace qs::test {
 
-std::filesystem::path plush() {
-  return source_path("assets/plush.ply");
-}
-std::filesystem::path plush_cameras() {
-  return source_path("assets/cameras.json");
-}
+std::filesystem::path plush() { return source_path("assets/plush.ply"); }
+std::filesystem::path plush_cameras() { return source_path("assets/cameras.json"); }
 
 QsCamera c_camera(const Camera& camera) {
   auto result = quadsplat::sized<QsCamera>();

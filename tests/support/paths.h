@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Folders that tests use. One small file knows where the source tree is, so that a compiler cache has
-// the objects of all others for every clone.
+// Folders that tests use. One small file knows where the source tree is, so that a compiler cache
+// has the objects of all others for every clone.
 #pragma once
 
 #include <filesystem>

@@ -17,8 +17,7 @@ namespace qs {
 namespace {
 
 std::string text_of(const char* name) {
-  return read_text_file(test::source_path("cmake/desktop") / name,
-                        1 << 20);
+  return read_text_file(test::source_path("cmake/desktop") / name, 1 << 20);
 }
 
 // All texts between `before` and `after`.

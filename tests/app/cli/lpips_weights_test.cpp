@@ -9,9 +9,9 @@
 
 #include "app/support/run_program.h"
 #include "io/tensor/safetensors.h"
+#include "support/paths.h"
 #include "support/safetensors.h"
 #include "support/temporary_folder.h"
-#include "support/paths.h"
 
 namespace qs {
 namespace {

@@ -11,9 +11,9 @@
 #include "app/session/session.h"
 #include "app/support/run_program.h"
 #include "learn/run/data_set.h"
+#include "support/paths.h"
 #include "support/pool.h"
 #include "support/temporary_folder.h"
-#include "support/paths.h"
 
 namespace qs {
 namespace {

@@ -14,10 +14,10 @@
 #include "app/framing/camera_rig.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
+#include "support/paths.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 #include "support/shared.h"
-#include "support/paths.h"
 
 namespace qs {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "app/support/run_program.h"
 #include "support/error_of.h"
-#include "support/temporary_folder.h"
 #include "support/paths.h"
+#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
@@ -67,8 +67,9 @@ class RemotePeer : public testing::Test {
   void with_trainer(const std::string& dialect, const std::vector<std::string>& more,
                     const std::function<void(const TcpAddress&)>& meanwhile) {
     const auto port_file = folder_ / "port", log_file = folder_ / "log";
-    std::vector<std::string> words = {test::source_path("tests/support/network_gui_peer.py").string(),
-                                      dialect, port_file.string(), log_file.string()};
+    std::vector<std::string> words = {
+        test::source_path("tests/support/network_gui_peer.py").string(), dialect,
+        port_file.string(), log_file.string()};
     words.insert(words.end(), more.begin(), more.end());
     const auto run = test::run_program("python3", words, [&](pid_t pid) {
       ASSERT_TRUE(until([&] { return std::filesystem::exists(port_file); }));

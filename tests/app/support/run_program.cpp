@@ -10,8 +10,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "support/temporary_folder.h"
 #include "support/paths.h"
+#include "support/temporary_folder.h"
 
 namespace qs::test {
 namespace {

@@ -24,11 +24,11 @@
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
+#include "support/paths.h"
 #include "support/pool.h"
 #include "support/recording_host.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
-#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -404,8 +404,7 @@ TEST(InputScript, names_the_line_that_is_wrong) {
 }
 
 TEST(InputScript, every_command_is_documented) {
-  const std::string text =
-      read_text_file(test::source_path("docs/viewer.md"), 1 << 20);
+  const std::string text = read_text_file(test::source_path("docs/viewer.md"), 1 << 20);
   for (const ScriptCommand& command : kScriptCommands)
     EXPECT_THAT(text, HasSubstr(std::string("`") + command.name));
 }

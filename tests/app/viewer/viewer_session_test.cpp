@@ -35,8 +35,7 @@ std::uint64_t number_of(std::string text) {
 
 class ViewerSession : public test::ProgramInWindow {
  protected:
-  const std::string scene_ =
-      test::source_path("assets/plush.ply").string();
+  const std::string scene_ = test::source_path("assets/plush.ply").string();
 
   // The frames of all modes of the window's camera, from a command without a window.
   json rendered(const json& shown, const std::string& size) {

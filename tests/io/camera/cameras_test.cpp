@@ -14,8 +14,8 @@
 
 #include "base/error.h"
 #include "io/bytes/json_text.h"
-#include "support/temporary_folder.h"
 #include "support/paths.h"
+#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
@@ -202,8 +202,7 @@ TEST(Cameras, are_found_up_to_three_folders_above_the_scene) {
 }
 
 TEST(Cameras, the_trained_scene_s_file_is_read) {
-  const std::filesystem::path path =
-      test::shared_folder() / "scenes/plush/cameras.json";
+  const std::filesystem::path path = test::shared_folder() / "scenes/plush/cameras.json";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
   const std::vector<Camera> cameras = read_cameras(path);
   ASSERT_EQ(cameras.size(), 97u);

@@ -13,8 +13,8 @@
 
 #include "base/error.h"
 #include "io/picture/picture_formats.h"
-#include "support/temporary_folder.h"
 #include "support/paths.h"
+#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
@@ -258,8 +258,7 @@ TEST_F(ImageFile, a_pfm_has_the_bytes_of_its_size_and_a_size) {
 
 // libpng allocates whole rows when it prepares to read: 2 GiB each in this file.
 TEST_F(ImageFile, a_png_with_a_row_of_gigabytes_is_refused_before_its_row_is_allocated) {
-  const auto path =
-      test::source_path("tests/data/pictures/too_wide.png");
+  const auto path = test::source_path("tests/data/pictures/too_wide.png");
   const auto peak_kilobytes = [] {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);

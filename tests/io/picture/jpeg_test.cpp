@@ -11,16 +11,15 @@
 #include "io/picture/image_file.h"
 #include "io/picture/picture_formats.h"
 #include "support/error_of.h"
-#include "support/temporary_folder.h"
 #include "support/paths.h"
+#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
 
 using testing::HasSubstr;
 
-const std::filesystem::path kPictures =
-    test::source_path("tests/data/pictures");
+const std::filesystem::path kPictures = test::source_path("tests/data/pictures");
 
 std::string bytes_of(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);

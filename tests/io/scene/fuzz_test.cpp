@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The targets of scripts/fuzz, run on their seeds: files below tests/data.
+// The targets of scripts/fuzz, run on their seeds, which are files below tests/data, and on the
+// inputs that fuzzers kept.
 #include <algorithm>
 #include <filesystem>
 #include <set>
@@ -64,6 +65,18 @@ TEST(Fuzz, every_target_has_seeds_and_reads_them_as_promised) {
     for (const auto& seed : seeds) {
       SCOPED_TRACE(target.name + ": " + seed.string());
       EXPECT_NO_THROW(target.run(file_bytes(seed)));
+    }
+  }
+}
+
+// scripts/fuzz keeps them in build/fuzz; a clean clone has none.
+TEST(Fuzz, kept_inputs_are_read_as_promised) {
+  for (const FuzzTarget& target : fuzz_targets()) {
+    const std::filesystem::path kept = source_path("build/fuzz/corpus") / target.name;
+    if (!std::filesystem::is_directory(kept)) continue;
+    for (const auto& input : std::filesystem::directory_iterator(kept)) {
+      SCOPED_TRACE(target.name + ": " + input.path().string());
+      EXPECT_NO_THROW(target.run(file_bytes(input.path())));
     }
   }
 }

@@ -49,8 +49,8 @@ inline constexpr std::size_t kTotalBytes = std::size_t{4} << 30;
 inline std::size_t total_bytes = kTotalBytes;  ///< smaller in tests of a small GPU
 inline constexpr int kMultiprocessors = 8;
 inline int multiprocessors = kMultiprocessors;
-inline int captured_graphs = 0;                ///< that were not destroyed
-inline bool fails_to_instantiate = false;      ///< the next graphs
+inline int captured_graphs = 0;            ///< that were not destroyed
+inline bool fails_to_instantiate = false;  ///< the next graphs
 
 inline constexpr unsigned kWarpSize = 32;
 

@@ -23,10 +23,10 @@
 #include "raster/api/renderer.h"
 #include "raster/clock/gpu_clock.h"
 #include "raster/scene/activated_cloud.h"
+#include "support/paths.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
-#include "support/paths.h"
 
 namespace {
 
@@ -227,8 +227,9 @@ int run(const fs::path& shared, int frames, const std::string& only, const std::
 
 int main(int argc, char** argv) {
   try {
-    return run(argc > 1 ? fs::path(argv[1]) : qs::test::shared_folder(), argc > 2 ? std::atoi(argv[2]) : 100,
-               argc > 3 ? argv[3] : "", argc > 4 ? argv[4] : "");
+    return run(argc > 1 ? fs::path(argv[1]) : qs::test::shared_folder(),
+               argc > 2 ? std::atoi(argv[2]) : 100, argc > 3 ? argv[3] : "",
+               argc > 4 ? argv[4] : "");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "gpu_timings: %s\n", error.what());
     return 3;

@@ -19,9 +19,9 @@
 #include "learn/run/initial.h"
 #include "learn/step/cuda/gpu_model.h"
 #include "raster/timings/field_stages.h"
+#include "support/paths.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
-#include "support/paths.h"
 
 namespace {
 

@@ -22,8 +22,8 @@
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "io/bytes/json_text.h"
-#include "support/temporary_folder.h"
 #include "support/paths.h"
+#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
@@ -512,8 +512,7 @@ TEST_F(PanelsTest, a_slider_s_value_is_legible_over_its_grab) {
 TEST(CommandHints, name_commands_that_exist_and_their_keys) {
   EXPECT_EQ(command_hint("Flip the split"), "Flip the split (X)");
   EXPECT_EQ(command_hint("Open a file"), "Open a file (Ctrl+O)");
-  const std::filesystem::path viewer =
-      test::source_path("src/app/viewer");
+  const std::filesystem::path viewer = test::source_path("src/app/viewer");
   int hints = 0;
   for (const auto& [folder, call] : {std::pair("panels", std::string("command_tooltip(\"")),
                                      std::pair("commands", std::string("command_hint(\""))}) {

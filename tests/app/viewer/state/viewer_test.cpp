@@ -476,8 +476,7 @@ TEST(Commands, every_mode_has_its_digit_in_both_rows_and_a_tick_while_it_is_chos
 }
 
 TEST(Commands, every_row_is_documented) {
-  const std::string text =
-      read_text_file(test::source_path("docs/viewer.md"), 1 << 20);
+  const std::string text = read_text_file(test::source_path("docs/viewer.md"), 1 << 20);
   for (const KeyCommand& row : key_commands()) {
     // Markdown needs two backticks around one.
     const std::string key = key_name(row.key, row.mods);

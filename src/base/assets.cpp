@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: it has a macro of its own.
 #include "base/assets.h"
 
 #include <cstdio>

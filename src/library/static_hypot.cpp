@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: it has a macro of its own.
 //
 // glibc 2.35 gave `hypot` a second version, which differs in errno alone. A library that was linked
 // statically calls the first version (--wrap), so that it also runs with an older glibc.

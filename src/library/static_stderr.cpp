@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: it has a macro of its own.
 //
 // Static libraries that were compiled for programs, such as Debian's libpng, address `stderr` in a
 // way that a shared library cannot have. The linker gives them this variable instead (--wrap).

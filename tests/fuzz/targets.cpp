@@ -26,7 +26,7 @@
 #include "io/tensor/torch_tensor.h"
 #include "support/gzip.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs::test {
 namespace {
@@ -34,7 +34,7 @@ namespace {
 namespace fs = std::filesystem;
 using Bytes = std::span<const std::byte>;
 
-const fs::path kData = fs::path(QUADSPLAT_SOURCE_DIR) / "tests/data";
+const fs::path kData = source_path("tests/data");
 
 void demand(bool promise, const char* what) {
   if (!promise) throw std::logic_error(std::string("broken promise: ") + what);

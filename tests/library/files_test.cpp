@@ -9,7 +9,7 @@
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -29,7 +29,7 @@ void expect_same(const QsCamera& found, const Camera& camera) {
 
 TEST(LibraryCameras, of_every_format_are_the_programs) {
   const std::filesystem::path data =
-      std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "tests/data/cameras";
+      test::source_path("tests/data/cameras");
   for (const char* name : {"cameras.json", "images.bin", "images.txt", "transforms.json"}) {
     SCOPED_TRACE(name);
     std::vector<std::string> names;

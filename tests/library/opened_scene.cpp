@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "library/opened_scene.h"
 
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs::test {
 
 std::filesystem::path plush() {
-  return std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "assets/plush.ply";
+  return source_path("assets/plush.ply");
 }
 std::filesystem::path plush_cameras() {
-  return std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "assets/cameras.json";
+  return source_path("assets/cameras.json");
 }
 
 QsCamera c_camera(const Camera& camera) {

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs::test {
 
@@ -18,12 +18,7 @@ namespace qs::test {
 /// folder, for tests that run on another machine.
 inline std::filesystem::path shared_path(const std::string& relative) {
   const char* elsewhere = std::getenv("QUADSPLAT_SHARED_DIR");
-  return std::filesystem::path(elsewhere != nullptr ? elsewhere : QUADSPLAT_SHARED_DIR) / relative;
-}
-
-/// A path inside the source tree.
-inline std::filesystem::path source_path(const std::string& relative) {
-  return std::filesystem::path(QUADSPLAT_SOURCE_DIR) / relative;
+  return (elsewhere != nullptr ? std::filesystem::path(elsewhere) : shared_folder()) / relative;
 }
 
 }  // namespace qs::test

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: it has a macro of its own.
 #include "app/serve/tls_context.h"
 
 #ifdef QUADSPLAT_TLS

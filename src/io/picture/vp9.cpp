@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: it has a macro of its own.
 #include "io/picture/vp9.h"
 
 #ifdef QUADSPLAT_VIDEO

@@ -11,13 +11,13 @@
 #include "app/cli/format_list.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
 
 std::string text_of(const char* name) {
-  return read_text_file(std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "cmake/desktop" / name,
+  return read_text_file(test::source_path("cmake/desktop") / name,
                         1 << 20);
 }
 

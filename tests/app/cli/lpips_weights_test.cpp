@@ -11,7 +11,7 @@
 #include "io/tensor/safetensors.h"
 #include "support/safetensors.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -26,7 +26,7 @@ class LpipsWeights : public testing::Test {
     test::write_lpips_weights(test::golden_weights(lpips::kNetworks[1]),
                               folder_ / "in.safetensors");
     const ProgramRun run =
-        test::run_program("python3", {QUADSPLAT_SOURCE_DIR "/tests/support/make_pth.py",
+        test::run_program("python3", {test::source_path("tests/support/make_pth.py").string(),
                                       path("in.safetensors"), folder_.path().string()});
     ASSERT_EQ(run.exit_code, 0) << run.err;
   }
@@ -35,7 +35,7 @@ class LpipsWeights : public testing::Test {
 
   ProgramRun convert(const std::string& features, const std::string& linear,
                      const std::string& out = "out.safetensors") const {
-    return test::run_program("python3", {QUADSPLAT_SOURCE_DIR "/scripts/lpips_weights",
+    return test::run_program("python3", {test::source_path("scripts/lpips_weights").string(),
                                          path(features), path(linear), path(out)});
   }
 

@@ -13,7 +13,7 @@
 #include "learn/run/data_set.h"
 #include "support/pool.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -25,15 +25,15 @@ class SyntheticSet : public testing::Test {
   void SetUp() override {
     if (test::run_program("python3", {"--version"}).exit_code == 127)
       GTEST_SKIP() << "python3 is not installed";
-    setenv("PROGRAM", QUADSPLAT_PROGRAM, 1);
+    setenv("PROGRAM", test::quadsplat_program().c_str(), 1);
   }
   void TearDown() override { unsetenv("PROGRAM"); }
 
   static ProgramRun make(std::vector<std::string> words) {
-    words.insert(words.begin(), QUADSPLAT_SOURCE_DIR "/scripts/synthetic_set");
+    words.insert(words.begin(), test::source_path("scripts/synthetic_set").string());
     return test::run_program("python3", words);
   }
-  const std::string scene_ = QUADSPLAT_SOURCE_DIR "/assets/plush.ply";
+  const std::string scene_ = test::source_path("assets/plush.ply").string();
   TemporaryFolder folder_;
 };
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Needs QUADSPLAT_SERVE.
 //
 // train --serve as a program. server_test.cpp tests what its visitors see.
 #include <csignal>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: it has a macro of its own.
 //
 // Two other implementations of 3DGS make the mistakes, and the judge must name them. The first
 // reads the kit's files; the second is the plugin that is installed as an example, called through

@@ -17,7 +17,7 @@
 #include "support/pool.h"
 #include "support/scenes.h"
 #include "support/shared.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -102,7 +102,7 @@ void expect_a_good_turntable(const Scene& scene, const std::vector<Camera>& came
 }
 
 TEST(Turntable, of_the_bundled_scene_shows_its_whole_subject_outside_of_fog) {
-  const std::filesystem::path assets = std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "assets";
+  const std::filesystem::path assets = test::source_path("assets");
   expect_a_good_turntable(read_scene(assets / "plush.ply", test::pool()),
                           read_cameras(assets / "cameras.json"));
 }

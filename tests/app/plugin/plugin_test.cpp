@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: it has macros of its own.
 //
 // bench --plugin: this project's renderer as a plugin, the installed example, and plugins with one
 // defect each, every plugin in a separate process.

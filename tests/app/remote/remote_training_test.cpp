@@ -15,7 +15,7 @@
 #include "app/support/run_program.h"
 #include "support/error_of.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -67,7 +67,7 @@ class RemotePeer : public testing::Test {
   void with_trainer(const std::string& dialect, const std::vector<std::string>& more,
                     const std::function<void(const TcpAddress&)>& meanwhile) {
     const auto port_file = folder_ / "port", log_file = folder_ / "log";
-    std::vector<std::string> words = {QUADSPLAT_SOURCE_DIR "/tests/support/network_gui_peer.py",
+    std::vector<std::string> words = {test::source_path("tests/support/network_gui_peer.py").string(),
                                       dialect, port_file.string(), log_file.string()};
     words.insert(words.end(), more.begin(), more.end());
     const auto run = test::run_program("python3", words, [&](pid_t pid) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Needs QUADSPLAT_SERVE.
 // Compiled alone: Boost takes long to compile.
 //
 // The server as clients meet it, each line of its rules: sound visitors, and those who are refused.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Needs QUADSPLAT_TLS.
 // Compiled alone: Boost takes long to compile.
 //
 // Encrypted connections: visitors, the limits, and the files of certificate and key.

@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs::test {
 namespace {
@@ -57,7 +57,7 @@ ProgramRun run_program(const std::string& program, const std::vector<std::string
 
 ProgramRun run_quadsplat(const std::vector<std::string>& arguments,
                          const std::function<void(pid_t)>& meanwhile) {
-  return run_program(QUADSPLAT_PROGRAM, arguments, meanwhile);
+  return run_program(quadsplat_program(), arguments, meanwhile);
 }
 
 }  // namespace qs::test

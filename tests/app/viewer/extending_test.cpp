@@ -19,7 +19,7 @@
 #include "app/viewer/state/actions.h"
 #include "io/bytes/json_text.h"
 #include "learn/run/strategy.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 // NOLINTBEGIN: text of the page, each in the namespaces of the files that it belongs to
 namespace qs::sample_command {
@@ -73,7 +73,7 @@ TEST(Extending, the_sample_strategy_drops_large_gaussians) {
 
 TEST(Extending, the_keys_of_the_samples_are_free) {
   const std::string page =
-      read_text_file(std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "docs/extending.md", 1 << 20);
+      read_text_file(test::source_path("docs/extending.md"), 1 << 20);
   const std::map<std::string, int> keys = {{"PERIOD", GLFW_KEY_PERIOD}, {"F7", GLFW_KEY_F7}};
   int found = 0;
   const std::regex name("GLFW_KEY_([A-Z0-9]+)");

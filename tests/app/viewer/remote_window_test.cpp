@@ -18,7 +18,7 @@
 #include "app/viewer/state/training_actions.h"
 #include "io/picture/image_file.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -110,7 +110,7 @@ TEST(RemoteWindow, shows_pauses_and_resumes_a_training) {
       << "\ndrag 20 10 left\nkey Shift+T\nwait\nstate " << path("moved.json") << "\nquit\n";
   const auto peer = test::run_program(
       "python3",
-      {QUADSPLAT_SOURCE_DIR "/tests/support/network_gui_peer.py", "trainer_first", path("port"),
+      {test::source_path("tests/support/network_gui_peer.py").string(), "trainer_first", path("port"),
        path("log")},
       [&](pid_t pid) {
         for (int i = 0; i < 6000 && !std::filesystem::exists(folder / "port"); ++i)

@@ -28,7 +28,7 @@
 #include "support/recording_host.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -405,7 +405,7 @@ TEST(InputScript, names_the_line_that_is_wrong) {
 
 TEST(InputScript, every_command_is_documented) {
   const std::string text =
-      read_text_file(std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "docs/viewer.md", 1 << 20);
+      read_text_file(test::source_path("docs/viewer.md"), 1 << 20);
   for (const ScriptCommand& command : kScriptCommands)
     EXPECT_THAT(text, HasSubstr(std::string("`") + command.name));
 }

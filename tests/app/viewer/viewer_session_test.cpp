@@ -16,7 +16,7 @@
 #include "app/support/program_in_window.h"
 #include "base/text.h"
 #include "raster/kernel/cull/mode.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -36,7 +36,7 @@ std::uint64_t number_of(std::string text) {
 class ViewerSession : public test::ProgramInWindow {
  protected:
   const std::string scene_ =
-      (std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "assets/plush.ply").string();
+      test::source_path("assets/plush.ply").string();
 
   // The frames of all modes of the window's camera, from a command without a window.
   json rendered(const json& shown, const std::string& size) {

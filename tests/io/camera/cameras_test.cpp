@@ -15,7 +15,7 @@
 #include "base/error.h"
 #include "io/bytes/json_text.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -203,7 +203,7 @@ TEST(Cameras, are_found_up_to_three_folders_above_the_scene) {
 
 TEST(Cameras, the_trained_scene_s_file_is_read) {
   const std::filesystem::path path =
-      std::filesystem::path(QUADSPLAT_SHARED_DIR) / "scenes/plush/cameras.json";
+      test::shared_folder() / "scenes/plush/cameras.json";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
   const std::vector<Camera> cameras = read_cameras(path);
   ASSERT_EQ(cameras.size(), 97u);

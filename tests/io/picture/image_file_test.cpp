@@ -14,7 +14,7 @@
 #include "base/error.h"
 #include "io/picture/picture_formats.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -259,7 +259,7 @@ TEST_F(ImageFile, a_pfm_has_the_bytes_of_its_size_and_a_size) {
 // libpng allocates whole rows when it prepares to read: 2 GiB each in this file.
 TEST_F(ImageFile, a_png_with_a_row_of_gigabytes_is_refused_before_its_row_is_allocated) {
   const auto path =
-      std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "tests/data/pictures/too_wide.png";
+      test::source_path("tests/data/pictures/too_wide.png");
   const auto peak_kilobytes = [] {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
@@ -274,8 +274,7 @@ TEST_F(ImageFile, a_png_with_a_row_of_gigabytes_is_refused_before_its_row_is_all
 // The text claims 1.7 GB in a file of 69 bytes. Its length is never allocated: the fuzzer, whose
 // seed this file is, fails above 1 GiB.
 TEST_F(ImageFile, a_png_with_a_text_that_ends_early_is_refused) {
-  EXPECT_THAT(error_of_reading(std::filesystem::path(QUADSPLAT_SOURCE_DIR) /
-                               "tests/data/pictures/long_text.png"),
+  EXPECT_THAT(error_of_reading(test::source_path("tests/data/pictures/long_text.png")),
               HasSubstr("long_text.png: not a readable PNG: "));
 }
 

@@ -12,7 +12,7 @@
 #include "io/picture/picture_formats.h"
 #include "support/error_of.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -20,7 +20,7 @@ namespace {
 using testing::HasSubstr;
 
 const std::filesystem::path kPictures =
-    std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "tests/data/pictures";
+    test::source_path("tests/data/pictures");
 
 std::string bytes_of(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);

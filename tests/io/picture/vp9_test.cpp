@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Needs QUADSPLAT_VIDEO.
 //
 // VP9 there and back, with libvpx's decoder.
 #include "io/picture/vp9.h"

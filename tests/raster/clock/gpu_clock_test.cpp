@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: it has a macro of its own.
 //
 // The clock of a GPU during a measurement, from a script of readings and from a fake NVML.
 #include "raster/clock/gpu_clock.h"

@@ -26,7 +26,7 @@
 #include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace {
 
@@ -227,7 +227,7 @@ int run(const fs::path& shared, int frames, const std::string& only, const std::
 
 int main(int argc, char** argv) {
   try {
-    return run(argc > 1 ? argv[1] : QUADSPLAT_SHARED_DIR, argc > 2 ? std::atoi(argv[2]) : 100,
+    return run(argc > 1 ? fs::path(argv[1]) : qs::test::shared_folder(), argc > 2 ? std::atoi(argv[2]) : 100,
                argc > 3 ? argv[3] : "", argc > 4 ? argv[4] : "");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "gpu_timings: %s\n", error.what());

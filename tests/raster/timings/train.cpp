@@ -21,7 +21,7 @@
 #include "raster/timings/field_stages.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace {
 
@@ -170,7 +170,7 @@ int run(const fs::path& scene, const fs::path& camera_file, int iterations, int 
 
 int main(int argc, char** argv) {
   try {
-    const fs::path scenes = fs::path(QUADSPLAT_SHARED_DIR) / "scenes";
+    const fs::path scenes = qs::test::shared_folder() / "scenes";
     return run(argc > 2 ? fs::path(argv[1]) : scenes / "plush.spz",
                argc > 2 ? fs::path(argv[2]) : scenes / "plush/cameras.json",
                argc > 3 ? std::atoi(argv[3]) : 50, argc > 5 ? std::atoi(argv[4]) : 1600,

@@ -23,7 +23,7 @@
 #include "app/viewer/state/zoom_actions.h"
 #include "io/bytes/json_text.h"
 #include "support/temporary_folder.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -513,7 +513,7 @@ TEST(CommandHints, name_commands_that_exist_and_their_keys) {
   EXPECT_EQ(command_hint("Flip the split"), "Flip the split (X)");
   EXPECT_EQ(command_hint("Open a file"), "Open a file (Ctrl+O)");
   const std::filesystem::path viewer =
-      std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "src/app/viewer";
+      test::source_path("src/app/viewer");
   int hints = 0;
   for (const auto& [folder, call] : {std::pair("panels", std::string("command_tooltip(\"")),
                                      std::pair("commands", std::string("command_hint(\""))}) {

@@ -22,7 +22,7 @@
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
-#include "test_paths.h"
+#include "support/paths.h"
 
 namespace qs {
 namespace {
@@ -477,7 +477,7 @@ TEST(Commands, every_mode_has_its_digit_in_both_rows_and_a_tick_while_it_is_chos
 
 TEST(Commands, every_row_is_documented) {
   const std::string text =
-      read_text_file(std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "docs/viewer.md", 1 << 20);
+      read_text_file(test::source_path("docs/viewer.md"), 1 << 20);
   for (const KeyCommand& row : key_commands()) {
     // Markdown needs two backticks around one.
     const std::string key = key_name(row.key, row.mods);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Needs QUADSPLAT_PORTAL.
 //
 // The desktop's own dialog, with a portal of the test's on a message bus of its own.
 #include "app/viewer/window/desktop_dialog.h"

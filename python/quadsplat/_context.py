@@ -23,7 +23,6 @@ class _Handle:
         self.pointer: Optional[int] = pointer
         self.process = os.getpid()
         self.lock = threading.Lock()  # held during calls
-        self.thread: Optional[int] = None  #: the thread whose call holds the lock
         self._stopping = threading.Lock()
         self._unused: Deque[int] = collections.deque()  # scenes to be closed
 
@@ -42,26 +41,11 @@ class _Handle:
             finally:
                 self.lock.release()
 
-    def begin(self, who: str) -> None:
-        """Waits for calls of other threads. A call of this thread would wait for itself."""
-        if self.thread == threading.get_ident():
-            raise UsageError(f"{who}: the context is in use by the call that called this function: "
-                             "use another context here")
-        self.lock.acquire()
-        with self._stopping:
-            self.thread = threading.get_ident()
-
-    def end(self) -> None:
-        with self._stopping:
-            self.thread = None
-        self.lock.release()
-
-    def stop(self, thread: Optional[int] = None) -> None:
-        """Stops the running call, or only a call of this thread."""
+    def stop(self) -> None:
         if os.getpid() != self.process:
             return
         with self._stopping:
-            if self.pointer and thread in (None, self.thread):
+            if self.pointer:
                 _ffi.library.qs_stop(self.pointer)
 
     def close(self) -> None:
@@ -88,14 +72,14 @@ class Use:
             raise UsageError(f"{self._who}: the context belongs to the process from which this "
                              "process was forked: load the scene here, or start processes by "
                              "multiprocessing's method spawn")
-        handle.begin(self._who)
+        handle.lock.acquire()
         if handle.pointer is None:
-            handle.end()
+            handle.lock.release()
             raise UsageError(f"{self._who}: the context was closed")
         return handle.pointer
 
     def __exit__(self, *_: Any) -> None:
-        self._handle.end()
+        self._handle.lock.release()
         self._handle.close_unused()
 
 
@@ -142,12 +126,7 @@ class Context:
         self._handle.stop()
 
     def close(self) -> None:
-        """Waits for a running call and frees the context. Its scenes can only be closed then.
-
-        Raises UsageError in a callback of such a call.
-        """
-        if self._handle.thread == threading.get_ident():
-            raise UsageError("Context.close: the context is in use by the call that called this function")
+        """Waits for a running call and frees the context. Its scenes can only be closed then."""
         self._finalizer()
 
     def __enter__(self) -> Context:

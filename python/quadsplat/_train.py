@@ -121,13 +121,12 @@ def _run(given: _ffi.QsTraining, calls: _Callbacks, context: Context, who: str) 
         finally:
             done.set()
 
-    worker = threading.Thread(target=work, name="quadsplat.train", daemon=True)
-    worker.start()
+    threading.Thread(target=work, name="quadsplat.train", daemon=True).start()
     interrupt: Optional[BaseException] = None
     while True:
         try:
             if interrupt is not None:
-                context._handle.stop(worker.ident)  # again: the call may not have begun
+                context.stop()  # again: the call may not have begun
             if done.wait(0.1):
                 break
         except KeyboardInterrupt as error:

@@ -480,7 +480,7 @@ QS_LIBRARY_FUNCTION int32_t qs_compare(QsContext* context, const QsArray* a, con
 
 /* ---- gradients ------------------------------------------------------------------------------- */
 
-/* A differentiable rasterizer in two stages:
+/* A differentiable rasterizer in two passes:
  *
  *   QsInputs --qs_project--> QsBoundary --qs_blend--> QsBlended
  *
@@ -488,7 +488,7 @@ QS_LIBRARY_FUNCTION int32_t qs_compare(QsContext* context, const QsArray* a, con
  *
  *   QsInputGradients <--qs_project_backward-- QsBoundaryGradients <--qs_blend_backward-- QsBlended
  *
- * qs_forward() and qs_backward() are both stages in one call, with the same values. All real arrays
+ * qs_forward() and qs_backward() are both passes in one call, with the same values. All real arrays
  * of a call have the type of QsInputs.means, QS_FLOAT32, or QS_FLOAT64 to check gradients; the
  * lists are decided in single precision for both. An array that is absent is not given or not
  * wanted; all elements of wanted arrays are written. Sums are in a fixed order, so results do not

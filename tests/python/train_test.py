@@ -9,7 +9,7 @@ import threading
 
 import pytest
 
-from conftest import PLUSH, ROOT
+from conftest import ROOT
 
 SMALL = {"random_points": 100, "sh_degree": 0}
 
@@ -66,30 +66,6 @@ def test_a_callback_ends_a_run_which_continues_to_the_same_bits(quadsplat, data,
                             callback=lambda state: two.stop(), **SMALL)
         quadsplat.train(data, tmp_path / "parts", iterations=9, context=two, resume=True, **SMALL)
     assert gaussians(tmp_path / "whole", 9) == gaussians(tmp_path / "parts", 9)
-
-
-@pytest.mark.parametrize("use", ["draw", "close"])
-def test_a_callback_that_uses_its_own_context_is_refused(quadsplat, data, tmp_path, camera, use):
-    with quadsplat.Context("cpu", threads=1) as own:
-        inside = quadsplat.load(PLUSH, context=own)
-        ends = []
-
-        def work(state):
-            if use == "close":
-                own.close()
-            else:
-                quadsplat.render(inside, camera)
-
-        def train():
-            with pytest.raises(quadsplat.UsageError, match="in use by the call that called this function"):
-                quadsplat.train(data, tmp_path / "model", iterations=3, context=own, callback=work, **SMALL)
-            ends.append(True)
-
-        thread = threading.Thread(target=train, daemon=True)
-        thread.start()
-        thread.join(120)
-        assert ends == [True], "the callback waits for its own call"
-        quadsplat.render(inside, camera)
 
 
 def test_ctrl_c_ends_a_run_which_is_saved(data, tmp_path):

@@ -19,10 +19,10 @@ inline CodedVectors coded_vectors(std::size_t count, std::size_t dimensions, std
   CodedVectors vectors;
   vectors.codebook.dimensions = dimensions;
   for (std::size_t i = 0; i < vectors.codebook.value_count(); ++i) {
-    const std::size_t stage = i / (vectors.codebook.codes() * dimensions);
-    vectors.codebook.values.push_back(golden_value(first + i) / static_cast<float>(1 << 2 * stage));
+    const std::size_t layer = i / (vectors.codebook.codes() * dimensions);
+    vectors.codebook.values.push_back(golden_value(first + i) / static_cast<float>(1 << 2 * layer));
   }
-  for (std::size_t i = 0; i < count * vectors.codebook.stages; ++i) {
+  for (std::size_t i = 0; i < count * vectors.codebook.layers; ++i) {
     vectors.numbers.push_back(
         static_cast<std::uint16_t>((golden_value(first + 7 * i) + 1) * 31.99f));
   }
@@ -36,8 +36,8 @@ inline SavedModel saved_model(std::size_t count) {
   saved.rotations = coded_vectors(count, 4, 5000);
   CompactModel& model = saved.model;
   const auto decode = [](const CodedVectors& vectors, std::size_t i, float* out) {
-    const std::size_t stages = vectors.codebook.stages;
-    vectors.codebook.decode(std::span(vectors.numbers).subspan(i * stages, stages), out);
+    const std::size_t layers = vectors.codebook.layers;
+    vectors.codebook.decode(std::span(vectors.numbers).subspan(i * layers, layers), out);
   };
   for (std::size_t i = 0; i < count; ++i) {
     model.means.emplace_back(golden_value(3 * i, 4), golden_value(3 * i + 1, 4),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Small scenes for the stages of the differentiable rasterizer: inputs in arrays, a loss over all
+// Small scenes for the passes of the differentiable rasterizer: inputs in arrays, a loss over all
 // pictures, and the derivatives of the loss by all inputs.
 #pragma once
 

@@ -16,12 +16,11 @@ import sys
 import tempfile
 import time
 import unittest
-import unittest.mock
 
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "workflows/paper"))
-from quadsplat_paper import charts, gpus, matrix, pictures, ratios, report, results, sets, work  # noqa: E402
+from quadsplat_paper import charts, gpus, matrix, pictures, ratios, report, results, sets  # noqa: E402
 from quadsplat_paper.plan import Plan  # noqa: E402
 from quadsplat_paper.problem import Problem  # noqa: E402
 
@@ -55,17 +54,6 @@ def plan_of(names, program=FakeProgram(), seeds=1):
 
 
 class Rules(unittest.TestCase):
-    def test_a_gpu_is_chosen_only_for_the_block(self):
-        for before in (None, "5"):
-            with unittest.mock.patch.dict(os.environ):
-                os.environ.pop("CUDA_VISIBLE_DEVICES", None)
-                if before is not None:
-                    os.environ["CUDA_VISIBLE_DEVICES"] = before
-                with self.assertRaises(KeyError), work.chosen_gpu({"CUDA_VISIBLE_DEVICES": "1"}):
-                    self.assertEqual(os.environ["CUDA_VISIBLE_DEVICES"], "1")
-                    raise KeyError
-                self.assertEqual(os.environ.get("CUDA_VISIBLE_DEVICES"), before)
-
     def test_the_matrix_has_87_trainings_per_seed_and_100_with_published_rules(self):
         self.assertEqual(len([*plan_of([]).units()]), 87)
         self.assertEqual(len([*plan_of(["published"]).units()]), 100)

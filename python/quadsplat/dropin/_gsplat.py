@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-import re
 import sys
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
@@ -63,9 +62,11 @@ class _Version(NamedTuple):
 
 def _version() -> _Version:
     module = sys.modules.get("gsplat")
-    # A version before a release, such as 1.6.0rc1, has the rules of the release.
-    found = re.match(r"(\d+)\.(\d+)(?:\.(\d+))?", str(getattr(module, "__version__", "")))
-    number = tuple(int(word or 0) for word in found.groups()) if found else _STAND_IN
+    words = str(getattr(module, "__version__", "1.5.3")).split("+")[0].split(".")
+    try:
+        number: Tuple[int, ...] = tuple(int(word) for word in words[:3])
+    except ValueError:
+        number = _STAND_IN
     if number < (1, 5):
         return _Version("gsplat_1_4", "3dgs", 0.999, 0.0, False, False, 0)
     if number < (1, 6):

@@ -49,7 +49,7 @@ template <class Real>
 struct GivenGaussians {
   static constexpr bool kReports = true;
 
-  StageRules<Real> rules;
+  PassRules<Real> rules;
   GaussianInputs<Real> in;
   Boundary<Real> out;
   Rows<std::int32_t> radii;  ///< 2
@@ -141,12 +141,12 @@ template <class Real>
 struct GivenGradient {
   using Vec3 = glm::vec<3, Real>;
 
-  StageRules<Real> rules;
+  PassRules<Real> rules;
   GaussianInputs<Real> in;
   InputGradients<Real> out;
 
   /// Inputs that are not given have no derivatives.
-  GivenGradient(const StageRules<Real>& of_view, const GaussianInputs<Real>& inputs,
+  GivenGradient(const PassRules<Real>& of_view, const GaussianInputs<Real>& inputs,
                 const InputGradients<Real>& wanted)
       : rules(of_view), in(inputs), out(wanted) {
     if (in.covariances)

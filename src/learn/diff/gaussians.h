@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The arrays between the stages of the differentiable rasterizer, in the caller's memory:
+// The arrays between the passes of the differentiable rasterizer, in the caller's memory:
 //
 //   inputs -> project -> boundary -> blend -> pictures
 //

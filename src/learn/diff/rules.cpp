@@ -48,9 +48,9 @@ void DrawnView::check(const char* who) const {
 }
 
 template <class Real>
-StageRules<Real> StageRules<Real>::of(const DrawnView& drawn, int sh_degree) {
+PassRules<Real> PassRules<Real>::of(const DrawnView& drawn, int sh_degree) {
   const Rules& rules = drawn.rules;
-  StageRules<Real> result;
+  PassRules<Real> result;
   result.view = make_view<Real>(drawn.camera);
   result.view.near_depth = static_cast<Real>(rules.near_depth);
   if (drawn.position) result.view.position = glm::vec<3, Real>(*drawn.position);
@@ -74,7 +74,7 @@ StageRules<Real> StageRules<Real>::of(const DrawnView& drawn, int sh_degree) {
   return result;
 }
 
-template struct StageRules<float>;
-template struct StageRules<double>;
+template struct PassRules<float>;
+template struct PassRules<double>;
 
 }  // namespace qs::diff

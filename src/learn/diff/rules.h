@@ -73,7 +73,7 @@ struct DrawnView {
 /// The rules and the camera as project() and the gradients of kernel/ read them: this type has the
 /// members of FootprintRules and of GradientRules. Kernels take it by value.
 template <class Real>
-struct StageRules {
+struct PassRules {
   View<Real> view;
   SlopeLimits<Real> limits;
   Real far_depth, dilation, splat_scale, compensation_floor;
@@ -84,7 +84,7 @@ struct StageRules {
   int width, height;  ///< px
 
   /// `sh_degree` of the Gaussians.
-  static StageRules of(const DrawnView& drawn, int sh_degree);
+  static PassRules of(const DrawnView& drawn, int sh_degree);
 
   QS_HD bool draws_depth(const View<Real>& of, Real z) const {
     return z > of.near_depth && z <= far_depth;

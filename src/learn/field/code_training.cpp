@@ -12,9 +12,9 @@ namespace {
 
 constexpr std::size_t kVectorGrain = 1024;
 
-// The code of a stage that is nearest to a vector.
-std::size_t nearest_of_stage(const ResidualCodebook& book, std::size_t stage, const float* vector) {
-  return nearest_code(book.code(stage, 0), static_cast<unsigned>(book.codes()),
+// The code of a layer that is nearest to a vector.
+std::size_t nearest_of_layer(const ResidualCodebook& book, std::size_t layer, const float* vector) {
+  return nearest_code(book.code(layer, 0), static_cast<unsigned>(book.codes()),
                       static_cast<unsigned>(book.dimensions), vector);
 }
 
@@ -33,7 +33,7 @@ std::vector<float> coded(const ResidualCodebook& codebook, std::span<const float
   const std::size_t d = codebook.dimensions;
   std::vector<float> result(vectors.size());
   pool.for_chunks(vectors.size() / d, kVectorGrain, [&](std::size_t begin, std::size_t end, int) {
-    std::vector<std::uint16_t> numbers(codebook.stages);
+    std::vector<std::uint16_t> numbers(codebook.layers);
     for (std::size_t i = begin; i < end; ++i) {
       codebook.encode(&vectors[i * d], numbers);
       codebook.decode(numbers, &result[i * d]);
@@ -49,23 +49,23 @@ void take_code_step(CodeState& state, std::span<const float> vectors, ThreadPool
   const AdamStep step = AdamStep::number(++state.steps);
   std::vector<float> rest(vectors.begin(), vectors.end());
   IntegerSums sums;
-  for (std::size_t stage = 0; stage < book.stages; ++stage) {
+  for (std::size_t layer = 0; layer < book.layers; ++layer) {
     sums.reset(values);
     pool.for_chunks(count, kVectorGrain, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t i = begin; i < end; ++i) {
-        const std::size_t number = nearest_of_stage(book, stage, &rest[i * d]);
+        const std::size_t number = nearest_of_layer(book, layer, &rest[i * d]);
         for (std::size_t k = 0; k < d; ++k)
-          sums.add(number * d + k, book.code(stage, number)[k] - rest[i * d + k]);
+          sums.add(number * d + k, book.code(layer, number)[k] - rest[i * d + k]);
       }
     });
     for (std::size_t at = 0; at < values; ++at) {
-      const std::size_t value = stage * values + at;
+      const std::size_t value = layer * values + at;
       move_code(step, code_gradient(sums.sum(at), vectors.size()), book.values[value],
                 state.first[value], state.second[value]);
     }
     pool.for_chunks(count, kVectorGrain, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t i = begin; i < end; ++i) {
-        const float* const code = book.code(stage, nearest_of_stage(book, stage, &rest[i * d]));
+        const float* const code = book.code(layer, nearest_of_layer(book, layer, &rest[i * d]));
         for (std::size_t k = 0; k < d; ++k) rest[i * d + k] -= code[k];
       }
     });

@@ -29,8 +29,8 @@ struct CodeState {
 std::vector<float> coded(const ResidualCodebook& codebook, std::span<const float> vectors,
                          ThreadPool& pool);
 
-/// One step of Adam (rate 1e-4, epsilon 1e-8) of every stage's codes, for the mean squared
-/// difference to the remainders of the stages before. The result does not depend on the number of
+/// One step of Adam (rate 1e-4, epsilon 1e-8) of every layer's codes, for the mean squared
+/// difference to the remainders of the layers before. The result does not depend on the number of
 /// threads.
 void take_code_step(CodeState& state, std::span<const float> vectors, ThreadPool& pool);
 

@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::size_t kGrain = 1024;
 
-// One stage of a codebook, and the code that is nearest to each vector.
-struct CodeStage {
+// One layer of a codebook, and the code that is nearest to each vector.
+struct CodeLayer {
   std::span<float> codes;
   std::size_t dimensions;
   std::vector<std::uint16_t> nearest;
@@ -55,20 +55,20 @@ ResidualCodebook fit_codebook(ResidualCodebook shape, std::span<const float> vec
   const std::size_t d = book.dimensions, count = vectors.size() / d;
   if (count == 0) return book;
   std::vector<float> rest(vectors.begin(), vectors.end());
-  for (std::size_t number = 0; number < book.stages; ++number) {
-    CodeStage stage{std::span(book.values).subspan(number * book.codes() * d, book.codes() * d), d,
+  for (std::size_t number = 0; number < book.layers; ++number) {
+    CodeLayer layer{std::span(book.values).subspan(number * book.codes() * d, book.codes() * d), d,
                     std::vector<std::uint16_t>(count)};
     for (std::size_t code = 0; code < book.codes(); ++code) {
       const std::size_t drawn = random.bits(number * book.codes() + code) % count;
-      std::copy_n(&rest[drawn * d], d, &stage.codes[code * d]);
+      std::copy_n(&rest[drawn * d], d, &layer.codes[code * d]);
     }
     for (int round = 0; round < rounds; ++round) {
-      stage.assign(rest, pool);
-      stage.move_to_means(rest);
+      layer.assign(rest, pool);
+      layer.move_to_means(rest);
     }
-    stage.assign(rest, pool);
+    layer.assign(rest, pool);
     for (std::size_t at = 0; at < rest.size(); ++at)
-      rest[at] -= stage.codes[stage.nearest[at / d] * d + at % d];
+      rest[at] -= layer.codes[layer.nearest[at / d] * d + at % d];
   }
   return book;
 }
@@ -76,11 +76,11 @@ ResidualCodebook fit_codebook(ResidualCodebook shape, std::span<const float> vec
 std::vector<std::uint16_t> encode_all(const ResidualCodebook& codebook,
                                       std::span<const float> vectors, ThreadPool& pool) {
   const std::size_t count = vectors.size() / codebook.dimensions;
-  std::vector<std::uint16_t> numbers(count * codebook.stages);
+  std::vector<std::uint16_t> numbers(count * codebook.layers);
   pool.for_chunks(count, kGrain, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t i = begin; i < end; ++i) {
       codebook.encode(&vectors[i * codebook.dimensions],
-                      std::span(numbers).subspan(i * codebook.stages, codebook.stages));
+                      std::span(numbers).subspan(i * codebook.layers, codebook.layers));
     }
   });
   return numbers;

@@ -70,8 +70,8 @@ ordered_json log_json(const TrainLog& log) {
     rows.push_back(object);
   }
   ordered_json stages;
-  for (std::size_t i = 0; i < kTrainStages.size(); ++i)
-    stages[kTrainStages[i]] = log.stage_seconds[i];
+  for (std::size_t i = 0; i < kTrainPasses.size(); ++i)
+    stages[kTrainPasses[i]] = log.stage_seconds[i];
   return {{"seconds", log.seconds},
           {"stage_seconds", stages},
           {"evaluation_seconds", log.evaluation_seconds},
@@ -86,8 +86,8 @@ TrainLog log_of(const ordered_json& json) {
   json_value(json.at("evaluation_seconds"), log.evaluation_seconds);
   json_value(json.at("loss_sum"), log.loss_sum);
   json_value(json.at("loss_count"), log.loss_count);
-  for (std::size_t i = 0; i < kTrainStages.size(); ++i)
-    json_value(json.at("stage_seconds").at(kTrainStages[i]), log.stage_seconds[i]);
+  for (std::size_t i = 0; i < kTrainPasses.size(); ++i)
+    json_value(json.at("stage_seconds").at(kTrainPasses[i]), log.stage_seconds[i]);
   for (const ordered_json& object : json.at("rows")) {
     LogRow row;
     json_value(object.at("iteration"), row.iteration);

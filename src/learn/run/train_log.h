@@ -29,7 +29,7 @@ struct TrainLog {
   double seconds = 0;
   double loss_sum = 0;  ///< since the last row
   int loss_count = 0;
-  std::array<double, kTrainStages.size()> stage_seconds = {};
+  std::array<double, kTrainPasses.size()> stage_seconds = {};
   double evaluation_seconds = 0;  ///< not part of `seconds`
 
   /// Also adds the step's time to `seconds`.

@@ -19,7 +19,7 @@ namespace {
 // Measures the stages one after another.
 class StageClock {
  public:
-  using Seconds = std::array<double, kTrainStages.size()>;
+  using Seconds = std::array<double, kTrainPasses.size()>;
 
   /// Ends a stage.
   void next() { seconds_[stage_++] = restart(); }

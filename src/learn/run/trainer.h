@@ -23,14 +23,14 @@ namespace qs::train {
 
 /// The parts of an iteration: adding and removing Gaussians, the passes, the optimizer's step, and
 /// the remainder: on a GPU, the time in which the GPU waits for the host.
-inline constexpr std::array kTrainStages = {"density",  "forward",   "loss",
+inline constexpr std::array kTrainPasses = {"density",  "forward",   "loss",
                                             "backward", "optimizer", "other"};
 
 struct StepResult {
   Loss loss;  ///< before the step; on CUDA usually of the previous step, see recent_loss()
   /// By stage; together the time of the step. On CUDA the passes' times are from the previous step,
   /// on the GPU's clock.
-  std::array<double, kTrainStages.size()> seconds = {};
+  std::array<double, kTrainPasses.size()> seconds = {};
 };
 
 /// Means over the test views.

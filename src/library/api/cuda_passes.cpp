@@ -239,7 +239,7 @@ class CudaPasses final : public Passes {
     });
   }
 
-  /// `pass` enqueues the backward pass of the first stage with scratch memory and the pose's place.
+  /// `pass` enqueues the backward pass of project() with scratch memory and the pose's place.
   template <class Pass>
   void project_back(const QsStageFrame& frame, const QsInputGradients& out, const Pass& pass) {
     const bool with_pose = !is_absent(out.view_from_world) || !is_absent(out.position);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The differentiable rasterizer: both stages and their backward passes.
+// The differentiable rasterizer: both passes, and back.
 #include <memory>
 
 #include "library/api/passes.h"

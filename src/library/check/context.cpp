@@ -14,11 +14,6 @@ Context::Context(Backend backend, int device, int threads)
 
 bool Context::is_of_this_process() const { return process_ == getpid(); }
 
-void Context::close() {
-  const std::lock_guard lock(mutex_);
-  closed_ = true;
-}
-
 void Context::stop() {
   if (!is_of_this_process()) return;
   const std::lock_guard lock(mutex_);

@@ -32,7 +32,7 @@ class Context {
   bool is_of_this_process() const;
 
   /// Calls after this one throw Error(usage).
-  void close();
+  void close() { closed_ = true; }
 
   /// Any thread may call it.
   void stop();

@@ -6,13 +6,13 @@
 namespace qs {
 
 void ResidualCodebook::encode(const float* vector, std::span<std::uint16_t> numbers) const {
-  assert(numbers.size() == stages);
+  assert(numbers.size() == layers);
   std::vector<float> rest(vector, vector + dimensions);
-  for (std::size_t stage = 0; stage < stages; ++stage) {
-    numbers[stage] =
-        static_cast<std::uint16_t>(nearest_code(code(stage, 0), static_cast<unsigned>(codes()),
+  for (std::size_t layer = 0; layer < layers; ++layer) {
+    numbers[layer] =
+        static_cast<std::uint16_t>(nearest_code(code(layer, 0), static_cast<unsigned>(codes()),
                                                 static_cast<unsigned>(dimensions), rest.data()));
-    const float* const chosen = code(stage, numbers[stage]);
+    const float* const chosen = code(layer, numbers[layer]);
     for (std::size_t k = 0; k < dimensions; ++k) rest[k] -= chosen[k];
   }
 }

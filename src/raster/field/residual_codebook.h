@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Residual vector quantisation (Zeghidour et al., SoundStream, 2021): a vector is the sum of one
-// code of every stage, where each stage approximates what the stages before leave.
+// code of every layer, where each layer approximates what the layers before leave.
 #pragma once
 
 #include <cassert>
@@ -13,29 +13,29 @@
 namespace qs {
 
 struct ResidualCodebook {
-  std::size_t stages = 6;
+  std::size_t layers = 6;
   int bits = 6;                ///< bits of the number of a code; 1..16
   std::size_t dimensions = 3;  ///< dimensions of a vector
-  std::vector<float> values;   ///< (stages, 2^bits, dimensions)
+  std::vector<float> values;   ///< (layers, 2^bits, dimensions)
 
   std::size_t codes() const { return std::size_t{1} << bits; }
-  std::size_t value_count() const { return stages * codes() * dimensions; }
+  std::size_t value_count() const { return layers * codes() * dimensions; }
 
-  const float* code(std::size_t stage, std::size_t number) const {
-    return &values[(stage * codes() + number) * dimensions];
+  const float* code(std::size_t layer, std::size_t number) const {
+    return &values[(layer * codes() + number) * dimensions];
   }
 
-  /// The vector of `numbers`, a code of each stage, each below codes().
+  /// The vector of `numbers`, a code of each layer, each below codes().
   void decode(std::span<const std::uint16_t> numbers, float* vector) const {
-    assert(numbers.size() == stages);
+    assert(numbers.size() == layers);
     for (std::size_t k = 0; k < dimensions; ++k) vector[k] = 0;
-    for (std::size_t stage = 0; stage < stages; ++stage) {
-      const float* const part = code(stage, numbers[stage]);
+    for (std::size_t layer = 0; layer < layers; ++layer) {
+      const float* const part = code(layer, numbers[layer]);
       for (std::size_t k = 0; k < dimensions; ++k) vector[k] += part[k];
     }
   }
 
-  /// The nearest code of each stage for `vector`; of equally near codes the first.
+  /// The nearest code of each layer for `vector`; of equally near codes the first.
   void encode(const float* vector, std::span<std::uint16_t> numbers) const;
 };
 

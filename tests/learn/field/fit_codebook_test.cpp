@@ -27,7 +27,7 @@ double rms(const ResidualCodebook& book, const std::vector<float>& vectors) {
   std::vector<float> decoded(d);
   double sum = 0;
   for (std::size_t i = 0; i * d < vectors.size(); ++i) {
-    book.decode(std::span(numbers).subspan(i * book.stages, book.stages), decoded.data());
+    book.decode(std::span(numbers).subspan(i * book.layers, book.layers), decoded.data());
     for (std::size_t k = 0; k < d; ++k)
       sum += std::pow(static_cast<double>(decoded[k] - vectors[i * d + k]), 2);
   }
@@ -37,10 +37,10 @@ double rms(const ResidualCodebook& book, const std::vector<float>& vectors) {
 TEST(FitCodebook, every_stage_makes_the_difference_smaller) {
   const auto vectors = some_vectors(3000, 3);
   double before = 1;
-  for (const std::size_t stages : {1u, 2u, 4u, 6u}) {
-    const auto book = fit_codebook({stages, 6, 3, {}}, vectors, kRandom, test::pool());
+  for (const std::size_t layers : {1u, 2u, 4u, 6u}) {
+    const auto book = fit_codebook({layers, 6, 3, {}}, vectors, kRandom, test::pool());
     const double difference = rms(book, vectors);
-    EXPECT_LT(difference, (stages == 1 ? 0.5 : 0.6) * before) << stages;
+    EXPECT_LT(difference, (layers == 1 ? 0.5 : 0.6) * before) << layers;
     before = difference;
   }
   EXPECT_LT(before, 0.01);

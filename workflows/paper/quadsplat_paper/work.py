@@ -217,13 +217,11 @@ def provenance(plan: Plan, environment: dict[str, str], report: Optional[dict[st
 def chosen_gpu(environment: dict[str, str]) -> Iterator[None]:
     kept = os.environ.get("CUDA_VISIBLE_DEVICES")
     os.environ.update(environment)
-    try:
-        yield
-    finally:
-        if environment and kept is None:
-            del os.environ["CUDA_VISIBLE_DEVICES"]
-        elif environment:
-            os.environ["CUDA_VISIBLE_DEVICES"] = str(kept)
+    yield
+    if environment and kept is None:
+        del os.environ["CUDA_VISIBLE_DEVICES"]
+    elif environment:
+        os.environ["CUDA_VISIBLE_DEVICES"] = str(kept)
 
 
 # ---- measurements -------------------------------------------------------------------------------

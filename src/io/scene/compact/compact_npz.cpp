@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint64_t kMaxEntryBytes = std::uint64_t{1} << 36, kMaxObjectBytes = 64u << 20;
 constexpr std::uint64_t kMaxGridValues = std::uint64_t{1} << 26;
-constexpr std::int64_t kMaxStages = 64, kMaxCodeBits = 16;
+constexpr std::int64_t kMaxLayers = 64, kMaxCodeBits = 16;
 
 // An array of the archive, with its bytes.
 struct Entry {
@@ -86,13 +86,13 @@ class Npz {
     return values;
   }
 
-  // The codebook's stages; `codebook` has its sizes.
+  // The codebook's layers; `codebook` has its sizes.
   void read_codebook(const std::string& name, ResidualCodebook& codebook) {
     const Entry object = read(name, "|O");
     const Pickle pickle(object.array.values, object.source);
     const PickleRef dictionary = object_in_array(pickle);
-    for (std::size_t stage = 0; stage < codebook.stages; ++stage) {
-      const std::string key = fmt::format("layers.{}._codebook.embed", stage);
+    for (std::size_t layer = 0; layer < codebook.layers; ++layer) {
+      const std::string key = fmt::format("layers.{}._codebook.embed", layer);
       const PickleRef found = pickle.find(dictionary, key);
       if (found == 0) fail("{}: has no tensor {}", object.source, key);
       const Tensor tensor = read_torch_tensor(pickle, found, embedded_torch_storage, key);
@@ -144,24 +144,24 @@ void read_means(Npz& npz, CompactModel& model) {
   }
 }
 
-// Stages and bits of both codebooks.
+// Layers and bits of both codebooks.
 ResidualCodebook read_sizes(Npz& npz) {
   const Entry entry = npz.read("rvq_info", "<i8");
   if (entry.array.count() != 2) fail("{}: has not two values", entry.source);
-  const auto stages = load<std::int64_t>(entry.array.values.data());
+  const auto layers = load<std::int64_t>(entry.array.values.data());
   const auto bits = load<std::int64_t>(entry.array.values.data() + 8);
-  if (stages < 1 || stages > kMaxStages || bits < 1 || bits > kMaxCodeBits)
-    fail("{}: {} stages of {} bits are not read", entry.source, stages, bits);
+  if (layers < 1 || layers > kMaxLayers || bits < 1 || bits > kMaxCodeBits)
+    fail("{}: {} layers of {} bits are not read", entry.source, layers, bits);
   ResidualCodebook codebook;
-  codebook.stages = static_cast<std::size_t>(stages);
+  codebook.layers = static_cast<std::size_t>(layers);
   codebook.bits = static_cast<int>(bits);
   return codebook;
 }
 
-// The codes of `count` Gaussians, stage by stage.
+// The codes of `count` Gaussians, layer by layer.
 Array<std::uint16_t> read_codes(Npz& npz, const std::string& name, bool huffman,
                                 std::uint64_t count, const ResidualCodebook& codebook) {
-  const std::uint64_t numbers = count * codebook.stages;
+  const std::uint64_t numbers = count * codebook.layers;
   if (!huffman) {
     const Entry entry = npz.read(name, "|u1");
     const std::uint64_t expected = packed_bytes(numbers, codebook.bits);
@@ -189,7 +189,7 @@ void read_vectors(Npz& npz, const std::string& name, bool huffman, std::size_t c
   const auto codes = read_codes(npz, name, huffman, count, codebook);
   std::array<float, 4> vector{};
   for (std::size_t i = 0; i < count; ++i) {
-    codebook.decode(std::span(codes).subspan(i * codebook.stages, codebook.stages), vector.data());
+    codebook.decode(std::span(codes).subspan(i * codebook.layers, codebook.layers), vector.data());
     take(i, vector);
   }
 }

@@ -65,9 +65,9 @@ ZipEntry object_entry(const std::string& name, const Add& add) {
 // The buffers of the published program's codebooks. Only `embed` is read.
 ZipEntry codebook_entry(const std::string& name, const ResidualCodebook& codebook) {
   std::vector<NamedTensor> tensors;
-  for (std::size_t stage = 0; stage < codebook.stages; ++stage) {
-    const std::string prefix = fmt::format("layers.{}._codebook.", stage);
-    const float* const begin = codebook.code(stage, 0);
+  for (std::size_t layer = 0; layer < codebook.layers; ++layer) {
+    const std::string prefix = fmt::format("layers.{}._codebook.", layer);
+    const float* const begin = codebook.code(layer, 0);
     Tensor embed{{1, codebook.codes(), codebook.dimensions},
                  {begin, begin + codebook.codes() * codebook.dimensions}};
     tensors.push_back({prefix + "initted", {{1}, {1}}});
@@ -80,7 +80,7 @@ ZipEntry codebook_entry(const std::string& name, const ResidualCodebook& codeboo
 }
 
 ZipEntry sizes_entry(const ResidualCodebook& codebook) {
-  const std::array<std::int64_t, 2> sizes = {static_cast<std::int64_t>(codebook.stages),
+  const std::array<std::int64_t, 2> sizes = {static_cast<std::int64_t>(codebook.layers),
                                              codebook.bits};
   return array("rvq_info", "<i8", "(2,)", raw(std::span<const std::int64_t>(sizes)));
 }

@@ -14,7 +14,7 @@
 
 namespace qs {
 
-/// The codes of all Gaussians: one of each stage, Gaussian by Gaussian.
+/// The codes of all Gaussians: one of each layer, Gaussian by Gaussian.
 struct CodedVectors {
   ResidualCodebook codebook;
   std::vector<std::uint16_t> numbers;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The second stage of the differentiable rasterizer: composites the listed Gaussians to pictures,
+// The second pass of the differentiable rasterizer: composites the listed Gaussians to pictures,
 // and its backward pass, from the pictures to the boundary. No result depends on the number of
 // threads: every pair of a tile and a Gaussian gets its own sum over the tile's pixels, row by row,
 // and a Gaussian's pairs are summed in the order of tiles.

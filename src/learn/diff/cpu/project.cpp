@@ -44,8 +44,8 @@ void project(const DrawnView& view, const GaussianInputs<Real>& gaussians, const
              const Rows<std::int32_t>& radii) {
   view.check("project");
   gaussians.check("project");
-  const auto single = StageRules<float>::of(view, gaussians.sh_degree);
-  const auto rules = StageRules<Real>::of(view, gaussians.sh_degree);
+  const auto single = PassRules<float>::of(view, gaussians.sh_degree);
+  const auto rules = PassRules<Real>::of(view, gaussians.sh_degree);
   // The steps below read nothing else of a cloud and of settings.
   const GaussianCloud cloud;
   RenderSettings settings;
@@ -65,7 +65,7 @@ void project_backward(const DrawnView& view, const GaussianInputs<Real>& gaussia
   view.check("project_backward");
   gaussians.check("project_backward");
   gaussians.check_frame("project_backward", projected.size());
-  const auto rules = StageRules<Real>::of(view, gaussians.sh_degree);
+  const auto rules = PassRules<Real>::of(view, gaussians.sh_degree);
   const GivenGradient<Real> gradient(rules, gaussians, out);
   const PoseGradient sum = set_gradients(gradient, by, projected, workers);
   if (pose != nullptr) *pose = sum;

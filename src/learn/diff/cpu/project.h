@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The first stage of the differentiable rasterizer: projects activated Gaussians, lists them in
+// The first pass of the differentiable rasterizer: projects activated Gaussians, lists them in
 // tiles and sorts the lists. Its backward pass goes from the boundary to all inputs and to the
 // camera. No result depends on the number of threads.
 #pragma once

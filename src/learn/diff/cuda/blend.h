@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The second stage of the differentiable rasterizer on the GPU, as learn/diff/cpu/blend.h:
+// The second pass of the differentiable rasterizer on the GPU, as learn/diff/cpu/blend.h:
 // composites the listed Gaussians to pictures, and its backward pass, from the pictures to the
 // boundary. All pointers are to device memory. Every pair of a tile and a Gaussian gets its own sum
 // over the tile's pixels, and a Gaussian's pairs are summed in the order of tiles. So two runs, and

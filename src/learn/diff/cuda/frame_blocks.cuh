@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The arrays in the blocks of a frame and of its first stage's scratch memory, see frame.h.
+// The arrays in the blocks of a frame and of its first pass's scratch memory, see frame.h.
 #pragma once
 
 #include "learn/diff/block_arrays.h"
@@ -119,7 +119,7 @@ struct ListScratch {
   }
 };
 
-/// The frame as the kernels of the second stage read it.
+/// The frame as the kernels of the second pass read it.
 struct ListedFrame {
   HeldSizes sizes;
   GaussianBlock gaussians;

@@ -143,7 +143,7 @@ void set_gradients(const DrawnView& view, const GaussianInputs<float>& gaussians
   gaussians.check_frame("project_backward", sizes.gaussians);
   queue.throw_if_cancelled();
   const cudaStream_t stream = stream_of(queue);
-  const auto rules = StageRules<float>::of(view, gaussians.sh_degree);
+  const auto rules = PassRules<float>::of(view, gaussians.sh_degree);
   const unsigned blocks = blocks_for(sizes.gaussians);
   double* const sums = pose != nullptr ? block_at<PoseScratch>(scratch, sizes).sums : nullptr;
   if (blocks > 0) {
@@ -186,7 +186,7 @@ void project(const DrawnView& view, const GaussianInputs<float>& gaussians, cons
   check(cudaMemsetAsync(block.total, 0, sizeof *block.total, stream), "project");
   if (sizes.gaussians > 0) {
     const FootprintArrays footprints = block_at<ProjectScratch>(scratch, sizes).footprints;
-    auto rules = StageRules<float>::of(view, gaussians.sh_degree);
+    auto rules = PassRules<float>::of(view, gaussians.sh_degree);
     const bool keep_faint = std::exchange(rules.keep_faint, true);
     const auto shared =
         SharedSh::of(static_cast<bool>(gaussians.sh), sh_coefficient_count(rules.sh_degree));

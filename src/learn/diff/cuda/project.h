@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The first stage of the differentiable rasterizer on the GPU, as learn/diff/cpu/project.h:
+// The first pass of the differentiable rasterizer on the GPU, as learn/diff/cpu/project.h:
 // projects activated Gaussians, lists them in tiles and sorts the lists. Its backward pass goes
 // from the boundary to all inputs and to the camera. All pointers are to device memory. Lists,
 // radii and which Gaussians have a row are equal to the CPU's. Sums have a fixed order, so two runs

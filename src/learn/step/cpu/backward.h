@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The backward pass of training: from the loss's derivatives by the pixels to its derivatives by
-// all parameters. The result does not depend on the number of threads, see cpu/stages/blend.h. It
-// joins the backward passes of both stages, so that no boundary is stored between them.
+// all parameters. The result does not depend on the number of threads, see learn/diff/cpu/blend.h.
+// It joins the backward passes of both, so that no boundary is stored between them.
 #pragma once
 
 #include <span>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The forward pass of training: both stages of the differentiable rasterizer, for the parameters of
+// The forward pass of training: both passes of the differentiable rasterizer, for the parameters of
 // a model in training.
 #pragma once
 

@@ -4,7 +4,7 @@
 // all parameters. Every pair of a tile and a Gaussian gets its own sum over the tile's pixels, and
 // a Gaussian's pairs are summed in the order of tiles, as on the CPU. No sum depends on the order
 // in which threads run, so two runs give the same bits.
-// stages/color_sums.cuh computes the sums.
+// learn/diff/cuda/color_sums.cuh computes the sums.
 #pragma once
 
 #include "learn/gradient/pixel.h"

@@ -20,15 +20,15 @@ constexpr std::size_t kMostSharedBytes = 48 * 1024;  ///< for the sums of a bloc
 struct CodesView {
   float *values, *first, *second;
   unsigned long long* sums;
-  unsigned stages, count;  ///< codes of a stage
+  unsigned layers, count;  ///< codes of a layer
 
   template <unsigned kDimensions>
-  __device__ float* code(unsigned stage, unsigned number) const {
-    return values + (std::size_t{stage} * count + number) * kDimensions;
+  __device__ float* code(unsigned layer, unsigned number) const {
+    return values + (std::size_t{layer} * count + number) * kDimensions;
   }
   template <unsigned kDimensions>
-  __device__ unsigned nearest(unsigned stage, const float (&vector)[kDimensions]) const {
-    return nearest_code(code<kDimensions>(stage, 0), count, kDimensions, vector);
+  __device__ unsigned nearest(unsigned layer, const float (&vector)[kDimensions]) const {
+    return nearest_code(code<kDimensions>(layer, 0), count, kDimensions, vector);
   }
 };
 
@@ -54,9 +54,9 @@ __device__ void read_coded(const CodesView& codes, const Vectors& vectors, std::
   float rest[Vectors::kDimensions];
   vectors.read(i, rest);
   for (float& value : coded) value = 0;
-  for (unsigned stage = 0; stage < codes.stages; ++stage) {
+  for (unsigned layer = 0; layer < codes.layers; ++layer) {
     const float* const nearest =
-        codes.code<Vectors::kDimensions>(stage, codes.nearest(stage, rest));
+        codes.code<Vectors::kDimensions>(layer, codes.nearest(layer, rest));
 #pragma unroll
     for (unsigned k = 0; k < Vectors::kDimensions; ++k) {
       coded[k] += nearest[k];
@@ -104,8 +104,8 @@ struct SplitSum {
   }
 };
 
-/// The sums of a stage's derivatives: of the block if they fit in its shared memory, else of all.
-struct StageSums {
+/// The sums of a layer's derivatives: of the block if they fit in its shared memory, else of all.
+struct LayerSums {
   unsigned long long* all;
   SplitSum* of_block;  ///< or null
 
@@ -118,26 +118,26 @@ struct StageSums {
   }
 };
 
-/// Adds the derivatives by the codes of a stage to `sums`. `rest` has kDimensions rows; the stage
+/// Adds the derivatives by the codes of a layer to `sums`. `rest` has kDimensions rows; the layer
 /// before has moved.
 template <class Vectors>
 __device__ void add_gaussian(const CodesView& codes, const Vectors& vectors, std::uint32_t i,
-                             std::uint32_t count, unsigned stage, float* rest,
-                             const StageSums& sums) {
+                             std::uint32_t count, unsigned layer, float* rest,
+                             const LayerSums& sums) {
   constexpr unsigned kDimensions = Vectors::kDimensions;
   float vector[kDimensions];
-  if (stage == 0) {
+  if (layer == 0) {
     vectors.read(i, vector);
   } else {
 #pragma unroll
     for (unsigned k = 0; k < kDimensions; ++k) vector[k] = rest[std::size_t{k} * count + i];
     const float* const before =
-        codes.code<kDimensions>(stage - 1, codes.nearest(stage - 1, vector));
+        codes.code<kDimensions>(layer - 1, codes.nearest(layer - 1, vector));
 #pragma unroll
     for (unsigned k = 0; k < kDimensions; ++k) vector[k] -= before[k];
   }
-  const unsigned number = codes.nearest(stage, vector);
-  const float* const code = codes.code<kDimensions>(stage, number);
+  const unsigned number = codes.nearest(layer, vector);
+  const float* const code = codes.code<kDimensions>(layer, number);
 #pragma unroll
   for (unsigned k = 0; k < kDimensions; ++k) {
     rest[std::size_t{k} * count + i] = vector[k];
@@ -148,14 +148,14 @@ __device__ void add_gaussian(const CodesView& codes, const Vectors& vectors, std
 /// Few codes have many Gaussians, so a block adds up its own before it adds to the sums of all.
 template <class Vectors>
 __global__ void __launch_bounds__(kThreads)
-    add_code_gradients(CodesView codes, Vectors vectors, std::uint32_t count, unsigned stage,
+    add_code_gradients(CodesView codes, Vectors vectors, std::uint32_t count, unsigned layer,
                        float* rest, unsigned shared_sums) {
   auto* const of_block = static_cast<SplitSum*>(dynamic_shared());
   for (unsigned at = threadIdx.x; at < shared_sums; at += kThreads) of_block[at] = {0, 0};
   __syncthreads();
-  const StageSums sums{codes.sums, shared_sums > 0 ? of_block : nullptr};
+  const LayerSums sums{codes.sums, shared_sums > 0 ? of_block : nullptr};
   for (std::uint32_t i = blockIdx.x * kThreads + threadIdx.x; i < count; i += gridDim.x * kThreads)
-    add_gaussian(codes, vectors, i, count, stage, rest, sums);
+    add_gaussian(codes, vectors, i, count, layer, rest, sums);
   __syncthreads();
   for (unsigned at = threadIdx.x; at < shared_sums; at += kThreads) {
     if (const unsigned long long sum = of_block[at].value(); sum != 0)
@@ -163,7 +163,7 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-/// One thread per value of a stage. The sums become 0.
+/// One thread per value of a layer. The sums become 0.
 __global__ void __launch_bounds__(kThreads)
     move_codes(CodesView codes, AdamStep step, std::size_t first, std::uint32_t size,
                std::size_t vector_values) {
@@ -181,7 +181,7 @@ CodesView view_of(DeviceCodes& codes) {
           codes.first.data(),
           codes.second.data(),
           codes.sums.data(),
-          static_cast<unsigned>(codes.shape.stages),
+          static_cast<unsigned>(codes.shape.layers),
           static_cast<unsigned>(codes.shape.codes())};
 }
 
@@ -193,11 +193,11 @@ void take_step_of(const Vectors& vectors, std::uint32_t count, DeviceCodes& code
   const std::size_t values = std::size_t{view.count} * Vectors::kDimensions;
   const std::size_t bytes = values * sizeof(SplitSum);
   const bool fits = bytes <= kMostSharedBytes;
-  for (unsigned stage = 0; stage < view.stages; ++stage) {
+  for (unsigned layer = 0; layer < view.layers; ++layer) {
     launch("step_codes", add_code_gradients<Vectors>,
            Blocks(std::min(blocks_for(count), kCodeBlocks), kThreads, fits ? bytes : 0), stream,
-           view, vectors, count, stage, rest, fits ? static_cast<unsigned>(values) : 0);
-    launch("step_codes", move_codes, blocks_for(values), stream, view, step, stage * values,
+           view, vectors, count, layer, rest, fits ? static_cast<unsigned>(values) : 0);
+    launch("step_codes", move_codes, blocks_for(values), stream, view, step, layer * values,
            static_cast<std::uint32_t>(values), std::size_t{count} * Vectors::kDimensions);
   }
 }

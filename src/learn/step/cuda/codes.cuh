@@ -15,7 +15,7 @@ namespace qs::cuda::train {
 struct DeviceCodes {
   ResidualCodebook shape;  ///< without values
   DeviceBuffer<float> values, first, second;
-  DeviceBuffer<unsigned long long> sums;  ///< sums of a stage's derivatives; zero between steps
+  DeviceBuffer<unsigned long long> sums;  ///< sums of a layer's derivatives; zero between steps
   std::uint64_t steps = 0;
   bool exists = false;
 
@@ -28,7 +28,7 @@ struct ShapeCodes {
   // Per Gaussian.
   DeviceBuffer<glm::vec3> coded_scales;  ///< logarithms
   DeviceBuffer<glm::quat> coded_rotations;
-  DeviceBuffer<float> rest;  ///< remainder of a vector after the stages before
+  DeviceBuffer<float> rest;  ///< remainder of a vector after the layers before
 
   bool exist() const { return scales.exists; }
   /// Replaces the codes. Throws Error(device).

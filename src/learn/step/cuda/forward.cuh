@@ -2,8 +2,8 @@
 //
 // The forward pass of training: projects the parameters, lists them by tiles, sorts the list of
 // every tile by depth, and composites as the CPU's training does. It also stores the values of
-// every pixel that the backward pass needs, see stages/color_blend.cuh. Sums are in the same order
-// as on the CPU; alphas differ by rounding.
+// every pixel that the backward pass needs, see learn/diff/cuda/color_blend.cuh. Sums are in the
+// same order as on the CPU; alphas differ by rounding.
 #pragma once
 
 #include <stop_token>

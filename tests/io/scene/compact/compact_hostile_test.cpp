@@ -109,9 +109,9 @@ TEST(CompactHostile, counts_that_disagree_are_refused) {
             "a.npz: its hash grid has 2050 values, which fit no grid of Compact-3DGS");
   EXPECT_EQ(with("hash.npy", npy("<f2", "(0,)", "")),
             "a.npz: its hash grid has 0 values, which fit no grid of Compact-3DGS");
-  const auto sizes = [&](std::int64_t stages, std::int64_t bits) {
+  const auto sizes = [&](std::int64_t layers, std::int64_t bits) {
     std::string values(16, '\0');
-    std::memcpy(values.data(), &stages, 8);
+    std::memcpy(values.data(), &layers, 8);
     std::memcpy(values.data() + 8, &bits, 8);
     return with("rvq_info.npy", npy("<i8", "(2,)", values));
   };
@@ -119,10 +119,10 @@ TEST(CompactHostile, counts_that_disagree_are_refused) {
   EXPECT_EQ(sizes(7, 6), "a.npz: codebook_scale: has no tensor layers.6._codebook.embed");
   EXPECT_EQ(sizes(6, 7),
             "a.npz: codebook_scale: layers.0._codebook.embed has 192 values instead of 384");
-  EXPECT_EQ(sizes(0, 6), "a.npz: rvq_info: 0 stages of 6 bits are not read");
-  EXPECT_EQ(sizes(65, 6), "a.npz: rvq_info: 65 stages of 6 bits are not read");
-  EXPECT_EQ(sizes(-1, 6), "a.npz: rvq_info: -1 stages of 6 bits are not read");
-  EXPECT_EQ(sizes(6, 17), "a.npz: rvq_info: 6 stages of 17 bits are not read");
+  EXPECT_EQ(sizes(0, 6), "a.npz: rvq_info: 0 layers of 6 bits are not read");
+  EXPECT_EQ(sizes(65, 6), "a.npz: rvq_info: 65 layers of 6 bits are not read");
+  EXPECT_EQ(sizes(-1, 6), "a.npz: rvq_info: -1 layers of 6 bits are not read");
+  EXPECT_EQ(sizes(6, 17), "a.npz: rvq_info: 6 layers of 17 bits are not read");
   EXPECT_EQ(with("rvq_info.npy", npy("<i8", "(1,)", std::string(8, '\1'))),
             "a.npz: rvq_info: has not two values");
 }

@@ -141,15 +141,15 @@ TEST(CompactWriter, the_arrays_are_those_of_the_published_program) {
   EXPECT_EQ(arrays(folder / "a_pp.npz"), arrays(committed_corpus() / "valid/compact_small_pp.npz"));
 }
 
-TEST(ResidualCodebook, encodes_to_the_nearest_codes_stage_by_stage) {
+TEST(ResidualCodebook, encodes_to_the_nearest_codes_layer_by_layer) {
   const SavedModel saved = saved_model(30);
   const ResidualCodebook& codebook = saved.scales.codebook;
   for (std::size_t i = 0; i < 30; ++i) {
-    std::vector<std::uint16_t> numbers(codebook.stages);
+    std::vector<std::uint16_t> numbers(codebook.layers);
     const float vector[3] = {saved.model.scales[i].x, saved.model.scales[i].y,
                              saved.model.scales[i].z};
     codebook.encode(vector, numbers);
-    // No other code of the first stage is nearer.
+    // No other code of the first layer is nearer.
     const auto distance = [&](std::size_t number) {
       float sum = 0;
       for (std::size_t k = 0; k < 3; ++k)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The stages of the differentiable rasterizer on the GPU: against the stages of the CPU.
+// The passes of the differentiable rasterizer on the GPU: against the passes of the CPU.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -208,7 +208,7 @@ TEST_F(CudaStages, read_and_write_arrays_with_strides_in_place) {
   }
 }
 
-// ---- both stages
+// ---- both passes
 
 /// Expects that values agree up to `tolerance` times the largest expected one.
 void expect_close(const char* what, const std::vector<float>& values,

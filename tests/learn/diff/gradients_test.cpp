@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The stages of the differentiable rasterizer: their gradients against differences of whole frames
+// The passes of the differentiable rasterizer: their gradients against differences of whole frames
 // in double precision, for all rules.
 #include <cmath>
 #include <functional>

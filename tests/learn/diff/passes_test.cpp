@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The stages of the differentiable rasterizer: equal to training, with equal bits in all threads
+// The passes of the differentiable rasterizer: equal to training, with equal bits in all threads
 // and lossless modes, for inputs of all kinds, and under the rules of other rasterizers.
 #include <cmath>
 #include <limits>
@@ -90,7 +90,7 @@ TEST(Stages, of_a_trained_frame_give_the_bits_of_training_through_the_boundary) 
           trained.input(), trained.frame.view(), count, std::as_const(pixels).state(),
           {trained.by_color(), {}, {}, {}}, {pool()}, scratch,
           {boundary.rows(), {}, Rows<float>::packed(boundary.absolute_px.data(), 2)});
-      const auto stage_rules = diff::StageRules<float>::of(trained.drawn(), 3);
+      const auto stage_rules = diff::PassRules<float>::of(trained.drawn(), 3);
       const auto& by = trained.gradients.by;
       for (std::size_t i = 0; i < count; ++i) {
         const SplatGradient<float> splat{boundary.rows().mean_px.vec2(i),
@@ -515,7 +515,7 @@ DrawnView straight_view() {
 }
 constexpr std::size_t kMiddle = 16 * 33 + 16;
 
-TEST(StageRules, the_largest_alpha_clamps_pixels_and_may_stop_their_gradients) {
+TEST(PassRules, the_largest_alpha_clamps_pixels_and_may_stop_their_gradients) {
   DrawnView view = straight_view();
   const StageScene<double> scene = one_splat(0.9999);
   auto weights = PictureValues<double>(view.camera, 3);
@@ -533,7 +533,7 @@ TEST(StageRules, the_largest_alpha_clamps_pixels_and_may_stop_their_gradients) {
   }
 }
 
-TEST(StageRules, a_pixel_stops_below_the_least_transmittance_or_also_at_it) {
+TEST(PassRules, a_pixel_stops_below_the_least_transmittance_or_also_at_it) {
   DrawnView view = straight_view();
   view.rules.alpha_max = 0.99;
   // Two opaque layers leave a transmittance that becomes the limit.
@@ -565,7 +565,7 @@ TEST(StageRules, a_pixel_stops_below_the_least_transmittance_or_also_at_it) {
   }
 }
 
-TEST(StageRules, a_channel_of_exactly_0_may_pass_its_gradient) {
+TEST(PassRules, a_channel_of_exactly_0_may_pass_its_gradient) {
   DrawnView view = straight_view();
   auto weights = PictureValues<double>(view.camera, 3);
   weights.color[kMiddle] = 1;
@@ -586,7 +586,7 @@ TEST(StageRules, a_channel_of_exactly_0_may_pass_its_gradient) {
   }
 }
 
-TEST(StageRules, planes_limit_the_depths_that_are_drawn) {
+TEST(PassRules, planes_limit_the_depths_that_are_drawn) {
   DrawnView view = straight_view();
   const StageScene<float> scene = stage_scene<float>(1, 31);
   StageScene<float> at = scene;
@@ -605,7 +605,7 @@ TEST(StageRules, planes_limit_the_depths_that_are_drawn) {
   EXPECT_FALSE(projected(3.1, 10));
 }
 
-TEST(StageRules, slopes_have_four_limits) {
+TEST(PassRules, slopes_have_four_limits) {
   DrawnView view = straight_view();
   StageScene<double> scene = one_splat(0.5);
   scene.scales = {0.1, 0.1, 0.5};  // long in depth: the slope stretches it
@@ -631,7 +631,7 @@ TEST(StageRules, slopes_have_four_limits) {
   EXPECT_LT(glm::distance(conic_at(2, -0.2), by_default), 1e-12);
 }
 
-TEST(StageRules, radii_follow_the_formulas_of_published_code) {
+TEST(PassRules, radii_follow_the_formulas_of_published_code) {
   DrawnView view = straight_view();
   StageScene<float> scene = stage_scene<float>(200, 32);
   scene.opacities[0] = 0.003f;  // below 1/255
@@ -694,7 +694,7 @@ TEST(StageRules, radii_follow_the_formulas_of_published_code) {
   EXPECT_GT(inside, 20);
 }
 
-TEST(StageRules, gaussians_with_small_radii_may_be_left_out) {
+TEST(PassRules, gaussians_with_small_radii_may_be_left_out) {
   DrawnView view = straight_view();
   view.rules.radius_rule = RadiusRule::gsplat_1_4;
   const StageScene<float> scene = stage_scene<float>(100, 33);

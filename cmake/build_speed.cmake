@@ -30,8 +30,8 @@ if(NOT QUADSPLAT_STATIC)
 endif()
 
 # The files of a room are compiled together, at most this many of its .cpp at a time, so that headers are read once.
-# Names of unnamed namespaces are therefore unique within a room. Kernels, files that Highway compiles once per instruction
-# set, and files with a line "// Compiled alone: REASON" are compiled alone.
+# Names of unnamed namespaces are therefore unique within a room. Kernels, generated files, files that Highway compiles once per
+# instruction set, and files with a line "// Compiled alone: REASON" are compiled alone.
 option(QUADSPLAT_UNITY "Compile the files of a room together: faster builds from nothing, slower ones after a change" OFF)
 set(QUADSPLAT_UNITY_FILES 16 CACHE STRING "The most files that are compiled together")
 if(QUADSPLAT_UNITY)
@@ -49,7 +49,10 @@ function(compile_together units name)
   set(result "")
   set(rooms "")
   foreach(source ${ARGN})
-    file(STRINGS ${source} alone LIMIT_COUNT 1 REGEX "^(#define HWY_TARGET_INCLUDE|// Compiled alone: )")
+    set(alone "generated")
+    if(EXISTS ${source})
+      file(STRINGS ${source} alone LIMIT_COUNT 1 REGEX "^(#define HWY_TARGET_INCLUDE|// Compiled alone: )")
+    endif()
     if(source MATCHES "\\.cu$" OR alone)
       list(APPEND result ${source})
       continue()

@@ -15,11 +15,12 @@ from ._compare import Comparison, compare
 from ._context import Context
 from ._errors import Cancelled, DeviceError, Error, InputError, UsageError
 from ._ffi import VERSION as __version__
+from ._files import read_picture
 from ._lists import ModeCount, TileLists, counts, tile_lists
 from ._machine import Device, Mode, Report, devices, modes, report
 from ._parts import adam, neighbours, relocate, ssim, ssim_backward
-from ._picture import Picture, read_picture
-from ._render import Counts, render
+from ._picture import Counts, Picture
+from ._render import render
 from ._scene import Scene, SceneFacts, convert, load
 from ._settings import Settings
 from ._train import Training, train

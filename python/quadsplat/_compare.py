@@ -13,6 +13,7 @@ from ._arrays import picture_array, require_shape, struct_of, to_numpy
 from ._checks import choice, encoded_path, words
 from ._context import Context, chosen
 from ._errors import UsageError
+from ._files import read_picture
 
 
 class Comparison(NamedTuple):
@@ -70,7 +71,5 @@ def compare(reference: Any, picture: Any, *,
 
 def _values(picture: Any, where: str) -> np.ndarray:
     if isinstance(picture, (str, os.PathLike)):
-        from ._picture import read_picture  # _picture imports this module
-
         picture = read_picture(picture)
     return picture_array(picture, where)

@@ -23,7 +23,8 @@ class _Handle:
         self.pointer: Optional[int] = pointer
         self.process = os.getpid()
         self.lock = threading.Lock()  # held during calls
-        self._stopping = threading.Lock()
+        self.user: Optional[Use] = None  # the use that holds the lock
+        self.stopping = threading.Lock()  # guards `user`, and a pointer that is used without `lock`
         self._unused: Deque[int] = collections.deque()  # scenes to be closed
 
     def close_scene(self, scene: int) -> None:
@@ -41,17 +42,27 @@ class _Handle:
             finally:
                 self.lock.release()
 
-    def stop(self) -> None:
+    def require_other_thread(self, who: str) -> None:
+        """Raises UsageError in a callback of the call that uses the context, which would wait for itself."""
+        user = self.user
+        is_own = user is not None and user.thread == threading.get_ident()
+        if is_own and os.getpid() == self.process:
+            raise UsageError(f"{who}: the context is used by the call that called this callback: "
+                             "open another context, or wait for the end of the call")
+
+    def stop(self, user: Optional[Use] = None) -> None:
+        """Ends the call that uses the context; with `user`, only the call of this use."""
         if os.getpid() != self.process:
             return
-        with self._stopping:
-            if self.pointer:
+        with self.stopping:
+            if self.pointer and user in (None, self.user):
                 _ffi.library.qs_stop(self.pointer)
 
     def close(self) -> None:
         if os.getpid() != self.process:
             return
-        with self.lock, self._stopping:
+        self.require_other_thread("Context.close")
+        with self.lock, self.stopping:
             pointer, self.pointer = self.pointer, None
         if pointer:
             _ffi.library.qs_context_close(pointer)
@@ -64,6 +75,7 @@ class Use:
     def __init__(self, handle: _Handle, who: str) -> None:
         self._handle = handle
         self._who = who
+        self.thread: Optional[int] = None  # the thread that entered
 
     def __enter__(self) -> int:
         handle = self._handle
@@ -76,11 +88,19 @@ class Use:
         if handle.pointer is None:
             handle.lock.release()
             raise UsageError(f"{self._who}: the context was closed")
+        self.thread = threading.get_ident()
+        handle.user = self
         return handle.pointer
 
     def __exit__(self, *_: Any) -> None:
+        with self._handle.stopping:  # so that stop() ends no later call
+            self._handle.user = None
         self._handle.lock.release()
         self._handle.close_unused()
+
+    def stop(self) -> None:
+        """Ends this call, if it has begun and has not ended."""
+        self._handle.stop(self)
 
 
 class Context:
@@ -126,7 +146,11 @@ class Context:
         self._handle.stop()
 
     def close(self) -> None:
-        """Waits for a running call and frees the context. Its scenes can only be closed then."""
+        """Waits for a running call and frees the context. Its scenes can only be closed then.
+
+        Raises UsageError in a callback of a call that uses the context.
+        """
+        self._handle.require_other_thread("Context.close")
         self._finalizer()
 
     def __enter__(self) -> Context:
@@ -144,6 +168,7 @@ class Context:
         raise UsageError("Context: it cannot be pickled: open one in each process")
 
     def _use(self, who: str) -> Use:
+        self._handle.require_other_thread(who)
         return Use(self._handle, who)
 
 

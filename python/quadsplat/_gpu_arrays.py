@@ -3,6 +3,8 @@
 have __cuda_array_interface__."""
 from __future__ import annotations
 
+import ctypes
+import functools
 import sys
 from typing import Any, Optional, Sequence, Tuple
 
@@ -13,6 +15,7 @@ from ._arrays import TYPES, detached, require_shape
 from ._errors import UsageError
 
 _CUDA_OF_DLPACK = 2
+_DEVICE_ORDINAL = 9  # CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL
 
 
 class GpuArray:
@@ -26,9 +29,9 @@ class GpuArray:
         if self.dtype not in TYPES or not self.dtype.isnative:
             raise UsageError(f"{where} has elements of type {self.dtype}, which are not converted "
                              "on a GPU")
-        self.device = _device_of(value)
         self.stream = _stream_of(value, facts)
         self._pointer, self._is_read_only = facts["data"]
+        self.device = _device_of(value, self._pointer)
         size = self.dtype.itemsize
         given = facts.get("strides")
         self._strides = (_packed(self.shape) if given is None else
@@ -93,13 +96,27 @@ def _packed(shape: Tuple[int, ...]) -> Tuple[int, ...]:
     return tuple(strides[: len(shape)])
 
 
-def _device_of(value: Any) -> int:
-    """CUDA's number of the GPU; 0 where the array does not say it."""
+def _device_of(value: Any, pointer: Optional[int]) -> int:
+    """CUDA's number of the GPU: what the array says, else what the driver knows of its memory, else 0."""
     if hasattr(value, "__dlpack_device__"):
         kind, number = value.__dlpack_device__()
         if kind == _CUDA_OF_DLPACK:
             return int(number)
+    driver = _cuda_driver()
+    found = ctypes.c_int(0)
+    if driver is not None and pointer:
+        failed = driver.cuPointerGetAttribute(ctypes.byref(found), _DEVICE_ORDINAL, ctypes.c_uint64(pointer))
+        return 0 if failed else found.value
     return 0
+
+
+@functools.lru_cache(maxsize=None)
+def _cuda_driver() -> Any:
+    """The driver's library, which whoever made an array on a GPU has loaded; None without it."""
+    try:
+        return ctypes.CDLL("libcuda.so.1")
+    except OSError:
+        return None
 
 
 def _stream_of(value: Any, facts: Any) -> Optional[int]:

@@ -1,28 +1,43 @@
 # SPDX-License-Identifier: MIT
-"""Rendered views, and files of pictures."""
+"""Rendered views."""
 from __future__ import annotations
 
 import ctypes
 import os
 import tempfile
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Optional, Union
+from typing import Any, Dict, NamedTuple, Optional, Union
 
 import numpy as np
 
 from . import _ffi
-from ._arrays import copy_of, struct_of, to_numpy
+from ._arrays import struct_of, to_numpy
 from ._camera import Camera
 from ._checks import encoded_path
 from ._compare import compare
 from ._errors import UsageError
 
-if TYPE_CHECKING:
-    from ._render import Counts
-
 #: Maps whose values are not 0..1, so that files of 8 bits cannot hold them.
 _UNBOUNDED = ("depth", "median_depth", "evaluated", "pairs", "used")
 _FLOAT_FORMATS = (".npy", ".pfm", ".exr", ".tif", ".tiff")
+
+
+class Counts(NamedTuple):
+    """The numbers of a frame."""
+
+    gaussians: int  #: that can be drawn
+    visible: int  #: Gaussians with at least one tile
+    tile_pairs: int  #: (Gaussian, tile) pairs listed
+    max_pairs_in_a_tile: int
+    used_pairs: int  #: pairs that a pixel blended; 0 unless `used` was asked for
+    sort_bytes: int  #: of the keys and values that were sorted
+    tile_rows: int
+    tile_columns: int
+    tile_px: int  #: side of a tile
+    pipeline: str  #: that drew the frame: "fast" leaves some views and tiles to "classic"
+    threads: int  #: of the CPU; 0 on a GPU
+    frame_ms: float  #: from the camera to the picture in the memory of the backend
+    stage_ms: Dict[str, float]  #: "preprocess", "bin", "sort", "blend"; 0 on a GPU
 
 
 class Picture:
@@ -108,18 +123,3 @@ class Picture:
         if array is None:
             raise UsageError(f"{who}: {what} was not rendered: add it to the outputs of render()")
         return to_numpy(array, f"{who}: {what}")
-
-
-def read_picture(path: Union[str, PathLike[str]]) -> np.ndarray:
-    """A file of a picture as height x width x channels, 1 to 4, float32, integers as 0..1.
-
-    Raises InputError if the file is missing or damaged, and DeviceError if the format needs a
-    missing module.
-    """
-    handle, values = ctypes.c_void_p(), _ffi.QsArray()
-    _ffi.call("read_picture", "qs_picture_open", encoded_path(path, "read_picture: path"),
-              ctypes.byref(handle), ctypes.byref(values))
-    try:
-        return copy_of(values)
-    finally:
-        _ffi.library.qs_picture_close(handle)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from typing import (Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union,
-                    overload)
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from ._camera import Camera
 from ._checks import words
 from ._errors import UsageError
 from ._gpu_arrays import GpuArray, is_on_gpu
-from ._picture import Picture
+from ._picture import Counts, Picture
 from ._scene import Scene
 
 #: The arrays of a picture: True if the array has an element per tile instead of per pixel.
@@ -22,25 +21,6 @@ _OUTPUTS = {"color": False, "alpha": False, "depth": False, "median_depth": Fals
             "evaluated": False, "pairs": True, "used": True}
 _COUNTED = ("evaluated", "pairs", "used")
 _DTYPES = ("float32", "uint8")
-
-
-class Counts(NamedTuple):
-    """The numbers of a frame."""
-
-    gaussians: int  #: that can be drawn
-    visible: int  #: Gaussians with at least one tile
-    tile_pairs: int  #: (Gaussian, tile) pairs listed
-    max_pairs_in_a_tile: int
-    used_pairs: int  #: pairs that a pixel blended; 0 unless `used` was asked for
-    sort_bytes: int  #: of the keys and values that were sorted
-    tile_rows: int
-    tile_columns: int
-    tile_px: int  #: side of a tile
-    pipeline: str  #: that drew the frame: "fast" leaves some views and tiles to "classic"
-    threads: int  #: of the CPU; 0 on a GPU
-    frame_ms: float  #: from the camera to the picture in the memory of the backend
-    stage_ms: Dict[str, float]  #: "preprocess", "bin", "sort", "blend"; 0 on a GPU
-
 
 _Names = Union[str, Sequence[str], None]
 _ByOutput = Mapping[str, Any]  # arrays by output

@@ -111,10 +111,11 @@ def _run(given: _ffi.QsTraining, calls: _Callbacks, context: Context, who: str) 
     state = _ffi.QsTrainingState()
     raised: List[BaseException] = []
     done = threading.Event()
+    use = context._use(who)
 
     def work() -> None:
         try:
-            with context._use(who) as pointer:
+            with use as pointer:
                 _ffi.call(who, "qs_train", pointer, ctypes.byref(given), ctypes.byref(state))
         except BaseException as error:
             raised.append(error)
@@ -126,7 +127,7 @@ def _run(given: _ffi.QsTraining, calls: _Callbacks, context: Context, who: str) 
     while True:
         try:
             if interrupt is not None:
-                context.stop()  # again: the call may not have begun
+                use.stop()  # again: the call may not have begun
             if done.wait(0.1):
                 break
         except KeyboardInterrupt as error:

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Cameras of files, and scenes as files, as the program reads and writes them.
+#include <chrono>
 #include <fstream>
+#include <string>
+#include <thread>
 
 #include "app/support/run_program.h"
 #include "io/camera/cameras.h"
@@ -149,6 +152,28 @@ TEST_F(LibraryConvert, of_wrapped_gaussians_reads_back) {
   EXPECT_EQ(read.cloud.positions, cloud.positions);
   EXPECT_EQ(read.cloud.sh, cloud.sh);
   EXPECT_EQ(read.cloud.opacity_logits, cloud.opacity_logits);
+}
+
+// A mapped file would kill the process.
+TEST(LibraryFiles, that_another_program_truncates_during_reading_are_errors) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder / "scene.ply";
+  test::write_scene(test::random_cloud(1000, 3, 1), path);
+  const std::uintmax_t bytes = std::filesystem::file_size(path);
+  std::jthread other([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      std::filesystem::resize_file(path, 64 << 20);
+      std::this_thread::sleep_for(std::chrono::microseconds(500));
+      std::filesystem::resize_file(path, bytes);
+    }
+  });
+  quadsplat::Context context = test::cpu(1);
+  std::string sentence;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (sentence.empty() && std::chrono::steady_clock::now() < end)
+    sentence = test::sentence_of([&] { context.load(path.string()); }, QS_INPUT);
+  EXPECT_NE(sentence.find("another program truncated it during reading"), std::string::npos)
+      << sentence;
 }
 
 }  // namespace

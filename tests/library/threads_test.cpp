@@ -196,6 +196,22 @@ TEST(LibraryContexts, and_their_scenes_close_in_any_order) {
   EXPECT_EQ(scene.facts().gaussians, 100u);
 }
 
+// ThreadSanitizer sees a race if closing does not take the context's mutex.
+TEST(LibraryContexts, close_while_another_thread_uses_a_scene) {
+  for (int i = 0; i < 20; ++i) {
+    auto context = std::make_unique<quadsplat::Context>(test::cpu(1));
+    quadsplat::Scene scene = context->wrap(test::gaussians_of(test::random_cloud(10, 0, 1)));
+    std::string sentence;
+    std::thread other([&] {
+      while (sentence.empty())
+        sentence = test::sentence_of([&] { test::rendered(scene, front(16, 16)); });
+    });
+    context.reset();
+    other.join();
+    EXPECT_EQ(sentence, "qs_render: scene: its context was closed");
+  }
+}
+
 TEST(LibraryContexts, are_refused_in_a_forked_process) {
   if (!QS_THREADS_AFTER_FORK) GTEST_SKIP() << "ThreadSanitizer starts no threads after fork()";
   quadsplat::Context context = test::cpu();

@@ -185,6 +185,38 @@ def on_gpu(**change):
     return {**arrays, **change}
 
 
+class OnSilentGpu:
+    """An array that does not say its GPU, as Numba's."""
+
+    def __init__(self, pointer=4096):
+        self.__cuda_array_interface__ = {"shape": (COUNT, 3), "typestr": "<f4", "data": (pointer, False), "version": 3}
+
+
+def test_the_driver_knows_the_gpu_of_an_array_that_does_not_say_it(quadsplat, cpu, monkeypatch):
+    import ctypes
+
+    from quadsplat import _gpu_arrays
+
+    class Driver:
+        """Two GPUs; addresses below 4096 are none of theirs."""
+
+        def cuPointerGetAttribute(self, found, attribute, pointer):
+            assert attribute == 9
+            ctypes.cast(found, ctypes.POINTER(ctypes.c_int))[0] = 1
+            return 0 if pointer.value >= 4096 else 1
+
+    monkeypatch.setattr(_gpu_arrays, "_cuda_driver", Driver)
+    assert _gpu_arrays.GpuArray(OnSilentGpu(), "means").device == 1
+    assert _gpu_arrays.GpuArray(OnSilentGpu(64), "means").device == 0
+    assert _gpu_arrays.GpuArray(OnGpu((COUNT, 3), number=3), "means").device == 3
+    with pytest.raises(quadsplat.UsageError, match="means: is in the memory of GPU 1, but the context has the backend cpu"):
+        quadsplat.Scene.from_arrays(**on_gpu(means=OnSilentGpu(), scales=OnGpu((COUNT, 3), number=1),
+                                             rotations=OnGpu((COUNT, 4), number=1), opacities=OnGpu((COUNT, 1), number=1),
+                                             sh=OnGpu((COUNT, 4, 3), number=1)), context=cpu)
+    monkeypatch.setattr(_gpu_arrays, "_cuda_driver", lambda: None)
+    assert _gpu_arrays.GpuArray(OnSilentGpu(), "means").device == 0
+
+
 @pytest.mark.parametrize("change, sentence", [
     ({}, "means: is in the memory of GPU 0, but the context has the backend cpu"),
     ({"means": OnGpu((COUNT, 3), number=3)}, "scales: is in the memory of GPU 0, but means is in the memory of GPU 3"),

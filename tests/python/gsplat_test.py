@@ -390,6 +390,17 @@ def test_radii_have_the_shape_and_formula_of_the_version(gsplat, version):
     assert (found["1.5.3"][0, 2] < found["1.4.0"][0, 2]).all()
 
 
+@pytest.mark.parametrize("name, mode, alpha_max, has_batches", [
+    ("1.4.0rc2", "3dgs", 0.999, False), ("1.5.0rc1", "adr", 0.999, False), ("1.5.3.post1", "adr", 0.999, True),
+    ("1.6.0rc1", "adr", 0.99, True), ("1.6.0.dev3+cu12", "adr", 0.99, True), ("1.6b1", "adr", 0.99, True),
+    ("2", "adr", 0.99, True), ("unknown", "adr", 0.999, True)])
+def test_a_pre_release_has_the_rules_of_its_version(gsplat, version, name, mode, alpha_max, has_batches):
+    version(name)
+    rules = gsplat._version()
+    assert (rules.mode, rules.alpha_max, rules.has_batches) == (mode, alpha_max, has_batches)
+    assert (rules.least_opacity > 0) == (alpha_max == 0.99)
+
+
 def test_the_largest_alpha_is_that_of_the_version(gsplat, version):
     values = {name: value[1:2].detach() for name, value in scene(sh=False).items()}
     values.update(means=torch.tensor([[0.0, 0, 2]]), scales=torch.full((1, 3), 2.0),

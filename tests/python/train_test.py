@@ -9,7 +9,7 @@ import threading
 
 import pytest
 
-from conftest import ROOT
+from conftest import PLUSH, ROOT
 
 SMALL = {"random_points": 100, "sh_degree": 0}
 
@@ -66,6 +66,57 @@ def test_a_callback_ends_a_run_which_continues_to_the_same_bits(quadsplat, data,
                             callback=lambda state: two.stop(), **SMALL)
         quadsplat.train(data, tmp_path / "parts", iterations=9, context=two, resume=True, **SMALL)
     assert gaussians(tmp_path / "whole", 9) == gaussians(tmp_path / "parts", 9)
+
+
+@pytest.fixture
+def own_context(quadsplat):
+    with quadsplat.Context("cpu", threads=1) as context:
+        yield context
+
+
+def test_a_callback_that_uses_or_closes_its_context_is_refused(quadsplat, data, tmp_path, own_context):
+    drawn = quadsplat.load(PLUSH, context=own_context)
+    camera = quadsplat.Camera(8, 8, 8)
+    acts = {"render": lambda: quadsplat.render(drawn, camera), "Context.close": own_context.close,
+            "train": lambda: quadsplat.train(data, tmp_path / "inner", context=own_context, **SMALL)}
+    sentences = []
+
+    def callback(state):
+        for act in acts.values():
+            with pytest.raises(quadsplat.UsageError) as raised:
+                act()
+            sentences.append(str(raised.value))
+        return True
+
+    end = {}
+    thread = threading.Thread(daemon=True, target=lambda: end.update(state=quadsplat.train(
+        data, tmp_path / "model", context=own_context, callback=callback, **SMALL)))
+    thread.start()
+    thread.join(60)
+    assert not thread.is_alive() and end["state"].iteration == 0
+    assert sentences == [f"{who}: the context is used by the call that called this callback: open another context, "
+                         "or wait for the end of the call" for who in acts]
+    quadsplat.render(drawn, camera)  # the context is still open
+
+
+def test_ctrl_c_ends_no_call_of_another_thread(quadsplat, data, tmp_path, own_context):
+    began, may_end, ends = threading.Event(), threading.Event(), {}
+
+    def wait(state):
+        began.set()
+        may_end.wait(60)
+
+    other = threading.Thread(target=lambda: ends.update(other=quadsplat.train(
+        data, tmp_path / "other", iterations=2, context=own_context, callback=wait, **SMALL)))
+    other.start()
+    began.wait(60)
+    timers = [threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)), threading.Timer(0.8, may_end.set)]
+    for timer in timers:
+        timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        quadsplat.train(data, tmp_path / "model", context=own_context, **SMALL)
+    other.join()
+    assert ends["other"].finished
 
 
 def test_ctrl_c_ends_a_run_which_is_saved(data, tmp_path):

@@ -16,11 +16,12 @@ import sys
 import tempfile
 import time
 import unittest
+from unittest import mock
 
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "workflows/paper"))
-from quadsplat_paper import charts, gpus, matrix, pictures, ratios, report, results, sets  # noqa: E402
+from quadsplat_paper import charts, gpus, matrix, pictures, ratios, report, results, sets, work  # noqa: E402
 from quadsplat_paper.plan import Plan  # noqa: E402
 from quadsplat_paper.problem import Problem  # noqa: E402
 
@@ -73,6 +74,17 @@ class Rules(unittest.TestCase):
         older = plan_of(["mask"], FakeProgram(options=False))
         self.assertNotIn("--color-field", older.models[0].options)
         self.assertEqual(older.rows[0].notes, ["trained without '--color-field', which this program does not have"])
+
+    def test_an_exception_leaves_the_visible_gpus_as_they_were(self):
+        for before in (None, "3"):
+            with mock.patch.dict(os.environ):
+                os.environ.pop("CUDA_VISIBLE_DEVICES", None)
+                if before is not None:
+                    os.environ["CUDA_VISIBLE_DEVICES"] = before
+                with self.assertRaises(KeyError), work.chosen_gpu({"CUDA_VISIBLE_DEVICES": "1"}):
+                    self.assertEqual(os.environ["CUDA_VISIBLE_DEVICES"], "1")
+                    raise KeyError
+                self.assertEqual(os.environ.get("CUDA_VISIBLE_DEVICES"), before)
 
     def test_rows_are_chosen_by_name(self):
         self.assertEqual([model.name for model in plan_of(["adr", "quadbox"]).models], ["quadbox"])

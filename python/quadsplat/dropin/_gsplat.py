@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+import re
 import sys
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
@@ -62,11 +63,8 @@ class _Version(NamedTuple):
 
 def _version() -> _Version:
     module = sys.modules.get("gsplat")
-    words = str(getattr(module, "__version__", "1.5.3")).split("+")[0].split(".")
-    try:
-        number: Tuple[int, ...] = tuple(int(word) for word in words[:3])
-    except ValueError:
-        number = _STAND_IN
+    release = re.match(r"\d+(\.\d+){0,2}", str(getattr(module, "__version__", "")))
+    number = tuple(map(int, release.group().split("."))) if release else _STAND_IN
     if number < (1, 5):
         return _Version("gsplat_1_4", "3dgs", 0.999, 0.0, False, False, 0)
     if number < (1, 6):

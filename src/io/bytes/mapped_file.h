@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
 //
-// Maps a file into memory, read-only. The file must not shrink while it is mapped: if another
-// program truncates it, this program is killed (SIGBUS). The reason for mapping is that gigabytes
-// need not be copied.
+// The bytes of a file: mapped into memory, or copied. Mapping copies no gigabytes, but a mapped
+// file must not shrink: if another program truncates it, this program is killed (SIGBUS).
+// libquadsplat copies, because it must not kill its host.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <span>
 
 namespace qs {
 
 class MappedFile {
  public:
-  /// Throws Error(input) when `path` is missing, unreadable or not a regular file.
+  /// Throws Error(input) when `path` is missing, unreadable or not a regular file, or when another
+  /// program truncates it while it is copied.
   explicit MappedFile(const std::filesystem::path& path);
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;
@@ -21,8 +23,12 @@ class MappedFile {
 
   std::span<const std::byte> content() const { return content_; }
 
+  /// Whether this process copies the files that it opens from now on. At first it maps them.
+  static void copy_files(bool copies);
+
  private:
   std::span<const std::byte> content_;
+  std::unique_ptr<std::byte[]> copy_;  // null: the content is mapped
 };
 
 }  // namespace qs

@@ -5,8 +5,10 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <string>
 
+#include "library/gpu_arrays.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs::library {
@@ -65,6 +67,13 @@ void check_place(const QsArray& array, const Where& where, const Place& place) {
          place.decided_by, place.text());
 }
 
+/// Throws Error(usage) if the array names another GPU than the one that has its data. A kernel that
+/// used it would fault, and end all work of the process on the GPU.
+void check_gpu(const QsArray& array, const Where& where) {
+  if (const std::optional<int> gpu = other_gpu_of(array))
+    refuse(where, "its device is {}, but its data is in the memory of GPU {}", array.device, *gpu);
+}
+
 }  // namespace
 
 std::string Place::text() const {
@@ -97,6 +106,7 @@ void check_array(const QsArray& array, const Where& where, std::span<const std::
   if (reinterpret_cast<std::uintptr_t>(array.data) % type.bytes != 0)
     refuse(where, "its data is not aligned to its elements of {} bytes", type.bytes);
   check_strides(array, where, access, type.bytes);
+  if (place.is_gpu()) check_gpu(array, where);
 }
 
 std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray& rest,

@@ -3,7 +3,18 @@
 
 #include <unistd.h>
 
+#include "io/bytes/mapped_file.h"
+
 namespace qs::library {
+namespace {
+
+// From the start, because functions without a context read files too.
+[[maybe_unused]] const bool kCopiesFiles = [] {
+  MappedFile::copy_files(true);
+  return true;
+}();
+
+}  // namespace
 
 Context::Context(Backend backend, int device, int threads)
     : backend_(backend), device_(device), process_(getpid()), pool_(threads) {

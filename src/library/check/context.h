@@ -32,7 +32,10 @@ class Context {
   bool is_of_this_process() const;
 
   /// Calls after this one throw Error(usage).
-  void close() { closed_ = true; }
+  void close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+  }
 
   /// Any thread may call it.
   void stop();

@@ -33,6 +33,10 @@ struct Reach {
 
 }  // namespace
 
+std::optional<int> other_gpu_of(const QsArray& array) {
+  return gpu::other_gpu_of(array.data, array.device);
+}
+
 QsArray HostCopies::of(const QsArray& array) {
   QsArray copy = array;
   copy.memory = QS_MEMORY_HOST;
@@ -73,6 +77,7 @@ void store_on_gpu(const DeviceMaps& maps, const QsPicture& picture, const Camera
 
 #else
 
+std::optional<int> other_gpu_of(const QsArray&) { return std::nullopt; }
 QsArray HostCopies::of(const QsArray& array) { return array; }
 void store_on_gpu(const DeviceMaps&, const QsPicture&, const Camera&, const Use&) {}
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "library/check/arrays.h"
@@ -13,6 +14,10 @@
 #include "raster/api/renderer.h"
 
 namespace qs::library {
+
+/// The number of the GPU that has the array's data, if it is not the array's device. nullopt if
+/// CUDA does not know it.
+std::optional<int> other_gpu_of(const QsArray& array);
 
 /// Copies of checked arrays on the host, for a call that reads them.
 class HostCopies {

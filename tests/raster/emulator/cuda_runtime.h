@@ -68,7 +68,8 @@ int barrier(int value);
 const std::array<std::uint64_t, kWarpSize>& warp_exchange(std::uint64_t value);
 
 inline std::size_t used_bytes = 0;
-inline std::size_t uploaded_bytes = 0;  ///< copied to the GPU so far
+inline std::size_t uploaded_bytes = 0;         ///< copied to the GPU so far
+inline const void* memory_of_gpu_1 = nullptr;  ///< an address that another GPU has
 
 inline std::vector<uint4> dynamic_shared;  // of the running kernel
 
@@ -238,13 +239,18 @@ inline cudaError_t cudaMallocAsync(void** pointer, std::size_t bytes, void*) {
 }
 inline cudaError_t cudaFreeAsync(void* pointer, void*) { return cudaFree(pointer); }
 
+enum cudaMemoryType { cudaMemoryTypeDevice = 2 };
 struct cudaPointerAttributes {
+  cudaMemoryType type;
+  int device;
   void* devicePointer;
 };
 /// The GPU reads all memory of the host.
 inline cudaError_t cudaPointerGetAttributes(cudaPointerAttributes* attributes,
                                             const void* pointer) {
-  return attributes->devicePointer = const_cast<void*>(pointer), cudaSuccess;
+  const int device = pointer == emulator::memory_of_gpu_1 ? 1 : 0;
+  *attributes = {cudaMemoryTypeDevice, device, const_cast<void*>(pointer)};
+  return cudaSuccess;
 }
 template <class T>
 cudaError_t cudaMallocHost(T** pointer, std::size_t bytes) {

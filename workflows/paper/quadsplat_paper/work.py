@@ -217,11 +217,13 @@ def provenance(plan: Plan, environment: dict[str, str], report: Optional[dict[st
 def chosen_gpu(environment: dict[str, str]) -> Iterator[None]:
     kept = os.environ.get("CUDA_VISIBLE_DEVICES")
     os.environ.update(environment)
-    yield
-    if environment and kept is None:
-        del os.environ["CUDA_VISIBLE_DEVICES"]
-    elif environment:
-        os.environ["CUDA_VISIBLE_DEVICES"] = str(kept)
+    try:
+        yield
+    finally:
+        if environment and kept is None:
+            del os.environ["CUDA_VISIBLE_DEVICES"]
+        elif environment:
+            os.environ["CUDA_VISIBLE_DEVICES"] = str(kept)
 
 
 # ---- measurements -------------------------------------------------------------------------------

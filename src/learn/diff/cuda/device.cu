@@ -21,6 +21,16 @@ bool is_gpu_memory(const void* memory) {
   return known && attributes.devicePointer != nullptr;
 }
 
+std::optional<int> other_gpu_of(const void* memory, int device) {
+  int devices = 0;
+  cudaPointerAttributes found{};
+  const bool known = cudaGetDeviceCount(&devices) == cudaSuccess && device < devices &&
+                     cudaPointerGetAttributes(&found, memory) == cudaSuccess;
+  cudaGetLastError();  // clears the error of an unknown pointer
+  if (!known || found.type != cudaMemoryTypeDevice || found.device == device) return std::nullopt;
+  return found.device;
+}
+
 void* allocate(std::size_t bytes, const Queue& queue) {
   void* memory = nullptr;
   check(cudaMallocAsync(&memory, bytes, stream_of(queue)), "temporary memory");

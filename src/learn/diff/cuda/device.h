@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "learn/diff/cuda/frame.h"
 
@@ -25,6 +26,10 @@ class SelectedGpu {
 
 /// True if the selected GPU can read and write the memory.
 bool is_gpu_memory(const void* memory);
+
+/// The number of the GPU that has the memory, if it is not `device`. nullopt for memory that CUDA
+/// does not know, and if the machine has no such device.
+std::optional<int> other_gpu_of(const void* memory, int device);
 
 /// Memory that work in the stream may use until it is freed, in the order of the stream.
 void* allocate(std::size_t bytes, const Queue& queue);

@@ -118,7 +118,7 @@ struct GpuStageFrame {
   void project(const DrawnView& view, const GaussianInputs<float>& in,
                const Boundary<float>& out = {}, const Rows<std::int32_t>& radii = {}) {
     using namespace cuda::diff;
-    const HeldSizes sizes = HeldSizes::of(view.camera, in.count);
+    const GpuHeldSizes sizes = GpuHeldSizes::of(view.camera, in.count);
     gaussians = GpuMemory(bytes_of_gaussians(sizes));
     const GpuMemory projected(bytes_to_project(sizes));
     frame.gaussians = gaussians.data();

@@ -94,7 +94,7 @@ class CudaPasses final : public Passes {
   void project(const CallersMemory& memory, const QsBoundary& boundary,
                QsStageFrame& frame) override {
     gpu::Frame made;
-    made.sizes = gpu::HeldSizes::of(view_.camera, static_cast<std::size_t>(call_.gaussians));
+    made.sizes = gpu::GpuHeldSizes::of(view_.camera, static_cast<std::size_t>(call_.gaussians));
     made.gaussians =
         allocate_on_gpu(memory, gpu::bytes_of_gaussians(made.sizes), QS_HELD_PER_GAUSSIAN);
     void* const projected = temporary_.allocate(gpu::bytes_to_project(made.sizes));
@@ -163,7 +163,7 @@ class CudaPasses final : public Passes {
  private:
   gpu::Frame frame_on_gpu(const QsStageFrame& frame) const {
     gpu::Frame result;
-    result.sizes = gpu::HeldSizes::of(view_.camera, static_cast<std::size_t>(call_.gaussians));
+    result.sizes = gpu::GpuHeldSizes::of(view_.camera, static_cast<std::size_t>(call_.gaussians));
     result.sizes.pairs = static_cast<std::uint32_t>(frame.pairs);
     result.sizes = result.sizes.blended(static_cast<int>(frame.channels), frame.has_depth != 0);
     result.gaussians = frame.per_gaussian;

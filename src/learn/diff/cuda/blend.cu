@@ -11,7 +11,7 @@ namespace {
 /// in.channel_count are used.
 template <int kChannels, bool kDepth>
 __global__ void __launch_bounds__(kThreads)
-    blend_channels(ChannelInput in, PixelBlock out, Pictures<float> pictures) {
+    blend_channels(ChannelInput in, GpuPixelBlock out, Pictures<float> pictures) {
   __shared__ SharedSegment segment;
   __shared__ std::uint32_t owners[kSegment];
   const std::uint32_t tile = in.schedule.tile(blockIdx.x);
@@ -81,7 +81,7 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-void blend_colors(const BlendInput& in, const ListedFrame& listed, const PixelBlock& block,
+void blend_colors(const BlendInput& in, const ListedFrame& listed, const GpuPixelBlock& block,
                   const Pictures<float>& out, cudaStream_t stream) {
   const unsigned tiles = tiles_of(listed.sizes);
   check(cudaMemsetAsync(block.segment_tiles, 0xff,
@@ -106,7 +106,7 @@ void blend(const BlendInput& in, const Queue& queue, bool with_depth, Frame& fra
   queue.throw_if_cancelled();
   frame.sizes = frame.sizes.blended(in.channel_count, with_depth);
   const ListedFrame listed(frame);
-  const auto block = block_at<PixelBlock>(frame.pixels, listed.sizes);
+  const auto block = block_at<GpuPixelBlock>(frame.pixels, listed.sizes);
   if (frame.sizes.has_states) {
     blend_colors(in, listed, block, out, stream_of(queue));
     return;

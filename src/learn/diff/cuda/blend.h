@@ -24,7 +24,7 @@ void blend(const BlendInput& in, const Queue& queue, bool with_depth, Frame& fra
            const Pictures<float>& out = {});
 
 /// Bytes of scratch memory of blend_backward(), which may be used again after it.
-std::size_t bytes_to_blend_backward(const HeldSizes& sizes);
+std::size_t bytes_to_blend_backward(const GpuHeldSizes& sizes);
 
 /// `frame` is the result of blend() for the same arguments; `by` are the derivatives by the
 /// pictures, each of which may be missing. Writes all rows of the wanted arrays. Does not wait.

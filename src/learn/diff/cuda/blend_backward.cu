@@ -27,7 +27,7 @@ struct SumScratch {
   float *shape_sums, *absolute_sums, *channel_sums;
   double* rows;  ///< derivative by the background: a number per channel and row of pixels
 
-  static SumScratch of(BlockArrays& block, const HeldSizes& sizes) {
+  static SumScratch of(BlockArrays& block, const GpuHeldSizes& sizes) {
     const std::size_t pairs = sizes.pairs, gaussians = sizes.gaussians,
                       channels = size_of_channels(sizes.channels);
     SumScratch result{};
@@ -45,7 +45,7 @@ struct SumScratch {
 /// A kernel parameter.
 struct SumsInput {
   ChannelInput in;
-  PixelBlock state;
+  GpuPixelBlock state;
   Pictures<const float> by;
 
   /// True if there are derivatives by other pictures than the colour.
@@ -213,7 +213,7 @@ struct ColorScratch {
   glm::vec2 *depths, *depth_sums;       ///< the same, see PairSums; null without depths
   double* rows;                         ///< see SumScratch
 
-  static ColorScratch of(BlockArrays& block, const HeldSizes& sizes) {
+  static ColorScratch of(BlockArrays& block, const GpuHeldSizes& sizes) {
     ColorScratch result{};
     result.pairs = block.next<PixelSums<float>>(sizes.pairs);
     result.absolute = block.next<glm::vec2>(sizes.pairs);
@@ -231,7 +231,7 @@ struct ColorScratch {
 /// Writes the rows of the boundary. One thread per Gaussian; `colors` is where the derivatives by
 /// the colours go.
 __global__ void __launch_bounds__(kThreads)
-    write_color_boundary(std::uint32_t count, GaussianBlock gaussians, ColorScratch sums,
+    write_color_boundary(std::uint32_t count, GpuGaussianBlock gaussians, ColorScratch sums,
                          BoundaryGradients<float> out, qs::diff::Rows<float> colors) {
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   if (i >= count) return;
@@ -255,7 +255,7 @@ __global__ void __launch_bounds__(kThreads)
 /// The same for every number of channels; `channel_size` is the number of sums of channels per
 /// Gaussian.
 __global__ void __launch_bounds__(kThreads)
-    write_boundary(std::uint32_t count, GaussianBlock gaussians, SumScratch sums,
+    write_boundary(std::uint32_t count, GpuGaussianBlock gaussians, SumScratch sums,
                    BoundaryGradients<float> out, qs::diff::Rows<float> colors, int channel_count,
                    unsigned channel_size) {
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
@@ -300,7 +300,7 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-void add_background(const HeldSizes& sizes, const PixelBlock& state,
+void add_background(const GpuHeldSizes& sizes, const GpuPixelBlock& state,
                     const Pictures<const float>& by, double* rows, float* background,
                     cudaStream_t stream) {
   if (background == nullptr) return;
@@ -310,10 +310,10 @@ void add_background(const HeldSizes& sizes, const PixelBlock& state,
   launch("background", add_rows<float>, 1, stream, rows, height, sizes.channels, background);
 }
 
-void color_backward(const BlendInput& in, const ListedFrame& listed, const PixelBlock& state,
+void color_backward(const BlendInput& in, const ListedFrame& listed, const GpuPixelBlock& state,
                     const Pictures<const float>& by, const ColorScratch& scratch,
                     const BoundaryGradients<float>& out, cudaStream_t stream) {
-  const HeldSizes& sizes = listed.sizes;
+  const GpuHeldSizes& sizes = listed.sizes;
   const bool absolute = static_cast<bool>(out.absolute_px);
   // Without derivatives by depths the kernels for colours do.
   const bool is_deep = by.depth || by.inverse_depth;
@@ -354,19 +354,19 @@ void color_backward(const BlendInput& in, const ListedFrame& listed, const Pixel
 
 }  // namespace
 
-std::size_t bytes_to_blend_backward(const HeldSizes& sizes) {
+std::size_t bytes_to_blend_backward(const GpuHeldSizes& sizes) {
   return sizes.has_states ? bytes_of<ColorScratch>(sizes) : bytes_of<SumScratch>(sizes);
 }
 
 void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<const float>& by,
                     const Queue& queue, void* scratch, const BoundaryGradients<float>& out) {
-  const HeldSizes& sizes = frame.sizes;
+  const GpuHeldSizes& sizes = frame.sizes;
   in.check("blend_backward", sizes.has_depth, by.depth || by.inverse_depth);
   in.check_frame("blend_backward", {sizes.width, sizes.height}, static_cast<int>(sizes.channels));
   queue.throw_if_cancelled();
   const cudaStream_t stream = stream_of(queue);
   const ListedFrame listed(frame);
-  const auto state = block_at<PixelBlock>(frame.pixels, sizes);
+  const auto state = block_at<GpuPixelBlock>(frame.pixels, sizes);
   if (sizes.has_states) {
     const auto colors = block_at<ColorScratch>(scratch, sizes);
     add_background(sizes, state, by, colors.rows, out.background, stream);

@@ -21,7 +21,7 @@ namespace qs::cuda::diff {
 using namespace qs::diff;
 
 /// The sizes of a frame. The sizes of its blocks follow from them.
-struct HeldSizes {
+struct GpuHeldSizes {
   std::uint32_t gaussians = 0;
   std::uint32_t pairs = 0;  ///< pairs of a tile and a Gaussian; 0 before project()
   std::int32_t width = 0, height = 0;
@@ -29,8 +29,8 @@ struct HeldSizes {
   bool has_depth = false;      ///< blend() sums depths
   bool has_states = false;     ///< blend() keeps states of pixels, see color_blend.cuh
 
-  static HeldSizes of(const Camera& camera, std::size_t gaussians) {
-    HeldSizes sizes;
+  static GpuHeldSizes of(const Camera& camera, std::size_t gaussians) {
+    GpuHeldSizes sizes;
     sizes.gaussians = static_cast<std::uint32_t>(gaussians);
     sizes.width = camera.width;
     sizes.height = camera.height;
@@ -38,8 +38,8 @@ struct HeldSizes {
   }
   /// The sizes of the frame after blend(). Colours of three channels, which faster kernels blend,
   /// have states.
-  HeldSizes blended(int channel_count, bool with_depth) const {
-    HeldSizes sizes = *this;
+  GpuHeldSizes blended(int channel_count, bool with_depth) const {
+    GpuHeldSizes sizes = *this;
     sizes.channels = static_cast<std::uint32_t>(channel_count);
     sizes.has_depth = with_depth;
     sizes.has_states = channel_count == 3;
@@ -48,21 +48,21 @@ struct HeldSizes {
   std::size_t pixels() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   }
-  bool operator==(const HeldSizes&) const = default;
+  bool operator==(const GpuHeldSizes&) const = default;
 };
 
 struct Frame {
-  HeldSizes sizes;
+  GpuHeldSizes sizes;
   void* gaussians = nullptr;  ///< bytes_of_gaussians()
   void* pairs = nullptr;      ///< bytes_of_pairs()
   void* pixels = nullptr;     ///< bytes_of_pixels()
 };
 
 // Bytes of a frame's blocks. The block of pairs depends on their number; the block of pixels
-// requires the sizes of HeldSizes::blended().
-std::size_t bytes_of_gaussians(const HeldSizes& sizes);
-std::size_t bytes_of_pairs(const HeldSizes& sizes);
-std::size_t bytes_of_pixels(const HeldSizes& sizes);
+// requires the sizes of GpuHeldSizes::blended().
+std::size_t bytes_of_gaussians(const GpuHeldSizes& sizes);
+std::size_t bytes_of_pairs(const GpuHeldSizes& sizes);
+std::size_t bytes_of_pixels(const GpuHeldSizes& sizes);
 
 /// Per Gaussian, in device memory.
 struct GaussianSums {

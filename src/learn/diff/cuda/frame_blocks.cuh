@@ -13,10 +13,10 @@ namespace qs::cuda::diff {
 inline cudaStream_t stream_of(const Queue& queue) {
   return static_cast<cudaStream_t>(queue.stream);
 }
-inline TileGrid grid_of(const HeldSizes& sizes) {
+inline TileGrid grid_of(const GpuHeldSizes& sizes) {
   return TileGrid::of_image(sizes.width, sizes.height);
 }
-inline unsigned tiles_of(const HeldSizes& sizes) {
+inline unsigned tiles_of(const GpuHeldSizes& sizes) {
   return static_cast<unsigned>(grid_of(sizes).count());
 }
 
@@ -25,7 +25,7 @@ __device__ inline float depth_gradient(const glm::vec2& sums, float z) {
   return sums.x - sums.y / (z * z);
 }
 
-struct GaussianBlock {
+struct GpuGaussianBlock {
   unsigned long long* total;    ///< pairs
   std::uint32_t* tile_counts;   ///< 0: no tile lists it; then the next three are undefined
   std::uint32_t* first_places;  ///< the first place of its pairs
@@ -33,8 +33,8 @@ struct GaussianBlock {
   ListedSplat* splats;
   std::uint8_t* projected;  ///< 1 if it has a row in Boundary
 
-  static GaussianBlock of(BlockArrays& block, const HeldSizes& sizes) {
-    GaussianBlock result{};
+  static GpuGaussianBlock of(BlockArrays& block, const GpuHeldSizes& sizes) {
+    GpuGaussianBlock result{};
     result.total = block.next<unsigned long long>(1);
     result.tile_counts = block.next<std::uint32_t>(sizes.gaussians);
     result.first_places = block.next<std::uint32_t>(sizes.gaussians);
@@ -45,14 +45,14 @@ struct GaussianBlock {
   }
 };
 
-struct PairBlock {
+struct GpuPairBlock {
   std::uint32_t* owners;                   ///< per place: its Gaussian
   std::uint32_t* places;                   ///< the lists of all tiles, front to back
   uint2* ranges;                           ///< per tile: its list is [x, y)
   std::uint32_t *class_sizes, *scheduled;  ///< see ScheduleView
 
-  static PairBlock of(BlockArrays& block, const HeldSizes& sizes) {
-    PairBlock result{};
+  static GpuPairBlock of(BlockArrays& block, const GpuHeldSizes& sizes) {
+    GpuPairBlock result{};
     result.owners = block.next<std::uint32_t>(sizes.pairs);
     result.places = block.next<std::uint32_t>(sizes.pairs);
     result.ranges = block.next<uint2>(tiles_of(sizes));
@@ -62,7 +62,7 @@ struct PairBlock {
   }
 };
 
-struct PixelBlock {
+struct GpuPixelBlock {
   float* color;                  ///< `channels` each, over the background, not clamped
   float* transmittance;          ///< behind the last Gaussian
   std::uint32_t* last;           ///< entries of the tile's list up to the last blended entry
@@ -72,8 +72,8 @@ struct PixelBlock {
   float4* states;
   glm::vec2* depth_states;
 
-  static PixelBlock of(BlockArrays& block, const HeldSizes& sizes) {
-    PixelBlock result{};
+  static GpuPixelBlock of(BlockArrays& block, const GpuHeldSizes& sizes) {
+    GpuPixelBlock result{};
     result.color = block.next<float>(sizes.pixels() * sizes.channels);
     result.transmittance = block.next<float>(sizes.pixels());
     result.last = block.next<std::uint32_t>(sizes.pixels());
@@ -95,7 +95,7 @@ struct PixelBlock {
 struct ProjectScratch {
   FootprintArrays footprints;
 
-  static ProjectScratch of(BlockArrays& block, const HeldSizes& sizes) {
+  static ProjectScratch of(BlockArrays& block, const GpuHeldSizes& sizes) {
     ProjectScratch result{};
     result.footprints.means = block.next<float4>(sizes.gaussians);
     result.footprints.conics = block.next<float4>(sizes.gaussians);
@@ -109,7 +109,7 @@ struct ListScratch {
   SortEntry* entries;
   std::uint32_t *tiles, *slots, *sizes;
 
-  static ListScratch of(BlockArrays& block, const HeldSizes& sizes) {
+  static ListScratch of(BlockArrays& block, const GpuHeldSizes& sizes) {
     ListScratch result{};
     result.entries = block.next<SortEntry>(sizes.pairs);
     result.tiles = block.next<std::uint32_t>(sizes.pairs);
@@ -121,21 +121,21 @@ struct ListScratch {
 
 /// The frame as the kernels of the second pass read it.
 struct ListedFrame {
-  HeldSizes sizes;
-  GaussianBlock gaussians;
-  PairBlock pairs;
+  GpuHeldSizes sizes;
+  GpuGaussianBlock gaussians;
+  GpuPairBlock pairs;
 
   explicit ListedFrame(const Frame& frame)
       : sizes(frame.sizes),
-        gaussians(block_at<GaussianBlock>(frame.gaussians, sizes)),
-        pairs(block_at<PairBlock>(frame.pairs, sizes)) {}
+        gaussians(block_at<GpuGaussianBlock>(frame.gaussians, sizes)),
+        pairs(block_at<GpuPairBlock>(frame.pairs, sizes)) {}
 
   TilesView tiles() const {
     return {pairs.ranges,           pairs.places, pairs.owners, gaussians.splats,
             grid_of(sizes).columns, sizes.width,  sizes.height};
   }
   ScheduleView schedule() const { return {pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}; }
-  DepthArrays depths(const PixelBlock& pixels) const {
+  DepthArrays depths(const GpuPixelBlock& pixels) const {
     return {gaussians.depths, pixels.depth_states, pixels.depth, pixels.inverse_depth};
   }
 };

@@ -15,8 +15,8 @@ namespace {
 /// `keep_faint` decides whether tiles may list them. Sets the tile counts of the Gaussians that
 /// count_tiles_of() must look at to 1, the others to 0.
 __global__ void __launch_bounds__(kThreads, 3)
-    project_given(GivenGaussians<float> source, SharedSh shared, bool keep_faint, GaussianBlock out,
-                  FootprintArrays footprints) {
+    project_given(GivenGaussians<float> source, SharedSh shared, bool keep_faint,
+                  GpuGaussianBlock out, FootprintArrays footprints) {
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   bool exists = i < source.in.count;
   if (exists) {
@@ -54,7 +54,7 @@ __global__ void __launch_bounds__(kThreads, 3)
 template <class P>
 __global__ void __launch_bounds__(kThreads)
     count_tiles_of(std::uint32_t count, FootprintArrays footprints, TileGrid grid,
-                   GaussianBlock out) {
+                   GpuGaussianBlock out) {
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   const bool exists = i < count && out.tile_counts[i] != 0;
   const unsigned tiles = exists ? count_tiles<P>(footprints.load(i), grid) : 0;
@@ -71,7 +71,7 @@ static_assert(sizeof(PoseGradient) == kPoseNumbers * sizeof(double));
 struct PoseScratch {
   double* sums;  ///< kPoseNumbers per block
 
-  static PoseScratch of(BlockArrays& block, const HeldSizes& sizes) {
+  static PoseScratch of(BlockArrays& block, const GpuHeldSizes& sizes) {
     return {block.next<double>(std::size_t{kPoseNumbers} * blocks_for(sizes.gaussians))};
   }
 };
@@ -136,8 +136,8 @@ __global__ void __launch_bounds__(kThreads, kPose ? 1 : 3)
 
 template <class Source>
 void set_gradients(const DrawnView& view, const GaussianInputs<float>& gaussians,
-                   const HeldSizes& sizes, const Source& source, const Queue& queue, void* scratch,
-                   const InputGradients<float>& out, PoseGradient* pose) {
+                   const GpuHeldSizes& sizes, const Source& source, const Queue& queue,
+                   void* scratch, const InputGradients<float>& out, PoseGradient* pose) {
   view.check("project_backward");
   gaussians.check("project_backward");
   gaussians.check_frame("project_backward", sizes.gaussians);
@@ -162,17 +162,19 @@ void set_gradients(const DrawnView& view, const GaussianInputs<float>& gaussians
 
 }  // namespace
 
-std::size_t bytes_of_gaussians(const HeldSizes& sizes) { return bytes_of<GaussianBlock>(sizes); }
+std::size_t bytes_of_gaussians(const GpuHeldSizes& sizes) {
+  return bytes_of<GpuGaussianBlock>(sizes);
+}
 
-std::size_t bytes_of_pairs(const HeldSizes& sizes) { return bytes_of<PairBlock>(sizes); }
+std::size_t bytes_of_pairs(const GpuHeldSizes& sizes) { return bytes_of<GpuPairBlock>(sizes); }
 
-std::size_t bytes_of_pixels(const HeldSizes& sizes) { return bytes_of<PixelBlock>(sizes); }
+std::size_t bytes_of_pixels(const GpuHeldSizes& sizes) { return bytes_of<GpuPixelBlock>(sizes); }
 
-std::size_t bytes_to_project(const HeldSizes& sizes) { return bytes_of<ProjectScratch>(sizes); }
+std::size_t bytes_to_project(const GpuHeldSizes& sizes) { return bytes_of<ProjectScratch>(sizes); }
 
-std::size_t bytes_to_list(const HeldSizes& sizes) { return bytes_of<ListScratch>(sizes); }
+std::size_t bytes_to_list(const GpuHeldSizes& sizes) { return bytes_of<ListScratch>(sizes); }
 
-std::size_t bytes_of_pose(const HeldSizes& sizes) { return bytes_of<PoseScratch>(sizes); }
+std::size_t bytes_of_pose(const GpuHeldSizes& sizes) { return bytes_of<PoseScratch>(sizes); }
 
 void project(const DrawnView& view, const GaussianInputs<float>& gaussians, const Queue& queue,
              void* scratch, Frame& frame, const Boundary<float>& out,
@@ -181,8 +183,8 @@ void project(const DrawnView& view, const GaussianInputs<float>& gaussians, cons
   gaussians.check("project");
   queue.throw_if_cancelled();
   const cudaStream_t stream = stream_of(queue);
-  HeldSizes sizes = HeldSizes::of(view.camera, gaussians.count);
-  const auto block = block_at<GaussianBlock>(frame.gaussians, sizes);
+  GpuHeldSizes sizes = GpuHeldSizes::of(view.camera, gaussians.count);
+  const auto block = block_at<GpuGaussianBlock>(frame.gaussians, sizes);
   check(cudaMemsetAsync(block.total, 0, sizeof *block.total, stream), "project");
   if (sizes.gaussians > 0) {
     const FootprintArrays footprints = block_at<ProjectScratch>(scratch, sizes).footprints;
@@ -228,7 +230,7 @@ void list(const DrawnView& view, const Queue& queue, void* projected, void* scra
 void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussians,
                       const Frame& frame, const Boundary<const float>& by, const Queue& queue,
                       void* scratch, const InputGradients<float>& out, PoseGradient* pose) {
-  const auto block = block_at<GaussianBlock>(frame.gaussians, frame.sizes);
+  const auto block = block_at<GpuGaussianBlock>(frame.gaussians, frame.sizes);
   set_gradients(view, gaussians, frame.sizes, RowsOfBoundary{by, block.projected}, queue, scratch,
                 out, pose);
 }
@@ -236,7 +238,7 @@ void project_backward(const DrawnView& view, const GaussianInputs<float>& gaussi
 void project_backward_of_sums(const DrawnView& view, const GaussianInputs<float>& gaussians,
                               const Frame& frame, const GaussianSums& by, const Queue& queue,
                               void* scratch, const InputGradients<float>& out, PoseGradient* pose) {
-  const auto block = block_at<GaussianBlock>(frame.gaussians, frame.sizes);
+  const auto block = block_at<GpuGaussianBlock>(frame.gaussians, frame.sizes);
   const SumsOfPixels source{block.tile_counts, block.splats, block.depths, by,
                             static_cast<bool>(gaussians.sh)};
   set_gradients(view, gaussians, frame.sizes, source, queue, scratch, out, pose);
@@ -245,7 +247,7 @@ void project_backward_of_sums(const DrawnView& view, const GaussianInputs<float>
 ListCopies copy_lists(const Frame& frame, const Queue& queue) {
   const cudaStream_t stream = stream_of(queue);
   const ListedFrame listed(frame);
-  const HeldSizes& sizes = listed.sizes;
+  const GpuHeldSizes& sizes = listed.sizes;
   ListCopies copies;
   for (const uint2& range : copied(listed.pairs.ranges, tiles_of(sizes), stream))
     copies.begin.push_back(range.x);

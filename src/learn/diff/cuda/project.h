@@ -16,11 +16,11 @@ namespace qs::cuda::diff {
 
 // Bytes of scratch memory, which may be used again after a pass: of project() and of the list()
 // after it, of list() alone, and of project_backward() with a pose.
-std::size_t bytes_to_project(const HeldSizes& sizes);
-std::size_t bytes_to_list(const HeldSizes& sizes);
-std::size_t bytes_of_pose(const HeldSizes& sizes);
+std::size_t bytes_to_project(const GpuHeldSizes& sizes);
+std::size_t bytes_to_list(const GpuHeldSizes& sizes);
+std::size_t bytes_of_pose(const GpuHeldSizes& sizes);
 
-/// Fills `frame.gaussians`, whose size follows from HeldSizes::of(view.camera, gaussians.count),
+/// Fills `frame.gaussians`, whose size follows from GpuHeldSizes::of(view.camera, gaussians.count),
 /// and all wanted arrays of the boundary. `radii` gets 2 numbers per Gaussian by the rules'
 /// formula. Sets `frame.sizes`: the host waits for the number of pairs. Throws Error(usage) for
 /// inputs that do not fit together, Error(device) if there are too many pairs, and Cancelled.

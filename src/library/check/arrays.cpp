@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "library/gpu_arrays.h"
+#include "library/check/gpu_arrays.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs::library {

@@ -21,14 +21,15 @@ room(app app/cli raster/base)
 room(app/cli app/options app/serve app/viewer app/viewer/render app/remote app/train app/conformance app/film app/plugin app/report app/measure
      app/inspect app/session app/framing app/picture app/base io/scene io/cloud io/camera io/picture io/tensor io/bytes
      raster/api raster/scene raster/base)
-room(app/serve app/viewer/commands app/viewer/render app/viewer/state app/remote app/inspect app/session app/picture app/base
+room(app/serve app/viewer/panel_model app/viewer/commands app/viewer/render app/viewer/state app/remote app/session app/picture app/base
      io/camera io/picture io/bytes raster/scene raster/base)
 room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/remote app/session app/base
      io/camera io/picture io/bytes raster/api raster/base)
 room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render app/viewer/state app/picture app/base
      io/picture io/bytes raster/scene raster/base)
-room(app/viewer/panels app/viewer/commands app/viewer/state app/train app/inspect app/framing app/picture app/base io/scene
+room(app/viewer/panels app/viewer/panel_model app/viewer/commands app/viewer/state app/train app/framing app/picture app/base io/scene
      raster/base)
+room(app/viewer/panel_model app/viewer/commands app/viewer/state app/inspect app/picture)
 room(app/viewer/commands app/viewer/render app/viewer/state app/film app/report app/measure app/inspect app/session
      app/picture app/base io/scene io/camera io/picture io/bytes raster/scene raster/base)
 room(app/viewer/render app/viewer/state app/measure app/inspect app/session app/framing app/picture io/scene io/camera

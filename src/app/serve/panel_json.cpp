@@ -323,6 +323,18 @@ Json status_json(const Viewer& v) {
           {"caution", line.caution}};
 }
 
+// The viewer does not know that other visitors are measured before this one.
+void tell_waiting(const Visitor& visitor, Json& sections) {
+  const auto status = sections.find("table/text");
+  if (status == sections.end() || visitor.measuring() != Measuring::waits ||
+      numbers_are_current(visitor.viewer()))
+    return;
+  *status = {
+      {"kind", "text"},
+      {"text", "not measured yet: the renderer still draws pictures, and the visitors take turns"},
+      {"tone", "caution"}};
+}
+
 }  // namespace
 
 Json to_json(const Block& block, const Viewer& viewer) {
@@ -353,6 +365,7 @@ Json panel_sections(const Visitor& visitor, std::span<const PanelRow> panels) {
     }
     sections[row.name] = std::move(names);
   }
+  tell_waiting(visitor, sections);
   return sections;
 }
 

@@ -140,7 +140,6 @@ void Visitor::tick(double now) {
   turn.cursor = input_.picture_cursor();
   turn.bare_size = {viewer().camera.width, viewer().camera.height};
   turn.measuring = measuring_ == Measuring::runs;
-  turn.waits_to_measure = measuring_ == Measuring::waits;
   const double seconds = std::clamp(now - last_tick_, 0.0, kLongestTick);
   last_tick_ = now;
   store_.apply(call(action::tick, turn, seconds), host_);

@@ -106,7 +106,7 @@ Blocks table_blocks(const Viewer& v) {
     for (const std::string& name : table_buttons()) controls.controls.push_back({name});
   }
   blocks.emplace_back(controls);
-  blocks.push_back(block::Text{hud_status(v), waits_for_a_turn(v) ? Tone::caution : Tone::faint});
+  blocks.push_back(block::Text{hud_status(v), Tone::faint});
   if (other_pipeline(v))
     blocks.push_back(
         block::Text{"culling saves more in classic, which spends more on pairs", Tone::faint});

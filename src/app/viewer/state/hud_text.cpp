@@ -178,13 +178,7 @@ StatusLine status_line(const Viewer& viewer) {
   return line;
 }
 
-bool waits_for_a_turn(const Viewer& viewer) {
-  return viewer.waits_to_measure && !numbers_are_current(viewer);
-}
-
 std::string hud_status(const Viewer& viewer) {
-  if (waits_for_a_turn(viewer))
-    return "not measured yet: the renderer still draws pictures, and the visitors take turns";
   if (viewer.zoom.running) return "recording a zoom";
   if (numbers_are_current(viewer)) {
     const std::size_t frames = frames_behind(viewer.numbers);

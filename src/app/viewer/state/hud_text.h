@@ -19,9 +19,6 @@ namespace qs {
 /// A sentence with the number of frames behind the numbers of the table.
 std::string hud_status(const Viewer& viewer);
 
-/// True if the numbers are missing because the renderer works for others first.
-bool waits_for_a_turn(const Viewer& viewer);
-
 /// Facts of the frame in the window.
 std::vector<Fact> hud_facts(const Viewer& viewer);
 

@@ -311,13 +311,12 @@ inline constexpr double kMovingSeconds = 0.2, kStillSeconds = 0.25;
 
 /// The facts that the loop passes at every turn.
 struct Turn {
-  double now = 0;                 ///< seconds since the start
-  glm::dvec2 cursor{-1};          ///< pixels of the picture
-  bool measuring = false;         ///< the render thread measures now
-  bool waits_to_measure = false;  ///< others who share the renderer are measured before
-  double display_fps = 0;         ///< new pictures in the window per second, 0 while it rests
-  float present_ms = 0;           ///< GPU time of drawing the frame into the window
-  float screen_scale = 1;         ///< guessed_scale() of the screen
+  double now = 0;          ///< seconds since the start
+  glm::dvec2 cursor{-1};   ///< pixels of the picture
+  bool measuring = false;  ///< the render thread measures now
+  double display_fps = 0;  ///< new pictures in the window per second, 0 while it rests
+  float present_ms = 0;    ///< GPU time of drawing the frame into the window
+  float screen_scale = 1;  ///< guessed_scale() of the screen
   std::uint64_t process_bytes = 0, gpu_bytes = 0;  ///< memory in use, 0 = unknown
   glm::ivec2 bare_size{0};                         ///< of the picture without side bars, pixels
   std::string drawn_status = {};                   ///< hud_status() when the window was drawn last

@@ -24,14 +24,15 @@ room(app/cli app/conformance app/plugin app/serve app/viewer app/viewer/render a
 room(app/conformance app/report app/picture io/camera io/scene io/picture io/bytes raster/api raster/scene
      raster/kernel base)
 room(app/plugin quadsplat raster/api raster/scene base)
-room(app/serve app/viewer/commands app/viewer/render app/viewer/state app/remote app/session app/inspect app/picture
-     io/camera io/picture io/bytes raster/scene base)
+room(app/serve app/viewer/panel_model app/viewer/commands app/viewer/render app/viewer/state app/remote app/session
+     app/picture io/camera io/picture io/bytes raster/scene base)
 room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/remote app/session
      io/camera io/picture io/bytes raster/api base)
 room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render app/viewer/state app/picture
      io/picture io/bytes raster/scene base)
-room(app/viewer/panels app/viewer/commands app/viewer/state app/framing app/inspect app/picture learn/run io/scene
-     base)
+room(app/viewer/panels app/viewer/panel_model app/viewer/commands app/viewer/state app/framing app/picture learn/run
+     io/scene base)
+room(app/viewer/panel_model app/viewer/commands app/viewer/state app/inspect app/picture)
 room(app/viewer/commands app/viewer/render app/viewer/state app/report app/film app/measure app/session app/inspect
      app/picture io/camera io/scene io/picture io/bytes raster/scene base)
 room(app/viewer/render app/viewer/state app/measure app/session app/framing app/inspect app/picture io/camera

@@ -96,14 +96,13 @@ function kindOf(row) {
   return row.typed ? "typed" : "slider";
 }
 
-// Shows the rows in `parent`, buttons in `buttons` if it is given; elements stay while their row
-// does, so that the keyboard's place stays.
-function showControls(parent, rows, buttons = null) {
+// Shows the rows in `parent`; elements stay while their row does, so that the keyboard's place stays.
+function showControls(parent, rows) {
   if (!parent.controls) {
     parent.controls = new Map();
     parent.grid = make("div", "", parent);
     parent.grid.className = "controls";
-    parent.line = buttons || make("div", "", parent);
+    parent.line = make("div", "", parent);
     parent.line.className = "buttons";
   }
   const known = parent.controls, names = new Set(rows.map((row) => row.name));

@@ -12,7 +12,7 @@ function plate(text, at, parent) {
 }
 
 function showOverlay() {
-  const place = at("overlay"), split = sections.split, grid = sections.grid, crop = sections.crop;
+  const place = at("overlay"), split = sections.divider, grid = sections.grid;
   for (const old of [...place.children]) if (!old.dataset.drag) old.remove();
   showDivider(split && split.sides && !grid ? split : null);
   if (split && !grid && split.names) {
@@ -24,7 +24,7 @@ function showOverlay() {
     }
   }
   if (grid) showGrid(place, grid);
-  showBox(place, grid ? null : crop);
+  showBox(place, grid ? null : sections.box);
 }
 
 // The divider stays while it is dragged.
@@ -81,25 +81,25 @@ function showGrid(place, grid) {
     cell.className = "cell";
     cell.classList.toggle("here", label.here);
     const percent = (share) => 100 * share + "%";
-    Object.assign(cell.style, { left: percent(label.x), top: percent(label.y), width: percent(grid.side), height: percent(grid.side), outlineColor: modeColor(label.mode, true) });
+    Object.assign(cell.style, { left: percent(label.x), top: percent(label.y), width: percent(grid.side), height: percent(grid.side), outlineColor: label.color });
     const words = make("p", "", cell);
     words.style.maxWidth = percent(1 / (grid.columns * grid.side));
-    make("b", label.mode, words).style.color = modeColor(label.mode, true);
+    make("b", label.mode, words).style.color = label.color;
     words.append(label.text);
   }
 }
 
 let handleDrag = null;  // number of the face
-function showBox(place, crop) {
+function showBox(place, shape) {
   const drawing = at("drawing");
   const box = canvas.getBoundingClientRect();
   drawing.replaceChildren();
-  for (const [from, to] of (crop && crop.lines) || []) {
+  for (const [from, to] of (shape && shape.lines) || []) {
     const ends = { x1: from[0] * box.width, y1: from[1] * box.height, x2: to[0] * box.width, y2: to[1] * box.height };
     drawing.append(makeSvg("line", { ...ends, stroke: "#000a", "stroke-width": 3 }), makeSvg("line", { ...ends, stroke: "#56b4e9", "stroke-width": 1.5 }));
   }
   const faces = ["x low", "x high", "y low", "y high", "z low", "z high"];
-  const handles = (crop && crop.handles) || [];
+  const handles = (shape && shape.handles) || [];
   for (let face = 0; face < faces.length; ++face) {
     const spot = handles[face];
     let handle = place.querySelector(`[data-drag="face ${face}"]`);

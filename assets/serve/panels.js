@@ -1,33 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// The panels beside the picture: which are open, their frames, and helpers of what they draw. The
-// server keeps which are open, as the window does; a panel draws itself from its section.
+// The panels beside the picture: which are open, their frames, and their blocks. The server keeps
+// which are open, as the window does, and says the blocks of each (src/app/viewer/panel_model); a
+// block draws itself from its section by its kind.
 "use strict";
-
-// name of a panel -> draws its body, and the sections that it needs
-const kPanelBodies = {
-  table: { show: showTable, needs: ["table", "controls", "legend"] },
-  split: { show: showSplit, needs: ["split", "grid", "controls"] },
-  inspector: { show: showInspector, needs: ["inspector", "legend"] },
-  recorder: { show: showRecorder, needs: ["recorder", "controls", "legend"] },
-  crop: { show: showCrop, needs: ["crop", "controls"] },
-  path: { show: showPath, needs: ["path", "controls"] },
-  settings: { show: showSettings, needs: ["facts", "controls"] },
-  training: { show: showTraining, needs: ["training", "controls"] },
-};
 
 // ---- helpers ------------------------------------------------------------------------------------
 const lightPage = matchMedia("(prefers-color-scheme: light)");
 lightPage.addEventListener("change", () => showPanels(() => true));
 
-function themed(colors) {
-  return lightPage.matches ? colors.light : colors.dark;
-}
-function modeColor(mode, onPicture = false) {
-  const colors = sections.legend && sections.legend.modes[mode];
-  if (!colors) return "gray";
-  return onPicture ? colors.dark : themed(colors);
-}
+// The colour on dark, or on light pages.
+const themed = (ink) => ink[lightPage.matches ? 1 : 0];
 
 function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
@@ -44,83 +27,10 @@ function svgText(text, attributes) {
   return made;
 }
 
-// The parts of a panel's body by name; they are made once, in this order.
-function partsOf(body, tags) {
-  if (!body.parts) {
-    body.parts = {};
-    for (const [name, tag] of Object.entries(tags)) {
-      body.parts[name] = make(tag, "", body);
-      body.parts[name].dataset.part = name;
-    }
-  }
-  return body.parts;
-}
-
-function showFacts(place, facts) {
-  place.className = "facts";
+function showKeys(place, keys) {
+  place.className = "keys";
   place.replaceChildren();
-  for (const [label, value] of facts) {
-    make("dt", label, place);
-    make("dd", value, place);
-  }
-}
-
-// The bar of colours of a legend with its ticks; nothing without one.
-function showLegend(place, legend) {
-  place.replaceChildren();
-  if (!legend) return;
-  make("p", legend.title, place).className = "faint";
-  const bar = make("div", "", place);
-  bar.className = "legend";
-  bar.style.background = "linear-gradient(to right, " + legend.colors.join(", ") + ")";
-  const ticks = make("div", "", place);
-  ticks.className = "ticks";
-  for (const [share, text] of legend.ticks) make("span", text, ticks).style.left = 100 * share + "%";
-}
-
-// ---- the panels that need no file of their own ----------------------------------------------------
-function showSplit(body) {
-  const parts = partsOf(body, { controls: "div", legend: "div", words: "p", facts: "dl" });
-  showControls(parts.controls, sections.controls.split || []);
-  const split = sections.split;
-  showLegend(parts.legend, split && split.legend);
-  parts.words.className = "faint";
-  setText(parts.words, split ? split.words : "");
-  showFacts(parts.facts, split ? split.facts : []);
-}
-
-function showCrop(body) {
-  const parts = partsOf(body, { words: "p", controls: "div" });
-  setText(parts.words, sections.crop ? sections.crop.words : "");
-  showControls(parts.controls, sections.controls.crop || []);
-}
-
-function showSettings(body) {
-  const parts = partsOf(body, { facts: "dl", controls: "div" });
-  showFacts(parts.facts, sections.facts || []);
-  showControls(parts.controls, sections.controls.settings || []);
-}
-
-function showTraining(body) {
-  const training = sections.training;
-  if (!training) return;
-  const parts = partsOf(body, { share: "progress", controls: "div", facts: "dl", chart: "div", reading: "p" });
-  parts.share.value = training.share;
-  parts.share.ariaLabel = "Iterations done";
-  showControls(parts.controls, sections.controls.training || []);
-  showFacts(parts.facts, training.facts);
-  if (training.chart) parts.chart.replaceChildren(zoomChart(training.chart, parts.reading));
-}
-
-function showPath(body) {
-  const path = sections.path;
-  if (!path) return;
-  const parts = partsOf(body, { cameras: "div", title: "p", keyframes: "div", controls: "div" });
-  showCameras(parts.cameras, path);
-  parts.title.className = "faint";
-  setText(parts.title, `Path: ${path.keyframes.length} keyframes`);
-  showKeyframes(parts.keyframes, path.keyframes);
-  showControls(parts.controls, sections.controls.path || []);
+  for (const key of keys) make("span", key.text, place).style.setProperty("--of", themed(key.ink));
 }
 
 // A button on a row of a list.
@@ -132,48 +42,129 @@ function listButton(text, name, parent, action) {
   return button;
 }
 
-function showCameras(place, path) {
-  place.className = "list scroll";
-  const names = path.cameras.join("\n");
-  if (place.names !== names) {
+// ---- blocks -------------------------------------------------------------------------------------
+// kind of a block -> its element, and a function that shows the section in it
+const kBlocks = {
+  text: ["p", (place, block) => {
+    place.className = block.tone;
+    setText(place, block.text);
+  }],
+  facts: ["dl", (place, block) => {
+    place.className = "facts";
     place.replaceChildren();
-    path.cameras.forEach((label, i) => {
-      const button = listButton(label, label, make("div", "", place), () => setControl("camera", 0, i));
-      button.className = "name";
-    });
-    if (path.cameras.length === 0) setText(place, "This scene came without cameras.");
-  }
-  place.names = names;
-  [...place.querySelectorAll("button")].forEach((button, i) => button.setAttribute("aria-pressed", i === path.camera));
+    for (const [label, value] of block.facts) {
+      make("dt", label, place);
+      make("dd", value, place);
+    }
+  }],
+  progress: ["progress", (place, block) => {
+    place.value = block.share;
+    place.ariaLabel = block.what;
+  }],
+  controls: ["div", (place, block) => showControls(place, block.rows)],
+  keys: ["div", (place, block) => showKeys(place, block.keys)],
+  colorbar: ["div", showColorBar],
+  table: ["div", showTable],
+  list: ["div", showList],
+  items: ["div", showItems],
+  chart: ["div", showChart],
+  figure: ["div", showFigure],
+  plot: ["div", showPlot],
+};
+
+// The bar of colours of a legend with its ticks.
+function showColorBar(place, block) {
+  place.replaceChildren();
+  make("p", block.title, place).className = "faint";
+  const bar = make("div", "", place);
+  bar.className = "legend";
+  bar.style.background = "linear-gradient(to right, " + block.colors.join(", ") + ")";
+  const ticks = make("div", "", place);
+  ticks.className = "ticks";
+  for (const [share, text] of block.ticks) make("span", text, ticks).style.left = 100 * share + "%";
 }
 
-function showKeyframes(place, keyframes) {
+function showList(place, block) {
+  place.className = "list scroll";
+  const names = block.labels.join("\n");
+  if (place.names !== names) {
+    place.replaceChildren();
+    block.labels.forEach((label, i) => {
+      listButton(label, label, make("div", "", place), () => setControl(block.control, 0, i)).className = "name";
+    });
+  }
+  place.names = names;
+  [...place.querySelectorAll("button")].forEach((button, i) => button.setAttribute("aria-pressed", i === block.chosen));
+}
+
+function showItems(place, block) {
   place.className = "list";
-  const known = JSON.stringify(keyframes);
-  if (place.known === known) return;
-  place.known = known;
   place.replaceChildren();
-  keyframes.forEach((keyframe, i) => {
-    const line = make("div", "", place);
-    listButton(keyframe.label, "Go to keyframe " + keyframe.label, line, () => setControl("keyframe", 0, i)).className = "name";
-    if (i > 0) {
-      const seconds = make("input", "", line);
-      Object.assign(seconds, { type: "number", min: 0.05, max: 3600, step: 0.1, value: Number(keyframe.seconds.toFixed(2)), ariaLabel: "Seconds after the keyframe before" });
-      seconds.onchange = () => setControl("seconds", Number(seconds.value) || 0.05, i);
-    }
-    const label = make("label", "", line), ease = make("input", "", label);
-    ease.type = "checkbox";
-    ease.checked = keyframe.ease;
-    ease.onchange = () => setControl("ease", ease.checked ? 1 : 0, i);
-    label.append("ease");
-    label.title = "the camera slows down to a stop here";
-    listButton("\u00d7", "Remove keyframe " + keyframe.label, line, () => setControl("remove keyframe", 0, i));
+  block.rows.forEach((items, i) => {
+    const line = make("div", "", place), name = items.at(-1).label;
+    for (const item of items) makeItem(line, item, i, name);
   });
+}
+function makeItem(line, item, i, name) {
+  if (item.kind === "item" || item.kind === "button") {
+    const button = listButton(item.label, item.control + ": " + name, line, () => setControl(item.control, 0, i));
+    if (item.kind === "item") button.className = "name";
+  } else if (item.kind === "number") {
+    const field = make("input", "", line);
+    Object.assign(field, { type: "number", min: item.least, max: item.most, step: 0.1, value: Number(item.value.toFixed(2)), ariaLabel: item.label });
+    field.onchange = () => setControl(item.control, Number(field.value) || item.least, i);
+  } else {
+    const label = make("label", "", line), box = make("input", "", label);
+    box.type = "checkbox";
+    box.checked = item.value !== 0;
+    box.onchange = () => setControl(item.control, box.checked ? 1 : 0, i);
+    label.append(item.label);
+    label.title = item.help;
+  }
+}
+
+function showFigure(place, block) {
+  const [x0, y0] = block.low, width = block.high[0] - x0, height = block.high[1] - y0, unit = width / 320;
+  const svg = makeSvg("svg", { viewBox: `${x0} ${y0} ${width} ${height}`, role: "img", "aria-label": block.name });
+  svg.style.maxHeight = "20rem";
+  for (const shape of block.shapes) {
+    const color = themed(shape.ink), [[left, top], [right, bottom]] = shape.points;
+    const style = shape.width > 0 ? { fill: "none", stroke: color, "stroke-width": shape.width * unit, opacity: shape.opacity }
+                                  : { fill: color, opacity: shape.opacity };
+    if (shape.box) svg.append(makeSvg("rect", { x: left, y: top, width: right - left, height: bottom - top, ...style }));
+    else svg.append(makeSvg("polygon", { points: shape.points.map((point) => point.join(",")).join(" "), ...style }));
+  }
+  place.replaceChildren(svg);
+}
+
+function showPlot(place, block) {
+  const width = 320, height = 50, most = 1.15 * Math.max(...block.values, 1e-9), last = block.values.length - 1 || 1;
+  const svg = makeSvg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": block.caption });
+  const points = block.values.map((value, i) => width * i / last + "," + height * (1 - value / most));
+  svg.append(makeSvg("polyline", { points: points.join(" "), fill: "none", stroke: "var(--mark)" }));
+  place.replaceChildren(svg);
+  make("p", block.caption, place).className = "faint";
+}
+
+// Shows the blocks of a panel; the element of a block stays while the panel has it, so that the
+// keyboard's place stays.
+function showBlocks(body, names, changed) {
+  const old = body.blocks || new Map();
+  body.blocks = new Map();
+  for (const name of names) {
+    const block = sections[name], [tag, show] = kBlocks[block.kind];
+    const place = old.get(name) || document.createElement(tag), isNew = !old.has(name);
+    place.dataset.block = name;
+    body.blocks.set(name, place);
+    if (isNew || changed(name)) show(place, block);
+  }
+  const wanted = [...body.blocks.values()];
+  if (body.childElementCount !== wanted.length || wanted.some((place, i) => body.children[i] !== place)) body.replaceChildren(...wanted);
 }
 
 // ---- frames of the panels -------------------------------------------------------------------------
 function showPanels(changed) {
-  if (!sections.panels || !sections.legend) return;
+  if (!sections.panels) return;
   const side = at("side");
   if (changed("panels")) {
     showPanelMenu();
@@ -185,11 +176,10 @@ function showPanels(changed) {
     }
     side.hidden = !sections.panels.some((panel) => panel.open);
   }
-  for (const panel of sections.panels) {
-    const { show, needs } = kPanelBodies[panel.name];
-    if (panel.open && changed("panels", ...needs)) show(at("panel-" + panel.name).lastElementChild);
+  for (const { name, open } of sections.panels) {
+    if (open && sections[name]) showBlocks(at("panel-" + name).lastElementChild, sections[name], changed);
   }
-  if (changed("split", "grid", "crop", "legend")) showOverlay();
+  if (changed("divider", "grid", "box")) showOverlay();
   if (changed("job")) showJob();
 }
 

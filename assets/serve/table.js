@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The panel with the numbers of all modes. Its columns, words and digits come from the server
-// (src/app/viewer/state/mode_table.h).
+// Tables of panels. Columns, words and digits come from the server
+// (src/app/viewer/panel_model/panel_model.h).
 "use strict";
-
-let tableOrder = null;  // {title, descending}; null: by mode
 
 // The columns that fit: the highest rank goes first, as in the window.
 function columnsThatFit(columns, letters) {
@@ -17,124 +15,117 @@ function columnsThatFit(columns, letters) {
   return kept;
 }
 
-function orderedRows(table) {
+// `order`: {title, descending}; undefined: as the server sent them.
+function orderedRows(table, order) {
   const rows = [...table.rows];
-  const index = tableOrder ? table.columns.findIndex((column) => column.title === tableOrder.title) : -1;
+  const index = order ? table.columns.findIndex((column) => column.title === order.title) : -1;
   if (index < 0) return rows;
-  const value = (row) => row.values[index] || 0, sign = tableOrder.descending ? -1 : 1;
+  const value = (row) => row.cells[index].value, sign = order.descending ? -1 : 1;
   return rows.sort((a, b) => (value(a) === 0) - (value(b) === 0) || sign * (value(a) - value(b)));
 }
 
-function showTable(body) {
-  const table = sections.table;
-  if (!table) return;
-  const parts = partsOf(body, { grid: "div", keys: "div", controls: "div", status: "p", facts: "dl", caveat: "p" });
+function showTable(place, table) {
+  if (!place.grid) {
+    place.grid = make("div", "", place);
+    place.keys = make("div", "", place);
+  }
+  place.grid.className = table.scrolls ? "scroll" : "";
   const letter = parseFloat(getComputedStyle(document.documentElement).fontSize);
-  const columns = columnsThatFit(table.columns, (body.clientWidth || 300) / letter);
-  const rows = orderedRows(table);
-  const structure = JSON.stringify([columns.map((column) => column.title), rows.map((row) => row.mode), tableOrder, lightPage.matches]);
-  if (body.structure !== structure) {
-    body.structure = structure;
-    makeTable(parts.grid, table, columns, rows, body);
+  const columns = columnsThatFit(table.columns, (place.clientWidth || at("side").clientWidth || 300) / letter);
+  const rows = orderedRows(table, place.order);
+  const structure = JSON.stringify([columns.map((column) => column.title), rows.map((row) => row.cells[0].text), place.order, lightPage.matches]);
+  if (place.structure !== structure) {
+    place.structure = structure;
+    makeTable(place, table, columns, rows);
   }
-  const scale = {
-    most: 1.05 * Math.max(...rows.map((row) => Math.max(row.fps, row.high)), 1e-9),
-    longest: Math.max(...rows.map((row) => (row.stages ? row.stages.ms.reduce((a, b) => a + b, 0) : 0)), 1e-9),
-  };
-  const lines = parts.grid.querySelectorAll("tbody tr");
+  const lines = place.grid.querySelectorAll("tbody tr");
   rows.forEach((row, i) => {
-    const here = row.mode === table.mode;
-    lines[i].classList.toggle("here", here);
-    columns.forEach((column, c) => showCell(lines[i].children[c], row, column, { ...scale, here }));
+    lines[i].classList.toggle("here", row.here);
+    columns.forEach((column, c) => showCell(lines[i].children[c], row, row.cells[column.index], table));
   });
-  setText(parts.grid.querySelector("caption"), table.caption);
-  parts.grid.setAttribute("aria-busy", table.measuring);
-  parts.keys.className = "keys faint";
-  parts.keys.replaceChildren();
-  if (columns.some((column) => column.kind === "stages")) {
-    for (const stage of sections.legend.stages) make("span", stage.name, parts.keys).style.setProperty("--of", themed(stage));
-  }
-  showControls(parts.controls, sections.controls.table || []);
-  parts.status.className = table.waits ? "caution" : "faint";
-  setText(parts.status, table.status);
-  showFacts(parts.facts, table.facts);
-  parts.caveat.className = "caution";
-  setText(parts.caveat, table.caveat);
+  if (place.refocus) place.grid.querySelector(`[data-cell="${CSS.escape(place.refocus)}"]`)?.focus();
+  place.refocus = null;
+  setText(place.grid.querySelector("caption"), table.caption);
+  place.grid.setAttribute("aria-busy", table.busy);
+  showKeys(place.keys, columns.at(-1).index + 1 === table.columns.length ? table.keys : []);
+  place.keys.classList.add("faint");
 }
 
 // The elements of the table; showCell() fills them. They stay while columns and order do, so that
 // new numbers disturb neither a click nor the keyboard's place.
-function makeTable(grid, table, columns, rows, body) {
+function makeTable(place, table, columns, rows) {
   const focus = document.activeElement && document.activeElement.dataset.cell;
   const element = document.createElement("table");
   element.className = "numbers";
   make("caption", table.caption, element).className = "unseen";
-  const head = make("tr", "", make("thead", "", element));
-  for (const column of columns) {
+  const head = table.head ? make("tr", "", make("thead", "", element)) : null;
+  for (const column of head ? columns : []) {
     const cell = make("th", "", head);
     cell.scope = "col";
-    if (column.kind === "stages") {
-      cell.textContent = column.title;
-      continue;
-    }
-    const button = make("button", column.title, cell);
-    button.type = "button";
-    button.title = "order by " + column.title;
-    button.dataset.cell = "head " + column.title;
-    const chosen = tableOrder && tableOrder.title === column.title;
-    if (chosen) cell.ariaSort = tableOrder.descending ? "descending" : "ascending";
-    button.onclick = () => {
-      tableOrder = { title: column.title, descending: chosen ? !tableOrder.descending : column.kind === "bar" };
-      showTable(body);
-    };
+    if (column.orders) makeOrder(cell, column, place);
+    else cell.textContent = column.title;
   }
   const lines = make("tbody", "", element);
   for (const row of rows) {
     const line = make("tr", "", lines);
-    for (const column of columns) makeCell(make("td", "", line), row, column);
+    for (const column of columns) make("td", "", line).dataset.column = column.title;
   }
-  grid.replaceChildren(element);
-  if (focus) element.querySelector(`[data-cell="${CSS.escape(focus)}"]`)?.focus();
+  place.grid.replaceChildren(element);
+  if (focus) place.refocus = focus;
 }
 
-function makeCell(cell, row, column) {
-  cell.dataset.column = column.title;
-  if (column.kind === "mode") {
-    const button = make("button", row.mode, cell);
+// The button in a head that orders the rows by its column.
+function makeOrder(cell, column, place) {
+  const button = make("button", column.title, cell);
+  button.type = "button";
+  button.title = "order by " + column.title;
+  button.dataset.cell = "head " + column.title;
+  const chosen = place.order && place.order.title === column.title;
+  if (chosen) cell.ariaSort = place.order.descending ? "descending" : "ascending";
+  button.onclick = () => {
+    place.order = { title: column.title, descending: chosen ? !place.order.descending : column.descends };
+    showTable(place, sections[place.dataset.block]);
+  };
+}
+
+// The parts of a cell are made once, and shown again with other numbers.
+function showCell(place, row, cell, table) {
+  place.classList.toggle("faint", cell.tone === "faint");
+  if (!cell.use) place.title = cell.title || "";
+  if (cell.use) {
+    const button = place.firstElementChild || make("button", "", place);
     button.type = "button";
-    button.dataset.cell = row.mode;
-    button.onclick = () => send({ type: "command", command: row.mode });
-  } else if (column.kind === "stages") {
-    cell.className = "stages";
-    const line = make("div", "", cell);
-    for (const stage of sections.legend.stages) make("span", "", line).style.background = themed(stage);
-  } else if (column.kind === "bar") {
-    cell.className = "bar";
-    for (const tag of ["i", "b"]) make(tag, "", cell).style.background = modeColor(row.mode);
-    make("span", "", cell);
-  }
-}
-
-function showCell(cell, row, column, scale) {
-  const { text, faint } = row.cells[column.index];
-  cell.classList.toggle("faint", faint);
-  if (column.kind === "mode") {
-    const button = cell.firstElementChild;
-    button.title = sections.legend.modes[row.mode].summary + "\n" + row.trust;
-    button.ariaCurrent = scale.here ? "true" : null;
-  } else if (column.kind === "stages") {
-    cell.title = row.stages ? row.stages.text : "";
-    [...cell.firstElementChild.children].forEach((part, i) => {
-      part.style.width = row.stages ? 100 * row.stages.ms[i] / scale.longest + "%" : 0;
+    button.dataset.cell = cell.text;
+    setText(button, cell.text);
+    button.title = cell.title || "";
+    button.ariaCurrent = row.here ? "true" : null;
+    button.onclick = () => setControl(...cell.use);
+  } else if (cell.parts || place.className === "stages") {
+    place.className = "stages";
+    const line = place.firstElementChild || make("div", "", place);
+    table.keys.forEach((key, i) => {
+      const part = line.children[i] || make("span", "", line);
+      part.style.background = themed(key.ink);
+      part.style.width = cell.parts ? 100 * cell.parts[i] + "%" : 0;
     });
-  } else if (column.kind === "bar") {
-    const [bar, span, words] = cell.children;
-    bar.style.width = 98 * row.fps / scale.most + "%";
-    span.hidden = row.low <= 0;
-    span.style.left = 98 * row.low / scale.most + "%";
-    span.style.width = 98 * Math.max(0, row.high - row.low) / scale.most + "%";
-    setText(words, text);
+  } else if (cell.bar) {
+    place.classList.add("bar");
+    if (place.childElementCount === 0) {
+      place.textContent = "";
+      for (const tag of ["i", "b", "span"]) make(tag, "", place);
+    }
+    const [bar, span, words] = place.children;
+    bar.style.background = span.style.background = themed(cell.bar.ink);
+    bar.style.width = 98 * cell.bar.value + "%";
+    span.hidden = cell.bar.low <= 0;
+    span.style.left = 98 * cell.bar.low + "%";
+    span.style.width = 98 * Math.max(0, cell.bar.high - cell.bar.low) + "%";
+    setText(words, cell.text);
+  } else if (cell.swatch) {
+    const swatch = place.firstElementChild || make("span", "", place);
+    swatch.className = "swatch";
+    swatch.style.background = swatch.title = cell.swatch;
   } else {
-    setText(cell, text);
+    setText(place, cell.text);
   }
 }

@@ -1,29 +1,32 @@
 // SPDX-License-Identifier: MIT
 //
 // The sections of the state for the panels that a visitor has opened, and for what is drawn over
-// the picture. The window's panels have the same words and numbers; nothing else is sent.
+// the picture. Panels are the window's (app/viewer/panel_model): here their blocks become JSON.
 #pragma once
+
+#include <span>
 
 #include <nlohmann/json.hpp>
 
 #include "app/serve/visitor.h"
+#include "app/viewer/panel_model/panel_model.h"
 
 namespace qs {
 
-/// Section -> value; null for what is closed or of no use now. All sections are always there.
-///
-///   panels     which panels there are and are open: [{name, title, key, open}]
-///   controls   of the open panels and their lists, by the panel's name
-///   table      the table of modes            inspector  the clicked pixel
-///   split      names and facts of a split    recorder   the zoom recorder with its chart
-///   grid       the labels of all modes       crop       its words, and the box in the picture
-///   path       the cameras and keyframes     facts      of the scene
-///   job        what runs for this visitor    status     the line below the picture
-///   training   the run whose model is shown
-nlohmann::json panel_sections(const Visitor& visitor);
+/// The content of a block; null for what only the window draws.
+nlohmann::json to_json(const Block& block, const Viewer& viewer);
 
-/// The colours and meanings of the modes and of the stages, which do not change.
-nlohmann::json legend_json();
+/// Section -> value. The first of these are always there; the value is null while there is nothing
+/// to show.
+///
+///   panels       which panels there are and are open: [{name, title, key, open}]
+///   NAME         of a panel: the names of the sections of its blocks, in order; null: it is closed
+///   NAME/KIND    a block of it; the second of a kind is NAME/KIND2
+///   divider      names and place of a split      grid     the labels of all modes
+///   box          of the crop in the picture      job      the visitor's running job
+///   status       the line below the picture
+nlohmann::json panel_sections(const Visitor& visitor,
+                              std::span<const PanelRow> panels = panel_rows());
 
 /// The text without paths of files: the scene's path becomes its name, other paths their last part.
 std::string public_text(const Viewer& viewer, std::string text);

@@ -21,7 +21,6 @@ constexpr std::array kPageFiles = {
     script("/panels.js", "assets/serve/panels.js"),
     script("/controls.js", "assets/serve/controls.js"),
     script("/table.js", "assets/serve/table.js"),
-    script("/inspector.js", "assets/serve/inspector.js"),
     script("/chart.js", "assets/serve/chart.js"),
     script("/overlay.js", "assets/serve/overlay.js"),
     script("/files.js", "assets/serve/files.js"),

@@ -90,10 +90,9 @@ StateSections state_sections(const Visitor& visitor,
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
   };
   static const std::string kCommands[] = {text(commands_json(false)), text(commands_json(true))},
-                           kHelp = text(help_json()), kLegend = text(legend_json());
+                           kHelp = text(help_json());
   StateSections sections = {{"commands", kCommands[visitor.viewer().training ? 1 : 0]},
                             {"help", kHelp},
-                            {"legend", kLegend},
                             {"scenes", text(scenes_json(scenes))},
                             {"view", text(view_json(visitor))},
                             {"messages", text(messages_json(visitor.viewer()))}};

@@ -42,6 +42,10 @@ constexpr const char* kRecorder = "Zoom recorder";
 
 Json section(const Visitor& visitor, const char* name) { return panel_sections(visitor).at(name); }
 
+std::string text_in(const Visitor& visitor, const char* name) {
+  return section(visitor, name).at("text");
+}
+
 bool is_measured(ServedRoom& room, int number = 1) {
   return numbers_are_current(room.viewer(number)) && !room.viewer(number).numbers.rows.empty();
 }
@@ -103,11 +107,11 @@ TEST(ServePanels, the_table_has_the_window_s_columns_and_rows) {
   ServedRoom room;
   EXPECT_TRUE(section(room.of(1), "table").is_null());
   room.command(kTable);
-  EXPECT_THAT(section(room.of(1), "table").at("status").get<std::string>(),
+  EXPECT_THAT(text_in(room.of(1), "table/text"),
               HasSubstr("not measured yet; measured once this view is still"));
   ASSERT_TRUE(room.until([&] { return is_measured(room); }));
   const Viewer& v = room.viewer();
-  const Json table = section(room.of(1), "table");
+  const Json table = section(room.of(1), "table/table");
   const auto columns = table_columns(v);
   ASSERT_EQ(table.at("columns").size(), columns.size());
   const auto rows = hud_rows(v);
@@ -119,11 +123,12 @@ TEST(ServePanels, the_table_has_the_window_s_columns_and_rows) {
       if (columns[c].text == nullptr) continue;
       EXPECT_EQ(cells[c].at("text"), rows[i].*columns[c].text);
       const bool noisy = columns[c].noisy != nullptr && rows[i].*columns[c].noisy;
-      EXPECT_EQ(cells[c].at("faint"), noisy) << columns[c].title;
+      EXPECT_EQ(cells[c].at("tone"), noisy ? "faint" : "") << columns[c].title;
     }
-    EXPECT_EQ(table.at("rows")[i].at("stages").at("ms").size(), std::size_t{kStageCount});
+    EXPECT_EQ(cells.back().at("parts").size(), std::size_t{kStageCount});
+    EXPECT_EQ(cells[0].at("use"), Json({"mode", 0.0, rows[i].mode}));
   }
-  EXPECT_EQ(table.at("status"), hud_status(v));
+  EXPECT_EQ(text_in(room.of(1), "table/text"), hud_status(v));
   EXPECT_EQ(table.at("caption"), table_caption(v));
 }
 
@@ -135,8 +140,7 @@ TEST(ServePanels, a_view_that_moves_is_not_measured) {
   EXPECT_FALSE(room.of(1).measuring_wish().request) << "it moves";
   EXPECT_EQ(room.of(1).measuring(), Measuring::none);
   room.of(1).tick(room.now);  // a measurement may have run until then
-  EXPECT_THAT(section(room.of(1), "table").at("status").get<std::string>(),
-              HasSubstr("from an earlier view"));
+  EXPECT_THAT(text_in(room.of(1), "table/text"), HasSubstr("from an earlier view"));
   ASSERT_TRUE(room.until([&] { return is_measured(room); })) << "it rests";
   const auto before = room.measured.size();
   room.command(kTable);
@@ -277,8 +281,9 @@ TEST(ServePanels, a_split_shows_two_modes_and_their_facts) {
   ServedRoom room;
   room.command(kSplit);
   ASSERT_TRUE(room.until([&] { return room.viewer().shown.other.has_value(); }));
-  const Json split = section(room.of(1), "split");
-  EXPECT_EQ(split.at("facts").size(), split_facts(room.viewer()).size());
+  const Json split = section(room.of(1), "divider");
+  EXPECT_EQ(section(room.of(1), "split/facts").at("facts").size(),
+            split_facts(room.viewer()).size());
   EXPECT_EQ(split.at("names")[1], mode_name(room.viewer().split.other.mode));
   EXPECT_EQ(split.at("divider"), 0.5f);
   const int version = room.viewer().version;
@@ -349,25 +354,28 @@ TEST(ServePanels, a_click_inspects_a_pixel) {
   for (int i = 0; i < 10; ++i) room.turn();
   EXPECT_FALSE(room.viewer().inspected) << "the inspector is closed";
   room.command(kInspector);
-  EXPECT_EQ(section(room.of(1), "inspector").at("words"), kNothingInspected);
+  EXPECT_EQ(text_in(room.of(1), "inspector/text"), kNothingInspected);
   click(room, {32, 24});
   ASSERT_TRUE(room.until([&] { return room.viewer().inspected.has_value(); }));
   const Inspection& inspection = room.viewer().inspected->inspection;
-  const Json json = section(room.of(1), "inspector");
-  EXPECT_EQ(json.at("words"), inspected_pixel_text(inspection.pixel));
-  EXPECT_EQ(json.at("pixel"), Json({32, 24}));
-  ASSERT_GE(json.at("rows").size(), inspection.pixel.contributions.size());
+  const Json sections = panel_sections(room.of(1));
+  EXPECT_EQ(text_in(room.of(1), "inspector/text"), inspected_pixel_text(inspection.pixel));
+  EXPECT_EQ(inspection.pixel.pixel, glm::ivec2(32, 24));
+  const Json rows = sections.at("inspector/table").at("rows");
+  ASSERT_GE(rows.size(), inspection.pixel.contributions.size());
   ASSERT_FALSE(inspection.pixel.contributions.empty());
   const auto cells = contribution_cells(inspection.pixel.contributions[0], false);
-  EXPECT_EQ(json.at("rows")[0].at("cells"), Json(cells));
-  EXPECT_EQ(json.at("construction").at("counts").size(), inspection.gaussian->modes.size());
-  EXPECT_EQ(json.at("note"), "");
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    EXPECT_EQ(rows[0].at("cells")[i + 1].at("text"), cells[i]);
+  EXPECT_EQ(sections.at("inspector/table2").at("rows").size(), inspection.gaussian->modes.size());
+  EXPECT_GT(sections.at("inspector/figure").at("shapes").size(), 4u);
+  EXPECT_NE(text_in(room.of(1), "inspector/text2"), kInspectedEarlier);
   const std::uint32_t last = inspection.pixel.contributions.back().gaussian;
   room.set("Gaussian", 0, last);
   EXPECT_TRUE(
       room.until([&] { return room.viewer().inspected->inspection.gaussian->gaussian == last; }));
   room.take(message::Wheel{1, 0});
-  EXPECT_EQ(section(room.of(1), "inspector").at("note"), kInspectedEarlier);
+  EXPECT_EQ(text_in(room.of(1), "inspector/text2"), kInspectedEarlier);
 }
 
 // ---- the zoom recorder -------------------------------------------------------------------------
@@ -386,12 +394,12 @@ TEST(ServePanels, a_zoom_is_recorded_charted_and_sent_as_csv) {
   ASSERT_NE(record, nullptr);
   EXPECT_EQ(record->rows.size(), 2u * static_cast<std::size_t>(culler_count()));
   EXPECT_TRUE(record->folder.empty()) << "nothing is written";
-  const Json json = section(room.of(1), "recorder");
-  EXPECT_EQ(json.at("status"), "all 2 steps, not saved");
+  EXPECT_THAT(panel_sections(room.of(1)).dump(), HasSubstr("\"all 2 steps, not saved\""));
   const ZoomChart chart = zoom_chart(record, nullptr, ZoomQuantity::fps);
-  ASSERT_EQ(json.at("chart").at("curves").size(), chart.curves.size());
-  EXPECT_EQ(json.at("chart").at("title"), chart.title);
-  EXPECT_EQ(json.at("chart").at("curves")[0].at("points")[1][0], 1.0);
+  const Json json = section(room.of(1), "recorder/chart");
+  ASSERT_EQ(json.at("curves").size(), chart.curves.size());
+  EXPECT_EQ(json.at("title"), chart.title);
+  EXPECT_EQ(json.at("curves")[0].at("points")[1][0], 1.0);
   room.set("chart of", static_cast<double>(ZoomQuantity::pairs));
   EXPECT_EQ(room.viewer().zoom.quantity, ZoomQuantity::pairs);
   room.set("The zoom as CSV", 0);
@@ -425,9 +433,8 @@ TEST(ServePanels, a_crop_is_shared_and_a_box_is_not) {
   const double middle = static_cast<double>((box.low.x + box.high.x) / 2);
   room.set("x right, from", middle);
   ASSERT_TRUE(room.until([&] { return room.viewer().crop.counts && !room.viewer().crop.busy; }));
-  const Json json = section(room.of(1), "crop");
-  EXPECT_THAT(json.at("words").get<std::string>(), HasSubstr("would go"));
-  EXPECT_EQ(json.at("handles").size(), std::size_t{kBoxFaces});
+  EXPECT_THAT(text_in(room.of(1), "crop/text"), HasSubstr("would go"));
+  EXPECT_EQ(section(room.of(1), "box").at("handles").size(), std::size_t{kBoxFaces});
   EXPECT_FALSE(room.viewer(2).crop.wish.boxed);
   const int before = room.viewer(2).view_version;
 
@@ -488,7 +495,7 @@ TEST(ServePanels, the_box_is_dragged_by_its_handles) {
   room.take(message::DragHandle{0, *handle + glm::dvec2(5, 0)});
   EXPECT_GT(room.viewer().crop.wish.box.low.x, before);
   room.set("Box", 0);
-  EXPECT_FALSE(section(room.of(1), "crop").contains("lines"));
+  EXPECT_TRUE(section(room.of(1), "box").is_null());
 }
 
 // ---- settings, path and film -------------------------------------------------------------------
@@ -563,13 +570,14 @@ TEST(ServePanels, settings_change_the_visitor_s_own_picture) {
   const int version = room.viewer().version;
   room.set("opacity over the colours", 50);
   EXPECT_GT(room.viewer().version, version);
-  const Json rows = section(room.of(1), "controls").at("settings");
+  const Json rows = section(room.of(1), "settings/controls").at("rows");
   const auto scale = std::find_if(rows.begin(), rows.end(),
                                   [](const Json& row) { return row.at("name") == "splat scale"; });
   ASSERT_NE(scale, rows.end());
   EXPECT_EQ(scale->at("value"), 2);
   EXPECT_EQ(scale->at("log"), true);
-  for (const Json& fact : section(room.of(1), "facts")) EXPECT_NE(fact[0], "file");
+  for (const Json& fact : section(room.of(1), "settings/facts").at("facts"))
+    EXPECT_NE(fact[0], "file");
 }
 
 TEST(ServePanels, a_path_is_made_played_and_sent) {
@@ -582,11 +590,17 @@ TEST(ServePanels, a_path_is_made_played_and_sent) {
   room.set("Set here", 0);
   room.set("seconds", 0.5, 1);
   room.set("ease", 1, 1);
-  const Json path = section(room.of(1), "path");
-  ASSERT_EQ(path.at("keyframes").size(), 2u);
-  EXPECT_EQ(path.at("keyframes")[1].at("seconds"), 0.5);
-  EXPECT_EQ(path.at("keyframes")[1].at("ease"), true);
-  EXPECT_EQ(path.at("cameras").size(), 2u);
+  const Json keyframes = section(room.of(1), "path/items").at("rows");
+  ASSERT_EQ(keyframes.size(), 2u);
+  const auto item = [&](const char* control) {
+    for (const Json& each : keyframes[1]) {
+      if (each.at("control") == control) return each.at("value").get<double>();
+    }
+    return -1.0;
+  };
+  EXPECT_EQ(item("seconds"), 0.5);
+  EXPECT_EQ(item("ease"), 1);
+  EXPECT_EQ(section(room.of(1), "path/list").at("labels").size(), 2u);
   room.set("Play", 0);
   EXPECT_TRUE(room.of(1).is_busy());
   EXPECT_TRUE(room.until([&] { return !room.viewer().playback.running; }));
@@ -663,10 +677,11 @@ TEST(ServePanels, a_kept_view_comes_back) {
 
 TEST(ServePanels, closed_panels_send_nothing_and_open_ones_only_changes) {
   ServedRoom room;
-  for (const char* name :
-       {"table", "split", "grid", "inspector", "recorder", "crop", "path", "facts", "job"})
+  for (const char* name : {"table", "split", "grid", "inspector", "recorder", "crop", "path",
+                           "settings", "job", "divider", "box"})
     EXPECT_TRUE(section(room.of(1), name).is_null()) << name;
-  EXPECT_TRUE(section(room.of(1), "controls").empty());
+  for (const auto& [name, value] : panel_sections(room.of(1)).items())
+    EXPECT_EQ(name.find('/'), name.npos) << "a block of a closed panel";
   EXPECT_EQ(section(room.of(1), "panels").size(), 7u);
   for (const Json& panel : section(room.of(1), "panels")) {
     EXPECT_FALSE(panel.at("open").get<bool>());
@@ -681,9 +696,26 @@ TEST(ServePanels, closed_panels_send_nothing_and_open_ones_only_changes) {
   const Json sent =
       Json::parse(state_message(before, state_sections(room.of(1), room.small.opened), 3));
   EXPECT_EQ(sent.at("version"), 3);
-  EXPECT_TRUE(sent.at("sections").contains("table"));
-  EXPECT_TRUE(sent.at("sections").contains("controls"));
-  EXPECT_FALSE(sent.at("sections").contains("path"));
+  EXPECT_TRUE(sent.at("sections").contains("table/table"));
+  EXPECT_TRUE(sent.at("sections").contains("table/controls"));
+  EXPECT_FALSE(sent.at("sections").contains("table/facts"));
+  EXPECT_FALSE(sent.at("sections").contains("path/list"));
+}
+
+TEST(ServePanels, a_panel_of_the_table_is_sent) {
+  ServedRoom room;
+  std::vector<PanelRow> panels(panel_rows().begin(), panel_rows().end());
+  panels.push_back({&Panels::cameras, "count", "Count", [](const Viewer& v) -> Blocks {
+                      return {block::Text{fmt::format("{} keyframes", v.keyframes.size())},
+                              block::Controls{{{"Set here"}}}};
+                    }});
+  EXPECT_FALSE(panel_sections(room.of(1), panels).contains("count/text"));
+  room.command(kPath);
+  room.set("Set here", 0);
+  const Json sections = panel_sections(room.of(1), panels);
+  EXPECT_EQ(sections.at("count"), Json({"count/text", "count/controls"}));
+  EXPECT_EQ(sections.at("count/text").at("text"), "1 keyframes");
+  EXPECT_EQ(sections.at("count/controls").at("rows")[0].at("name"), "Set here");
 }
 
 TEST(ServePanels, no_section_and_no_file_has_a_path) {

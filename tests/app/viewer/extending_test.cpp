@@ -10,12 +10,11 @@
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <imgui.h>
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/viewer/commands/commands.h"
-#include "app/viewer/panels/panels.h"
+#include "app/viewer/panel_model/panel_model.h"
 #include "app/viewer/state/actions.h"
 #include "io/bytes/json_text.h"
 #include "learn/run/strategy.h"
@@ -69,7 +68,13 @@ TEST(Extending, the_sample_strategy_drops_large_gaussians) {
   train::Plan plan;
   row.plan({{}, 1001, 1, {}}, facts, plan);
   EXPECT_EQ(plan.log_scales, std::vector{glm::vec3(-0.1f)});
-  EXPECT_NE(&sample_panel::draw_count, nullptr);
+}
+
+TEST(Extending, the_sample_panel_has_controls_that_exist) {
+  const Blocks blocks = sample_panel::count_blocks(Viewer());
+  EXPECT_EQ(std::get<block::Text>(blocks.at(0)).text, "0 keyframes");
+  for (const block::Placed& placed : std::get<block::Controls>(blocks.at(1)).controls)
+    EXPECT_NE(find_control(placed.name), nullptr) << placed.name;
 }
 
 TEST(Extending, the_keys_of_the_samples_are_free) {

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 #include <imgui.h>
 
 #include "app/viewer/panels/panels.h"
+#include "app/viewer/panels/style.h"
 
 namespace qs {
 namespace {
@@ -98,8 +100,19 @@ std::optional<double> draw_value(ControlKind kind, const char* label, const Cont
   return {};
 }
 
-float button_width(const std::string& label) {
-  return ImGui::CalcTextSize(label.c_str()).x + 2 * ImGui::GetStyle().FramePadding.x;
+// The width of a button or of a check box with its label.
+float width_of(ControlKind kind, const std::string& label) {
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float text = ImGui::CalcTextSize(label.c_str()).x;
+  if (kind == ControlKind::button) return text + 2 * style.FramePadding.x;
+  return text + ImGui::GetFrameHeight() + style.ItemInnerSpacing.x;
+}
+
+// The text to the left of a field.
+void draw_title(const std::string& title, float width) {
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextColored(palette::kFaint, "%s", title.c_str());
+  same_line_if_fits(std::max(width, 0.0f));
 }
 
 }  // namespace
@@ -120,11 +133,23 @@ void ControlsDrawer::with(
   ImGui::PopID();
 }
 
-void ControlsDrawer::draw(std::string_view name, const char* label) const {
-  with(name, [&](const Control& control, const ControlNow& now) {
-    const std::string text = label == nullptr ? label_of(control, now) : label;
-    const auto value = draw_value(control.kind, text.empty() ? "##value" : text.c_str(), now);
-    if (value) set(name, *value);
+void ControlsDrawer::draw(const block::Placed& placed) const {
+  if (placed.form == block::Form::radio) return draw_radio(placed.name, true);
+  if (placed.form == block::Form::range) return draw_range(placed);
+  with(placed.name, [&](const Control& control, const ControlNow& now) {
+    const float width = placed.width * ImGui::GetFontSize();
+    std::string label = placed.short_label.value_or(label_of(control, now));
+    if (placed.follows) same_line_if_fits(width_of(control.kind, label));
+    if (!placed.title.empty()) draw_title(std::exchange(label, ""), width);
+    if (label.empty()) label = "##value";
+    if (placed.width != 0) ImGui::SetNextItemWidth(width);
+    if (placed.mode) ImGui::PushStyleColor(ImGuiCol_Text, color_of(ink_of(*placed.mode).dark));
+    if (placed.form == block::Form::small_button) {
+      if (ImGui::SmallButton(label.c_str())) set(placed.name, 0);
+    } else if (const auto value = draw_value(control.kind, label.c_str(), now)) {
+      set(placed.name, *value);
+    }
+    if (placed.mode) ImGui::PopStyleColor();
   });
 }
 
@@ -141,29 +166,18 @@ void ControlsDrawer::draw_radio(std::string_view name, bool in_lines) const {
   });
 }
 
-void ControlsDrawer::draw_radio_buttons(std::string_view name) const { draw_radio(name, true); }
 void ControlsDrawer::draw_radio_list(std::string_view name) const { draw_radio(name, false); }
 
-void ControlsDrawer::draw_button(std::string_view name, bool is_small) const {
-  with(name, [&](const Control& control, const ControlNow& now) {
-    const std::string& label = label_of(control, now);
-    same_line_if_fits(button_width(label));
-    if (is_small ? ImGui::SmallButton(label.c_str()) : ImGui::Button(label.c_str())) set(name, 0);
-  });
-}
-
-void ControlsDrawer::draw_button_after(std::string_view name) const { draw_button(name, true); }
-void ControlsDrawer::draw_after(std::string_view name) const { draw_button(name, false); }
-
-void ControlsDrawer::draw_range(const char* name, double speed) const {
-  const std::string ends[] = {fmt::format("{}, from", name), fmt::format("{}, to", name)};
+void ControlsDrawer::draw_range(const block::Placed& placed) const {
+  const std::string ends[] = {placed.name + ", from", placed.name + ", to"};
   with(ends[0], [&](const Control&, const ControlNow& from) {
     const auto to = control_now(viewer_, *find_control(ends[1]));
     float values[] = {static_cast<float>(from.value), static_cast<float>(to->value)};
     const float before[] = {values[0], values[1]};
     const std::string format = number_format(from);
-    ImGui::DragFloatRange2(name, &values[0], &values[1], static_cast<float>(speed), 0, 0,
-                           format.c_str(), format.c_str());
+    ImGui::SetNextItemWidth(placed.width * ImGui::GetFontSize());
+    ImGui::DragFloatRange2(placed.name.c_str(), &values[0], &values[1],
+                           static_cast<float>(placed.speed), 0, 0, format.c_str(), format.c_str());
     for (int end = 0; end < 2; ++end) {
       if (values[end] != before[end])
         set(ends[end], std::clamp(static_cast<double>(values[end]), from.least, from.most));

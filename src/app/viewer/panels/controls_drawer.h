@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // Draws controls of the common table (commands/controls.h) in the window. The table has their
-// words, ranges, values and effects; a panel says where a control is and which form it has.
+// words, ranges, values and effects; a panel's model says where a control is and which form it has.
 // Nothing is drawn of a control that is of no use now.
 #pragma once
 
 #include <functional>
 #include <string_view>
 
-#include "app/viewer/commands/controls.h"
-#include "app/viewer/state/action.h"
+#include "app/viewer/panel_model/panel_model.h"
 
 namespace qs {
 
@@ -18,25 +17,16 @@ class ControlsDrawer {
   /// Both are used until the end of this object.
   ControlsDrawer(const Viewer& viewer, Actions& actions) : viewer_(viewer), actions_(actions) {}
 
-  /// A check box, list, slider, field, colour or button, by the kind of the control. `label`: in
-  /// place of its own; null: its own; "": none.
-  void draw(std::string_view name, const char* label = nullptr) const;
-  /// The choices side by side, as far as they fit into a line.
-  void draw_radio_buttons(std::string_view name) const;
+  /// A check box, list, slider, field, colour or button, by the kind of the control.
+  void draw(const block::Placed& placed) const;
   /// The choices below each other.
   void draw_radio_list(std::string_view name) const;
-  /// A small button at the end of the line, or on the next line if it does not fit.
-  void draw_button_after(std::string_view name) const;
-  /// A button at the end of the line, or on the next line if it does not fit.
-  void draw_after(std::string_view name) const;
-  /// The controls "NAME, from" and "NAME, to" in one field; dragging changes them by `speed` a
-  /// pixel.
-  void draw_range(const char* name, double speed) const;
   /// An entry of a menu with a tick.
   void draw_menu_item(std::string_view name) const;
 
   /// For what a panel draws itself: sets the control, and shows its tooltip.
   void set(std::string_view name, double value, std::size_t index = 0) const;
+  void set(const Use& use) const { set(use.control, use.value, use.index); }
   void show_tooltip(std::string_view name) const;
 
  private:
@@ -44,7 +34,7 @@ class ControlsDrawer {
   void with(std::string_view name,
             const std::function<void(const Control& control, const ControlNow& now)>& draw) const;
   void draw_radio(std::string_view name, bool in_lines) const;
-  void draw_button(std::string_view name, bool is_small) const;
+  void draw_range(const block::Placed& placed) const;
 
   const Viewer& viewer_;
   Actions& actions_;

@@ -87,9 +87,8 @@ void draw_heat_settings(const Viewer& viewer, Actions& actions) {
   const ControlsDrawer controls(viewer, actions);
   controls.draw_radio_list("Heat map");
   ImGui::Separator();
-  ImGui::SetNextItemWidth(9 * ImGui::GetFontSize());
-  controls.draw("opacity over the colours");
-  controls.draw_radio_buttons("colour map");
+  controls.draw({"opacity over the colours", 9});
+  controls.draw({"colour map", 0, false, block::Form::radio});
   ImGui::Separator();
   HeatView view = viewer.heat_view;
   choose_maximum(viewer, view);

@@ -137,7 +137,7 @@ void draw_entry_menu(const LogEntry& entry, Actions& actions) {
 
 }  // namespace
 
-void draw_log(const Viewer& viewer, PanelState&, Actions& actions) {
+void draw_log(const Viewer& viewer, Actions& actions) {
   if (viewer.log.empty()) ImGui::TextColored(palette::kFaint, "There are no messages yet.");
   for (std::size_t i = viewer.log.size(); i-- > 0;) {
     const LogEntry& entry = viewer.log[i];

@@ -2,24 +2,21 @@
 #include "app/viewer/panels/panels.h"
 
 #include <algorithm>
-#include <iterator>
 #include <span>
 
 #include <glm/common.hpp>
 #include <imgui.h>
 
 #include "app/viewer/commands/commands.h"
+#include "app/viewer/panels/blocks.h"
 #include "app/viewer/panels/style.h"
 
 namespace qs {
 
 std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, int columns,
                                             int rows) {
-  const glm::dvec2 cursor = viewer.cursor;
-  const glm::ivec2 at = glm::ivec2(glm::floor(cursor)) / std::max(cell_px, 1);
-  const bool inside = cursor.x >= 0 && cursor.y >= 0 && at.x < columns && at.y < rows;
-  if (!inside || ImGui::GetIO().WantCaptureMouse) return std::nullopt;
-  return static_cast<std::size_t>(at.y * columns + at.x);
+  if (ImGui::GetIO().WantCaptureMouse) return std::nullopt;
+  return cell_under_cursor(viewer, cell_px, columns, rows);
 }
 
 void right_aligned(const std::string& text) {
@@ -99,23 +96,19 @@ std::optional<float> draw_divider_line(const char* name, const Rect& picture, fl
 
 namespace {
 
-struct BarPanel {
-  bool Panels::*open;
-  const char* title;
-  void (*draw)(const Viewer& viewer, PanelState& state, Actions& actions);
-};
-
-constexpr BarPanel kBarPanels[] = {
-    {&Panels::hud, "Numbers of all modes", draw_hud},
-    {&Panels::split, "Split", draw_split},
-    {&Panels::recorder, "Zoom recorder", draw_recorder},
-    {&Panels::training, "Training", draw_training},
-    {&Panels::crop, "Crop and clean", draw_crop},
-    {&Panels::inspector, "Inspector", draw_inspector},
-    {&Panels::cameras, "Cameras and path", draw_cameras},
-    {&Panels::info, "Scene and render settings", draw_info},
-    {&Panels::messages, "Messages", draw_log},
-};
+void draw_bar_panel(const PanelRow& row, const Viewer& viewer, PanelState& state,
+                    Actions& actions) {
+  bool open = true;
+  ImGui::SetNextItemOpen(true, ImGuiCond_FirstUseEver);
+  if (!(state.drawn.*row.open)) ImGui::SetScrollHereY(0);  // a panel that was opened is seen
+  if (ImGui::CollapsingHeader(row.title, &open)) {
+    ImGui::PushID(row.title);
+    draw_blocks(row.blocks(viewer), viewer, state, actions);
+    ImGui::PopID();
+    ImGui::Spacing();
+  }
+  if (!open) actions.push_back(call(action::toggle_panel, row.open));
+}
 
 void draw_bar(const char* name, const Rect& area, std::span<bool Panels::*const> switches,
               const Viewer& viewer, PanelState& state, Actions& actions) {
@@ -129,18 +122,9 @@ void draw_bar(const char* name, const Rect& area, std::span<bool Panels::*const>
                    ImGuiWindowFlags_NoBringToFrontOnFocus);
   for (bool Panels::*which : switches) {
     if (!(viewer.panels.*which)) continue;
-    const auto row = std::find_if(std::begin(kBarPanels), std::end(kBarPanels),
-                                  [&](const BarPanel& panel) { return panel.open == which; });
-    bool open = true;
-    ImGui::SetNextItemOpen(true, ImGuiCond_FirstUseEver);
-    if (!(state.drawn.*which)) ImGui::SetScrollHereY(0);  // a panel that was opened is seen
-    if (ImGui::CollapsingHeader(row->title, &open)) {
-      ImGui::PushID(row->title);
-      row->draw(viewer, state, actions);
-      ImGui::PopID();
-      ImGui::Spacing();
+    for (const PanelRow& row : state.rows) {
+      if (row.open == which) draw_bar_panel(row, viewer, state, actions);
     }
-    if (!open) actions.push_back(call(action::toggle_panel, which));
   }
   ImGui::End();
   ImGui::PopStyleVar();
@@ -176,6 +160,8 @@ void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (viewer.panels.all) {
     draw_menu_bar(viewer, actions);
     draw_bars(viewer, layout, state, actions);
+    if (viewer.panels.recorder && viewer.scene && !viewer.zoom.searched)
+      actions.push_back(call(action::find_zooms));
     if (!layout.status.empty()) draw_status_line(viewer, layout.status);
     draw_hints(viewer);
     draw_view_choice(viewer, state, actions);

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
 //
-// The panels beside the picture. A panel reads the Viewer and appends actions; it changes nothing
-// else. To add a panel: a file here with its function, a switch in Panels, the switch in
-// kLeftPanels or kRightPanels (layout.h), its row in commands.cpp, its row in panels.cpp.
+// The window's drawings beside and over the picture. They read the Viewer and append actions; they
+// change nothing else. The panels in the bars are drawn from panel_rows(); panel_model.h says how
+// to add one.
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "app/viewer/commands/jobs.h"
+#include "app/viewer/panel_model/panel_model.h"
 #include "app/viewer/panels/file_chooser.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
@@ -23,19 +26,20 @@ namespace qs {
 
 /// State of the panels themselves.
 struct PanelState {
-  FileChooser chooser;               ///< of the dialog Open
-  std::string typed_early;           ///< text that was typed before the path field had the keyboard
-  bool focus_path = false;           ///< the path field requests the keyboard
-  bool scroll_files = false;         ///< to the selected row
-  bool focus_train = false;          ///< the first field of the dialog Train requests the keyboard
-  std::string crop_file;             ///< typed name of the cropped scene
-  int inspections = 0;               ///< Viewer::inspections that the inspector scrolled to
-  unsigned photograph = 0;           ///< GL texture of Viewer::photograph, 0 = none
-  unsigned test_photograph = 0;      ///< GL texture of TestView::shown, 0 = none
-  unsigned test_picture = 0;         ///< GL texture of TestComparison::picture, 0 = none
-  unsigned candidates = 0;           ///< GL texture of ViewChoice::pictures, 0 = none
-  unsigned thumbnail = 0;            ///< GL texture of the bundled scene's picture, 0 = none
-  float thumbnail_aspect = 1;        ///< its width over its height
+  std::span<const PanelRow> rows = panel_rows();  ///< the panels in the bars
+  FileChooser chooser;                            ///< of the dialog Open
+  std::string typed_early;    ///< text that was typed before the path field had the keyboard
+  bool focus_path = false;    ///< the path field requests the keyboard
+  bool scroll_files = false;  ///< to the selected row
+  bool focus_train = false;   ///< the first field of the dialog Train requests the keyboard
+  std::string crop_file;      ///< typed name of the cropped scene
+  std::map<std::string, int> scrolled;  ///< block::Table::version by name, when it was scrolled
+  unsigned photograph = 0;              ///< GL texture of Viewer::photograph, 0 = none
+  unsigned test_photograph = 0;         ///< GL texture of TestView::shown, 0 = none
+  unsigned test_picture = 0;            ///< GL texture of TestComparison::picture, 0 = none
+  unsigned candidates = 0;              ///< GL texture of ViewChoice::pictures, 0 = none
+  unsigned thumbnail = 0;               ///< GL texture of the bundled scene's picture, 0 = none
+  float thumbnail_aspect = 1;           ///< its width over its height
   Panels drawn;                      ///< the panels that were open when the window was drawn last
   std::vector<std::string> columns;  ///< of the table of modes when it was drawn last
   glm::vec2 legend_size{0.0f};       ///< of the heat map's legend when it was drawn last
@@ -80,19 +84,11 @@ void same_line_if_fits(float width);
 void command_tooltip(const char* help);
 
 // ---- one file each -----------------------------------------------------------------------------
-// In the bars:
-void draw_hud(const Viewer& viewer, PanelState& state, Actions& actions);
-void draw_info(const Viewer& viewer, PanelState& state, Actions& actions);
-void draw_cameras(const Viewer& viewer, PanelState& state, Actions& actions);
-void draw_recorder(const Viewer& viewer, PanelState& state, Actions& actions);
-void draw_training(const Viewer& viewer, PanelState& state, Actions& actions);
+// Parts of panels in the bars:
 /// In the panel Training: a photograph beside the model's picture. Nothing before the run has read
 /// its photographs.
 void draw_test_view(const Viewer& viewer, const PanelState& state, Actions& actions);
-void draw_crop(const Viewer& viewer, PanelState& state, Actions& actions);
-void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions);
-void draw_split(const Viewer& viewer, PanelState& state, Actions& actions);
-void draw_log(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_log(const Viewer& viewer, Actions& actions);
 
 // Elsewhere:
 void draw_grid_labels(const Viewer& viewer);  ///< of the grid of all modes

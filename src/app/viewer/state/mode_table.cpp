@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/state/mode_table.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
 #include "app/viewer/state/hud_text.h"
@@ -158,33 +156,6 @@ std::vector<TableColumn> table_columns(const Viewer& viewer) {
   }
   columns.push_back({"stages", CellKind::stages, 5.0f, 5});
   return columns;
-}
-
-std::vector<TableColumn> columns_that_fit(std::vector<TableColumn> columns, float width,
-                                          float padding) {
-  const auto used = [&] {
-    float sum = 0;
-    for (const TableColumn& column : columns) sum += column.letters + padding;
-    return sum;
-  };
-  const auto by_rank = [](const TableColumn& a, const TableColumn& b) { return a.rank < b.rank; };
-  while (columns.size() > 2 && used() > width)
-    columns.erase(std::max_element(columns.begin(), columns.end(), by_rank));
-  return columns;
-}
-
-std::vector<std::string> titles_of(const std::vector<TableColumn>& columns) {
-  std::vector<std::string> titles;
-  for (const TableColumn& column : columns) titles.push_back(column.title);
-  return titles;
-}
-
-void sort_rows(std::vector<HudRow>& rows, double HudRow::*value, bool descending) {
-  std::stable_sort(rows.begin(), rows.end(), [&](const HudRow& a, const HudRow& b) {
-    const double left = a.*value, right = b.*value;
-    if (left == 0 || right == 0) return left != 0;
-    return descending ? left > right : left < right;
-  });
 }
 
 namespace {

@@ -4,6 +4,8 @@
 // and its text for other programs. To add a column: a text of HudRow and a row of table_columns().
 #pragma once
 
+#include <algorithm>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,13 +57,35 @@ std::vector<TableColumn> table_columns(const Viewer& viewer);
 
 /// The columns for a table of this width; `padding`: of a column. Both in heights of a letter. At
 /// least the mode and FPS.
-std::vector<TableColumn> columns_that_fit(std::vector<TableColumn> columns, float width,
-                                          float padding);
+template <class Column>
+std::vector<Column> columns_that_fit(std::vector<Column> columns, float width, float padding) {
+  const auto used = [&] {
+    float sum = 0;
+    for (const Column& column : columns) sum += column.letters + padding;
+    return sum;
+  };
+  const auto by_rank = [](const Column& a, const Column& b) { return a.rank < b.rank; };
+  while (columns.size() > 2 && used() > width)
+    columns.erase(std::max_element(columns.begin(), columns.end(), by_rank));
+  return columns;
+}
 
-std::vector<std::string> titles_of(const std::vector<TableColumn>& columns);
+template <class Column>
+std::vector<std::string> titles_of(const std::vector<Column>& columns) {
+  std::vector<std::string> titles;
+  for (const Column& column : columns) titles.push_back(column.title);
+  return titles;
+}
 
-/// Orders the rows by a column; rows without a value come last.
-void sort_rows(std::vector<HudRow>& rows, double HudRow::*value, bool descending);
+/// Orders the rows by their values; rows with the value 0 come last.
+template <class Row, class Value>
+void sort_rows(std::vector<Row>& rows, const Value& value, bool descending) {
+  std::stable_sort(rows.begin(), rows.end(), [&](const Row& a, const Row& b) {
+    const double left = std::invoke(value, a), right = std::invoke(value, b);
+    if (left == 0 || right == 0) return left != 0;
+    return descending ? left > right : left < right;
+  });
+}
 
 /// The forms in which the table is copied.
 enum class TableFormat { csv, markdown, latex };

@@ -42,6 +42,7 @@ std::vector<Fact> scene_facts_of(const Viewer& viewer) {
   if (scene.huge > 0) facts.push_back({"too large", huge_text(scene.huge)});
   if (scene.skipped_huge > 0)
     facts.push_back({"too large", huge_text(scene.skipped_huge) + ": left out"});
+  if (viewer.is_remote) facts.erase(facts.begin());  // the path is of this machine
   return facts;
 }
 

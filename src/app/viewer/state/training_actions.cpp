@@ -90,8 +90,9 @@ std::vector<Fact> training_facts(const Viewer& viewer) {
     facts.push_back({"time left", about_text(*left)});
   facts.push_back(
       {"drawing", fmt::format("{:.0f} % of the time", 100 * training.budget.share(viewer.now))});
-  facts.push_back({"in the window", fmt::format("iteration {}", count(training.shown))});
-  facts.push_back({"model", training.folder.string()});
+  facts.push_back({viewer.is_remote ? "in the picture" : "in the window",
+                   fmt::format("iteration {}", count(training.shown))});
+  if (!viewer.is_remote) facts.push_back({"model", training.folder.string()});
   return facts;
 }
 

@@ -249,6 +249,30 @@ TEST_F(PanelsTest, a_test_view_fits_its_panel_in_every_window_and_its_buttons_st
   EXPECT_EQ(driven_.viewer.training->test_view.view, 0u);
 }
 
+// The texts that ImGui drew in a panel behind the call of log_panel().
+std::string g_logged;
+void log_panel() {
+  ImGui::GetIO().SetClipboardTextFn = [](void*, const char* text) { g_logged = text; };
+  ImGui::LogToClipboard();
+}
+
+TEST_F(PanelsTest, a_panel_of_the_table_is_drawn) {
+  std::vector<PanelRow> rows(panel_rows().begin(), panel_rows().end());
+  rows.push_back({&Panels::cameras, "count", "Count", [](const Viewer& v) -> Blocks {
+                    log_panel();
+                    return {block::Text{std::to_string(v.keyframes.size()) + " keyframes"},
+                            block::Controls{{{"Set here"}}}};
+                  }});
+  state_.rows = rows;
+  draw();
+  EXPECT_EQ(g_logged, "") << "it is closed";
+  driven_.press("L");
+  driven_.press("K");
+  for (int i = 0; i < 2; ++i) draw();
+  EXPECT_THAT(g_logged, testing::HasSubstr("1 keyframes"));
+  EXPECT_THAT(g_logged, testing::HasSubstr("Set here"));
+}
+
 TEST_F(PanelsTest, enter_right_after_the_text_opens_it) {
   driven_.press("Ctrl+O");
   draw("scene.ply", ImGuiKey_Enter);

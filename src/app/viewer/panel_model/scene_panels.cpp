@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+//
+// The panels of the scene, its cameras, its crop and its training.
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "app/viewer/panel_model/panel_rows.h"
+#include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/loss_chart.h"
+#include "app/viewer/state/remote_actions.h"
+#include "app/viewer/state/training_actions.h"
+
+namespace qs {
+
+block::Controls in_line(std::vector<block::Placed> controls) {
+  for (std::size_t i = 1; i < controls.size(); ++i) controls[i].follows = true;
+  return {std::move(controls)};
+}
+
+block::Controls fields(float width, std::vector<std::string> names) {
+  block::Controls controls;
+  for (std::string& name : names) controls.controls.push_back({std::move(name), width});
+  return controls;
+}
+
+Blocks settings_blocks(const Viewer& v) {
+  Blocks blocks = {block::Facts{scene_facts_of(v)}, block::Line{},
+                   fields(9, {"SH degree", "splat scale", "background", "antialias", "backend",
+                              "pipeline", "leave out what is larger than the scene"})};
+  // The window has them in its menus and in the legend over the picture.
+  if (v.is_remote)
+    blocks.emplace_back(fields(9, {"Heat map", "opacity over the colours", "colour map",
+                                   "Picture of", "Draw smaller while moving (CPU)"}));
+  return blocks;
+}
+
+// ---- crop and clean ----------------------------------------------------------------------------
+Blocks crop_blocks(const Viewer& v) {
+  constexpr float kField = -7;
+  block::Controls box = fields(kField, {"Box"});
+  for (const char* axis : {"x right", "y down", "z forward"}) {
+    block::Placed& range = box.controls.emplace_back();
+    range = {axis, kField, false, block::Form::range};
+    range.speed = 0.002 * v.scene->extent();
+  }
+  block::Controls floaters =
+      fields(kField, {"faint", "opacity", "large", "of the core", "isolated", "neighbours"});
+  floaters.indented = true;
+  return {box,
+          in_line({{"Fit"}, {"Show all"}}),
+          fields(kField, {"Floaters"}),
+          floaters,
+          block::Text{crop_text(v)},
+          fields(0, {"Tint what goes"}),
+          in_line({{"Apply"}, {"Undo"}, {"Save the cropped scene"}}),
+          block::Local::crop_file};
+}
+
+// ---- cameras and the path ----------------------------------------------------------------------
+namespace {
+
+std::vector<block::Item> keyframe_items(const Viewer& v, std::size_t i) {
+  std::vector<block::Item> items = {
+      {ControlKind::button, "remove keyframe", "x"},
+      {ControlKind::toggle, "ease", "ease", v.keyframes[i].eases ? 1.0 : 0.0}};
+  if (i > 0)
+    items.push_back({ControlKind::number, "seconds", "seconds after the keyframe before",
+                     v.keyframes[i].time - v.keyframes[i - 1].time, 0.05, 3600});
+  items.push_back({ControlKind::item, "keyframe", keyframe_label(v, i)});
+  return items;
+}
+
+}  // namespace
+
+Blocks camera_blocks(const Viewer& v) {
+  Blocks blocks;
+  const ViewedScene& scene = *v.scene;
+  if (scene.cameras.empty()) {
+    std::string text = "This scene came without cameras.";
+    if (!v.is_remote)
+      text += " Drop its cameras.json, transforms.json or COLMAP folder on the window.";
+    blocks.push_back(block::Text{text});
+  } else {
+    block::List list{scene.cameras.size(),
+                     [&scene](std::size_t i) { return camera_label(scene, i); },
+                     {},
+                     "camera"};
+    if (v.dataset_camera >= 0) list.chosen = static_cast<std::size_t>(v.dataset_camera);
+    blocks.emplace_back(std::move(list));
+    blocks.push_back(in_line({{"in the scene"}, {"photograph"}}));
+    blocks.push_back(fields(10, {"opacity of the photograph"}));
+  }
+  blocks.push_back(block::Line{});
+  blocks.push_back(block::Text{fmt::format("Path: {} keyframes", v.keyframes.size()), Tone::faint});
+  block::Items keyframes;
+  for (std::size_t i = 0; i < v.keyframes.size(); ++i)
+    keyframes.rows.push_back(keyframe_items(v, i));
+  blocks.emplace_back(std::move(keyframes));
+  blocks.push_back(in_line({{"Set here"}, {"Film"}, {"Play"}, {"Save"}, {"loop"}}));
+  block::Placed time{"time", block::kWholeLine};
+  time.short_label = "";
+  blocks.push_back(block::Controls{{time}});
+  return blocks;
+}
+
+// ---- training ----------------------------------------------------------------------------------
+namespace {
+
+block::Chart loss_curve(const Viewer& v) {
+  const std::vector<LossPoint>& losses = v.training->losses;
+  const LossChart from = loss_chart(losses);
+  block::Chart chart{kLossTitle, kIterationTitle, {}, {}, {}};
+  chart.letters = 10;
+  for (const AxisTick& tick : from.iteration_ticks)
+    chart.across.push_back({static_cast<float>(tick.value / from.most_iteration), tick.text});
+  for (const AxisTick& tick : from.loss_ticks)
+    chart.up.push_back({static_cast<float>(tick.value / from.most_loss), tick.text});
+  block::Curve curve{"", {kSkyBlue, kBlue}, {}};
+  curve.is_marked = false;
+  curve.width = 1.5f;
+  for (const LossPoint& point : losses) {
+    if (std::isfinite(point.loss))
+      curve.points.push_back({point.iteration / from.most_iteration,
+                              static_cast<double>(point.loss) / from.most_loss});
+  }
+  chart.curves.push_back(std::move(curve));
+  if (v.is_remote) return chart;  // hundreds of readings would be sent again with every report
+  chart.reading = [&losses, most = from.most_iteration](double x) {
+    const LossPoint& near = loss_near(losses, x * most);
+    return block::Reading{near.iteration / most,
+                          fmt::format("iteration {}: loss {:.4f}", near.iteration, near.loss),
+                          {}};
+  };
+  return chart;
+}
+
+}  // namespace
+
+Blocks training_blocks(const Viewer& v) {
+  if (v.remote) return {in_line({{"Pause training"}}), block::Facts{remote_facts(v)}};
+  if (!v.training)
+    return {block::Text{"Nothing is trained. File > Train from photographs starts a run."}};
+  const TrainingProgress& progress = v.training->progress;
+  const double share =
+      progress.iterations > 0 ? static_cast<double>(progress.iteration) / progress.iterations : 0;
+  Blocks blocks = {block::Progress{"Iterations done", share},
+                   in_line({{"Pause training"}, {"Step"}, {"Save the model"}, {"Stop training"}}),
+                   block::Local::test_view, block::Facts{training_facts(v)}};
+  if (v.training->losses.size() > 1) blocks.emplace_back(loss_curve(v));
+  return blocks;
+}
+
+}  // namespace qs

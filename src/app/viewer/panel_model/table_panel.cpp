@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+//
+// The numbers of all modes for this view, and the frame in the window.
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "app/viewer/panel_model/panel_rows.h"
+#include "app/viewer/state/hud_text.h"
+
+namespace qs {
+namespace {
+
+// The ends of the axes of all bars: milliseconds, and FPS above the fastest mode's interval.
+struct TableScale {
+  double ms = 0, fps = 0;
+  bool current = false;  ///< the numbers are of this view
+};
+
+double sum_of(const std::array<double, kStageCount>& stages) {
+  double sum = 0;
+  for (const double ms : stages) sum += ms;
+  return sum;
+}
+
+TableScale table_scale(const Viewer& v, const std::vector<HudRow>& rows) {
+  TableScale scale{0, 0, numbers_are_current(v)};
+  for (const HudRow& row : rows) {
+    scale.fps = std::max({scale.fps, 1.05 * row.fps_value, 1.05 * row.fps_high});
+    if (const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline))
+      scale.ms = std::max(scale.ms, sum_of(stages_of(*measured)));
+  }
+  return scale;
+}
+
+block::Cell table_cell(const Viewer& v, const HudRow& row, const TableColumn& column,
+                       const TableScale& scale) {
+  const bool noisy = column.noisy != nullptr && row.*column.noisy;
+  const bool live = column.value == &HudRow::pairs_value && row.pairs_live;
+  const bool sampled = column.kind == CellKind::bar && row.fps_sampled;  // "~" marks it
+  block::Cell cell;
+  if (!live && !sampled && (!scale.current || noisy)) cell.tone = Tone::faint;
+  if (column.value != nullptr) cell.value = row.*column.value;
+  if (column.text != nullptr) cell.text = row.*column.text;
+  const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline);
+  if (column.kind == CellKind::mode) {
+    cell.text = v.is_remote ? row.name : fmt::format("{} {}", row.mode, row.name);
+    cell.use = Use{"mode", 0, static_cast<std::size_t>(row.mode)};
+    cell.tooltip = fmt::format("{}\n{}", row_of(row.mode).summary, trust_text(v, row.mode));
+    if (!v.is_remote) cell.tooltip += "\nright click: copy the table, or ratios to this mode";
+  } else if (column.kind == CellKind::bar && scale.fps > 0) {
+    cell.bar = block::Bar{row.fps_value / scale.fps, row.fps_low / scale.fps,
+                          row.fps_high / scale.fps, ink_of(row.mode)};
+  } else if (column.kind == CellKind::stages && measured != nullptr && scale.ms > 0) {
+    for (const double ms : stages_of(*measured)) cell.parts.push_back(ms / scale.ms);
+    cell.tooltip = stages_text(*measured);
+  }
+  return cell;
+}
+
+std::vector<std::string> table_buttons() {
+  std::vector<std::string> names;
+  for (const char* format : kTableFormats) names.push_back(fmt::format("The table as {}", format));
+  return names;
+}
+
+std::vector<Use> row_menu(const HudRow& row) {
+  std::vector<Use> menu = {
+      {"ratios to", row.mode_value - 1, 0, fmt::format("Ratios to {}", row.name)}};
+  for (const std::string& name : table_buttons())
+    menu.push_back({name, 0, 0, fmt::format("Copy t{}", name.substr(1))});
+  return menu;
+}
+
+block::Table mode_table(const Viewer& v) {
+  const std::vector<HudRow> rows = hud_rows(v);
+  const TableScale scale = table_scale(v, rows);
+  block::Table table{"modes", {}, {}};
+  table.caption = table_caption(v);
+  table.is_busy = v.measuring;
+  const std::vector<TableColumn> columns = table_columns(v);
+  for (const TableColumn& column : columns) {
+    const bool is_bar = column.kind == CellKind::bar;
+    table.columns.push_back({column.title, column.letters, is_bar ? 1.0f : 0.0f, column.rank,
+                             column.kind == CellKind::mode, column.value != nullptr, is_bar});
+  }
+  for (const HudRow& row : rows) {
+    block::Row& line = table.rows.emplace_back();
+    line.is_here = row.mode == v.mode();
+    line.menu = row_menu(row);
+    for (const TableColumn& column : columns)
+      line.cells.push_back(table_cell(v, row, column, scale));
+  }
+  for (std::size_t stage = 0; stage < kStageCount; ++stage)
+    table.keys.push_back({kStageNames[stage], {on_dark::kStages[stage], on_white::kStages[stage]}});
+  return table;
+}
+
+}  // namespace
+
+Blocks table_blocks(const Viewer& v) {
+  Blocks blocks = {mode_table(v)};
+  block::Controls controls = {{{"measure at", block::kWholeLine, false, {}, "measure at"}}};
+  if (v.is_remote) {
+    controls.controls.push_back({"ratios to"});
+    for (const std::string& name : table_buttons()) controls.controls.push_back({name});
+  }
+  blocks.emplace_back(controls);
+  blocks.push_back(block::Text{hud_status(v), Tone::faint});
+  if (other_pipeline(v))
+    blocks.push_back(
+        block::Text{"culling saves more in classic, which spends more on pairs", Tone::faint});
+  blocks.push_back(block::Line{});
+  blocks.push_back(block::Facts{hud_facts(v)});
+  const std::string caveat = hud_caveat(v);
+  blocks.push_back(block::Text{caveat.empty() ? "" : "this frame: " + caveat, Tone::caution});
+  if (!v.is_remote && v.frame_ms.size() >= 8)
+    blocks.push_back(block::Plot{{v.frame_ms.begin(), v.frame_ms.end()}, frame_plot_text(v)});
+  return blocks;
+}
+
+}  // namespace qs

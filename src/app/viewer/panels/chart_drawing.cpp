@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+//
+// Charts: axes with lines at the ticks, columns, bands and curves, and the values at the mouse.
+#include <algorithm>
+#include <cmath>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <imgui.h>
+
+#include "app/viewer/panels/blocks.h"
+#include "app/viewer/panels/style.h"
+
+namespace qs {
+namespace {
+
+constexpr ImU32 kChartLine = IM_COL32(255, 255, 255, 28);
+
+// The area of the curves in the window, screen units.
+struct PlotArea {
+  ImVec2 low, high;
+
+  ImVec2 at(double x, double y) const {
+    return {low.x + static_cast<float>(x) * (high.x - low.x),
+            high.y - static_cast<float>(y) * (high.y - low.y)};
+  }
+  double mouse_x() const {
+    return static_cast<double>((ImGui::GetIO().MousePos.x - low.x) / (high.x - low.x));
+  }
+};
+
+float text_width(const std::string& text) { return ImGui::CalcTextSize(text.c_str()).x; }
+
+void draw_faint(ImVec2 at, const std::string& text) {
+  ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(palette::kFaint), text.c_str());
+}
+
+PlotArea plot_area(const block::Chart& chart, ImVec2 at, ImVec2 size) {
+  const float letter = ImGui::GetFontSize();
+  float widest = 0;
+  for (const BarTick& tick : chart.up) widest = std::max(widest, text_width(tick.text));
+  return {{at.x + widest + 0.5f * letter, at.y + 0.6f * letter},
+          {at.x + size.x - 0.8f * letter, at.y + size.y - 2.5f * letter}};
+}
+
+void draw_ticks_up(const block::Chart& chart, const PlotArea& area) {
+  const float letter = ImGui::GetFontSize();
+  float free_below = 1e9f;
+  for (const BarTick& tick : chart.up) {
+    const float y = area.at(0, static_cast<double>(tick.at)).y;
+    ImGui::GetWindowDrawList()->AddLine({area.low.x, y}, {area.high.x, y}, kChartLine);
+    if (y + 0.5f * letter > free_below) continue;
+    draw_faint({area.low.x - text_width(tick.text) - 0.4f * letter, y - 0.5f * letter}, tick.text);
+    free_below = y - 0.5f * letter;
+  }
+}
+
+// A text at the right end is moved to the left until it is inside of the panel.
+void draw_ticks_across(const block::Chart& chart, const PlotArea& area, float right) {
+  const float letter = ImGui::GetFontSize();
+  float free_from = -1e9f;
+  for (const BarTick& tick : chart.across) {
+    const float x = area.at(static_cast<double>(tick.at), 0).x;
+    ImGui::GetWindowDrawList()->AddLine({x, area.low.y}, {x, area.high.y}, kChartLine);
+    const float width = text_width(tick.text);
+    const float left = std::min(x - 0.5f * width, right - width);
+    if (left < free_from) continue;
+    draw_faint({left, area.high.y + 0.2f * letter}, tick.text);
+    free_from = left + width + 0.4f * letter;
+  }
+}
+
+// Texts that would touch the previous one are left out. The item is hovered while the mouse is on
+// the chart.
+PlotArea draw_axes(const block::Chart& chart) {
+  const float letter = ImGui::GetFontSize();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const ImVec2 size{std::max(ImGui::GetContentRegionAvail().x, 10 * letter),
+                    chart.letters * letter};
+  const PlotArea area = plot_area(chart, at, size);
+  draw_ticks_up(chart, area);
+  draw_ticks_across(chart, area, at.x + size.x);
+  const float middle = 0.5f * (area.low.x + area.high.x) - 0.5f * text_width(chart.axis);
+  draw_faint({middle, area.high.y + 1.3f * letter}, chart.axis);
+  ImGui::InvisibleButton("chart", size);
+  return area;
+}
+
+// Dashes of 6 units with gaps of 4, continued from segment to segment.
+void draw_dashed(ImDrawList& draw, const std::vector<ImVec2>& points, ImU32 color, float width) {
+  const float by = drawing_scale(), dash = 6 * by, period = 10 * by;
+  float along = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const glm::vec2 from{points[i - 1].x, points[i - 1].y}, to{points[i].x, points[i].y};
+    const float length = glm::distance(from, to);
+    for (float at = 0; at < length;) {
+      const float phase = std::fmod(along + at, period);
+      const float end = std::min(length, at + (phase < dash ? dash : period) - phase);
+      if (phase < dash) {
+        const glm::vec2 a = glm::mix(from, to, at / length), b = glm::mix(from, to, end / length);
+        draw.AddLine({a.x, a.y}, {b.x, b.y}, color, width);
+      }
+      at = std::max(end, at + 0.01f * by);
+    }
+    along += length;
+  }
+}
+
+void draw_band(ImDrawList& draw, const block::Curve& curve, const PlotArea& area) {
+  const ImU32 color = color_of(curve.ink.dark, 0.12f);
+  for (std::size_t i = 1; i < curve.points.size(); ++i) {
+    const block::ChartPoint &a = curve.points[i - 1], &b = curve.points[i];
+    const ImVec2 corners[] = {area.at(a.x, a.low), area.at(a.x, a.high), area.at(b.x, b.high),
+                              area.at(b.x, b.low)};
+    draw.AddConvexPolyFilled(corners, 4, color);
+  }
+}
+
+void draw_curve(ImDrawList& draw, const block::Curve& curve, const PlotArea& area) {
+  std::vector<ImVec2> points;
+  for (const block::ChartPoint& point : curve.points) points.push_back(area.at(point.x, point.y));
+  const float by = drawing_scale();
+  const ImU32 color = color_of(curve.ink.dark, curve.is_dashed ? 0.7f : 1);
+  if (curve.is_dashed) return draw_dashed(draw, points, color, curve.width * by);
+  draw.AddPolyline(points.data(), static_cast<int>(points.size()), color, 0, curve.width * by);
+  if (!curve.is_marked) return;
+  for (const ImVec2& point : points) draw.AddCircleFilled(point, 2.5f * by, color);
+}
+
+void draw_reading(const block::Reading& reading) {
+  const bool two = std::any_of(reading.rows.begin(), reading.rows.end(),
+                               [](const auto& row) { return !row.beneath.empty(); });
+  ImGui::BeginTooltip();
+  ImGui::TextColored(palette::kFaint, "%s%s", reading.title.c_str(),
+                     two ? ", dashed at the right" : "");
+  if (!reading.rows.empty() &&
+      ImGui::BeginTable("values", two ? 3 : 2, ImGuiTableFlags_SizingFixedFit)) {
+    for (const block::Reading::Row& row : reading.rows) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      ImGui::TextColored(palette::with_opacity(row.ink.dark), "%s", row.name.c_str());
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(row.value.c_str());
+      if (two && ImGui::TableNextColumn()) ImGui::TextUnformatted(row.beneath.c_str());
+    }
+    ImGui::EndTable();
+  }
+  ImGui::EndTooltip();
+}
+
+}  // namespace
+
+void draw_chart(const block::Chart& chart) {
+  if (!chart.title.empty()) ImGui::TextColored(palette::kFaint, "%s", chart.title.c_str());
+  const PlotArea area = draw_axes(chart);
+  const bool hovered = ImGui::IsItemHovered();
+  ImDrawList& draw = *ImGui::GetWindowDrawList();
+  for (const block::ChartColumn& column : chart.columns) {
+    const ImVec2 low = area.at(column.x0, column.y), high = area.at(column.x1, 0);
+    draw.AddRectFilled(low, {std::max(high.x, low.x + 1), high.y}, color_of(column.color, 0.7f));
+  }
+  for (const block::Curve& curve : chart.curves) {
+    if (curve.is_banded) draw_band(draw, curve, area);
+  }
+  for (const block::Curve& curve : chart.curves) draw_curve(draw, curve, area);
+  if (!hovered || !chart.reading) return;
+  const auto reading = chart.reading(area.mouse_x());
+  if (!reading) return;
+  const float line = area.at(reading->x, 0).x;
+  draw.AddLine({line, area.low.y}, {line, area.high.y}, IM_COL32(255, 255, 255, 120));
+  draw_reading(*reading);
+}
+
+}  // namespace qs

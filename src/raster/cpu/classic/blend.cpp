@@ -2,162 +2,234 @@
 #include "raster/cpu/classic/blend.h"
 
 #include <algorithm>
-#include <cmath>
+#include <memory>
+
+#include "raster/kernel/depth.h"
 
 namespace qs::cpu {
 namespace {
 
 /// Prefetch distance in list entries. Neighbours in a list are scattered in memory.
-constexpr std::uint32_t kPrefetch = 6;
+constexpr std::uint64_t kPrefetch = 6;
 
 /// Pixels side by side that are composited together. Arrays have this fixed length so that
 /// compilers vectorise the loops over lanes.
 constexpr int kLanes = 8;
-constexpr int kStrips = kTileSize / kLanes;  // in a row of a tile
+constexpr int kMostPx = kTileSizes.back();
 
-struct Strip {
-  float transmittance[kLanes];
+/// A Gaussian in the list of a tile.
+struct ListEntry {
+  const BoundedSplat& bounded;
+  float depth;
+  std::int32_t number;  ///< 1-based position in the list
+};
+
+/// The effect of a Gaussian on a pixel. The transmittances are those in front of and behind it.
+struct Effect {
+  float weight, before, behind;
+  std::int32_t blends, stops;  ///< 1 or 0
+};
+
+/// The values of a strip of pixels for Outputs::color and Outputs::evaluated.
+struct ColorSums {
   float r[kLanes], g[kLanes], b[kLanes];
+  std::int32_t stopped_at[kLanes];  ///< number of the entry at which the pixel stopped, else 0
+
+  void add(int lane, const ListEntry& entry, const Effect& effect) {
+    const glm::vec3& color = entry.bounded.splat.color;
+    r[lane] += effect.weight * color.x;
+    g[lane] += effect.weight * color.y;
+    b[lane] += effect.weight * color.z;
+    stopped_at[lane] = effect.stops != 0 ? entry.number : stopped_at[lane];
+  }
+};
+
+/// The values of PixelDepth, an array per value.
+struct DepthSums {
+  float weights[kLanes], weighted_depths[kLanes], median[kLanes];
+
+  void add(int lane, const ListEntry& entry, const Effect& effect) {
+    const std::int32_t halves =
+        effect.blends & std::int32_t(effect.before > 0.5f) & std::int32_t(effect.behind <= 0.5f);
+    weights[lane] += effect.weight;
+    weighted_depths[lane] += effect.weight * entry.depth;
+    median[lane] += halves != 0 ? entry.depth : 0.0f;  // at most once
+  }
+};
+
+struct NoSums {
+  void add(int, const ListEntry&, const Effect&) {}
+};
+
+template <class Sums>
+struct Strip {
+  Sums sums;
+  float transmittance[kLanes];
   std::int32_t live[kLanes];  ///< 1 until the pixel stops, then 0; 0 outside of the image
-  /// list entries up to and including the entry at which it stopped
-  std::int32_t evaluated[kLanes];
-  bool any_live;
+  int live_count;
+
+  /// Composites a Gaussian as kernel/composite.h does. (dx, dy) is the first pixel minus the mean.
+  /// Returns 1 if a pixel blends it.
+  std::int32_t composite(const ListEntry& entry, float dx, float dy) {
+    const Splat& splat = entry.bounded.splat;
+    std::int32_t stops = 0, used = 0;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const float power = log2_falloff(splat, dx + static_cast<float>(lane), dy);
+      const float alpha = alpha_of(splat, power);
+      const float before = transmittance[lane], next = before * (1.0f - alpha);
+      const std::int32_t counts =
+          live[lane] & std::int32_t(power <= 0.0f) & std::int32_t(alpha >= kAlphaMin);
+      const std::int32_t stop = counts & std::int32_t(next < kTransmittanceMin);
+      const std::int32_t use = counts & ~stop;
+      sums.add(lane, entry, {use != 0 ? alpha * before : 0.0f, before, next, use, stop});
+      transmittance[lane] = use != 0 ? next : before;
+      live[lane] &= ~stop;
+      stops += stop;
+      used |= use;
+    }
+    live_count -= stops;
+    return used;
+  }
 };
 
-/// Composites one Gaussian onto a strip. (dx, dy) is the strip's first pixel minus the mean,
-/// `entry` the Gaussian's 1-based position in the list. True if a pixel stopped.
-bool blend_strip(const Splat& splat, float dx, float dy, std::int32_t entry, Strip& strip) {
-  std::int32_t stops = 0;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const float power = log2_falloff(splat, dx + static_cast<float>(lane), dy);
-    const float alpha = alpha_of(splat, power);
-    const float next = strip.transmittance[lane] * (1.0f - alpha);
-    const std::int32_t counts =
-        strip.live[lane] & std::int32_t(power <= 0.0f) & std::int32_t(alpha >= kAlphaMin);
-    const std::int32_t stop = counts & std::int32_t(next < kTransmittanceMin);
-    const std::int32_t use = counts & ~stop;
-    const float weight = use != 0 ? alpha * strip.transmittance[lane] : 0.0f;
-    strip.r[lane] += weight * splat.color.x;
-    strip.g[lane] += weight * splat.color.y;
-    strip.b[lane] += weight * splat.color.z;
-    strip.transmittance[lane] = use != 0 ? next : strip.transmittance[lane];
-    strip.live[lane] &= ~stop;
-    strip.evaluated[lane] = stop != 0 ? entry : strip.evaluated[lane];
-    stops |= stop;
-  }
-  return stops != 0;
-}
+/// The pixels of a tile while they are composited. Coordinates start at its corner.
+template <class Sums>
+struct Tile {
+  int x0, y0, width, height, live;  ///< live: pixels that have not stopped
+  std::uint32_t used;               ///< list entries that a pixel blends
+  Strip<Sums> strips[kMostPx][kMostPx / kLanes];
 
-/// Indices of the cells that mean +- half touches: `count` cells of `size` pixels start at
-/// `origin`.
-Span reached(float mean, float half, float origin, int size, int count) {
-  const float scale = 1.0f / static_cast<float>(size);
-  return {clamp_to_int((mean - half - origin) * scale, count),
-          clamp_to_int((mean + half - origin) * scale + 1.0f, count)};
-}
-
-/// A block of pixels while it is composited: a tile, or a part of a tile larger than kTileSize.
-struct BlendBlock {
-  Strip strips[kTileSize][kStrips];
-  int live_strips = 0;
-
-  BlendBlock(int width, int height, std::uint32_t length) {
-    for (int y = 0; y < kTileSize; ++y) {
-      for (int x = 0; x < kTileSize; ++x) {
-        Strip& strip = strips[y][x / kLanes];
-        const int lane = x % kLanes;
-        const bool inside = x < width && y < height;
-        strip.transmittance[lane] = 1;
-        strip.r[lane] = strip.g[lane] = strip.b[lane] = 0;
-        strip.live[lane] = inside;
-        strip.evaluated[lane] = static_cast<std::int32_t>(length);
-        if (lane == 0) {
-          strip.any_live = inside;
-          live_strips += inside;
-        }
+  void begin(const FrameContext& frame, std::size_t tile) {
+    const int tile_px = frame.grid.tile_px;
+    x0 = static_cast<int>(tile) % frame.grid.columns * tile_px;
+    y0 = static_cast<int>(tile) / frame.grid.columns * tile_px;
+    width = std::min(tile_px, frame.camera.width - x0);
+    height = std::min(tile_px, frame.camera.height - y0);
+    live = width * height;
+    used = 0;
+    for (int y = 0; y < height; ++y) {
+      for (int s = 0; s < tile_px / kLanes; ++s) {
+        Strip<Sums>& strip = strips[y][s];
+        strip.sums = {};
+        strip.live_count = std::clamp(width - s * kLanes, 0, kLanes);
+        std::fill_n(strip.transmittance, kLanes, 1.0f);
+        for (int lane = 0; lane < kLanes; ++lane) strip.live[lane] = lane < strip.live_count;
       }
     }
   }
 
-  /// Composites one Gaussian. (x0, y0) is the block's first pixel.
-  void blend(const BoundedSplat& bounded, float x0, float y0, std::int32_t entry) {
-    const Splat& splat = bounded.splat;
+  void composite(const ListEntry& entry) {
+    const BoundedSplat& bounded = entry.bounded;
     const glm::vec2 half = bounded.bound.half;
-    if (!(half.y > 0.0f)) return;
-    const Span rows = reached(splat.mean_px.y, half.y, y0, 1, kTileSize);
-    const Span columns = reached(splat.mean_px.x, half.x, x0, kLanes, kStrips);
+    const glm::vec2 mean = bounded.splat.mean_px - glm::vec2(x0, y0);
+    const Span columns{clamp_to_int(mean.x - half.x, width),
+                       clamp_to_int(mean.x + half.x + 1, width)};
+    const Span rows{clamp_to_int(mean.y - half.y, height),
+                    clamp_to_int(mean.y + half.y + 1, height)};
+    if (columns.begin >= columns.end || !(half.y > 0.0f)) return;
+    std::int32_t any = 0;
     for (int y = rows.begin; y < rows.end; ++y) {
-      const float dy = y0 + static_cast<float>(y) - splat.mean_px.y;
-      for (int x = columns.begin; x < columns.end; ++x) {
-        Strip& strip = strips[y][x];
-        const float dx = x0 + static_cast<float>(x * kLanes) - splat.mean_px.x;
-        if (!strip.any_live || !touches(bounded, dx, dy, kLanes)) continue;
-        if (blend_strip(splat, dx, dy, entry, strip)) {
-          std::int32_t any = 0;
-          for (const std::int32_t live : strip.live) any |= live;
-          strip.any_live = any != 0;
-          live_strips -= !strip.any_live;
-        }
+      const float dy = static_cast<float>(y0 + y) - bounded.splat.mean_px.y;
+      for (int s = columns.begin / kLanes; s <= (columns.end - 1) / kLanes; ++s) {
+        Strip<Sums>& strip = strips[y][s];
+        const float dx = static_cast<float>(x0 + s * kLanes) - bounded.splat.mean_px.x;
+        if (strip.live_count == 0 || !touches(bounded, dx, dy, kLanes)) continue;
+        const int before = strip.live_count;
+        any |= strip.composite(entry, dx, dy);
+        live -= before - strip.live_count;
       }
+    }
+    used += static_cast<std::uint32_t>(any);
+  }
+
+  /// Calls visit(x, y, strip, lane) for the pixels inside the image, with coordinates in the image.
+  template <class Visit>
+  void for_each_pixel(const Visit& visit) const {
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) visit(x0 + x, y0 + y, strips[y][x / kLanes], x % kLanes);
     }
   }
 };
 
-TileGrid blocks_of(const FrameContext& frame) {
-  return TileGrid::of_image(frame.camera.width, frame.camera.height,
-                            std::min(frame.grid.tile_px, kTileSize));
-}
-
-void blend_block(const FrameContext& frame, const Visible& visible, const TileLists& lists,
-                 std::size_t block, const Outputs& outputs, Frame& result) {
-  const TileGrid blocks = blocks_of(frame);
-  const int x0 = static_cast<int>(block) % blocks.columns * blocks.tile_px;
-  const int y0 = static_cast<int>(block) / blocks.columns * blocks.tile_px;
-  const int width = std::min(blocks.tile_px, frame.camera.width - x0);
-  const int height = std::min(blocks.tile_px, frame.camera.height - y0);
-  const auto index = static_cast<std::size_t>(frame.grid.tile_of(x0, y0));
+/// Composites tile `index` until all its pixels have stopped.
+template <class Sums>
+void composite_list(const FrameContext& frame, const Visible& visible, const TileLists& lists,
+                    std::size_t index, Tile<Sums>& tile) {
+  tile.begin(frame, index);
+  const std::uint32_t* const list = lists.slots.data() + lists.begin[index];
   const std::uint32_t length = lists.pairs(index);
-  const std::uint32_t* list = lists.slots.data() + lists.begin[index];
-
-  // Composite the list front to back.
-  BlendBlock pixels(width, height, length);
-  for (std::uint32_t entry = 0; entry < length && pixels.live_strips > 0; ++entry) {
-    if (entry + kPrefetch < length) __builtin_prefetch(&visible.splats[list[entry + kPrefetch]]);
-    pixels.blend(visible.splats[list[entry]], static_cast<float>(x0), static_cast<float>(y0),
-                 static_cast<std::int32_t>(entry + 1));
-  }
-
-  // Add the background and store the pixels.
-  const glm::vec3 background = frame.settings.background;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const Strip& strip = pixels.strips[y][x / kLanes];
-      const int lane = x % kLanes;
-      if (outputs.color) {
-        float* pixel = result.color.row(y0 + y) + (x0 + x) * 3;
-        pixel[0] = strip.r[lane] + strip.transmittance[lane] * background.x;
-        pixel[1] = strip.g[lane] + strip.transmittance[lane] * background.y;
-        pixel[2] = strip.b[lane] + strip.transmittance[lane] * background.z;
-      }
-      if (outputs.evaluated) {
-        const auto at =
-            static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(frame.camera.width) +
-            static_cast<std::size_t>(x0 + x);
-        result.evaluated[at] = static_cast<std::uint32_t>(strip.evaluated[lane]);
-      }
-    }
+  for (std::uint32_t k = 0; k < length && tile.live > 0; ++k) {
+    if (k + kPrefetch < length) __builtin_prefetch(&visible.splats[list[k + kPrefetch]]);
+    tile.composite(
+        {visible.splats[list[k]], visible.depths[list[k]], static_cast<std::int32_t>(k + 1)});
   }
 }
+
+/// The body of a parallel loop over tiles: composites each and calls store(index, tile).
+template <class Sums, class Store>
+auto composites_tiles(const FrameContext& frame, const Visible& visible, const TileLists& lists,
+                      const Store& store) {
+  return [&, store](std::size_t begin, std::size_t end, int) {
+    const auto tile = std::make_unique<Tile<Sums>>();
+    for (std::size_t index = begin; index < end; ++index) {
+      composite_list(frame, visible, lists, index, *tile);
+      store(index, *tile);
+    }
+  };
+}
+
+constexpr std::size_t kGrain = 4;  // tiles
 
 }  // namespace
 
 void blend(const FrameContext& frame, const Visible& visible, const TileLists& lists,
            const Outputs& outputs, Frame& result) {
-  frame.for_frame(static_cast<std::size_t>(blocks_of(frame).count()), 4,
-                  [&](std::size_t begin, std::size_t end, int) {
-                    for (std::size_t block = begin; block < end; ++block)
-                      blend_block(frame, visible, lists, block, outputs, result);
-                  });
+  const glm::vec3 background = frame.settings.background;
+  const auto store = [&](std::size_t index, const Tile<ColorSums>& tile) {
+    const std::uint32_t length = lists.pairs(index);
+    tile.for_each_pixel([&](int x, int y, const Strip<ColorSums>& strip, int lane) {
+      const ColorSums& sums = strip.sums;
+      if (outputs.color) {
+        float* pixel = result.color.row(y) + x * 3;
+        pixel[0] = sums.r[lane] + strip.transmittance[lane] * background.x;
+        pixel[1] = sums.g[lane] + strip.transmittance[lane] * background.y;
+        pixel[2] = sums.b[lane] + strip.transmittance[lane] * background.z;
+      }
+      if (outputs.evaluated) {
+        const auto stopped_at = static_cast<std::uint32_t>(sums.stopped_at[lane]);
+        result.evaluated[frame.pixel(x, y)] = stopped_at > 0 ? stopped_at : length;
+      }
+    });
+  };
+  frame.for_frame(static_cast<std::size_t>(frame.grid.count()), kGrain,
+                  composites_tiles<ColorSums>(frame, visible, lists, store));
+}
+
+void draw_depth(const FrameContext& frame, const Visible& visible, const TileLists& lists,
+                Frame& result) {
+  const auto store = [&](std::size_t, const Tile<DepthSums>& tile) {
+    tile.for_each_pixel([&](int x, int y, const Strip<DepthSums>& strip, int lane) {
+      const DepthSums& sums = strip.sums;
+      const PixelDepth<float> pixel{strip.transmittance[lane], sums.weights[lane],
+                                    sums.weighted_depths[lane], sums.median[lane]};
+      const std::size_t at = frame.pixel(x, y);
+      result.depth.alpha[at] = pixel.alpha();
+      result.depth.expected[at] = pixel.expected();
+      result.depth.median[at] = pixel.median;
+    });
+  };
+  frame.for_chunks(static_cast<std::size_t>(frame.grid.count()), kGrain,
+                   composites_tiles<DepthSums>(frame, visible, lists, store));
+}
+
+void count_used(const FrameContext& frame, const Visible& visible, const TileLists& lists,
+                Frame& result) {
+  const auto tiles = static_cast<std::size_t>(frame.grid.count());
+  result.used.resize(tiles);
+  const auto store = [&](std::size_t index, const Tile<NoSums>& tile) {
+    result.used[index] = tile.used;
+  };
+  frame.for_chunks(tiles, kGrain, composites_tiles<NoSums>(frame, visible, lists, store));
 }
 
 }  // namespace qs::cpu

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/classic/classic.h"
 
-#include "raster/cpu/classic/depth.h"
 #include "raster/cpu/classic/mode_pairs.h"
-#include "raster/cpu/classic/used.h"
 #include "raster/cpu/common/collect.h"
 #include "raster/cpu/common/stage_clock.h"
 

@@ -228,6 +228,25 @@ struct ColorScratch {
   }
 };
 
+/// The derivatives of a Gaussian, all 0 unless a tile lists it.
+struct ListedGradient {
+  SplatGradient<float> splat;
+  float depth = 0;
+  glm::vec2 absolute{0.0f};
+
+  /// Writes the Gaussian's rows of the boundary, but for its colour.
+  __device__ void write(std::uint32_t i, int channel_count,
+                        const BoundaryGradients<float>& out) const {
+    out.by.mean_px.set(i, splat.mean_px);
+    out.by.conic.set(i, splat.conic);
+    out.by.depth.set(i, depth);
+    out.by.opacity.set(i, splat.opacity);
+    out.by.color.fill(i, 3, 0);
+    out.channels.fill(i, channel_count, 0);
+    out.absolute_px.set(i, absolute);
+  }
+};
+
 /// Writes the rows of the boundary. One thread per Gaussian; `colors` is where the derivatives by
 /// the colours go.
 __global__ void __launch_bounds__(kThreads)
@@ -235,24 +254,18 @@ __global__ void __launch_bounds__(kThreads)
                          BoundaryGradients<float> out, qs::diff::Rows<float> colors) {
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   if (i >= count) return;
-  SplatGradient<float> gradient;
-  float depth = 0;
-  const bool listed = gaussians.tile_counts[i] > 0;
-  if (listed) {
-    gradient = splat_gradient<float>(gaussians.splats[i].splat, sums.sums[i]);
-    if (sums.depth_sums != nullptr) depth = depth_gradient(sums.depth_sums[i], gaussians.depths[i]);
+  ListedGradient gradient;
+  if (gaussians.tile_counts[i] > 0) {
+    gradient.splat = splat_gradient<float>(gaussians.splats[i].splat, sums.sums[i]);
+    if (sums.depth_sums != nullptr)
+      gradient.depth = depth_gradient(sums.depth_sums[i], gaussians.depths[i]);
+    if (out.absolute_px) gradient.absolute = sums.absolute_sums[i];
   }
-  out.by.mean_px.set(i, gradient.mean_px);
-  out.by.conic.set(i, gradient.conic);
-  out.by.depth.set(i, depth);
-  out.by.opacity.set(i, gradient.opacity);
-  out.by.color.fill(i, 3, 0);
-  out.channels.fill(i, 3, 0);
-  colors.set(i, gradient.color);
-  if (out.absolute_px) out.absolute_px.set(i, listed ? sums.absolute_sums[i] : glm::vec2(0.0f));
+  gradient.write(i, 3, out);
+  colors.set(i, gradient.splat.color);
 }
 
-/// The same for every number of channels; `channel_size` is the number of sums of channels per
+/// Does the same for every number of channels; `channel_size` is the number of sums of channels per
 /// Gaussian.
 __global__ void __launch_bounds__(kThreads)
     write_boundary(std::uint32_t count, GpuGaussianBlock gaussians, SumScratch sums,
@@ -260,25 +273,17 @@ __global__ void __launch_bounds__(kThreads)
                    unsigned channel_size) {
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   if (i >= count) return;
-  SplatGradient<float> gradient;
-  float depth = 0;
-  glm::vec2 absolute(0.0f);
+  ListedGradient gradient;
   const bool listed = gaussians.tile_counts[i] > 0;
   if (listed) {
     const float* const s = sums.shape_sums + std::size_t{i} * kShape;
     const PixelSums<float> of_pixels{s[0], s[1], s[2], s[3], s[4], s[5], glm::vec3(0.0f)};
-    gradient = splat_gradient<float>(gaussians.splats[i].splat, of_pixels);
-    depth = s[6];
-    absolute = {sums.absolute_sums[std::size_t{i} * kAbsolute],
-                sums.absolute_sums[std::size_t{i} * kAbsolute + 1]};
+    gradient.splat = splat_gradient<float>(gaussians.splats[i].splat, of_pixels);
+    gradient.depth = s[6];
+    gradient.absolute = {sums.absolute_sums[std::size_t{i} * kAbsolute],
+                         sums.absolute_sums[std::size_t{i} * kAbsolute + 1]};
   }
-  out.by.mean_px.set(i, gradient.mean_px);
-  out.by.conic.set(i, gradient.conic);
-  out.by.depth.set(i, depth);
-  out.by.opacity.set(i, gradient.opacity);
-  out.by.color.fill(i, 3, 0);
-  out.channels.fill(i, channel_count, 0);
-  out.absolute_px.set(i, absolute);
+  gradient.write(i, channel_count, out);
   for (int c = 0; c < channel_count && colors && listed; ++c)
     colors.at(i, c) = sums.channel_sums[std::size_t{i} * channel_size + static_cast<unsigned>(c)];
 }

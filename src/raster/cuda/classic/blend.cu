@@ -8,7 +8,7 @@ namespace {
 
 static_assert(kThreads == kTileSize * kTileSize);
 
-using Input = BlendInput<uint2, LogSplat>;
+using Input = BlendInput<LogSplat>;
 
 /// The state of one pixel during compositing. fmaf is explicit because compilers may not contract
 /// (kernel/hd.h); it affects only the last bits of a colour.
@@ -45,8 +45,7 @@ __global__ void __launch_bounds__(kThreads)
   const int x = static_cast<int>(tile % in.columns * kTileSize + thread % kTileSize);
   const int y = static_cast<int>(tile / in.columns * kTileSize + thread / kTileSize);
   const bool inside = x < in.width && y < in.height;
-  const uint2 range = in.ranges[tile];
-  const std::uint32_t begin = range.x, end = range.y;
+  const auto [begin, end] = in.ranges[tile];
   if (thread == 0) atomicMax(&counters->max_pairs_in_a_tile, end - begin);
   if (!kMarksUsed && out.color == nullptr && out.evaluated == nullptr) return;
 

@@ -37,15 +37,14 @@ void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
   constexpr std::uint64_t kSortedEach = sizeof(std::uint64_t) + sizeof(std::uint32_t);
   result.stats.sort_bytes = pairs_.count * kSortedEach;
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
-  collect_lists(frame, outputs, pixels,
-                FrameLists{[&] { return list_ranges(frame); }, pairs_.buffers.values,
-                           [&](Trace& trace) { append_gaussians(frame, trace); }},
-                result);
+  collect_lists(
+      frame, outputs, pixels, lists_.ranges.data(), pairs_.buffers.values,
+      [&](Trace& trace) { append_gaussians(frame, trace); }, result);
 }
 
 void ClassicPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) const {
-  const auto in = BlendInput<uint2, LogSplat>::of(frame, pairs_.buffers.values,
-                                                  lists_.ranges.data(), visible_.splats);
+  const auto in =
+      BlendInput<LogSplat>::of(frame, pairs_.buffers.values, lists_.ranges.data(), visible_.splats);
   cuda::draw_depth(frame, in, visible_.depths.data(), pixels);
 }
 
@@ -63,15 +62,6 @@ void ClassicPipeline::append_gaussians(const FrameContext& frame, Trace& trace) 
   for (std::size_t i = 0; i < size; ++i) {
     if (tiles[i] > 0) append_visible(trace, i, footprints.load(i), depths[i], splats[i].splat());
   }
-}
-
-std::vector<ListRange> ClassicPipeline::list_ranges(const FrameContext& frame) const {
-  const auto tiles = static_cast<std::size_t>(frame.grid.count());
-  std::vector<ListRange> ranges;
-  for (const uint2 range : copied(lists_.ranges.data(), tiles, frame.stream)) {
-    ranges.push_back({range.x, range.y});
-  }
-  return ranges;
 }
 
 }  // namespace qs::cuda::classic

@@ -23,7 +23,6 @@ class ClassicPipeline {
 
  private:
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
-  std::vector<ListRange> list_ranges(const FrameContext& frame) const;
 
   PinnedValue<ClassicCounters> counters_;
   ClassicVisible visible_;

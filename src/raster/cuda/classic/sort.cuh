@@ -5,9 +5,13 @@
 #pragma once
 
 #include "raster/cuda/classic/bin.cuh"
-#include "raster/cuda/common/tile_lists.cuh"
+#include "raster/cuda/common/pixels.cuh"
 
 namespace qs::cuda::classic {
+
+struct TileLists {
+  DeviceBuffer<ListRange> ranges;  ///< per tile: its list in the pairs
+};
 
 void sort(const FrameContext& frame, ClassicPairs& pairs, TileLists& lists);
 

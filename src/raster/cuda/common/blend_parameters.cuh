@@ -9,9 +9,9 @@
 namespace qs::cuda {
 
 /// `Range` locates a tile's list; `Entry` is the record that a pipeline blends per Gaussian.
-template <class Range, class Entry>
+template <class Entry>
 struct BlendInput {
-  const Range* ranges;             ///< per tile: its list in `gaussians`
+  const ListRange* ranges;         ///< per tile: its list in `gaussians`
   const std::uint32_t* gaussians;  ///< the lists of all tiles, front to back: indices into `splats`
   const Entry* splats;
   int columns, rows;  ///< columns and rows of the tile grid
@@ -19,7 +19,7 @@ struct BlendInput {
   glm::vec3 background;
 
   static BlendInput of(const FrameContext& frame, const DeviceBuffer<std::uint32_t>& gaussians,
-                       const Range* ranges, const DeviceBuffer<Entry>& splats) {
+                       const ListRange* ranges, const DeviceBuffer<Entry>& splats) {
     return {ranges,          gaussians.data(),   splats.data(),       frame.grid.columns,
             frame.grid.rows, frame.camera.width, frame.camera.height, frame.settings.background};
   }

@@ -19,28 +19,21 @@ inline void append_visible(Trace& trace, std::size_t gaussian, const Footprint& 
   trace.splats.push_back(splat);
 }
 
-/// The lists of a pipeline.
-template <class Ranges, class AppendGaussians>
-struct FrameLists {
-  Ranges ranges;  ///< () returns the range of each tile's list in `gaussians`
-  const DeviceBuffer<std::uint32_t>& gaussians;
-  AppendGaussians append_gaussians;  ///< (trace) calls append_visible() in the order of the cloud
-};
-template <class Ranges, class AppendGaussians>
-FrameLists(Ranges, const DeviceBuffer<std::uint32_t>&, AppendGaussians)
-    -> FrameLists<Ranges, AppendGaussians>;
-
-/// Fills Frame::pairs, used and trace as requested, and waits for them.
-template <class Ranges, class AppendGaussians>
+/// Fills Frame::pairs, used and trace as requested, and waits for them. `tile_ranges` has the range
+/// of each tile's list in `gaussians`. append_gaussians(trace) calls append_visible() in the order
+/// of the cloud.
+template <class AppendGaussians>
 void collect_lists(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
-                   const FrameLists<Ranges, AppendGaussians>& lists, Frame& result) {
+                   const ListRange* tile_ranges, const DeviceBuffer<std::uint32_t>& gaussians,
+                   const AppendGaussians& append_gaussians, Frame& result) {
   if (!outputs.pairs && !outputs.used && !outputs.trace) return;
-  const std::vector<ListRange> ranges = lists.ranges();
+  const std::vector<ListRange> ranges =
+      copied(tile_ranges, static_cast<std::size_t>(frame.grid.count()), frame.stream);
   if (outputs.used) result.used = pixels.used_per_tile(ranges, frame.stream);
   if (outputs.trace) {
     Trace& trace = result.trace;
-    lists.append_gaussians(trace);
-    const auto all = copied(lists.gaussians.data(), end_of(ranges), frame.stream);
+    append_gaussians(trace);
+    const auto all = copied(gaussians.data(), end_of(ranges), frame.stream);
     trace.tile_begin.push_back(0);
     for (const ListRange& range : ranges) {
       trace.listed.insert(trace.listed.end(), all.begin() + range.begin, all.begin() + range.end);

@@ -25,20 +25,17 @@ struct DepthEntry {
   }
 };
 
-__device__ inline ListRange list_range(ListRange range) { return range; }
-__device__ inline ListRange list_range(uint2 range) { return {range.x, range.y}; }
-
 /// `depths` are indexed as the splats.
-template <class Range, class Entry>
+template <class Entry>
 __global__ void __launch_bounds__(kThreads)
-    draw_depth_tiles(BlendInput<Range, Entry> in, const float* depths, DepthOutput out) {
+    draw_depth_tiles(BlendInput<Entry> in, const float* depths, DepthOutput out) {
   static_assert(kThreads == kTileSize * kTileSize);
   __shared__ DepthEntry batch[kThreads];
   const unsigned tile = blockIdx.x, thread = threadIdx.x;
   const int x = static_cast<int>(tile % in.columns * kTileSize + thread % kTileSize);
   const int y = static_cast<int>(tile / in.columns * kTileSize + thread / kTileSize);
   const bool inside = x < in.width && y < in.height;
-  const ListRange range = list_range(in.ranges[tile]);
+  const ListRange range = in.ranges[tile];
 
   PixelDepth<float> pixel;
   bool live = inside;
@@ -75,13 +72,13 @@ __global__ void __launch_bounds__(kThreads)
 }
 
 /// Fills Pixels::depth, which has its size. `in` has the lists and splats of the frame.
-template <class Range, class Entry>
-void draw_depth(const FrameContext& frame, const BlendInput<Range, Entry>& in, const float* depths,
+template <class Entry>
+void draw_depth(const FrameContext& frame, const BlendInput<Entry>& in, const float* depths,
                 Pixels& pixels) {
   const std::size_t count = Pixels::count_of(frame.camera);
   float* const maps = pixels.depth.data();
-  launch("depth", draw_depth_tiles<Range, Entry>, static_cast<unsigned>(frame.grid.count()),
-         frame.stream, in, depths, DepthOutput{maps, maps + count, maps + 2 * count});
+  launch("depth", draw_depth_tiles<Entry>, static_cast<unsigned>(frame.grid.count()), frame.stream,
+         in, depths, DepthOutput{maps, maps + count, maps + 2 * count});
 }
 
 }  // namespace qs::cuda

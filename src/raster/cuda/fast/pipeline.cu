@@ -214,10 +214,9 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, co
   result.stats.tile_pairs = counters_->tile_pairs;
   result.stats.sort_bytes = std::uint64_t{counters_->entries} * sizeof(SortEntry);
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
-  collect_lists(frame, outputs, pixels,
-                FrameLists{[&] { return list_ranges(frame); }, pairs_.gaussians,
-                           [&](Trace& trace) { append_gaussians(frame, trace); }},
-                result);
+  collect_lists(
+      frame, outputs, pixels, scratch_.ranges, pairs_.gaussians,
+      [&](Trace& trace) { append_gaussians(frame, trace); }, result);
   if (!outputs.trace) return;
   const auto file_indices =
       copied(frame.cloud.file_indices.data(), frame.cloud.count, frame.stream);
@@ -230,14 +229,9 @@ void FastPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) {
   launch("depth", store_depths, Blocks(std::max(blocks_for(count), 1u), kBlockGaussians),
          frame.stream, scratch_.counters, visible_.view(), count, nearest_bits(frame.camera),
          depths_.data());
-  const auto in = BlendInput<ListRange, BoundedSplat>::of(
-      frame, pairs_.gaussians, std::as_const(scratch_.ranges), visible_.splats);
+  const auto in =
+      ListInput::of(frame, pairs_.gaussians, std::as_const(scratch_.ranges), visible_.splats);
   cuda::draw_depth(frame, in, depths_.data(), pixels);
-}
-
-std::vector<ListRange> FastPipeline::list_ranges(const FrameContext& frame) const {
-  const auto tiles = static_cast<std::size_t>(frame.grid.count());
-  return copied(scratch_.ranges, tiles, frame.stream);
 }
 
 void FastPipeline::append_gaussians(const FrameContext& frame, Trace& trace) const {

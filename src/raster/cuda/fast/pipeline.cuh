@@ -59,7 +59,6 @@ class FastPipeline {
   void reserve(const FrameSize& size);
   void run(const FrameContext& frame, const FrameSize& size, const Outputs& outputs, Pixels& pixels,
            StageClock& clock, cudaStream_t side_stream);
-  std::vector<ListRange> list_ranges(const FrameContext& frame) const;
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
 
   Stream side_stream_;  // low priority: its kernels yield to the main stream

@@ -124,73 +124,29 @@ struct Scratch {
   /// Points the members into the reserved memory. Returns the memory that must be cleared first.
   ToClear begin_frame(const FrameSize& size) {
     const Layout layout = lay_out(size, memory_.data());
-    schedule = schedule_.data();
-    segments = {segments_.data(),
-                first_segments_.data(),
-                marks_.data(),
-                results_.data(),
-                {wave_sizes_, waves_.data()},
-                size.segment_capacity,
-                SegmentsView::longest_uncut_of(size.grid),
-                counters};
-    large = large_.data();
-    macro_tiles.entries = entries_.data();
-    macro_tiles.masks = masks_.data();
-    macro_tiles.order = order_.data();
+    segments.capacity = size.segment_capacity;
+    segments.longest_uncut = SegmentsView::longest_uncut_of(size.grid);
+    segments.counters = counters;
+    segments.waves.sizes = wave_sizes_;
     macro_tiles.columns = MacroTiles::columns_of(size.grid);
     macro_tiles.rows = MacroTiles::rows_of(size.grid);
-    Slicing& slicing = macro_tiles.slicing;
-    slicing.size = size.macro;
-    slicing.spilled = spilled_.data();
-    slicing.spilled_tiles = spilled_tiles_.data();
-    slicing.samples = samples_.data();
-    slicing.sort_memory = sort_memory_.data();
-    slicing.slices = slices_.data();
-    slicing.macro_tile_of = macro_tile_of_.data();
-    slicing.least_keys = least_keys_.data();
-    slicing.counts = slice_counts_.data();
-    slicing.list_begins = list_begins_.data();
-    slicing.entries = slice_entries_.data();
-    slicing.masks = slice_masks_.data();
+    macro_tiles.slicing.size = size.macro;
+    for_each_array(
+        size, [](const char*, auto& buffer, auto*& array, std::size_t) { array = buffer.data(); });
     return {memory_.data(), layout.cleared};
   }
 
   /// Throws Error(device) if memory is short.
   void reserve(const FrameSize& size) {
-    constexpr const char *kCounters = "the frame's counters", *kSegments = "the frame's segments";
-    constexpr const char *kMacroTiles = "the frame's macro-tiles", *kSlices = "the frame's slices";
-    const std::size_t macro_count = size.macro_tiles();
     memory_.reserve(kCounters, lay_out(size, nullptr).used);
-    schedule_.reserve(kCounters, kWarp * static_cast<std::size_t>(size.grid.count()));
-    segments_.reserve(kSegments, size.segment_capacity);
-    first_segments_.reserve(kSegments, size.segment_capacity);
-    marks_.reserve(kSegments, size.pair_capacity / SegmentsView::kPairsPerMark + 1);
-    results_.reserve(kSegments, size.segment_capacity);
-    waves_.reserve(kSegments, size.segment_capacity);
-    large_.reserve("the frame's Gaussians", size.gaussians);
-    const MacroSize& macro = size.macro;
-    entries_.reserve(kMacroTiles, macro_count * macro.capacity);
-    masks_.reserve(kMacroTiles, macro_count * macro.capacity);
-    order_.reserve(kMacroTiles, macro_count);
-    if (!macro.has_slices()) return;
-    const std::size_t slice_entries = std::size_t{macro.slices} * macro.slice_capacity;
-    slices_.reserve(kMacroTiles, macro_count);
-    samples_.reserve(kMacroTiles, macro_count * macro.sample_capacity);
-    if (macro.sorts_in_global_memory) {
-      sort_memory_.reserve(kSlices,
-                           Slicing::kGlobalSorts * Slicing::sort_bytes(macro.sample_capacity));
-    }
-    spilled_.reserve(kSlices, std::size_t{Slicing::kParts} * macro.spilled);
-    spilled_tiles_.reserve(kSlices, std::size_t{Slicing::kParts} * macro.spilled);
-    macro_tile_of_.reserve(kSlices, macro.slices);
-    least_keys_.reserve(kSlices, macro.slices);
-    slice_counts_.reserve(kSlices, macro.slices);
-    list_begins_.reserve(kSlices, std::size_t{macro.slices} * MacroTiles::kTiles);
-    slice_entries_.reserve(kSlices, slice_entries);
-    slice_masks_.reserve(kSlices, slice_entries);
+    for_each_array(size, [](const char* what, auto& buffer, auto*&, std::size_t count) {
+      buffer.reserve(what, count);
+    });
   }
 
  private:
+  static constexpr const char* kCounters = "the frame's counters";
+
   struct Layout {
     std::size_t cleared, used;  // 64-bit words
   };
@@ -211,6 +167,45 @@ struct Scratch {
     const std::size_t cleared = used;
     place(ranges, static_cast<std::size_t>(size.grid.count()));
     return {cleared, used};
+  }
+
+  /// Calls visit(what, buffer, array, count) for the buffers outside of `memory_`. `array` is the
+  /// member through which kernels see the buffer, and `count` its elements in a frame of `size`.
+  template <class Visit>
+  void for_each_array(const FrameSize& size, const Visit& visit) {
+    constexpr const char *kSegments = "the frame's segments", *kSlices = "the frame's slices";
+    constexpr const char* kMacroTiles = "the frame's macro-tiles";
+    const std::size_t macro_count = size.macro_tiles();
+    const MacroSize& macro = size.macro;
+    visit(kCounters, schedule_, schedule, kWarp * static_cast<std::size_t>(size.grid.count()));
+    visit(kSegments, segments_, segments.segments, size.segment_capacity);
+    visit(kSegments, first_segments_, segments.first_segments, size.segment_capacity);
+    visit(kSegments, marks_, segments.marks, size.pair_capacity / SegmentsView::kPairsPerMark + 1);
+    visit(kSegments, results_, segments.results, size.segment_capacity);
+    visit(kSegments, waves_, segments.waves.order, size.segment_capacity);
+    visit("the frame's Gaussians", large_, large, size.gaussians);
+    visit(kMacroTiles, entries_, macro_tiles.entries, macro_count * macro.capacity);
+    visit(kMacroTiles, masks_, macro_tiles.masks, macro_count * macro.capacity);
+    visit(kMacroTiles, order_, macro_tiles.order, macro_count);
+    if (!macro.has_slices()) return;
+    Slicing& slicing = macro_tiles.slicing;
+    const std::size_t slice_entries = std::size_t{macro.slices} * macro.slice_capacity;
+    const std::size_t spilled = std::size_t{Slicing::kParts} * macro.spilled;
+    visit(kMacroTiles, slices_, slicing.slices, macro_count);
+    visit(kMacroTiles, samples_, slicing.samples, macro_count * macro.sample_capacity);
+    if (macro.sorts_in_global_memory) {
+      visit(kSlices, sort_memory_, slicing.sort_memory,
+            Slicing::kGlobalSorts * Slicing::sort_bytes(macro.sample_capacity));
+    }
+    visit(kSlices, spilled_, slicing.spilled, spilled);
+    visit(kSlices, spilled_tiles_, slicing.spilled_tiles, spilled);
+    visit(kSlices, macro_tile_of_, slicing.macro_tile_of, macro.slices);
+    visit(kSlices, least_keys_, slicing.least_keys, macro.slices);
+    visit(kSlices, slice_counts_, slicing.counts, macro.slices);
+    visit(kSlices, list_begins_, slicing.list_begins,
+          std::size_t{macro.slices} * MacroTiles::kTiles);
+    visit(kSlices, slice_entries_, slicing.entries, slice_entries);
+    visit(kSlices, slice_masks_, slicing.masks, slice_entries);
   }
 
   std::uint32_t* wave_sizes_ = nullptr;  // set to zero, see WavesView

@@ -12,7 +12,7 @@
 
 namespace qs::cuda::fast {
 
-using ListInput = BlendInput<ListRange, BoundedSplat>;
+using ListInput = BlendInput<BoundedSplat>;
 
 /// The pixels of a warp: the upper or lower half of a tile, and this lane's column of it.
 struct HalfTile {

@@ -36,7 +36,7 @@ struct BlendInput {
   /// Throws Error(usage), in a sentence that starts with `who`. `has_depth`: the frame has depths;
   /// `wants_depth`: a picture needs them.
   void check(const char* who, bool has_depth, bool wants_depth) const;
-  /// The same if the frame has another size or number of channels.
+  /// Throws such an Error if the frame has another size or number of channels.
   void check_frame(const char* who, const PictureSize& of_frame, int channels_of_frame) const;
 };
 

@@ -170,7 +170,7 @@ struct GivenGradient {
     out.opacities.fill(i, 1, 0);
     clear_coefficients(sh, 0);
   }
-  /// From coefficient `first` on.
+  /// Sets the coefficients from `first` on to 0.
   QS_HD void clear_coefficients(const auto& sh, int first) const {
     const int end = out.sh ? sh_coefficient_count(in.sh_degree) : 0;
     for (int k = first; k < end; ++k) sh.set(k, Vec3(0));

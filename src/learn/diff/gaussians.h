@@ -39,7 +39,7 @@ struct GaussianInputs {
   /// Throws Error(usage), in a sentence that starts with `who`, if arrays are missing or given
   /// twice.
   void check(const char* who) const;
-  /// The same if a frame has another number of Gaussians.
+  /// Throws such an Error if a frame has another number of Gaussians.
   void check_frame(const char* who, std::size_t of_frame) const;
 };
 
@@ -100,7 +100,7 @@ struct Pictures {
   Pixels<Real> color;          ///< over the background, not clamped
   Pixels<Real> alpha;          ///< 1 - transmittance
   Pixels<Real> depth;          ///< sum of z by weight: alpha times the transmittance in front of it
-  Pixels<Real> inverse_depth;  ///< the same sum of 1 / z
+  Pixels<Real> inverse_depth;  ///< sum of 1 / z by weight
 
   template <class U>
   requires(std::is_same_v<U, const Real> && !std::is_const_v<Real>) QS_HD operator Pictures<U>()

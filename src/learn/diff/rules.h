@@ -60,7 +60,7 @@ struct Rules {
 /// A view that the stages draw.
 struct DrawnView {
   Camera camera;  ///< the rules replace its near plane
-  /// Of the camera in the world, from which colours are seen. Unset: camera.position().
+  /// Position of the camera in the world, from which colours are seen. Unset: camera.position().
   std::optional<glm::dvec3> position;
   Rules rules;
   CullMode mode = default_mode();

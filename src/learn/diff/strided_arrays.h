@@ -39,7 +39,7 @@ struct Rows {
   QS_HD auto vec3(std::size_t i) const {
     return glm::vec<3, std::remove_const_t<T>>(at(i), at(i, 1), at(i, 2));
   }
-  /// From w, x, y, z.
+  /// The quaternion of the numbers w, x, y, z.
   QS_HD auto quaternion(std::size_t i) const {
     return glm::qua<std::remove_const_t<T>>(at(i), at(i, 1), at(i, 2), at(i, 3));
   }

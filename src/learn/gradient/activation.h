@@ -29,7 +29,8 @@ struct ShapeGradient {
   glm::qua<Real> rotation{0, 0, 0, 0};  ///< derivative by the quaternion before it is normalised
 };
 
-/// From unit_rotation(rotation), which is `q`, to its argument: only the part across q remains.
+/// Passes derivatives on from unit_rotation(rotation), which is `q`, to its argument: only the part
+/// across q remains.
 template <class Real>
 QS_HD glm::qua<Real> unit_rotation_gradient(const glm::qua<Real>& rotation, const glm::qua<Real>& q,
                                             const glm::qua<Real>& d_q) {
@@ -40,7 +41,8 @@ QS_HD glm::qua<Real> unit_rotation_gradient(const glm::qua<Real>& rotation, cons
           (d_q.y - along * q.y) / length, (d_q.z - along * q.z) / length};
 }
 
-/// From the matrix of a quaternion q, glm::mat3_cast(q), to q, whose length need not be 1.
+/// Passes derivatives on from the matrix of a quaternion q, glm::mat3_cast(q), to q, whose length
+/// need not be 1.
 template <class Real>
 QS_HD glm::qua<Real> rotation_gradient(const glm::qua<Real>& q, const glm::mat<3, 3, Real>& d_r) {
   // The matrix by rows: 1 - 2yy - 2zz, 2xy - 2wz, 2xz + 2wy; 2xy + 2wz, 1 - 2xx - 2zz, 2yz - 2wx;
@@ -56,9 +58,9 @@ QS_HD glm::qua<Real> rotation_gradient(const glm::qua<Real>& q, const glm::mat<3
                2 * z * (e(0, 0) + e(1, 1)))};
 }
 
-/// From a covariance to a column `m` of R diag(s): the covariance is the sum of m m^T over the
-/// columns, so the derivative is 2 D m with the symmetric matrix D whose elements off the diagonal
-/// are half of `d_covariance`, which counts both equal elements in xy, xz and yz.
+/// Passes derivatives on from a covariance to a column `m` of R diag(s): the covariance is the sum
+/// of m m^T over the columns, so the derivative is 2 D m with the symmetric matrix D whose elements
+/// off the diagonal are half of `d_covariance`, which counts both equal elements in xy, xz and yz.
 template <class Real>
 QS_HD glm::vec<3, Real> column_gradient(const Covariance3<Real>& d_covariance,
                                         const glm::vec<3, Real>& m) {
@@ -74,7 +76,7 @@ struct ScaledShapeGradient {
   glm::qua<Real> rotation{0, 0, 0, 0};
 };
 
-/// From scaled_covariance(scale, q) to its arguments.
+/// Passes derivatives on from scaled_covariance(scale, q) to its arguments.
 template <class Real>
 QS_HD ScaledShapeGradient<Real> scaled_covariance_gradient(const glm::vec<3, Real>& scale,
                                                            const glm::qua<Real>& q,
@@ -92,8 +94,8 @@ QS_HD ScaledShapeGradient<Real> scaled_covariance_gradient(const glm::vec<3, Rea
   return result;
 }
 
-/// From covariance_of(log_scale, unit_rotation(rotation)) to its arguments. `d_covariance` counts
-/// both equal elements in xy, xz and yz.
+/// Passes derivatives on from covariance_of(log_scale, unit_rotation(rotation)) to its arguments.
+/// `d_covariance` counts both equal elements in xy, xz and yz.
 template <class Real>
 QS_HD ShapeGradient<Real> covariance_gradient(const glm::vec<3, Real>& log_scale,
                                               const glm::qua<Real>& rotation,
@@ -114,7 +116,7 @@ QS_HD ShapeGradient<Real> covariance_gradient(const glm::vec<3, Real>& log_scale
   return result;
 }
 
-/// From opacity_of(), whose result is `opacity`, to the logit.
+/// Passes derivatives on from opacity_of(), whose result is `opacity`, to the logit.
 template <class Real>
 QS_HD Real opacity_gradient(Real opacity, Real d_opacity) {
   return d_opacity * opacity * (1 - opacity);

@@ -58,7 +58,7 @@ QS_HD void adam(const AdamRule& rule, const AdamStep& step, float rate, float gr
   if (move - move == 0.0f) value = value - move;
 }
 
-/// The same with the usual rule.
+/// Takes the step with the usual rule.
 QS_HD void adam(const AdamStep& step, float rate, float gradient, float& value, float& first,
                 float& second) {
   constexpr AdamRule kRule = AdamRule::of(kAdamBeta1, kAdamBeta2, kAdamEpsilon);

@@ -13,7 +13,8 @@
 
 namespace qs {
 
-/// From encode_direction(d) to d. `by` holds the derivatives by the kDirectionFeatures features.
+/// Passes derivatives on from encode_direction(d) to d. `by` holds the derivatives by the
+/// kDirectionFeatures features.
 template <class Real>
 QS_HD glm::vec<3, Real> direction_features_gradient(const glm::vec<3, Real>& d, const Real* by) {
   const Real x = 2 * d.x - 1, y = 2 * d.y - 1, z = 2 * d.z - 1;
@@ -26,9 +27,9 @@ QS_HD glm::vec<3, Real> direction_features_gradient(const glm::vec<3, Real>& d, 
   return {2 * by_x, 2 * by_y, 2 * by_z};
 }
 
-/// From color_of_output(), whose result is `color`, to the network's outputs. A channel that is
-/// clamped at 0 passes a derivative on if a step against it makes the channel brighter. Otherwise
-/// the network could never leave a state in which all its colours are black.
+/// Passes derivatives on from color_of_output(), whose result is `color`, to the network's outputs.
+/// A channel that is clamped at 0 passes a derivative on if a step against it makes the channel
+/// brighter. Otherwise the network could never leave a state in which all its colours are black.
 template <class Real>
 QS_HD glm::vec<3, Real> output_gradient(const glm::vec<3, Real>& color,
                                         const glm::vec<3, Real>& d_color) {

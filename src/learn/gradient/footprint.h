@@ -23,8 +23,8 @@ QS_HD void add_determinant_gradient(const Covariance2<Real>& covariance, Real d_
   sum.yy += d_determinant * covariance.xx;
 }
 
-/// From the conic (yy, -xy, xx) / determinant to the dilated covariance, whose determinant must be
-/// > 0.
+/// Passes derivatives on from the conic (yy, -xy, xx) / determinant to the dilated covariance,
+/// whose determinant must be > 0.
 template <class Real>
 QS_HD Covariance2<Real> conic_gradient(const Covariance2<Real>& covariance,
                                        const glm::vec<3, Real>& d_conic) {
@@ -37,8 +37,8 @@ QS_HD Covariance2<Real> conic_gradient(const Covariance2<Real>& covariance,
   return result;
 }
 
-/// From the factor compensation(before, after) to the covariance, which is `before` without and
-/// `after` with the dilation. Nothing where their ratio is at its lower bound.
+/// Passes derivatives on from the factor compensation(before, after) to the covariance, which is
+/// `before` without and `after` with the dilation. Nothing where their ratio is at its lower bound.
 template <class Real>
 QS_HD Covariance2<Real> compensation_gradient(const Covariance2<Real>& before,
                                               const Covariance2<Real>& after, Real d_factor,

@@ -90,8 +90,9 @@ struct PlacedGradient {
   Real opacity;
 };
 
-/// From the values that pixels read of a Gaussian to its place. `point` is its mean in view axes;
-/// the colour of `splat` is not read. `Rules` has the members of GradientRules.
+/// Passes derivatives on from the values that pixels read of a Gaussian to its place. `point` is
+/// its mean in view axes; the colour of `splat` is not read. `Rules` has the members of
+/// GradientRules.
 template <class Real, class Rules>
 QS_HD PlacedGradient<Real> placed_gradient(const Rules& rules, const glm::vec<3, Real>& point,
                                            const Covariance3<Real>& sigma, Real opacity,

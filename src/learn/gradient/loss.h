@@ -20,7 +20,7 @@ struct Loss {
   double l1 = 0, ssim = 0;
   double squared_error = 0;  ///< mean over pixels and channels
 
-  /// From sums over the `count` > 0 values that are not masked.
+  /// Makes the loss of sums over the `count` > 0 values that are not masked.
   static Loss of_sums(double l1, double ssim, double squared_error, double count) {
     Loss loss{0, l1 / count, ssim / count, squared_error / count};
     loss.total = (1 - kSsimWeight) * loss.l1 + kSsimWeight * (1 - loss.ssim);

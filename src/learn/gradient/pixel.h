@@ -105,7 +105,7 @@ QS_HD glm::vec<2, Real> add_pixel(const typename PixelMath<Real>::Splat& splat,
   return mean_gradient<Real>(splat, d * dx, d * dy);
 }
 
-/// The same for a pixel whose colour alone is in the loss, and a Gaussian with its colour.
+/// Adds a pixel whose colour alone is in the loss, and a Gaussian with its colour.
 template <class Real>
 QS_HD glm::vec<2, Real> add_pixel(const typename PixelMath<Real>::Splat& splat,
                                   const BlendedPixel<Real>& pixel, PixelSums<Real>& sums) {

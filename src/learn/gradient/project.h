@@ -21,7 +21,7 @@ struct GeometryGradient {
   glm::vec<3, Real> rows[3]{};  ///< by the rows of the view's rotation, through the covariance
 };
 
-/// From the result of to_pixel() to the point in view axes.
+/// Passes derivatives on from the result of to_pixel() to the point in view axes.
 template <class Real>
 QS_HD glm::vec<3, Real> pixel_gradient(const View<Real>& view, const glm::vec<3, Real>& point,
                                        const glm::vec<2, Real>& d_pixel) {
@@ -29,8 +29,9 @@ QS_HD glm::vec<3, Real> pixel_gradient(const View<Real>& view, const glm::vec<3,
   return {x, y, -(x * point.x + y * point.y) / point.z};
 }
 
-/// From project_covariance() to the point in view axes, through the Jacobian, to the covariance in
-/// the world and to the rotation of the view. A slope that is clamped is a constant.
+/// Passes derivatives on from project_covariance() to the point in view axes, through the Jacobian,
+/// to the covariance in the world and to the rotation of the view. A slope that is clamped is a
+/// constant.
 template <class Real>
 QS_HD GeometryGradient<Real> project_covariance_gradient(const View<Real>& view,
                                                          const SlopeLimits<Real>& limits,
@@ -88,7 +89,7 @@ QS_HD GeometryGradient<Real> project_covariance_gradient(const View<Real>& view,
   return result;
 }
 
-/// The same with slopes clamped to view.slope_limit.
+/// Passes them on with slopes clamped to view.slope_limit.
 template <class Real>
 QS_HD GeometryGradient<Real> project_covariance_gradient(const View<Real>& view,
                                                          const glm::vec<3, Real>& point,
@@ -97,7 +98,7 @@ QS_HD GeometryGradient<Real> project_covariance_gradient(const View<Real>& view,
   return project_covariance_gradient(view, SlopeLimits<Real>::of(view), point, sigma, d_covariance);
 }
 
-/// From to_view() to the position in the world.
+/// Passes derivatives on from to_view() to the position in the world.
 template <class Real>
 QS_HD glm::vec<3, Real> view_gradient(const View<Real>& view, const glm::vec<3, Real>& d_point) {
   const auto& w = view.view_from_world;

@@ -67,7 +67,7 @@ QS_HD glm::vec<3, Real> sh_gradient(int degree, const glm::vec<3, Real>& d,
   return d_direction;
 }
 
-/// From the unit vector offset / |offset| to the offset, which must not be 0.
+/// Passes derivatives on from the unit vector offset / |offset| to the offset, which must not be 0.
 template <class Real>
 QS_HD glm::vec<3, Real> direction_gradient(const glm::vec<3, Real>& offset,
                                            const glm::vec<3, Real>& d_direction) {

@@ -30,8 +30,8 @@ struct DensityStatistics {
   /// and 2 high, and the number of views in it.
   std::vector<float> sums;
   std::vector<std::uint32_t> views;
-  /// The same as `sums` for absolute gradients, see BackwardOrder. Empty unless a view was counted
-  /// with them.
+  /// The sums of absolute gradients, else as `sums`, see BackwardOrder. Empty unless a view was
+  /// counted with them.
   std::vector<float> absolute;
 
   void reset(std::size_t gaussians);

@@ -40,7 +40,7 @@ struct ParametersOf {
     sh.resize(count * sh_stride());
     mask_logits.resize(has_masks ? count : 0);
   }
-  /// The same arrays as `other` has.
+  /// Makes room for the arrays that `other` has.
   template <class Other>
   void resize_like(const ParametersOf<Other>& other) {
     sh_degree = other.sh_degree;

@@ -20,8 +20,8 @@ namespace qs::train {
 /// last changed. Empty if there are none.
 struct PixelCounts {
   std::vector<std::uint32_t> blended;  ///< pixels that blend the Gaussian
-  std::vector<std::uint32_t>
-      flagged;  ///< of these, pixels with a large error, see kernel/error_map.h
+  /// The blended pixels with a large error, see kernel/error_map.h.
+  std::vector<std::uint32_t> flagged;
 
   /// The share of a Gaussian's pixels that are flagged, 0..1; 0 if no pixel blends it.
   double flagged_share(std::size_t i) const {

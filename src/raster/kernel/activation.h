@@ -29,7 +29,7 @@ QS_HD Covariance3<Real> scaled_covariance(const glm::vec<3, Real>& scale,
           x.y * x.z + y.y * y.z + z.y * z.z, x.z * x.z + y.z * y.z + z.z * z.z};
 }
 
-/// The same with s = exp(log_scale), which may be -inf (flat); `rotation` has length 1.
+/// The covariance for s = exp(log_scale), which may be -inf (flat); `rotation` has length 1.
 template <class Real>
 QS_HD Covariance3<Real> covariance_of(const glm::vec<3, Real>& log_scale,
                                       const glm::qua<Real>& rotation) {

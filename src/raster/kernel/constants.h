@@ -23,8 +23,8 @@ inline constexpr double kDilation = 0.3;
 /// The Jacobian is evaluated inside 1.3 x the field of view; 3DGS.
 inline constexpr double kSlopeMargin = 1.3;
 inline constexpr float kSigmas = 3.0f;  ///< half side of the 3DGS square in standard deviations
-inline constexpr float kEigenvalueFloor =
-    0.1f;  ///< lower bound under the root of the 3DGS eigenvalue, px^4
+/// Lower bound under the root of the 3DGS eigenvalue, px^4.
+inline constexpr float kEigenvalueFloor = 0.1f;
 /// Lower bound of the determinant ratio; Mip-Splatting (Yu et al. 2024).
 inline constexpr double kCompensationFloor = 2.5e-5;
 /// Factor on gamma in mode `exact` against rounding; adds 0.03 % pairs.

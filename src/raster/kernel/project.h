@@ -99,7 +99,7 @@ QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const SlopeLi
           v.x * sigma_v.x + v.y * sigma_v.y + v.z * sigma_v.z};
 }
 
-/// The same with slopes clamped to view.slope_limit.
+/// The same covariance with slopes clamped to view.slope_limit.
 template <class Real>
 QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::vec<3, Real>& point,
                                            const Covariance3<Real>& sigma) {

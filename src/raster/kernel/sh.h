@@ -40,7 +40,7 @@ QS_HD glm::vec<3, Real> unclamped_sh_color(int degree, const glm::vec<3, Real>& 
   return color + Real(0.5);
 }
 
-/// The same, clamped to RGB >= 0; there is no upper clamp.
+/// The colour clamped to RGB >= 0; there is no upper clamp.
 template <class Real, class Coefficients>
 QS_HD glm::vec<3, Real> sh_color(int degree, const glm::vec<3, Real>& d,
                                  const Coefficients& coefficients) {

@@ -74,7 +74,8 @@ QS_HD Span tiles_with_centers(float low, float high, int limit) {
 struct TileRect {
   Span columns, rows;
 
-  /// From the range of lines and of tiles along them; the lines are rows or columns.
+  /// The rectangle of a range of lines and a range of tiles along them; the lines are rows or
+  /// columns.
   static QS_HD TileRect of_lines(bool by_rows, Span lines, Span along) {
     return by_rows ? TileRect{along, lines} : TileRect{lines, along};
   }

@@ -234,7 +234,7 @@ void order_by_slot(const FrameView<Real>& frame, PairScratch<Real>& scratch) {
     scratch.order[next[frame.listed[pair]]++] = pair;
 }
 
-/// By the background: the transmittance behind the last Gaussian is its weight.
+/// Derivatives by the background: the transmittance behind the last Gaussian is its weight.
 template <class Real>
 void add_background(const BlendInput<Real>& in, const PixelState<const Real>& state,
                     const Pixels<const Real>& by, const Workers& workers, Real* out) {

@@ -84,7 +84,7 @@ struct PixelState {
   Real* transmittance;  ///< behind the last Gaussian
   Count* last;          ///< entries of the tile's list up to the last blended entry
   Real* depth;          ///< sum of z by weight; null if blend() does not compute it
-  Real* inverse_depth;  ///< the same sum of 1 / z; null like `depth`
+  Real* inverse_depth;  ///< sum of 1 / z by weight; null like `depth`
 };
 
 /// Owns the arrays that PixelState points to.

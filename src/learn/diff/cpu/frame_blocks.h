@@ -27,7 +27,7 @@ struct HeldSizes {
   bool operator==(const HeldSizes&) const = default;
   PictureSize picture() const { return {width, height}; }
 
-  /// The same before blend().
+  /// The sizes of the frame before blend().
   HeldSizes projected() const {
     HeldSizes sizes = *this;
     sizes.channels = sizes.has_depth = 0;

@@ -53,7 +53,7 @@ struct PixelArea {
   }
 };
 
-/// Of a full tile.
+/// Pixels of a full tile.
 inline constexpr auto kTilePixels = static_cast<std::size_t>(kTileSize * kTileSize);
 
 /// The pixels of a tile that are inside the image.
@@ -76,7 +76,7 @@ struct TileBox {
     }
   }
 
-  /// The same for the pixels of the area.
+  /// Calls visit(x, y, pixel) for the pixels of the area.
   template <class Visit>
   void for_each_pixel(const PixelArea& area, const Visit& visit) const {
     const auto left = static_cast<float>(x0), top = static_cast<float>(y0);

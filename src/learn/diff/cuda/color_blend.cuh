@@ -47,7 +47,7 @@ struct TrainedView {
   __device__ void store(int, int, std::size_t, const glm::vec3&, float, const glm::vec2&) const {}
 };
 
-/// The same of a caller. `kDefault`: with rules.are_default(), so that nothing is left to limit.
+/// The view of a caller. `kDefault`: with rules.are_default(), so that nothing is left to limit.
 template <bool kDefault, bool kDepth>
 struct CallersView {
   static constexpr bool kDepths = kDepth;

@@ -42,7 +42,8 @@ struct TrainedDerivatives {
   __device__ const float* depths() const { return nullptr; }
 };
 
-/// The same by the pictures of a caller; each may be missing. `kDefault` as for CallersView.
+/// Derivatives by the pictures of a caller. Each picture may be missing. `kDefault` as for
+/// CallersView.
 template <bool kDefault, bool kDepth>
 struct CallersDerivatives {
   static constexpr bool kDepths = kDepth;
@@ -69,7 +70,7 @@ struct CallersDerivatives {
     return by.alpha ? -by.alpha.at(x, y) * transmittance[at] : 0.0f;
   }
   __device__ const float* depths() const { return source.z; }
-  /// By the sums of z and of 1 / z.
+  /// Derivatives by the sums of z and of 1 / z.
   __device__ glm::vec2 depth(int x, int y) const {
     return {by.depth ? by.depth.at(x, y) : 0.0f,
             by.inverse_depth ? by.inverse_depth.at(x, y) : 0.0f};
@@ -188,8 +189,8 @@ struct SegmentPixel {
   glm::vec3 d_color{0};
   glm::vec2 d_depth{0};   ///< derivative by the sums of z and 1 / z
   std::uint32_t end = 0;  ///< entries of the segment up to the last blended entry
-  /// Of dL/dC and the pixel's final colour, and of dL/dT and its transmittance behind the last
-  /// Gaussian: both are products of (1 - alpha) of all Gaussians in front.
+  /// Product of dL/dC and the pixel's final colour, and of dL/dT and its transmittance behind the
+  /// last Gaussian: both are products of (1 - alpha) of all Gaussians in front.
   float product = 0;
   glm::vec3 so_far{0};        ///< colour, without the background
   glm::vec2 depth_so_far{0};  ///< sums of z and 1 / z

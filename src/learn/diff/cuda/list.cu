@@ -37,7 +37,7 @@ __device__ void for_each_listed(const TileRect& rect, TileGrid grid, unsigned la
   }
 }
 
-/// The same for the tiles that mode P lists.
+/// Calls visit(k, tile) for the k-th tile that mode P lists.
 template <class P, unsigned kLanes, class Visit>
 __device__ void for_each_tile_in_order(const Footprint& footprint, TileGrid grid, unsigned lane,
                                        const Visit& visit) {

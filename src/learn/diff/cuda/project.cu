@@ -90,7 +90,8 @@ struct RowsOfBoundary {
   }
 };
 
-/// The same from the sums over the Gaussian's pixels, so that no rows are written and read.
+/// Takes the derivatives from the sums over the Gaussian's pixels, so that no rows are written and
+/// read.
 struct SumsOfPixels {
   const std::uint32_t* tile_counts;
   const ListedSplat* splats;

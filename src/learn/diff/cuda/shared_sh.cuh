@@ -19,7 +19,7 @@ namespace qs::cuda::diff {
 struct SharedSh {
   unsigned numbers = 0;  ///< per Gaussian; 0: nothing is shared
 
-  /// Of rows with `coefficients` per Gaussian.
+  /// The memory for rows with `coefficients` per Gaussian.
   static SharedSh of(bool exists, int coefficients) {
     return {exists ? 3 * static_cast<unsigned>(coefficients) : 0};
   }

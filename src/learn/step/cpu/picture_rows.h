@@ -15,7 +15,7 @@ struct PictureRows {
   std::size_t width, height, channels;
   ThreadPool& pool;
 
-  /// Of a row.
+  /// Values of a row.
   std::size_t values() const { return width * channels; }
   std::size_t all_values() const { return values() * height; }
 

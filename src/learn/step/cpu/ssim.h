@@ -30,7 +30,7 @@ struct CountedPixels {
   std::span<const std::uint8_t> mask = {};  ///< per pixel, 0: does not count; empty: all count
   std::size_t margin = 0;                   ///< pixels nearer to the border do not count
 
-  /// Of the values with the same y; `i` is an index into the row.
+  /// True if a value of row y counts; `i` is an index into the row.
   bool at(const PictureRows& picture, std::size_t y, std::size_t i) const {
     if (margin == 0 && mask.empty()) return true;
     const std::size_t x = i / picture.channels;

@@ -16,7 +16,7 @@ namespace qs::cuda::train {
 /// Memory of backward() that the next step uses again.
 struct BackwardScratch {
   DeviceBuffer<PixelSums<float>> pairs;  ///< per place, see ForwardFrame::pairs
-  DeviceBuffer<glm::vec2> absolute;      ///< the same for absolute gradients, if asked for
+  DeviceBuffer<glm::vec2> absolute;      ///< absolute gradients per pair, if asked for
   DeviceBuffer<PixelSums<float>> sums;   ///< per Gaussian
 };
 

@@ -54,7 +54,7 @@ struct FieldView {
 
 struct DeviceField {
   ColorField shape;  ///< without values
-  /// Of the grid, then of the network: values and Adam's moments.
+  /// Values of the grid, then of the network, and Adam's moments.
   DeviceBuffer<float> values, first, second;
   std::size_t grid_count = 0, weight_count = 0;
   std::uint64_t steps = 0;

@@ -73,7 +73,7 @@ struct Parameters {
 
   /// Undefined values. Throws Error(device).
   void resize(std::uint32_t gaussians, int degree, bool masks);
-  /// The same without coefficients of colour.
+  /// Resizes the arrays but the coefficients of colour.
   void resize_shapes(std::uint32_t gaussians, bool masks);
 
   ParametersView view() {

@@ -60,7 +60,7 @@ void copy_to_host(const T* from, T* to, std::size_t count, cudaStream_t stream) 
   check(cudaStreamSynchronize(stream), "frame");
 }
 
-/// The same, to an array that is resized to `count`.
+/// Copies to an array that is resized to `count`, and waits.
 template <class T>
 void copy_to_host(const T* from, std::vector<T>& to, std::size_t count, cudaStream_t stream) {
   to.resize(count);

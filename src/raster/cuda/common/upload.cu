@@ -41,7 +41,7 @@ __global__ void transpose_rows(Rows rows, unsigned arrays, std::size_t size, flo
   for (unsigned k = 0; k < arrays; ++k) to[k * size + rows.first + i] = row[k];
 }
 
-/// The same for the values from 3 on, as halves. Sets *inexact unless halves equal all of them.
+/// Copies the values from 3 on, as halves. Sets *inexact unless halves equal all of them.
 __global__ void transpose_to_halves(Rows rows, std::size_t size, std::uint16_t* to,
                                     std::uint32_t* inexact) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;

@@ -56,10 +56,16 @@ void store_rows(const QsArray& array, const Range& range, const Value& value) {
     if constexpr (std::is_floating_point_v<Element>) {
       for (std::size_t i = range.begin; i < range.end; ++i) {
         const std::optional<std::size_t> index = range.scene.index_of(i);
-        for (std::size_t j = 0; j < columns; ++j)
-          for (std::size_t k = 0; k < channels; ++k)
-            elements[offset_of(array, i, j, k)] = index ? static_cast<Element>(value(*index, j, k))
-                                                        : std::numeric_limits<Element>::quiet_NaN();
+        Element* const row = elements + static_cast<std::ptrdiff_t>(i) * array.strides[0];
+        for (std::size_t j = 0; j < columns; ++j) {
+          for (std::size_t k = 0; k < channels; ++k) {
+            const std::ptrdiff_t place =
+                (columns > 1 ? static_cast<std::ptrdiff_t>(j) * array.strides[1] : 0) +
+                (channels > 1 ? static_cast<std::ptrdiff_t>(k) * array.strides[2] : 0);
+            row[place] = index ? static_cast<Element>(value(*index, j, k))
+                               : std::numeric_limits<Element>::quiet_NaN();
+          }
+        }
       }
     }
   });

@@ -20,7 +20,10 @@ class Reals {
   explicit Reals(const QsArray& array) : array_(array) {}
 
   double operator()(std::size_t i, std::size_t j = 0, std::size_t k = 0) const {
-    const std::ptrdiff_t place = offset_of(array_, i, j, k);
+    const std::ptrdiff_t place =
+        static_cast<std::ptrdiff_t>(i) * array_.strides[0] +
+        (array_.dimensions > 1 ? static_cast<std::ptrdiff_t>(j) * array_.strides[1] : 0) +
+        (array_.dimensions > 2 ? static_cast<std::ptrdiff_t>(k) * array_.strides[2] : 0);
     if (array_.type == QS_FLOAT64) return static_cast<const double*>(array_.data)[place];
     return static_cast<double>(static_cast<const float*>(array_.data)[place]);
   }

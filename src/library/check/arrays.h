@@ -169,20 +169,20 @@ void store(const QsArray& array, ThreadPool& pool, const Value* values, int rows
 /// row.
 template <class To, class Convert>
 void gather(const QsArray& array, ThreadPool& pool, To* to, const Convert& convert) {
-  const std::int64_t columns = array.sizes[1], right = array.strides[1];
-  const std::int64_t channels = array.dimensions == 3 ? array.sizes[2] : 1;
-  const std::int64_t deep = array.dimensions == 3 ? array.strides[2] : 0;
+  const auto columns = static_cast<std::size_t>(array.sizes[1]);
+  const std::size_t channels = array.dimensions == 3 ? static_cast<std::size_t>(array.sizes[2]) : 1;
+  const std::ptrdiff_t deep = array.dimensions == 3 ? array.strides[2] : 0;
   with_type(array, [&](const auto* elements) {
-    pool.for_chunks(static_cast<std::size_t>(array.sizes[0]), 16,
-                    [&](std::size_t begin, std::size_t end, int) {
-                      To* next = to + begin * static_cast<std::size_t>(columns * channels);
-                      for (std::size_t y = begin; y < end; ++y) {
-                        const auto* const row = elements + offset_of(array, y);
-                        for (std::int64_t x = 0; x < columns; ++x)
-                          for (std::int64_t c = 0; c < channels; ++c)
-                            *next++ = convert(row[x * right + c * deep]);
-                      }
-                    });
+    pool.for_chunks(
+        static_cast<std::size_t>(array.sizes[0]), 16, [&](std::size_t begin, std::size_t end, int) {
+          To* next = to + begin * columns * channels;
+          for (std::size_t y = begin; y < end; ++y)
+            for (std::size_t x = 0; x < columns; ++x)
+              for (std::size_t c = 0; c < channels; ++c)
+                *next++ = convert(elements[static_cast<std::ptrdiff_t>(y) * array.strides[0] +
+                                           static_cast<std::ptrdiff_t>(x) * array.strides[1] +
+                                           static_cast<std::ptrdiff_t>(c) * deep]);
+        });
   });
 }
 

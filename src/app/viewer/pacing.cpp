@@ -14,8 +14,8 @@ constexpr double kBusySeconds = 0.01;      ///< sleep while other threads work
 constexpr double kRestSeconds = 0.5;       ///< longest sleep
 constexpr double kUiSeconds = 0.35;        ///< panels are drawn this long after the last event
 constexpr double kPatienceSeconds = 0.03;  ///< longest wait for a frame
-constexpr double kLoadingSeconds = 0.06;   ///< from drawing to drawing while a scene is read
-/// from drawing to drawing while a model is trained and nothing moves
+constexpr double kLoadingSeconds = 0.06;   ///< between drawings while a scene is read
+/// time between drawings while a model is trained and nothing moves
 constexpr double kTrainingSeconds = 0.2;
 constexpr double kPauseSeconds = 0.25;  ///< a longer gap between drawings is not a frame rate
 

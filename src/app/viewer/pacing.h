@@ -16,7 +16,7 @@ namespace qs {
 /// The loop's own facts, which the Viewer lacks.
 struct Surroundings {
   double now = 0;            ///< seconds, at least Viewer::now
-  double last_event = -1e9;  ///< of the window, seconds
+  double last_event = -1e9;  ///< the window's last event, seconds
   bool render_busy = false;  ///< RenderThread::busy()
   bool has_pending = false;  ///< keys are held, a script plays or a frame is not requested yet
 };

@@ -427,7 +427,7 @@ class ViewLoop final : public Host {
   const ViewOptions& options_;
   std::filesystem::path beside_ = options_.beside_scene;  // until it is being read
   const QuitSignals quit_signals_;
-  // of the window; 0: by the screen
+  // the window's first size; 0: chosen by the screen
   glm::ivec2 first_size_{options_.script ? glm::ivec2(1280, 720) : glm::ivec2(0)};
   ViewerStore store_;
   const Viewer& viewer_ = store_.viewer();
@@ -451,7 +451,7 @@ class ViewLoop final : public Host {
   bool training_shown_ = false;
   std::optional<RemoteTraining> remote_;
   RemotePicture remote_picture_;  // its last picture
-  int asked_version_ = -1;        // of its last view
+  int asked_version_ = -1;        // the version of the last view
   bool asked_moving_ = false;     // that view
   bool quit_ = false, vsync_ = true, dialog_open_ = false;
   double memory_measured_ = -10;

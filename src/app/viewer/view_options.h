@@ -21,7 +21,7 @@ struct ViewOptions {
   std::optional<std::string> beside;   ///< find_variant(): splits the window from the start
   std::filesystem::path beside_scene;  ///< splits the window with another scene; empty: none
   std::optional<TcpAddress> connect;   ///< shows a training in another program instead of a scene
-  std::vector<Camera> remote_cameras;  ///< of its data set, may be empty
+  std::vector<Camera> remote_cameras;  ///< the cameras of its data set, may be empty
   bool vsync = true, interop = true;
   std::filesystem::path settings;               ///< preferences file; empty: nothing is kept
   std::optional<std::filesystem::path> script;  ///< input script, see input_script.h

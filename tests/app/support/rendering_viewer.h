@@ -62,9 +62,9 @@ class RenderingViewer : public testing::Test, protected RecordingHost {
     settle();
   }
   void show_beside_it(std::shared_ptr<const Scene> scene) {
-    const BesideOrder order{std::move(scene), viewer().backend};
-    thread_.run([order](RenderContext& context) {
-      context.report(action::beside_opened, show_beside(context, order, {}));
+    const Backend backend = viewer().backend;
+    thread_.run([scene = std::move(scene), backend](RenderContext& context) {
+      context.report(action::beside_opened, show_beside(context, scene, backend, {}));
     });
     settle();
   }

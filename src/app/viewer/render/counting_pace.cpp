@@ -9,7 +9,7 @@
 namespace qs {
 
 void CountingPace::learn(const RenderStats& stats, bool counted) {
-  constexpr float kMostShare = 0.1f;  // of the time of drawing
+  constexpr float kMostShare = 0.1f;  // share of the time of drawing
   if (!counted) {
     ++uncounted_;
     return;

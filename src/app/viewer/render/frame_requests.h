@@ -17,7 +17,7 @@ FrameRequest full_frame(const Viewer& viewer);
 /// demand and shows the full-size frame.
 bool numbers_are_missing(const Viewer& viewer);
 
-/// The same, and also if the table is not precise enough yet.
+/// True if numbers_are_missing(), or if the table is not precise enough yet.
 bool numbers_are_wanted(const Viewer& viewer);
 
 /// True if the table of modes is visible and the view at rest in the window was not counted.
@@ -45,7 +45,7 @@ class FrameRequests {
   int next_divisor(const Viewer& viewer) const;
   bool next_counts(const Viewer& viewer) const;
 
-  int version_ = -1, divisor_ = 1;  // of the last request
+  int version_ = -1, divisor_ = 1;  // the last request's
   int counted_version_ = -1;        // Viewer::view_version of the last request that counts
   Resolution resolution_;
   CountingPace counting_pace_;

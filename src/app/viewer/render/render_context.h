@@ -16,7 +16,7 @@
 namespace qs {
 
 struct FrameRequest {
-  Camera camera;    ///< of the full-size view
+  Camera camera;    ///< the full-size view's
   int divisor = 1;  ///< rendered at 1 / divisor of its size
   RenderSettings settings;
   bool moving = false;  ///< a newer request does not cancel it
@@ -27,11 +27,11 @@ struct FrameRequest {
   std::optional<Variant> other;             ///< also drawn, for a split window
   bool beside = false;                      ///< `other` draws RenderContext::beside
   bool grid = false;                        ///< all modes side by side; `other` is unset
-  HeatStyle heat_style;                     ///< of the grid's maps; the window colours other maps
-  /// The pairs of all modes of this full-size view are counted.
+  HeatStyle heat_style;                     ///< the grid's maps; the window colours other maps
+  /// If set, the frame also counts every mode's pairs for this view at full size.
   std::optional<CountedView> counted;
-  int version = 0, view_version = 0;  ///< of Viewer
-  int picture = -1;      ///< the same for requests that differ in the mode only; -1: not known
+  int version = 0, view_version = 0;  ///< as in Viewer
+  int picture = -1;      ///< equal for requests that differ in the mode only; -1: not known
   bool samples = false;  ///< some frames are followed by a frame of another mode, for its time
 };
 
@@ -40,7 +40,7 @@ struct RenderedFrame {
   ShownFrame shown;
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgba;   ///< rows from the top; empty if `texture` holds them
-  std::vector<std::uint8_t> other;  ///< the same for shown.other; empty without it
+  std::vector<std::uint8_t> other;  ///< the pixels of shown.other; empty without it
   GlTexture texture;                ///< name 0: unused
 };
 
@@ -64,13 +64,13 @@ struct RenderedBeside {
   std::shared_ptr<const Scene> scene;
   SceneBeside facts;
   Backend backend = Backend::cpu;
-  std::unique_ptr<Renderer> renderer;  ///< of `backend`
+  std::unique_ptr<Renderer> renderer;  ///< runs on `backend`
 };
 
 /// The whole scene, from which crop and clean made session.scene.
 struct CroppedScene {
   std::shared_ptr<const Scene> whole;
-  /// session.scene has all Gaussians, and those to remove are tinted; else only the rest
+  /// true: session.scene has all Gaussians, those to remove tinted. false: they are gone.
   bool tinted = false;
   std::vector<CropWish> done = {};         ///< CropRequest::done
   std::shared_ptr<const Scene> base = {};  ///< the rest of `done`
@@ -92,12 +92,12 @@ struct RenderContext {
   Session session = {};                      ///< scene and renderer are initially null
   std::optional<CroppedScene> cropped = {};  ///< set while session.scene is cropped or tinted
   std::optional<RenderedBeside> beside = {};
-  int trained_iteration = 0;                     ///< of the last model that training gave
+  int trained_iteration = 0;                     ///< the last model that training gave
   std::optional<ReferenceImage> reference = {};  ///< the last computed image
-  std::optional<HeldScale> heat_scale = {};      ///< of the last heat map at rest
-  std::stop_token stop = {};                     ///< of the running job
+  std::optional<HeldScale> heat_scale = {};      ///< the last heat map at rest has it
+  std::stop_token stop = {};                     ///< stops the running job
   std::atomic<bool> measuring = false;
-  std::atomic<int> drawings = 0;          ///< of the window so far; counted when one begins
+  std::atomic<int> drawings = 0;          ///< drawings of the window that have begun
   std::atomic<bool> window_rests = true;  ///< the window is not drawn now, nor soon
 
   /// Reports an action to the main thread.

@@ -65,12 +65,13 @@ void SceneOpening::next(Viewer& viewer, Host&, const Loading& loading) {
 
 void SceneOpening::next(Viewer& viewer, Host& host, const ReadSample& read) {
   if (viewer.scene) return;
-  SampleOrder order;
-  order.sample = read.sample;
-  order.request.camera = opening_view(viewer, read.facts);
-  order.request.settings = settings_for(read.facts, viewer.settings, request_.keep_background);
-  order.request.settings.mode = viewer.mode();
-  host.run([order](RenderContext& context) { draw_sample(context, order); });
+  FrameRequest request;
+  request.camera = opening_view(viewer, read.facts);
+  request.settings = settings_for(read.facts, viewer.settings, request_.keep_background);
+  request.settings.mode = viewer.mode();
+  host.run([sample = read.sample, request](RenderContext& context) {
+    draw_sample(context, *sample, request);
+  });
 }
 
 void SceneOpening::next(Viewer& viewer, Host& host, const LoadedScene& loaded) {
@@ -84,10 +85,10 @@ void SceneOpening::next(Viewer& viewer, Host& host, const LoadedScene& loaded) {
 }
 
 void SceneOpening::next(Viewer& viewer, Host& host, const LoadedBeside& loaded) {
-  const BesideOrder order{loaded.scene, viewer.backend};
   begin_upload(viewer, host, *loaded.scene,
-               [order](RenderContext& context, const Progress& progress) {
-                 return show_beside(context, order, progress);
+               [scene = loaded.scene, backend = viewer.backend](RenderContext& context,
+                                                                const Progress& progress) {
+                 return show_beside(context, scene, backend, progress);
                });
 }
 

@@ -80,7 +80,7 @@ class TrainingThread {
   // Of the trainer's thread.
   std::filesystem::path folder_, data_;
   int handed_over_ = -1;      // iteration
-  bool shows_pause_ = false;  // by the reports the run is paused
+  bool shows_pause_ = false;  // the last report says that the run is paused
   Clock::time_point reported_{}, measured_{};
   int measured_iteration_ = 0;
   double speed_ = 0;

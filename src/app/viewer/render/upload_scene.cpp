@@ -27,17 +27,16 @@ RenderSettings settings_for(const ViewedScene& facts, RenderSettings settings,
   return settings;
 }
 
-void draw_sample(RenderContext& context, const SampleOrder& order) {
+void draw_sample(RenderContext& context, SceneSample& sample, FrameRequest request) {
   constexpr double kLargest = 16;  ///< times as large as in the scene
   constexpr int kDivisor = 2;      ///< the sample shows no details
-  FrameRequest request = order.request;
   // Fewer Gaussians are drawn larger, so that they cover the same area.
-  const double larger = std::min(std::sqrt(static_cast<double>(order.sample->step)), kLargest);
+  const double larger = std::min(std::sqrt(static_cast<double>(sample.step)), kLargest);
   request.divisor = kDivisor;
   request.settings = reduced(request.settings, kDivisor);
   request.settings.splat_scale *= static_cast<float>(larger);
   const auto renderer = make_renderer(Backend::cpu, *context.session.pool);
-  renderer->upload(std::move(order.sample->scene.cloud), {});
+  renderer->upload(std::move(sample.scene.cloud), {});
   const Camera camera = reduced(request.camera, kDivisor);
   context.present(rendered_of(
       context, request, renderer->render(camera, request.settings, {}, HostImage{}, context.stop)));
@@ -73,7 +72,7 @@ void upload_making_room(RenderContext& context, Renderer& renderer,
 
 namespace {
 
-// The same as upload_to(), without the other renderers if memory is short.
+// As upload_to(), but frees the other renderers if memory is short.
 std::unique_ptr<Renderer> make_room_and_upload(RenderContext& context,
                                                const std::shared_ptr<const Scene>& scene,
                                                Backend backend, const Progress& progress) {
@@ -106,17 +105,17 @@ OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const P
   return {order.facts, order.settings, order.backend};
 }
 
-SceneBeside show_beside(RenderContext& context, const BesideOrder& order,
-                        const Progress& progress) {
+SceneBeside show_beside(RenderContext& context, const std::shared_ptr<const Scene>& scene,
+                        Backend backend, const Progress& progress) {
   std::optional<RenderedBeside>& old = context.beside;
-  const bool reuses = old && old->renderer != nullptr && old->backend == order.backend;
+  const bool reuses = old && old->renderer != nullptr && old->backend == backend;
   // The renderer of another backend is made again when it is needed.
   if (old && !reuses) old->renderer.reset();
-  if (reuses) upload_making_room(context, *old->renderer, order.scene, progress);
-  auto renderer = reuses ? std::move(old->renderer)
-                         : make_room_and_upload(context, order.scene, order.backend, progress);
-  const SceneBeside facts{order.scene->path, order.scene->cloud.size()};
-  context.beside = RenderedBeside{order.scene, facts, order.backend, std::move(renderer)};
+  if (reuses) upload_making_room(context, *old->renderer, scene, progress);
+  auto renderer =
+      reuses ? std::move(old->renderer) : make_room_and_upload(context, scene, backend, progress);
+  const SceneBeside facts{scene->path, scene->cloud.size()};
+  context.beside = RenderedBeside{scene, facts, backend, std::move(renderer)};
   return facts;
 }
 

@@ -11,12 +11,6 @@
 
 namespace qs {
 
-/// Shows a picture of a sample in the view that the scene will open with.
-struct SampleOrder {
-  std::shared_ptr<SceneSample> sample;  ///< drawing takes its cloud
-  FrameRequest request;
-};
-
 /// Uploads a scene and shows it in the place of the scene in the window.
 struct UploadOrder {
   std::shared_ptr<const Scene> scene;
@@ -25,25 +19,22 @@ struct UploadOrder {
   Backend backend = Backend::cpu;
 };
 
-/// Uploads a scene to show beside the scene in the window.
-struct BesideOrder {
-  std::shared_ptr<const Scene> scene;
-  Backend backend = Backend::cpu;
-};
-
 /// The settings that a scene opens with: `settings`, but with the model's background unless
 /// `keep_background`.
 RenderSettings settings_for(const ViewedScene& facts, RenderSettings settings,
                             bool keep_background);
 
+/// Shows a picture of a sample, whose cloud it takes, in the view that the scene will open with.
 /// Draws on the CPU with any backend, because a separate CPU renderer is made quickly. Throws Error
 /// and Cancelled.
-void draw_sample(RenderContext& context, const SampleOrder& order);
+void draw_sample(RenderContext& context, SceneSample& sample, FrameRequest request);
 
 /// The old scene leaves the backend's memory first, because both may not fit; it returns if the new
 /// scene fails. Throws Error and Cancelled, and then the old scene is still shown.
 OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const Progress& progress);
-SceneBeside show_beside(RenderContext& context, const BesideOrder& order, const Progress& progress);
+/// Shows a scene beside the scene in the window.
+SceneBeside show_beside(RenderContext& context, const std::shared_ptr<const Scene>& scene,
+                        Backend backend, const Progress& progress);
 
 /// Progress of an upload that the window shows.
 Progress upload_progress(RenderContext& context, const Scene& scene);

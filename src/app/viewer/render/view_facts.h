@@ -19,7 +19,7 @@ namespace qs {
 ViewedScene view_facts(const Scene& scene, const std::optional<std::filesystem::path>& cameras_file,
                        ThreadPool& pool, const std::optional<glm::dvec3>& up = {});
 
-/// The same; `choose(up)` chooses the framings if there are no cameras, best first.
+/// As view_facts(), but `choose(up)` chooses the framings if there are no cameras, best first.
 ViewedScene view_facts_with(
     const Scene& scene, const std::optional<std::filesystem::path>& cameras_file,
     const std::optional<glm::dvec3>& up,

@@ -165,37 +165,38 @@ unsigned file_chooser_version(Connection& bus) {
   return std::max(version, 1u);
 }
 
-// {"directory": true}
-void append_directory(DBusMessageIter& options) {
-  const char* const key = "directory";
-  const dbus_bool_t is_wanted = TRUE;
+// {key: value}; fill(value) appends the value, which has this type of D-Bus.
+template <class Fill>
+void append_option(DBusMessageIter& options, const char* key, const char* type, const Fill& fill) {
   DBusMessageIter entry, value;
   dbus_message_iter_open_container(&options, DBUS_TYPE_DICT_ENTRY, nullptr, &entry);
   dbus_message_iter_append_basic(&entry, DBUS_TYPE_STRING, &key);
-  dbus_message_iter_open_container(&entry, DBUS_TYPE_VARIANT, "b", &value);
-  dbus_message_iter_append_basic(&value, DBUS_TYPE_BOOLEAN, &is_wanted);
+  dbus_message_iter_open_container(&entry, DBUS_TYPE_VARIANT, type, &value);
+  fill(value);
   dbus_message_iter_close_container(&entry, &value);
   dbus_message_iter_close_container(&options, &entry);
 }
 
-// {"current_folder": the bytes of the path with a 0 at their end}, and "directory" for a folder.
+// {"current_folder": the bytes of the path with a 0 at their end}, and for a folder "directory".
 void append_options(DBusMessageIter& arguments, const std::string& folder, bool is_folder) {
-  const char* const key = "current_folder";
-  const char* const bytes = folder.c_str();
-  DBusMessageIter options, entry, value, array;
+  DBusMessageIter options;
   dbus_message_iter_open_container(&arguments, DBUS_TYPE_ARRAY, "{sv}", &options);
   if (!folder.empty()) {
-    dbus_message_iter_open_container(&options, DBUS_TYPE_DICT_ENTRY, nullptr, &entry);
-    dbus_message_iter_append_basic(&entry, DBUS_TYPE_STRING, &key);
-    dbus_message_iter_open_container(&entry, DBUS_TYPE_VARIANT, "ay", &value);
-    dbus_message_iter_open_container(&value, DBUS_TYPE_ARRAY, "y", &array);
-    dbus_message_iter_append_fixed_array(&array, DBUS_TYPE_BYTE, &bytes,
-                                         static_cast<int>(folder.size()) + 1);
-    dbus_message_iter_close_container(&value, &array);
-    dbus_message_iter_close_container(&entry, &value);
-    dbus_message_iter_close_container(&options, &entry);
+    append_option(options, "current_folder", "ay", [&](DBusMessageIter& value) {
+      const char* const bytes = folder.c_str();
+      DBusMessageIter array;
+      dbus_message_iter_open_container(&value, DBUS_TYPE_ARRAY, "y", &array);
+      dbus_message_iter_append_fixed_array(&array, DBUS_TYPE_BYTE, &bytes,
+                                           static_cast<int>(folder.size()) + 1);
+      dbus_message_iter_close_container(&value, &array);
+    });
   }
-  if (is_folder) append_directory(options);
+  if (is_folder) {
+    append_option(options, "directory", "b", [](DBusMessageIter& value) {
+      const dbus_bool_t is_wanted = TRUE;
+      dbus_message_iter_append_basic(&value, DBUS_TYPE_BOOLEAN, &is_wanted);
+    });
+  }
   dbus_message_iter_close_container(&arguments, &options);
 }
 

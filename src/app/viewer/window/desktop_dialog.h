@@ -47,7 +47,7 @@ class DesktopDialog {
 
   ActionQueue reports_;
   std::atomic<bool> available_ = false;
-  std::atomic<unsigned> version_ = 0;  // of the portal's interface
+  std::atomic<unsigned> version_ = 0;  // the portal's interface has this version
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::optional<Wanted> wanted_;

@@ -159,15 +159,11 @@ Presenter::Presenter(Enlarging enlarging) : enlarging_(enlarging) {
   glUniform1i(glGetUniformLocation(frame_program_, "picture"), 0);
   program_ = linked("present.frag");
   glUseProgram(program_);
-  const auto uniform = [&](const char* name) { return glGetUniformLocation(program_, name); };
   glUniform1i(uniform("picture"), 0);
   glUniform1i(uniform("other"), 1);
   glUniform1i(uniform("heat"), 2);
   glUniform1i(uniform("colors"), 3);
   glUniform1i(uniform("other_heat"), 4);
-  uniforms_ = {uniform("cubic"),     uniform("split"),         uniform("flipped"),
-               uniform("divider"),   uniform("amplification"), uniform("heat_low"),
-               uniform("heat_high"), uniform("heat_cells"),    uniform("opacity")};
   glGenVertexArrays(1, &empty_vertices_);
   glGenQueries(1, &query_);
   glGenBuffers(1, &pixels_);
@@ -265,14 +261,16 @@ void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split
   end_timing();
 }
 
+int Presenter::uniform(const char* name) const { return glGetUniformLocation(program_, name); }
+
 // Sets the uniforms of present.frag.
 void Presenter::set_up_layers(bool cubic, const Split& split, const HeatStyle& style) {
   glUseProgram(program_);
-  glUniform1i(uniforms_.cubic, cubic ? 1 : 0);
-  glUniform1i(uniforms_.split, has_other_ ? 1 + static_cast<int>(split.view) : 0);
-  glUniform1i(uniforms_.flipped, split.flipped ? 1 : 0);
-  glUniform1f(uniforms_.divider, split.divider);
-  glUniform1f(uniforms_.amplification, static_cast<float>(split.amplification));
+  glUniform1i(uniform("cubic"), cubic ? 1 : 0);
+  glUniform1i(uniform("split"), has_other_ ? 1 + static_cast<int>(split.view) : 0);
+  glUniform1i(uniform("flipped"), split.flipped ? 1 : 0);
+  glUniform1f(uniform("divider"), split.divider);
+  glUniform1f(uniform("amplification"), static_cast<float>(split.amplification));
   set_up_heat(split, style);
   bind(1, GL_TEXTURE_2D, other_);
 }
@@ -283,12 +281,12 @@ void Presenter::set_up_heat(const Split& split, const HeatStyle& style) {
   const bool hidden = has_other_ && split.view == SplitView::difference;
   const std::optional<HeatLayer>& layer = differs ? layers_.difference : layers_.picture;
   const bool shown = layer && !hidden;
-  glUniform1f(uniforms_.heat_low, shown ? layer->low : 0);
-  glUniform1f(uniforms_.heat_high, shown ? layer->high : 0);
-  glUniform1f(uniforms_.opacity, differs ? 1 : style.opacity);
+  glUniform1f(uniform("heat_low"), shown ? layer->low : 0);
+  glUniform1f(uniform("heat_high"), shown ? layer->high : 0);
+  glUniform1f(uniform("opacity"), differs ? 1 : style.opacity);
   const glm::vec2 cells =
       glm::vec2(width_, height_) / static_cast<float>(layer ? layer->cell_px : 1);
-  glUniform2f(uniforms_.heat_cells, cells.x, cells.y);
+  glUniform2f(uniform("heat_cells"), cells.x, cells.y);
   if (std::exchange(colors_, style.colors) != style.colors)
     fill_with_colors(rising_colors_, [&](float t) { return heat(t, style.colors); });
   bind(4, GL_TEXTURE_2D, layers_.other ? other_heat_ : heat_);

@@ -64,29 +64,24 @@ class Presenter {
   void upload();
   void upload_pixels(unsigned texture, const std::vector<std::uint8_t>& rgba) const;
   bool has_layers() const { return layers_.picture || layers_.other || layers_.difference; }
+  int uniform(const char* name) const;  // its place in present.frag
   void set_up_layers(bool cubic, const Split& split, const HeatStyle& style);
   void set_up_heat(const Split& split, const HeatStyle& style);
   void begin_timing();
   void end_timing();
 
-  struct Uniforms {
-    int cubic, split, flipped, divider, amplification;
-    int heat_low, heat_high, heat_cells, opacity;
-  };
-
   Enlarging enlarging_;
   std::optional<RenderedFrame> next_;  // not yet uploaded
-  HeatLayers layers_;                  // of the newest frame
+  HeatLayers layers_;                  // maps of the newest frame
   GlTexture newest_, previous_;        // textures that are not given back yet
   unsigned frame_program_ = 0, program_ = 0, empty_vertices_ = 0;
-  Uniforms uniforms_{};
   unsigned pixels_ = 0;  // buffer for uploads
   unsigned picture_ = 0, other_ = 0, heat_ = 0, other_heat_ = 0, difference_ = 0;
   unsigned rising_colors_ = 0, signed_colors_ = 0;
-  HeatColors colors_ = HeatColors::viridis;  // of rising_colors_
+  HeatColors colors_ = HeatColors::viridis;  // the scheme in rising_colors_
   unsigned shown_ = 0;                       // texture of the frame
   int width_ = 0, height_ = 0;
-  double aspect_ = 1;  // of the full-size view that the frame shows
+  double aspect_ = 1;  // the full-size view's width / height
   bool has_other_ = false;
   unsigned query_ = 0;
   bool timing_ = false, timed_ = false;

@@ -73,14 +73,14 @@ class Window {
 
   GLFWwindow* window_ = nullptr;
   Input input_;
-  Actions* actions_ = nullptr;  // of the current poll()
+  Actions* actions_ = nullptr;  // the list that the current poll() fills
   Navigation navigation_ = Navigation::orbit;
   glm::ivec2 windowed_position_{0}, windowed_size_{0};
   bool scripted_cursor_ = false;            // a script moves the cursor
   std::array<bool, 3> scripted_buttons_{};  // buttons that the script holds
   std::string title_;
   glm::ivec2 screen_{0};  // for which the scale is guessed
-  // letters in screen units, and the pixels from which they are drawn
+  // font size in screen units, and the pixel size of its atlas
   float letter_ = 0, letter_pixels_ = 0;
   // keys pressed since the last frame, and keys already released
   std::vector<int> pressed_, brief_;

@@ -176,19 +176,19 @@ TEST_F(Uploads, the_second_scene_makes_room_and_is_uploaded_again_later) {
 
 TEST_F(Uploads, a_second_scene_takes_the_place_of_the_one_before) {
   set_beside(300);
-  show_beside(context_, {scene_of(400), Backend::cpu}, {});
+  show_beside(context_, scene_of(400), Backend::cpu, {});
   EXPECT_EQ(gpu_.used, 1000u);
   EXPECT_EQ(context_.beside->scene->cloud.size(), 400u);
-  EXPECT_THROW(show_beside(context_, {scene_of(401), Backend::cpu}, {}), Error);
+  EXPECT_THROW(show_beside(context_, scene_of(401), Backend::cpu, {}), Error);
   EXPECT_EQ(context_.beside->scene->cloud.size(), 400u) << "the old one stays";
 }
 
 TEST_F(Uploads, a_second_scene_on_another_backend_comes_after_the_one_before_went) {
   set_beside(300);
-  show_beside(context_, {scene_of(400), Backend::cuda}, {});
+  show_beside(context_, scene_of(400), Backend::cuda, {});
   EXPECT_EQ(made_, (std::vector<Made>{{Backend::cuda, 600}}));
   EXPECT_EQ(context_.beside->backend, Backend::cuda);
-  EXPECT_THROW(show_beside(context_, {scene_of(401), Backend::cpu}, {}), Error);
+  EXPECT_THROW(show_beside(context_, scene_of(401), Backend::cpu, {}), Error);
   EXPECT_EQ(context_.beside->scene->cloud.size(), 400u) << "the old one stays";
   EXPECT_EQ(context_.beside->renderer, nullptr) << "and is uploaded again later";
 }

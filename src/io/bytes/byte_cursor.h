@@ -39,7 +39,7 @@ class ByteCursor {
   ByteCursor(std::span<const std::byte> bytes, std::string source)
       : ByteCursor(bytes, [source = std::move(source)] { return source; }) {}
 
-  /// `source` is called if something is wrong: a file of many records names none in vain.
+  /// `source` is called only if something is wrong, so readers of many records format no names.
   ByteCursor(std::span<const std::byte> bytes, std::function<std::string()> source)
       : bytes_(bytes), source_(std::move(source)) {}
 

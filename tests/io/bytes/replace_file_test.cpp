@@ -31,7 +31,7 @@
 
 namespace {
 
-// What this program asked the disk to do, in order; null: not recorded.
+// The requests of this program to the disk, in order; null: not recorded.
 std::vector<std::string>* g_disk_log = nullptr;
 
 }  // namespace

@@ -77,7 +77,7 @@ std::vector<std::string> mode_names(CullMode first, CullMode last) {
 
 std::size_t index_of(double value) { return static_cast<std::size_t>(value); }
 
-bool always(const Viewer&) { return true; }
+bool in_any_state(const Viewer&) { return true; }
 
 // ---- rows --------------------------------------------------------------------------------------
 // A part of the viewer that controls change one field at a time: an action takes the changed copy.
@@ -110,7 +110,7 @@ Control part_row(const Part<Type>& part, std::string name, ControlKind kind,
 // control, without its value.
 template <class Type, class Field>
 Control field_row(const Part<Type>& part, std::string name, ControlKind kind, Field field,
-                  ControlNow shape = {}, std::string help = "", When when = always) {
+                  ControlNow shape = {}, std::string help = "", When when = in_any_state) {
   return part_row(
       part, std::move(name), kind,
       [part, field, shape = std::move(shape), when = std::move(when)](const Viewer& v) -> Now {
@@ -149,7 +149,7 @@ Control index_row(bool Panels::*panel, const char* name, std::function<Now(const
 
 // A switch of the viewer that an action turns over.
 Control switch_row(bool Panels::*panel, const char* name, Action turn_over, When is_on,
-                   When when = always, std::string help = "") {
+                   When when = in_any_state, std::string help = "") {
   return value_row(
       panel, name, toggle,
       [is_on = std::move(is_on), when = std::move(when)](const Viewer& v) -> Now {
@@ -167,7 +167,7 @@ Control button_now(bool Panels::*panel, std::string name, Action action,
       [action = std::move(action)](const Viewer&, double) { return action; }, std::move(help));
 }
 
-Control button_row(bool Panels::*panel, std::string name, Action action, When when = always,
+Control button_row(bool Panels::*panel, std::string name, Action action, When when = in_any_state,
                    std::string help = "") {
   return button_now(
       panel, std::move(name), std::move(action),
@@ -745,9 +745,9 @@ Controls camera_controls() {
 
 Controls path_controls() {
   return {
-      button_row(&Panels::cameras, "Set here", call(action::add_keyframe), always,
+      button_row(&Panels::cameras, "Set here", call(action::add_keyframe), in_any_state,
                  command_hint("Set a keyframe")),
-      button_row(&Panels::cameras, "Film", call(action::film), always,
+      button_row(&Panels::cameras, "Film", call(action::film), in_any_state,
                  command_hint("Film of the path, or round the scene")),
       button_now(
           &Panels::cameras, "Play", call(action::toggle_playback),

@@ -347,8 +347,7 @@ void color_backward(const BlendInput& in, const ListedFrame& listed, const GpuPi
   if (is_deep)
     sum.operator()<2>(scratch.depths, scratch.depth_sums);
   else if (sizes.has_depth)
-    check(cudaMemsetAsync(scratch.depth_sums, 0, sizes.gaussians * sizeof(glm::vec2), stream),
-          "sums of depths");
+    set_zero("sums of depths", scratch.depth_sums, sizes.gaussians, stream);
   const Boundary<float>& rows = out.by;
   if (!rows.mean_px && !rows.conic && !rows.depth && !rows.opacity && !rows.color &&
       !out.channels && !absolute)

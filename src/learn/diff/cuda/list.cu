@@ -189,7 +189,7 @@ __global__ void __launch_bounds__(kLongBlock)
 
 void list_pairs(CullMode mode, const ListInput& in, cudaStream_t stream) {
   const ListArrays& lists = in.out;
-  check(cudaMemsetAsync(lists.sizes, 0, lists.tile_count * sizeof(std::uint32_t), stream), "list");
+  set_zero("list", lists.sizes, lists.tile_count, stream);
   if (in.gaussians > 0 && lists.room > 0) {
     with_culler(mode, [&]<class P>(P) {
       launch("list_pairs", list_gaussians<P>, blocks_for(in.gaussians), stream, in);

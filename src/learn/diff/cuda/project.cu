@@ -186,7 +186,7 @@ void project(const DrawnView& view, const GaussianInputs<float>& gaussians, cons
   const cudaStream_t stream = stream_of(queue);
   GpuHeldSizes sizes = GpuHeldSizes::of(view.camera, gaussians.count);
   const auto block = block_at<GpuGaussianBlock>(frame.gaussians, sizes);
-  check(cudaMemsetAsync(block.total, 0, sizeof *block.total, stream), "project");
+  set_zero("project", block.total, 1, stream);
   if (sizes.gaussians > 0) {
     const FootprintArrays footprints = block_at<ProjectScratch>(scratch, sizes).footprints;
     auto rules = PassRules<float>::of(view, gaussians.sh_degree);

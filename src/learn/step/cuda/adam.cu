@@ -285,8 +285,7 @@ void add_color_gradients(const StepOrder& order, const Gradients& gradients, Gra
   const auto add = [&](unsigned first, unsigned end, unsigned all, bool& has) {
     if (!has) {
       const std::size_t row = std::size_t{3} * by.sh_row;
-      check(cudaMemsetAsync(by.sh + first * row, 0, (all - first) * row * sizeof(float), stream),
-            "add gradients");
+      set_zero("add gradients", by.sh + first * row, (all - first) * row, stream);
     }
     has = true;
     if (first == end) return;

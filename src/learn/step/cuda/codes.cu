@@ -216,8 +216,7 @@ void DeviceCodes::upload(const CodeState& host, cudaStream_t stream) {
   copy_to_device(host.codebook.values.data(), values, count, stream);
   copy_to_device(host.first.data(), first, count, stream);
   copy_to_device(host.second.data(), second, count, stream);
-  check(cudaMemsetAsync(sums.data(), 0, of_stage * sizeof(unsigned long long), stream),
-        "step_codes");
+  set_zero("step_codes", sums.data(), of_stage, stream);
   exists = true;
 }
 

@@ -105,10 +105,8 @@ __global__ void __launch_bounds__(kTilePixels)
 void start_counting(std::uint32_t gaussians, cudaStream_t stream, PixelCounts& counts) {
   for (DeviceBuffer<std::uint32_t>* each : {&counts.blended, &counts.flagged})
     each->reserve("the counts", with_room(gaussians));
-  for (DeviceBuffer<std::uint32_t>* each : {&counts.blended, &counts.flagged}) {
-    check(cudaMemsetAsync(each->data(), 0, gaussians * sizeof(std::uint32_t), stream),
-          "count errors");
-  }
+  for (DeviceBuffer<std::uint32_t>* each : {&counts.blended, &counts.flagged})
+    set_zero("count errors", each->data(), gaussians, stream);
   counts.count = gaussians;
 }
 
@@ -126,9 +124,7 @@ void count_errors(const StepView& view, const ForwardFrame& frame, const Compari
   scratch.histogram.reserve("the errors", kErrorBins);
   scratch.limit.reserve("the errors", 1);
   if (counts.count == 0) start_counting(gaussians, view.stream, counts);
-  check(
-      cudaMemsetAsync(scratch.histogram.data(), 0, kErrorBins * sizeof(std::uint32_t), view.stream),
-      "count errors");
+  set_zero("count errors", scratch.histogram.data(), kErrorBins, view.stream);
   launch("find_errors", find_errors, blocks_for((pixels + kPixelsPerThread - 1) / kPixelsPerThread),
          view.stream, pictures, pixels, ErrorOutput{scratch.bins.data(), scratch.histogram.data()});
   launch("find_limit", find_limit, 1u, view.stream, scratch.histogram.data(), scratch.limit.data());

@@ -26,8 +26,8 @@ void DensityStatistics::reset(std::uint32_t gaussians, cudaStream_t stream) {
   views.reserve("the statistics", with_room(count));
   has_absolute = false;
   if (count == 0) return;
-  check(cudaMemsetAsync(sums.data(), 0, count * sizeof(float), stream), "reset");
-  check(cudaMemsetAsync(views.data(), 0, count * sizeof(std::uint32_t), stream), "reset");
+  set_zero("reset", sums.data(), count, stream);
+  set_zero("reset", views.data(), count, stream);
 }
 
 void DensityStatistics::upload(const qs::train::DensityStatistics& host, cudaStream_t stream) {
@@ -49,7 +49,7 @@ void DensityStatistics::add(const Gradients& gradients, CountedGaussians counted
   if (count == 0) return;
   if (gradients.has_absolute && !has_absolute) {
     absolute.reserve("the statistics", with_room(count));
-    check(cudaMemsetAsync(absolute.data(), 0, count * sizeof(float), stream), "density");
+    set_zero("density", absolute.data(), count, stream);
     has_absolute = true;
   }
   const glm::vec2 half_px(0.5f * static_cast<float>(width), 0.5f * static_cast<float>(height));

@@ -557,13 +557,11 @@ void sum_grid_gradients(const StepView& view, const ParametersView& parameters, 
 
 void sum_field_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
                          cudaStream_t stream) {
-  const auto clear = [&](auto& sums, std::size_t count) {
-    check(cudaMemsetAsync(sums.data(), 0, count * sizeof(*sums.data()), stream), "field_gradients");
-  };
-  if (field.has_grid_sums) clear(field.grid_sums, field.grid_count);
+  constexpr const char* kWhat = "field_gradients";
+  if (field.has_grid_sums) set_zero(kWhat, field.grid_sums.data(), field.grid_count, stream);
   field.has_grid_sums = true;
   if (parameters.count == 0) {
-    clear(field.by_weights, field.weight_count);
+    set_zero(kWhat, field.by_weights.data(), field.weight_count, stream);
     return;
   }
   sum_weight_gradients(view, parameters, field, stream);

@@ -90,8 +90,7 @@ void project_view(const StepView& view, const ParametersView& parameters, Forwar
   frame.first_places.reserve(kWhat, room);
   frame.depth_keys.reserve(kWhat, room);
   frame.total.sum.reserve(kWhat, 1);
-  check(cudaMemsetAsync(frame.total.sum.data(), 0, sizeof(unsigned long long), view.stream),
-        "project");
+  set_zero("project", frame.total.sum.data(), 1, view.stream);
   if (parameters.count > 0) {
     with_culler(view.settings.mode, [&]<class P>(P) {
       const ProjectInput in{parameters, make_view<float>(view.camera),

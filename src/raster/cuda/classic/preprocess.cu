@@ -54,8 +54,7 @@ void ClassicVisible::reserve(std::size_t gaussians) {
 
 void preprocess(const FrameContext& frame, ClassicVisible& visible) {
   visible.reserve(frame.cloud.count);
-  check(cudaMemsetAsync(visible.counters.data(), 0, sizeof(ClassicCounters), frame.stream),
-        "preprocess");
+  set_zero("preprocess", visible.counters.data(), 1, frame.stream);
   with_culler(frame.settings.mode, [&]<class P>(P) {
     const FootprintRules rules = frame.rules();
     const PreprocessInput in{frame.cloud.view(), make_view<float>(frame.camera), rules,

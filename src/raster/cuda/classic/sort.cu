@@ -22,7 +22,7 @@ __global__ void find_ranges(const std::uint64_t* keys, std::uint32_t count, List
 void sort(const FrameContext& frame, ClassicPairs& pairs, TileLists& lists) {
   const auto tiles = static_cast<unsigned>(frame.grid.count());
   lists.ranges.reserve("the frame's tiles", tiles);
-  check(cudaMemsetAsync(lists.ranges.data(), 0, tiles * sizeof(ListRange), frame.stream), "sort");
+  set_zero("sort", lists.ranges.data(), tiles, frame.stream);
   if (pairs.count == 0) return;
   // At least one bit, also for a picture of one tile.
   const int tile_bits = std::max(1, static_cast<int>(std::bit_width(tiles - 1)));

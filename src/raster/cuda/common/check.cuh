@@ -19,6 +19,12 @@ inline void check(cudaError_t error, const char* what) {
   throw Error(ErrorKind::device, std::string("cuda: ") + what + ": " + cudaGetErrorString(error));
 }
 
+/// Enqueues the writing of zeros to `count` elements.
+template <class T>
+void set_zero(const char* what, T* elements, std::size_t count, cudaStream_t stream) {
+  check(cudaMemsetAsync(elements, 0, count * sizeof(T), stream), what);
+}
+
 /// Threads per block of kernels that use one thread per item.
 inline constexpr unsigned kThreads = 256;
 

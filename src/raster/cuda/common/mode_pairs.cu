@@ -48,7 +48,7 @@ void ModeCounter::enqueue(const DeviceCloud& cloud, const CountedView& counted,
                           cudaStream_t stream) {
   counts_.reserve("the counts of the modes", 1);
   if (!on_host_) on_host_.emplace();
-  check(cudaMemsetAsync(counts_.data(), 0, sizeof(ModeCounts), stream), "count");
+  set_zero("count", counts_.data(), 1, stream);
   const RenderSettings& settings = counted.settings;
   FootprintRules rules =
       footprint_rules(settings, settings.antialiased.value_or(cloud.antialiased));

@@ -50,7 +50,7 @@ struct Pixels {
     if (outputs.used) used.reserve("the frame's used pairs", pairs);
   }
   void clear_used(const Outputs& outputs, std::size_t pairs, cudaStream_t stream) {
-    if (outputs.used && pairs > 0) check(cudaMemsetAsync(used.data(), 0, pairs, stream), "blend");
+    if (outputs.used && pairs > 0) set_zero("blend", used.data(), pairs, stream);
   }
 
   /// Number of marked pairs per tile.

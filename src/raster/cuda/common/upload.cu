@@ -114,7 +114,7 @@ class Upload {
   bool with_halves(const Progress& progress) {
     device_.sh.reserve(kScene, cloud_.size() * 3);
     device_.sh_halves.reserve(kScene, cloud_.size() * (width_ - 3));
-    check(cudaMemsetAsync(inexact_.data(), 0, sizeof(std::uint32_t), stream_), "upload");
+    set_zero("upload", inexact_.data(), 1, stream_);
     for (std::size_t first = 0; first < cloud_.size(); first += kChunk) {
       const Rows rows = copy_chunk(first, progress);
       launch("transpose_rows", transpose_rows, blocks_for(rows.count), stream_, rows, 3u,

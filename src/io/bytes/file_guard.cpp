@@ -15,6 +15,7 @@
 #include <sys/stat.h>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 
 namespace qs {
 namespace {
@@ -201,9 +202,7 @@ fs::path own_name(const fs::path& path) {
 }
 
 bool is_own_report(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::string ending = lower_case(path.extension().string());
   if (ending == ".jpeg") ending = ".jpg";
   if (ending == ".tiff") ending = ".tif";
   if (holds(path, ending)) return true;

@@ -31,7 +31,7 @@ class Inflater {
   /// if the data is damaged or ends before the member does.
   std::size_t read(std::span<std::byte> out);
 
-  /// The same without throwing: stops where the data is damaged, and problem() is not empty.
+  /// As read(), but does not throw: it stops where the data is damaged, and problem() is not empty.
   std::size_t try_read(std::span<std::byte> out);
   const std::string& problem() const { return problem_; }
 

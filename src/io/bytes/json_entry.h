@@ -18,7 +18,7 @@ struct JsonEntry {
   using json = nlohmann::json;
 
   const json& object;
-  const std::string& where;
+  std::string where;
 
   bool has(const char* key) const { return object.contains(key) && !object[key].is_null(); }
 
@@ -34,8 +34,10 @@ struct JsonEntry {
     return number;
   }
 
+  double number(const char* key) const { return number(get(key), key); }
+
   double positive(const char* key) const {
-    const double value = number(get(key), key);
+    const double value = number(key);
     if (!(value > 0)) fail("{}: {} is {}, but must be above 0", where, key, value);
     return value;
   }
@@ -43,7 +45,7 @@ struct JsonEntry {
   /// Width or height of a picture, pixels.
   int side(const char* key) const {
     constexpr int kMaxSide = 65535;
-    const double value = number(get(key), key);
+    const double value = number(key);
     if (value < 1 || value > kMaxSide || value != std::floor(value)) {
       fail("{}: {} is {}, but must be a whole number from 1 to {}", where, key, value, kMaxSide);
     }
@@ -63,6 +65,17 @@ struct JsonEntry {
     glm::vec<kSize, double> result;
     for (int i = 0; i < kSize; ++i) result[i] = number(value[static_cast<std::size_t>(i)], key);
     return result;
+  }
+  template <int kSize>
+  glm::vec<kSize, double> vector(const char* key) const {
+    return vector<kSize>(get(key), key);
+  }
+
+  /// The fields of the object `key`.
+  JsonEntry child(const char* key) const {
+    const json& value = get(key);
+    if (!value.is_object()) fail("{}: {} is not an object", where, key);
+    return {value, fmt::format("{}: {}", where, key)};
   }
 };
 

@@ -105,7 +105,7 @@ void replace_file(const std::filesystem::path& path,
     return replace_file(std::filesystem::canonical(path), write);
   require_place(path);
   const bool replaces = check_target(path);
-  const bool is_part = is_unfinished(path);  // of a folder that replace_folder() syncs
+  const bool is_part = is_unfinished(path);  // replace_folder() will sync it
   const UnfinishedFolder hidden = hidden_folder(folder_of(path), path);
   const fs::path temporary = hidden.path() / path.filename();
   write(temporary);

@@ -41,7 +41,7 @@ void check_folder(const std::filesystem::path& folder);
 /// Creates a folder and its parents. Throws Error(input).
 void make_folder(const std::filesystem::path& folder);
 
-/// The same as replace_file() for a binary stream. Also throws Error(input) if it cannot be opened
+/// As replace_file(), for a binary stream. Also throws Error(input) if it cannot be opened
 /// or the disk is full.
 void write_file(const std::filesystem::path& path,
                 const std::function<void(std::ostream& stream)>& write);

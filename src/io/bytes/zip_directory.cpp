@@ -169,7 +169,7 @@ class Directory {
   std::span<const std::byte> archive_;
   const std::string& path_;
   std::uint64_t entries_ = 0;
-  std::uint64_t begin_ = 0, end_ = 0;  // of the directory
+  std::uint64_t begin_ = 0, end_ = 0;  // the directory's first byte and its end
 };
 
 }  // namespace

@@ -21,7 +21,7 @@ struct ZippedFile {
   std::span<const std::byte> stored;  ///< in the archive
   std::uint64_t bytes = 0;            ///< unpacked, as the archive announces
   std::uint32_t checksum = 0;         ///< CRC-32 of the unpacked bytes
-  std::uint16_t method = 0;           ///< of compression: 0 or 8 (deflate) can be unpacked
+  std::uint16_t method = 0;           ///< 0 (stored) and 8 (deflate) can be unpacked
   bool encrypted = false;
 };
 

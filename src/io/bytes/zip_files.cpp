@@ -7,6 +7,7 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/file_source.h"
 #include "io/bytes/zip_directory.h"
 
@@ -82,17 +83,15 @@ std::unique_ptr<FileSource> files_in_zip(std::span<const std::byte> content,
 }
 
 bool is_zip(std::span<const std::byte> content) {
-  const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
   constexpr std::string_view kEntry = "PK\x03\x04", kEmpty = "PK\x05\x06";
-  return text.starts_with(kEntry) || text.starts_with(kEmpty);
+  return text_of(content).starts_with(kEntry) || text_of(content).starts_with(kEmpty);
 }
 
 std::string_view first_name_in_zip(std::span<const std::byte> content) {
-  constexpr std::size_t kLength = 26, kName = 30;  // of the header
+  constexpr std::size_t kLength = 26, kName = 30;  // places in the header
   if (!is_zip(content) || content.size() < kName) return {};
   const std::size_t length = load<std::uint16_t>(content.data() + kLength);
-  return {reinterpret_cast<const char*>(content.data()) + kName,
-          std::min(length, content.size() - kName)};
+  return text_of(content).substr(kName, length);
 }
 
 bool is_npz(std::span<const std::byte> content) {

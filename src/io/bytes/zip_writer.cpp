@@ -11,6 +11,7 @@
 
 #include <zlib.h>
 
+#include "io/bytes/byte_writer.h"
 #include "io/bytes/replace_file.h"
 
 namespace qs {
@@ -18,14 +19,8 @@ namespace {
 
 constexpr std::uint16_t kDate = 1 << 5 | 1;  // 1980-01-01
 constexpr std::uint16_t kNameIsUtf8 = 1 << 11;
-constexpr std::uint16_t kVersion = 20, kVersion64 = 45;  // of the format that a reader needs
+constexpr std::uint16_t kVersion = 20, kVersion64 = 45;  // the format's version that a reader needs
 constexpr std::uint32_t kInExtraField = 0xffffffff;
-
-/// Appends the little-endian bytes of every value.
-template <class... Values>
-void put(std::string& bytes, Values... values) {
-  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
-}
 
 std::string deflated_bytes(std::string_view content) {
   constexpr int kBareWindow = -15, kMemory = 8;
@@ -56,14 +51,15 @@ std::string deflated_bytes(std::string_view content) {
 /// A size or offset of 32 bits, which is added to the 64-bit extra field if it does not fit.
 std::uint32_t short_value(std::uint64_t value, std::string& extra) {
   if (value < kInExtraField) return static_cast<std::uint32_t>(value);
-  put(extra, value);
+  put_values(extra, value);
   return kInExtraField;
 }
 
 /// The extra field with 64-bit values; empty without values.
 std::string extra_field(const std::string& values) {
   std::string field;
-  if (!values.empty()) put(field, std::uint16_t{1}, static_cast<std::uint16_t>(values.size()));
+  if (!values.empty())
+    put_values(field, std::uint16_t{1}, static_cast<std::uint16_t>(values.size()));
   return field + values;
 }
 
@@ -83,27 +79,27 @@ class Archive {
     // A file's own header has both sizes in 64 bits or none.
     const bool is_long = entry.content.size() >= kInExtraField || stored.size() >= kInExtraField;
     std::string common, values;  // the part that both headers have
-    put(common, is_long || offset_ >= kInExtraField ? kVersion64 : kVersion,
-        is_ascii ? std::uint16_t{0} : kNameIsUtf8, static_cast<std::uint16_t>(deflated ? 8 : 0),
-        std::uint16_t{0}, kDate, checksum);
+    put_values(common, is_long || offset_ >= kInExtraField ? kVersion64 : kVersion,
+               is_ascii ? std::uint16_t{0} : kNameIsUtf8,
+               static_cast<std::uint16_t>(deflated ? 8 : 0), std::uint16_t{0}, kDate, checksum);
     if (is_long) {
-      put(common, kInExtraField, kInExtraField);
-      put(values, std::uint64_t{entry.content.size()}, std::uint64_t{stored.size()});
+      put_values(common, kInExtraField, kInExtraField);
+      put_values(values, std::uint64_t{entry.content.size()}, std::uint64_t{stored.size()});
     } else {
-      put(common, static_cast<std::uint32_t>(stored.size()),
-          static_cast<std::uint32_t>(entry.content.size()));
+      put_values(common, static_cast<std::uint32_t>(stored.size()),
+                 static_cast<std::uint32_t>(entry.content.size()));
     }
-    put(common, name_bytes);
+    put_values(common, name_bytes);
     std::string local = "PK\3\4" + common;
-    put(local, static_cast<std::uint16_t>(extra_field(values).size()));
+    put_values(local, static_cast<std::uint16_t>(extra_field(values).size()));
     local += entry.name + extra_field(values);
 
     const std::uint32_t place = short_value(offset_, values);
     directory_ += "PK\1\2";
-    put(directory_, kVersion64);
+    put_values(directory_, kVersion64);
     directory_ += common;
-    put(directory_, static_cast<std::uint16_t>(extra_field(values).size()), std::uint16_t{0},
-        std::uint16_t{0}, std::uint16_t{0}, std::uint32_t{0}, place);
+    put_values(directory_, static_cast<std::uint16_t>(extra_field(values).size()), std::uint16_t{0},
+               std::uint16_t{0}, std::uint16_t{0}, std::uint32_t{0}, place);
     directory_ += entry.name + extra_field(values);
     ++files_;
     write(local);
@@ -118,21 +114,21 @@ class Archive {
     if (begin >= kInExtraField || bytes >= kInExtraField || files_ >= kMany) {
       const std::uint64_t end64 = offset_;
       end += "PK\6\6";
-      put(end, std::uint64_t{44}, kVersion64, kVersion64, std::uint32_t{0}, std::uint32_t{0},
-          files_, files_, bytes, begin);
+      put_values(end, std::uint64_t{44}, kVersion64, kVersion64, std::uint32_t{0}, std::uint32_t{0},
+                 files_, files_, bytes, begin);
       end += "PK\6\7";
-      put(end, std::uint32_t{0}, end64, std::uint32_t{1});
+      put_values(end, std::uint32_t{0}, end64, std::uint32_t{1});
     }
     const auto count = static_cast<std::uint16_t>(std::min<std::uint64_t>(files_, kMany));
     end += "PK\5\6";
-    put(end, std::uint16_t{0}, std::uint16_t{0}, count, count, short_value(bytes, unused),
-        short_value(begin, unused), std::uint16_t{0});
+    put_values(end, std::uint16_t{0}, std::uint16_t{0}, count, count, short_value(bytes, unused),
+               short_value(begin, unused), std::uint16_t{0});
     write(end);
   }
 
  private:
   void write(std::string_view bytes) {
-    stream_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream_ << bytes;
     offset_ += bytes.size();
   }
 

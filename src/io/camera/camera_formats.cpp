@@ -11,6 +11,7 @@
 #include <glm/matrix.hpp>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/json_kind.h"
 #include "io/camera/cameras.h"
 
@@ -82,9 +83,7 @@ std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
 std::string photograph_name(const std::string& file_name) {
   const std::size_t dot = file_name.rfind('.');
   if (dot == std::string::npos || dot == 0) return file_name;
-  std::string ending = file_name.substr(dot);
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_case(file_name.substr(dot));
   for (const char* known : {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp",
                             ".heic", ".ppm", ".pfm"}) {
     if (ending == known) return file_name.substr(0, dot);

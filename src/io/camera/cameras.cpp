@@ -44,10 +44,10 @@ Camera parse_object(const json& object, const std::string& where) {
   const JsonEntry entry{object, where};
   Camera camera;
   const glm::dmat3 rotation = parse_rotation(entry);
-  const auto position = entry.vector<3>(entry.get("position"), "position");
+  const auto position = entry.vector<3>("position");
   glm::dvec3 translation = -(rotation * position);
   if (entry.has("translation")) {
-    const auto exact = entry.vector<3>(object["translation"], "translation");
+    const auto exact = entry.vector<3>("translation");
     const double tolerance = 1e-9 * (1 + glm::length(exact) + glm::length(position));
     if (glm::distance(exact, translation) <= tolerance) translation = exact;
   }
@@ -56,10 +56,10 @@ Camera parse_object(const json& object, const std::string& where) {
   camera.width = entry.side("width");
   camera.height = entry.side("height");
   camera.center_px = 0.5 * glm::dvec2(camera.width - 1, camera.height - 1);
-  if (entry.has("cx")) camera.center_px.x = entry.number(object["cx"], "cx") - 0.5;
-  if (entry.has("cy")) camera.center_px.y = entry.number(object["cy"], "cy") - 0.5;
+  if (entry.has("cx")) camera.center_px.x = entry.number("cx") - 0.5;
+  if (entry.has("cy")) camera.center_px.y = entry.number("cy") - 0.5;
   if (entry.has("center_px")) {
-    const auto exact = entry.vector<2>(object["center_px"], "center_px");
+    const auto exact = entry.vector<2>("center_px");
     if (agree(exact.x, camera.center_px.x) && agree(exact.y, camera.center_px.y))
       camera.center_px = exact;
   }
@@ -72,15 +72,12 @@ std::optional<Lens> parse_lens(const json& object, const std::string& where) {
   if (!object.contains("lens")) return std::nullopt;
   if (!object["lens"].is_object()) fail("{}: lens is not an object", where);
   const JsonEntry entry{object["lens"], where};
-  const auto number = [&](const char* key) { return entry.number(entry.get(key), key); };
-  Lens lens;
-  lens.focal_px = {entry.positive("fx"), entry.positive("fy")};
-  lens.center_px = {number("cx") - 0.5, number("cy") - 0.5};
-  lens.k1 = number("k1");
-  lens.k2 = number("k2");
-  lens.p1 = number("p1");
-  lens.p2 = number("p2");
-  return lens;
+  return Lens{{entry.positive("fx"), entry.positive("fy")},
+              {entry.number("cx") - 0.5, entry.number("cy") - 0.5},
+              entry.number("k1"),
+              entry.number("k2"),
+              entry.number("p1"),
+              entry.number("p2")};
 }
 
 json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }

@@ -24,8 +24,8 @@ namespace qs {
 /// COLMAP cameras are sorted by name. Throws Error(input) naming file, camera and field.
 std::vector<Camera> read_cameras(const std::filesystem::path& path);
 
-/// The same with the lenses of photographs that must be undistorted. cameras.json has them as an
-/// object "lens" with fx, fy, cx, cy, k1, k2, p1, p2.
+/// As read_cameras(), with the lenses of photographs that must be undistorted. cameras.json has
+/// them as an object "lens" with fx, fy, cx, cy, k1, k2, p1, p2.
 std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path);
 
 /// The cameras file of a scene: cameras.json beside the scene file or in up to three parent
@@ -42,7 +42,7 @@ std::string format_camera(const Camera& camera);
 /// A whole cameras.json.
 std::string format_cameras(const std::vector<LensCamera>& cameras);
 
-/// The same as a part of a larger JSON file: the camera as an object, and the camera from an
+/// Parts of a larger JSON file: the camera as an object, and the camera from an
 /// object.
 nlohmann::ordered_json camera_json(const Camera& camera);
 Camera camera_of(const nlohmann::ordered_json& object, std::string_view source);

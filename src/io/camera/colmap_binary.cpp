@@ -22,72 +22,60 @@ namespace {
 constexpr std::uint64_t kPointBytes = 24;
 constexpr std::uint64_t kTrackBytes = 8;
 
-// Names the record for a message. A file may have millions, so nothing is formatted before.
-using Where = std::function<std::string()>;
+// A file may have millions of records, so nothing is formatted before an error.
+class Record {
+ public:
+  Record(std::span<const std::byte> bytes, const std::string& name, std::uint64_t number)
+      : name_(name), number_(number), cursor_(bytes, [this] { return where(); }) {}
+  Record(const Record&) = delete;
+  Record& operator=(const Record&) = delete;
 
-// Calls read(cursor, where) for every record of a file that begins with their number.
+  std::string where() const { return fmt::format("{} {}", name_, number_); }
+  std::uint64_t bytes() const { return cursor_.offset(); }
+
+  template <class T>
+  T read(const char* what) {
+    return cursor_.read<T>(what);
+  }
+
+  const ColmapModel& model() {
+    const auto id = read<std::int32_t>("the model");
+    const ColmapModel* const found = find_colmap_model(id);
+    if (found == nullptr) fail("{}: there is no camera model {}", where(), id);
+    return *found;
+  }
+
+  // A number of items, and the items.
+  void skip_list(std::uint64_t item_bytes, const char* items) {
+    const auto count = read<std::uint64_t>("the number of items");
+    if (!fits(count, item_bytes, cursor_.left()))
+      fail("{}: cut off: {} {} do not fit into {} bytes", where(), count, items, cursor_.left());
+    cursor_.take(count * item_bytes, items);
+  }
+
+ private:
+  const std::string& name_;
+  std::uint64_t number_;
+  ByteCursor cursor_;
+};
+
+// Calls read(record) for every record of a file that begins with their number.
 template <class F>
-void for_each_record(const std::filesystem::path& path, const char* record, F read) {
+void for_each_record(const std::filesystem::path& path, const char* kind, F read) {
   const MappedFile file(path);
   ByteCursor header(file.content(), path.string());
   const auto count = header.read<std::uint64_t>("the number of records");
   auto rest = file.content().subspan(header.offset());
-  std::uint64_t i = 0;
-  const Where where = [&] { return fmt::format("{}: {} {}", path.string(), record, i); };
-  for (; i < count; ++i) {
-    ByteCursor cursor(rest, [&where] { return where(); });
-    read(cursor, where);
-    rest = rest.subspan(cursor.offset());
+  const std::string name = fmt::format("{}: {}", path.string(), kind);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    Record record(rest, name, i);
+    read(record);
+    rest = rest.subspan(record.bytes());
   }
   if (!rest.empty()) {
     fail("{}: {} bytes follow the {} {}s that it announces", path.string(), rest.size(), count,
-         record);
+         kind);
   }
-}
-
-void read_lens(ByteCursor& cursor, const Where& where, ColmapLenses& lenses) {
-  const auto id = cursor.read<std::uint32_t>("id");
-  const auto model_id = cursor.read<std::int32_t>("model");
-  const auto width = cursor.read<std::uint64_t>("width");
-  const auto height = cursor.read<std::uint64_t>("height");
-  const ColmapModel* model = find_colmap_model(model_id);
-  if (model == nullptr) fail("{}: there is no camera model {}", where(), model_id);
-  std::array<double, 16> parameters{};
-  const auto count = static_cast<std::size_t>(model->parameters);
-  for (std::size_t i = 0; i < count; ++i) parameters.at(i) = cursor.read<double>("parameters");
-  add_colmap_lens(lenses, {id, *model, width, height, std::span(parameters).first(count)}, where());
-}
-
-ColmapImage read_image_record(ByteCursor& cursor, const Where& where) {
-  ColmapImage image;
-  cursor.read<std::uint32_t>("id");
-  image.rotation.w = cursor.read<double>("quaternion");
-  image.rotation.x = cursor.read<double>("quaternion");
-  image.rotation.y = cursor.read<double>("quaternion");
-  image.rotation.z = cursor.read<double>("quaternion");
-  for (int i = 0; i < 3; ++i) image.translation[i] = cursor.read<double>("translation");
-  image.lens = cursor.read<std::uint32_t>("camera");
-  while (const char c = cursor.read<char>("name")) image.name += c;
-  const auto points = cursor.read<std::uint64_t>("the number of points");
-  if (!fits(points, kPointBytes, cursor.left()))
-    fail("{}: cut off: {} points do not fit into {} bytes", where(), points, cursor.left());
-  cursor.take(points * kPointBytes, "points");
-  return image;
-}
-
-ScenePoint read_point_record(ByteCursor& cursor, const Where& where) {
-  ScenePoint point;
-  cursor.read<std::uint64_t>("id");
-  for (int i = 0; i < 3; ++i) point.position[i] = cursor.read<double>("position");
-  for (int i = 0; i < 3; ++i)
-    point.color[i] = static_cast<float>(cursor.read<std::uint8_t>("colour")) / 255;
-  cursor.read<double>("error");
-  const auto images = cursor.read<std::uint64_t>("the number of images");
-  if (!fits(images, kTrackBytes, cursor.left()))
-    fail("{}: cut off: {} images do not fit into {} bytes", where(), images, cursor.left());
-  cursor.take(images * kTrackBytes, "images");
-  if (!is_finite(point)) fail("{}: its position is not finite", where());
-  return point;
 }
 
 }  // namespace
@@ -98,23 +86,25 @@ bool recognises_colmap_binary(const std::filesystem::path& file, std::string_vie
 
 std::vector<LensCamera> read_colmap_binary(const std::filesystem::path& file) {
   ColmapLenses lenses;
-  for_each_record(
-      file.parent_path() / "cameras.bin", "camera",
-      [&](ByteCursor& cursor, const Where& where) { read_lens(cursor, where, lenses); });
+  for_each_record(file.parent_path() / "cameras.bin", "camera",
+                  [&](Record& record) { read_colmap_lens(record, lenses); });
   std::vector<LensCamera> cameras;
-  for_each_record(file.parent_path() / "images.bin", "image",
-                  [&](ByteCursor& cursor, const Where& where) {
-                    const ColmapImage image = read_image_record(cursor, where);
-                    cameras.push_back(colmap_camera(lenses, image, where()));
-                  });
+  for_each_record(file.parent_path() / "images.bin", "image", [&](Record& record) {
+    ColmapImage image = read_colmap_image(record);
+    while (const char c = record.read<char>("the name")) image.name += c;
+    record.skip_list(kPointBytes, "points");
+    cameras.push_back(colmap_camera(lenses, image, record.where()));
+  });
   sort_by_name(cameras);
   return cameras;
 }
 
 std::vector<ScenePoint> read_colmap_points_binary(const std::filesystem::path& file) {
   std::vector<ScenePoint> points;
-  for_each_record(file, "point", [&](ByteCursor& cursor, const Where& where) {
-    points.push_back(read_point_record(cursor, where));
+  for_each_record(file, "point", [&](Record& record) {
+    points.push_back(read_colmap_point(record));
+    record.read<double>("the error");
+    record.skip_list(kTrackBytes, "images");
   });
   return points;
 }

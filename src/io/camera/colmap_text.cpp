@@ -8,6 +8,7 @@
 #include <charconv>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/colmap.h"
@@ -40,13 +41,20 @@ class Line {
   }
 
   template <class T>
-  T number(const char* what) {
+  T read(const char* what) {
     const std::string_view text = word(what);
     T value{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size())
       fail("{}: {} '{}' is not a number", where(), what, text.substr(0, 40));
     return value;
+  }
+
+  const ColmapModel& model() {
+    const std::string_view name = word("the model");
+    const ColmapModel* const found = find_colmap_model(name);
+    if (found == nullptr) fail("{}: there is no camera model '{}'", where(), name.substr(0, 40));
+    return *found;
   }
 
   /// The rest of the line, which may contain spaces: a file name.
@@ -68,9 +76,7 @@ class Line {
 class Lines {
  public:
   explicit Lines(const std::filesystem::path& path)
-      : file_(path),
-        path_(path.string()),
-        rest_(reinterpret_cast<const char*>(file_.content().data()), file_.content().size()) {}
+      : file_(path), path_(path.string()), rest_(text_of(file_.content())) {}
 
   bool at_end() const { return rest_.empty(); }
 
@@ -87,32 +93,6 @@ class Lines {
   std::string_view rest_;
   std::uint64_t number_ = 0;
 };
-
-void read_lens(Line& line, ColmapLenses& lenses) {
-  const auto id = line.number<std::uint32_t>("the camera's id");
-  const std::string_view name = line.word("the model");
-  const ColmapModel* model = find_colmap_model(name);
-  if (model == nullptr) fail("{}: there is no camera model '{}'", line.where(), name.substr(0, 40));
-  const auto width = line.number<std::uint64_t>("the width");
-  const auto height = line.number<std::uint64_t>("the height");
-  std::vector<double> parameters;
-  for (int i = 0; i < model->parameters; ++i)
-    parameters.push_back(line.number<double>("a parameter"));
-  add_colmap_lens(lenses, {id, *model, width, height, parameters}, line.where());
-}
-
-ColmapImage read_image_line(Line& line) {
-  ColmapImage image;
-  line.number<std::uint32_t>("the image's id");
-  image.rotation.w = line.number<double>("the quaternion");
-  image.rotation.x = line.number<double>("the quaternion");
-  image.rotation.y = line.number<double>("the quaternion");
-  image.rotation.z = line.number<double>("the quaternion");
-  for (int i = 0; i < 3; ++i) image.translation[i] = line.number<double>("the translation");
-  image.lens = line.number<std::uint32_t>("the camera's id");
-  image.name = line.all("the name");
-  return image;
-}
 
 // Skips the second line of an image. If a file had lost these lines, every other image would be
 // skipped silently, so the line is checked.
@@ -134,13 +114,14 @@ std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file) {
   ColmapLenses lenses;
   for (Lines lines(file.parent_path() / "cameras.txt"); !lines.at_end();) {
     Line line = lines.next();
-    if (!line.empty() && !line.is_comment()) read_lens(line, lenses);
+    if (!line.empty() && !line.is_comment()) read_colmap_lens(line, lenses);
   }
   std::vector<LensCamera> cameras;
   for (Lines lines(file.parent_path() / "images.txt"); !lines.at_end();) {
     Line line = lines.next();
     if (line.empty() || line.is_comment()) continue;
-    const ColmapImage image = read_image_line(line);
+    ColmapImage image = read_colmap_image(line);
+    image.name = line.all("the name");
     cameras.push_back(colmap_camera(lenses, image, line.where()));
     if (!lines.at_end()) skip_points(lines.next());
   }
@@ -152,14 +133,7 @@ std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& fil
   std::vector<ScenePoint> points;
   for (Lines lines(file); !lines.at_end();) {
     Line line = lines.next();
-    if (line.empty() || line.is_comment()) continue;
-    ScenePoint point;
-    line.number<std::uint64_t>("the point's id");
-    for (int i = 0; i < 3; ++i) point.position[i] = line.number<double>("the position");
-    for (int i = 0; i < 3; ++i)
-      point.color[i] = static_cast<float>(line.number<std::uint8_t>("the colour")) / 255;
-    if (!is_finite(point)) fail("{}: its position is not finite", line.where());
-    points.push_back(point);
+    if (!line.empty() && !line.is_comment()) points.push_back(read_colmap_point(line));
   }
   return points;
 }

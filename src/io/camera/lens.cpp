@@ -15,7 +15,7 @@ constexpr double kLeastFactor = 0.5, kMostFactor = 2;
 constexpr int kBorderPoints = 64;  // per side
 
 glm::dvec2 scaled_center(glm::dvec2 center, glm::dvec2 factor) {
-  return (center + 0.5) * factor - 0.5;  // from the pixel corner
+  return (center + 0.5) * factor - 0.5;  // distances from the pixel corner are scaled
 }
 
 // Calls visit(pixel) for points on the image's border.

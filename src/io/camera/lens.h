@@ -33,13 +33,13 @@ struct Lens {
 
 /// The camera of a photograph.
 struct LensCamera {
-  Camera camera;             ///< of the undistorted photograph
-  std::optional<Lens> lens;  ///< of the photograph as it was taken; unset: no distortion
+  Camera camera;             ///< the undistorted photograph's
+  std::optional<Lens> lens;  ///< the lens that took the photograph; unset: no distortion
   /// The photograph's path from the folder of the cameras file, as written in transforms.json,
   /// possibly without an extension. Empty: only the name is known.
   std::filesystem::path photograph = {};
 
-  /// The same view in another resolution: each axis is scaled by its own factor.
+  /// This view in another resolution: each axis is scaled by its own factor.
   LensCamera scaled(int width, int height) const;
 };
 

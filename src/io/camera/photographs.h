@@ -34,7 +34,7 @@ class Photographs {
   std::vector<std::string> names() const;
 
  private:
-  std::map<std::string, std::filesystem::path> files_;  // by path in the folder, without ending
+  std::map<std::string, std::filesystem::path> files_;  // key: path in the folder without ending
 };
 
 /// "3 views without a photograph are left out".

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/camera/points.h"
 
-#include <cmath>
 #include <system_error>
 
 namespace qs {
@@ -20,11 +19,6 @@ std::optional<std::filesystem::path> find_points_file(const std::filesystem::pat
 std::vector<ScenePoint> read_points(const std::filesystem::path& file) {
   return file.extension() == ".txt" ? read_colmap_points_text(file)
                                     : read_colmap_points_binary(file);
-}
-
-bool is_finite(const ScenePoint& point) {
-  const glm::vec3 position(point.position);
-  return std::isfinite(position.x) && std::isfinite(position.y) && std::isfinite(position.z);
 }
 
 }  // namespace qs

@@ -27,6 +27,5 @@ std::vector<ScenePoint> read_points(const std::filesystem::path& file);
 /// The formats. They are for read_points().
 std::vector<ScenePoint> read_colmap_points_binary(const std::filesystem::path& file);
 std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& file);
-bool is_finite(const ScenePoint& point);  ///< in single precision
 
 }  // namespace qs

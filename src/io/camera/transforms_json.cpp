@@ -30,7 +30,7 @@ struct FrameEntry {
 
   const JsonEntry& with(const char* key) const { return frame.has(key) ? frame : file; }
   bool has(const char* key) const { return with(key).has(key); }
-  double number(const char* key) const { return with(key).number(with(key).get(key), key); }
+  double number(const char* key) const { return with(key).number(key); }
 };
 
 double focal_px(const FrameEntry& frame, const char* length, const char* angle, int side) {
@@ -117,7 +117,7 @@ std::vector<LensCamera> read_transforms_json(const std::filesystem::path& path) 
   if (!file.is_object() || !file.contains("frames") || !file["frames"].is_array())
     fail("{}: not a list of cameras, nor an object with a list of frames", source);
   std::vector<LensCamera> cameras;
-  glm::ivec2 size(0);  // of the photographs; 0 until one is read
+  glm::ivec2 size(0);  // the photographs' size; 0 until one is read
   for (const json& object : file["frames"]) {
     const std::string where = fmt::format("{}: frame {}", source, cameras.size());
     if (!object.is_object()) fail("{}: not a JSON object", where);

@@ -11,22 +11,11 @@ namespace {
 
 // The direction of a letter in RDF; 0 for another letter.
 glm::dvec3 direction_of(char letter) {
-  switch (letter) {
-    case 'R':
-      return {1, 0, 0};
-    case 'L':
-      return {-1, 0, 0};
-    case 'D':
-      return {0, 1, 0};
-    case 'U':
-      return {0, -1, 0};
-    case 'F':
-      return {0, 0, 1};
-    case 'B':
-      return {0, 0, -1};
-    default:
-      return {0, 0, 0};
-  }
+  constexpr std::string_view kLetters = "RLDUFB";
+  glm::dvec3 direction(0);
+  if (const std::size_t at = kLetters.find(letter); at != kLetters.npos)
+    direction[static_cast<int>(at / 2)] = at % 2 == 0 ? 1 : -1;
+  return direction;
 }
 
 }  // namespace

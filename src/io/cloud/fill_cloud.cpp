@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/fail.h"
+#include "io/cloud/cloud_memory.h"
 
 namespace qs {
 namespace {
@@ -145,7 +146,6 @@ void Sieve::inspect(std::size_t begin, std::size_t end) {
 void Sieve::remove_dropped() {
   std::sort(dropped_.begin(), dropped_.end(),
             [](const Dropped& a, const Dropped& b) { return a.index < b.index; });
-  const auto coefficients = static_cast<std::ptrdiff_t>(sh_coefficient_count(cloud_.sh_degree));
   std::size_t kept = 0;
   auto next = dropped_.begin();
   for (std::size_t i = 0; i < cloud_.size(); ++i) {
@@ -153,13 +153,7 @@ void Sieve::remove_dropped() {
       ++next;
       continue;
     }
-    cloud_.positions[kept] = cloud_.positions[i];
-    cloud_.log_scales[kept] = cloud_.log_scales[i];
-    cloud_.rotations[kept] = cloud_.rotations[i];
-    cloud_.opacity_logits[kept] = cloud_.opacity_logits[i];
-    std::copy_n(cloud_.sh.begin() + static_cast<std::ptrdiff_t>(i) * coefficients, coefficients,
-                cloud_.sh.begin() + static_cast<std::ptrdiff_t>(kept) * coefficients);
-    ++kept;
+    copy_gaussian(cloud_, i, cloud_, kept++);
   }
   cloud_.resize(kept, cloud_.sh_degree);
 }

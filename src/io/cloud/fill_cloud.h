@@ -21,9 +21,9 @@ namespace qs {
 void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float start,
                 const std::function<void(std::size_t begin, std::size_t end)>& fill);
 
-/// The same for values that come from no file: adds no warnings, and may leave no Gaussian. Returns
-/// the indices of the removed Gaussians, in increasing order. Throws Cancelled, and anything that
-/// `fill` throws.
+/// As fill_cloud(), for values that come from no file: adds no warnings, and may leave no Gaussian.
+/// Returns the indices of the removed Gaussians, in increasing order. Throws Cancelled, and
+/// anything that `fill` throws.
 std::vector<std::size_t> fill_drawable(
     GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
     const std::function<void(std::size_t begin, std::size_t end)>& fill);

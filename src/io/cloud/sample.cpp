@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "io/cloud/sample.h"
 
+#include "io/cloud/cloud_memory.h"
+
 namespace qs {
 
 bool is_sampled(std::size_t count, const Sampling& sampling) {
@@ -20,15 +22,7 @@ SceneSample sample_of(const Scene& scene, const Sampling& sampling) {
   GaussianCloud& cloud = sample.scene.cloud;
   cloud.antialiased = all.antialiased;
   cloud.resize((all.size() + sample.step - 1) / sample.step, 0);
-  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(all.sh_degree));
-  for (std::size_t k = 0; k < cloud.size(); ++k) {
-    const std::size_t i = k * sample.step;
-    cloud.positions[k] = all.positions[i];
-    cloud.log_scales[k] = all.log_scales[i];
-    cloud.rotations[k] = all.rotations[i];
-    cloud.opacity_logits[k] = all.opacity_logits[i];
-    cloud.sh[k] = all.sh[i * coefficients];
-  }
+  for (std::size_t k = 0; k < cloud.size(); ++k) copy_gaussian(all, k * sample.step, cloud, k);
   return sample;
 }
 

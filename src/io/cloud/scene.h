@@ -29,7 +29,7 @@ struct FilePart {
 /// were fitted to the network.
 struct NetworkColors {
   std::shared_ptr<const ColorField> field;
-  double rms = 0;        ///< of the fit's difference in 24 directions, in units of 0..1
+  double rms = 0;        ///< rms of the fit's difference in 24 directions, in units of 0..1
   double rms_of_99 = 0;  ///< 99 % of the Gaussians have at most this rms
 };
 
@@ -44,8 +44,8 @@ struct Scene {
   /// as the file or its format declares; ReadOptions::axes do not change it
   std::string declared_axes = "RDF";
   std::string vertical_axis;     ///< as the file declares it ("y", "-z", ...); empty if it does not
-  std::uint64_t file_bytes = 0;  ///< of all files that were read
-  std::vector<FilePart> parts;   ///< of formats that consist of arrays; empty for others
+  std::uint64_t file_bytes = 0;  ///< sum over all files that were read
+  std::vector<FilePart> parts;   ///< set by formats that consist of arrays
   double unpack_ms = 0;          ///< headers, decompression and allocation
   double fill_ms = 0;            ///< conversion of the values into the cloud, with checks
 };
@@ -67,12 +67,12 @@ struct Sampling {
   /// SH are unpacked, other formats when all Gaussians are read. Called on the thread that reads
   /// the scene.
   std::function<void(SceneSample sample)> take;
-  std::size_t most = 50'000;     ///< of the sample
-  std::size_t fewest = 300'000;  ///< of the file; smaller files give no sample
+  std::size_t most = 50'000;     ///< Gaussians in the sample
+  std::size_t fewest = 300'000;  ///< files with fewer Gaussians give no sample
 };
 
 struct ReadOptions {
-  int iteration = -1;  ///< of a model directory: point_cloud/iteration_N; -1 = the highest
+  int iteration = -1;  ///< N of a model's point_cloud/iteration_N; -1 = the highest
   /// Overrides the frame declared by the file, see is_axes(); empty: trust the file.
   std::string axes = {};
   Progress progress = {};

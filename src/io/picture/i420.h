@@ -38,7 +38,7 @@ class I420 {
   int width_ = 0, height_ = 0;
   std::size_t stride_ = 0;
   std::vector<std::uint8_t> values_;
-  std::vector<std::int16_t> sums_;  // of two rows: red, green, blue
+  std::vector<std::int16_t> sums_;  // sums over two rows: red, green, blue
 };
 
 }  // namespace qs

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
@@ -41,9 +42,7 @@ const PictureFormat& format_of(const std::filesystem::path& path) {
 std::span<const PictureFormat> picture_formats() { return kFormats; }
 
 std::string picture_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_case(path.extension().string());
   return extension == ".jpeg" ? ".jpg" : extension;
 }
 

@@ -39,7 +39,7 @@ void check_picture_name(const std::filesystem::path& path);
 void write_image(const Image& image, const std::filesystem::path& path,
                  const ImageMetadata& metadata = {}, const Progress& progress = {});
 
-/// The same as a PNG with 16 bits per value: floor(65535 * clamp(x, 0, 1) + 0.5).
+/// As write_image(), a PNG with 16 bits per value: floor(65535 * clamp(x, 0, 1) + 0.5).
 void write_16_bit_png(const Image& image, const std::filesystem::path& path,
                       const ImageMetadata& metadata = {}, const Progress& progress = {});
 

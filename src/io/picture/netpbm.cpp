@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "base/fail.h"
+#include "io/bytes/byte_writer.h"
 #include "io/picture/picture_formats.h"
 
 namespace qs {
@@ -111,7 +112,7 @@ void write_ppm(const Image& image, const PictureTarget& target, const ImageMetad
   std::string bytes(image.values.size(), '\0');
   std::transform(image.values.begin(), image.values.end(), bytes.begin(),
                  [](float value) { return static_cast<char>(to_8bit(value)); });
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file << bytes;
   close_picture(file, target);
 }
 
@@ -150,8 +151,7 @@ void write_pfm(const Image& image, const PictureTarget& target, const ImageMetad
   for (int y = image.height - 1; y >= 0; --y) {
     std::copy_n(image.row(y), row.size(), row.begin());
     if (!kLittleEndian) std::transform(row.begin(), row.end(), row.begin(), swapped<float>);
-    file.write(reinterpret_cast<const char*>(row.data()),
-               static_cast<std::streamsize>(row.size() * 4));
+    write_values(file, row);
   }
   close_picture(file, target);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/fail.h"
+#include "io/bytes/byte_writer.h"
 #include "io/picture/picture_formats.h"
 
 namespace qs {
@@ -33,13 +34,9 @@ Image read_npy(const std::filesystem::path& path) {
   check_picture_size(path, shape[1], shape[0], shape[2]);
   Image image(static_cast<int>(shape[1]), static_cast<int>(shape[0]), static_cast<int>(shape[2]));
   const std::size_t needed = image.values.size() * sizeof(float);
-  if (content.size() - begin > needed) {
-    fail("{}: {} x {} pixels need {} bytes, {} are there", path.string(), shape[1], shape[0],
-         needed, content.size() - begin);
-  }
-  if (content.size() - begin < needed) {
-    fail("{}: truncated: {} x {} pixels need {} bytes, {} are there", path.string(), shape[1],
-         shape[0], needed, content.size() - begin);
+  if (const std::size_t there = content.size() - begin; there != needed) {
+    fail("{}: {}{} x {} pixels need {} bytes, {} are there", path.string(),
+         there < needed ? "truncated: " : "", shape[1], shape[0], needed, there);
   }
   std::memcpy(image.values.data(), content.data() + begin, needed);
   return image;
@@ -48,11 +45,8 @@ Image read_npy(const std::filesystem::path& path) {
 void write_npy(const Image& image, const PictureTarget& target, const ImageMetadata&) {
   std::ofstream file = open_picture(target);
   const std::string channels = image.channels > 1 ? fmt::format(", {}", image.channels) : "";
-  const std::string header =
-      npy_header(kType, fmt::format("({}, {}{})", image.height, image.width, channels));
-  file.write(header.data(), static_cast<std::streamsize>(header.size()));
-  file.write(reinterpret_cast<const char*>(image.values.data()),
-             static_cast<std::streamsize>(image.values.size() * sizeof(float)));
+  file << npy_header(kType, fmt::format("({}, {}{})", image.height, image.width, channels));
+  write_values(file, image.values);
   close_picture(file, target);
 }
 

@@ -32,7 +32,7 @@ Vp9Picture Vp9Encoder::encode(const I420&, double, int, bool) { return {}; }
 
 namespace {
 
-constexpr int kTicks = 10000;                                ///< of the codec's clock in a second
+constexpr int kTicks = 10000;  ///< ticks of the codec's clock in a second
 constexpr double kShortest = 1.0 / 60, kLongest = 1.0 / 20;  ///< seconds between two pictures
 constexpr int kFastest = 9;                                  ///< "cpu-used"
 constexpr int kMostRate = 100'000;                           ///< kilobits per second

@@ -6,8 +6,10 @@
 #include <cctype>
 #include <chrono>
 #include <new>
+#include <sstream>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
 #include "io/cloud/axes.h"
@@ -51,20 +53,11 @@ constexpr std::array kReaders = {
               recognises_gltf, read_gltf},
 };
 
-bool name_ends_with(const std::filesystem::path& path, std::string_view extension) {
-  std::string name = path.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return name.ends_with(extension);
-}
-
 bool has_extension_of(const ReaderRow& row, const std::filesystem::path& path) {
-  std::string_view rest = row.extensions;
-  while (!rest.empty()) {
-    const std::size_t end = std::min(rest.find(' '), rest.size());
-    if (name_ends_with(path, rest.substr(0, end))) return true;
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-  }
+  const std::string name = lower_case(path.filename().string());
+  std::istringstream extensions(row.extensions);
+  for (std::string extension; extensions >> extension;)
+    if (name.ends_with(extension)) return true;
   return false;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 #include "io/scene/gltf/gltf_writer.h"
 #include "io/scene/ply/compressed_ply_writer.h"
 #include "io/scene/ply/ply_writer.h"
@@ -33,12 +34,6 @@ constexpr std::array kWriters = {
               write_glb},
 };
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 const WriterRow& choose_writer(const std::filesystem::path& path, std::string_view format) {
   if (const WriterRow* found = find_writer(path, format)) return *found;
   std::string known;
@@ -58,7 +53,7 @@ const WriterRow& choose_writer(const std::filesystem::path& path, std::string_vi
 std::span<const WriterRow> writers() { return kWriters; }
 
 const WriterRow* find_writer(const std::filesystem::path& path, std::string_view format) {
-  const std::string name = lower(path.filename().string());
+  const std::string name = lower_case(path.filename().string());
   const auto found = std::find_if(kWriters.begin(), kWriters.end(), [&](const WriterRow& row) {
     return format.empty() ? name.ends_with(row.extension) : format == row.name;
   });

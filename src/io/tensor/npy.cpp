@@ -8,6 +8,7 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 
 namespace qs {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::string_view kMagic("\x93NUMPY", 6);
-constexpr std::size_t kAlign = 64;  // of the values in the file
+constexpr std::size_t kAlign = 64;  // the values begin at a multiple of it
 
 /// The text after "'key':" in the dictionary of the header; "" if there is none.
 std::string_view value_of(std::string_view dictionary, std::string_view key) {
@@ -95,8 +96,7 @@ std::uint64_t NpyArray::count() const {
 }
 
 NpyArray parse_npy(std::span<const std::byte> content, const std::string& source) {
-  const NpyHeader header =
-      parse_npy_header({reinterpret_cast<const char*>(content.data()), content.size()}, source);
+  const NpyHeader header = parse_npy_header(text_of(content), source);
   if (!header.shape) fail("{}: its shape is not a tuple of whole numbers", source);
   NpyArray array{header.type, {}, content.subspan(header.size)};
   for (const std::int64_t side : *header.shape) {

@@ -18,7 +18,7 @@ struct NpyHeader {
   std::string_view type;  ///< as NumPy writes it: "<f4"; empty if there is none
   bool is_c_order = false;
   std::optional<std::vector<std::int64_t>> shape;  ///< unset if it is no tuple of integers
-  std::size_t size = 0;                            ///< of the header, bytes
+  std::size_t size = 0;                            ///< bytes of the header
 };
 
 /// Throws Error(input) that begins with `source`.
@@ -31,9 +31,9 @@ std::string npy_header(std::string_view type, std::string_view shape);
 struct NpyArray {
   std::string_view type;
   std::vector<std::uint64_t> shape;
-  std::span<const std::byte> values;  ///< of type "|O" a pickle, else as many as the shape needs
+  std::span<const std::byte> values;  ///< fill the shape; a pickle if the type is "|O"
 
-  std::uint64_t count() const;  ///< of values
+  std::uint64_t count() const;  ///< number of values
 };
 
 /// The array of a whole file, in C order. `content` must outlive it. Throws Error(input), one

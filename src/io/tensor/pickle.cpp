@@ -8,6 +8,7 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 
 namespace qs {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 constexpr std::size_t kMaxOperations = 1u << 20;
 constexpr std::size_t kMaxMarks = 256;  // containers that are open at a time
 constexpr std::size_t kMaxMemo = 1u << 18;
-constexpr std::size_t kMaxItems = 1u << 21;  // of all containers together
+constexpr std::size_t kMaxItems = 1u << 21;  // sum over all containers
 constexpr std::size_t kMaxLongBytes = 64;
 constexpr int kMaxProtocol = 5;
 
@@ -47,77 +48,42 @@ struct RefusedOperation {
   unsigned char code;
   const char* name;
 };
-constexpr std::array kRefused = {
-    RefusedOperation{'0', "POP"},
-    RefusedOperation{'1', "POP_MARK"},
-    RefusedOperation{'2', "DUP"},
-    RefusedOperation{'F', "FLOAT"},
-    RefusedOperation{'I', "INT"},
-    RefusedOperation{'L', "LONG"},
-    RefusedOperation{'P', "PERSID"},
-    RefusedOperation{'S', "STRING"},
-    RefusedOperation{'T', "BINSTRING"},
-    RefusedOperation{'U', "SHORT_BINSTRING"},
-    RefusedOperation{'V', "UNICODE"},
-    RefusedOperation{'d', "DICT"},
-    RefusedOperation{'g', "GET"},
-    RefusedOperation{'i', "INST"},
-    RefusedOperation{'l', "LIST"},
-    RefusedOperation{'o', "OBJ"},
-    RefusedOperation{'p', "PUT"},
-    RefusedOperation{0x82, "EXT1"},
-    RefusedOperation{0x83, "EXT2"},
-    RefusedOperation{0x84, "EXT4"},
-    RefusedOperation{0x8b, "LONG4"},
-    RefusedOperation{0x8d, "BINUNICODE8"},
-    RefusedOperation{0x8f, "EMPTY_SET"},
-    RefusedOperation{0x90, "ADDITEMS"},
-    RefusedOperation{0x91, "FROZENSET"},
-    RefusedOperation{0x92, "NEWOBJ_EX"},
-    RefusedOperation{0x96, "BYTEARRAY8"},
-    RefusedOperation{0x97, "NEXT_BUFFER"},
-    RefusedOperation{0x98, "READONLY_BUFFER"},
-};
+constexpr RefusedOperation kRefused[] = {{'0', "POP"},
+                                         {'1', "POP_MARK"},
+                                         {'2', "DUP"},
+                                         {'F', "FLOAT"},
+                                         {'I', "INT"},
+                                         {'L', "LONG"},
+                                         {'P', "PERSID"},
+                                         {'S', "STRING"},
+                                         {'T', "BINSTRING"},
+                                         {'U', "SHORT_BINSTRING"},
+                                         {'V', "UNICODE"},
+                                         {'d', "DICT"},
+                                         {'g', "GET"},
+                                         {'i', "INST"},
+                                         {'l', "LIST"},
+                                         {'o', "OBJ"},
+                                         {'p', "PUT"},
+                                         {0x82, "EXT1"},
+                                         {0x83, "EXT2"},
+                                         {0x84, "EXT4"},
+                                         {0x8b, "LONG4"},
+                                         {0x8d, "BINUNICODE8"},
+                                         {0x8f, "EMPTY_SET"},
+                                         {0x90, "ADDITEMS"},
+                                         {0x91, "FROZENSET"},
+                                         {0x92, "NEWOBJ_EX"},
+                                         {0x96, "BYTEARRAY8"},
+                                         {0x97, "NEXT_BUFFER"},
+                                         {0x98, "READONLY_BUFFER"}};
 
-// A name of the file for a message: printable, in one line, not longer than a line.
-std::string printable(std::string_view name) {
-  constexpr std::size_t kLongest = 60;
-  std::string shown(name.substr(0, kLongest));
-  std::replace_if(
-      shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-  return name.size() > kLongest ? shown + "..." : shown;
-}
+// Index: PickleKind.
+constexpr const char* kKindNames[] = {
+    "None",    "a boolean", "an integer",   "an integer", "a real number", "a text",   "bytes",
+    "a tuple", "a list",    "a dictionary", "a name",     "an object",     "a storage"};
 
-const char* describe(PickleKind kind) {
-  switch (kind) {
-    case PickleKind::none:
-      return "None";
-    case PickleKind::boolean:
-      return "a boolean";
-    case PickleKind::integer:
-    case PickleKind::long_integer:
-      return "an integer";
-    case PickleKind::real:
-      return "a real number";
-    case PickleKind::text:
-      return "a text";
-    case PickleKind::bytes:
-      return "bytes";
-    case PickleKind::tuple:
-      return "a tuple";
-    case PickleKind::list:
-      return "a list";
-    case PickleKind::dictionary:
-      return "a dictionary";
-    case PickleKind::name:
-      return "a name";
-    case PickleKind::call:
-      return "an object";
-    case PickleKind::persistent:
-      return "a storage";
-  }
-  return "";
-}
+const char* describe(PickleKind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
 
 }  // namespace
 
@@ -281,8 +247,7 @@ class PickleMachine {
 
   void push_text(std::uint64_t size) {
     const auto bytes = in_.take(size, "a text");
-    push({.kind = PickleKind::text,
-          .text = {reinterpret_cast<const char*>(bytes.data()), bytes.size()}});
+    push({.kind = PickleKind::text, .text = qs::text_of(bytes)});
   }
 
   void push_bytes(std::uint64_t size) {
@@ -296,7 +261,7 @@ class PickleMachine {
     if (end == rest.end()) refuse("a name is cut off");
     const auto size = static_cast<std::size_t>(end - rest.begin());
     in_.take(size + 1, "a name");
-    return {reinterpret_cast<const char*>(rest.data()), size};
+    return qs::text_of(rest.first(size));
   }
 
   std::string_view text_of(PickleRef object) const {

@@ -22,8 +22,8 @@ using PickleRef = std::uint32_t;
 enum class PickleKind : std::uint8_t {
   none,
   boolean,
-  integer,       ///< of at most 64 bits
-  long_integer,  ///< of more bits: `bytes`, little endian, two's complement
+  integer,       ///< has at most 64 bits
+  long_integer,  ///< has more bits: `bytes`, little endian, two's complement
   real,
   text,  ///< UTF-8
   bytes,
@@ -37,12 +37,12 @@ enum class PickleKind : std::uint8_t {
 
 struct PickleObject {
   PickleKind kind = PickleKind::none;
-  std::int64_t integer = 0;  ///< of `boolean` too
+  std::int64_t integer = 0;  ///< also the value of a boolean
   double real = 0;
-  std::string_view text = {};             ///< of text, name and call
-  std::span<const std::byte> bytes = {};  ///< of bytes and long_integer
-  std::vector<PickleRef> items = {};      ///< of containers, `call` and `persistent`
-  PickleRef state = 0;  ///< of `call`: the state that the object would be given; 0 if none
+  std::string_view text = {};             ///< a text, or the name of a name or call
+  std::span<const std::byte> bytes = {};  ///< a bytes or long_integer
+  std::vector<PickleRef> items = {};      ///< the items of containers, `call` and `persistent`
+  PickleRef state = 0;  ///< the state that the object of a call would be given; 0 if none
 };
 
 class Pickle {

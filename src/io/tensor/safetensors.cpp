@@ -9,6 +9,7 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/mapped_file.h"
 
@@ -72,8 +73,7 @@ TensorFile parse_safetensors(std::span<const std::byte> content, const std::stri
   const auto header_bytes = cursor.read<std::uint64_t>("the length of the header");
   const auto header = cursor.take(header_bytes, "the header");
   const auto data = content.subspan(cursor.offset());
-  const json root = parse_json({reinterpret_cast<const char*>(header.data()), header.size()},
-                               source, kMaxHeaderValues);
+  const json root = parse_json(text_of(header), source, kMaxHeaderValues);
   if (!root.is_object()) fail("{}: the header is not an object", source);
   TensorFile file;
   std::uint64_t values_left = data.size() / sizeof(float);

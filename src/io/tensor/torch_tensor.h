@@ -55,8 +55,8 @@ class TorchFile {
   void open_stream(std::span<const std::byte> content);
 
   std::filesystem::path path_;
-  std::unique_ptr<FileSource> files_;  // of an archive
-  Array<std::byte> text_;              // of the pickle in an archive
+  std::unique_ptr<FileSource> files_;  // the files of an archive
+  Array<std::byte> text_;              // the pickle in an archive
   std::unique_ptr<Pickle> pickle_;
   TorchStorages storages_;
 };

@@ -36,8 +36,8 @@ class Transform {
 
   glm::dmat4 matrix_;
   glm::dmat3 linear_;
-  glm::dquat rotation_{1, 0, 0, 0};  // of a similarity
-  float log_scale_ = 0;              // of a similarity
+  glm::dquat rotation_{1, 0, 0, 0};  // the similarity's
+  float log_scale_ = 0;              // the similarity's
   bool is_similarity_ = false;
   // New coefficient k from old coefficients j within a degree: k, j below 7.
   std::array<std::array<std::array<float, 7>, 7>, kMaxShDegree + 1> sh_{};

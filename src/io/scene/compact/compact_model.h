@@ -34,7 +34,7 @@ struct CompactModel {
   ColorField field;
 
   std::string form;             ///< the files' kind, for Scene::format
-  std::vector<FilePart> parts;  ///< of the files
+  std::vector<FilePart> parts;  ///< parts of the files
   std::uint64_t file_bytes = 0;
   std::vector<std::string> warnings;  ///< whole sentences
 };

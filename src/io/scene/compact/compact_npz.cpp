@@ -26,7 +26,7 @@ constexpr std::int64_t kMaxLayers = 64, kMaxCodeBits = 16;
 struct Entry {
   Array<std::byte> content;
   NpyArray array;
-  std::string source;  // of messages
+  std::string source;  // messages begin with it
 };
 
 class Npz {

@@ -31,8 +31,8 @@ void write_compact_ply(const CompactModel& model, const std::filesystem::path& p
 void write_compact_npz(const CompactModel& model, const CodedVectors& scales,
                        const CodedVectors& rotations, const std::filesystem::path& path);
 
-/// The same with opacities and the hash grid in 8 bits, and Huffman codes. Values of the grid that
-/// are not beyond 0.1 become 0, as in the published program. Throws Error(input).
+/// As write_compact_npz(), with opacities and the hash grid in 8 bits, and Huffman codes. Values of
+/// the grid that are not beyond 0.1 become 0, as in the published program. Throws Error(input).
 void write_compact_processed(const CompactModel& model, const CodedVectors& scales,
                              const CodedVectors& rotations, const std::filesystem::path& path);
 

@@ -65,7 +65,7 @@ std::vector<HuffmanCode> read_huffman_table(const Pickle& pickle, PickleRef tabl
                                             const std::string& source) {
   const PickleObject& dictionary = pickle[table];
   if (dictionary.kind != PickleKind::dictionary) fail("{}: its table is no dictionary", source);
-  std::map<std::uint32_t, HuffmanCode> codes;  // of equal keys the last one counts
+  std::map<std::uint32_t, HuffmanCode> codes;  // the last one of equal keys counts
   for (std::size_t i = 0; i + 1 < dictionary.items.size(); i += 2) {
     HuffmanCode code;
     code.symbol = symbol_of(pickle[dictionary.items[i]], source);
@@ -87,7 +87,7 @@ std::vector<HuffmanCode> read_huffman_table(const Pickle& pickle, PickleRef tabl
 std::vector<HuffmanCode> make_huffman_table(std::span<const std::uint64_t> counts) {
   struct Tree {
     std::uint64_t count;
-    std::size_t number;  // of its creation, which orders equal counts
+    std::size_t number;  // counts the trees; it orders equal counts
     std::vector<HuffmanCode> codes;
     bool operator<(const Tree& other) const {  // the queue's top is its largest element
       return count != other.count ? count > other.count : number > other.number;
@@ -186,7 +186,7 @@ Array<std::uint16_t> HuffmanDecoder::decode(std::span<const std::byte> stream,
   Array<std::uint16_t> symbols;
   symbols.reserve(std::min(bits, most));
   BitWindow window(stream);
-  std::uint64_t end = 0;  // of the last symbol
+  std::uint64_t end = 0;  // bits up to the end of the last symbol
   while (end < bits) {
     Step step = fast_[window.peek(kFastBits)];
     window.skip(step.bits);

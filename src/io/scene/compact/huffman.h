@@ -63,7 +63,7 @@ class HuffmanDecoder {
 
   std::string source_;
   std::vector<std::array<std::uint32_t, 2>> nodes_;  // children as Step::to; node 0 is the root
-  std::vector<Step> fast_;                           // by the next kFastBits bits
+  std::vector<Step> fast_;                           // index: the next kFastBits bits
 };
 
 }  // namespace qs

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/json_kind.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"
@@ -98,7 +99,7 @@ class GltfScene {
       if (!known && !name.starts_with("KHR_materials_") && !name.starts_with("KHR_texture_") &&
           name != kWithdrawn) {
         fail("{}: it requires the glTF extension '{}', which cannot be read", source_,
-             printable(name));
+             printable(name.substr(0, 40)));
       }
     }
   }
@@ -174,22 +175,17 @@ class GltfScene {
     if (kernel.empty()) {
       warn_once("The file names no kernel; ellipses were assumed.");
     } else if (kernel != "ellipse") {
-      warn_once(fmt::format("Kernel '{}' is not known; ellipses were assumed.", printable(kernel)));
+      warn_once(fmt::format("Kernel '{}' is not known; ellipses were assumed.",
+                            printable(kernel.substr(0, 40))));
     }
     if (space == "lin_rec709_display") {
       warn_once("The colours are meant to be blended linearly; they are blended as they are.");
     } else if (space.empty()) {
       warn_once("The file names no colour space; sRGB was assumed.");
     } else if (space != "srgb_rec709_display") {
-      warn_once(fmt::format("Colour space '{}' is not known; sRGB was assumed.", printable(space)));
+      warn_once(fmt::format("Colour space '{}' is not known; sRGB was assumed.",
+                            printable(space.substr(0, 40))));
     }
-  }
-
-  static std::string printable(const std::string& text) {
-    std::string shown = text.substr(0, 40);
-    std::replace_if(
-        shown.begin(), shown.end(), [](unsigned char c) { return c < ' ' || c > '~'; }, '?');
-    return shown;
   }
 
   std::shared_ptr<const GltfSplats> unpack(const tinygltf::Value& compressed,
@@ -299,8 +295,7 @@ class GltfScene {
 
 bool recognises_gltf(std::span<const std::byte> content, const std::filesystem::path&) {
   if (is_glb(content)) return true;
-  const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
-  return json_kind(text) == JsonKind::gltf;
+  return json_kind(text_of(content)) == JsonKind::gltf;
 }
 
 void read_gltf(std::span<const std::byte> content, const std::filesystem::path& path,

@@ -13,6 +13,7 @@
 
 #include "io/bytes/base64.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/file_source.h"
 #include "io/bytes/json_text.h"
 
@@ -29,10 +30,6 @@ struct Chunks {
   std::string_view description;
   std::span<const std::byte> binary;
 };
-
-std::string_view text_of(std::span<const std::byte> content) {
-  return {reinterpret_cast<const char*>(content.data()), content.size()};
-}
 
 Chunks open_glb(std::span<const std::byte> content, const std::string& path) {
   constexpr std::uint32_t kJson = 0x4E4F534A, kBinary = 0x004E4942;
@@ -84,27 +81,31 @@ void check_layout(const json& root, const std::string& path) {
   }
 }
 
-std::size_t bytes_of(int component_type) {
-  switch (component_type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-      return 1;
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-      return 2;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-    case TINYGLTF_COMPONENT_TYPE_FLOAT:
-      return 4;
-    default:
-      return 0;
-  }
-}
-
 template <class T>
 float number(const std::byte* at, bool normalized) {
   const auto value = static_cast<float>(load<T>(at));
   if (!normalized) return value;
   return std::max(value / static_cast<float>(std::numeric_limits<T>::max()), -1.0f);
+}
+
+// A type of the numbers of an accessor.
+struct Component {
+  std::size_t bytes;  // 0: cannot be read
+  float (*convert)(const std::byte* at, bool normalized);
+};
+// From TINYGLTF_COMPONENT_TYPE_BYTE on. 32-bit signed integers do not exist in glTF.
+constexpr Component kComponents[] = {{1, number<std::int8_t>},
+                                     {1, number<std::uint8_t>},
+                                     {2, number<std::int16_t>},
+                                     {2, number<std::uint16_t>},
+                                     {0, nullptr},
+                                     {4, number<std::uint32_t>},
+                                     {4, nullptr}};
+
+Component component_of(int type) {
+  const int index = type - TINYGLTF_COMPONENT_TYPE_BYTE;
+  const bool known = index >= 0 && index < static_cast<int>(std::size(kComponents));
+  return known ? kComponents[index] : Component{0, nullptr};
 }
 
 std::string first_line(const std::string& text) {
@@ -191,21 +192,6 @@ tinygltf::Model parse_model(json root, const std::string& path) {
 
 }  // namespace
 
-float GltfNumbers::convert(const std::byte* at) const {
-  switch (component_type_) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-      return number<std::int8_t>(at, normalized_);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-      return number<std::uint8_t>(at, normalized_);
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-      return number<std::int16_t>(at, normalized_);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-      return number<std::uint16_t>(at, normalized_);
-    default:
-      return number<std::uint32_t>(at, normalized_);
-  }
-}
-
 GltfFile::GltfFile(std::span<const std::byte> content, const std::filesystem::path& path)
     : path_(path.string()), is_binary_(is_glb(content)) {
   const Chunks chunks = is_binary_ ? open_glb(content, path_) : Chunks{text_of(content), {}};
@@ -253,7 +239,8 @@ GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::stri
   const tinygltf::Accessor& accessor = this->accessor(index, what);
   if (accessor.sparse.isSparse) fail("{}: {}: sparse accessors cannot be read", path_, what);
   GltfNumbers numbers;
-  numbers.component_bytes_ = bytes_of(accessor.componentType);
+  const Component component = component_of(accessor.componentType);
+  numbers.component_bytes_ = component.bytes;
   if (numbers.component_bytes_ == 0 || accessor.type < 0 ||
       tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)) !=
           static_cast<int>(components)) {
@@ -273,7 +260,7 @@ GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::stri
   }
   numbers.count = accessor.count;
   numbers.data_ = bytes.data() + accessor.byteOffset;
-  numbers.component_type_ = accessor.componentType;
+  numbers.convert_ = component.convert;
   numbers.normalized_ = accessor.normalized;
   return numbers;
 }

@@ -28,18 +28,16 @@ class GltfNumbers {
   /// Component `c` of element `i`. Normalised integers become -1..1 or 0..1.
   float operator()(std::uint64_t i, std::size_t c) const {
     const std::byte* const at = data_ + i * stride_ + c * component_bytes_;
-    return component_type_ == TINYGLTF_COMPONENT_TYPE_FLOAT ? load<float>(at) : convert(at);
+    return convert_ == nullptr ? load<float>(at) : convert_(at, normalized_);
   }
 
  private:
   friend class GltfFile;
 
-  float convert(const std::byte* at) const;
-
   const std::byte* data_ = nullptr;
   std::uint64_t stride_ = 0;
   std::size_t component_bytes_ = 0;
-  int component_type_ = 0;
+  float (*convert_)(const std::byte* at, bool normalized) = nullptr;  // null: floats
   bool normalized_ = false;
 };
 
@@ -58,7 +56,7 @@ class GltfFile {
   const tinygltf::Model& model() const { return model_; }
   bool is_binary() const { return is_binary_; }
   std::uint64_t buffer_bytes() const { return buffers_.bytes; }  ///< each file counted once
-  std::uint64_t bytes_outside() const { return buffers_.bytes_outside; }  ///< of files beside it
+  std::uint64_t bytes_outside() const { return buffers_.bytes_outside; }  ///< in files beside it
 
   /// The bytes of bufferView `index`. Throws Error(input).
   std::span<const std::byte> view(int index) const;

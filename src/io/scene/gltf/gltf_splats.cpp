@@ -4,25 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/cloud/cloud_memory.h"
 #include "raster/kernel/constants.h"
 
 namespace qs {
 
 void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& cloud,
                    std::size_t to, GltfClamped& clamped) {
-  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
-  glm::vec3* const sh = &cloud.sh[to * coefficients];
-  std::fill_n(sh, coefficients, glm::vec3(0));
-  if (splats.cloud) {
-    const GaussianCloud& source = *splats.cloud;
-    cloud.positions[to] = source.positions[from];
-    cloud.log_scales[to] = source.log_scales[from];
-    cloud.rotations[to] = source.rotations[from];
-    cloud.opacity_logits[to] = source.opacity_logits[from];
-    const auto stored = static_cast<std::size_t>(sh_coefficient_count(source.sh_degree));
-    std::copy_n(&source.sh[from * stored], stored, sh);
-    return;
-  }
+  glm::vec3* const sh = sh_of(cloud, to);
+  std::fill_n(sh, sh_count(cloud), glm::vec3(0));
+  if (splats.cloud) return copy_gaussian(*splats.cloud, from, cloud, to);
   const auto vector = [from](const GltfNumbers& numbers) {
     return glm::vec3(numbers(from, 0), numbers(from, 1), numbers(from, 2));
   };

@@ -23,7 +23,7 @@ struct GltfSplats {
       cloud;  ///< set for compressed data; then the accessors below are empty
   GltfNumbers positions, rotations, scales;
   GltfNumbers opacities, colors;  ///< opacities, or RGBA as in drafts, 0 to 1
-  std::vector<GltfNumbers> sh;    ///< from degree 0 on, or from degree 1 on with `colors`
+  std::vector<GltfNumbers> sh;    ///< begins with degree 0, or with degree 1 if there are `colors`
   bool scales_are_logarithms = false;
 };
 

@@ -12,8 +12,10 @@
 #include <nlohmann/json.hpp>
 
 #include "base/fail.h"
+#include "io/bytes/byte_writer.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/axes.h"
+#include "io/cloud/cloud_memory.h"
 #include "raster/scene/activated_cloud.h"
 
 namespace qs {
@@ -57,9 +59,7 @@ std::vector<Attribute> attributes_of(int sh_degree) {
     for (int k = 0; k < 2 * degree + 1; ++k, ++number) {
       attributes.push_back({fmt::format("{}SH_DEGREE_{}_COEF_{}", prefix, degree, k), 3,
                             [number](const GaussianCloud& cloud, std::size_t i, float* out) {
-                              const auto count =
-                                  static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
-                              put(cloud.sh[i * count + number], out);
+                              put(sh_of(cloud, i)[number], out);
                             }});
     }
   }
@@ -113,11 +113,6 @@ ordered_json description_of(const GaussianCloud& cloud, const std::vector<Attrib
           {"buffers", {{{"byteLength", offset}}}}};
 }
 
-void put_number(std::ostream& file, std::uint64_t number) {
-  const auto bits = static_cast<std::uint32_t>(number);
-  file.write(reinterpret_cast<const char*>(&bits), sizeof bits);
-}
-
 }  // namespace
 
 void write_glb(const GaussianCloud& rdf_cloud, const std::filesystem::path& path, ThreadPool&,
@@ -137,14 +132,11 @@ void write_glb(const GaussianCloud& rdf_cloud, const std::filesystem::path& path
     fail("{}: {} bytes are more than the 4 GiB that a .glb can have", path.string(), total);
   }
 
+  const auto bits32 = [](std::uint64_t number) { return static_cast<std::uint32_t>(number); };
   write_file(path, [&](std::ostream& file) {
-    for (const std::uint64_t number :
-         {std::uint64_t{kMagic}, std::uint64_t{2}, total, text.size(), std::uint64_t{kJson}}) {
-      put_number(file, number);
-    }
-    file.write(text.data(), static_cast<std::streamsize>(text.size()));
-    put_number(file, binary_bytes);
-    put_number(file, kBinary);
+    write_values(file, std::array{kMagic, 2u, bits32(total), bits32(text.size()), kJson});
+    file << text;
+    write_values(file, std::array{bits32(binary_bytes), kBinary});
     std::vector<float> values;
     for (std::size_t a = 0; a < attributes.size(); ++a) {
       progress.update(static_cast<float>(a) / static_cast<float>(attributes.size()));
@@ -153,8 +145,7 @@ void write_glb(const GaussianCloud& rdf_cloud, const std::filesystem::path& path
       for (std::size_t i = 0; i < cloud.size(); ++i) {
         attributes[a].get(cloud, i, &values[i * components]);
       }
-      file.write(reinterpret_cast<const char*>(values.data()),
-                 static_cast<std::streamsize>(values.size() * sizeof(float)));
+      write_values(file, values);
     }
   });
   progress.update(1);

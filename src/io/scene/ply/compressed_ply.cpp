@@ -114,7 +114,7 @@ struct PackedGaussians {
   PlyRows rows, sh;
   PlyColumn position, rotation, scale, color;
   Array<Chunk> chunks;
-  std::vector<PlyColumn> sh_columns;  // of the SH bytes that are kept, channel by channel
+  std::vector<PlyColumn> sh_columns;  // the SH bytes that are kept, channel by channel
 
   PackedGaussians(const std::string& name, PlyBody& body) : path(name) {
     const PlyRows chunk_rows = body.rows("chunk");

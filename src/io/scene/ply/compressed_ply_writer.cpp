@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 
+#include "io/bytes/byte_writer.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/quantised.h"
 #include "raster/kernel/constants.h"
@@ -104,12 +105,6 @@ std::uint8_t pack_sh(float value) {
       std::clamp((static_cast<double>(value) / 8 + 0.5) * 256, 0.0, 255.0));
 }
 
-template <class T>
-void put(std::ostream& file, const std::vector<T>& values) {
-  file.write(reinterpret_cast<const char*>(values.data()),
-             static_cast<std::streamsize>(values.size() * sizeof(T)));
-}
-
 }  // namespace
 
 void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
@@ -147,17 +142,16 @@ void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::pat
   progress.update(0.6f);
 
   write_file(path, [&](std::ostream& file) {
-    const std::string header = header_of(cloud, chunk_count, rest);
-    file.write(header.data(), static_cast<std::streamsize>(header.size()));
+    file << header_of(cloud, chunk_count, rest);
     std::vector<glm::vec3> bounds;
     for (const ChunkBounds& chunk : chunks) {
       for (const Bounds* b : {&chunk.position, &chunk.log_scale, &chunk.color}) {
         bounds.insert(bounds.end(), {b->low, b->high});
       }
     }
-    put(file, bounds);
-    put(file, rows);
-    put(file, sh);
+    write_values(file, bounds);
+    write_values(file, rows);
+    write_values(file, sh);
   });
   progress.update(1);
 }

@@ -11,6 +11,7 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/scene/ply/compressed_ply.h"
@@ -158,13 +159,6 @@ int stored_rest(const PlyRows& rows, Scene& scene) {
   return 0;
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
-
 std::string trimmed(std::string_view text) {
   const std::size_t begin = std::min(text.find_first_not_of(" \t"), text.size());
   const std::size_t end = text.find_last_not_of(" \t") + 1;
@@ -192,9 +186,9 @@ int kept_sh_degree(int rest_per_channel, Scene& scene) {
 
 void apply_ply_comments(const PlyHeader& header, Scene& scene) {
   for (const std::string& comment : header.comments) {
-    const std::string text = trimmed(lower(comment));
+    const std::string text = trimmed(lower_case(comment));
     constexpr std::string_view kVerticalAxis = "vertical axis:";
-    // Written by Brush, Postshot and Brush.
+    // Brush writes SplatRenderMode and the vertical axis, Postshot writes antialiased.
     if (text == "splatrendermode: mip" || text == "antialiased 1") scene.cloud.antialiased = true;
     if (!text.starts_with(kVerticalAxis)) continue;
     const std::string axis = trimmed(std::string_view(text).substr(kVerticalAxis.size()));
@@ -202,18 +196,6 @@ void apply_ply_comments(const PlyHeader& header, Scene& scene) {
       if (axis == known) scene.vertical_axis = axis;
     }
   }
-}
-
-std::string describe(PlyFormat format) {
-  switch (format) {
-    case PlyFormat::ascii:
-      return "ascii";
-    case PlyFormat::binary_little_endian:
-      return "binary little endian";
-    case PlyFormat::binary_big_endian:
-      return "binary big endian";
-  }
-  return {};
 }
 
 bool is_ply_without_colors(std::span<const std::byte> content) {

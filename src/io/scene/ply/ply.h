@@ -35,7 +35,4 @@ int kept_sh_degree(int rest_per_channel, Scene& scene);
 /// Applies the declarations in the header's comments: antialiased training, the vertical axis.
 void apply_ply_comments(const PlyHeader& header, Scene& scene);
 
-/// "binary little endian"
-std::string describe(PlyFormat format);
-
 }  // namespace qs

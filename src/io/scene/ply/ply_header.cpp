@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 
 namespace qs {
 namespace {
@@ -16,28 +17,13 @@ namespace {
 // Far above any known header (40 KB of comments); bounds the search for end_header.
 constexpr std::size_t kMaxHeaderBytes = 8u << 20;
 
-struct TypeName {
-  std::string_view name;
-  PlyType type;
-};
-constexpr std::array<TypeName, 16> kTypeNames = {{
-    {"char", PlyType::i8},
-    {"int8", PlyType::i8},
-    {"uchar", PlyType::u8},
-    {"uint8", PlyType::u8},
-    {"short", PlyType::i16},
-    {"int16", PlyType::i16},
-    {"ushort", PlyType::u16},
-    {"uint16", PlyType::u16},
-    {"int", PlyType::i32},
-    {"int32", PlyType::i32},
-    {"uint", PlyType::u32},
-    {"uint32", PlyType::u32},
-    {"float", PlyType::f32},
-    {"float32", PlyType::f32},
-    {"double", PlyType::f64},
-    {"float64", PlyType::f64},
-}};
+// Index: PlyFormat.
+constexpr std::string_view kFormatNames[] = {"ascii", "binary_little_endian", "binary_big_endian"};
+
+// The two names of each type; index: PlyType.
+constexpr std::string_view kTypeNames[][2] = {
+    {"char", "int8"}, {"uchar", "uint8"}, {"short", "int16"},   {"ushort", "uint16"},
+    {"int", "int32"}, {"uint", "uint32"}, {"float", "float32"}, {"double", "float64"}};
 
 std::vector<std::string_view> split(std::string_view line) {
   constexpr std::string_view kBlanks = " \t";
@@ -100,25 +86,19 @@ class HeaderParser {
   }
 
   PlyType type(std::string_view word) {
-    for (const TypeName& row : kTypeNames) {
-      if (row.name == word) return row.type;
-    }
+    for (std::size_t i = 0; i < std::size(kTypeNames); ++i)
+      if (word == kTypeNames[i][0] || word == kTypeNames[i][1]) return static_cast<PlyType>(i);
     wrong("unknown type");
   }
 
   void parse_format() {
     if (has_format_) wrong("a second format line");
     has_format_ = true;
-    if (words_.size() != 3 || words_[2] != "1.0") wrong("unknown format");
-    if (words_[1] == "ascii") {
-      header_.format = PlyFormat::ascii;
-    } else if (words_[1] == "binary_little_endian") {
-      header_.format = PlyFormat::binary_little_endian;
-    } else if (words_[1] == "binary_big_endian") {
-      header_.format = PlyFormat::binary_big_endian;
-    } else {
+    const auto* const name = std::find(std::begin(kFormatNames), std::end(kFormatNames),
+                                       words_.size() > 1 ? words_[1] : std::string_view());
+    if (words_.size() != 3 || words_[2] != "1.0" || name == std::end(kFormatNames))
       wrong("unknown format");
-    }
+    header_.format = static_cast<PlyFormat>(name - std::begin(kFormatNames));
   }
 
   void parse_element() {
@@ -165,18 +145,17 @@ class HeaderParser {
 };
 
 std::string_view beginning(std::span<const std::byte> content) {
-  return {reinterpret_cast<const char*>(content.data()), std::min(content.size(), kMaxHeaderBytes)};
+  return text_of(content).substr(0, kMaxHeaderBytes);
 }
 
 }  // namespace
 
-std::string quoted_for_message(std::string_view text) {
-  constexpr std::size_t kLongest = 60;
-  std::string result(text.substr(0, kLongest));
-  for (char& c : result) {
-    if (c < ' ' || c > '~') c = '?';
-  }
-  return "'" + result + (text.size() > kLongest ? "...'" : "'");
+std::string quoted_for_message(std::string_view text) { return "'" + printable(text) + "'"; }
+
+std::string describe(PlyFormat format) {
+  std::string name(kFormatNames[static_cast<std::size_t>(format)]);
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
 }
 
 std::uint64_t size_of(PlyType type) {

@@ -16,6 +16,7 @@
 namespace qs {
 
 enum class PlyFormat { ascii, binary_little_endian, binary_big_endian };
+std::string describe(PlyFormat format);  ///< "binary little endian"
 enum class PlyType : std::uint8_t { i8, u8, i16, u16, i32, u32, f32, f64 };
 
 std::uint64_t size_of(PlyType type);
@@ -24,7 +25,7 @@ struct PlyProperty {
   std::string name;
   PlyType type = PlyType::f32;
   bool is_list = false;
-  PlyType length_type = PlyType::u8;  ///< of a list; an integer type
+  PlyType length_type = PlyType::u8;  ///< the type of a list's length, an integer
   std::uint64_t offset = 0;           ///< in the row, bytes; meaningless after a list
 };
 
@@ -32,7 +33,7 @@ struct PlyElement {
   std::string name;
   std::uint64_t count = 0;
   std::vector<PlyProperty> properties;
-  std::uint64_t row_bytes = 0;  ///< of the scalar properties, when binary
+  std::uint64_t row_bytes = 0;  ///< bytes of the scalar properties, when binary
   bool has_list = false;
 
   bool has(std::string_view property) const;
@@ -42,7 +43,7 @@ struct PlyHeader {
   PlyFormat format = PlyFormat::ascii;
   std::vector<PlyElement> elements;
   std::vector<std::string> comments;  ///< without the word "comment"
-  std::uint64_t body_offset = 0;      ///< of the byte after end_header's line end
+  std::uint64_t body_offset = 0;      ///< offset of the byte after end_header's line end
 
   /// nullptr when there is no such element.
   const PlyElement* find(std::string_view element) const;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 
 namespace qs {
 namespace {
@@ -21,29 +22,12 @@ double load_as_double(const std::byte* at, bool swap) {
 }
 
 double load_as_double(PlyType type, const std::byte* at, bool swap) {
-  switch (type) {
-    case PlyType::i8:
-      return load_as_double<std::int8_t>(at, swap);
-    case PlyType::u8:
-      return load_as_double<std::uint8_t>(at, swap);
-    case PlyType::i16:
-      return load_as_double<std::int16_t>(at, swap);
-    case PlyType::u16:
-      return load_as_double<std::uint16_t>(at, swap);
-    case PlyType::i32:
-      return load_as_double<std::int32_t>(at, swap);
-    case PlyType::u32:
-      return load_as_double<std::uint32_t>(at, swap);
-    case PlyType::f32:
-      return load_as_double<float>(at, swap);
-    case PlyType::f64:
-      return load_as_double<double>(at, swap);
-  }
-  return 0;
-}
-
-std::string_view text_of(std::span<const std::byte> content) {
-  return {reinterpret_cast<const char*>(content.data()), content.size()};
+  constexpr decltype(&load_as_double<float>) kLoads[] = {
+      // index: PlyType
+      load_as_double<std::int8_t>,   load_as_double<std::uint8_t>, load_as_double<std::int16_t>,
+      load_as_double<std::uint16_t>, load_as_double<std::int32_t>, load_as_double<std::uint32_t>,
+      load_as_double<float>,         load_as_double<double>};
+  return kLoads[static_cast<std::size_t>(type)](at, swap);
 }
 
 // The two encodings of a stream of numbers. number() and skip() return false if the bytes end or

@@ -9,6 +9,7 @@
 
 #include "base/fail.h"
 #include "base/parallel.h"
+#include "io/bytes/byte_writer.h"
 #include "io/bytes/replace_file.h"
 
 namespace qs {
@@ -62,8 +63,7 @@ void write_rows(const GaussianCloud& cloud, const char* comment, ThreadPool& poo
   constexpr std::size_t kRowsPerChunk = 1 << 10;
   const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);
   const std::size_t values = kFixedValues + 3 * rest;
-  const std::string header = header_of(cloud, rest, comment);
-  file.write(header.data(), static_cast<std::streamsize>(header.size()));
+  file << header_of(cloud, rest, comment);
 
   Array<float> buffer(std::min(kRowsPerWrite, cloud.size()) * values);
   for (std::size_t first = 0; first < cloud.size() && file; first += kRowsPerWrite) {
@@ -74,8 +74,7 @@ void write_rows(const GaussianCloud& cloud, const char* comment, ThreadPool& poo
         fill_row(cloud, first + i, rest, &buffer[i * values]);
       }
     });
-    file.write(reinterpret_cast<const char*>(buffer.data()),
-               static_cast<std::streamsize>(rows * values * sizeof(float)));
+    write_values(file, std::span(buffer).first(rows * values));
   }
   progress.update(1);
 }

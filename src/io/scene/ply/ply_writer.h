@@ -16,7 +16,7 @@ namespace qs {
 void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress);
 
-/// The same file with a comment that says that this program trained the model.
+/// As write_ply(), with a comment that says that this program trained the model.
 void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
                        ThreadPool& pool);
 

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/bytes/byte_text.h"
 #include "io/bytes/json_entry.h"
 #include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
@@ -24,10 +25,6 @@ using json = nlohmann::json;
 
 constexpr const char* kMetaFile = "meta.json";
 constexpr std::uint64_t kMaxMetaBytes = 4u << 20, kMaxTreeBytes = 64u << 20;
-
-std::string_view text_of(std::span<const std::byte> content) {
-  return {reinterpret_cast<const char*>(content.data()), content.size()};
-}
 
 // Consecutive Gaussians of one decoder.
 struct Part {

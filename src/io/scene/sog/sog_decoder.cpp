@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/bytes/byte_cursor.h"
+#include "io/cloud/cloud_memory.h"
 #include "io/cloud/quantised.h"
 #include "io/picture/webp_image.h"
 
@@ -121,9 +122,8 @@ void SogDecoder::fill(std::uint64_t from, GaussianCloud& cloud, std::size_t to) 
   }
 
   // Opacity and base colour.
-  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
-  glm::vec3* const sh = &cloud.sh[to * coefficients];
-  std::fill_n(sh, coefficients, glm::vec3(0));
+  glm::vec3* const sh = sh_of(cloud, to);
+  std::fill_n(sh, sh_count(cloud), glm::vec3(0));
   const std::uint8_t* const color = &colors_[texel];
   sh[0] = {meta_.dc[0][color[0]], meta_.dc[1][color[1]], meta_.dc[2][color[2]]};
   cloud.opacity_logits[to] = meta_.logit[color[3]];

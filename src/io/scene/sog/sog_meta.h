@@ -17,11 +17,11 @@ using ByteTable = std::array<float, 256>;
 
 struct SogMeta {
   int version = 0;          ///< 1 or 2
-  std::uint64_t count = 0;  ///< of Gaussians, at least 1
+  std::uint64_t count = 0;  ///< Gaussians, at least 1
   /// Bounds of positions p, stored as sign(p) ln(|p| + 1), finite.
   glm::dvec3 position_low{0}, position_high{0};
-  std::array<ByteTable, 3> log_scale, dc;  ///< by axis and by colour channel
-  ByteTable logit;                         ///< by alpha
+  std::array<ByteTable, 3> log_scale, dc;  ///< index: axis, colour channel
+  ByteTable logit;                         ///< index: alpha
   std::string positions_low, positions_high, scales, rotations, colors;  ///< file names
 
   int sh_bands = 0;  ///< 0 none, 1..3; -1: given by the width of `centroids` (version 1)

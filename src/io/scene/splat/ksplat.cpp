@@ -26,7 +26,7 @@ struct Header {
   std::uint8_t major, minor;
   std::uint32_t max_sections, sections, max_count, count;
   std::uint16_t level;
-  float min_sh, max_sh;  // of level 2
+  float min_sh, max_sh;  // range of the SH values of level 2
 };
 
 Header parse_header(std::span<const std::byte> bytes) {
@@ -53,7 +53,7 @@ struct RowLayout {
 constexpr RowLayout kLayouts[] = {{12, 24, 40, 44, 4}, {6, 12, 20, 24, 2}, {6, 12, 20, 24, 1}};
 
 struct Section {
-  std::uint64_t count = 0;  // of Gaussians
+  std::uint64_t count = 0;  // Gaussians
   int degree = 0;
   std::uint64_t row_bytes = 0;
   std::span<const std::byte> rows;
@@ -227,9 +227,8 @@ class KsplatFile {
     const std::byte* const color = at + layout.color;
     cloud.opacity_logits[i] = logit_of_byte(static_cast<std::uint8_t>(color[3]));
 
-    const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
-    glm::vec3* const sh = &cloud.sh[i * coefficients];
-    std::fill_n(sh, coefficients, glm::vec3(0));
+    glm::vec3* const sh = sh_of(cloud, i);
+    std::fill_n(sh, sh_count(cloud), glm::vec3(0));
     for (int channel = 0; channel < 3; ++channel) {
       sh[0][channel] = static_cast<float>((static_cast<double>(color[channel]) / 255 - 0.5) / kSh0);
     }

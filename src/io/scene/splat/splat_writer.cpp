@@ -6,7 +6,9 @@
 #include <cstring>
 #include <ostream>
 
+#include "io/bytes/byte_writer.h"
 #include "io/bytes/replace_file.h"
+#include "io/cloud/cloud_memory.h"
 #include "io/cloud/quantised.h"
 #include "raster/kernel/constants.h"
 #include "raster/scene/activated_cloud.h"
@@ -22,8 +24,7 @@ Row row_of(const GaussianCloud& cloud, std::size_t i) {
   const glm::vec3 scale = glm::exp(cloud.log_scales[i]);
   std::memcpy(row.data(), &cloud.positions[i], 12);
   std::memcpy(row.data() + 12, &scale, 12);
-  const glm::vec3& dc =
-      cloud.sh[i * static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree))];
+  const glm::vec3& dc = *sh_of(cloud, i);
   for (std::size_t c = 0; c < 3; ++c) {
     const double color = 0.5 + kSh0 * static_cast<double>(dc[static_cast<int>(c)]);
     row[24 + c] = static_cast<std::uint8_t>(round_to_integer(color * 255, 255));
@@ -49,8 +50,7 @@ void write_splat(const GaussianCloud& cloud, const std::filesystem::path& path, 
     for (std::size_t i = 0; i < order.size(); ++i) {
       rows.push_back(row_of(cloud, order[i]));
       if (rows.size() < kRowsPerWrite && i + 1 < order.size()) continue;
-      file.write(reinterpret_cast<const char*>(rows.data()),
-                 static_cast<std::streamsize>(rows.size() * sizeof(Row)));
+      write_values(file, rows);
       rows.clear();
       progress.update(static_cast<float>(i + 1) / static_cast<float>(order.size()));
     }

@@ -179,7 +179,7 @@ bool recognises_spz(std::span<const std::byte> content, const std::filesystem::p
 
 void read_spz(std::span<const std::byte> content, const std::filesystem::path& path,
               ThreadPool& pool, const ReadOptions& options, Scene& scene) {
-  constexpr float kUnpacked = 0.5f;  // of the progress
+  constexpr float kUnpacked = 0.5f;  // share of the progress
   const auto take_sample = [&](const SpzContent& base) {
     // Extensions, which may declare other axes, come last.
     const bool is_sound = (base.header.flags & SpzHeader::kExtensions) == 0;

@@ -21,13 +21,13 @@
 namespace qs {
 
 inline constexpr std::uint32_t kSpzMagic = 0x5053474e;  ///< "NGSP"
-inline constexpr std::uint32_t kSpzHeaderBytes = 32;    ///< of version 4
+inline constexpr std::uint32_t kSpzHeaderBytes = 32;    ///< in version 4
 
 struct SpzHeader {
   std::uint32_t version = 0;         ///< 1..4
-  std::uint32_t count = 0;           ///< of Gaussians
+  std::uint32_t count = 0;           ///< Gaussians
   std::uint8_t sh_degree = 0;        ///< 0..4
-  std::uint8_t fractional_bits = 0;  ///< of positions, 0..24; version 1 has floats instead
+  std::uint8_t fractional_bits = 0;  ///< positions have 0..24; version 1 has floats instead
   std::uint8_t flags = 0;
 
   static constexpr std::uint8_t kAntialiased = 0x1, kExtensions = 0x2, kLodTree = 0x80;

@@ -15,6 +15,7 @@
 #include <zstd.h>
 
 #include "base/fail.h"
+#include "io/bytes/byte_writer.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/quantised.h"
@@ -105,20 +106,12 @@ Blocks make_blocks(const GaussianCloud& cloud, int bits, const Progress& progres
   return blocks;
 }
 
-template <class T>
-void put(std::string& header, T value) {
-  header.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
 // The fields from magic to flags are the same in every version.
 std::string start_of_header(const GaussianCloud& cloud, std::uint32_t version, int bits) {
   std::string header;
-  put(header, kSpzMagic);
-  put(header, version);
-  put(header, static_cast<std::uint32_t>(cloud.size()));
-  put(header, static_cast<std::uint8_t>(cloud.sh_degree));
-  put(header, static_cast<std::uint8_t>(bits));
-  put(header, cloud.antialiased ? SpzHeader::kAntialiased : std::uint8_t{0});
+  put_values(header, kSpzMagic, version, static_cast<std::uint32_t>(cloud.size()),
+             static_cast<std::uint8_t>(cloud.sh_degree), static_cast<std::uint8_t>(bits),
+             cloud.antialiased ? SpzHeader::kAntialiased : std::uint8_t{0});
   return header;
 }
 
@@ -154,8 +147,7 @@ class Deflater {
       stream_.next_out = buffer_.data();
       stream_.avail_out = static_cast<uInt>(buffer_.size());
       deflate(&stream_, flush);
-      file_.write(reinterpret_cast<const char*>(buffer_.data()),
-                  static_cast<std::streamsize>(buffer_.size() - stream_.avail_out));
+      write_values(file_, std::span(buffer_).first(buffer_.size() - stream_.avail_out));
     } while (stream_.avail_out == 0);
   }
 
@@ -171,7 +163,7 @@ void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path, Th
   const int bits = fractional_bits(cloud, path.string());
   const Blocks blocks = make_blocks(cloud, bits, progress);
   std::string header = start_of_header(cloud, 3, bits);
-  put(header, std::uint8_t{0});  // reserved
+  put_values(header, std::uint8_t{0});  // reserved
   write_file(path, [&](std::ostream& file) {
     Deflater deflater(file);
     deflater.write(header.data(), header.size());
@@ -192,8 +184,8 @@ void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path,
   const Blocks blocks = make_blocks(cloud, bits, progress);
   const std::size_t streams = cloud.sh_degree == 0 ? kSpzSh : kSpzBlocks;
   std::string header = start_of_header(cloud, 4, bits);
-  put(header, static_cast<std::uint8_t>(streams));
-  put(header, kSpzHeaderBytes);  // offset of the table of streams
+  // The offset of the table of streams follows their number.
+  put_values(header, static_cast<std::uint8_t>(streams), kSpzHeaderBytes);
   header.resize(kSpzHeaderBytes);
   std::vector<Bytes> packed(streams);
   float done = 0.5f;
@@ -204,15 +196,11 @@ void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path,
                                             blocks[i].size(), kLevel);
     if (ZSTD_isError(bytes) != 0) throw std::bad_alloc();
     packed[i].resize(bytes);
-    put(header, static_cast<std::uint64_t>(bytes));
-    put(header, static_cast<std::uint64_t>(blocks[i].size()));
+    put_values(header, std::uint64_t{bytes}, std::uint64_t{blocks[i].size()});
   }
   write_file(path, [&](std::ostream& file) {
-    file.write(header.data(), static_cast<std::streamsize>(header.size()));
-    for (const Bytes& stream : packed) {
-      file.write(reinterpret_cast<const char*>(stream.data()),
-                 static_cast<std::streamsize>(stream.size()));
-    }
+    file << header;
+    for (const Bytes& stream : packed) write_values(file, stream);
   });
   progress.update(1);
 }

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+//
+// Bytes as text, and text for messages.
+#pragma once
+
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace qs {
+
+inline std::string_view text_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+inline std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// A text of a file for a message: in one line, unprintable characters replaced, and at most
+/// `longest` characters of it, after which "..." follow.
+inline std::string printable(std::string_view text, std::size_t longest = 60) {
+  std::string shown(text.substr(0, longest));
+  std::replace_if(
+      shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return text.size() > longest ? shown + "..." : shown;
+}
+
+}  // namespace qs

@@ -2,9 +2,15 @@
 // The culling mode that docs/extending.md shows, added to the tables as that page says. Nothing
 // else changes, and all that iterates over modes has it. The tests of culler_test.cpp run for it
 // too.
+#include <cstdlib>
+#include <fstream>
+#include <regex>
 #include <set>
 #include <string>
+#include <vector>
 
+#include <fmt/format.h>
+#include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 
 #include "app/inspect/gaussian.h"
@@ -13,6 +19,8 @@
 #include "raster/kernel/cull/modes.h"
 #include "support/cull_vectors.h"
 #include "support/footprints.h"
+#include "support/golden.h"
+#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
@@ -58,6 +66,41 @@ TEST(NewMode, is_found_by_the_inspector_and_lists_a_square_around_the_box_of_adr
   for (const int tile : tiles_of("adr")) EXPECT_TRUE(square.contains(tile)) << tile;
   EXPECT_GT(square.size(), tiles_of("adr").size());
   EXPECT_EQ(count_mode_tiles(kNew, needle, grid), square.size());
+}
+
+TEST(NewMode, has_its_key_in_the_table_of_viewer_md_behind_the_keys_of_the_others) {
+  std::ifstream page(NEW_MODE_VIEWER_PAGE);
+  std::vector<std::string> keys, expected;
+  const std::regex row("\\| `[1-9]` \\| [a-z0-9-]+ \\|");
+  for (std::string line; std::getline(page, line);) {
+    if (std::regex_match(line, row)) keys.push_back(line);
+  }
+  for (CullMode mode = 1; mode <= culler_count(); ++mode)
+    expected.push_back(fmt::format("| `{}` | {} |", mode, mode_name(mode)));
+  EXPECT_EQ(keys, expected);
+}
+
+// The modes as a golden text.
+std::string list_of_modes(bool with_new) {
+  std::string text;
+  for (CullMode mode = 1; mode <= mode_count(); ++mode) {
+    if (with_new || mode != kNew)
+      text += fmt::format("{:14} {}\n", mode_name(mode), row_of(mode).summary);
+  }
+  return text;
+}
+
+TEST(NewMode, makes_golden_texts_that_list_the_modes_fail_until_they_are_accepted) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "modes.txt") << list_of_modes(false);
+  setenv("QUADSPLAT_GOLDEN_FOLDER", folder.path().c_str(), 1);
+  static const std::string now = list_of_modes(true);
+  EXPECT_NONFATAL_FAILURE(test::expect_golden_text("modes.txt", now), "opacity-square");
+  setenv("QUADSPLAT_UPDATE_GOLDEN", "1", 1);
+  test::expect_golden_text("modes.txt", now);
+  unsetenv("QUADSPLAT_UPDATE_GOLDEN");
+  test::expect_golden_text("modes.txt", now);
+  unsetenv("QUADSPLAT_GOLDEN_FOLDER");
 }
 
 TEST(NewMode, takes_part_in_the_proof_that_structs_and_rows_agree) {

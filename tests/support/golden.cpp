@@ -21,7 +21,9 @@ namespace {
 bool updating() { return std::getenv("QUADSPLAT_UPDATE_GOLDEN") != nullptr; }
 
 std::filesystem::path golden_path(const std::string& name) {
-  return source_path("tests/golden/" + name);
+  const char* const folder = std::getenv("QUADSPLAT_GOLDEN_FOLDER");
+  return folder != nullptr ? folder / std::filesystem::path(name)
+                           : source_path("tests/golden/" + name);
 }
 
 /// The path to which the result is written: the golden file, or a temporary file for comparison.

@@ -3,7 +3,7 @@
 // Compares results with files in tests/golden that a person has checked.
 // With QUADSPLAT_UPDATE_GOLDEN=1 in the environment the files are rewritten instead: check the
 // changes before committing them. Otherwise a result that differs is written to a temporary file,
-// which the failure names.
+// which the failure names. QUADSPLAT_GOLDEN_FOLDER names another folder than tests/golden.
 #pragma once
 
 #include <string>

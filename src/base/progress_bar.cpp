@@ -31,6 +31,13 @@ Progress part_of(const Progress& progress, float begin, float end) {
       progress.stop};
 }
 
+Progress step_of(const Progress& progress, std::size_t step, std::size_t steps) {
+  const auto share = [&](std::size_t i) {
+    return static_cast<float>(i) / static_cast<float>(steps);
+  };
+  return part_of(progress, share(step), share(step + 1));
+}
+
 std::function<ProgressBar::Clock::time_point()>& ProgressBar::usual_clock() {
   static std::function<Clock::time_point()> clock = Clock::now;
   return clock;
@@ -60,7 +67,7 @@ Progress ProgressBar::progress() {
 
 void ProgressBar::show(float fraction) {
   constexpr auto kPatience = std::chrono::milliseconds(300);
-  constexpr auto kInterval = std::chrono::milliseconds(500);  // of new labels and times
+  constexpr auto kInterval = std::chrono::milliseconds(500);  // time between new labels and times
   const int percent = static_cast<int>(std::clamp(fraction, 0.0f, 1.0f) * 100);
   const auto now = now_();
   if (now - start_ < kPatience) return;

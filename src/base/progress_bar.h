@@ -5,6 +5,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <string>
 
@@ -18,6 +19,9 @@ std::string progress_line(const std::string& label, float fraction, double secon
 
 /// Reports 0..1 as begin..end of another progress.
 Progress part_of(const Progress& progress, float begin, float end);
+
+/// Reports 0..1 as step `step` of `steps` of another progress.
+Progress step_of(const Progress& progress, std::size_t step, std::size_t steps);
 
 class ProgressBar {
  public:

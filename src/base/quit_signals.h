@@ -26,7 +26,7 @@ class QuitSignals {
  private:
   struct sigaction terminate_ {
   }, interrupt_{};       // the previous handlers
-  int descriptor_ = -1;  // of the previous object
+  int descriptor_ = -1;  // descriptor of the previous object
 };
 
 }  // namespace qs

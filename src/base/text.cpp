@@ -20,6 +20,16 @@ bool parse_all(std::string_view text, T& value) {
   return error == std::errc() && end == text.data() + text.size() && !text.empty();
 }
 
+// Numbers with a separator between them, as many as the vector has.
+template <class Vector>
+bool parse_vector(std::string_view text, char separator, Vector& vector) {
+  const std::vector<std::string> words = separated(text, separator);
+  bool good = words.size() == static_cast<std::size_t>(Vector::length());
+  for (int i = 0; good && i < Vector::length(); ++i)
+    good = parse_all(std::string_view(words[static_cast<std::size_t>(i)]), vector[i]);
+  return good;
+}
+
 }  // namespace
 
 int parse_integer(std::string_view what, std::string_view text, int low, int high) {
@@ -56,11 +66,9 @@ std::uint64_t parse_bytes(std::string_view what, std::string_view text) {
 
 glm::ivec2 parse_size(std::string_view what, std::string_view text, std::string_view shape) {
   constexpr int kMaxSide = 32768;
-  const std::size_t cross = text.find('x');
   glm::ivec2 size{0};
-  if (cross == std::string_view::npos || !parse_all(text.substr(0, cross), size.x) ||
-      !parse_all(text.substr(cross + 1), size.y) || size.x < 1 || size.y < 1 || size.x > kMaxSide ||
-      size.y > kMaxSide) {
+  if (!parse_vector(text, 'x', size) || size.x < 1 || size.y < 1 ||
+      std::max(size.x, size.y) > kMaxSide) {
     fail(ErrorKind::usage, "{}: '{}' is not {} with sides from 1 to {}", what, text, shape,
          kMaxSide);
   }
@@ -69,15 +77,9 @@ glm::ivec2 parse_size(std::string_view what, std::string_view text, std::string_
 
 glm::vec3 parse_color(std::string_view what, std::string_view text) {
   glm::vec3 color{0.0f};
-  std::string_view rest = text;
-  for (int c = 0; c < 3; ++c) {
-    const std::size_t end = c < 2 ? rest.find(',') : rest.size();
-    if (end == std::string_view::npos || !parse_all(rest.substr(0, end), color[c]) ||
-        !(color[c] >= 0 && color[c] <= 1)) {
-      fail(ErrorKind::usage, "{}: '{}' is not R,G,B with values from 0 to 1", what, text);
-    }
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-  }
+  bool good = parse_vector(text, ',', color);
+  for (int c = 0; c < 3; ++c) good = good && color[c] >= 0 && color[c] <= 1;
+  if (!good) fail(ErrorKind::usage, "{}: '{}' is not R,G,B with values from 0 to 1", what, text);
   return color;
 }
 
@@ -88,16 +90,17 @@ glm::dvec3 parse_direction(std::string_view what, std::string_view text) {
     if (text == kAxisNames[i]) direction[i % 3] = i < 3 ? 1 : -1;
   }
   if (direction != glm::dvec3(0)) return direction;
-  const std::vector<std::string> words = separated(text);
-  bool good = words.size() == 3;
-  for (int axis = 0; good && axis < 3; ++axis)
-    good = parse_all(std::string_view(words[static_cast<std::size_t>(axis)]), direction[axis]);
+  const bool good = parse_vector(text, ',', direction);
   const double length = glm::length(direction);
   if (!good || !(length > 0) || !std::isfinite(length)) {
     fail(ErrorKind::usage, "{}: '{}' is neither x, -x, y, -y, z, -z nor a direction X,Y,Z", what,
          text);
   }
   return direction / length;
+}
+
+void add_new(std::vector<std::string>& list, const std::string& word) {
+  if (std::find(list.begin(), list.end(), word) == list.end()) list.push_back(word);
 }
 
 std::string joined(std::span<const std::string> words, std::string_view separator) {
@@ -119,38 +122,34 @@ std::vector<std::string> separated(std::string_view text, char separator) {
   return words;
 }
 
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + '"';
-}
-
-std::string markdown_text(const std::string& text) {
+std::string escaped(std::string_view text, std::initializer_list<Escape> escapes) {
   std::string result;
   for (const char c : text) {
-    if (c == '|' || c == '\\' || c == '<') result += '\\';
-    result += c == '\n' || c == '\r' ? ' ' : c;
+    const auto escape = std::find_if(escapes.begin(), escapes.end(),
+                                     [c](const Escape& each) { return each.first == c; });
+    result += escape == escapes.end() ? std::string_view(&c, 1) : escape->second;
   }
   return result;
 }
 
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  return '"' + escaped(text, {{'"', "\"\""}}) + '"';
+}
+
+std::string markdown_text(const std::string& text) {
+  return escaped(text, {{'|', "\\|"}, {'\\', "\\\\"}, {'<', "\\<"}, {'\n', " "}, {'\r', " "}});
+}
+
 std::string markdown_code(const std::string& text) {
-  std::string result = "`";
-  for (const char c : text) {
-    if (c == '|') result += '\\';
-    result += c == '`' ? '\'' : c == '\n' || c == '\r' ? ' ' : c;
-  }
-  return result + '`';
+  return '`' + escaped(text, {{'|', "\\|"}, {'`', "'"}, {'\n', " "}, {'\r', " "}}) + '`';
 }
 
 std::string shell_word(const std::string& word) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:=@%";
   if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? R"('\'')" : std::string(1, c);
-  return quoted + '\'';
+  return '\'' + escaped(word, {{'\'', R"('\'')"}}) + '\'';
 }
 
 std::string grouped(std::uint64_t number) {
@@ -177,20 +176,7 @@ std::string bytes_text(std::uint64_t bytes) {
 std::string decibels(double psnr) { return std::isinf(psnr) ? "inf" : fmt::format("{:.2f}", psnr); }
 
 std::string html_escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '>')
-      result += "&gt;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += c;
-  }
-  return result;
+  return escaped(text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}});
 }
 
 }  // namespace qs

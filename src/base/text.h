@@ -5,9 +5,11 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <glm/vec2.hpp>
@@ -28,11 +30,19 @@ glm::vec3 parse_color(std::string_view what, std::string_view text);  ///< R,G,B
 /// A unit vector: an axis (x, -x, y, -y, z, -z) or X,Y,Z.
 glm::dvec3 parse_direction(std::string_view what, std::string_view text);
 
+/// Appends the word unless the list has it.
+void add_new(std::vector<std::string>& list, const std::string& word);
+
 /// "a", "b" -> "a, b".
 std::string joined(std::span<const std::string> words, std::string_view separator);
 
 /// "a,b" -> "a", "b". An empty text gives one empty word.
 std::vector<std::string> separated(std::string_view text, char separator = ',');
+
+/// A character and the text that replaces it.
+using Escape = std::pair<char, std::string_view>;
+/// The text with these characters replaced.
+std::string escaped(std::string_view text, std::initializer_list<Escape> escapes);
 
 /// A cell of a CSV file, quoted if it contains a comma, a quote or a line break.
 std::string csv_field(const std::string& text);

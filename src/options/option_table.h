@@ -11,7 +11,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -75,15 +77,38 @@ class OptionTable {
   }
   template <class T>
   void real(const std::string& name, const std::string& placeholder, double low, double high,
-            T& target, const std::string& help) {
-    const Samples samples = {std::to_string(low), std::to_string(high)};
+            T& target, const std::string& help, Samples samples = {}) {
+    if (samples.empty()) samples = {std::to_string(low), std::to_string(high)};
     value(name, placeholder, help, samples, [=, &target](const std::string& given) {
       target = static_cast<T>(parse_real(name, given, low, high));
+    });
+  }
+  /// The form for other types. convert(name, text) returns the target's value, or throws.
+  template <class T, class Convert>
+  void converted(const std::string& name, const std::string& placeholder, T& target,
+                 const Convert& convert, const std::string& help, const Samples& samples) {
+    value(name, placeholder, help, samples,
+          [=, &target](const std::string& given) { target = convert(name, given); });
+  }
+  /// Values separated by commas; convert(word, text) returns the value of a word, or throws.
+  template <class T, class Convert>
+  void list(const std::string& name, const std::string& placeholder, std::vector<T>& target,
+            const Convert& convert, const std::string& help, const Samples& samples) {
+    value(name, placeholder, help, samples, [=, &target](const std::string& given) {
+      target.clear();
+      for (const std::string& word : separated(given)) target.push_back(convert(word, given));
     });
   }
   /// One of `names`; chosen(index) gets its index.
   void choice(const std::string& name, const std::vector<std::string>& names,
               const std::function<void(int index)>& chosen, const std::string& help);
+  /// One of `names`, which are in the order of the enumeration `T`.
+  template <class T, class Names>
+  void enumerated(const std::string& name, const Names& names, T& target, const std::string& help) {
+    choice(
+        name, {std::begin(names), std::end(names)},
+        [&target](int chosen) { set_enumerator(target, chosen); }, help);
+  }
 
   /// Completion offers these values of the option declared last.
   void offers(std::vector<std::string> values) { options_.back().choices = std::move(values); }
@@ -113,6 +138,14 @@ class OptionTable {
   const std::vector<Example>& examples() const { return examples_; }
 
  private:
+  template <class T>
+  static void set_enumerator(T& target, int chosen) {
+    target = static_cast<T>(chosen);
+  }
+  template <class T>
+  static void set_enumerator(std::optional<T>& target, int chosen) {
+    target = static_cast<T>(chosen);
+  }
   static void require_text(const std::string& name, const std::string& placeholder,
                            const std::string& given);
 

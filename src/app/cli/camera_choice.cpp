@@ -23,11 +23,16 @@ Shot numbered_shot(const std::vector<Camera>& cameras, int index) {
           fmt::format("camera {}{}", index, camera.name.empty() ? "" : " (" + camera.name + ")")};
 }
 
-// Every N-th camera by name. The shots keep the numbers of the cameras in the file.
-std::vector<Shot> test_shots(const std::vector<Camera>& cameras, int holdout) {
+std::vector<Shot> all_shots(const std::vector<Camera>& cameras) {
   std::vector<Shot> shots;
   for (int i = 0; i < static_cast<int>(cameras.size()); ++i)
     shots.push_back(numbered_shot(cameras, i));
+  return shots;
+}
+
+// Every N-th camera by name. The shots keep the numbers of the cameras in the file.
+std::vector<Shot> test_shots(const std::vector<Camera>& cameras, int holdout) {
+  std::vector<Shot> shots = all_shots(cameras);
   std::stable_sort(shots.begin(), shots.end(),
                    [](const Shot& a, const Shot& b) { return a.camera.name < b.camera.name; });
   std::vector<Shot> test;
@@ -65,11 +70,7 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
     const std::vector<Camera> cameras = read_cameras(*file);
     const int count = static_cast<int>(cameras.size());
     if (count == 0) fail("{}: holds no camera", file->string());
-    if (choice.all) {
-      std::vector<Shot> shots;
-      for (int i = 0; i < count; ++i) shots.push_back(numbered_shot(cameras, i));
-      return shots;
-    }
+    if (choice.all) return all_shots(cameras);
     if (choice.holdout > 0) return test_shots(cameras, choice.holdout);
     std::vector<Shot> shots;
     for (const int index : choice.indices.empty() ? std::vector<int>{0} : choice.indices) {
@@ -102,6 +103,12 @@ bool has_cameras(const FrameOptions& frame, const Scene& scene) {
   return frame.cameras || find_cameras_file(scene.path);
 }
 
+CameraChoice or_all_cameras(CameraChoice choice, const FrameOptions& frame, const Scene& scene) {
+  if (choice.indices.empty() && !choice.json && !choice.several())
+    choice.all = has_cameras(frame, scene);
+  return choice;
+}
+
 std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene) {
   const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
   return file ? read_cameras(*file) : std::vector<Camera>();
@@ -115,13 +122,12 @@ Shot overview_shot(const FrameOptions& frame, const Scene& scene) {
 
 void declare_camera_index_option(Options& options, std::vector<int>& indices,
                                  const std::string& usual, const Options::Samples& samples) {
-  options.value("--camera-index", "N,..",
-                fmt::format("cameras of the cameras file, counted from 0 (default: {})", usual),
-                samples, [&indices](const std::string& text) {
-                  indices.clear();
-                  for (const std::string& word : separated(text))
-                    indices.push_back(parse_integer("--camera-index", word, 0, 1'000'000'000));
-                });
+  const auto index = [](const std::string& word, const std::string&) {
+    return parse_integer("--camera-index", word, 0, 1'000'000'000);
+  };
+  options.list("--camera-index", "N,..", indices, index,
+               fmt::format("cameras of the cameras file, counted from 0 (default: {})", usual),
+               samples);
 }
 
 void declare_path_steps_option(Options& options, std::optional<int>& steps) {

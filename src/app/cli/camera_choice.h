@@ -43,6 +43,9 @@ std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& f
 /// True if the scene has a cameras file: given with --cameras or found beside the scene.
 bool has_cameras(const FrameOptions& frame, const Scene& scene);
 
+/// The choice, or every camera of the cameras file if nothing was chosen and there is such a file.
+CameraChoice or_all_cameras(CameraChoice choice, const FrameOptions& frame, const Scene& scene);
+
 /// The cameras of the cameras file; empty without a file. Throws Error.
 std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene);
 

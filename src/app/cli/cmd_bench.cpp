@@ -30,13 +30,11 @@ namespace {
 struct BenchCommand {
   FrameOptions frame;
   std::vector<std::filesystem::path> scenes;
-  std::vector<int> camera_indices;  // empty: all
+  CameraChoice cameras;
   ViewPlan plan;
   std::optional<CullMode> baseline;  // unset: the default baseline, if it is measured
-  std::optional<std::filesystem::path> out_dir, camera_path;
+  std::optional<std::filesystem::path> out_dir;
   std::optional<glm::ivec2> replicate;
-  std::optional<int> path_steps;
-  int holdout = 0;  // 0: not the test views
   int scaling = 0;
   Shard shard;
   bool psnr = false, load = false, exact_color = false;
@@ -52,11 +50,8 @@ int run_load_bench(const BenchCommand& command) {
   ProgressBar bar("reading");
   const Progress progress = bar.progress();
   for (std::size_t i = 0; i < command.scenes.size(); ++i) {
-    const auto share = [&](std::size_t k) {
-      return static_cast<float>(k) / static_cast<float>(command.scenes.size());
-    };
     rows.push_back(measure_loading(command.scenes[i], pool, std::max(command.plan.rounds, 5),
-                                   part_of(progress, share(i), share(i + 1))));
+                                   step_of(progress, i, command.scenes.size())));
   }
   bar.hide();
   fmt::print("{}", format_load_times(rows));
@@ -113,16 +108,10 @@ class Bench {
     const std::size_t first_row = report_.rows.size();
     for (std::size_t i = 0; i < views.size(); ++i, ++view_) {
       if (!command_.shard.takes(view_)) continue;
-      Progress progress = bar.progress();
-      if (progress.report) {
-        progress.report = [i, &views, report = progress.report](float done) {
-          report((static_cast<float>(i) + done) / static_cast<float>(views.size()));
-        };
-      }
-      one_view(session, plugins, name, views[i], progress);
+      one_view(session, plugins, name, views[i], step_of(bar.progress(), i, views.size()));
     }
     plugins.close();
-    if (command_.holdout > 0) add_paper_times(session, views, first_row, bar);
+    if (command_.cameras.holdout > 0) add_paper_times(session, views, first_row, bar);
   }
 
   // The rows of the scene begin at `first_row`.
@@ -130,7 +119,7 @@ class Bench {
                        ProgressBar& bar) {
     const std::size_t first_view = view_ - views.size();
     std::vector<Camera> cameras;
-    std::vector<std::size_t> places(views.size());  // of the views in `cameras`
+    std::vector<std::size_t> places(views.size());  // index of each view in `cameras`
     for (std::size_t i = 0; i < views.size(); ++i) {
       places[i] = cameras.size();
       if (command_.shard.takes(first_view + i)) cameras.push_back(views[i].camera);
@@ -151,7 +140,7 @@ class Bench {
   void one_view(Session& session, BenchPlugins& plugins, const std::string& name, const Shot& view,
                 const Progress& progress) {
     const std::string camera =
-        view.number < 0 || command_.camera_path ? view.origin : fmt::format("{}", view.number);
+        view.number < 0 || command_.cameras.path ? view.origin : fmt::format("{}", view.number);
     ViewPlan plan = command_.plan;
     plan.clock = &clock_;
     plan.first_round = view_;
@@ -177,14 +166,8 @@ class Bench {
   std::vector<Shot> choose_views(const FrameOptions& frame, const Session& session) const {
     const Scene& scene = *session.scene;
     if (command_.scaling > 0) return {overview_shot(frame, scene)};
-    CameraChoice choice;
-    choice.path = command_.camera_path;
-    choice.steps = command_.path_steps;
-    choice.indices = command_.camera_indices;
-    choice.holdout = command_.holdout;
-    choice.all =
-        choice.indices.empty() && !choice.path && choice.holdout == 0 && has_cameras(frame, scene);
-    return choose_shots(choice, frame, scene, *session.pool);
+    return choose_shots(or_all_cameras(command_.cameras, frame, scene), frame, scene,
+                        *session.pool);
   }
 
   // Renders again, because measured images stay on the device. The row of a plugin that fails here
@@ -203,7 +186,7 @@ class Bench {
       if (guest == nullptr) settings.mode = find_culler(row.mode);
       Renderer& renderer = guest != nullptr ? *guest : *session.renderer;
       try {
-        set_quality(quality_of(renderer, camera, settings, truth, *session.pool), row);
+        judge_quality(renderer, camera, settings, truth, *session.pool, row);
       } catch (const Error& error) {
         if (guest == nullptr) throw;
         plugins.note(camera_name, error.what());
@@ -240,35 +223,28 @@ class Bench {
 };
 
 void check_bench(const BenchCommand& command) {
-  if (command.scaling > 0 && (command.replicate || command.camera_path))
-    fail(ErrorKind::usage, "bench: --scaling excludes --replicate and --camera-path");
-  if (command.camera_path && !command.camera_indices.empty())
-    fail(ErrorKind::usage, "bench: --camera-path excludes --camera-index");
-  if (command.holdout > 0 &&
-      (command.scaling > 0 || command.camera_path || !command.camera_indices.empty())) {
-    fail(ErrorKind::usage,
-         "bench: --holdout chooses the views: it excludes --camera-index, --camera-path and "
-         "--scaling");
-  }
-  if (command.exact_color &&
-      (!command.judges_images() || command.replicate || command.scaling > 0)) {
-    fail(ErrorKind::usage,
-         "bench: --exact-color needs --psnr or --plugin, whose reference it changes, and excludes "
-         "--replicate and --scaling");
-  }
+  const CameraChoice& cameras = command.cameras;
   const std::vector<CullMode>& modes = command.frame.modes;
-  if (command.baseline && std::find(modes.begin(), modes.end(), *command.baseline) == modes.end()) {
-    fail(ErrorKind::usage, "bench: --baseline {0} is not measured: add {0} to --cull",
-         mode_name(*command.baseline));
-  }
-  if (command.load && (!command.plugins.empty() || command.camera_path || command.holdout > 0 ||
-                       !command.camera_indices.empty() || command.out_dir)) {
-    fail(ErrorKind::usage,
-         "bench: --load measures reading alone: it excludes --plugin, --camera-index, "
-         "--camera-path, --holdout and --out-dir");
-  }
-  if (command.path_steps && !command.camera_path)
-    fail(ErrorKind::usage, "bench: --path-steps needs a --camera-path");
+  const bool chooses = cameras.path || !cameras.indices.empty();
+  const bool scales = command.scaling > 0, copies = scales || command.replicate;
+  check_rules(
+      "bench",
+      {{scales && (command.replicate || cameras.path),
+        "--scaling excludes --replicate and --camera-path"},
+       {cameras.path && !cameras.indices.empty(), "--camera-path excludes --camera-index"},
+       {cameras.holdout > 0 && (scales || chooses),
+        "--holdout chooses the views: it excludes --camera-index, --camera-path and --scaling"},
+       {command.exact_color && (!command.judges_images() || copies),
+        "--exact-color needs --psnr or --plugin, whose reference it changes, and excludes "
+        "--replicate and --scaling"},
+       {command.baseline && std::find(modes.begin(), modes.end(), *command.baseline) == modes.end(),
+        fmt::format("--baseline {0} is not measured: add {0} to --cull",
+                    mode_name(command.baseline.value_or(default_mode())))},
+       {command.load &&
+            (!command.plugins.empty() || chooses || cameras.holdout > 0 || command.out_dir),
+        "--load measures reading alone: it excludes --plugin, --camera-index, --camera-path, "
+        "--holdout and --out-dir"},
+       {cameras.steps && !cameras.path, "--path-steps needs a --camera-path"}});
 }
 
 int run(const BenchCommand& command, Arguments arguments) {
@@ -284,12 +260,12 @@ int run(const BenchCommand& command, Arguments arguments) {
 }
 
 void declare_views(Options& options, BenchCommand* c) {
-  declare_camera_index_option(options, c->camera_indices, "all of them", {"0", "1,0"});
-  options.integer("--holdout", "N", 1, 1'000'000, c->holdout,
+  declare_camera_index_option(options, c->cameras.indices, "all of them", {"0", "1,0"});
+  options.integer("--holdout", "N", 1, 1'000'000, c->cameras.holdout,
                   "only the test views: every N-th by name, from the first; 3DGS uses 8. Adds the "
                   "paper's FPS, of a run over these views in each mode");
-  declare_camera_path_option(options, c->camera_path);
-  declare_path_steps_option(options, c->path_steps);
+  declare_camera_path_option(options, c->cameras.path);
+  declare_path_steps_option(options, c->cameras.steps);
 }
 
 void declare_measuring(Options& options, BenchCommand* c) {
@@ -309,25 +285,23 @@ void declare_measuring(Options& options, BenchCommand* c) {
 }
 
 void declare_plugins(Options& options, BenchCommand* c) {
-  options.value("--plugin", "LIB,..",
-                "measures other renderers beside the modes: shared libraries with the functions of "
-                "quadsplat/plugin.h; includes --psnr",
-                {"missing.so"}, [c](const std::string& text) {
-                  c->plugins.clear();
-                  for (const std::string& word : separated(text)) {
-                    if (word.empty())
-                      fail(ErrorKind::usage, "--plugin: '{}' lacks the name of a library", text);
-                    c->plugins.emplace_back(word);
-                  }
-                });
+  const auto library = [](const std::string& word, const std::string& text) {
+    if (word.empty()) fail(ErrorKind::usage, "--plugin: '{}' lacks the name of a library", text);
+    return word;
+  };
+  options.list("--plugin", "LIB,..", c->plugins, library,
+               "measures other renderers beside the modes: shared libraries with the functions of "
+               "quadsplat/plugin.h; includes --psnr",
+               {"missing.so"});
   options.integer("--plugin-timeout", "S", 1, 86400, c->plugin_timeout,
                   "seconds after which a plugin that does not answer is ended (default: 60)");
 }
 
 void declare_copies(Options& options, BenchCommand* c) {
-  options.value(
-      "--replicate", "NxM", "renders N x M copies of each scene on a grid", {"2x1"},
-      [c](const std::string& text) { c->replicate = parse_size("--replicate", text, "NxM"); });
+  options.converted(
+      "--replicate", "NxM", c->replicate,
+      [](const auto& name, const auto& text) { return parse_size(name, text, "NxM"); },
+      "renders N x M copies of each scene on a grid", {"2x1"});
   options.integer(
       "--scaling", "N", 2, 100, c->scaling,
       "measures grids of 1x1, 2x2, .. NxN copies in a view of the whole grid, and plots "

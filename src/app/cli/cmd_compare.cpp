@@ -24,12 +24,9 @@ namespace {
 
 constexpr int kTolerance = 2;  // difference of 8-bit values above which the oracle names a pixel
 
-struct CompareCommand {
-  FrameOptions frame;
-  CameraChoice cameras;
+// The options of the result, which are for two scenes, are those of judging; `sheet` is --output.
+struct CompareCommand : JudgeOptions {
   std::vector<std::filesystem::path> others;  // a second scene
-  JudgeOptions judge;                         // the result's options for two scenes
-  std::optional<std::filesystem::path> output;
   std::optional<PixelBox> crop;
   CullMode against = kReferenceMode;
   int amplification = 16;
@@ -37,7 +34,15 @@ struct CompareCommand {
   bool exact_color = false;
 };
 
-std::optional<PixelBox> parse_crop(const std::string& text) {
+CullMode parse_mode(const std::string& name, const std::string& text) {
+  const CullMode mode = find_culler(text);
+  if (mode < 0)
+    fail(ErrorKind::usage, "{}: '{}' is no mode, see --cull{}", name, text,
+         suggestion(text, mode_list()));
+  return mode;
+}
+
+std::optional<PixelBox> parse_crop(const std::string&, const std::string& text) {
   if (text == "auto") return std::nullopt;
   const PixelRect part = parse_part(text, "neither X,Y,W,H nor auto");
   return PixelBox{part.x, part.y, part.x + part.width, part.y + part.height};
@@ -48,10 +53,7 @@ class Compare {
   explicit Compare(const CompareCommand& command)
       : command_(command), session_(open_session(command.frame)) {
     shot_ = choose_shots(command.cameras, command.frame, *session_.scene, *session_.pool).front();
-    if (command.crop) {
-      const PixelBox& crop = *command.crop;
-      require_part_inside({crop.x0, crop.y0, crop.x1 - crop.x0, crop.y1 - crop.y0}, shot_.camera);
-    }
+    if (command.crop) require_part_inside(rect_of(*command.crop), shot_.camera);
   }
 
   int run() {
@@ -71,12 +73,12 @@ class Compare {
         view.truth, view.variants, default_crop_size(shot_.camera.width, shot_.camera.height)));
     fmt::print("{}, {} x {}, {}", shot_.origin, shot_.camera.width, shot_.camera.height,
                format_comparison(view));
-    if (!command_.output) return kExitOk;
+    if (!command_.sheet) return kExitOk;
     write_image(draw_comparison(view, command_.amplification,
                                 picture_title(session_.scene->path, shot_.origin), *session_.pool),
-                *command_.output,
+                *command_.sheet,
                 frame_metadata(session_.scene->path, shot_.camera, command_.against, {}));
-    fmt::print(stderr, "wrote {}\n", command_.output->string());
+    fmt::print(stderr, "wrote {}\n", command_.sheet->string());
     return kExitOk;
   }
 
@@ -125,34 +127,28 @@ class Compare {
 };
 
 // The first scene is the truth.
-int run_two_scenes(const CompareCommand& command) {
-  if (command.others.size() > 1)
-    fail(ErrorKind::usage, "compare: it compares two scenes, not {}", 1 + command.others.size());
-  if (command.crop || command.everywhere || command.against != kReferenceMode) {
-    fail(ErrorKind::usage,
-         "compare: --part, --everywhere and --against compare modes of one scene, not two scenes");
-  }
-  JudgeOptions judge = command.judge;
-  judge.frame = command.frame;
-  if (command.exact_color) judge.frame.network = NetworkUse::if_any;
-  judge.cameras = command.cameras;
-  judge.judged = command.others.front();
-  judge.sheet = command.output;
-  if (judge.frame.modes.empty()) judge.frame.modes = {default_mode()};
-  run_judging(judge);
+int run_two_scenes(CompareCommand& command) {
+  check_rules("compare",
+              {{command.others.size() > 1,
+                fmt::format("it compares two scenes, not {}", 1 + command.others.size())},
+               {command.crop || command.everywhere || command.against != kReferenceMode,
+                "--part, --everywhere and --against compare modes of one scene, not two scenes"}});
+  if (command.exact_color) command.frame.network = NetworkUse::if_any;
+  command.judged = command.others.front();
+  if (command.frame.modes.empty()) command.frame.modes = {default_mode()};
+  run_judging(command);
   return kExitOk;
 }
 
 int run_one_scene(CompareCommand& command) {
-  if (command.judge.csv || command.judge.json || command.judge.out_dir)
-    fail(ErrorKind::usage, "compare: --csv, --json and --out-dir need a second scene");
   if (command.frame.modes.empty()) command.frame.modes = all_modes();
   if (command.exact_color) command.frame.network = NetworkUse::always;
-  if (command.cameras.several())
-    fail(ErrorKind::usage, "compare: it shows one view: choose one camera");
+  check_rules("compare", {{command.csv || command.json || command.out_dir,
+                           "--csv, --json and --out-dir need a second scene"},
+                          {command.cameras.several(), "it shows one view: choose one camera"}});
   note_inputs(command.frame);
-  check_targets({command.output});
-  if (command.output) check_picture_name(*command.output);
+  check_targets({command.sheet});
+  if (command.sheet) check_picture_name(*command.sheet);
   return Compare(command).run();
 }
 
@@ -167,29 +163,22 @@ CommandAction compare_command(Options& options) {
                       "every view are listed",
                       {"model"});
   declare_camera_choice(options, command->cameras);
-  options.value(
-      "--against", "NAME",
+  options.converted(
+      "--against", "NAME", command->against, parse_mode,
       "mode to compare with (default: reference, the fp64 reference, which takes seconds)",
-      {"reference", "exact"}, [command = command.get()](const std::string& text) {
-        command->against = find_culler(text);
-        if (command->against < 0)
-          fail(ErrorKind::usage, "--against: '{}' is no mode, see --cull{}", text,
-               suggestion(text, mode_list()));
-      });
-  options.value(
-      "--part", "X,Y,W,H",
-      "part to show in pixels, or auto: where the modes differ most (default: auto)",
-      {"auto", "0,0,8,8", "40,24,8,8"},
-      [command = command.get()](const std::string& text) { command->crop = parse_crop(text); });
+      {"reference", "exact"});
+  options.converted("--part", "X,Y,W,H", command->crop, parse_crop,
+                    "part to show in pixels, or auto: where the modes differ most (default: auto)",
+                    {"auto", "0,0,8,8", "40,24,8,8"});
   options.integer("--amplify", "N", 1, 128, command->amplification,
                   "factor on the drawn differences (default: 16)");
   options.flag("--everywhere", command->everywhere,
                "draws every mode on every backend and pipeline that works here");
   declare_exact_color_option(options, command->exact_color,
                              "every picture of a scene with a network");
-  options.text("--output", "FILE", command->output, "picture of all crops and differences",
+  options.text("--output", "FILE", command->sheet, "picture of all crops and differences",
                {"sheet.png"});
-  declare_judge_options(options, command->judge);
+  declare_judge_options(options, *command);
   options.overwrite();
   options.example("quadsplat compare plush.ply plush.spz --output sheet.png",
                   "what compression costs, on all cameras of the first scene");

@@ -45,10 +45,10 @@ int judge_folder(const ConformanceCommand& command, ThreadPool& pool) {
 }
 
 int run(const ConformanceCommand& command) {
-  if ((command.report || command.json) && !command.judged)
-    fail(ErrorKind::usage, "conformance: --report and --json need --judge");
-  if (!command.out_dir && !command.judged)
-    fail(ErrorKind::usage, "conformance: nothing to do: give --out-dir or --judge");
+  check_rules(
+      "conformance",
+      {{(command.report || command.json) && !command.judged, "--report and --json need --judge"},
+       {!command.out_dir && !command.judged, "nothing to do: give --out-dir or --judge"}});
   check_targets({command.report, command.json});
   if (command.judged && !command.out_dir) require_folder("conformance", *command.judged);
   ThreadPool pool(0);

@@ -56,10 +56,7 @@ GaussianCloud without_removed(const ConvertCommand& command, const GaussianCloud
 // The different values of a column of the table of writers.
 std::vector<std::string> written(const char* WriterRow::*column) {
   std::vector<std::string> words;
-  for (const WriterRow& row : writers()) {
-    if (std::find(words.begin(), words.end(), row.*column) == words.end())
-      words.emplace_back(row.*column);
-  }
+  for (const WriterRow& row : writers()) add_new(words, row.*column);
   return words;
 }
 
@@ -116,12 +113,11 @@ CommandAction convert_command(Options& options) {
   declare_sh_degree_option(options, command->degree, "all");
   options.integer("--keep-largest", "N", 1, 2'000'000'000, command->largest,
                   "keeps the N Gaussians with the largest opacity times area (default: all)");
-  options.value(
-      "--crop", "X0,Y0,Z0,X1,Y1,Z1",
+  options.converted(
+      "--crop", "X0,Y0,Z0,X1,Y1,Z1", command->crop, parse_crop_box,
       "keeps the Gaussians with centres in this box; x right, y down, z forward, as info "
       "prints extents",
-      {"-100,-100,-100,100,100,100", "-0.5,-0.5,0,0.5,0.5,9"},
-      [command](const std::string& text) { command->crop = parse_crop_box("--crop", text); });
+      {"-100,-100,-100,100,100,100", "-0.5,-0.5,0,0.5,0.5,9"});
   options.flag("--drop-floaters", command->drops_floaters,
                "drops Gaussians that are very faint, very large or isolated");
   options.choice(

@@ -44,7 +44,7 @@ struct EvalCommand {
 // A camera and its photograph.
 struct EvalView {
   Camera camera;
-  LensCamera taken;  ///< as in the cameras file
+  LensCamera taken;  ///< the camera in the cameras file
   std::filesystem::path photograph;
 };
 
@@ -210,7 +210,7 @@ class EvalRun {
 }  // namespace
 
 CommandAction eval_command(Options& options) {
-  static constexpr const char* kBorders[] = {"zeros", "crop"};  // in the order of SsimBorder
+  static constexpr const char* kBorders[] = {"zeros", "crop"};  // names in the order of SsimBorder
   static constexpr const char* kSaveFormats[] = {"png", "ppm", "pfm"};
   const auto command = std::make_shared<EvalCommand>();
   declare_frame_options(options, command->frame);
@@ -223,11 +223,8 @@ CommandAction eval_command(Options& options) {
                   "all views)");
   options.integer("--images-scale", "N", 1, 64, command->images_scale,
                   "compares at 1/N of the photographs' size (default: 1)");
-  options.choice(
-      "--ssim-border", {std::begin(kBorders), std::end(kBorders)},
-      [command = command.get()](int chosen) {
-        command->ssim_border = static_cast<SsimBorder>(chosen);
-      },
+  options.enumerated(
+      "--ssim-border", kBorders, command->ssim_border,
       "zeros: every pixel counts, values outside are 0; crop: without the 5 pixels at the border, "
       "as torchmetrics (default: zeros)");
   options.text("--lpips", "FILE", command->lpips,

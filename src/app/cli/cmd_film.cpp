@@ -56,12 +56,12 @@ Progress until_signal(const Progress& progress) {
 }
 
 void check(const FilmCommand& command) {
-  if (command.turntable && command.path)
-    fail(ErrorKind::usage, "film: --turntable and --camera-path exclude each other");
-  if (command.arc && command.path)
-    fail(ErrorKind::usage, "film: --arc is the angle of a turntable, not of a --camera-path");
-  if (command.loop && !command.path)
-    fail(ErrorKind::usage, "film: --loop needs a --camera-path; a turntable is a loop already");
+  check_rules(
+      "film",
+      {{command.turntable && command.path, "--turntable and --camera-path exclude each other"},
+       {command.arc && command.path, "--arc is the angle of a turntable, not of a --camera-path"},
+       {command.loop && !command.path,
+        "--loop needs a --camera-path; a turntable is a loop already"}});
   require_colors("film", command.heat, command.quantity);
   require_heatmaps("film", command.heat, command.frame.modes);
 }
@@ -139,19 +139,16 @@ CommandAction film_command(Options& options) {
                "angle of the turntable; below 360 the camera swings there and back (default: 360, "
                "or the side that the cameras saw and no wall hides)");
   declare_camera_path_option(options, command->path);
-  options.value("--seconds", "S", "duration (default: 10 for a turntable, else that of the path)",
-                {"0.1", "0.25"}, [command = command.get()](const std::string& text) {
-                  command->seconds = parse_real("--seconds", text, 0.01, 36000);
-                });
+  options.real("--seconds", "S", 0.01, 36000, command->seconds,
+               "duration (default: 10 for a turntable, else that of the path)", {"0.1", "0.25"});
   declare_quantity_option(
       options, command->quantity,
       "what the film shows (default: color); alpha and depths by a colour map with one scale");
   declare_heatmap_options(options, command->heat,
                           "fits 3dgs in pictures spread over the film, and all modes share it");
   options.real("--fps", "N", 1, 240, command->fps, "pictures per second (default: 30)");
-  options.choice(
-      "--ease", {std::begin(kEaseNames), std::end(kEaseNames)},
-      [command = command.get()](int chosen) { command->ease = static_cast<Ease>(chosen); },
+  options.enumerated(
+      "--ease", kEaseNames, command->ease,
       "where the camera slows down to a stop: at the ends of the film or at all keyframes "
       "(default: none, or what the path says)");
   options.overwrite();

@@ -29,20 +29,17 @@ struct InspectCommand {
   std::optional<std::filesystem::path> output, json;
 };
 
-glm::ivec2 parse_pixel(const std::string& text) {
+glm::ivec2 parse_pixel(const std::string& name, const std::string& text) {
   const std::vector<std::string> words = separated(text);
-  if (words.size() != 2) fail(ErrorKind::usage, "--pixel: '{}' is not X,Y", text);
-  return {parse_integer("--pixel", words[0], 0, 1'000'000),
-          parse_integer("--pixel", words[1], 0, 1'000'000)};
+  if (words.size() != 2) fail(ErrorKind::usage, "{}: '{}' is not X,Y", name, text);
+  return {parse_integer(name, words[0], 0, 1'000'000), parse_integer(name, words[1], 0, 1'000'000)};
 }
 
 void check(const InspectCommand& command) {
-  if (command.cameras.several() || command.frame.modes.size() > 1) {
-    fail(ErrorKind::usage, "inspect: it looks at one picture: choose one camera and one mode");
-  }
-  if (command.frame.modes.front() == kReferenceMode) {
-    fail(ErrorKind::usage, "inspect: mode reference has no tiles: choose another mode");
-  }
+  check_rules("inspect", {{command.cameras.several() || command.frame.modes.size() > 1,
+                           "it looks at one picture: choose one camera and one mode"},
+                          {command.frame.modes.front() == kReferenceMode,
+                           "mode reference has no tiles: choose another mode"}});
 }
 
 // The pixel at the Gaussian's mean if the Gaussian is visible, else the middle of the picture.
@@ -99,11 +96,10 @@ CommandAction inspect_command(Options& options) {
   const auto command = std::make_shared<InspectCommand>();
   declare_frame_options(options, command->frame);
   declare_camera_choice(options, command->cameras);
-  options.value(
-      "--pixel", "X,Y",
+  options.converted(
+      "--pixel", "X,Y", command->pixel, parse_pixel,
       "counted from the top left (default: the centre of --gaussian, else of the picture)",
-      {"0,0", "24,16", "47,31", "48,0"},
-      [command = command.get()](const std::string& text) { command->pixel = parse_pixel(text); });
+      {"0,0", "24,16", "47,31", "48,0"});
   options.integer("--gaussian", "N", 0, 2'147'483'647, command->gaussian,
                   "the Gaussian to explain (default: the one that contributes most to the pixel)");
   options.overwrite();

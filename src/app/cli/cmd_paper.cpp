@@ -17,6 +17,7 @@
 #include "base/assets.h"
 #include "base/child_process.h"
 #include "base/fail.h"
+#include "base/json_of.h"
 #include "base/program_folder.h"
 #include "base/quit_signals.h"
 #include "io/bytes/json_text.h"
@@ -34,7 +35,8 @@ struct PaperCommand {
   std::vector<std::string> scenes, rows;
   std::optional<std::filesystem::path> methods, lpips;
   std::optional<std::string> train_options;
-  std::string profile = "local", pipeline = "classic";
+  std::string profile = "local";
+  Pipeline pipeline = Pipeline::classic;
   std::optional<Backend> backend;
   int seeds = 1, iterations = 30'000, frames = 100, warmup = 20, rounds = 3;
   std::optional<int> jobs, resolution_scale;
@@ -44,11 +46,6 @@ struct PaperCommand {
 
 ordered_json path_or_null(const std::optional<std::filesystem::path>& path) {
   return path ? ordered_json(std::filesystem::absolute(*path).string()) : ordered_json();
-}
-
-template <class T>
-ordered_json value_or_null(const std::optional<T>& value) {
-  return value ? ordered_json(*value) : ordered_json();
 }
 
 ordered_json request_of(const PaperCommand& c) {
@@ -61,15 +58,15 @@ ordered_json request_of(const PaperCommand& c) {
           {"lpips", path_or_null(c.lpips)},
           {"train_options", c.train_options.value_or("")},
           {"profile", c.profile},
-          {"pipeline", c.pipeline},
+          {"pipeline", kPipelineNames[static_cast<int>(c.pipeline)]},
           {"backend", c.backend ? kBackendNames[static_cast<int>(*c.backend)] : "auto"},
           {"seeds", c.seeds},
           {"iterations", c.iterations},
           {"frames", c.frames},
           {"warmup", c.warmup},
           {"rounds", c.rounds},
-          {"jobs", value_or_null(c.jobs)},
-          {"resolution_scale", value_or_null(c.resolution_scale)},
+          {"jobs", json_of(c.jobs)},
+          {"resolution_scale", json_of(c.resolution_scale)},
           {"shard", {c.shard.index, c.shard.count}},
           {"yes", c.yes},
           {"partial", c.partial}};
@@ -106,15 +103,13 @@ int run(const PaperCommand& command) {
   return end.exit_code;
 }
 
-void declare_list(Options& options, const std::string& name, const std::string& placeholder,
-                  std::vector<std::string>& list, const std::string& help,
-                  const Options::Samples& samples) {
-  options.value(name, placeholder, help, samples, [name, &list](const std::string& text) {
-    list = separated(text);
-    for (const std::string& word : list) {
-      if (word.empty()) fail(ErrorKind::usage, "{}: '{}' lacks a name", name, text);
-    }
-  });
+void declare_names(Options& options, const std::string& name, std::vector<std::string>& names,
+                   const std::string& help, const Options::Samples& samples) {
+  const auto checked = [name](const std::string& word, const std::string& text) {
+    if (word.empty()) fail(ErrorKind::usage, "{}: '{}' lacks a name", name, text);
+    return word;
+  };
+  options.list(name, "NAME,..", names, checked, help, samples);
 }
 
 void declare_training(Options& options, PaperCommand& c) {
@@ -128,10 +123,8 @@ void declare_training(Options& options, PaperCommand& c) {
 }
 
 void declare_measuring(Options& options, PaperCommand& c) {
-  options.choice(
-      "--pipeline", {"classic", "fast"},
-      [&c](int chosen) { c.pipeline = chosen == 0 ? "classic" : "fast"; },
-      "pipeline of the measured frames (default: classic, as in the paper)");
+  options.enumerated("--pipeline", kPipelineNames, c.pipeline,
+                     "pipeline of the measured frames (default: classic, as in the paper)");
   options.integer("--frames", "N", 1, 100000, c.frames,
                   "measured frames per mode and view (default: 100)");
   options.integer("--warmup", "N", 0, 100000, c.warmup,
@@ -146,10 +139,10 @@ void declare_work(Options& options, PaperCommand& c) {
                "local, slurm, or the folder of a Snakemake profile (default: local)", {"local"});
   options.integer("--jobs", "N", 1, 10000, c.jobs,
                   "jobs at the same time (default: one per GPU; slurm: as its profile says)");
-  options.value("--shard", "I/N",
-                "does every N-th training with its measurements, from the I-th, and writes no "
-                "tables",
-                {"1/2"}, [&c](const std::string& text) { c.shard = parse_shard("--shard", text); });
+  options.converted("--shard", "I/N", c.shard, parse_shard,
+                    "does every N-th training with its measurements, from the I-th, and writes no "
+                    "tables",
+                    {"1/2"});
   options.flag("--yes", c.yes, "starts without asking");
   options.flag("--partial", c.partial,
                "runs nothing: writes the tables of the results that are finished");
@@ -165,13 +158,13 @@ CommandAction paper_command(Options& options) {
   options.text("--out-dir", "DIR", c.out_dir,
                "folder of models, results and tables; the same line continues", {"out"});
   options.required();
-  declare_list(options, "--scenes", "NAME,..", c.scenes, "only these scenes (default: all found)",
-               {"images"});
-  declare_list(options, "--rows", "NAME,..", c.rows,
-               "rows of the tables: 3dgs, adr, dualbox, quadbox-naive, quadbox, dash, "
-               "dash+quadbox, mask, mask+quadbox; all; or published: all, and adr trained with "
-               "its own rules (default: all)",
-               {"3dgs,quadbox", "published"});
+  declare_names(options, "--scenes", c.scenes, "only these scenes (default: all found)",
+                {"images"});
+  declare_names(options, "--rows", c.rows,
+                "rows of the tables: 3dgs, adr, dualbox, quadbox-naive, quadbox, dash, "
+                "dash+quadbox, mask, mask+quadbox; all; or published: all, and adr trained with "
+                "its own rules (default: all)",
+                {"3dgs,quadbox", "published"});
   options.integer("--seeds", "N", 1, 1000, c.seeds, "trainings of each row and scene (default: 1)");
   options.text("--methods", "FILE", c.methods,
                "JSON file with methods of your own, a row each: docs/workflow.md", {"missing"});

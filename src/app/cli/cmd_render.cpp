@@ -46,48 +46,34 @@ struct RenderCommand {
 };
 
 void check(const RenderCommand& command) {
-  require_heatmaps("render", command.heat, command.frame.modes);
-  if (!command.output && !command.stats && !command.measures() && !command.reference) {
-    fail(ErrorKind::usage, "render: --output is missing (see 'quadsplat render --help')");
-  }
-  if (command.reference && (command.several_modes() || command.cameras.several())) {
-    fail(ErrorKind::usage,
-         "render: --reference compares one picture: choose one camera and one mode");
-  }
-  if (command.reference_threshold > 0 && !command.reference) {
-    fail(ErrorKind::usage, "render: --reference-threshold needs --reference");
-  }
-  if (command.cameras.steps && !command.cameras.path) {
-    fail(ErrorKind::usage,
-         "render: --path-steps needs a --camera-path; to measure a picture several times use "
-         "--repeats");
-  }
-  if (command.shard && !command.cameras.several()) {
-    fail(
-        ErrorKind::usage,
-        "render: --shard divides the pictures of --all-cameras or --camera-path: give one of them");
-  }
-  if (command.shard && command.heat.quantity && !command.heat.maximum) {
-    fail(ErrorKind::usage,
-         "render: --shard with --heatmap needs --heatmap-max, so that all shards use one scale");
-  }
-}
-
-void check_quantity(const RenderCommand& command) {
   const Quantity quantity = command.quantity;
-  if (command.part && (quantity != Quantity::color || command.heat.quantity || !command.output)) {
-    fail(ErrorKind::usage,
-         "render: --part shows a part of the colours: it needs --output and excludes --picture and "
-         "--heatmap");
-  }
-  const bool is_depth = quantity == Quantity::depth || quantity == Quantity::median_depth;
-  if (command.depth_step && !is_depth)
-    fail(ErrorKind::usage, "render: --depth-step needs --picture depth or median-depth");
+  const HeatOptions& heat = command.heat;
+  require_heatmaps("render", heat, command.frame.modes);
+  check_rules(
+      "render",
+      {{!command.output && !command.stats && !command.measures() && !command.reference,
+        "--output is missing (see 'quadsplat render --help')"},
+       {command.reference && (command.several_modes() || command.cameras.several()),
+        "--reference compares one picture: choose one camera and one mode"},
+       {command.reference_threshold > 0 && !command.reference,
+        "--reference-threshold needs --reference"},
+       {command.cameras.steps && !command.cameras.path,
+        "--path-steps needs a --camera-path; to measure a picture several times use --repeats"},
+       {command.shard && !command.cameras.several(),
+        "--shard divides the pictures of --all-cameras or --camera-path: give one of them"},
+       {command.shard && heat.quantity && !heat.maximum,
+        "--shard with --heatmap needs --heatmap-max, so that all shards use one scale"},
+       {command.part && (quantity != Quantity::color || heat.quantity || !command.output),
+        "--part shows a part of the colours: it needs --output and excludes --picture and "
+        "--heatmap"},
+       {command.depth_step && quantity != Quantity::depth && quantity != Quantity::median_depth,
+        "--depth-step needs --picture depth or median-depth"}});
   if (quantity == Quantity::color) return;
-  const char* name = row_of(quantity).name;
-  require_colors("render", command.heat, quantity);
-  if (command.reference)
-    fail(ErrorKind::usage, "render: --reference compares colours, not --picture {}", name);
+  require_colors("render", heat, quantity);
+  check_rules(
+      "render",
+      {{command.reference.has_value(),
+        fmt::format("--reference compares colours, not --picture {}", row_of(quantity).name)}});
   if (command.output) require_value_file("render", *command.output, quantity);
 }
 
@@ -109,10 +95,7 @@ class RenderRun {
         choose_shots(command_.cameras, command_.frame, *session_.scene, *session_.pool);
     const Shard shard = command_.shard.value_or(Shard());
     for (std::size_t view = 0; view < shots.size(); ++view) {
-      const auto share = [&](std::size_t i) {
-        return static_cast<float>(i) / static_cast<float>(shots.size());
-      };
-      progress_ = part_of(bar_.progress(), share(view), share(view + 1));
+      progress_ = step_of(bar_.progress(), view, shots.size());
       progress_.update(0);
       if (shard.takes(view)) one_shot(shots[view], view);
     }
@@ -248,15 +231,16 @@ class RenderRun {
   // The stream for tables: stdout, unless --stats writes JSON to it.
   std::FILE* report() const { return command_.stats == "-" ? stderr : stdout; }
 
-  static constexpr float kReference = 0.5f;  // of a picture's progress, if --psnr needs it
-  static constexpr float kDrawn = 0.3f;  // of a picture's progress, if a large picture is encoded
+  // Shares of a picture's progress: of the reference that --psnr needs, and of drawing a large
+  // picture before it is encoded.
+  static constexpr float kReference = 0.5f, kDrawn = 0.3f;
 
   const RenderCommand& command_;
   Session session_;
   ProgressBar bar_{"rendering"};
-  Progress progress_;                     // of the current view
-  std::optional<HeatmapMaker> heatmaps_;  // of the current view
-  std::optional<Scale> scale_;            // of the first view; all heat maps of a run share it
+  Progress progress_;                     // progress of the current view
+  std::optional<HeatmapMaker> heatmaps_;  // maker for the current view
+  std::optional<Scale> scale_;  // scale of the first view; all heat maps of a run share it
   std::vector<FrameRecord> records_;
   int exit_code_ = kExitOk;
 };
@@ -275,19 +259,17 @@ CommandAction render_command(Options& options) {
       options, command->quantity,
       "what the picture holds (default: color); alpha and depths go to .npy, .exr, .pfm, .tif or "
       "16-bit .png; depth is in units of the scene");
-  options.value("--depth-step", "UNITS",
-                "units per step of a .png of depths (default: the least that holds the picture)",
-                {"0.001", "0.5"}, [command = command.get()](const std::string& text) {
-                  command->depth_step = parse_real("--depth-step", text, 1e-12, 1e12);
-                });
+  options.real("--depth-step", "UNITS", 1e-12, 1e12, command->depth_step,
+               "units per step of a .png of depths (default: the least that holds the picture)",
+               {"0.001", "0.5"});
   declare_heatmap_options(options, command->heat,
                           "fits 3dgs in the first view, so that all modes share it");
-  options.value("--part", "X,Y,W,H",
-                "shows this part of the picture enlarged in its farthest corner, as papers show "
-                "details, and writes it alone as OUT_part",
-                {"0,0,8,8"}, [command = command.get()](const std::string& text) {
-                  command->part = parse_part(text, "not X,Y,W,H");
-                });
+  options.converted(
+      "--part", "X,Y,W,H", command->part,
+      [](const auto&, const std::string& text) { return parse_part(text, "not X,Y,W,H"); },
+      "shows this part of the picture enlarged in its farthest corner, as papers show "
+      "details, and writes it alone as OUT_part",
+      {"0,0,8,8"});
   options.real("--part-zoom", "X", 1, 64, command->part_zoom,
                "times that --part is enlarged (default: 2.5)");
   options.text("--stats", "FILE", command->stats,
@@ -321,7 +303,6 @@ CommandAction render_command(Options& options) {
       "the pictures of a flight: f_0000.png to f_0239.png");
   return [command](Arguments) {
     check(*command);
-    check_quantity(*command);
     if (command->reference) require_reference(*command->reference);
     note_inputs(command->frame);
     if (command->exact_color) command->frame.network = NetworkUse::always;

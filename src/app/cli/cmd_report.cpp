@@ -34,10 +34,9 @@ struct ReportCommand {
 };
 
 std::vector<Shot> choose_views(const ReportCommand& command, const Session& session) {
-  CameraChoice choice = command.cameras;
-  if (choice.indices.empty() && !choice.json && !choice.several())
-    choice.all = has_cameras(command.frame, *session.scene);
-  const std::vector<Shot> all = choose_shots(choice, command.frame, *session.scene, *session.pool);
+  const Scene& scene = *session.scene;
+  const std::vector<Shot> all = choose_shots(or_all_cameras(command.cameras, command.frame, scene),
+                                             command.frame, scene, *session.pool);
   const std::size_t count = std::min(all.size(), static_cast<std::size_t>(command.views));
   std::vector<Shot> shots;
   for (std::size_t i = 0; i < count; ++i) shots.push_back(all[i * all.size() / count]);

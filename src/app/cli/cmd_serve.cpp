@@ -37,7 +37,7 @@ void check(const FrameOptions& frame) {
     fail(ErrorKind::usage, "serve: --cull reference takes seconds a picture: use quadsplat render");
 }
 
-// Its viewers have no token.
+// SIBR's protocol has no token, so its port listens at 127.0.0.1 only.
 std::optional<SibrOptions> sibr_options(const ServeCommand& command, const std::string& address) {
   const auto needs_sibr = [](bool given, const char* option) {
     if (given) fail(ErrorKind::usage, "serve: {}: needs --sibr", option);

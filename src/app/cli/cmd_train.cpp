@@ -126,7 +126,7 @@ std::string train_request_in_window(TrainingThread& thread, const TrainingReques
   declare_options(options, command);
   if (!options.parse(words)) fail(ErrorKind::usage, "train: --help is printed in the terminal");
   ThreadPool pool(command.threads);
-  auto [model, data] = prepare(command, pool, reading_in_window(thread, command.data.data));
+  auto [model, data] = prepare(command, pool, thread.reading(command.data.data));
   return sentence_of(
       train_beside_window(thread, command.settings, data, command.run, std::move(model), pool));
 }

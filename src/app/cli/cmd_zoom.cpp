@@ -31,19 +31,12 @@ struct ZoomCommand {
   ViewPlan plan{20, 3, 1};
 };
 
-std::optional<glm::dvec3> parse_target(const std::string& text) {
+std::optional<glm::dvec3> parse_target(const std::string& name, const std::string& text) {
   if (text == "auto") return std::nullopt;
-  glm::dvec3 target{0.0};
-  std::size_t begin = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::size_t end = axis < 2 ? text.find(',', begin) : text.size();
-    if (end == std::string::npos) {
-      fail(ErrorKind::usage, "--target: '{}' is neither X,Y,Z nor auto", text);
-    }
-    target[axis] = parse_real("--target", text.substr(begin, end - begin), -1e9, 1e9);
-    begin = end + 1;
-  }
-  return target;
+  const std::vector<std::string> words = separated(text);
+  if (words.size() != 3) fail(ErrorKind::usage, "{}: '{}' is neither X,Y,Z nor auto", name, text);
+  const auto number = [&](std::size_t i) { return parse_real(name, words[i], -1e9, 1e9); };
+  return glm::dvec3(number(0), number(1), number(2));
 }
 
 // The world position seen at the image's centre.
@@ -145,10 +138,9 @@ CommandAction zoom_command(Options& options) {
   options.integer("--from-camera", "N", 0, 1'000'000'000, command->from_camera,
                   "camera of the cameras file to start from (default: 0, or a view that frames the "
                   "scene)");
-  options.value(
-      "--target", "X,Y,Z|auto",
-      "point to approach (default: auto, the one seen at the image's centre)", {"auto", "0.1,0,4"},
-      [command = command.get()](const std::string& text) { command->target = parse_target(text); });
+  options.converted("--target", "X,Y,Z|auto", command->target, parse_target,
+                    "point to approach (default: auto, the one seen at the image's centre)",
+                    {"auto", "0.1,0,4"});
   options.integer("--steps", "N", 2, 100000, command->steps, "views along the way (default: 32)");
   options.real("--closest", "X", 1e-4, 0.999, command->closest,
                "last distance to the target divided by the first (default: 0.05)");

@@ -170,11 +170,9 @@ class Judging {
   }
 
   std::vector<Shot> scene_shots(const Side& side) const {
-    FrameOptions frame = options_.frame;
-    CameraChoice choice = options_.cameras;
-    if (choice.indices.empty() && !choice.json && !choice.several())
-      choice.all = has_cameras(frame, *side.session.scene);
-    return choose_shots(choice, frame, *side.session.scene, *side.session.pool);
+    const Scene& scene = *side.session.scene;
+    return choose_shots(or_all_cameras(options_.cameras, options_.frame, scene), options_.frame,
+                        scene, *side.session.pool);
   }
 
   Image read(const File& file) {

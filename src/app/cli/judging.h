@@ -16,7 +16,7 @@ struct JudgeOptions {
   CameraChoice cameras;
   std::filesystem::path judged;  ///< a folder of pictures or a scene
   std::optional<std::filesystem::path> csv, json, out_dir, sheet;
-  int sheet_views = 8;  ///< of the worst views
+  int sheet_views = 8;  ///< number of worst views on the sheet
   double flip_max = 0;  ///< end of the sheet's colour bar; 0: chosen from the errors
 };
 

@@ -22,16 +22,7 @@ Options declared(const Command& command) {
 
 // Escapes text for roff, so that minus signs can be searched and copied, and no line is a request.
 std::string roff(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '\\') {
-      result += "\\e";
-    } else if (c == '-') {
-      result += "\\-";
-    } else {
-      result += c;
-    }
-  }
+  std::string result = escaped(text, {{'\\', "\\e"}, {'-', "\\-"}});
   if (result.starts_with('.') || result.starts_with('\'')) result.insert(0, "\\&");
   return result;
 }
@@ -55,8 +46,6 @@ constexpr const char* kExitCodes[][2] = {{"0", "success"},
                                          {"130", "interrupted"}};
 
 // ---- the completion -----------------------------------------------------------------------------
-
-std::string words(const std::vector<std::string>& list) { return joined(list, " "); }
 
 constexpr const char* kCompletion =
     R"(# bash completion of quadsplat, printed by quadsplat --bash-completion
@@ -123,12 +112,13 @@ std::string bash_completion() {
       if (!option.choices.empty())
         values +=
             fmt::format("    '{} {}') COMPREPLY=($(compgen -W '{}' -- \"$cur\")); return ;;\n",
-                        command.name, option.name, words(option.choices));
+                        command.name, option.name, joined(option.choices, " "));
     }
-    options_by_command += fmt::format("    {}) options='{}' ;;\n", command.name, words(options));
+    options_by_command +=
+        fmt::format("    {}) options='{}' ;;\n", command.name, joined(options, " "));
   }
   return fmt::format(fmt::runtime(kCompletion), joined(names, "|"), values, options_by_command,
-                     words(names));
+                     joined(names, " "));
 }
 
 }  // namespace qs

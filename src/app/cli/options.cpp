@@ -80,6 +80,11 @@ void Options::complain(const std::string& what) const {
   fail(ErrorKind::usage, "{}: {} (see 'quadsplat {} --help')", command_, what, command_);
 }
 
+void check_rules(const char* command, std::initializer_list<OptionRule> rules) {
+  for (const OptionRule& rule : rules)
+    if (rule.broken) fail(ErrorKind::usage, "{}: {}", command, rule.sentence);
+}
+
 std::string Options::usage() const {
   std::string text;
   for (const Option& option : table()) {

@@ -4,6 +4,7 @@
 // help() prints it.
 #pragma once
 
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <utility>
@@ -39,5 +40,13 @@ class Options : public OptionTable {
   std::string command_, summary_;
   std::vector<std::string> other_words_;
 };
+
+/// A rule about options that exclude or need each other.
+struct OptionRule {
+  bool broken;
+  std::string sentence;  ///< the error, if it is broken
+};
+/// Throws Error(usage) "COMMAND: SENTENCE" for the first rule that is broken.
+void check_rules(const char* command, std::initializer_list<OptionRule> rules);
 
 }  // namespace qs

@@ -80,16 +80,16 @@ void declare_scene(Options& options, FrameOptions& frame) {
       "--cameras", "FILE", frame.cameras,
       "cameras.json, transforms.json or a COLMAP folder (default: the one beside the scene)",
       {"cameras.json", "missing.json"});
-  options.value(
-      "--up", "DIR",
+  options.converted(
+      "--up", "DIR", frame.up, parse_direction,
       "direction that is up in the world: x, -x, y, -y, z, -z or X,Y,Z (default: what the "
       "file declares, else the cameras' or an estimate)",
-      {"-y", "0,0.5,-1"},
-      [&frame](const std::string& text) { frame.up = parse_direction("--up", text); });
-  options.value("--size", "WxH",
-                "picture size in pixels; keeps the vertical field of view (default: the camera's)",
-                {"48x32", "17x33"},
-                [&frame](const std::string& text) { frame.size = parse_size("--size", text); });
+      {"-y", "0,0.5,-1"});
+  options.converted(
+      "--size", "WxH", frame.size,
+      [](const std::string& name, const std::string& text) { return parse_size(name, text); },
+      "picture size in pixels; keeps the vertical field of view (default: the camera's)",
+      {"48x32", "17x33"});
 }
 
 // The culling modes, the backend and its options.
@@ -104,9 +104,8 @@ void declare_renderer(Options& options, FrameOptions& frame) {
                 });
   options.offers(mode_list());
   declare_backend_option(options, frame.backend, "what renders");
-  options.choice(
-      "--pipeline", {std::begin(kPipelineNames), std::end(kPipelineNames)},
-      [&frame](int chosen) { frame.pipeline = static_cast<Pipeline>(chosen); },
+  options.enumerated(
+      "--pipeline", kPipelineNames, frame.pipeline,
       fmt::format("implementation: classic follows the published 3DGS code, fast is optimised; "
                   "both draw the same images (default: {})",
                   kPipelineNames[static_cast<int>(kDefaultPipeline)]));
@@ -163,27 +162,23 @@ void declare_axes_option(Options& options, std::string& axes) {
 }
 
 void declare_quantity_option(Options& options, Quantity& quantity, const std::string& help) {
-  options.choice(
-      "--picture", quantity_names(),
-      [&quantity](int chosen) { quantity = static_cast<Quantity>(chosen); }, help);
+  options.enumerated("--picture", quantity_names(), quantity, help);
 }
 
 void declare_heatmap_options(Options& options, HeatOptions& heat, const std::string& usual) {
-  options.choice(
-      "--heatmap", heatmap_names(),
-      [&heat](int chosen) { heat.quantity = static_cast<HeatQuantity>(chosen); },
-      "draws this quantity over the picture, with a colour scale");
+  options.enumerated("--heatmap", heatmap_names(), heat.quantity,
+                     "draws this quantity over the picture, with a colour scale");
   options.integer("--heatmap-max", "N", 1, 1'000'000'000, heat.maximum,
                   "largest value of the colour scale (default: " + usual + ")");
 }
 
 void require_heatmaps(const char* command, const HeatOptions& heat,
                       const std::vector<CullMode>& modes) {
-  if (heat.quantity && heat.quantity != HeatQuantity::evaluated &&
-      std::count(modes.begin(), modes.end(), kReferenceMode) > 0) {
-    fail(ErrorKind::usage, "{}: --heatmap {}: mode reference has no tile lists", command,
-         heatmap_row(*heat.quantity).name);
-  }
+  const HeatQuantity quantity = heat.quantity.value_or(HeatQuantity::evaluated);
+  check_rules(command, {{quantity != HeatQuantity::evaluated &&
+                             std::count(modes.begin(), modes.end(), kReferenceMode) > 0,
+                         fmt::format("--heatmap {}: mode reference has no tile lists",
+                                     heatmap_row(quantity).name)}});
 }
 
 void require_colors(const char* command, const HeatOptions& heat, Quantity quantity) {

@@ -81,8 +81,8 @@ void declare_exact_color_option(Options& options, bool& exact_color, const std::
 /// --shard, for a Shard or a std::optional<Shard>.
 template <class T>
 void declare_shard_option(Options& options, T& shard, const std::string& help) {
-  options.value("--shard", "I/N", help + "; see quadsplat merge", {"1/1", "2/2"},
-                [&shard](const std::string& text) { shard = parse_shard("--shard", text); });
+  options.converted("--shard", "I/N", shard, parse_shard, help + "; see quadsplat merge",
+                    {"1/1", "2/2"});
 }
 
 }  // namespace qs

@@ -60,10 +60,6 @@ train::RunWish wish_of(TrainingWish wish) {
 
 }  // namespace
 
-Progress reading_in_window(TrainingThread& thread, const std::filesystem::path& data) {
-  return thread.reading(data);
-}
-
 std::string sentence_of(train::RunEnd end) {
   return end == train::RunEnd::finished ? "finished and saved" : "stopped and saved";
 }

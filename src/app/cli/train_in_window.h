@@ -19,9 +19,6 @@ train::RunEnd train_in_window(const train::TrainSettings& settings, const train:
                               std::unique_ptr<train::TrainingModel> model, ThreadPool& pool,
                               ViewOptions view);
 
-/// Shows that photographs of `data` are read; see TrainingThread::reading().
-Progress reading_in_window(TrainingThread& thread, const std::filesystem::path& data);
-
 /// Trains `model`, which is new, on the thread of the window. Throws Error.
 train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSettings& settings,
                                   const train::DataSet& data, train::RunOptions options,

@@ -9,14 +9,14 @@
 namespace qs {
 namespace {
 
-constexpr std::size_t kMostMistakes = 6;  // of a cause
+constexpr std::size_t kMostMistakes = 6;  // a cause has no more mistakes
 constexpr std::size_t kMostCauses = 3;    // a larger number of equal fits explains nothing
 
 // The fit of a set of mistakes to all pictures.
 struct Score {
   MistakeSet set;
   std::size_t matched = 0;
-  double squared_error = 0;  // of the matched pictures
+  double squared_error = 0;  // sum over the matched pictures
 };
 
 bool better(const Score& a, const Score& b) {
@@ -96,11 +96,9 @@ class KitJudge {
   }
 
   void find_causes() {
-    std::vector<Score> scores;
-    for (std::size_t set = 0; set < variants_.sets().size(); ++set) {
-      Score& score = scores.emplace_back();
-      score.set = variants_.sets()[set];
-      for (const auto& [scene, fits] : fits_) add(fits[set], score);
+    std::vector<Score> scores = scores_of_variants();
+    for (std::size_t set = 0; set < scores.size(); ++set) {
+      for (const auto& [scene, fits] : fits_) add(fits[set], scores[set]);
     }
     const std::size_t without = scores.front().matched;
     while (true) {
@@ -114,6 +112,13 @@ class KitJudge {
       if (scores.empty()) break;
     }
     if (!judgement_.causes.empty()) judgement_.explained = explained_by(judgement_.causes.front());
+  }
+
+  // A score of 0 for each set of the variants.
+  std::vector<Score> scores_of_variants() const {
+    std::vector<Score> scores;
+    for (const MistakeSet& set : variants_.sets()) scores.push_back({set});
+    return scores;
   }
 
   // The scores of the sets that add one mistake to `set`.
@@ -168,12 +173,8 @@ class KitJudge {
         return;
       }
     }
-    std::vector<Score> scores;
-    for (std::size_t set = 0; set < variants_.sets().size(); ++set) {
-      Score& score = scores.emplace_back();
-      score.set = variants_.sets()[set];
-      add(fits_.at(scene)[set], score);
-    }
+    std::vector<Score> scores = scores_of_variants();
+    for (std::size_t set = 0; set < scores.size(); ++set) add(fits_.at(scene)[set], scores[set]);
     const std::vector<MistakeSet> best = best_sets(scores);
     const Fit fitted = fit(scene, best.front());
     if (!fitted.matches() || best.size() > kMostCauses) return find_closest(scene);
@@ -195,7 +196,7 @@ class KitJudge {
   const Variants& variants_;
   ThreadPool& pool_;
   std::vector<KitView> views_;
-  std::map<std::size_t, std::vector<Fit>> fits_;  // of the scenes that have a picture
+  std::map<std::size_t, std::vector<Fit>> fits_;  // fits of the scenes that have a picture
   KitVerdict judgement_;
   std::size_t matched_ = 0;  // scenes that judgement_.causes draw, passing scenes included
 };

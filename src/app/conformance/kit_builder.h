@@ -18,7 +18,7 @@ inline constexpr double kKitFocal = 60;  ///< px
 struct Blob {
   glm::vec3 position{0, 0, 3};
   glm::vec3 sigma{0.2f};  ///< standard deviations, world units
-  glm::vec3 color{1};     ///< without view dependence; may exceed 0..1
+  glm::vec3 color{1};     ///< colour without view dependence; may exceed 0..1
   float opacity = 0.9f;
   glm::quat rotation{1, 0, 0, 0};
 };

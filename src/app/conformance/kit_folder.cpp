@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/json_of.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
@@ -32,7 +33,6 @@ Json matrix_json(const glm::dmat4x3& matrix) {
 Json scene_entry(const KitScene& scene, const KitView& view) {
   const std::string name = scene.name;
   const Camera& camera = view.camera;
-  const glm::vec3 background = view.settings.background;
   return {{"name", name},
           {"tests", scene.what},
           {"scene", name + ".ply"},
@@ -43,7 +43,7 @@ Json scene_entry(const KitScene& scene, const KitView& view) {
           {"fx", camera.focal_px.x},
           {"fy", camera.focal_px.y},
           {"view_from_world", matrix_json(camera.view_from_world)},
-          {"background", {background.r, background.g, background.b}},
+          {"background", json_of(view.settings.background)},
           {"sh_degree", view.cloud.sh_degree},
           {"antialiased", view.cloud.antialiased}};
 }

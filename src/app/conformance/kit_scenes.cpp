@@ -20,6 +20,26 @@ Blob round_blob(const Camera& camera, glm::dvec2 pixel, double z, double sigma_p
   return {world_point(camera, pixel, z), glm::vec3(sigma_at(camera, sigma_px, z)), color, opacity};
 }
 
+// Two rows of three Gaussians: blob(i, pixel) for i = 0 to 5.
+template <class MakeBlob>
+std::vector<Blob> six_blobs(const MakeBlob& blob) {
+  std::vector<Blob> blobs;
+  for (int i = 0; i < 6; ++i) blobs.push_back(blob(i, {12 + 20 * (i % 3), 13 + 22 * (i / 3)}));
+  return blobs;
+}
+
+// Sets the coefficients `first` to `last` of every Gaussian i to scale * wave(k, c, i), for each
+// coefficient k and channel c.
+template <class Wave>
+void set_sh(KitView& view, int first, int last, float scale, const Wave& wave) {
+  for (std::size_t i = 0; i < view.cloud.size(); ++i) {
+    for (int k = first; k <= last; ++k) {
+      for (int c = 0; c < 3; ++c)
+        sh_of(view.cloud, i)[k][c] = scale * static_cast<float>(wave(k, c, static_cast<double>(i)));
+    }
+  }
+}
+
 KitView view_of(const std::vector<Blob>& blobs, const Camera& camera,
                 glm::vec3 background = glm::vec3(0)) {
   KitView view{cloud_of(blobs), camera, {}};
@@ -34,12 +54,11 @@ KitView one_gaussian() {
 
 KitView opacities() {
   const Camera camera = kit_camera();
-  std::vector<Blob> blobs;
   const float opacity[] = {0.02f, 0.1f, 0.3f, 0.6f, 0.9f, 0.99f};
-  for (int i = 0; i < 6; ++i)
-    blobs.push_back(round_blob(camera, {12 + 20 * (i % 3), 13 + 22 * (i / 3)}, 3, 4,
-                               {1, 0.8f, 0.6f}, opacity[i]));
-  return view_of(blobs, camera);
+  return view_of(six_blobs([&](int i, glm::dvec2 pixel) {
+                   return round_blob(camera, pixel, 3, 4, {1, 0.8f, 0.6f}, opacity[i]);
+                 }),
+                 camera);
 }
 
 KitView occlusion() {
@@ -63,9 +82,6 @@ KitView small_gaussians(bool antialiased) {
   view.cloud.antialiased = antialiased;
   return view;
 }
-
-KitView dilation() { return small_gaussians(false); }
-KitView antialiased() { return small_gaussians(true); }
 
 // Many Gaussians in the same place make an effect visible that a rounding step hides for a single
 // Gaussian.
@@ -111,30 +127,19 @@ KitView spherical_harmonics(int degree) {
     blobs.push_back(round_blob(camera, {11.2 + 20 * (i % 3), 7.9 + 15.6 * (i / 3)}, 3, 4,
                                glm::vec3(0.5f), 0.95f));
   KitView view{cloud_of(blobs, degree), camera, {}};
-  for (std::size_t i = 0; i < blobs.size(); ++i) {
-    for (int k = degree * degree; k < (degree + 1) * (degree + 1); ++k) {
-      for (int c = 0; c < 3; ++c)
-        sh_of(view.cloud, i)[k][c] =
-            0.35f *
-            static_cast<float>(std::sin(1.0 + 1.7 * k + 2.3 * c + 0.9 * static_cast<double>(i)));
-    }
-  }
+  set_sh(view, degree * degree, (degree + 1) * (degree + 1) - 1, 0.35f,
+         [](int k, int c, double i) { return std::sin(1.0 + 1.7 * k + 2.3 * c + 0.9 * i); });
   return view;
 }
 
 KitView sh_degree_0() {
   const Camera camera = kit_camera();
-  std::vector<Blob> blobs;
-  for (int i = 0; i < 6; ++i) {
-    const auto c = static_cast<float>(i);
-    blobs.push_back(round_blob(camera, {12 + 20 * (i % 3), 13 + 22 * (i / 3)}, 3, 4,
-                               {0.2f * c, 1 - 0.15f * c, 0.5f}, 0.95f));
-  }
-  return view_of(blobs, camera);
+  return view_of(six_blobs([&](int i, glm::dvec2 pixel) {
+                   const auto c = static_cast<float>(i);
+                   return round_blob(camera, pixel, 3, 4, {0.2f * c, 1 - 0.15f * c, 0.5f}, 0.95f);
+                 }),
+                 camera);
 }
-KitView sh_degree_1() { return spherical_harmonics(1); }
-KitView sh_degree_2() { return spherical_harmonics(2); }
-KitView sh_degree_3() { return spherical_harmonics(3); }
 
 KitView dark_colors() {
   const Camera camera = kit_camera();
@@ -154,17 +159,14 @@ std::vector<Blob> needles(const Camera& camera, float length_px, float width_px)
   const glm::quat rotations[] = {turned({0, 0, 1}, 30),      turned({1, 2, 0.5}, 70),
                                  turned({0.3f, 1, -1}, 140), turned({-1, 0.4f, 2}, 50),
                                  turned({2, -1, 1}, 100),    turned({1, 1, 3}, -65)};
-  std::vector<Blob> blobs;
-  for (int i = 0; i < 6; ++i) {
+  return six_blobs([&](int i, glm::dvec2 pixel) {
     const auto c = static_cast<float>(i);
-    Blob blob = round_blob(camera, {12 + 20 * (i % 3), 13 + 22 * (i / 3)}, 3, 1,
-                           {1 - 0.15f * c, 0.5f, 0.2f + 0.15f * c});
+    Blob blob = round_blob(camera, pixel, 3, 1, {1 - 0.15f * c, 0.5f, 0.2f + 0.15f * c});
     const float px = sigma_at(camera, 1, 3);
     blob.sigma = px * glm::vec3(length_px, width_px, 0.5f * (length_px + width_px));
     blob.rotation = rotations[i];
-    blobs.push_back(blob);
-  }
-  return blobs;
+    return blob;
+  });
 }
 
 KitView quaternions() {
@@ -223,14 +225,8 @@ KitView seen_from(const glm::dvec3& position, const glm::dvec3& up) {
   Camera camera = look_at(position, {0.1, 0.05, 2.9}, up, 1, kKitWidth, kKitHeight);
   camera.focal_px = pinhole.focal_px;
   KitView view{cloud_of(needles(pinhole, 7, 2), 3), camera, {}};
-  for (std::size_t i = 0; i < view.cloud.size(); ++i) {
-    for (int k = 1; k < 16; ++k) {
-      for (int c = 0; c < 3; ++c)
-        sh_of(view.cloud, i)[k][c] =
-            0.2f *
-            static_cast<float>(std::cos(2.0 + 1.1 * k + 1.9 * c + 0.7 * static_cast<double>(i)));
-    }
-  }
+  set_sh(view, 1, 15, 0.2f,
+         [](int k, int c, double i) { return std::cos(2.0 + 1.1 * k + 1.9 * c + 0.7 * i); });
   return view;
 }
 
@@ -238,7 +234,7 @@ KitView rotated_camera() { return seen_from({1.6, -1.2, 0.6}, {0.3, -1, 0.1}); }
 KitView rolled_camera() { return seen_from({-0.4, 2.7, 1.7}, {1, 0.2, -0.3}); }
 
 // Needles and round Gaussians all over a picture of this size.
-KitView picture_of(int width, int height, glm::dvec2 focal_px) {
+KitView view_of_size(int width, int height, glm::dvec2 focal_px) {
   const Camera camera = kit_camera(width, height, focal_px);
   std::vector<Blob> blobs;
   for (int i = 0; i < 8; ++i) {
@@ -253,9 +249,9 @@ KitView picture_of(int width, int height, glm::dvec2 focal_px) {
   return view_of(blobs, camera);
 }
 
-KitView wide_picture() { return picture_of(80, 32, {50, 38}); }
-KitView tall_picture() { return picture_of(32, 80, {38, 50}); }
-KitView odd_size() { return picture_of(61, 37, {53, 53}); }
+KitView wide_picture() { return view_of_size(80, 32, {50, 38}); }
+KitView tall_picture() { return view_of_size(32, 80, {38, 50}); }
+KitView odd_size() { return view_of_size(61, 37, {53, 53}); }
 
 KitView background() {
   KitView view = occlusion();
@@ -291,17 +287,20 @@ constexpr KitScene kScenes[] = {
     {"one-gaussian", "position, size and falloff of one round Gaussian", one_gaussian},
     {"opacities", "Gaussians with opacities from 0.02 to 0.99", opacities},
     {"occlusion", "three Gaussians that overlap, not in order of depth in the file", occlusion},
-    {"dilation", "Gaussians smaller than a pixel: 0.3 px^2 are added to both variances", dilation},
-    {"antialiased", "the same, trained with Mip-Splatting's opacity compensation", antialiased},
+    {"dilation", "Gaussians smaller than a pixel: 0.3 px^2 are added to both variances",
+     [] { return small_gaussians(false); }},
+    {"antialiased", "the same, trained with Mip-Splatting's opacity compensation",
+     [] { return small_gaussians(true); }},
     {"alpha-threshold", "contributions with alpha below 1/255 are skipped", alpha_threshold},
     {"alpha-maximum", "alpha is at most 0.99", alpha_maximum},
     {"transmittance-stop", "a pixel stops before its transmittance falls below 0.0001",
      transmittance_stop},
     {"tails", "Gaussians end where alpha falls below 1/255, not earlier", tails},
     {"sh-degree-0", "colours without view dependence", sh_degree_0},
-    {"sh-degree-1", "order, signs and directions of the coefficients of degree 1", sh_degree_1},
-    {"sh-degree-2", "the same for degree 2", sh_degree_2},
-    {"sh-degree-3", "the same for degree 3", sh_degree_3},
+    {"sh-degree-1", "order, signs and directions of the coefficients of degree 1",
+     [] { return spherical_harmonics(1); }},
+    {"sh-degree-2", "the same for degree 2", [] { return spherical_harmonics(2); }},
+    {"sh-degree-3", "the same for degree 3", [] { return spherical_harmonics(3); }},
     {"dark-colors", "colours of Gaussians below 0 become 0", dark_colors},
     {"bright-colors", "colours of Gaussians above 1 are kept until the picture is finished",
      bright_colors},

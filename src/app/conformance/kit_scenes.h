@@ -18,7 +18,7 @@ struct KitView {
 };
 
 struct KitScene {
-  const char* name;  ///< of its files
+  const char* name;  ///< the beginning of its files' names
   const char* what;  ///< the rule that it tests, a clause
   KitView (*make)();
 };

@@ -10,6 +10,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "app/picture/canvas.h"
+
 namespace qs {
 namespace {
 
@@ -40,10 +42,6 @@ void change_sh(Drawing& d, const Change& change) {
   for (std::size_t i = 0; i < cloud.size(); ++i) change(cloud.sh.data() + i * count, count);
 }
 
-void sh_ignored(Drawing& d) { d.view.settings.sh_degree = 0; }
-void sh_up_to_1(Drawing& d) { d.view.settings.sh_degree = 1; }
-void sh_up_to_2(Drawing& d) { d.view.settings.sh_degree = 2; }
-
 void sh_opposite(Drawing& d) {  // odd functions change their sign
   change_sh(d, [](glm::vec3* sh, std::size_t count) {
     for (std::size_t k = 1; k < count; ++k) {
@@ -73,30 +71,13 @@ void sh_interleaved(Drawing& d) {
   });
 }
 
-void sh_view_axes(Drawing& d) { d.rules.view_directions = true; }
-
 // ---- colours ------------------------------------------------------------------------------------
-
-void dark_not_clamped(Drawing& d) { d.rules.clamps_dark = false; }
-void bright_clamped(Drawing& d) { d.rules.clamps_bright = true; }
 
 // The image with change(value) for every value.
 template <class Change>
 Image changed(const Image& image, const Change& change) {
   Image result = image;
   for (float& value : result.values) value = change(std::clamp(value, 0.0f, 1.0f));
-  return result;
-}
-
-// The image with pixel(x, y, c) for every value.
-template <class Pixel>
-Image rearranged(const Image& image, const Pixel& pixel) {
-  Image result(image.width, image.height, 3);
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      for (int c = 0; c < 3; ++c) result.at(x, y, c) = pixel(x, y, c);
-    }
-  }
   return result;
 }
 
@@ -111,57 +92,21 @@ Image decoded(const Image& image) {
   });
 }
 Image swapped_channels(const Image& image) {
-  return rearranged(image, [&](int x, int y, int c) { return image.at(x, y, 2 - c); });
+  return picture_of(image.width, image.height,
+                    [&](int x, int y, int c) { return image.at(x, y, 2 - c); });
 }
 Image mirrored(const Image& image) {
-  return rearranged(image,
+  return picture_of(image.width, image.height,
                     [&](int x, int y, int c) { return image.at(image.width - 1 - x, y, c); });
 }
 Image upside_down(const Image& image) {
-  return rearranged(image,
+  return picture_of(image.width, image.height,
                     [&](int x, int y, int c) { return image.at(x, image.height - 1 - y, c); });
 }
 
-void srgb_twice(Drawing& d) { d.afterwards.push_back(encoded); }
-void srgb_removed(Drawing& d) { d.afterwards.push_back(decoded); }
-void bgr(Drawing& d) { d.afterwards.push_back(swapped_channels); }
-void flipped_x(Drawing& d) { d.afterwards.push_back(mirrored); }
-void flipped_y(Drawing& d) { d.afterwards.push_back(upside_down); }
-void background_ignored(Drawing& d) { d.view.settings.background = glm::vec3(0); }
-
-// ---- order and compositing ----------------------------------------------------------------------
-
-void order_distance(Drawing& d) { d.rules.order = Rules::Order::distance; }
-void order_reversed(Drawing& d) { d.rules.order = Rules::Order::depth_reversed; }
-void order_file(Drawing& d) { d.rules.order = Rules::Order::file; }
-void ties_reversed(Drawing& d) { d.rules.reversed_ties = true; }
-void alpha_threshold_missing(Drawing& d) { d.rules.alpha_min = 0; }
-void alpha_not_limited(Drawing& d) { d.rules.alpha_max = 1; }
-void stop_missing(Drawing& d) { d.rules.stop = Rules::Stop::never; }
-void stop_late(Drawing& d) { d.rules.stop = Rules::Stop::after; }
-void stop_early(Drawing& d) { d.rules.transmittance_min = 1.0 / 255; }
-
-// ---- footprints ---------------------------------------------------------------------------------
-
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-void dilation_missing(Drawing& d) { d.view.settings.dilation = 0; }
-void dilation_tenth(Drawing& d) { d.view.settings.dilation = 0.1; }
-void compensation_missing(Drawing& d) { d.view.settings.antialiased = false; }
-void compensation_always(Drawing& d) { d.view.settings.antialiased = true; }
-void cut_3_sigma(Drawing& d) { d.rules.cut_sigmas = 3; }
-void cut_sqrt8_sigma(Drawing& d) { d.rules.cut_sigmas = std::sqrt(8.0); }
-void eigenvalue_floor(Drawing& d) { d.rules.eigenvalue_floor = kEigenvalueFloor; }
-void falloff_doubled(Drawing& d) { d.rules.falloff = 1; }
-void fov_clamp_missing(Drawing& d) { d.rules.slope_limit = kInfinity; }
-void jacobian_diagonal(Drawing& d) { d.rules.slope_limit = 0; }
-
 // ---- cameras ------------------------------------------------------------------------------------
-
-void near_plane_missing(Drawing& d) { d.view.camera.near_depth = 0.01; }
-void one_focal_length(Drawing& d) { d.view.camera.focal_px.y = d.view.camera.focal_px.x; }
-void half_pixel_right(Drawing& d) { d.view.camera.center_px += 0.5; }
-void half_pixel_left(Drawing& d) { d.view.camera.center_px -= 0.5; }
 
 void camera_transposed(Drawing& d) {
   Camera& camera = d.view.camera;
@@ -171,76 +116,90 @@ void camera_transposed(Drawing& d) {
 }
 
 constexpr Mistake kMistakes[] = {
-    {"camera-transposed", "reads the camera's rotation as view from world", Part::camera,
+    {"camera-transposed", "reads the camera's rotation as view from world", "camera",
      camera_transposed},
-    {"quaternion-xyzw", "reads rot_0..3 as x, y, z, w instead of w, x, y, z", Part::rotation,
+    {"quaternion-xyzw", "reads rot_0..3 as x, y, z, w instead of w, x, y, z", "rotation",
      quaternion_xyzw},
-    {"quaternion-inverse", "turns Gaussians by the inverse rotation", Part::rotation,
+    {"quaternion-inverse", "turns Gaussians by the inverse rotation", "rotation",
      quaternion_inverse},
-    {"covariance-not-turned", "does not turn covariances into view axes", Part::covariance,
+    {"covariance-not-turned", "does not turn covariances into view axes", "covariance",
      covariance_not_turned},
-    {"sh-ignored", "ignores SH coefficients above degree 0", Part::sh, sh_ignored},
-    {"sh-up-to-1", "ignores SH coefficients above degree 1", Part::sh, sh_up_to_1},
-    {"sh-up-to-2", "ignores SH coefficients above degree 2", Part::sh, sh_up_to_2},
-    {"sh-opposite", "evaluates SH in the direction from the Gaussian to the camera", Part::sh,
+    {"sh-ignored", "ignores SH coefficients above degree 0", "sh",
+     [](Drawing& d) { d.view.settings.sh_degree = 0; }},
+    {"sh-up-to-1", "ignores SH coefficients above degree 1", "sh",
+     [](Drawing& d) { d.view.settings.sh_degree = 1; }},
+    {"sh-up-to-2", "ignores SH coefficients above degree 2", "sh",
+     [](Drawing& d) { d.view.settings.sh_degree = 2; }},
+    {"sh-opposite", "evaluates SH in the direction from the Gaussian to the camera", "sh",
      sh_opposite},
-    {"sh-signs", "evaluates SH without the minus signs of 3DGS's basis", Part::sh, sh_signs},
-    {"sh-interleaved", "reads f_rest as RGB triples instead of one channel after the other",
-     Part::sh, sh_interleaved},
-    {"sh-view-axes", "evaluates SH with directions in view axes instead of world axes", Part::sh,
-     sh_view_axes},
-    {"dark-not-clamped", "blends colours of Gaussians below 0", Part::dark, dark_not_clamped},
-    {"bright-clamped", "clamps colours of Gaussians to 1 before blending", Part::bright,
-     bright_clamped},
-    {"bgr", "swaps red and blue", Part::channels, bgr},
-    {"srgb-twice", "encodes the picture as sRGB although its colours are sRGB already",
-     Part::transfer, srgb_twice},
-    {"srgb-removed", "decodes the picture from sRGB to linear values", Part::transfer,
-     srgb_removed},
-    {"order-distance", "sorts by the distance from the camera instead of depth", Part::order,
-     order_distance},
-    {"order-reversed", "blends from back to front as if it were front to back", Part::order,
-     order_reversed},
-    {"order-file", "does not sort: draws in the order of the file", Part::order, order_file},
-    {"ties-reversed", "draws the last Gaussian of the file in front at equal depth", Part::ties,
-     ties_reversed},
-    {"alpha-threshold-missing", "blends contributions with alpha below 1/255", Part::alpha_min,
-     alpha_threshold_missing},
-    {"alpha-not-limited", "does not limit alpha to 0.99", Part::alpha_max, alpha_not_limited},
-    {"stop-missing", "blends behind a transmittance of 0.0001", Part::stop, stop_missing},
+    {"sh-signs", "evaluates SH without the minus signs of 3DGS's basis", "sh", sh_signs},
+    {"sh-interleaved", "reads f_rest as RGB triples instead of one channel after the other", "sh",
+     sh_interleaved},
+    {"sh-view-axes", "evaluates SH with directions in view axes instead of world axes", "sh",
+     [](Drawing& d) { d.rules.view_directions = true; }},
+    {"dark-not-clamped", "blends colours of Gaussians below 0", "dark",
+     [](Drawing& d) { d.rules.clamps_dark = false; }},
+    {"bright-clamped", "clamps colours of Gaussians to 1 before blending", "bright",
+     [](Drawing& d) { d.rules.clamps_bright = true; }},
+    {"bgr", "swaps red and blue", "channels",
+     [](Drawing& d) { d.afterwards.push_back(swapped_channels); }},
+    {"srgb-twice", "encodes the picture as sRGB although its colours are sRGB already", "transfer",
+     [](Drawing& d) { d.afterwards.push_back(encoded); }},
+    {"srgb-removed", "decodes the picture from sRGB to linear values", "transfer",
+     [](Drawing& d) { d.afterwards.push_back(decoded); }},
+    {"order-distance", "sorts by the distance from the camera instead of depth", "order",
+     [](Drawing& d) { d.rules.order = Rules::Order::distance; }},
+    {"order-reversed", "blends from back to front as if it were front to back", "order",
+     [](Drawing& d) { d.rules.order = Rules::Order::depth_reversed; }},
+    {"order-file", "does not sort: draws in the order of the file", "order",
+     [](Drawing& d) { d.rules.order = Rules::Order::file; }},
+    {"ties-reversed", "draws the last Gaussian of the file in front at equal depth", "ties",
+     [](Drawing& d) { d.rules.reversed_ties = true; }},
+    {"alpha-threshold-missing", "blends contributions with alpha below 1/255", "alpha min",
+     [](Drawing& d) { d.rules.alpha_min = 0; }},
+    {"alpha-not-limited", "does not limit alpha to 0.99", "alpha max",
+     [](Drawing& d) { d.rules.alpha_max = 1; }},
+    {"stop-missing", "blends behind a transmittance of 0.0001", "stop",
+     [](Drawing& d) { d.rules.stop = Rules::Stop::never; }},
     {"stop-late", "blends the Gaussian that brings the transmittance below 0.0001, then stops",
-     Part::stop, stop_late},
-    {"stop-early", "stops at a transmittance of 1/255 instead of 0.0001", Part::stop, stop_early},
-    {"dilation-missing", "does not add 0.3 px^2 to the variances", Part::dilation,
-     dilation_missing},
-    {"dilation-0.1", "adds 0.1 px^2 to the variances instead of 0.3", Part::dilation,
-     dilation_tenth},
-    {"compensation-missing", "ignores that a model is antialiased", Part::compensation,
-     compensation_missing},
-    {"compensation-always", "treats every model as antialiased", Part::compensation,
-     compensation_always},
-    {"cut-3-sigma", "cuts Gaussians at 3 standard deviations", Part::extent, cut_3_sigma},
-    {"cut-sqrt8-sigma", "cuts Gaussians at sqrt(8) = 2.83 standard deviations", Part::extent,
-     cut_sqrt8_sigma},
+     "stop", [](Drawing& d) { d.rules.stop = Rules::Stop::after; }},
+    {"stop-early", "stops at a transmittance of 1/255 instead of 0.0001", "stop",
+     [](Drawing& d) { d.rules.transmittance_min = 1.0 / 255; }},
+    {"dilation-missing", "does not add 0.3 px^2 to the variances", "dilation",
+     [](Drawing& d) { d.view.settings.dilation = 0; }},
+    {"dilation-0.1", "adds 0.1 px^2 to the variances instead of 0.3", "dilation",
+     [](Drawing& d) { d.view.settings.dilation = 0.1; }},
+    {"compensation-missing", "ignores that a model is antialiased", "compensation",
+     [](Drawing& d) { d.view.settings.antialiased = false; }},
+    {"compensation-always", "treats every model as antialiased", "compensation",
+     [](Drawing& d) { d.view.settings.antialiased = true; }},
+    {"cut-3-sigma", "cuts Gaussians at 3 standard deviations", "extent",
+     [](Drawing& d) { d.rules.cut_sigmas = 3; }},
+    {"cut-sqrt8-sigma", "cuts Gaussians at sqrt(8) = 2.83 standard deviations", "extent",
+     [](Drawing& d) { d.rules.cut_sigmas = std::sqrt(8.0); }},
     {"eigenvalue-floor",
      "draws ellipses with 3DGS's floor of 0.1 px^4 for their extent, and turns those along x",
-     Part::eigenvalues, eigenvalue_floor},
-    {"falloff-doubled", "computes exp(-d^2) instead of exp(-d^2 / 2)", Part::falloff,
-     falloff_doubled},
-    {"fov-clamp-missing", "evaluates the Jacobian beyond 1.3 x the field of view", Part::jacobian,
-     fov_clamp_missing},
-    {"jacobian-diagonal", "leaves out the slopes in the Jacobian of the projection", Part::jacobian,
-     jacobian_diagonal},
-    {"near-plane-missing", "draws Gaussians nearer than 0.2", Part::near_plane, near_plane_missing},
-    {"one-focal-length", "uses the horizontal focal length for both axes", Part::focal,
-     one_focal_length},
-    {"flipped-x", "mirrors the picture", Part::axes, flipped_x},
-    {"flipped-y", "draws the picture upside down", Part::axes, flipped_y},
-    {"half-pixel-right", "draws half a pixel too far to the right and the bottom", Part::pixel,
-     half_pixel_right},
-    {"half-pixel-left", "draws half a pixel too far to the left and the top", Part::pixel,
-     half_pixel_left},
-    {"background-ignored", "draws a black background", Part::background, background_ignored},
+     "eigenvalues", [](Drawing& d) { d.rules.eigenvalue_floor = kEigenvalueFloor; }},
+    {"falloff-doubled", "computes exp(-d^2) instead of exp(-d^2 / 2)", "falloff",
+     [](Drawing& d) { d.rules.falloff = 1; }},
+    {"fov-clamp-missing", "evaluates the Jacobian beyond 1.3 x the field of view", "jacobian",
+     [](Drawing& d) { d.rules.slope_limit = kInfinity; }},
+    {"jacobian-diagonal", "leaves out the slopes in the Jacobian of the projection", "jacobian",
+     [](Drawing& d) { d.rules.slope_limit = 0; }},
+    {"near-plane-missing", "draws Gaussians nearer than 0.2", "near plane",
+     [](Drawing& d) { d.view.camera.near_depth = 0.01; }},
+    {"one-focal-length", "uses the horizontal focal length for both axes", "focal",
+     [](Drawing& d) { d.view.camera.focal_px.y = d.view.camera.focal_px.x; }},
+    {"flipped-x", "mirrors the picture", "axes",
+     [](Drawing& d) { d.afterwards.push_back(mirrored); }},
+    {"flipped-y", "draws the picture upside down", "axes",
+     [](Drawing& d) { d.afterwards.push_back(upside_down); }},
+    {"half-pixel-right", "draws half a pixel too far to the right and the bottom", "pixel",
+     [](Drawing& d) { d.view.camera.center_px += 0.5; }},
+    {"half-pixel-left", "draws half a pixel too far to the left and the top", "pixel",
+     [](Drawing& d) { d.view.camera.center_px -= 0.5; }},
+    {"background-ignored", "draws a black background", "background",
+     [](Drawing& d) { d.view.settings.background = glm::vec3(0); }},
 };
 
 }  // namespace

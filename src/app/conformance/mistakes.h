@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/conformance/kit_scenes.h"
@@ -26,38 +27,10 @@ struct Drawing {
   std::vector<Image (*)(const Image&)> afterwards = {};  ///< applied to the finished image
 };
 
-/// Mistakes in the same part of a renderer exclude each other.
-enum class Part {
-  rotation,
-  sh,
-  dark,
-  bright,
-  channels,
-  transfer,
-  order,
-  ties,
-  dilation,
-  compensation,
-  alpha_min,
-  alpha_max,
-  stop,
-  extent,
-  eigenvalues,
-  jacobian,
-  near_plane,
-  focal,
-  axes,
-  pixel,
-  background,
-  camera,
-  covariance,
-  falloff,
-};
-
 struct Mistake {
   const char* name;
-  const char* what;  ///< one sentence without its full stop, about the renderer
-  Part part;
+  const char* what;       ///< one sentence without its full stop, about the renderer
+  std::string_view part;  ///< two mistakes in the same part of the renderer exclude each other
   void (*make)(Drawing& drawing);
 };
 

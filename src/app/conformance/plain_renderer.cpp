@@ -112,17 +112,10 @@ class Plain {
   }
 
   float key_of(const glm::dvec3& point) const {
-    switch (rules_.order) {
-      case Rules::Order::depth:
-        return static_cast<float>(point.z);
-      case Rules::Order::depth_reversed:
-        return -static_cast<float>(point.z);
-      case Rules::Order::distance:
-        return static_cast<float>(glm::length(point));
-      case Rules::Order::file:
-        break;
-    }
-    return 0;
+    if (rules_.order == Rules::Order::file) return 0;
+    if (rules_.order == Rules::Order::distance) return static_cast<float>(glm::length(point));
+    const auto depth = static_cast<float>(point.z);
+    return rules_.order == Rules::Order::depth ? depth : -depth;
   }
 
   glm::dvec3 color_of(std::size_t i, const glm::dvec3& position) const {

@@ -19,7 +19,7 @@ struct Rules {
   enum class Stop { before, after, never };
 
   Order order = Order::depth;  ///< Gaussians are sorted by view z, front to back
-  bool reversed_ties = false;  ///< among equal keys, the last Gaussian of the file comes first
+  bool reversed_ties = false;  ///< true: at equal keys the last Gaussian of the file comes first
   Stop stop = Stop::before;    ///< the Gaussian that would pass the limit is not blended
   double alpha_min = fp64::kAlphaMin;
   double alpha_max = fp64::kAlphaMax;

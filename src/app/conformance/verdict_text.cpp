@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/json_of.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 
@@ -29,8 +30,6 @@ std::string alternatives(const std::vector<MistakeSet>& causes) {
   for (const MistakeSet& cause : causes) text += (text.empty() ? "" : " or ") + names_of(cause);
   return text;
 }
-
-Json decibels_json(double psnr) { return std::isfinite(psnr) ? Json(psnr) : Json(nullptr); }
 
 }  // namespace
 
@@ -85,14 +84,14 @@ std::string verdict_json(const KitVerdict& judgement) {
     if (!verdict.problem.empty()) {
       entry["problem"] = verdict.problem;
     } else if (verdict.result != Result::missing) {
-      entry["psnr"] = decibels_json(verdict.fit.psnr);
+      entry["psnr"] = finite_or_null(verdict.fit.psnr);
       entry["largest_difference"] = verdict.fit.largest;
     }
     if (verdict.result == Result::failed) entry["causes"] = names_json(verdict.causes);
-    if (!verdict.causes.empty()) entry["explained_psnr"] = decibels_json(verdict.explained_psnr);
+    if (!verdict.causes.empty()) entry["explained_psnr"] = finite_or_null(verdict.explained_psnr);
     if (!verdict.closest.empty()) {
       entry["closest"] = names_json({verdict.closest}).front();
-      entry["closest_psnr"] = decibels_json(verdict.closest_psnr);
+      entry["closest_psnr"] = finite_or_null(verdict.closest_psnr);
     }
     scenes.push_back(entry);
   }

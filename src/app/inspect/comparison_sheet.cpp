@@ -27,14 +27,9 @@ std::string false_positives(const RenderStats& stats) {
 
 /// Resizes with nearest-neighbour sampling.
 Image scaled(const Image& image, int width, int height) {
-  Image result(width, height, 3);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      for (int c = 0; c < 3; ++c)
-        result.at(x, y, c) = image.at(x * image.width / width, y * image.height / height, c);
-    }
-  }
-  return result;
+  return picture_of(width, height, [&](int x, int y, int c) {
+    return image.at(x * image.width / width, y * image.height / height, c);
+  });
 }
 
 /// The whole view, as large as fits into `room`, with the crop outlined.
@@ -81,10 +76,6 @@ struct Sheet {
         on_white::kFaint);
   }
 
-  PixelRect crop_rect() const {
-    const PixelBox& crop = comparison.crop;
-    return {crop.x0, crop.y0, crop.x1 - crop.x0, crop.y1 - crop.y0};
-  }
   int left(int column) const { return kSheetMargin + column * (kPanelWidth + kPanelGap); }
 
   void label(int column, const std::string& name, std::span<const std::string> lines) {
@@ -99,7 +90,7 @@ struct Sheet {
   }
 
   void truth_column(ThreadPool& pool) {
-    const Image crop = cropped(comparison.truth, crop_rect());
+    const Image crop = cropped(comparison.truth, rect_of(comparison.crop));
     paste(page, scaled(crop, kPanelWidth, panel_height), {left(0), top});
     const Image view = overview(comparison, {kPanelWidth, panel_height}, pool);
     paste(page, view,
@@ -110,7 +101,7 @@ struct Sheet {
   }
 
   void variant_column(int column, const ViewVariant& variant) {
-    const Image crop = cropped(variant.color, crop_rect());
+    const Image crop = cropped(variant.color, rect_of(comparison.crop));
     const Image difference =
         amplified_difference(variant.color, comparison.truth, comparison.crop, amplification);
     paste(page, scaled(crop, kPanelWidth, panel_height), {left(column), top});

@@ -111,11 +111,11 @@ Image mode_panel(const ConstructionInput& input, const Box& window, std::size_t 
   FrameCanvas panel(window, {kModePanel, kModePanelHeight});
   for (std::size_t i = 0; i < mode.tiles.size(); ++i) {
     constexpr float kOpacity[] = {0.8f, 0.38f, 0.12f};  // index = PairUse
-    panel.fill_tile(input.grid, mode.tiles[i], color,
-                    kOpacity[static_cast<int>(input.inspection.uses[index][i])]);
+    panel.fill_box(box_of_tile(input.grid, mode.tiles[i]), color,
+                   kOpacity[static_cast<int>(input.inspection.uses[index][i])]);
   }
   panel.draw_grid(input.grid, {input.color.width, input.color.height});
-  for (const int tile : mode.tiles) panel.outline_tile(input.grid, tile, {color, 1.2f});
+  for (const int tile : mode.tiles) panel.outline_box(box_of_tile(input.grid, tile), {color, 1.2f});
   if (g.visible) {
     panel.draw_ellipse(g.footprint, {on_white::kWhite, 4.5f, 0.85f},
                        0);  // for contrast on dark tiles

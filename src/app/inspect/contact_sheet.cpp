@@ -18,13 +18,9 @@ namespace {
 constexpr int kContactMargin = 36, kContactGap = 14, kBarWidth = 360, kBarHeight = 18;
 
 Image colored(const Image& flip, double scale) {
-  Image result(flip.width, flip.height, 3);
-  for (int y = 0; y < flip.height; ++y)
-    for (int x = 0; x < flip.width; ++x) {
-      const glm::vec3 color = viridis(flip.at(x, y, 0) / static_cast<float>(scale));
-      for (int c = 0; c < 3; ++c) result.at(x, y, c) = color[c];
-    }
-  return result;
+  return picture_of(flip.width, flip.height, [&](int x, int y, int c) {
+    return viridis(flip.at(x, y, 0) / static_cast<float>(scale))[c];
+  });
 }
 
 class ContactSheet {

@@ -57,14 +57,6 @@ void FrameCanvas::draw_grid(const TileGrid& grid, glm::vec2 image_size) {
   outline_box({{0, 0}, image_size}, {on_white::kInk, 2, 0.6f});
 }
 
-void FrameCanvas::fill_tile(const TileGrid& grid, int tile, glm::vec3 color, float opacity) {
-  fill_box(box_of_tile(grid, tile), color, opacity);
-}
-
-void FrameCanvas::outline_tile(const TileGrid& grid, int tile, const Pen& pen) {
-  outline_box(box_of_tile(grid, tile), pen);
-}
-
 void FrameCanvas::fill_box(const Box& box, glm::vec3 color, float opacity) {
   fill_polygon(picture_, corners(to_picture(box.low), to_picture(box.high)), color, opacity);
 }

@@ -26,8 +26,6 @@ class FrameCanvas {
   void draw_frame(const Image& color, float strength);
   void draw_grid(const TileGrid& grid, glm::vec2 image_size);
 
-  void fill_tile(const TileGrid& grid, int tile, glm::vec3 color, float opacity);
-  void outline_tile(const TileGrid& grid, int tile, const Pen& pen);
   void fill_box(const Box& box, glm::vec3 color, float opacity);
   void outline_box(const Box& box, const Pen& pen);
   void draw_ellipse(const Footprint& footprint, const Pen& pen, float fill_opacity);

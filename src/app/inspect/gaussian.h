@@ -32,7 +32,7 @@ struct ModeTiles {
   CullMode mode = default_mode();
   std::vector<int> tiles;  ///< row * columns + column, in the mode's order
   bool walks_rows = false;
-  std::vector<TileRun> runs;  ///< in the order of the walk; empty for modes without one
+  std::vector<TileRun> runs;  ///< lines of the walk, in order; empty for modes without one
 };
 
 struct GaussianReport {
@@ -40,14 +40,14 @@ struct GaussianReport {
   float depth = 0;             ///< view z
   float opacity = 0;           ///< 0..1, after antialiasing
   glm::vec3 color{0.0f};
-  Footprint footprint{};         ///< mean, covariance, conic, gamma
-  float f = 0;                   ///< stretch of the minor boxes, 0 < f <= 1
-  glm::vec2 half_axes{0.0f};     ///< of the ellipse, pixels, longer one first
-  float anisotropy = 1;          ///< longer over shorter half axis
-  float tilt = 0;                ///< of the longer axis from +x towards +y, radians, -pi/2 .. pi/2
-  bool visible = false;          ///< opacity above 1/255: the ellipse exists
-  Box square;                    ///< of mode 3dgs
-  Box adr;                       ///< the ellipse's bounding box
+  Footprint footprint{};      ///< mean, covariance, conic, gamma
+  float f = 0;                ///< stretch of the minor boxes, 0 < f <= 1
+  glm::vec2 half_axes{0.0f};  ///< half axes of the ellipse, pixels, longer one first
+  float anisotropy = 1;       ///< longer over shorter half axis
+  float tilt = 0;        ///< angle of the longer axis from +x towards +y, radians, -pi/2 .. pi/2
+  bool visible = false;  ///< opacity above 1/255: the ellipse exists
+  Box square;            ///< the box of mode 3dgs
+  Box adr;               ///< the ellipse's bounding box
   std::vector<Box> dual_boxes;   ///< its two quadrants along the major axis
   std::vector<Box> quad_boxes;   ///< four
   std::vector<ModeTiles> modes;  ///< index = CullMode - 1

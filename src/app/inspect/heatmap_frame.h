@@ -49,7 +49,7 @@ Scale scale_of_view(Renderer& renderer, const Camera& camera, RenderSettings set
                     HeatQuantity quantity, ThreadPool& pool, std::stop_token stop = {});
 
 struct HeatmapFrame : FrameHeatmap {
-  const Frame& frame;  ///< with color; owned by the renderer, valid until its next frame
+  const Frame& frame;  ///< has color; owned by the renderer, valid until its next frame
 };
 
 /// Renders a view and its heat map. Throws Error and Cancelled.

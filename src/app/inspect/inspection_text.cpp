@@ -7,17 +7,17 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/json_of.h"
 #include "base/text.h"
 
 namespace qs {
 namespace {
 
 using nlohmann::ordered_json;
+using qs::json_of;  // for vectors
 
-constexpr std::size_t kLines = 40;  // at most, of a table
+constexpr std::size_t kLines = 40;  // a table has no more lines
 
-ordered_json json_of(glm::vec2 v) { return {v.x, v.y}; }
-ordered_json json_of(glm::vec3 v) { return {v.x, v.y, v.z}; }
 ordered_json json_of(const Box& box) {
   return {{"low", json_of(box.low)}, {"high", json_of(box.high)}};
 }

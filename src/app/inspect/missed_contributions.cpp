@@ -36,7 +36,7 @@ struct FrameComparison {
   const Frame& all;
   const Frame& frame;
   glm::vec3 background;
-  std::vector<std::uint32_t> slots;  // in all.trace, per Gaussian of the cloud
+  std::vector<std::uint32_t> slots;  // each Gaussian's slot in all.trace
 
   /// `marks`: per Gaussian of the cloud, 1 + the last tile that lists it, or 0.
   void one_tile(int tile, std::vector<int>& marks, MissedMap& map) const {

@@ -16,9 +16,9 @@ namespace qs {
 
 struct MissedMap {
   int width = 0, height = 0;
-  std::vector<std::uint32_t> counts;  ///< per pixel: contributions dropped
-  std::vector<float> alphas;          ///< per pixel: the largest of their alphas, or 0
-  std::vector<float> errors;  ///< per pixel: largest error of a channel because of them, >= 0
+  std::vector<std::uint32_t> counts;  ///< contributions dropped, for each pixel
+  std::vector<float> alphas;          ///< the largest of their alphas, or 0, for each pixel
+  std::vector<float> errors;  ///< largest error of a channel because of them, >= 0, for each pixel
   std::uint64_t total = 0;    ///< contributions
   std::uint64_t pixels = 0;   ///< pixels with at least one
   float largest_alpha = 0, largest_error = 0;

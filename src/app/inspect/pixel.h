@@ -20,7 +20,7 @@ struct Contribution {
   std::uint32_t gaussian = 0;  ///< index in the cloud
   float depth = 0;             ///< view z
   float alpha = 0;             ///< 1/255 .. 0.99
-  float transmittance = 1;     ///< in front of it
+  float transmittance = 1;     ///< transmittance in front of it
   float weight = 0;            ///< alpha times transmittance; 0 if the pixel stops here
   glm::vec3 color{0.0f};
 };
@@ -32,7 +32,7 @@ struct PixelReport {
   std::uint32_t evaluated = 0;  ///< list entries that are evaluated until the pixel stops
   std::vector<Contribution> contributions;  ///< front to back
   std::optional<Contribution> stopped_by;
-  float transmittance = 1;  ///< of all contributions: weight of the background
+  float transmittance = 1;  ///< the weight of the background, behind all contributions
   glm::vec3 color{0.0f};
 };
 

@@ -15,7 +15,7 @@ namespace qs {
 namespace {
 
 constexpr float kAlphaTolerance = 2e-3f, kColorTolerance = 2e-3f;
-constexpr int kBands = 16;  // of rows; progress and cancellation are checked between them
+constexpr int kBands = 16;  // bands of rows; progress and cancellation are checked between them
 
 // The frame's behaviour in words, index = Disagreement.
 constexpr const char* kDisagreements[] = {"does not blend it",

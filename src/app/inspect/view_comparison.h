@@ -13,7 +13,7 @@ namespace qs {
 
 struct ViewVariant {
   std::string name;    ///< "quadbox" or "quadbox, cuda fast"
-  Image color;         ///< of the whole view
+  Image color;         ///< picture of the whole view
   RenderStats stats;   ///< including used_pairs
   double psnr = 0;     ///< dB against the truth
   int largest = 0;     ///< largest difference of an 8-bit value from the truth

@@ -30,7 +30,7 @@ struct BenchRow {
   std::optional<double> ssim_vs_reference, flip_vs_reference;
   std::optional<std::uint64_t>
       false_positives;                         ///< pairs that no pixel uses, from an untimed frame
-  std::optional<double> false_positive_share;  ///< of the pairs, 0..1
+  std::optional<double> false_positive_share;  ///< share of the pairs, 0..1
 
   std::optional<bool> repeats;  ///< two frames are equal to the bit
   /// timed frames behind the times, of all rounds; unset in reports of earlier versions

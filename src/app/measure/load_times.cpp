@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "app/measure/load_times.h"
 
-#include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstdio>
+#include <iterator>
 #include <memory>
 
 #include <fmt/format.h>
 
+#include "app/measure/statistics.h"
 #include "base/fail.h"
 #include "base/text.h"
 #include "io/bytes/inflate.h"
@@ -24,12 +24,6 @@ double milliseconds(const Work& work) {
   work();
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
       .count();
-}
-
-double upper_median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Reads the file block by block into one small buffer, as cat does.
@@ -58,31 +52,28 @@ bool is_gzip_file(const std::filesystem::path& path) { return is_gzip(MappedFile
 
 LoadTimes measure_loading(const std::filesystem::path& path, ThreadPool& pool, int rounds,
                           const Progress& progress) {
+  constexpr double LoadTimes::*kColumns[] = {&LoadTimes::total_ms, &LoadTimes::unpack_ms,
+                                             &LoadTimes::fill_ms, &LoadTimes::copy_ms,
+                                             &LoadTimes::inflate_ms};
   LoadTimes times;
-  std::vector<double> total, unpack, fill, copy, inflate;
+  std::vector<double> measured[std::size(kColumns)];
   for (int round = 0; round <= rounds; ++round) {
     Scene scene;
-    const double read_ms = milliseconds([&] { scene = read_scene(path, pool); });
+    times.total_ms = milliseconds([&] { scene = read_scene(path, pool); });
+    times.unpack_ms = scene.unpack_ms;
+    times.fill_ms = scene.fill_ms;
     times.file = path.filename().string();
     times.format = scene.format;
     times.gaussians = scene.cloud.size();
     times.file_bytes = scene.file_bytes;
-    const double copy_ms = milliseconds([&] { copy_file(scene.path); });
-    const double inflate_ms =
+    times.copy_ms = milliseconds([&] { copy_file(scene.path); });
+    times.inflate_ms =
         is_gzip_file(scene.path) ? milliseconds([&] { inflate_file(scene.path); }) : 0;
     progress.update(static_cast<float>(round + 1) / static_cast<float>(rounds + 1));
     if (round == 0 && rounds > 0) continue;
-    total.push_back(read_ms);
-    fill.push_back(scene.fill_ms);
-    unpack.push_back(scene.unpack_ms);
-    copy.push_back(copy_ms);
-    inflate.push_back(inflate_ms);
+    for (std::size_t i = 0; i < std::size(kColumns); ++i) measured[i].push_back(times.*kColumns[i]);
   }
-  times.total_ms = upper_median(total);
-  times.unpack_ms = upper_median(unpack);
-  times.fill_ms = upper_median(fill);
-  times.copy_ms = upper_median(copy);
-  times.inflate_ms = upper_median(inflate);
+  for (std::size_t i = 0; i < std::size(kColumns); ++i) times.*kColumns[i] = median(measured[i]);
   return times;
 }
 

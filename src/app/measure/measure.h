@@ -25,8 +25,8 @@ struct Guest {
 
 struct ModeResult {
   CullMode mode = default_mode();  ///< meaningless for a guest
-  RenderStats stats;               ///< of the frame with the median time
-  std::vector<double> frame_ms;    ///< of every measured frame, in order
+  RenderStats stats;               ///< statistics of the frame with the median time
+  std::vector<double> frame_ms;    ///< times of all measured frames, in order
   float marked_frame_ms = 0;       ///< median frame time of mark_stages(), 0 if it did not run
   std::optional<double> psnr;      ///< dB against mode `reference`
   std::string problem;             ///< the Error of a guest, which has no other results then
@@ -37,9 +37,10 @@ struct MeasurePlan {
   int warmup = 1, frames = 3;  ///< rounds over all modes; frames > 0
   Target target = HostImage{};
   Progress progress;
-  GpuClock* clock = nullptr;           ///< takes readings between measured frames
-  std::span<const Guest> guests = {};  ///< behind the modes in `order`; draw into DeviceImage
-  TurnOrder* order = nullptr;          ///< is continued; null: begins with the order of `modes`
+  GpuClock* clock = nullptr;  ///< takes readings between measured frames
+  std::span<const Guest> guests =
+      {};  ///< their turns are behind the modes' in `order`; they draw into DeviceImage
+  TurnOrder* order = nullptr;  ///< is continued; null: begins with the order of `modes`
 };
 
 /// Renders all rounds and calls visit(mode, frame) with the modes' frames of the first round: in

@@ -5,6 +5,7 @@
 
 #include "app/measure/statistics.h"
 #include "base/error.h"
+#include "base/progress_bar.h"
 
 namespace qs {
 namespace {
@@ -69,7 +70,7 @@ void count_false_positives(const MeasuredView& view, CullMode mode, const Target
 
 // A mode or a guest, over all rounds.
 struct Measured {
-  ModeResult result;  // of the last round
+  ModeResult result;  // result of the last round
   std::vector<double> frame_ms, medians;
 };
 
@@ -85,13 +86,15 @@ void measure_round(const MeasuredView& view, int round, TurnOrder& order,
     present.push_back(i);
     if (i >= modes.size()) guests.push_back(plan.guests[i - modes.size()]);
   }
-  const Progress part = {[&view, round](float done) {
-                           view.progress.update((static_cast<float>(round) + done) /
-                                                static_cast<float>(view.plan.rounds));
-                         },
-                         progress.stop};
-  const MeasurePlan measuring{modes, plan.warmup, plan.frames, bench_target(session.backend),
-                              part,  plan.clock,  guests,      &order};
+  const MeasurePlan measuring{
+      modes,
+      plan.warmup,
+      plan.frames,
+      bench_target(session.backend),
+      step_of(progress, static_cast<std::size_t>(round), static_cast<std::size_t>(plan.rounds)),
+      plan.clock,
+      guests,
+      &order};
   std::vector<ModeResult> results = measure_modes(*session.renderer, camera, session.settings, {},
                                                   measuring, [](CullMode, const Frame&) {});
   for (std::size_t i = 0; i < present.size(); ++i) {

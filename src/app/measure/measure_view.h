@@ -16,7 +16,8 @@ namespace qs {
 inline constexpr int kMarkedFrames = 20;  ///< extra frames for stage times, at most
 
 struct ViewPlan {
-  int frames = 100, warmup = 20, rounds = 1;  ///< per mode; rounds repeat frames and warm-up
+  int frames = 100, warmup = 20,
+      rounds = 1;             ///< numbers per mode; rounds repeat frames and warm-up
   bool details = true;        ///< stage times and false positives, which take extra frames
   GpuClock* clock = nullptr;  ///< takes readings between the timed frames
   std::vector<Guest> guests = {};

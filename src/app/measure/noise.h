@@ -32,10 +32,10 @@ bool is_noisy(const BenchRow& row);
 /// is noisy.
 std::string noise_sentence(const std::vector<BenchRow>& rows);
 
-/// The same as a Markdown section with a table of the noisy rows; empty if no row is noisy.
+/// noise_sentence() as a Markdown section with a table of the noisy rows; empty if no row is noisy.
 std::string noise_markdown(const std::vector<BenchRow>& rows);
 
-inline constexpr double kCurveTolerance = 0.1;  ///< of the median, see is_noisy_point()
+inline constexpr double kCurveTolerance = 0.1;  ///< a share of the median, see is_noisy_point()
 
 /// True if the row has at least two frames and half of the distance between their quartiles, or
 /// their drift, exceeds kCurveTolerance of the median.

@@ -14,7 +14,7 @@
 namespace qs {
 
 inline constexpr const char* kUsualBaseline = "3dgs";
-inline constexpr std::size_t kFewestFrames = 5;  ///< behind a ratio
+inline constexpr std::size_t kFewestFrames = 5;  ///< a ratio needs this many frames
 
 /// True if `frames`, of BenchRow::frames, suffice for a ratio. An unknown number does.
 inline bool are_enough_frames(std::optional<std::uint64_t> frames) {

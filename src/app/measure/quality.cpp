@@ -16,25 +16,16 @@ bool equal_bits(const Image& a, const Image& b) {
 
 }  // namespace
 
-FrameQuality quality_of(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
-                        const Image& truth, ThreadPool& pool) {
+void judge_quality(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
+                   const Image& truth, ThreadPool& pool, BenchRow& row) {
   Image image = renderer.render(camera, settings).color;
-  FrameQuality quality;
-  quality.repeats = equal_bits(image, renderer.render(camera, settings).color);
-  quality.psnr = psnr_8bit(image, truth);
+  row.repeats = equal_bits(image, renderer.render(camera, settings).color);
+  row.psnr_vs_reference = psnr_8bit(image, truth);
   Image clamped_truth = truth;
   clamp_to_unit(image);
   clamp_to_unit(clamped_truth);
-  quality.ssim = ssim(image, clamped_truth, pool);
-  quality.flip = flip(clamped_truth, image, pool);
-  return quality;
-}
-
-void set_quality(const FrameQuality& quality, BenchRow& row) {
-  row.psnr_vs_reference = quality.psnr;
-  row.ssim_vs_reference = quality.ssim;
-  row.flip_vs_reference = quality.flip;
-  row.repeats = quality.repeats;
+  row.ssim_vs_reference = ssim(image, clamped_truth, pool);
+  row.flip_vs_reference = flip(clamped_truth, image, pool);
 }
 
 }  // namespace qs

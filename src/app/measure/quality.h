@@ -8,18 +8,9 @@
 
 namespace qs {
 
-struct FrameQuality {
-  double psnr = 0;       ///< dB, psnr_8bit()
-  double ssim = 0;       ///< of values clamped to 0..1
-  double flip = 0;       ///< of values clamped to 0..1
-  bool repeats = false;  ///< two frames are equal to the bit
-};
-
-/// Renders the view twice and compares the images. Throws what the renderer throws.
-FrameQuality quality_of(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
-                        const Image& truth, ThreadPool& pool);
-
-/// Sets the columns of a row.
-void set_quality(const FrameQuality& quality, BenchRow& row);
+/// Renders the view twice and sets the columns of `row` that compare the images: with `truth`, the
+/// fp64 reference, and with each other. Throws what the renderer throws.
+void judge_quality(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
+                   const Image& truth, ThreadPool& pool, BenchRow& row);
 
 }  // namespace qs

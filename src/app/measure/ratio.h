@@ -17,7 +17,7 @@ struct Interval {
 
 struct Ratio {
   double value = 1;
-  std::optional<Interval> interval;  ///< of 95 % confidence; unset for fewer than two samples
+  std::optional<Interval> interval;  ///< 95 % confidence; unset for fewer than two samples
   std::size_t samples = 0;
 };
 

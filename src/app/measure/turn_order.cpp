@@ -9,7 +9,7 @@ namespace qs {
 
 std::vector<std::size_t> TurnOrder::next(std::size_t count) {
   if (places_.size() != count) {
-    follows_.assign(count + 1, std::vector<int>(count));  // with a row for the start
+    follows_.assign(count + 1, std::vector<int>(count));  // the last row is the start's
     places_.assign(count, std::vector<int>(count));
     last_ = count;
     for (std::uint64_t round = 0; round < first_round_; ++round) next_round();

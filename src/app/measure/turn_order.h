@@ -26,7 +26,7 @@ class TurnOrder {
   std::uint64_t first_round_;
   std::vector<std::vector<int>> follows_;  // [before][after], rounds so far
   std::vector<std::vector<int>> places_;   // [member][place], rounds so far
-  std::size_t last_ = 0;                   // of the round before; the count in round 0
+  std::size_t last_ = 0;                   // last member of the round before; the count in round 0
 };
 
 }  // namespace qs

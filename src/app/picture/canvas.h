@@ -4,6 +4,7 @@
 // clipped to the picture. Coordinates are pixels from the top left; colours are 0..1.
 #pragma once
 
+#include <algorithm>
 #include <string_view>
 
 #include <glm/vec2.hpp>
@@ -19,6 +20,30 @@ struct PixelRect {
 };
 
 enum class Align { left, center, right };
+
+/// The RGB picture with value(x, y, channel) at every place.
+template <class Value>
+Image picture_of(int width, int height, const Value& value) {
+  Image result(width, height, 3);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < 3; ++c) result.at(x, y, c) = value(x, y, c);
+    }
+  }
+  return result;
+}
+
+/// Calls set(x, y, channel) for every place of `rect` that is inside of the picture.
+template <class Set>
+void for_each_value(const Image& image, PixelRect rect, const Set& set) {
+  const int x_end = std::min(rect.x + rect.width, image.width);
+  const int y_end = std::min(rect.y + rect.height, image.height);
+  for (int y = std::max(rect.y, 0); y < y_end; ++y) {
+    for (int x = std::max(rect.x, 0); x < x_end; ++x) {
+      for (int c = 0; c < 3; ++c) set(x, y, c);
+    }
+  }
+}
 
 void fill_rect(Image& image, PixelRect rect, glm::vec3 color);
 

@@ -17,7 +17,7 @@ inline constexpr const char* kHeatColors[] = {"viridis", "inferno", "gray"};
 /// The look of a heat map over a picture.
 struct HeatStyle {
   HeatColors colors = HeatColors::viridis;
-  float opacity = 1;  ///< of the map over the picture's own colours, 0 to 1
+  float opacity = 1;  ///< opacity of the map over the picture's own colours, 0 to 1
   bool operator==(const HeatStyle&) const = default;
 };
 

@@ -10,7 +10,7 @@ namespace qs {
 
 struct GridPlaces {
   int columns = 1, rows = 1;
-  float side = 1;   ///< of a picture: the same share of the width and of the height, > 0
+  float side = 1;   ///< a picture's share of the width and of the height, > 0
   float label = 0;  ///< height of a label
 
   /// The top left of picture `index`, which is centred in its column. Rows begin at the top of the

@@ -135,22 +135,13 @@ Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode,
   return legend;
 }
 
-namespace {
-
-void draw_blocks(Image& result, const Image& color, const Heatmap& heatmap,
-                 const HeatColoring& coloring) {
-  for (int top = 0; top < color.height; top += block_px(heatmap)) {
-    for (int left = 0; left < color.width; left += block_px(heatmap))
-      draw_block(result, color, heatmap, coloring, {left, top});
-  }
-}
-
-}  // namespace
-
 Image draw_over(const Image& color, const Heatmap& heatmap, const Scale& scale,
                 const HeatStyle& style) {
   Image result(color.width, color.height, 3);
-  draw_blocks(result, color, heatmap, {scale, style});
+  for (int top = 0; top < color.height; top += block_px(heatmap)) {
+    for (int left = 0; left < color.width; left += block_px(heatmap))
+      draw_block(result, color, heatmap, {scale, style}, {left, top});
+  }
   return result;
 }
 

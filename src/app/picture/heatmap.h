@@ -21,7 +21,7 @@ namespace qs {
 enum class HeatQuantity { pairs, evaluated, false_positive, missed };
 
 struct HeatmapRow {
-  const char* name;   ///< as users type it
+  const char* name;   ///< the name that users type
   const char* title;  ///< fmt string, {0} = side of a cell in pixels
   const char* unit;
   const char* cell;  ///< "tile" or "pixel"
@@ -57,7 +57,7 @@ struct Heatmap {
   int cell_px = 1;            ///< side of a cell; the last cells may extend beyond the picture
   std::vector<std::uint32_t> values;  ///< rows * columns
   std::uint64_t total = 0;
-  std::uint64_t whole = 0;  ///< if not 0, the legend prints `total` as a share of it
+  std::uint64_t whole = 0;  ///< a number other than 0: the legend prints `total` as a share of it
   std::uint32_t largest = 0;
 };
 
@@ -73,7 +73,7 @@ Heatmap make_heatmap(const Frame& frame, HeatQuantity quantity, int width, int h
 /// The tile pairs of one frame minus the tile pairs of another frame of the same view.
 struct PairDifference {
   TileGrid grid;
-  std::vector<std::int32_t> values;  ///< per tile
+  std::vector<std::int32_t> values;  ///< one value per tile
   std::int64_t total = 0;
 };
 

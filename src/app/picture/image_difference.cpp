@@ -18,7 +18,7 @@ template <class DifferenceAt>
 ImageDifference difference_in(const PixelBox& box, int tolerance, DifferenceAt&& difference_at) {
   ImageDifference result;
   std::uint64_t squares = 0;
-  std::array<std::uint64_t, 256> histogram{};  // of pixels, by their largest difference
+  std::array<std::uint64_t, 256> histogram{};  // numbers of pixels by their largest difference
   for (int y = box.y0; y < box.y1; ++y) {
     for (int x = box.x0; x < box.x1; ++x) {
       int largest = 0;
@@ -71,16 +71,10 @@ int difference_8bit(const Image& a, const Image& b, int x, int y, int channel) {
 }
 
 Image amplified_difference(const Image& a, const Image& b, const PixelBox& box, int amplification) {
-  Image result(box.x1 - box.x0, box.y1 - box.y0, 3);
-  for (int y = box.y0; y < box.y1; ++y) {
-    for (int x = box.x0; x < box.x1; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        const int amplified = amplification * difference_8bit(a, b, x, y, c);
-        result.at(x - box.x0, y - box.y0, c) = std::min(1.0f, static_cast<float>(amplified) / 255);
-      }
-    }
-  }
-  return result;
+  return picture_of(box.x1 - box.x0, box.y1 - box.y0, [&](int x, int y, int c) {
+    const int amplified = amplification * difference_8bit(a, b, box.x0 + x, box.y0 + y, c);
+    return std::min(1.0f, static_cast<float>(amplified) / 255);
+  });
 }
 
 int amplification_for(int largest_difference) {
@@ -96,6 +90,10 @@ int visible_amplification(const ImageDifference& difference) {
 
 PixelBox box_of(const Image& image) { return {0, 0, image.width, image.height}; }
 
+PixelRect rect_of(const PixelBox& box) {
+  return {box.x0, box.y0, box.x1 - box.x0, box.y1 - box.y0};
+}
+
 Image read_reference(const std::filesystem::path& path, int width, int height) {
   Image image = read_image(path);
   if (image.width != width || image.height != height) {
@@ -103,13 +101,8 @@ Image read_reference(const std::filesystem::path& path, int width, int height) {
          image.height, width, height);
   }
   if (image.channels >= 3) return image;
-  Image rgb(width, height, 3);  // the file has gray values, with or without alpha
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      for (int c = 0; c < 3; ++c) rgb.at(x, y, c) = image.at(x, y, 0);
-    }
-  }
-  return rgb;
+  // The file has gray values, with or without alpha.
+  return picture_of(width, height, [&](int x, int y, int) { return image.at(x, y, 0); });
 }
 
 std::filesystem::path difference_path(const std::filesystem::path& output) {

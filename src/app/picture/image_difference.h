@@ -11,6 +11,7 @@
 
 #include <glm/vec2.hpp>
 
+#include "app/picture/canvas.h"
 #include "raster/api/renderer.h"
 
 namespace qs {
@@ -29,7 +30,7 @@ struct ImageDifference {
 ImageDifference image_difference(const Image& a, const Image& b,
                                  const std::optional<PixelBox>& box = {}, int tolerance = 0);
 
-/// The same for RGBA images with 8 bits per channel and rows of `width` pixels. Alpha is ignored.
+/// Compares RGBA images with 8 bits per channel and rows of `width` pixels. Alpha is ignored.
 ImageDifference image_difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b,
                                  int width, const PixelBox& box);
 
@@ -47,6 +48,8 @@ int visible_amplification(const ImageDifference& difference);
 
 /// All pixels of the image.
 PixelBox box_of(const Image& image);
+/// The pixels of the box.
+PixelRect rect_of(const PixelBox& box);
 
 /// Reads a picture of this size as RGB. Throws Error(input), also if the picture has another size.
 Image read_reference(const std::filesystem::path& path, int width, int height);

@@ -25,8 +25,8 @@ struct BarTick {
 
 struct Legend {
   std::string title, facts;
-  std::vector<BarTick> ticks;             ///< from left to right; the last text has the unit
-  std::function<glm::vec3(float)> color;  ///< of a place from 0 to 1
+  std::vector<BarTick> ticks;             ///< ticks from left to right; the last text has the unit
+  std::function<glm::vec3(float)> color;  ///< the colour at a place from 0 to 1
   std::optional<glm::vec3> zero = {};     ///< the bar begins with this colour, of the value 0
 };
 
@@ -37,7 +37,7 @@ std::vector<glm::vec3> bar_colors(const Legend& legend, int width, int height);
 /// A tick of a bar of some width: the places of its line and of its text, in pixels from the left.
 struct PlacedTick {
   int line = 0, text = 0;
-  Align align = Align::left;  ///< of the text at its place
+  Align align = Align::left;  ///< alignment of the text at its place
   bool has_text = true;       ///< false: the text would touch its neighbour
 };
 

@@ -22,7 +22,7 @@ double round_step(double from, const Fits& fits) {
 
 struct Scale {
   std::uint32_t step = 1;                    ///< 1, 2 or 5 times a power of ten
-  std::uint32_t maximum = 1;                 ///< at least 1
+  std::uint32_t maximum = 1;                 ///< the end of the scale, at least 1
   std::vector<std::uint32_t> ticks() const;  ///< 0, step, ..., maximum
   bool operator==(const Scale&) const = default;
 };
@@ -36,7 +36,7 @@ Scale exact_scale(std::uint32_t maximum);
 /// round_scale() of the 99.5th percentile, so that a few extreme values do not darken all others.
 Scale scale_for(std::span<const std::uint32_t> values);
 
-/// The same for the absolute values; the scale is used from -maximum to maximum.
+/// scale_for() the absolute values; the scale is used from -maximum to maximum.
 Scale scale_for_signed(std::span<const std::int32_t> values);
 
 }  // namespace qs

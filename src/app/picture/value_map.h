@@ -17,9 +17,9 @@ namespace qs {
 enum class Quantity { color, alpha, depth, median_depth };
 
 struct QuantityRow {
-  const char* name;   ///< as users type it
-  const char* title;  ///< of a legend
-  const char* unit;   ///< behind a number, "" for none
+  const char* name;   ///< the name that users type
+  const char* title;  ///< the title of a legend
+  const char* unit;   ///< the unit behind a number, "" for none
   std::vector<float> DepthMaps::*values;
 };
 
@@ -47,7 +47,7 @@ struct ValueScale {
   float step = 0.2f;        ///< 1, 2 or 5 times a power of ten
 
   std::vector<float> ticks() const;     ///< low, low + step, ..., high
-  std::string text(float value) const;  ///< with the decimals of step
+  std::string text(float value) const;  ///< the value with the decimals of step
   std::string text_of_ends() const;     ///< "1.5 to 4"
 };
 

@@ -22,50 +22,45 @@ Address address_of(const void* memory) { return reinterpret_cast<Address>(memory
 }  // namespace
 
 struct DeviceMemory::Driver {
-  void* library = nullptr;
-  Result (*init)(unsigned) = nullptr;
-  Result (*get_device)(Device*, int) = nullptr;
-  Result (*retain)(Context*, Device) = nullptr;
-  Result (*release)(Device) = nullptr;
-  Result (*set_current)(Context) = nullptr;
-  Result (*allocate)(Address*, std::size_t) = nullptr;
-  Result (*free)(Address) = nullptr;
-  Result (*fill)(Address, unsigned char, std::size_t) = nullptr;
-  Result (*to_device)(Address, const void*, std::size_t) = nullptr;
-  Result (*to_host)(void*, Address, std::size_t) = nullptr;
-  Result (*synchronise)() = nullptr;
+  /// A function of the driver, as every type of function.
+  struct Function {
+    void* address;
+    template <class Type>
+    operator Type*() const {
+      return reinterpret_cast<Type*>(address);
+    }
+  };
+
+  static void* open_library() {
+    void* const library = dlopen("libcuda.so.1", RTLD_NOW | RTLD_LOCAL);
+    if (library != nullptr) return library;
+    fail(ErrorKind::device, "needs a GPU, but CUDA's driver cannot be loaded: {}", dlerror());
+  }
+  Function find(const char* name) const {
+    void* const address = dlsym(library.get(), name);
+    if (address == nullptr) fail(ErrorKind::device, "CUDA's driver lacks {}", name);
+    return {address};
+  }
+
+  std::unique_ptr<void, int (*)(void*)> library{open_library(), dlclose};
+  Result (*init)(unsigned) = find("cuInit");
+  Result (*get_device)(Device*, int) = find("cuDeviceGet");
+  Result (*retain)(Context*, Device) = find("cuDevicePrimaryCtxRetain");
+  Result (*release)(Device) = find("cuDevicePrimaryCtxRelease_v2");
+  Result (*set_current)(Context) = find("cuCtxSetCurrent");
+  Result (*allocate)(Address*, std::size_t) = find("cuMemAlloc_v2");
+  Result (*free)(Address) = find("cuMemFree_v2");
+  Result (*fill)(Address, unsigned char, std::size_t) = find("cuMemsetD8_v2");
+  Result (*to_device)(Address, const void*, std::size_t) = find("cuMemcpyHtoD_v2");
+  Result (*to_host)(void*, Address, std::size_t) = find("cuMemcpyDtoH_v2");
+  Result (*synchronise)() = find("cuCtxSynchronize");
   Device device = 0;
   bool retained = false;
   std::vector<Address> memory;
 
-  template <class Function>
-  void load(Function& function, const char* name) {
-    function = reinterpret_cast<Function>(dlsym(library, name));
-    if (function == nullptr) fail(ErrorKind::device, "CUDA's driver lacks {}", name);
-  }
-
-  void load_all() {
-    library = dlopen("libcuda.so.1", RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) {
-      fail(ErrorKind::device, "needs a GPU, but CUDA's driver cannot be loaded: {}", dlerror());
-    }
-    load(init, "cuInit");
-    load(get_device, "cuDeviceGet");
-    load(retain, "cuDevicePrimaryCtxRetain");
-    load(release, "cuDevicePrimaryCtxRelease_v2");
-    load(set_current, "cuCtxSetCurrent");
-    load(allocate, "cuMemAlloc_v2");
-    load(free, "cuMemFree_v2");
-    load(fill, "cuMemsetD8_v2");
-    load(to_device, "cuMemcpyHtoD_v2");
-    load(to_host, "cuMemcpyDtoH_v2");
-    load(synchronise, "cuCtxSynchronize");
-  }
-
   ~Driver() {
     for (const Address address : memory) free(address);
     if (retained) release(device);
-    if (library != nullptr) dlclose(library);
   }
 };
 
@@ -78,7 +73,6 @@ void check(Result result, const char* what) {
 }  // namespace
 
 DeviceMemory::DeviceMemory(int device) : driver_(std::make_unique<Driver>()) {
-  driver_->load_all();
   check(driver_->init(0), "cuInit");
   check(driver_->get_device(&driver_->device, device), "cuDeviceGet");
   Context context = nullptr;

@@ -15,19 +15,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kPollPeriod{100};  // in which a cancellation is noticed
-constexpr std::chrono::seconds kTimeToEnd{5};          // of a process that closed its socket
+constexpr std::chrono::milliseconds kPollPeriod{100};  // a cancellation is noticed within this time
+constexpr std::chrono::seconds kTimeToEnd{
+    5};  // a process that closed its socket ends within this time
 
 const char* activity(PluginCall call) {
-  switch (call) {
-    case PluginCall::open:
-      return "while opening the scene";
-    case PluginCall::render:
-      return "while rendering";
-    case PluginCall::close:
-      return "while closing the scene";
-  }
-  return "";
+  constexpr const char* kActivities[] = {"while opening the scene", "while rendering",
+                                         "while closing the scene"};
+  return kActivities[static_cast<int>(call)];
 }
 
 ChildCommand host_command(const std::filesystem::path& library, int scene, int image) {

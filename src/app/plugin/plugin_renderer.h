@@ -20,7 +20,7 @@ namespace qs {
 struct PluginOptions {
   std::filesystem::path library;
   int device = 0;      ///< index into GpuReport::gpus
-  int timeout_s = 60;  ///< of every call
+  int timeout_s = 60;  ///< limit of every call
 };
 
 class PluginRenderer final : public Renderer {
@@ -70,7 +70,7 @@ class PluginRenderer final : public Renderer {
   ThreadPool& pool_;
   SharedMemory scene_, image_;
   QsScene header_ = {};
-  bool antialiased_ = false;                // as the cloud was trained
+  bool antialiased_ = false;                // how the cloud was trained
   std::unique_ptr<PluginProcess> process_;  // null: not started, or it ended
   std::string name_, description_;
   std::uint32_t memory_ = QS_MEMORY_HOST, image_layout_ = QS_IMAGE_HWC;

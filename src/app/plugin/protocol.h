@@ -42,7 +42,7 @@ struct PluginReply {
   PluginText<256> description = {};
   // render
   QsFrame frame = {};
-  double call_ms = 0;  ///< of the call, by the host's clock
+  double call_ms = 0;  ///< time of the call by the host's clock
 };
 
 }  // namespace qs

@@ -8,7 +8,7 @@
 namespace qs {
 namespace {
 
-constexpr std::size_t kAlignment = 64;  // of arrays, as plugin.h promises
+constexpr std::size_t kAlignment = 64;  // alignment of arrays, which plugin.h promises
 
 std::size_t bytes_of(const QsScene& scene, const SceneArray& array) {
   return scene.count * array.width * sizeof(float);

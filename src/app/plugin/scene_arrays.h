@@ -17,7 +17,7 @@ namespace qs {
 struct SceneArray {
   const float* QsScene::*member;
   std::size_t width;
-  std::size_t offset_bytes;  ///< in the memory of all arrays
+  std::size_t offset_bytes;  ///< its place in the memory of all arrays
 };
 
 /// The arrays of a scene in the order of QsScene; uses its `count` and `sh_degree`.

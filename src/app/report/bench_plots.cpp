@@ -17,10 +17,7 @@ namespace {
 std::vector<std::string> different(const std::vector<ModeMean>& means,
                                    std::string ModeMean::*member) {
   std::vector<std::string> words;
-  for (const ModeMean& mean : means) {
-    if (std::find(words.begin(), words.end(), mean.*member) == words.end())
-      words.push_back(mean.*member);
-  }
+  for (const ModeMean& mean : means) add_new(words, mean.*member);
   return words;
 }
 
@@ -46,8 +43,7 @@ std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string&
   std::vector<std::string> curves;
   std::vector<std::string> plugins;
   for (const ModeMean& mean : means) {
-    if (mean.plugin && std::find(plugins.begin(), plugins.end(), mean.mode) == plugins.end())
-      plugins.push_back(mean.mode);
+    if (mean.plugin) add_new(plugins, mean.mode);
   }
   for (const std::string& label : different(means, &ModeMean::label)) {
     const std::string mode = separated(label).front();
@@ -64,10 +60,8 @@ std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string&
 
 std::string caption(const BenchReport& report, const std::vector<ModeMean>& means) {
   std::vector<std::string> sizes;
-  for (const BenchRow& row : report.rows) {
-    const std::string size = fmt::format("{} x {}", row.width, row.height);
-    if (std::find(sizes.begin(), sizes.end(), size) == sizes.end()) sizes.push_back(size);
-  }
+  for (const BenchRow& row : report.rows)
+    add_new(sizes, fmt::format("{} x {}", row.width, row.height));
   const std::vector<std::string> scenes = different(means, &ModeMean::scene);
   return fmt::format("{}; {}; {}",
                      scenes.size() <= 3 ? joined(scenes, ", ")
@@ -102,8 +96,8 @@ std::string stage_commands(const std::vector<ModeMean>& means) {
     text += data_block(fmt::format("scene{}", s), lines);
     curves.push_back("newhistogram " + quoted(scenes[s]));
     for (int stage = 0; stage < kStageCount; ++stage) {
-      curves.push_back(fmt::format("$scene{} using {}:xtic(1) linecolor rgb {} {}", s, stage + 2,
-                                   quoted(hex_text(on_white::kStages[stage])),
+      curves.push_back(fmt::format("$scene{} using {}:xtic(1) {} {}", s, stage + 2,
+                                   color_option(on_white::kStages[stage]),
                                    s == 0 ? "title " + quoted(kStageNames[stage]) : "notitle"));
     }
   }
@@ -120,22 +114,23 @@ Plot fps_plot(const std::vector<ModeMean>& means, const std::string& where,
               const std::string& bars) {
   const bool whiskers =
       std::all_of(means.begin(), means.end(), [](const ModeMean& mean) { return mean.rounds > 1; });
-  const std::string blocks = blocks_per_mode(means, [](const ModeMean& m) {
-    return fmt::format("{} {} {}", m.fps(), 1000 / m.ms_slowest, 1000 / m.ms_fastest);
-  });
-  const std::string label = "set ylabel \"frames per second\"\n";
-  if (!whiskers) {
-    return {"fps", "Frames per second per culling mode (one round, so no whiskers)", where,
-            blocks + bars + label + plot_per_mode(means, "using 2:xtic(1)")};
-  }
-  return {"fps",
-          "Frames per second per culling mode (whiskers: slowest and fastest round of a camera)",
-          where,
-          blocks + bars +
-              fmt::format("set style histogram errorbars gap 2 linewidth 1\n"
-                          "set errorbars front linecolor rgb {} linewidth 1.2\n",
-                          quoted(hex_text(kGray))) +
-              label + plot_per_mode(means, "using 2:3:4:xtic(1)")};
+  const char* note =
+      whiskers ? "whiskers: slowest and fastest round of a camera" : "one round, so no whiskers";
+  std::string commands =
+      blocks_per_mode(means,
+                      [](const ModeMean& m) {
+                        return fmt::format("{} {} {}", m.fps(), 1000 / m.ms_slowest,
+                                           1000 / m.ms_fastest);
+                      }) +
+      bars;
+  if (whiskers)
+    commands += fmt::format(
+        "set style histogram errorbars gap 2 linewidth 1\n"
+        "set errorbars front {} linewidth 1.2\n",
+        color_option(kGray));
+  commands += "set ylabel \"frames per second\"\n" +
+              plot_per_mode(means, whiskers ? "using 2:3:4:xtic(1)" : "using 2:xtic(1)");
+  return {"fps", fmt::format("Frames per second per culling mode ({})", note), where, commands};
 }
 
 }  // namespace

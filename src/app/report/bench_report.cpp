@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "app/report/markdown.h"
+#include "base/json_of.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
@@ -18,6 +19,7 @@ namespace qs {
 namespace {
 
 using nlohmann::ordered_json;
+using namespace std::string_literals;
 
 std::string cell(const std::string& text) { return csv_field(text); }
 std::string cell(double value) { return fmt::format("{:.4f}", value); }
@@ -32,17 +34,11 @@ std::string cell(const std::optional<T>& value) {
 
 // JSON has no infinity: it is stored as the text "inf". A missing value is null.
 ordered_json to_json(const std::optional<double>& value) {
-  if (!value) return nullptr;
-  return std::isinf(*value) ? ordered_json("inf") : ordered_json(*value);
+  return value && std::isinf(*value) ? ordered_json("inf") : json_of(value);
 }
-ordered_json to_json(const std::optional<std::uint64_t>& value) {
-  return value ? ordered_json(*value) : ordered_json();
-}
-ordered_json to_json(const std::optional<bool>& value) {
-  return value ? ordered_json(*value) : ordered_json();
-}
-ordered_json to_json(const std::optional<std::vector<double>>& value) {
-  return value ? ordered_json(*value) : ordered_json();
+template <class T>
+ordered_json to_json(const std::optional<T>& value) {
+  return json_of(value);
 }
 // The lower end of a ratio's interval; unset without an interval.
 std::optional<double> low_of(const Ratio& ratio) {
@@ -76,13 +72,9 @@ void from_json(const ordered_json& json, T& value) {
 }
 
 template <class T>
-constexpr bool is_optional(const std::optional<T>&) {
-  return true;
-}
+constexpr bool is_optional = false;
 template <class T>
-constexpr bool is_optional(const T&) {
-  return false;
-}
+constexpr bool is_optional<std::optional<T>> = true;
 
 // FPS (paper) by scene and mode, and by mode for the set of scenes, where the scene is null.
 ordered_json paper_fps_json(const BenchReport& report) {
@@ -104,18 +96,12 @@ ordered_json paper_fps_json(const BenchReport& report) {
 
 std::string format_csv(const std::vector<BenchRow>& rows) {
   std::string text;
-  const auto append = [&text](const std::string& word) {
-    if (!text.empty() && text.back() != '\n') text += ',';
-    text += word;
-  };
   const BenchRow header;
-  for_each_column(header, [&](const char* name, const auto&) { append(name); });
-  text += '\n';
+  for_each_column(header, [&](const char* name, const auto&) { text += name + ","s; });
+  text.back() = '\n';
   for (const BenchRow& row : rows) {
-    std::string line;
-    for_each_column(row, [&](const char*, const auto& value) { line += cell(value) + ","; });
-    line.back() = '\n';
-    text += line;
+    for_each_column(row, [&](const char*, const auto& value) { text += cell(value) + ","; });
+    text.back() = '\n';
   }
   return text;
 }
@@ -155,7 +141,7 @@ std::vector<BenchRow> read_rows(const ordered_json& list) {
     BenchRow& row = rows.emplace_back();
     const auto take = [&](const char* name, auto& value) {
       // Reports of earlier versions lack the newest columns, all of which may be empty.
-      if (is_optional(value) && !from.contains(name)) return;
+      if (is_optional<std::remove_reference_t<decltype(value)>> && !from.contains(name)) return;
       from_json(from.at(name), value);
     };
     for_each_column(row, take);
@@ -196,9 +182,7 @@ std::string measured_on(const ordered_json& environment) {
 std::string pipeline_note(const std::vector<BenchRow>& rows) {
   std::vector<std::string> words;
   for (const BenchRow& row : rows) {
-    if (row.backend == kBackendNames[static_cast<int>(Backend::cuda)] &&
-        std::find(words.begin(), words.end(), row.pipeline) == words.end())
-      words.push_back(row.pipeline);
+    if (row.backend == kBackendNames[static_cast<int>(Backend::cuda)]) add_new(words, row.pipeline);
   }
   return words.empty() ? "" : "; pipeline " + joined(words, " and ");
 }

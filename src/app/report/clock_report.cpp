@@ -3,17 +3,15 @@
 
 #include <algorithm>
 
+#include "base/json_of.h"
+#include "base/text.h"
+
 namespace qs {
 namespace {
 
 using nlohmann::ordered_json;
 
 constexpr const char *kClock = "gpu_clock", *kText = "gpu_clock_text";
-
-template <class T>
-ordered_json or_null(const std::optional<T>& value) {
-  return value ? ordered_json(*value) : ordered_json();
-}
 
 ordered_json range_json(const std::optional<SensorRange>& range) {
   if (!range) return nullptr;
@@ -33,8 +31,8 @@ void add_clock(ordered_json& environment, const GpuClock& clock) {
   if (summary) {
     environment[kClock] = {{"readings", summary->readings},
                            {"sm_mhz", range_json(summary->sm_mhz)},
-                           {"sm_mhz_max", or_null(summary->sm_mhz_max)},
-                           {"throttled", or_null(summary->throttled)},
+                           {"sm_mhz_max", json_of(summary->sm_mhz_max)},
+                           {"throttled", json_of(summary->throttled)},
                            {"celsius", range_json(summary->celsius)},
                            {"watts", range_json(summary->watts)}};
   }
@@ -49,7 +47,8 @@ std::vector<std::string> clock_lines(const ordered_json& environment) {
 }
 
 void merge_clocks(const std::vector<ordered_json>& parts, ordered_json& environment) {
-  ordered_json clocks = ordered_json::array(), lines = ordered_json::array();
+  ordered_json clocks = ordered_json::array();
+  std::vector<std::string> lines;
   for (const ordered_json& part : parts) {
     if (!part.contains(kClock)) continue;
     if (part[kClock].is_array()) {
@@ -57,9 +56,7 @@ void merge_clocks(const std::vector<ordered_json>& parts, ordered_json& environm
     } else {
       clocks.push_back(part[kClock]);
     }
-    for (const std::string& line : clock_lines(part)) {
-      if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
-    }
+    for (const std::string& line : clock_lines(part)) add_new(lines, line);
   }
   if (clocks.empty()) return;
   environment[kClock] = std::move(clocks);

@@ -7,6 +7,7 @@
 
 #include "app/report/stats_file.h"
 #include "base/fail.h"
+#include "base/json_of.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"

@@ -31,7 +31,7 @@ struct LpipsValues {
 struct EvaluatedView {
   Camera camera;
   std::filesystem::path photograph;
-  int width = 0, height = 0;  ///< of the compared pictures
+  int width = 0, height = 0;  ///< size of the compared pictures
   CullMode mode = default_mode();
   double psnr = 0, ssim = 0;  ///< dB; 1 for equal pictures
   std::uint64_t view = 0;     ///< number of the view, the same in every shard
@@ -41,7 +41,7 @@ struct EvaluatedView {
 struct EvalReport {
   nlohmann::ordered_json environment, scene;  ///< environment_json() and scene_json()
   nlohmann::ordered_json method;              ///< the choice of views and the method of comparison
-  std::size_t view_count = 0;                 ///< of all shards
+  std::size_t view_count = 0;                 ///< number of views in all shards
   std::vector<EvaluatedView> rows;            ///< ordered by view, then by mode
 };
 
@@ -50,7 +50,7 @@ struct MeanQuality {
   CullMode mode = default_mode();
   std::size_t views = 0;
   double psnr = 0, ssim = 0;
-  std::optional<LpipsValues> lpips = {};  ///< if all of these views have it
+  std::optional<LpipsValues> lpips = {};  ///< the mean; set if all of these views have LPIPS
 };
 
 /// Describes the computation of SSIM, for the method of a report.

@@ -21,7 +21,7 @@ class HtmlPage {
   void table(const std::vector<std::vector<std::string>>& rows);
   /// A picture with a caption below it. `half`: two consecutive pictures fit side by side.
   void picture(const Image& image, const std::string& caption, bool half = false);
-  /// The same for an SVG file.
+  /// An SVG file with a caption, as picture().
   void drawing(const std::filesystem::path& svg, const std::string& caption, bool half = false);
 
   std::string text() const;

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "base/json_of.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/text_file.h"
@@ -15,10 +16,7 @@ namespace qs {
 namespace {
 
 nlohmann::ordered_json quality_json(const PictureQuality& q) {
-  return {{"view", q.view},
-          {"psnr", std::isfinite(q.psnr) ? nlohmann::ordered_json(q.psnr) : nullptr},
-          {"ssim", q.ssim},
-          {"flip", q.flip}};
+  return {{"view", q.view}, {"psnr", finite_or_null(q.psnr)}, {"ssim", q.ssim}, {"flip", q.flip}};
 }
 
 }  // namespace

@@ -18,54 +18,52 @@
 namespace qs {
 namespace {
 
-void add_new(std::vector<std::string>& list, const std::string& word) {
-  if (std::find(list.begin(), list.end(), word) == list.end()) list.push_back(word);
-}
-
-// The mean of a column, unset if a row lacks it.
-std::optional<double> mean_of_column(const std::vector<const BenchRow*>& rows,
-                                     std::optional<double> BenchRow::*column) {
+// The mean of value_of(row), a number or an optional number; unset if a row lacks it.
+template <class Rows, class ValueOf>
+std::optional<double> mean_over(const Rows& rows, const ValueOf& value_of) {
   double sum = 0;
-  for (const BenchRow* row : rows) {
-    if (!(row->*column)) return std::nullopt;
-    sum += *(row->*column);
+  for (const auto* row : rows) {
+    const std::optional<double> value = value_of(*row);
+    if (!value) return std::nullopt;
+    sum += *value;
   }
   return sum / static_cast<double>(rows.size());
+}
+template <class Row>
+std::optional<double> mean_over(const std::vector<const Row*>& rows,
+                                std::optional<double> Row::*column) {
+  return mean_over(rows, [&](const Row& row) { return row.*column; });
+}
+
+std::optional<double> real(std::optional<std::uint64_t> count) {
+  return count ? std::optional(static_cast<double>(*count)) : std::nullopt;
 }
 
 bool has_noisy_time(const ModeMean& mean) {
   return mean.ms_spread && *mean.ms_spread > kNoisySpread * mean.ms;
 }
 
-// Needs the mean time.
-void set_trust(const std::vector<const BenchRow*>& rows, ModeMean& mean) {
-  const double weight = 1.0 / static_cast<double>(rows.size());
-  double spread = 0, mean_noise = 0;
-  bool all = true;
+// The sum of the frames of all rows; unset if a row lacks them.
+std::optional<std::uint64_t> all_frames(const std::vector<const BenchRow*>& rows) {
+  std::uint64_t sum = 0;
   for (const BenchRow* row : rows) {
-    const std::optional<double> own = spread_ms(*row);
-    all = all && own;
-    spread += weight * own.value_or(0);
-    mean_noise += weight * noise(*row);
+    if (!row->frames) return std::nullopt;
+    sum += *row->frames;
   }
-  std::optional<std::uint64_t> frames = 0;
-  for (const BenchRow* row : rows)
-    frames = frames && row->frames ? std::optional(*frames + *row->frames) : std::nullopt;
-  mean.enough_frames = are_enough_frames(frames);
-  if (all) mean.ms_spread = spread;
-  mean.noisy = mean_noise > kNoiseTolerance || has_noisy_time(mean);
+  return sum;
 }
 
 ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   ModeMean mean;
-  mean.scene = rows.front()->scene;
-  mean.mode = mean.label = rows.front()->mode;
-  mean.pipeline = rows.front()->pipeline;
+  const BenchRow& first = *rows.front();
+  mean.scene = first.scene;
+  mean.mode = mean.label = first.mode;
+  mean.pipeline = first.pipeline;
+  mean.plugin = first.backend == kPluginBackend;
+  mean.rounds = rounds_of(first).size();
+  mean.repeats = true;
   const double weight = 1.0 / static_cast<double>(rows.size());
-  mean.plugin = rows.front()->backend == kPluginBackend;
-  mean.rounds = rounds_of(*rows.front()).size();
-  double sort_bytes = 0;
-  bool all_sort_bytes = true;
+  double mean_noise = 0;
   for (const BenchRow* row : rows) {
     const std::vector<double> rounds = rounds_of(*row);
     const auto [fastest, slowest] = std::minmax_element(rounds.begin(), rounds.end());
@@ -74,24 +72,22 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
     mean.ms_slowest += weight * *slowest;
     mean.gaussians += weight * row->gaussians;
     mean.pairs += weight * static_cast<double>(row->pairs);
-    all_sort_bytes = all_sort_bytes && row->sort_bytes;
-    sort_bytes += weight * static_cast<double>(row->sort_bytes.value_or(0));
     mean.ms += weight * row->ms_median;
     const double stages[] = {row->preprocess_ms, row->bin_ms, row->sort_ms, row->blend_ms};
     for (int stage = 0; stage < 4; ++stage) mean.stage_ms[stage] += weight * stages[stage];
+    mean_noise += weight * noise(*row);
+    if (!row->repeats) mean.repeats.reset();
+    if (mean.repeats) mean.repeats = *mean.repeats && *row->repeats;
   }
-  if (all_sort_bytes) mean.sort_bytes = sort_bytes;
-  set_trust(rows, mean);
-  mean.psnr = mean_of_column(rows, &BenchRow::psnr_vs_reference);
-  mean.ssim = mean_of_column(rows, &BenchRow::ssim_vs_reference);
-  mean.flip = mean_of_column(rows, &BenchRow::flip_vs_reference);
-  if (const auto ms = mean_of_column(rows, &BenchRow::ms_paper); ms && *ms > 0)
+  mean.sort_bytes = mean_over(rows, [](const BenchRow& row) { return real(row.sort_bytes); });
+  mean.ms_spread = mean_over(rows, spread_ms);
+  mean.noisy = mean_noise > kNoiseTolerance || has_noisy_time(mean);
+  mean.enough_frames = are_enough_frames(all_frames(rows));
+  mean.psnr = mean_over(rows, &BenchRow::psnr_vs_reference);
+  mean.ssim = mean_over(rows, &BenchRow::ssim_vs_reference);
+  mean.flip = mean_over(rows, &BenchRow::flip_vs_reference);
+  if (const auto ms = mean_over(rows, &BenchRow::ms_paper); ms && *ms > 0)
     mean.fps_paper = 1000 / *ms;
-  if (std::all_of(rows.begin(), rows.end(),
-                  [](const BenchRow* row) { return row->repeats.has_value(); })) {
-    mean.repeats =
-        std::all_of(rows.begin(), rows.end(), [](const BenchRow* row) { return *row->repeats; });
-  }
   return mean;
 }
 
@@ -139,7 +135,7 @@ std::string quality_table(const std::vector<ModeMean>& means) {
 std::string camera_table(const std::vector<PairedRatio>& ratios, const std::string& scene,
                          const std::string& baseline) {
   std::vector<std::string> cameras, modes;
-  std::map<std::pair<std::string, std::string>, std::string> cells;  // by camera and mode
+  std::map<std::pair<std::string, std::string>, std::string> cells;  // keys: camera, mode
   const bool several = std::any_of(ratios.begin(), ratios.end(), [&](const PairedRatio& each) {
     return each.pipeline != ratios.front().pipeline;
   });
@@ -196,44 +192,35 @@ std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::s
 std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
   std::vector<ModeMean> result;
   for (const ModeMean& first : means) {
-    const auto same = [&](const ModeMean& other) { return other.label == first.label; };
-    if (std::any_of(result.begin(), result.end(), same)) continue;
-    const double weight =
-        1.0 / static_cast<double>(std::count_if(means.begin(), means.end(), same));
+    if (std::any_of(result.begin(), result.end(),
+                    [&](const ModeMean& other) { return other.label == first.label; }))
+      continue;
+    std::vector<const ModeMean*> rows;
+    for (const ModeMean& row : means) {
+      if (row.label == first.label) rows.push_back(&row);
+    }
     ModeMean& mean = result.emplace_back();
     mean.scene = "mean";
     mean.mode = first.mode;
     mean.pipeline = first.pipeline;
     mean.label = first.label;
     mean.plugin = first.plugin;
-    double psnr = 0, spread = 0, sort_bytes = 0, fps_paper = 0;
-    bool all_fps_paper = true, all_psnr = true, all_spreads = true, all_sort_bytes = true;
+    const double weight = 1.0 / static_cast<double>(rows.size());
     std::vector<double> ratios;
-    for (const ModeMean& row : means) {
-      if (!same(row)) continue;
-      mean.gaussians += weight * row.gaussians;
-      mean.pairs += weight * row.pairs;
-      all_sort_bytes = all_sort_bytes && row.sort_bytes;
-      sort_bytes += weight * row.sort_bytes.value_or(0);
-      mean.ms += weight * row.ms;
-      mean.noisy = mean.noisy || row.noisy;
-      all_spreads = all_spreads && row.ms_spread;
-      spread += weight * row.ms_spread.value_or(0);
-      all_psnr = all_psnr && row.psnr;
-      psnr += weight * row.psnr.value_or(0);
-      all_fps_paper = all_fps_paper && row.fps_paper;
-      fps_paper += weight * row.fps_paper.value_or(0);
-      if (row.ratio) ratios.push_back(row.ratio->value);
+    for (const ModeMean* row : rows) {
+      mean.gaussians += weight * row->gaussians;
+      mean.pairs += weight * row->pairs;
+      mean.ms += weight * row->ms;
+      mean.noisy = mean.noisy || row->noisy;
+      if (row->ratio) ratios.push_back(row->ratio->value);
     }
-    if (all_psnr) mean.psnr = psnr;
-    if (all_fps_paper) mean.fps_paper = fps_paper;
-    if (all_spreads) mean.ms_spread = spread;
-    if (all_sort_bytes) mean.sort_bytes = sort_bytes;
-    if (static_cast<std::ptrdiff_t>(ratios.size()) ==
-        std::count_if(means.begin(), means.end(), same)) {
-      mean.ratio = geometric_mean(ratios);
-      mean.ratio->interval.reset();
-    }
+    mean.psnr = mean_over(rows, &ModeMean::psnr);
+    mean.fps_paper = mean_over(rows, &ModeMean::fps_paper);
+    mean.ms_spread = mean_over(rows, &ModeMean::ms_spread);
+    mean.sort_bytes = mean_over(rows, &ModeMean::sort_bytes);
+    if (ratios.size() != rows.size()) continue;
+    mean.ratio = geometric_mean(ratios);
+    mean.ratio->interval.reset();
   }
   return result;
 }

@@ -17,19 +17,19 @@ struct ModeMean {
   std::string scene, mode, pipeline;
   std::string label;  ///< the mode, followed by its pipeline if the rows have several pipelines
   double gaussians = 0, pairs = 0;
-  std::optional<double> sort_bytes;        ///< if all cameras have a value
+  std::optional<double> sort_bytes;        ///< set if all cameras have a value
   double ms = 0;                           ///< mean of the cameras' medians
   double ms_fastest = 0, ms_slowest = 0;   ///< means of the cameras' fastest and slowest rounds
   std::optional<double> ms_spread;         ///< mean of the cameras' spread_ms(), if all have one
   bool noisy = false;                      ///< is_noisy(), by the means of the cameras' values
-  bool enough_frames = true;               ///< for a ratio
+  bool enough_frames = true;               ///< false: too few for a ratio
   std::size_t rounds = 0;                  ///< smallest number of rounds of a camera
   double stage_ms[4] = {};                 ///< index = Stage
   std::optional<double> psnr, ssim, flip;  ///< means over the cameras, if all have a value
   /// true if every camera's frames repeat; unset if a camera lacks it
   std::optional<bool> repeats;
   bool plugin = false;         ///< pairs of 0 are not measured
-  std::optional<Ratio> ratio;  ///< to the baseline in the same pipeline, if measured
+  std::optional<Ratio> ratio;  ///< the ratio to the baseline in the same pipeline, if measured
   /// 1000 / the mean of the cameras' ms_paper; over scenes the arithmetic mean
   std::optional<double> fps_paper;
   double fps() const { return 1000 / ms; }

@@ -59,8 +59,7 @@ void require_equal(std::span<const ReportPart> parts, const Fact& fact, bool mix
                    ordered_json& environment) {
   std::vector<std::string> words;
   for (const ReportPart& part : parts) {
-    const std::string word = fact.of(part.report);
-    if (std::find(words.begin(), words.end(), word) == words.end()) words.push_back(word);
+    add_new(words, fact.of(part.report));
     if (words.size() > 1 && !mixed) {
       fail("merge: {} and {} differ in their {}, {} and {}: --mixed joins them all the same",
            parts.front().from, part.from, fact.what, words[0], words[1]);

@@ -44,7 +44,7 @@ std::string script(const Plot& plot) {
 
 // Runs gnuplot in `folder` with its messages dropped. Returns "" or the problem.
 std::string run_gnuplot(const std::filesystem::path& folder, const std::string& file) {
-  constexpr int kNotFound = 127;  // of a shell
+  constexpr int kNotFound = 127;  // a shell's exit code for a missing program
   ChildEnd end{kNotFound};
   try {
     end = ChildProcess({.words = {"gnuplot", file}, .folder = folder}).wait();
@@ -75,12 +75,7 @@ std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot
 }
 
 std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\' || c == '`') result += '\\';
-    result += c == '\n' ? ' ' : c;
-  }
-  return result + "\"";
+  return '"' + escaped(text, {{'"', "\\\""}, {'\\', "\\\\"}, {'`', "\\`"}, {'\n', " "}}) + '"';
 }
 
 std::string data_block(const std::string& name, const std::vector<std::string>& lines) {
@@ -93,8 +88,10 @@ std::string plot_command(const std::vector<std::string>& curves) {
   return "plot " + joined(curves, ", \\\n  ");
 }
 
+std::string color_option(glm::vec3 color) { return "linecolor rgb " + quoted(hex_text(color)); }
+
 std::string mode_color_option(const std::string& mode) {
-  return fmt::format("linecolor rgb {}", quoted(hex_text(mode_color(find_culler(mode)))));
+  return color_option(mode_color(find_culler(mode)));
 }
 
 std::string mode_options(const std::string& mode, const std::string& title) {
@@ -108,8 +105,7 @@ int mode_marker(const std::string& mode) {
 }
 
 std::string plugin_options(std::size_t number, const std::string& title) {
-  return fmt::format("linecolor rgb {} title {}", quoted(hex_text(plugin_color(number))),
-                     quoted(title));
+  return fmt::format("{} title {}", color_option(plugin_color(number)), quoted(title));
 }
 
 int plugin_marker(std::size_t number) {

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/vec3.hpp>
+
 namespace qs {
 
 struct Plot {
@@ -33,16 +35,17 @@ std::string data_block(const std::string& name, const std::vector<std::string>& 
 /// The gnuplot command that draws all curves in one plot.
 std::string plot_command(const std::vector<std::string>& curves);
 
-/// `linecolor rgb "#0072B2"` with the mode's colour.
+/// `linecolor rgb "#0072B2"`.
+std::string color_option(glm::vec3 color);
 std::string mode_color_option(const std::string& mode);
 
-/// The same with the curve's title.
+/// `linecolor rgb "#0072B2" title "quadbox"`: the mode's colour and the curve's title.
 std::string mode_options(const std::string& mode, const std::string& title);
 
 /// Number of the gnuplot point type that marks a mode's curve.
 int mode_marker(const std::string& mode);
 
-/// The same for the plugin with this number, 0 or more.
+/// Colour, title and point type of the plugin with this number, 0 or more.
 std::string plugin_options(std::size_t number, const std::string& title);
 int plugin_marker(std::size_t number);
 

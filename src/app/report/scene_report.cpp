@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/framing/huge_gaussians.h"
+#include "base/json_of.h"
 #include "base/text.h"
 
 namespace qs {
@@ -24,10 +25,8 @@ std::string box_text(const SceneBox& box) {
   return fmt::format("{} to {}", vector_text(box.low), vector_text(box.high));
 }
 
-nlohmann::ordered_json vector_json(glm::vec3 v) { return {v.x, v.y, v.z}; }
-
 nlohmann::ordered_json box_json(const SceneBox& box) {
-  return {{"low", vector_json(box.low)}, {"high", vector_json(box.high)}};
+  return {{"low", json_of(box.low)}, {"high", json_of(box.high)}};
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ struct Range {
 };
 
 struct SceneReport {
-  SceneBox all, core;  ///< of the centres; core: 5th to 95th percentile of each axis
+  SceneBox all, core;  ///< boxes of the centres; core: 5th to 95th percentile of each axis
   Range opacity;       ///< 0..1
   Range scale;         ///< standard deviations, world units
   std::size_t huge;    ///< count_huge()

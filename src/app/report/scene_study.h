@@ -21,8 +21,8 @@ namespace qs {
 /// A property of a visible Gaussian. Bin i holds values in [edges[i], edges[i + 1]); the first and
 /// last bin also hold smaller and larger values.
 struct GaussianQuantity {
-  const char* name;   ///< for titles
-  const char* key;    ///< for file names
+  const char* name;   ///< the name in titles
+  const char* key;    ///< the name in file names
   const char* unit;   ///< "" for a dimensionless number
   const char* means;  ///< one sentence for the page
   std::array<double, 13> edges;
@@ -47,16 +47,16 @@ struct BinnedPairs {
 
 /// A mode at one tile size.
 struct ModeStudy {
-  std::uint64_t pairs = 0;  ///< as the renderer counts them
+  std::uint64_t pairs = 0;  ///< the number that the renderer counts
   PairUses uses;
   std::vector<std::uint32_t> loads;  ///< pairs of all tiles of all views, ascending
 };
 
 struct SceneStudy {
   std::size_t views = 0;
-  std::uint64_t gaussians = 0;      ///< in the cloud
-  std::uint64_t huge = 0;           ///< of the cloud's Gaussians, those larger than the scene
-  std::uint64_t visible = 0;        ///< in mode 3dgs, summed over the views
+  std::uint64_t gaussians = 0;  ///< number of Gaussians in the cloud
+  std::uint64_t huge = 0;       ///< number of Gaussians that are larger than the scene
+  std::uint64_t visible = 0;    ///< number of visible Gaussians in mode 3dgs, summed over the views
   std::vector<BinnedPairs> binned;  ///< parallel to quantities()
   std::array<std::array<ModeStudy, kCullerCount>, kTileSizes.size()> modes;  ///< [size][mode - 1]
   /// Milliseconds of a frame in tiles of the usual size: the mean over the views of the median of

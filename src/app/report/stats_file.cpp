@@ -7,6 +7,7 @@
 
 #include "app/measure/scene_facts.h"
 #include "base/environment.h"
+#include "base/json_of.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 
@@ -47,10 +48,6 @@ ordered_json frame_json(const FrameRecord& record) {
 }
 
 }  // namespace
-
-ordered_json finite_or_null(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json();
-}
 
 ordered_json environment_json(const Session& session) {
   const Environment environment = read_environment();

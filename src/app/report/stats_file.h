@@ -20,9 +20,6 @@ namespace qs {
 /// Build, machine and backend, as reports contain them.
 nlohmann::ordered_json environment_json(const Session& session);
 
-/// null for infinities and NaN, which JSON does not have.
-nlohmann::ordered_json finite_or_null(double value);
-
 /// File, hash and size of a scene.
 nlohmann::ordered_json scene_json(const Scene& scene);
 

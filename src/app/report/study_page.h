@@ -22,8 +22,8 @@ struct StudyPage {
   std::string scene;                     ///< the scene's name
   std::string views;                     ///< "camera 0, camera 24, 1600 x 1200 pixels"
   std::string plots;                     ///< caption: "plush, 4 views, 1600 x 1200 pixels"
-  std::vector<CaptionedImage> pictures;  ///< of the first view
-  std::vector<CaptionedImage> example;   ///< of study.example; may be empty
+  std::vector<CaptionedImage> pictures;  ///< pictures of the first view
+  std::vector<CaptionedImage> example;   ///< pictures of study.example; may be empty
   std::string made_with;                 ///< sentences about program, machine and time
 };
 

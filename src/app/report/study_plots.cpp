@@ -21,10 +21,6 @@ std::string axis_of(const GaussianQuantity& quantity) {
   return *quantity.unit ? fmt::format("{} ({})", quantity.name, quantity.unit) : quantity.name;
 }
 
-std::string linecolor(glm::vec3 color) {
-  return fmt::format("linecolor rgb {}", quoted(hex_text(color)));
-}
-
 /// One set of bars per mode, from column mode_index + 2 of the block, for the modes that `take`.
 template <class Take>
 std::string bars_per_mode(const char* block, const Take& take) {
@@ -50,7 +46,7 @@ Plot count_plot(const GaussianQuantity& quantity, const BinnedPairs& binned,
               fmt::format("set xtics rotate by -35\nset boxwidth 0.9\nset xlabel {}\n"
                           "set ylabel \"visible Gaussians (thousands)\"\n",
                           quoted(axis_of(quantity))) +
-              plot_command({"$bins using 2:xtic(1) " + linecolor(kBlue) + " notitle"})};
+              plot_command({"$bins using 2:xtic(1) " + color_option(kBlue) + " notitle"})};
 }
 
 Plot saved_plot(const GaussianQuantity& quantity, const BinnedPairs& binned,
@@ -80,15 +76,15 @@ Plot uses_plot(const SceneStudy& study, const std::string& caption) {
     lines.push_back(fmt::format("{} {} {} {}", quoted(name_of(mode)), millions(uses.used),
                                 millions(uses.hidden), millions(uses.empty)));
   }
-  return {
-      "uses", "Used and unused pairs of each mode", caption,
-      data_block("modes", lines) +
-          "set style data histograms\nset style histogram rowstacked\nset boxwidth 0.7\n"
-          "set yrange [0:*]\nset xtics rotate by -20\nset key invert\n"
-          "set ylabel \"tile pairs (millions)\"\n" +
-          plot_command({"$modes using 2:xtic(1) " + linecolor(kBlue) + " title \"used by a pixel\"",
-                        "$modes using 3 " + linecolor(kOrange) + " title \"hidden\"",
-                        "$modes using 4 " + linecolor(kLightGray) + " title \"empty\""})};
+  return {"uses", "Used and unused pairs of each mode", caption,
+          data_block("modes", lines) +
+              "set style data histograms\nset style histogram rowstacked\nset boxwidth 0.7\n"
+              "set yrange [0:*]\nset xtics rotate by -20\nset key invert\n"
+              "set ylabel \"tile pairs (millions)\"\n" +
+              plot_command(
+                  {"$modes using 2:xtic(1) " + color_option(kBlue) + " title \"used by a pixel\"",
+                   "$modes using 3 " + color_option(kOrange) + " title \"hidden\"",
+                   "$modes using 4 " + color_option(kLightGray) + " title \"empty\""})};
 }
 
 Plot sizes_plot(const SceneStudy& study, const std::string& caption) {

@@ -3,6 +3,7 @@
 
 #include "app/measure/noise.h"
 #include "base/fail.h"
+#include "base/json_of.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"
@@ -13,21 +14,22 @@ namespace {
 using nlohmann::ordered_json;
 
 ordered_json settings_json(const RenderSettings& settings) {
-  const glm::vec3 b = settings.background;
-  ordered_json json = {{"sh_degree", settings.sh_degree},
-                       {"splat_scale", settings.splat_scale},
-                       {"background", {b.x, b.y, b.z}},
-                       {"antialiased", nullptr}};
-  if (settings.antialiased) json["antialiased"] = *settings.antialiased;
-  return json;
+  return {{"sh_degree", settings.sh_degree},
+          {"splat_scale", settings.splat_scale},
+          {"background", json_of(settings.background)},
+          {"antialiased", json_of(settings.antialiased)}};
+}
+
+template <class Vector>
+void read_vector(const ordered_json& json, Vector& vector) {
+  for (int c = 0; c < 3; ++c) json.at(static_cast<std::size_t>(c)).get_to(vector[c]);
 }
 
 RenderSettings read_settings(const ordered_json& json) {
   RenderSettings settings;
   json_value(json.at("sh_degree"), settings.sh_degree);
   json.at("splat_scale").get_to(settings.splat_scale);
-  for (int c = 0; c < 3; ++c)
-    json.at("background").at(static_cast<std::size_t>(c)).get_to(settings.background[c]);
+  read_vector(json.at("background"), settings.background);
   if (!json.at("antialiased").is_null()) settings.antialiased = json["antialiased"].get<bool>();
   return settings;
 }
@@ -58,8 +60,7 @@ ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
   bundle.scene = json.at("scene").get<std::string>();
   json.at("scene_hash").get_to(bundle.scene_hash);
   bundle.start = camera_of(json.at("start"), path.string());
-  for (int c = 0; c < 3; ++c)
-    json.at("target").at(static_cast<std::size_t>(c)).get_to(bundle.target[c]);
+  read_vector(json.at("target"), bundle.target);
   json_value(json.at("steps"), bundle.steps);
   json.at("closest").get_to(bundle.closest);
   if (bundle.steps < 2 || bundle.steps > 100000 || !(bundle.closest > 0)) {

@@ -7,12 +7,13 @@
 #include <fmt/format.h>
 
 #include "app/measure/noise.h"
+#include "app/picture/scale.h"
 #include "base/text.h"
 
 namespace qs {
 namespace {
 
-constexpr double kRoundingSlack = 1e-9;  ///< of a tick's value
+constexpr double kRoundingSlack = 1e-9;  ///< relative slack when ticks are compared
 
 // Columns of a mode's data block.
 enum Column { kZoom = 1, kFps, kFpsLow, kFpsHigh, kMs, kMsLow, kMsHigh, kPairs };
@@ -76,12 +77,9 @@ std::string frames_note(const std::vector<BenchRow>& rows) {
 
 // The distance of round ticks: 1, 2 or 5 times a power of ten, at most `steps` of them up to
 // `most`.
-double round_step(double most, double steps) {
-  const double rough = most / steps, power = std::pow(10.0, std::floor(std::log10(rough)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= rough * (1 - kRoundingSlack)) return factor * power;
-  }
-  return 10 * power;
+double tick_step(double most, double steps) {
+  const double rough = most / steps;
+  return round_step(rough, [&](double step) { return step >= rough * (1 - kRoundingSlack); });
 }
 
 int decimals_of(double step) {
@@ -92,11 +90,9 @@ int decimals_of(double step) {
 
 std::uint64_t frames_per_point(const std::vector<BenchRow>& rows) {
   if (rows.empty()) return 0;
-  const auto fewest =
-      std::min_element(rows.begin(), rows.end(), [](const BenchRow& a, const BenchRow& b) {
-        return a.frames.value_or(0) < b.frames.value_or(0);
-      });
-  return fewest->frames.value_or(0);
+  std::uint64_t fewest = rows.front().frames.value_or(0);
+  for (const BenchRow& row : rows) fewest = std::min(fewest, row.frames.value_or(0));
+  return fewest;
 }
 
 bool has_bands(const std::vector<BenchRow>& rows) {
@@ -112,7 +108,7 @@ std::vector<AxisTick> zoom_ticks(double most) {
   const double end = most * (1 + kRoundingSlack);
   std::vector<AxisTick> ticks;
   if (most < kFewestOctaves) {
-    const double step = round_step(most - 1, 4);
+    const double step = tick_step(most - 1, 4);
     for (int i = 0; 1 + i * step <= end; ++i)
       ticks.push_back({1 + i * step, fmt::format("{:.{}f}x", 1 + i * step, decimals_of(step))});
     return ticks;
@@ -128,7 +124,7 @@ std::vector<AxisTick> zoom_ticks(double most) {
 
 std::vector<AxisTick> round_ticks(double most) {
   constexpr double kMostSteps = 5;
-  const double step = round_step(most, kMostSteps);
+  const double step = tick_step(most, kMostSteps);
   const int count = std::max(1, static_cast<int>(std::ceil(most / step * (1 - kRoundingSlack))));
   std::vector<AxisTick> ticks;
   for (int i = 0; i <= count; ++i)

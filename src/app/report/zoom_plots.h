@@ -13,7 +13,8 @@
 
 namespace qs {
 
-inline constexpr std::uint64_t kFewestBandFrames = 5;  ///< per point, for a band of 5-95 %
+inline constexpr std::uint64_t kFewestBandFrames =
+    5;  ///< a point with fewer frames has no band of 5-95 %
 
 /// The smallest number of frames behind a row; 0 if it is unknown or there are no rows.
 std::uint64_t frames_per_point(const std::vector<BenchRow>& rows);

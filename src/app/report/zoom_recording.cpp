@@ -63,12 +63,9 @@ std::vector<BenchRow> record_zoom(Session& session, const ZoomBundle& bundle, co
   std::vector<BenchRow> rows;
   const auto steps = static_cast<std::size_t>(bundle.steps);
   for (std::size_t step = 0; step < steps; ++step) {
-    const auto share = [&](std::size_t i) {
-      return static_cast<float>(i) / static_cast<float>(steps);
-    };
-    progress.update(share(step));
-    const std::vector<BenchRow> measured = measure_zoom_step(
-        session, bundle, step, plan, part_of(progress, share(step), share(step + 1)));
+    const Progress part = step_of(progress, step, steps);
+    part.update(0);
+    const std::vector<BenchRow> measured = measure_zoom_step(session, bundle, step, plan, part);
     rows.insert(rows.end(), measured.begin(), measured.end());
   }
   return rows;

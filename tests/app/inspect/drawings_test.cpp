@@ -200,8 +200,8 @@ TEST(Drawings, canvas_of_a_frame_that_ends_inside_the_window) {
   FrameCanvas canvas({{-18, -10}, {62, 40}}, {330, 220});
   canvas.draw_frame(gradient(44, 29), 0.6f);
   canvas.draw_grid(grid, {44, 29});
-  canvas.fill_tile(grid, 4, {0.9f, 0.2f, 0}, 0.5f);
-  canvas.outline_tile(grid, 2, {{0, 0.5f, 0}, 3});
+  canvas.fill_box(box_of_tile(grid, 4), {0.9f, 0.2f, 0}, 0.5f);
+  canvas.outline_box(box_of_tile(grid, 2), {{0, 0.5f, 0}, 3});
   canvas.fill_box({{3, 4}, {21, 9}}, {0, 0, 1}, 0.4f);
   canvas.outline_box({{-9, 12}, {14, 33}}, {{0, 0, 0}, 2, 1, 6});
   canvas.draw_dot({30, 5}, 4, {1, 0, 1});

@@ -20,7 +20,7 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-NEWEST_GLIBC = (2, 34)  # of RHEL 9 and Ubuntu 22.04
+NEWEST_GLIBC = (2, 34)  # the version of RHEL 9 and Ubuntu 22.04
 NEWEST_OF_TAG = {"GLIBCXX": (3, 4, 29), "CXXABI": (1, 3, 13)}  # that systems with this glibc have
 OLDEST_GLIBC = (2, 17)  # no older tag exists for it
 MOST_BYTES = 15_000_000
@@ -144,7 +144,7 @@ def main() -> None:
     wheel = options.folder / f"quadsplat-{version}-{tag}.whl"
     with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, content in files.items():
-            entry = zipfile.ZipInfo(name)  # of 1980, so that equal files give equal wheels
+            entry = zipfile.ZipInfo(name)  # dated 1980, so that equal files give equal wheels
             entry.external_attr = (0o100755 if ".so" in name else 0o100644) << 16
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, content)

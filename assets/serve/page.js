@@ -7,6 +7,10 @@
 "use strict";
 
 const kFileMessage = 2, kHeader = 96, kKey = 1, kLossless = 2, kLastPart = 4, kLastStrip = 8, kMostSide = 4096;
+const kReasons = {  // by the code with which the server closes the connection
+  1011: "the server had an error with this page; trying again",
+  1013: "the server has as many visitors as it serves; trying again",
+};
 const kWheelPixels = 100;  // of a notch
 
 const at = (id) => document.getElementById(id);
@@ -67,7 +71,7 @@ function connect() {
   socket.onclose = (event) => {
     if (event.code === 4401)
       return say("the address has no valid token: open the address that the program printed", true);
-    say("not connected; trying again", true);
+    say(kReasons[event.code] || "not connected; trying again", true);
     setTimeout(connect, retry);
     retry = Math.min(2 * retry, 8000);
   };
@@ -84,7 +88,7 @@ function restoreView() {
   if (!kept) return;
   const { scene, camera, mode, panels } = kept;
   send({ type: "view", scene, camera, mode });
-  for (const title of panels) send({ type: "command", command: title });
+  send({ type: "panels", open: panels });
 }
 
 // ---- pictures -----------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ class Device(NamedTuple):
 class Report(NamedTuple):
     """The library and the devices of this machine. str() is a text of a few lines."""
 
-    version: str  #: of quadsplat
+    version: str  #: quadsplat's version
     threads: int  #: hardware threads of the CPU
     driver: str  #: newest CUDA version that the driver supports; empty: no driver
     runtime: str  #: CUDA version of the library; empty: built without CUDA
@@ -51,7 +51,7 @@ class Mode(NamedTuple):
     summary: str
     is_lossless: bool  #: lists every tile with a pixel of alpha >= 1/255
     keeps_faint: bool  #: also lists Gaussians of opacity <= 1/255
-    is_peer: bool  #: from another paper, and not counted by counts()
+    is_peer: bool  #: the mode is another paper's, and not counted by counts()
 
 
 def report() -> Report:

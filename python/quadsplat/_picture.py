@@ -30,13 +30,13 @@ class Counts(NamedTuple):
     tile_pairs: int  #: (Gaussian, tile) pairs listed
     max_pairs_in_a_tile: int
     used_pairs: int  #: pairs that a pixel blended; 0 unless `used` was asked for
-    sort_bytes: int  #: of the keys and values that were sorted
+    sort_bytes: int  #: size of the keys and values that were sorted
     tile_rows: int
     tile_columns: int
     tile_px: int  #: side of a tile
     pipeline: str  #: that drew the frame: "fast" leaves some views and tiles to "classic"
-    threads: int  #: of the CPU; 0 on a GPU
-    frame_ms: float  #: from the camera to the picture in the memory of the backend
+    threads: int  #: threads of the CPU; 0 on a GPU
+    frame_ms: float  #: time from the camera to the picture in the memory of the backend
     stage_ms: Dict[str, float]  #: "preprocess", "bin", "sort", "blend"; 0 on a GPU
 
 

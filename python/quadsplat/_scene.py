@@ -29,17 +29,17 @@ class SceneFacts(NamedTuple):
     """The facts of a scene. Texts are empty where nothing is known."""
 
     gaussians: int
-    not_drawn: int  #: of them, for NaN, infinite or impossible values
-    sh_degree: int  #: of the colours, 0..3
+    not_drawn: int  #: Gaussians that are not drawn, for NaN, infinite or impossible values
+    sh_degree: int  #: degree of the colours, 0..3
     low: Tuple[float, float, float]  #: box of the centres, world; 0 without Gaussians
     high: Tuple[float, float, float]
     antialiased: bool  #: trained with opacity compensation
     white_background: bool  #: the model's cfg_args ask for a white background
     path: str  #: the file that was read
     format: str  #: "ply, binary little endian"
-    file_bytes: int  #: of all files that were read
-    axes: str  #: of the file; the scene's are always RDF: x right, y down, z forward
-    vertical_axis: str  #: as the file declares it: "y", "-z", ...
+    file_bytes: int  #: size of all files that were read
+    axes: str  #: the file's axes; the scene's are always RDF: x right, y down, z forward
+    vertical_axis: str  #: the axis that the file declares: "y", "-z", ...
     cameras_path: str  #: the file of cameras beside the scene
     warnings: Tuple[str, ...]  #: sentences about the file
 

@@ -19,10 +19,10 @@ class Training(NamedTuple):
     """The state of a run. NaN: not known yet."""
 
     iteration: int  #: iterations that are done; 0 before the first
-    iterations: int  #: at the end
+    iterations: int  #: number of iterations of the whole run
     gaussians: int
-    loss: float  #: of the last iteration; 0 before the first
-    seconds: float  #: of all iterations, also of earlier runs, without evaluations
+    loss: float  #: loss of the last iteration; 0 before the first
+    seconds: float  #: time of all iterations, also of earlier runs, without evaluations
     evaluated: int  #: the iteration of the last evaluation; 0: none yet
     test_psnr: float  #: dB on the test views
     test_ssim: float

@@ -58,7 +58,7 @@ class _Version(NamedTuple):
     compensation_floor: float
     has_two_radii: bool
     has_batches: bool
-    least_opacity: float  #: of relocated Gaussians; 0: they are not clamped
+    least_opacity: float  #: the least opacity of relocated Gaussians; 0: they are not clamped
 
 
 def _version() -> _Version:
@@ -105,7 +105,7 @@ def rasterization(
     _refuse(others, camera_model, distributed, segmented, tile_size, render_mode, rasterize_mode,
             sparse_grad, packed)
     sizes = _sizes(means, viewmats)
-    ids: List[Tensor] = []  # of the visible Gaussians, for sparse gradients
+    ids: List[Tensor] = []  # numbers of the visible Gaussians, for sparse gradients
     if sparse_grad:
         if sizes.batch:
             raise UsageError(f"{_WHO}: sparse_grad: leave it off for scenes with leading dimensions")
@@ -407,7 +407,7 @@ def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, sizes: _Si
 
 
 def _tensor(value: Any, name: str) -> Tensor:
-    return checked(value, f"{_WHO}: {name}", most_dimensions=64)  # as many as torch has
+    return checked(value, f"{_WHO}: {name}", most_dimensions=64)  # torch's limit
 
 
 def _shaped(value: Any, name: str, shape: Tuple[Optional[int], ...]) -> Tensor:

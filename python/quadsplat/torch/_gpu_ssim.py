@@ -12,7 +12,7 @@ import torch
 
 Tensor = torch.Tensor
 
-_RADIUS, _SIGMA = 5, 1.5  # of the window of SSIM, px
+_RADIUS, _SIGMA = 5, 1.5  # SSIM's window, px
 _C1, _C2 = 0.01 ** 2, 0.03 ** 2
 
 

@@ -19,7 +19,7 @@ _TYPES = {torch.float32: _ffi.FLOAT32, torch.float64: _ffi.FLOAT64, torch.int32:
 _HALVES = (torch.float16, torch.bfloat16)
 _HOST = (_ffi.MEMORY_HOST, 0)  # QsArray.memory and .device
 _CUDA = _ffi.MEMORY_CUDA
-_increment_version = getattr(torch.autograd.graph, "increment_version", None)  # of newer versions
+_increment_version = getattr(torch.autograd.graph, "increment_version", None)  # newer versions have it
 
 # The members of a QsArray of 0 to 4 dimensions: writing all of them at once is ten times as fast as
 # one by one. `x` writes a 0.
@@ -96,7 +96,7 @@ def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None,
     if (isinstance(value, Tensor) and dtype is not None and value.dtype == dtype
             and value.device == device and value.layout == torch.strided
             and 1 <= value.dim() <= most_dimensions):
-        return value  # in nearly all calls
+        return value  # nearly all calls end here
     if not isinstance(value, Tensor):
         raise UsageError(f"{where} is a {type(value).__name__} instead of a torch.Tensor")
     if value.device.type not in ("cpu", "cuda"):

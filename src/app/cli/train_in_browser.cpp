@@ -7,6 +7,7 @@
 #include "app/cli/serve_options.h"
 #include "app/cli/train_in_window.h"
 #include "base/quit_signals.h"
+#include "base/warn.h"
 
 namespace qs {
 
@@ -31,15 +32,22 @@ train::RunEnd train_in_browser(const train::TrainSettings& settings, const train
                           });
     ServedTraining training(thread);
     ServedScenes scenes;
-    if (auto scene = training.open(page, QuitSignals::arrived)) {
+    const auto pass_on_signal = [&] {
+      if (QuitSignals::arrived()) thread.command(TrainingCommand::stop);
+    };
+    const auto serve_page = [&] {
+      auto scene = training.open(page, QuitSignals::arrived);
+      if (!scene) return;
       scenes.push_back(std::move(scene));
       print_address(serve, server.port(), "the training");
       const auto ends = [&] {
-        if (QuitSignals::arrived()) thread.command(TrainingCommand::stop);
+        pass_on_signal();
         return training.has_ended();
       };
       server.run(scenes, ends, &training);
-    }
+    };
+    const auto tell = [](const std::string& sentence) { warn("train: --serve: " + sentence); };
+    training.outlive(serve_page, tell, pass_on_signal);
   }
   if (error) std::rethrow_exception(error);
   return end;

@@ -14,23 +14,11 @@ namespace {
 
 std::vector<std::string> command_line(const std::filesystem::path& output, glm::ivec2 size,
                                       double fps, const std::vector<std::string>& options) {
-  std::vector<std::string> words = {"ffmpeg",
-                                    "-hide_banner",
-                                    "-nostdin",
-                                    "-loglevel",
-                                    "error",
-                                    "-xerror",
-                                    "-y",
-                                    "-f",
-                                    "rawvideo",
-                                    "-pix_fmt",
-                                    "rgb24",
-                                    "-video_size",
-                                    fmt::format("{}x{}", size.x, size.y),
-                                    "-framerate",
-                                    fmt::format("{}", fps),
-                                    "-i",
-                                    "pipe:0"};
+  std::vector<std::string> words =
+      separated(fmt::format("ffmpeg -hide_banner -nostdin -loglevel error -xerror -y -f rawvideo "
+                            "-pix_fmt rgb24 -video_size {}x{} -framerate {} -i pipe:0",
+                            size.x, size.y, fps),
+                ' ');
   words.insert(words.end(), options.begin(), options.end());
   words.push_back("file:" + output.string());  // "file:" in case the name looks like a protocol
   return words;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include <fmt/format.h>
@@ -57,27 +58,26 @@ const Frame& frame_of(const FilmPlan& plan, const FilmedBy& way, int index, std:
                               std::move(stop));
 }
 
-// Indices of pictures spread over the whole film.
-std::vector<int> samples_of(const FilmPlan& plan) {
+// Collects values_of(index) of pictures spread over the whole film.
+template <class Value>
+std::vector<Value> sampled_values(
+    const FilmPlan& plan, const Progress& progress,
+    const std::function<const std::vector<Value>&(int index)>& values_of) {
   constexpr int kMost = 16;
   const int count = std::min(plan.frames(), kMost);
-  std::vector<int> indices;
-  for (int i = 0; i < count; ++i)
-    indices.push_back(count == 1 ? 0 : i * (plan.frames() - 1) / (count - 1));
-  return indices;
-}
-
-/// The quantity of `frame` by the plan's scale.
-ValueMap scaled_map(const FilmPlan& plan, const Frame& frame) {
-  ValueMap map = map_of(frame, plan.quantity, plan.size.x, plan.size.y);
-  map.scale = plan.scale;
-  return map;
+  std::vector<Value> all;
+  for (int i = 0; i < count; ++i) {
+    progress.update(static_cast<float>(i) / static_cast<float>(count));
+    const auto& values = values_of(count == 1 ? 0 : i * (plan.frames() - 1) / (count - 1));
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  return all;
 }
 
 /// A frame in its strip.
 struct ShownWay {
   RenderStats stats;
-  std::optional<Legend> legend;  ///< of its map
+  std::optional<Legend> legend;  ///< the legend of the frame's map
 };
 
 ShownWay show_heatmap(SplitScreen& screen, std::size_t k, const FilmPlan& plan, int index,
@@ -101,7 +101,8 @@ ShownWay show_way(SplitScreen& screen, std::size_t k, const FilmPlan& plan, int 
     screen.show(k, frame.color);
     return {frame.stats, std::nullopt};
   }
-  const ValueMap map = scaled_map(plan, frame);
+  ValueMap map = map_of(frame, plan.quantity, plan.size.x, plan.size.y);
+  map.scale = plan.scale;
   screen.show(k, colored(map));
   return {frame.stats, make_legend(map, "")};
 }
@@ -110,16 +111,11 @@ ShownWay show_way(SplitScreen& screen, std::size_t k, const FilmPlan& plan, int 
 
 ValueScale film_scale(const FilmPlan& plan, const Progress& progress) {
   if (plan.quantity == Quantity::color || plan.quantity == Quantity::alpha) return {};
-  std::vector<float> all;
-  const std::vector<int> samples = samples_of(plan);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const int index = samples[i];
-    progress.update(static_cast<float>(i) / static_cast<float>(samples.size()));
+  const auto values_of = [&](int index) -> const std::vector<float>& {
     const Frame& frame = frame_of(plan, plan.ways.front(), index, progress.stop, plan.quantity);
-    const std::vector<float>& values = frame.depth.*row_of(plan.quantity).values;
-    all.insert(all.end(), values.begin(), values.end());
-  }
-  return scale_for(plan.quantity, all);
+    return frame.depth.*row_of(plan.quantity).values;
+  };
+  return scale_for(plan.quantity, sampled_values<float>(plan, progress, values_of));
 }
 
 Scale film_heat_scale(const FilmPlan& plan, CullMode baseline, const Progress& progress) {
@@ -127,17 +123,14 @@ Scale film_heat_scale(const FilmPlan& plan, CullMode baseline, const Progress& p
   const FilmedBy& way = plan.ways.front();
   RenderSettings settings = way.settings;
   settings.mode = scale_mode(heat.quantity, baseline);
-  std::vector<std::uint32_t> all;
-  const std::vector<int> samples = samples_of(plan);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const int index = samples[i];
-    progress.update(static_cast<float>(i) / static_cast<float>(samples.size()));
-    const Heatmap map = render_with_heatmap(*way.renderer, camera_at(plan, index), settings,
-                                            heat.quantity, *heat.pool, progress.stop)
-                            .heatmap;
-    all.insert(all.end(), map.values.begin(), map.values.end());
-  }
-  return scale_for(all);
+  Heatmap map;
+  const auto values_of = [&](int index) -> const std::vector<std::uint32_t>& {
+    map = render_with_heatmap(*way.renderer, camera_at(plan, index), settings, heat.quantity,
+                              *heat.pool, progress.stop)
+              .heatmap;
+    return map.values;
+  };
+  return scale_for(sampled_values<std::uint32_t>(plan, progress, values_of));
 }
 
 int FilmPlan::frames() const { return std::max(static_cast<int>(std::lround(seconds * fps)), 1); }

@@ -38,7 +38,7 @@ struct FilmPlan {
   std::vector<FilmedBy> ways;           ///< at least one
   bool numbers = false;                 ///< name, FPS and tile pairs are part of the picture
   Quantity quantity = Quantity::color;  ///< other quantities are drawn by a colour map
-  ValueScale scale;                     ///< of the colour map; see film_scale()
+  ValueScale scale;                     ///< the scale of the colour map; see film_scale()
   std::optional<FilmHeatmap> heatmap;   ///< over the colours; only with Quantity::color
 
   /// Number of pictures, at least 1.

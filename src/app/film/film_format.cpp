@@ -14,26 +14,18 @@ namespace qs {
 namespace {
 
 // Films are sRGB, and players expect the colour matrix of HD television.
-const std::vector<std::string> kVideo = {"-vf",
-                                         "scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
-                                         "-colorspace",
-                                         "bt709",
-                                         "-color_range",
-                                         "tv",
-                                         "-color_primaries",
-                                         "bt709",
-                                         "-color_trc",
-                                         "iec61966-2-1"};
-
-std::vector<std::string> video(std::vector<std::string> codec) {
-  codec.insert(codec.begin(), kVideo.begin(), kVideo.end());
-  return codec;
+std::vector<std::string> video(const std::string& codec) {
+  return separated(
+      "-vf scale=out_color_matrix=bt709:out_range=tv,format=yuv420p -colorspace bt709 "
+      "-color_range tv -color_primaries bt709 -color_trc iec61966-2-1 " +
+          codec,
+      ' ');
 }
 
 const std::vector<FilmFormat>& formats() {
   static const std::vector<FilmFormat> kFormats = {
-      {".mp4", video({"-c:v", "libx264", "-crf", "18", "-movflags", "+faststart"}), true},
-      {".webm", video({"-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0", "-row-mt", "1"})},
+      {".mp4", video("-c:v libx264 -crf 18 -movflags +faststart"), true},
+      {".webm", video("-c:v libvpx-vp9 -crf 24 -b:v 0 -row-mt 1")},
       // A palette per picture, because a palette for the whole film would need all pictures in
       // memory.
       {".gif",

@@ -13,7 +13,7 @@ namespace qs {
 
 struct FilmFormat {
   std::string ending;  ///< with its dot; empty: a folder of PNG files, without ffmpeg
-  std::vector<std::string> options = {};  ///< of ffmpeg, for the file to write
+  std::vector<std::string> options = {};  ///< ffmpeg's options for the file
   bool even_size = false;                 ///< width and height must be even
   double most_fps = 240;                  ///< pictures per second
 

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
 #include "app/framing/camera_control.h"
 #include "app/framing/principal_axes.h"
+#include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
 
 namespace qs {
@@ -18,9 +20,7 @@ namespace {
 double usual_distance(const std::vector<Camera>& cameras, glm::dvec3 point) {
   std::vector<double> distances;
   for (const Camera& camera : cameras) distances.push_back(glm::distance(camera.position(), point));
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return upper_median(std::move(distances));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <glm/gtc/quaternion.hpp>
 
+#include "app/framing/framing.h"
 #include "raster/kernel/constants.h"
 
 namespace qs {
@@ -96,15 +97,15 @@ double mean_difference(const Image& a, const Image& b) {
 }  // namespace
 
 CandidateViews::CandidateViews(const CloudSample& sample, const Subject& subject,
-                               const Ground& ground, const Shape& shape, ThreadPool& pool)
+                               const Ground& ground, ThreadPool& pool)
     : sample_(sample),
-      shape_(shape),
+      ground_(ground),
+      shape_(shape_of(subject, static_cast<double>(smallest_framing(sample.gaussians)))),
       sizes_(sample.gaussians.size()),
       renderer_(make_renderer(Backend::cpu, pool)) {
   const auto& log_scales = sample.gaussians.log_scales;
-  std::transform(log_scales.begin(), log_scales.end(), sizes_.begin(), [](const glm::vec3& s) {
-    return std::exp(static_cast<double>(std::max({s.x, s.y, s.z})));
-  });
+  std::transform(log_scales.begin(), log_scales.end(), sizes_.begin(),
+                 [](const glm::vec3& s) { return std::exp(static_cast<double>(largest_of(s))); });
   GaussianCloud cloud = coded(sample.gaussians, subject, ground);
   // Fewer Gaussians are drawn larger, so that they cover the same area.
   const double thinned = sample.represented * static_cast<double>(sample.gaussians.size()) /

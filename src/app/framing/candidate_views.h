@@ -24,8 +24,13 @@ struct ViewQuality {
 
 class CandidateViews {
  public:
+  /// `sample` and `ground` must outlive the object.
   CandidateViews(const CloudSample& sample, const Subject& subject, const Ground& ground,
-                 const Shape& shape, ThreadPool& pool);
+                 ThreadPool& pool);
+
+  const GaussianCloud& gaussians() const { return sample_.gaussians; }
+  const Ground& ground() const { return ground_; }
+  const Shape& shape() const { return shape_; }  ///< the shape of the subject
 
   /// `free`: Gaussians nearer to the eye than this obstruct the view; world units.
   ViewQuality measure(const Framing& framing, double free);
@@ -39,7 +44,8 @@ class CandidateViews {
 
  private:
   const CloudSample& sample_;
-  const Shape& shape_;
+  const Ground& ground_;
+  Shape shape_;
   std::vector<double> sizes_;  // per Gaussian of the sample: largest standard deviation
   RenderSettings settings_;
   std::unique_ptr<Renderer> renderer_;

@@ -23,7 +23,7 @@ struct CloudSample {
 /// values that are not numbers, with infinite positions or sizes, and all that drop_huge() removes.
 CloudSample sample_of(const GaussianCloud& cloud, std::size_t most);
 
-/// The same from a sample that a reader took with `most` as its Sampling::most.
+/// Makes the sample from one that a reader took with `most` as its Sampling::most.
 CloudSample sample_of(const SceneSample& sample);
 
 /// Weighted quantiles.

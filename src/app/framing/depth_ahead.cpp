@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include <glm/gtc/constants.hpp>
+
+#include "app/framing/scene_box.h"
 
 namespace qs {
 namespace {
 
-constexpr int kRegions = 8;  // of the picture, along each side
+constexpr int kRegions = 8;  // regions of the picture along each side
 
 struct Share {
   double depth, cover;  // integral of the opacity over a cell's area
@@ -39,7 +42,7 @@ std::vector<Landmark> landmarks_of(const GaussianCloud& cloud, std::size_t most)
   for (std::size_t i = 0; i < cloud.size(); i += step) {
     const glm::vec3 position = cloud.positions[i], size = cloud.log_scales[i];
     // The product of the two larger standard deviations: the broadest side. The smallest may be 0.
-    const float largest = std::max({size.x, size.y, size.z});
+    const float largest = largest_of(size);
     const float middle =
         std::max(std::min(size.x, size.y), std::min(std::max(size.x, size.y), size.z));
     const float broadest = std::exp(largest + middle);
@@ -70,9 +73,7 @@ std::optional<double> depth_ahead(const Camera& camera, std::span<const Landmark
     if (!shares.empty()) depths.push_back(depth_of_cell(shares));
   }
   if (depths.empty()) return std::nullopt;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return upper_median(std::move(depths));
 }
 
 }  // namespace qs

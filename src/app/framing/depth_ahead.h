@@ -15,8 +15,8 @@ namespace qs {
 /// A Gaussian of the sample. It represents several Gaussians of the cloud.
 struct Landmark {
   glm::vec3 position{0.0f};
-  float area =
-      0;  ///< integral of their opacities seen from their broadest side, world units squared
+  /// Integral of their opacities, seen from their broadest side; world units squared.
+  float area = 0;
 };
 
 /// At most `most` Gaussians at equal distances in the order of the cloud. Leaves out Gaussians

@@ -11,7 +11,6 @@
 
 #include "app/framing/camera_control.h"
 #include "app/framing/candidate_views.h"
-#include "app/framing/framing.h"
 #include "app/framing/room.h"
 #include "app/framing/up_axis.h"
 
@@ -21,25 +20,24 @@ namespace {
 constexpr float kMostOfScene = 0.7f;  ///< a smaller subject has surroundings
 constexpr int kAzimuths = 12;
 constexpr double kElevations[] = {glm::radians(12.0), glm::radians(25.0), glm::radians(45.0)};
-constexpr double kLiking[] = {0.8, 1.0, 0.2};  ///< of the elevations
+constexpr double kLiking[] = {0.8, 1.0, 0.2};  ///< the liking of each elevation
 constexpr double kInsideFov = glm::radians(65.0);
 
 struct Candidate {
   Framing framing;
   ViewQuality quality;
   double liking = 0;  ///< 0 to 1: preference for the direction
+  double score = 0;   ///< set by rank()
 };
 
-float longest_side(const Subject& subject) {
-  const glm::vec3 size = subject.box.size();
-  return std::max({size.x, size.y, size.z});
-}
+float longest_side(const Subject& subject) { return largest_of(subject.box.size()); }
 
 double azimuth_of(int index) { return index * 2 * glm::pi<double>() / kAzimuths; }
 double liking_of(double azimuth) { return 0.5 + 0.5 * std::cos(azimuth); }
 
-std::vector<Candidate> views_around(const Shape& shape, const Ground& ground,
-                                    CandidateViews& views) {
+std::vector<Candidate> views_around(CandidateViews& views) {
+  const Ground& ground = views.ground();
+  const Shape& shape = views.shape();
   std::vector<Candidate> candidates;
   for (std::size_t e = 0; e < std::size(kElevations); ++e) {
     for (int i = 0; i < kAzimuths; ++i) {
@@ -57,8 +55,8 @@ std::vector<Candidate> views_around(const Shape& shape, const Ground& ground,
 }
 
 /// Views from near the border of the subject toward its middle.
-std::vector<Candidate> views_inside(double eye_height, const Ground& ground,
-                                    CandidateViews& views) {
+std::vector<Candidate> views_inside(double eye_height, CandidateViews& views) {
+  const Ground& ground = views.ground();
   constexpr double kMiddle = -0.2;  // a little below the middle of the height
   std::vector<Candidate> candidates;
   for (const double back : {0.8, 0.5}) {
@@ -79,8 +77,8 @@ std::vector<Candidate> views_inside(double eye_height, const Ground& ground,
   return candidates;
 }
 
-/// Pointers to the candidates, best first.
-std::vector<const Candidate*> ranked(const std::vector<Candidate>& candidates) {
+/// Sorts the candidates, best first.
+void rank(std::vector<Candidate>& candidates) {
   // A compromise between the subject's area in the picture and its area in the world, which is the
   // former times the squared distance. So a broad side is better than a narrow side seen from
   // nearer.
@@ -93,17 +91,11 @@ std::vector<const Candidate*> ranked(const std::vector<Candidate>& candidates) {
     area = std::max(area, area_of(c));
     detail = std::max(detail, c.quality.detail);
   }
-  const auto score = [&](const Candidate& c) {
-    return area_of(c) / area + c.quality.detail / detail + 2 * c.quality.shown - c.quality.cut +
-           0.5 * c.liking - 3 * c.quality.obstruction - (c.quality.blocked ? 9 : 0);
-  };
-  std::vector<std::pair<double, const Candidate*>> rated;
-  for (const Candidate& c : candidates) rated.emplace_back(score(c), &c);
-  std::stable_sort(rated.begin(), rated.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::vector<const Candidate*> best_first;
-  for (const auto& [rating, candidate] : rated) best_first.push_back(candidate);
-  return best_first;
+  for (Candidate& c : candidates)
+    c.score = area_of(c) / area + c.quality.detail / detail + 2 * c.quality.shown - c.quality.cut +
+              0.5 * c.liking - 3 * c.quality.obstruction - (c.quality.blocked ? 9 : 0);
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
 }
 
 glm::dvec3 direction_of(const Framing& framing) {
@@ -120,19 +112,19 @@ double cos_around(const Framing& a, const Framing& b) {
 }
 
 /// The best view and different ones, as choose_framings() describes them.
-std::vector<Framing> different_views(const std::vector<Candidate>& candidates, std::size_t most) {
+std::vector<Framing> different_views(std::vector<Candidate> candidates, std::size_t most) {
   const double least_turn = std::cos(glm::radians(30.0)) + 1e-9;  // neighbours are 30 degrees apart
   const double other_side = std::cos(glm::radians(120.0)) + 1e-9;
-  const std::vector<const Candidate*> best_first = ranked(candidates);
-  std::vector<Framing> chosen = {best_first.front()->framing};
+  rank(candidates);
+  std::vector<Framing> chosen = {candidates.front().framing};
   const auto try_all = [&](std::size_t limit, const auto& suits) {
-    for (const Candidate* candidate : best_first) {
-      const Framing& framing = candidate->framing;
+    for (const Candidate& candidate : candidates) {
       const bool differs = std::all_of(chosen.begin(), chosen.end(), [&](const Framing& other) {
-        return glm::dot(direction_of(framing), direction_of(other)) <= least_turn;
+        return glm::dot(direction_of(candidate.framing), direction_of(other)) <= least_turn;
       });
-      if (chosen.size() < limit && differs && !candidate->quality.blocked && suits(framing))
-        chosen.push_back(framing);
+      if (chosen.size() < limit && differs && !candidate.quality.blocked &&
+          suits(candidate.framing))
+        chosen.push_back(candidate.framing);
     }
   };
   try_all(std::min<std::size_t>(most, 2), [&](const Framing& framing) {
@@ -167,12 +159,11 @@ std::vector<Framing> choose_framings(const GaussianCloud& cloud,
 
 std::vector<Framing> choose_framings(const CloudSample& sample, const std::optional<glm::dvec3>& up,
                                      ThreadPool& pool, std::size_t most) {
-  const auto smallest = static_cast<double>(smallest_framing(sample.gaussians));
   const Subject whole = find_subject(sample, kSceneDensity);
   const UpEstimate upward =
       up ? UpEstimate{*up, false, true} : estimate_up(sample, whole, {0, -1, 0});
-  const auto chosen = [&](const std::vector<Candidate>& candidates) {
-    std::vector<Framing> framings = different_views(candidates, most);
+  const auto chosen = [&](std::vector<Candidate> candidates) {
+    std::vector<Framing> framings = different_views(std::move(candidates), most);
     for (Framing& framing : framings) {
       framing.upside_down = upward.upside_down;
       framing.up_is_assumed = !upward.has_floor;
@@ -180,16 +171,14 @@ std::vector<Framing> choose_framings(const CloudSample& sample, const std::optio
     return framings;
   };
   const Ground ground(whole, upward.up);
-  const Shape whole_shape = shape_of(whole, smallest);
-  CandidateViews whole_views(sample, whole, ground, whole_shape, pool);
-  if (const auto height = eye_height_inside(sample.gaussians, ground, whole_views))
-    return chosen(views_inside(*height, ground, whole_views));
+  CandidateViews whole_views(sample, whole, ground, pool);
+  if (const auto height = eye_height_inside(whole_views))
+    return chosen(views_inside(*height, whole_views));
   const Subject dense = find_subject(sample, kSubjectDensity);
   if (longest_side(dense) >= kMostOfScene * longest_side(whole))
-    return chosen(views_around(whole_shape, ground, whole_views));
-  const Shape shape = shape_of(dense, smallest);
-  CandidateViews views(sample, dense, ground, shape, pool);
-  return chosen(views_around(shape, ground, views));
+    return chosen(views_around(whole_views));
+  CandidateViews views(sample, dense, ground, pool);
+  return chosen(views_around(views));
 }
 
 std::optional<glm::dvec3> declared_up(const std::optional<glm::dvec3>& given,

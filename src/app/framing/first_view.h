@@ -31,7 +31,7 @@ struct Framing {
 /// `farthest`, and pictures higher than wide from still farther away, as far as they need.
 Camera framed_camera(const Framing& framing, int width, int height);
 
-inline constexpr std::size_t kMostCandidates = 4;  ///< of choose_framings()
+inline constexpr std::size_t kMostCandidates = 4;  ///< the default of choose_framings()
 
 /// The best view of a cloud: the opacity-weighted 5th to 95th percentile of the subject fills 45 to
 /// 90 % of the picture's height, its centre is within 10 % of the picture's, and little is in front
@@ -47,7 +47,7 @@ std::vector<Framing> choose_framings(const GaussianCloud& cloud,
                                      const std::optional<glm::dvec3>& up, ThreadPool& pool,
                                      std::size_t most = kMostCandidates);
 
-/// The same views from a sample that was taken with Sampling's default of `most`.
+/// Chooses the views from a sample that was taken with Sampling's default of `most`.
 std::vector<Framing> choose_framings(const CloudSample& sample, const std::optional<glm::dvec3>& up,
                                      ThreadPool& pool, std::size_t most = kMostCandidates);
 /// The up axis that the user or else the file declares. `given` is the user's; unset: none.

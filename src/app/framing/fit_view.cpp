@@ -11,10 +11,10 @@ namespace qs {
 namespace {
 
 constexpr std::size_t kMostPoints = 400;
-constexpr double kFilled = 0.72, kLeastFilled = 0.5;  ///< of the height, by the box
-constexpr double kLeastDense = 0.47;  ///< of the height, by the middle 90 % of the points
-constexpr double kShown = 0.95;       ///< of the height, at most, by the middle 98 %
-constexpr double kMostOff = 0.06;     ///< of the height: largest offset of the box's middle
+constexpr double kFilled = 0.72, kLeastFilled = 0.5;  ///< share of the height that the box fills
+constexpr double kLeastDense = 0.47;  ///< share that the middle 90 % of the points fill
+constexpr double kShown = 0.95;       ///< the middle 98 % fill at most this share
+constexpr double kMostOff = 0.06;     ///< largest offset of the box's middle, in heights
 constexpr double kLine = 4;           ///< a shape so much wider than high shows its whole width
 
 /// A rectangle in the picture, in heights of the picture from its centre.

@@ -10,11 +10,11 @@ namespace qs {
 
 /// The shape to which a view is fitted.
 struct Shape {
-  std::vector<glm::dvec3> corners;  ///< of the subject's box
+  std::vector<glm::dvec3> corners;  ///< the corners of the subject's box
   std::vector<glm::dvec3> points;   ///< some hundred of its Gaussians
-  std::vector<float> weights;       ///< of the points
+  std::vector<float> weights;       ///< the weights of the points
   glm::dvec3 center{0.0};
-  double radius = 0;  ///< of the sphere around the box, > 0
+  double radius = 0;  ///< the radius of the sphere around the box, > 0
 };
 
 /// A box smaller than `smallest` gets this half side.

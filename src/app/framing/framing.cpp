@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -35,17 +36,9 @@ Camera frame_box(const SceneBox& box, float smallest, glm::dvec3 up, int width, 
 }
 
 float smallest_framing(const GaussianCloud& cloud) {
-  float largest = 0;
-  if (!cloud.empty()) {
-    std::vector<float> logs(cloud.size());
-    std::transform(cloud.log_scales.begin(), cloud.log_scales.end(), logs.begin(),
-                   [](const glm::vec3& s) {
-                     return std::max({s.x, s.y, s.z});
-                   });
-    const auto median = logs.begin() + static_cast<std::ptrdiff_t>(logs.size() / 2);
-    std::nth_element(logs.begin(), median, logs.end());
-    largest = std::exp(*median);
-  }
+  std::vector<float> logs(cloud.size());
+  std::transform(cloud.log_scales.begin(), cloud.log_scales.end(), logs.begin(), largest_of);
+  const float largest = logs.empty() ? 0 : std::exp(upper_median(std::move(logs)));
   return largest > 0 && std::isfinite(largest) ? 3 * largest : 1e-3f;
 }
 

@@ -10,17 +10,17 @@
 
 #include "app/framing/camera_control.h"
 #include "app/framing/candidate_views.h"
-#include "app/framing/framing.h"
 
 namespace qs {
 namespace {
 
 constexpr double kTurn = 2 * glm::pi<double>(), kLargestGap = 0.25 * kTurn;
-constexpr double kArcMargin = 0.1;  ///< of an arc, removed at each end, which few cameras saw
-constexpr double kAsFar = 0.75;  ///< of the eye's distance: nearer cameras may stand before a wall
+constexpr double kArcMargin =
+    0.1;  ///< share of an arc that is cut off at each end, which few cameras saw
+constexpr double kAsFar = 0.75;  ///< share of the eye's distance: nearer cameras may face a wall
 
 constexpr int kArcSteps = 48;   ///< all around
-constexpr double kNear = 0.45;  ///< of the eye's distance: nearer Gaussians can hide the subject
+constexpr double kNear = 0.45;  ///< share of the eye's distance: nearer Gaussians can hide it
 /// mean change of the picture without these Gaussians, above which they hide the subject
 constexpr double kHidden = 0.05;
 
@@ -62,8 +62,7 @@ Arc open_arc(const GaussianCloud& cloud, const Framing& framing, ThreadPool& poo
   const CloudSample sample = sample_of(cloud, Sampling().most);
   const Subject subject = find_subject(sample, kSubjectDensity);
   const Ground ground(subject, framing.up);
-  const Shape shape = shape_of(subject, static_cast<double>(smallest_framing(sample.gaussians)));
-  CandidateViews views(sample, subject, ground, shape, pool);
+  CandidateViews views(sample, subject, ground, pool);
   const double free = kNear * glm::distance(framing.eye, framing.target);
   const auto obstruction = [&](int direction) {
     const Camera start = framed_camera(framing, 16, 9);

@@ -16,20 +16,12 @@
 namespace qs {
 namespace {
 
-/// Decides if a Gaussian of a cloud is huge.
-class IsHuge {
- public:
-  IsHuge(const GaussianCloud& cloud, float length)
-      : scales_(cloud.log_scales), most_(std::log(length)) {}
-  bool operator()(std::size_t i) const {
-    const glm::vec3& s = scales_[i];
-    return std::max({s.x, s.y, s.z}) > most_;
-  }
-
- private:
-  const decltype(GaussianCloud::log_scales)& scales_;
-  float most_;
-};
+/// Returns a function that is true for the Gaussians of the cloud that are huge.
+auto is_huge_in(const GaussianCloud& cloud, float length) {
+  return [&scales = cloud.log_scales, most = std::log(length)](std::size_t i) {
+    return largest_of(scales[i]) > most;
+  };
+}
 
 }  // namespace
 
@@ -43,14 +35,14 @@ float scene_length(const GaussianCloud& cloud) {
 }
 
 std::size_t count_huge(const GaussianCloud& cloud, float length) {
-  const IsHuge is_huge(cloud, length);
+  const auto is_huge = is_huge_in(cloud, length);
   std::size_t count = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) count += is_huge(i) ? 1 : 0;
   return count;
 }
 
 std::size_t drop_huge(GaussianCloud& cloud) {
-  const IsHuge is_huge(cloud, scene_length(cloud));
+  const auto is_huge = is_huge_in(cloud, scene_length(cloud));
   std::vector<std::uint32_t> kept;
   for (std::size_t i = 0; i < cloud.size(); ++i)
     if (!is_huge(i)) kept.push_back(static_cast<std::uint32_t>(i));

@@ -15,7 +15,8 @@ namespace {
 constexpr double kLeastClosed = 0.85, kLeastFloor = 0.65;
 
 /// The share of the horizon around a place, 0 to 1, that the border of the subject closes.
-double closed_share(glm::dvec3 eye, const Ground& ground, CandidateViews& views) {
+double closed_share(glm::dvec3 eye, CandidateViews& views) {
+  const Ground& ground = views.ground();
   double sum = 0;
   for (int side = 0; side < 4; ++side) {
     const glm::dvec3 target = eye + ground.direction(side * glm::half_pi<double>());
@@ -29,7 +30,7 @@ double closed_share(glm::dvec3 eye, const Ground& ground, CandidateViews& views)
 /// The share of the ground under the subject, 0 to 1, that Gaussians at its lower border cover.
 double floor_share(const GaussianCloud& sample, const Ground& ground) {
   constexpr int kSide = 10;
-  constexpr double kThickness = 0.15;  // of half the height
+  constexpr double kThickness = 0.15;  // as a share of half the height
   std::bitset<kSide * kSide> covered;
   for (const glm::vec3& each : sample.positions) {
     const glm::dvec3 position(each);
@@ -43,15 +44,15 @@ double floor_share(const GaussianCloud& sample, const Ground& ground) {
 
 }  // namespace
 
-std::optional<double> eye_height_inside(const GaussianCloud& sample, const Ground& ground,
-                                        CandidateViews& views) {
-  if (floor_share(sample, ground) < kLeastFloor) return {};
+std::optional<double> eye_height_inside(CandidateViews& views) {
+  const Ground& ground = views.ground();
+  if (floor_share(views.gaussians(), ground) < kLeastFloor) return {};
   for (const double share : {0.55, 0.8, 1.05}) {
     const double height = ground.height.value_at(2 * share - 1);
     for (const glm::dvec2 place : {glm::dvec2(0, 0), glm::dvec2(0, -0.5), glm::dvec2(0, 0.5),
                                    glm::dvec2(-0.5, 0), glm::dvec2(0.5, 0)}) {
       const glm::dvec3 eye = ground.position_of(place, height);
-      if (!views.is_inside_a_gaussian(eye) && closed_share(eye, ground, views) >= kLeastClosed)
+      if (!views.is_inside_a_gaussian(eye) && closed_share(eye, views) >= kLeastClosed)
         return height;
     }
   }

@@ -11,7 +11,6 @@ namespace qs {
 
 /// The height, along the ground's up, of an eye inside the subject: above its floor, with its
 /// border all around. Empty for objects, which have no such place.
-std::optional<double> eye_height_inside(const GaussianCloud& sample, const Ground& ground,
-                                        CandidateViews& views);
+std::optional<double> eye_height_inside(CandidateViews& views);
 
 }  // namespace qs

@@ -3,6 +3,9 @@
 // The extents of a scene: the box of all centres, and the core box without outliers.
 #pragma once
 
+#include <algorithm>
+#include <vector>
+
 #include <glm/vec3.hpp>
 
 #include "raster/scene/gaussian_cloud.h"
@@ -11,6 +14,16 @@ namespace qs {
 
 /// The vertical field of view of the cameras that framings make.
 inline constexpr double kVerticalFov = glm::radians(60.0);
+
+inline float largest_of(const glm::vec3& v) { return std::max({v.x, v.y, v.z}); }
+
+/// The upper one of two medians. `values` is not empty.
+template <class T>
+T upper_median(std::vector<T> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 /// An axis-aligned box, world units; low <= high.
 struct SceneBox {

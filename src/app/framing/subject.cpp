@@ -7,8 +7,9 @@
 namespace qs {
 namespace {
 
-constexpr int kSide = 48;  ///< cells along a side of the grid
-constexpr int kCells = kSide * kSide * kSide;
+constexpr std::size_t kSide = 48;  ///< cells along a side of the grid
+constexpr std::size_t kCells = kSide * kSide * kSide;
+constexpr std::size_t kSteps[] = {1, kSide, kSide* kSide};  ///< to the next cell along an axis
 constexpr float kCellsInCore = 8;  ///< along the longest side of the middle half of the opacity
 constexpr double kLeastGroup = 0.1;
 
@@ -16,18 +17,17 @@ constexpr double kLeastGroup = 0.1;
 class Grid {
  public:
   Grid(const SceneBox& core)
-      : cell_(std::max({core.size().x, core.size().y, core.size().z}) / kCellsInCore),
-        low_(core.center() - 0.5f * kSide * cell_) {}
+      : cell_(largest_of(core.size()) / kCellsInCore), low_(core.center() - 0.5f * kSide * cell_) {}
 
   bool degenerate() const { return !(cell_ > 0); }
 
-  /// -1 outside of the grid.
-  int cell_of(const glm::vec3& position) const {
+  /// kCells outside of the grid.
+  std::size_t cell_of(const glm::vec3& position) const {
     const glm::vec3 at = (position - low_) / cell_;
     const auto inside = [](float x) { return x >= 0 && x < kSide; };
-    if (!inside(at.x) || !inside(at.y) || !inside(at.z)) return -1;
-    return static_cast<int>(at.x) +
-           kSide * (static_cast<int>(at.y) + kSide * static_cast<int>(at.z));
+    if (!inside(at.x) || !inside(at.y) || !inside(at.z)) return kCells;
+    const glm::uvec3 cell(at);
+    return cell.x + kSide * (cell.y + kSide * cell.z);
   }
 
  private:
@@ -37,13 +37,12 @@ class Grid {
 
 // Sums every cell with its neighbours.
 void smooth(std::vector<float>& grid) {
-  for (const int step : {1, kSide, kSide * kSide}) {
+  for (const std::size_t step : kSteps) {
     const std::vector<float> before = grid;
-    for (int i = 0; i < kCells; ++i) {
-      const int at = i / step % kSide;
-      const auto value = [&](int j) { return before[static_cast<std::size_t>(j)]; };
-      if (at > 0) grid[static_cast<std::size_t>(i)] += value(i - step);
-      if (at < kSide - 1) grid[static_cast<std::size_t>(i)] += value(i + step);
+    for (std::size_t i = 0; i < kCells; ++i) {
+      const std::size_t at = i / step % kSide;
+      if (at > 0) grid[i] += before[i - step];
+      if (at < kSide - 1) grid[i] += before[i + step];
     }
   }
 }
@@ -51,35 +50,32 @@ void smooth(std::vector<float>& grid) {
 // Removes the dense cells of small groups: `dense` becomes false where a connected group of cells
 // holds little of the opacity in `mass`.
 void keep_large_groups(std::vector<std::uint8_t>& dense, const std::vector<float>& mass) {
-  std::vector<int> group(kCells, -1), waiting;
+  constexpr std::size_t kNone = kCells;
+  std::vector<std::size_t> group(kCells, kNone), waiting;
   std::vector<double> sums;
-  for (int start = 0; start < kCells; ++start) {
-    if (!dense[static_cast<std::size_t>(start)] || group[static_cast<std::size_t>(start)] >= 0)
-      continue;
-    const int number = static_cast<int>(sums.size());
+  const auto join = [&](std::size_t cell) {
+    if (!dense[cell] || group[cell] != kNone) return;
+    group[cell] = sums.size() - 1;
+    waiting.push_back(cell);
+  };
+  for (std::size_t start = 0; start < kCells; ++start) {
+    if (!dense[start] || group[start] != kNone) continue;
     sums.push_back(0);
-    waiting = {start};
-    group[static_cast<std::size_t>(start)] = number;
+    join(start);
     while (!waiting.empty()) {
-      const int i = waiting.back();
+      const std::size_t i = waiting.back();
       waiting.pop_back();
-      sums.back() += static_cast<double>(mass[static_cast<std::size_t>(i)]);
-      for (const int step : {1, kSide, kSide * kSide}) {
-        const int at = i / step % kSide;
-        for (const int way : {-1, 1}) {
-          if (at + way < 0 || at + way >= kSide) continue;
-          const auto next = static_cast<std::size_t>(i + way * step);
-          if (!dense[next] || group[next] >= 0) continue;
-          group[next] = number;
-          waiting.push_back(static_cast<int>(next));
-        }
+      sums.back() += static_cast<double>(mass[i]);
+      for (const std::size_t step : kSteps) {
+        const std::size_t at = i / step % kSide;
+        if (at > 0) join(i - step);
+        if (at < kSide - 1) join(i + step);
       }
     }
   }
   if (sums.empty()) return;
   const double least = kLeastGroup * *std::max_element(sums.begin(), sums.end());
-  for (std::size_t i = 0; i < dense.size(); ++i)
-    dense[i] = dense[i] && sums[static_cast<std::size_t>(group[i])] >= least;
+  for (std::size_t i = 0; i < dense.size(); ++i) dense[i] = dense[i] && sums[group[i]] >= least;
 }
 
 // The cells that belong to the subject.
@@ -87,8 +83,8 @@ std::vector<std::uint8_t> dense_cells(const Grid& grid, const CloudSample& sampl
                                       double least_density) {
   std::vector<float> mass(kCells), density;
   for (std::size_t i = 0; i < sample.opacities.size(); ++i) {
-    const int cell = grid.cell_of(sample.gaussians.positions[i]);
-    if (cell >= 0) mass[static_cast<std::size_t>(cell)] += sample.opacities[i];
+    const std::size_t cell = grid.cell_of(sample.gaussians.positions[i]);
+    if (cell < kCells) mass[cell] += sample.opacities[i];
   }
   density = mass;
   smooth(density);
@@ -132,8 +128,8 @@ Subject find_subject(const CloudSample& sample, double least_density) {
   if (!grid.degenerate()) {
     const std::vector<std::uint8_t> dense = dense_cells(grid, sample, least_density);
     for (std::size_t i = 0; i < positions.size(); ++i) {
-      const int cell = grid.cell_of(positions[i]);
-      subject.holds[i] = cell >= 0 && dense[static_cast<std::size_t>(cell)];
+      const std::size_t cell = grid.cell_of(positions[i]);
+      subject.holds[i] = cell < kCells && dense[cell];
     }
   }
   for (std::size_t i = 0; i < positions.size(); ++i) {

@@ -12,7 +12,7 @@ namespace qs {
 
 struct Subject {
   std::vector<std::uint8_t> holds;   ///< 0 or 1 per Gaussian of the sample
-  std::vector<glm::vec3> positions;  ///< of the Gaussians that it holds
+  std::vector<glm::vec3> positions;  ///< the positions of the Gaussians that it holds
   std::vector<float> weights;        ///< their opacities
   SceneBox box;                      ///< the weighted 5th to 95th percentile of the positions
 };

@@ -16,13 +16,14 @@
 namespace qs {
 namespace {
 
-constexpr double kFarthestTilt = glm::radians(60.0);  ///< of the estimate from the convention
+constexpr double kFarthestTilt =
+    glm::radians(60.0);  ///< largest tilt of the estimate from the convention
 constexpr double kTypicalTilt = glm::radians(35.0);
-constexpr double kLargeSize = 0.01, kThickness = 0.015;  ///< of the subject's diagonal
+constexpr double kLargeSize = 0.01, kThickness = 0.015;  ///< shares of the subject's diagonal
 constexpr std::size_t kMostPieces = 10'000;              ///< examined Gaussians
 constexpr std::size_t kLeastPieces = 60;                 ///< fewer pieces are no plane
-constexpr double kLeastShare = 0.1;                      ///< of the plane in all Gaussians
-constexpr double kUpsideDown = 1.25;                     ///< times the score of the floor below
+constexpr double kLeastShare = 0.1;   ///< the plane's least share of all Gaussians
+constexpr double kUpsideDown = 1.25;  ///< times the score of the floor below
 
 /// A Gaussian as a piece of a surface.
 struct Piece {
@@ -71,13 +72,21 @@ struct Plane {
   glm::dvec3 normal{0};
   double offset = 0, weight = 0;
   std::size_t pieces = 0;
+  double score = 0;  ///< for comparisons of floors
 };
 
-/// Finds planes of pieces that are at most `thickness` away from them.
-class PlaneFinder {
+/// The surfaces of a subject, and planes of their pieces that are at most `thickness_` away.
+class Surfaces {
  public:
-  PlaneFinder(const std::vector<Piece>& pieces, glm::dvec3 middle, double thickness)
-      : pieces_(pieces), middle_(middle), thickness_(thickness) {}
+  /// A subject without an extent has no pieces.
+  Surfaces(const CloudSample& sample, const Subject& subject) : middle_(subject.box.center()) {
+    const double diagonal = glm::length(glm::dvec3(subject.box.size()));
+    thickness_ = kThickness * diagonal;
+    if (diagonal > 0 && std::isfinite(diagonal))
+      pieces_ = pieces_of(sample, subject, kLargeSize * diagonal);
+  }
+
+  const std::vector<Piece>& pieces() const { return pieces_; }
 
   /// The approximate weight of the heaviest plane with this normal, from every second piece.
   double rough_weight(glm::dvec3 normal) const {
@@ -113,7 +122,7 @@ class PlaneFinder {
     for (const Piece& piece : pieces_)
       offsets.emplace_back(glm::dot(piece.position, normal), piece.weight(normal));
     std::sort(offsets.begin(), offsets.end());
-    Plane best{normal, 0, 0, 0};
+    Plane best{normal};
     double weight = 0;
     for (std::size_t last = 0, first = 0; last < offsets.size(); ++last) {
       weight += offsets[last].second;
@@ -153,26 +162,9 @@ class PlaneFinder {
     return axes.axis[0];
   }
 
-  const std::vector<Piece>& pieces_;
+  std::vector<Piece> pieces_;
   glm::dvec3 middle_;
   double thickness_;
-};
-
-/// The surfaces of a subject; no pieces if it has no extent.
-struct Surfaces {
-  Surfaces(const Surfaces&) = delete;  // `finder` refers to `pieces`
-  Surfaces(const CloudSample& sample, const Subject& subject)
-      : Surfaces(sample, subject, glm::length(glm::dvec3(subject.box.size()))) {}
-
-  std::vector<Piece> pieces;
-  PlaneFinder finder;
-
- private:
-  Surfaces(const CloudSample& sample, const Subject& subject, double diagonal)
-      : pieces(diagonal > 0 && std::isfinite(diagonal)
-                   ? pieces_of(sample, subject, kLargeSize * diagonal)
-                   : std::vector<Piece>()),
-        finder(pieces, glm::dvec3(subject.box.center()), kThickness * diagonal) {}
 };
 
 // Directions spread evenly over the cap around `pole`: a Fibonacci spiral.
@@ -192,9 +184,9 @@ std::vector<glm::dvec3> directions_around(glm::dvec3 pole, double angle, int cou
 double tilt(glm::dvec3 a, glm::dvec3 b) { return std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0)); }
 
 // Planes far from the convention are less likely floors.
-double likelihood(const Plane& plane, glm::dvec3 convention) {
-  const double tilts = tilt(plane.normal, convention) / kTypicalTilt;
-  return plane.weight * std::exp(-0.5 * tilts * tilts);
+double likelihood(glm::dvec3 normal, double weight, glm::dvec3 convention) {
+  const double tilts = tilt(normal, convention) / kTypicalTilt;
+  return weight * std::exp(-0.5 * tilts * tilts);
 }
 
 // 1 for a floor, on which everything stands, to 1/2 for a roof.
@@ -208,41 +200,32 @@ double support(const Plane& plane, const std::vector<Piece>& pieces) {
   return 0.5 + 0.5 * above / all;
 }
 
-/// The likeliest floor.
-struct Floor {
-  Plane plane;
-  double score = 0;  ///< for comparisons of floors
-};
-
 double score_of(const Plane& plane, const std::vector<Piece>& pieces, glm::dvec3 convention) {
-  return likelihood(plane, convention) * support(plane, pieces);
+  return likelihood(plane.normal, plane.weight, convention) * support(plane, pieces);
 }
 
-std::optional<Floor> find_floor(const Surfaces& surfaces, glm::dvec3 convention) {
-  const auto& [pieces, finder] = surfaces;
+// The likeliest floor.
+std::optional<Plane> find_floor(const Surfaces& surfaces, glm::dvec3 convention) {
   constexpr int kDirections = 500, kRefined = 4;
   std::vector<std::pair<double, glm::dvec3>> candidates;
-  for (const glm::dvec3 normal : directions_around(convention, kFarthestTilt, kDirections)) {
-    const Plane rough{normal, 0, finder.rough_weight(normal), 0};
-    candidates.emplace_back(likelihood(rough, convention), normal);
-  }
+  for (const glm::dvec3 normal : directions_around(convention, kFarthestTilt, kDirections))
+    candidates.emplace_back(likelihood(normal, surfaces.rough_weight(normal), convention), normal);
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
-  Floor best;
+  Plane best;
   std::vector<glm::dvec3> tried;
   for (const auto& [unused, normal] : candidates) {
     const auto close = [&n = normal](glm::dvec3 other) { return glm::dot(n, other) > 0.97; };
     if (std::any_of(tried.begin(), tried.end(), close)) continue;
     if (tried.size() == kRefined) break;
     tried.push_back(normal);
-    const Plane plane = finder.plane_near(normal);
-    const double score = score_of(plane, pieces, convention);
-    if (tilt(plane.normal, convention) > kFarthestTilt || score <= best.score) continue;
-    best = {plane, score};
+    Plane plane = surfaces.plane_near(normal);
+    plane.score = score_of(plane, surfaces.pieces(), convention);
+    if (tilt(plane.normal, convention) <= kFarthestTilt && plane.score > best.score) best = plane;
   }
   double all = 0;
-  for (const Piece& piece : pieces) all += piece.size;
-  if (best.plane.pieces < kLeastPieces || !(best.plane.weight > kLeastShare * all)) return {};
+  for (const Piece& piece : surfaces.pieces()) all += piece.size;
+  if (best.pieces < kLeastPieces || !(best.weight > kLeastShare * all)) return {};
   return best;
 }
 
@@ -272,17 +255,17 @@ glm::dvec3 world_up(std::string_view vertical_axis) {
 
 UpEstimate estimate_up(const CloudSample& sample, const Subject& subject, glm::dvec3 convention) {
   const Surfaces surfaces(sample, subject);
-  if (surfaces.pieces.size() < kLeastPieces) return {convention};
-  std::optional<Floor> below = find_floor(surfaces, convention);
+  if (surfaces.pieces().size() < kLeastPieces) return {convention};
+  std::optional<Plane> below = find_floor(surfaces, convention);
   glm::dvec3 up = convention;
   if (below) {
-    up = below->plane.normal;
-    below->score = score_of(below->plane, surfaces.pieces, up);
-  } else if (const auto axis = axis_of_walls(surfaces.pieces, convention)) {
+    up = below->normal;
+    below->score = score_of(*below, surfaces.pieces(), up);
+  } else if (const auto axis = axis_of_walls(surfaces.pieces(), convention)) {
     up = *axis;
     below = find_floor(surfaces, up);
   }
-  const std::optional<Floor> above = find_floor(surfaces, -up);
+  const std::optional<Plane> above = find_floor(surfaces, -up);
   return {up, above && (!below || above->score > kUpsideDown * below->score), above || below};
 }
 

@@ -81,8 +81,7 @@ namespace {
 constexpr float kFogReach = 3;  // standard deviations; alpha is below 0.012 beyond
 
 float fog_radius(const GaussianCloud& cloud, std::size_t i) {
-  const glm::vec3& logs = cloud.log_scales[i];
-  return kFogReach * std::exp(std::max({logs.x, logs.y, logs.z}));
+  return kFogReach * std::exp(largest_of(cloud.log_scales[i]));
 }
 
 bool is_in_fog_of(const GaussianCloud& cloud, std::size_t i, const glm::vec3& at) {

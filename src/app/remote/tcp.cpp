@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstring>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include <fcntl.h>
@@ -100,8 +101,14 @@ TcpEnd TcpSocket::write(std::span<const std::byte> bytes, const Patience& patien
 }
 
 TcpSocket TcpSocket::accept(const Patience& patience) {
-  if (await(descriptor_, POLLIN, patience) != TcpEnd::done) return {};
-  return prepared(::accept4(descriptor_, nullptr, nullptr, SOCK_CLOEXEC));
+  while (await(descriptor_, POLLIN, patience) == TcpEnd::done) {
+    TcpSocket socket = prepared(::accept4(descriptor_, nullptr, nullptr, SOCK_CLOEXEC));
+    if (socket.is_open()) return socket;
+    // Without file descriptors the connection waits, so poll() would return at once again.
+    if (TcpClock::now() >= patience.end) break;
+    if (!is_again(errno)) std::this_thread::sleep_for(kSlice);
+  }
+  return {};
 }
 
 int TcpSocket::port() const {

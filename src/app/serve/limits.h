@@ -8,8 +8,14 @@
 
 namespace qs {
 
+struct ConnectionLimit {
+  int all = 0, per_address = 0;
+};
+
 struct ServeLimits {
-  int connections = 64, connections_per_address = 8;
+  /// By ConnectionKind. All visitors of an SSH tunnel have one address, and a browser loads the
+  /// page by six connections at once.
+  ConnectionLimit requests{128, 64}, visitors{64, 32}, leaving{64, 64};
   std::size_t head_bytes = 8192;      ///< of a request
   std::size_t target_bytes = 1024;    ///< of the path in it
   std::size_t message_bytes = 65536;  ///< of a client's message

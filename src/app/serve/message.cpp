@@ -19,7 +19,7 @@ using Json = nlohmann::json;
 
 constexpr double kMostPixels = 1e5, kMostNotches = 100, kMostHeld = 1e4, kMostValue = 1e9;
 constexpr std::uint32_t kMostScene = 100'000;
-constexpr std::size_t kMostText = 200;
+constexpr std::size_t kMostText = 200, kMostPanels = 100;
 
 // Reads the values of an object. A missing or unfit value makes `sound` false.
 struct MessageReader {
@@ -50,11 +50,21 @@ struct MessageReader {
     return least;
   }
   std::string text(const char* name, std::size_t most = kMostText) {
-    const Json& found = value(name);
+    return text_of(value(name), most);
+  }
+  std::string text_of(const Json& found, std::size_t most) {
     if (found.is_string() && found.get_ref<const std::string&>().size() <= most)
       return found.get<std::string>();
     sound = false;
     return {};
+  }
+  std::vector<std::string> texts(const char* name, std::size_t most) {
+    const Json& found = value(name);
+    sound = sound && found.is_array() && found.size() <= most;
+    std::vector<std::string> all;
+    for (std::size_t i = 0; sound && i < found.size(); ++i)
+      all.push_back(text_of(found[i], kMostText));
+    return all;
   }
   bool flag(const char* name) {
     const Json& found = value(name);
@@ -134,6 +144,9 @@ constexpr std::array kMessages = {
                  std::string camera = r.text("camera", kMostCamera);
                  return message::ShowView{scene, std::move(camera), r.text("mode")};
                }},
+    MessageRow{
+        "panels",
+        [](MessageReader& r) -> Body { return message::ShowPanels{r.texts("open", kMostPanels)}; }},
     MessageRow{"stop", [](MessageReader&) -> Body { return message::Stop{}; }},
     MessageRow{"received",
                [](MessageReader& r) -> Body {

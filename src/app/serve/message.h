@@ -13,6 +13,8 @@
 //   {"type":"set", "control":"splat scale", "value":1.5, "index":0}   a Control; index of an item
 //   {"type":"handle", "face":3, "x":10, "y":20}                   drags a face of the crop box
 //   {"type":"view", "scene":0, "camera":"{...}", "mode":"exact"}  a view that the page has kept
+//   {"type":"panels", "open":["Inspector: boxes of a Gaussian"]}  the panels that are open, and
+//                                                                 all others are closed
 //   {"type":"stop"}                                               the visitor's film or zoom
 //   {"type":"received", "count":7, "held":12.5}                   binary messages so far, and
 //                                                                 the age of the last in ms
@@ -28,6 +30,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include <glm/vec2.hpp>
 
@@ -84,6 +87,9 @@ struct ShowView {
   std::string camera;  ///< for parse_camera(), not checked
   std::string mode;
 };
+struct ShowPanels {
+  std::vector<std::string> open;  ///< KeyCommand::help
+};
 struct Stop {};
 struct Received {
   std::uint32_t count = 0;
@@ -100,8 +106,8 @@ struct ClientMessage {
   std::uint32_t input = 0;  ///< 0: not an input of the user
   std::variant<message::Hello, message::Resize, message::Key, message::Button, message::Cursor,
                message::Wheel, message::Command, message::ShowScene, message::SetControl,
-               message::DragHandle, message::ShowView, message::Stop, message::Received,
-               message::Video, message::Blur>
+               message::DragHandle, message::ShowView, message::ShowPanels, message::Stop,
+               message::Received, message::Video, message::Blur>
       body;
 };
 

@@ -75,6 +75,7 @@ void Pictures::order(int visitor, PictureOrder order) {
     Work& work = work_[visitor];
     work.used_ms = std::max(work.used_ms, served_ms_);  // time without orders is no claim
     work.order = std::move(order);
+    work.watches = true;
     note_request();
   }
   changed_.notify_all();
@@ -158,6 +159,13 @@ int Pictures::next_visitor() const {
     if (work.used_ms < least) least = work.used_ms, next = visitor;
   }
   return next;
+}
+
+// The visitors who share the threads of video.
+std::size_t Pictures::watchers() const {
+  const auto count = std::count_if(work_.begin(), work_.end(),
+                                   [](const auto& entry) { return entry.second.watches; });
+  return static_cast<std::size_t>(count);
 }
 
 bool Pictures::is_quiet() const { return next_visitor() < 0 && drawn_.empty() && encoding_ == 0; }
@@ -327,7 +335,7 @@ void Pictures::encode(const std::stop_token& stop) {
       encoder = before->second.encoder;
       before->second.encodes = true;
     }
-    drawn.picture.order.encoding.threads = video_threads(processors_, work_.size());
+    drawn.picture.order.encoding.threads = video_threads(processors_, watchers());
     lock.unlock();
     answer(encoder.get(), drawn);
     lock.lock();

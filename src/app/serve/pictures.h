@@ -101,6 +101,7 @@ class Pictures {
     bool drew_last = false;               // a job is next
     std::shared_ptr<PictureEncoder> encoder = std::make_shared<PictureEncoder>();
     bool encodes = false;  // a thread uses it
+    bool watches = false;  // has ordered pictures: not SIBR's viewers, a training, or nobody
   };
   struct Drawn {
     int visitor = 0;
@@ -125,6 +126,7 @@ class Pictures {
   bool is_quiet() const;     // nobody waits for a picture or a short job
   bool may_measure() const;
   void note_request();
+  std::size_t watchers() const;
   void serve(Lock& lock, int visitor);
   void serve_each();
   void run_next_long(Lock& lock);

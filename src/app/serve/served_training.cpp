@@ -4,7 +4,10 @@
 #include <chrono>
 #include <thread>
 
+#include <fmt/format.h>
+
 #include "app/viewer/state/training_actions.h"
+#include "base/error.h"
 
 namespace qs {
 namespace {
@@ -18,15 +21,42 @@ void ServedTraining::apply(const Actions& actions) {
   for (const Action& action : actions) store_.apply(action, host_);
 }
 
+void ServedTraining::apply_reports() {
+  Actions reports;
+  thread_.take_reports(reports);
+  apply(reports);
+}
+
+bool ServedTraining::has_run_ended() const {
+  const auto& training = store_.viewer().training;
+  return training && training->phase == TrainingPhase::ended;
+}
+
+void ServedTraining::outlive(const std::function<void()>& page,
+                             const std::function<void(const std::string& sentence)>& tell,
+                             const std::function<void()>& turn) {
+  try {
+    return page();
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const std::exception& error) {
+    tell(fmt::format("the page has ended, and the training goes on without it: {}", error.what()));
+  }
+  thread_.command(TrainingCommand::resume);  // the page had the button
+  while (!has_run_ended()) {
+    turn();
+    thread_.take_model();  // the run waits until its first model is taken
+    apply_reports();
+    std::this_thread::sleep_for(kLookTime);
+  }
+}
+
 std::unique_ptr<ServedScene> ServedTraining::open(const PageFacts& page,
                                                   const std::function<bool()>& stops) {
   std::optional<TrainedModel> model;
   while (!(model = thread_.take_model())) {
-    Actions reports;
-    thread_.take_reports(reports);
-    apply(reports);
-    const auto& training = store_.viewer().training;
-    if (stops() || (training && training->phase == TrainingPhase::ended)) return nullptr;
+    apply_reports();
+    if (stops() || has_run_ended()) return nullptr;
     std::this_thread::sleep_for(kLookTime);
   }
   auto served = std::make_unique<ServedScene>();
@@ -59,8 +89,7 @@ Actions ServedTraining::follow(Pictures& pictures, bool has_visitors, double now
   } else if (has_visitors && is_training(v) && may_draw(v) && !uploads_) {
     thread_.want_model();
   }
-  const bool ended = v.training && v.training->phase == TrainingPhase::ended;
-  if (ended && ended_at_ < 0) ended_at_ = now;
+  if (has_run_ended() && ended_at_ < 0) ended_at_ = now;
   return actions;
 }
 

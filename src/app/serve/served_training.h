@@ -39,6 +39,12 @@ class ServedTraining {
   /// The number under which models are shown; 0 before the first.
   int visitor() const { return visitor_; }
 
+  /// Calls `page`, which shows the run until its end. If that fails, the run goes on without a
+  /// page: `tell` gets a sentence, and `turn` is called ten times a second until the run has ended.
+  void outlive(const std::function<void()>& page,
+               const std::function<void(const std::string& sentence)>& tell,
+               const std::function<void()>& turn);
+
   /// Shows the run to a new visitor.
   Action greeting() const;
 
@@ -49,6 +55,8 @@ class ServedTraining {
 
  private:
   void apply(const Actions& actions);
+  void apply_reports();
+  bool has_run_ended() const;
 
   TrainingThread& thread_;
   ViewerStore store_{Viewer()};

@@ -24,6 +24,7 @@
 #include <fmt/format.h>
 
 #include "app/serve/client_stream.h"
+#include "app/serve/connections.h"
 #include "app/serve/flow.h"
 #include "app/serve/picture_message.h"
 #include "app/serve/requests.h"
@@ -80,8 +81,8 @@ constexpr std::chrono::milliseconds kEndTurn{100};    ///< between two questions
 constexpr const char* kPing = "q";                    ///< differs from the empty one of Beast
 constexpr int kMostInWork = 2;                        ///< pictures of a visitor: one is encoded
 constexpr int kNobody = 0;                            ///< the number of no visitor
-constexpr int kMostLeaving = 64;                      ///< connections that were refused or answered
-constexpr std::uint16_t kWrongToken = 4401, kTooMany = 1008, kNoJson = 1007, kBinary = 1003;
+constexpr std::uint16_t kWrongToken = 4401, kTryLater = 1013, kFailed = 1011, kTooMany = 1008,
+                        kNoJson = 1007, kBinary = 1003;
 
 double seconds_of(Clock::time_point time) {
   return std::chrono::duration<double>(time.time_since_epoch()).count();
@@ -95,12 +96,6 @@ Clock::duration of_ms(double ms) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::milli>(ms));
 }
 
-/// Counts what one address does.
-struct AddressCount {
-  int connections = 0;
-  std::deque<Clock::time_point> wrong_tokens;  // of the last minute
-};
-
 class Live;
 
 /// The state that all connections share.
@@ -108,8 +103,7 @@ struct Hub {
   ServeOptions options;
   HostNames names{"", ""};
   std::optional<TlsContext> tls;
-  std::map<std::string, AddressCount> addresses;
-  int connections = 0, leaving = 0;
+  Connections connections{options.limits};
   std::map<int, std::weak_ptr<Live> > live;  // by visitor
   std::vector<const OpenedScene*> scenes;
   Pictures* pictures = nullptr;
@@ -119,69 +113,27 @@ struct Hub {
   asio::io_context io;  // goes first and takes the connections with it, which use the rest
 
   std::string_view scheme() const { return tls ? "https" : "http"; }
-
-  bool has_too_many_wrong_tokens(const std::string& address) {
-    std::deque<Clock::time_point>& times = addresses[address].wrong_tokens;
-    while (!times.empty() && Clock::now() - times.front() > std::chrono::minutes(1))
-      times.pop_front();
-    return static_cast<int>(times.size()) >= options.limits.wrong_tokens_per_minute;
-  }
 };
 
-/// Counts a connection as long as it exists. One that is answered counts no longer as one of its
-/// address, because a browser opens the next one before it has closed it.
-class Counted {
- public:
-  /// `fits`: it is served; else it is refused.
-  Counted(Hub& hub, std::string address, bool fits)
-      : hub_(hub), address_(std::move(address)), serves_(fits) {
-    if (!serves_) {
-      ++hub_.leaving;
-      return;
-    }
-    ++hub_.connections;
-    ++hub_.addresses[address_].connections;
-  }
-  ~Counted() {
-    if (serves_) {
-      forget();
-    } else {
-      --hub_.leaving;
-    }
-  }
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
+using Place = std::unique_ptr<Connections::Place>;
 
-  const std::string& address() const { return address_; }
-
-  /// The connection was answered.
-  void leave() {
-    if (!serves_) return;
-    forget();
-    serves_ = false;
-    ++hub_.leaving;
+// Runs the work of a handler. An exception ends its owner, and not the server.
+template <class Owner, class Work>
+void guarded(Owner& owner, Work&& work) {
+  try {
+    work();
+  } catch (const std::exception&) {
+    owner.give_up();
   }
-
- private:
-  void forget() {
-    --hub_.connections;
-    const auto found = hub_.addresses.find(address_);
-    if (--found->second.connections == 0 && found->second.wrong_tokens.empty())
-      hub_.addresses.erase(found);
-  }
-
-  Hub& hub_;
-  std::string address_;
-  bool serves_;
-};
+}
 
 // ---- a visitor's WebSocket ----------------------------------------------------------------------
 class Live : public std::enable_shared_from_this<Live> {
  public:
-  Live(Hub& hub, ClientStream stream, std::unique_ptr<Counted> counted)
+  Live(Hub& hub, ClientStream stream, Place place)
       : hub_(hub),
         socket_(std::move(stream)),
-        counted_(std::move(counted)),
+        place_(std::move(place)),
         number_(hub.pictures->new_visitor()),
         token_timer_(hub.io),
         turn_timer_(hub.io),
@@ -203,8 +155,17 @@ class Live : public std::enable_shared_from_this<Live> {
       if (kind == websocket::frame_type::close) guard_write();  // the end may take no longer
     });
     socket_.async_accept(request, [self = shared_from_this()](error_code error) {
-      if (!error) self->begin();
+      if (!error) guarded(*self, [&] { self->begin(); });
     });
+  }
+
+  /// An exception ended a handler.
+  void give_up() {
+    try {
+      close(kFailed, "the server cannot go on with this visitor");
+    } catch (const std::exception&) {
+      stop();
+    }
   }
 
   void end() {
@@ -248,12 +209,16 @@ class Live : public std::enable_shared_from_this<Live> {
   // Actions for all visitors.
   void tell(const Actions& actions) {
     if (!visitor_ || stopped_) return;
-    visitor_->apply(actions, seconds_now());
-    proceed();
+    guarded(*this, [&] {
+      visitor_->apply(actions, seconds_now());
+      proceed();
+    });
   }
 
-  // Another visitor has changed what all share.
-  void follow() { proceed(); }
+  // Does what is due, for example after another visitor changed the crop or the backend.
+  void follow() {
+    guarded(*this, [&] { proceed(); });
+  }
 
  private:
   void begin() {
@@ -269,7 +234,9 @@ class Live : public std::enable_shared_from_this<Live> {
   void read() {
     socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
       if (error) return self->stop();
-      if (self->take()) self->read();
+      guarded(*self, [&] {
+        if (self->take()) self->read();
+      });
     });
   }
 
@@ -307,6 +274,7 @@ class Live : public std::enable_shared_from_this<Live> {
   bool greet(const message::Hello& hello) {
     if (visitor_) return close(kTooMany, "a second hello");
     if (!same_token(hub_.options.token, hello.token)) return refuse_token();
+    if (!place_->move_to(ConnectionKind::visitor)) return close(kTryLater, "too many visitors");
     token_timer_.cancel();
     visitor_.emplace(hub_.scenes, hello.size, seconds_now());
     if (hub_.training != nullptr) visitor_->apply({hub_.training->greeting()}, seconds_now());
@@ -316,7 +284,7 @@ class Live : public std::enable_shared_from_this<Live> {
   }
 
   bool refuse_token() {
-    hub_.addresses[counted_->address()].wrong_tokens.push_back(Clock::now());
+    hub_.connections.note_wrong_token(place_->address(), Clock::now());
     return close(kWrongToken, "wrong token");
   }
 
@@ -428,15 +396,20 @@ class Live : public std::enable_shared_from_this<Live> {
     }
   }
 
+  void tick() {
+    guarded(*this, [&] {
+      visitor_->tick(seconds_now());
+      proceed();
+    });
+  }
+
   void await_turn() {
     if (waits_for_turn_ || !visitor_->is_busy()) return;
     waits_for_turn_ = true;
     turn_timer_.expires_after(kTurn);
     turn_timer_.async_wait([self = shared_from_this()](error_code error) {
       self->waits_for_turn_ = false;
-      if (error) return;
-      self->visitor_->tick(seconds_now());
-      self->proceed();
+      if (!error) self->tick();
     });
   }
 
@@ -447,8 +420,7 @@ class Live : public std::enable_shared_from_this<Live> {
     order_timer_.async_wait([self = shared_from_this()](error_code error) {
       if (error) return;
       self->waits_for_order_ = false;
-      self->visitor_->tick(seconds_now());
-      self->proceed();
+      self->tick();
     });
   }
 
@@ -485,12 +457,13 @@ class Live : public std::enable_shared_from_this<Live> {
   // An empty message before pictures. Its round trip is the least one of the line.
   void ping() {
     const Clock::time_point now = Clock::now();
-    if (pings_ || now < next_ping_) return;
-    pings_ = true;
+    if (pings_ || writes_ping_ || now < next_ping_) return;
+    pings_ = writes_ping_ = true;
     pinged_ = now;
     next_ping_ = now + kPingTime;
     pinged_alone_ = flow_.is_empty();
-    socket_.async_ping(websocket::ping_data(kPing), [self = shared_from_this()](error_code) {});
+    socket_.async_ping(websocket::ping_data(kPing),
+                       [self = shared_from_this()](error_code) { self->writes_ping_ = false; });
   }
   void take_pong() {
     if (pings_) flow_.round_trip(seconds_of(Clock::now()) - seconds_of(pinged_), pinged_alone_);
@@ -540,7 +513,7 @@ class Live : public std::enable_shared_from_this<Live> {
     state_timer_.expires_at(next_state_);
     state_timer_.async_wait([self = shared_from_this()](error_code error) {
       self->waits_for_state_ = false;
-      if (!error) self->proceed();
+      if (!error) self->follow();
     });
   }
 
@@ -563,13 +536,13 @@ class Live : public std::enable_shared_from_this<Live> {
                           self->write_timer_.cancel();
                           if (error) return self->stop();
                           if (self->closing_) return self->send_close();
-                          self->proceed();
+                          self->follow();
                         });
   }
 
   Hub& hub_;
   websocket::stream<ClientStream> socket_;
-  std::unique_ptr<Counted> counted_;
+  Place place_;
   int number_;
   Timer token_timer_, turn_timer_, order_timer_, state_timer_, write_timer_;
   beast::flat_buffer buffer_;
@@ -585,7 +558,9 @@ class Live : public std::enable_shared_from_this<Live> {
   int messages_ = 0;  // in this second
   int in_work_ = 0;   // pictures that were ordered
   bool renders_ = false, writing_ = false, stopped_ = false;
-  bool pings_ = false, pinged_alone_ = false;
+  bool pings_ = false;        // no answer has come
+  bool writes_ping_ = false;  // a page may answer before it: Beast writes one ping at a time
+  bool pinged_alone_ = false;
   bool waits_for_turn_ = false, waits_for_state_ = false, waits_for_order_ = false;
   bool waits_to_order_ = false;  // until order_due_
   std::optional<websocket::close_reason> closing_;
@@ -613,10 +588,10 @@ RequestHead head_of(const http::request<http::empty_body>& request) {
 
 class Request : public std::enable_shared_from_this<Request> {
  public:
-  Request(Hub& hub, Tcp::socket socket, std::unique_ptr<Counted> counted)
+  Request(Hub& hub, Tcp::socket socket, Place place)
       : hub_(hub),
         stream_(std::move(socket), hub.tls ? &*hub.tls : nullptr),
-        counted_(std::move(counted)),
+        place_(std::move(place)),
         timer_(hub.io) {
     const ServeLimits& limits = hub_.options.limits;
     parser_.header_limit(static_cast<std::uint32_t>(limits.head_bytes));
@@ -632,18 +607,25 @@ class Request : public std::enable_shared_from_this<Request> {
       self->stream_.next_layer().cancel();
     });
     stream_.async_begin([self = shared_from_this(), refusal](error_code error, bool is_http) {
-      if (is_http) return self->refuse(400, "this port speaks https only");
+      if (is_http) return guarded(*self, [&] { self->refuse(400, "this port speaks https only"); });
       if (error) return self->timer_.cancel(), void();
-      if (refusal != 0) return self->refuse(refusal);
-      self->read();
+      guarded(*self, [&] { refusal != 0 ? self->refuse(refusal) : self->read(); });
     });
+  }
+
+  /// An exception ended a handler.
+  void give_up() {
+    timer_.cancel();
+    error_code ignored;
+    stream_.next_layer().socket().close(ignored);
   }
 
  private:
   void read() {
-    http::async_read_header(
-        stream_, buffer_, parser_,
-        [self = shared_from_this()](error_code error, std::size_t) { self->answer(error); });
+    http::async_read_header(stream_, buffer_, parser_,
+                            [self = shared_from_this()](error_code error, std::size_t) {
+                              guarded(*self, [&] { self->answer(error); });
+                            });
   }
 
   void send(unsigned status, std::string body, const char* type) {
@@ -659,7 +641,7 @@ class Request : public std::enable_shared_from_this<Request> {
     stream_.next_layer().expires_after(hub_.options.limits.write_time);
     http::async_write(stream_, response_,
                       [self = shared_from_this()](error_code error, std::size_t) {
-                        if (!error) self->linger();
+                        if (!error) guarded(*self, [&] { self->linger(); });
                       });
   }
 
@@ -690,8 +672,9 @@ class Request : public std::enable_shared_from_this<Request> {
   }
 
   void open_live() {
-    if (hub_.has_too_many_wrong_tokens(counted_->address())) return refuse(429);
-    std::make_shared<Live>(hub_, std::move(stream_), std::move(counted_))->accept(parser_.get());
+    if (hub_.connections.has_too_many_wrong_tokens(place_->address(), Clock::now()))
+      return refuse(429);
+    std::make_shared<Live>(hub_, std::move(stream_), std::move(place_))->accept(parser_.get());
   }
 
   void send_file(const PageFile& file) {
@@ -708,8 +691,7 @@ class Request : public std::enable_shared_from_this<Request> {
 
   // Unread input at the end would discard the answer, so it is read for a moment.
   void linger() {
-    if (hub_.leaving >= kMostLeaving) return;
-    counted_->leave();
+    if (!place_->move_to(ConnectionKind::leaving)) return;
     stream_.next_layer().expires_after(kLinger);
     stream_.async_end([self = shared_from_this()](error_code) {
       error_code ignored;
@@ -730,7 +712,7 @@ class Request : public std::enable_shared_from_this<Request> {
 
   Hub& hub_;
   ClientStream stream_;
-  std::unique_ptr<Counted> counted_;
+  Place place_;
   Timer timer_;
   beast::flat_buffer buffer_;
   http::request_parser<http::empty_body> parser_;
@@ -821,6 +803,9 @@ class Server::Network {
     hub_.io.restart();
   }
 
+  /// An exception ended a handler of no visitor. The next turn tries again.
+  void give_up() {}
+
  private:
   // Calls the function with the visitor's connection on the thread of the network, if it still
   // exists.
@@ -829,7 +814,8 @@ class Server::Network {
     asio::post(hub_.io, [this, visitor, function = std::move(function)]() mutable {
       const auto found = hub_.live.find(visitor);
       if (found == hub_.live.end()) return;
-      if (const std::shared_ptr<Live> live = found->second.lock()) function(*live);
+      if (const std::shared_ptr<Live> live = found->second.lock())
+        guarded(*live, [&] { function(*live); });
     });
   }
 
@@ -837,7 +823,7 @@ class Server::Network {
     acceptor_.async_accept([this](error_code error, Tcp::socket socket) {
       if (!acceptor_.is_open()) return;
       if (error) return accept_later();
-      begin(std::move(socket));
+      guarded(*this, [&] { begin(std::move(socket)); });
       accept();
     });
   }
@@ -855,24 +841,20 @@ class Server::Network {
     const auto remote = socket.remote_endpoint(error);
     if (error) return;
     socket.set_option(Tcp::no_delay(true), error);
-    const std::string address = remote.address().to_string();
-    const ServeLimits& limits = hub_.options.limits;
-    const auto found = hub_.addresses.find(address);
-    const int here = found == hub_.addresses.end() ? 0 : found->second.connections;
-    const bool fits =
-        hub_.connections < limits.connections && here < limits.connections_per_address;
-    if (!fits && hub_.leaving >= kMostLeaving) return;
-    auto request = std::make_shared<Request>(hub_, std::move(socket),
-                                             std::make_unique<Counted>(hub_, address, fits));
-    request->begin(fits ? 0 : 503);
+    Place place = hub_.connections.enter(remote.address().to_string());
+    if (!place) return;
+    const unsigned refusal = place->kind() == ConnectionKind::request ? 0 : 503;
+    std::make_shared<Request>(hub_, std::move(socket), std::move(place))->begin(refusal);
   }
 
   // All visitors share the model of a training. The thread of the renderer calls this too.
   bool reported_by_training(int visitor, const Actions& actions) {
     if (hub_.training == nullptr || visitor != hub_.training->visitor()) return false;
     asio::post(hub_.io, [this, actions] {
-      hub_.training->job_reported(actions);
-      tell_all(actions);
+      guarded(*this, [&] {
+        hub_.training->job_reported(actions);
+        tell_all(actions);
+      });
     });
     return true;
   }
@@ -889,8 +871,13 @@ class Server::Network {
   }
 
   void await_end(const std::function<bool()>& ends) {
-    follow_training();
-    if (ends()) {
+    bool is_over = false;
+    guarded(*this, [&] {
+      hub_.connections.prune(Clock::now());
+      follow_training();
+      is_over = ends();
+    });
+    if (is_over) {
       error_code ignored;
       acceptor_.close(ignored);
       hub_.io.stop();

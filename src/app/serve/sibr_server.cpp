@@ -110,7 +110,7 @@ void SibrServer::answer_all(TcpSocket& socket, const std::stop_token& stop) {
       *answer += with_length(options_.name);
       if (socket.write(bytes_of(*answer), patience(options_.silence, stop)) != TcpEnd::done) break;
     }
-  } catch (const std::bad_alloc&) {  // the viewer is closed
+  } catch (const std::exception&) {  // the viewer is closed
   }
   pictures_.forget(visitor);
 }

@@ -67,18 +67,22 @@ void use_key(ssl::context& context, const TlsFiles& files, const std::string& co
   const std::string pem = pem_of(who, path);
   if (!has_block(pem, "PRIVATE KEY-----"))
     fail("{} {}: has no private key in PEM format", who, path);
+  SSL_CTX* const handle = context.native_handle();
   bool is_encrypted = false;
-  context.set_password_callback([&](std::size_t, ssl::context::password_purpose) {
-    is_encrypted = true;
-    return std::string();
+  SSL_CTX_set_default_passwd_cb(handle, [](char*, int, int, void* asked) {
+    *static_cast<bool*>(asked) = true;
+    return 0;
   });
+  SSL_CTX_set_default_passwd_cb_userdata(handle, &is_encrypted);
   error_code error;
   context.use_private_key(boost::asio::buffer(pem), ssl::context::pem, error);
+  SSL_CTX_set_default_passwd_cb(handle, nullptr);  // the context outlives the flag
+  SSL_CTX_set_default_passwd_cb_userdata(handle, nullptr);
   if (is_encrypted)
     fail("{0} {1}: has a password; remove it: openssl pkey -in {1} -out NEW.pem", who, path);
   const bool is_mismatch =
       ERR_GET_REASON(static_cast<unsigned long>(error.value())) == X509_R_KEY_VALUES_MISMATCH ||
-      (!error && SSL_CTX_check_private_key(context.native_handle()) != 1);
+      (!error && SSL_CTX_check_private_key(handle) != 1);
   if (is_mismatch) fail("{} {}: is not the key of {}", who, path, files.certificate.string());
   if (error) fail("{} {}: OpenSSL refuses it: {}", who, path, error.message());
 }

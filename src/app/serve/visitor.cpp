@@ -118,6 +118,17 @@ Actions Visitor::actions_of(const message::DragHandle& drag) const {
   return {call(action::change_crop, moved)};
 }
 
+Actions Visitor::actions_of(const message::ShowPanels& panels) const {
+  Actions actions;
+  for (const KeyCommand* command : served_commands()) {
+    if (command->panel == nullptr) continue;
+    const bool opens =
+        std::find(panels.open.begin(), panels.open.end(), command->help) != panels.open.end();
+    if (opens != viewer().panels.*command->panel) actions.push_back(command->action);
+  }
+  return actions;
+}
+
 // The actions, and the jobs that a change of the crop needs.
 void Visitor::do_all(const Actions& actions) {
   for (const Action& action : actions) store_.apply(action, host_);
@@ -176,6 +187,8 @@ void Visitor::take(const ClientMessage& message, double now) {
     actions = actions_of(*drag);
   } else if (const auto* view = std::get_if<message::ShowView>(&message.body)) {
     show_view(*view);
+  } else if (const auto* panels = std::get_if<message::ShowPanels>(&message.body)) {
+    actions = actions_of(*panels);
   } else if (std::holds_alternative<message::Stop>(message.body)) {
     stop_long_jobs();
   } else if (std::holds_alternative<message::Blur>(message.body)) {

@@ -83,7 +83,7 @@ class ExactColorRenderer : public Renderer {
   std::unique_ptr<Renderer> inner_;
   NetworkView view_;
   std::shared_ptr<const GaussianCloud> cloud_;
-  std::optional<glm::dvec3> eye_;  // of the cloud that `inner_` has
+  std::optional<glm::dvec3> eye_;  // the eye for which `inner_` has the colours
 };
 
 }  // namespace

@@ -31,7 +31,7 @@ enum class NetworkUse {
 /// The choices that every rendering command offers; cli/shared_options.h declares their options.
 struct FrameOptions {
   std::filesystem::path scene;
-  int iteration = -1;  ///< of a model folder; -1: the highest
+  int iteration = -1;  ///< iteration of a model folder; -1: the highest
   /// overrides the axes declared by the file, see is_axes(); empty: trust the file
   std::string axes;
   std::optional<std::filesystem::path> cameras;  ///< unset: the cameras file beside the scene
@@ -39,7 +39,7 @@ struct FrameOptions {
   std::optional<glm::ivec2> size;  ///< unset: the camera's
   std::vector<CullMode> modes = {default_mode()};
   std::optional<Backend> backend;  ///< unset: the best backend that can render these modes
-  int threads = 0;                 ///< of the session's pool; 0 = one per hardware thread
+  int threads = 0;                 ///< threads of the session's pool; 0 = one per hardware thread
   int device = kFirstGpu;          ///< index into GpuReport::gpus, or kFirstGpu
   Pipeline pipeline = kDefaultPipeline;
   int sh_degree = kMaxShDegree;
@@ -64,10 +64,10 @@ struct Session {
   Backend backend = Backend::cpu;
   int device = 0;                      ///< index into GpuReport::gpus
   RenderSettings settings;             ///< mode: the first of FrameOptions::modes
-  std::unique_ptr<Renderer> renderer;  ///< of `backend`
-  std::unique_ptr<Renderer> second;    ///< of another backend, see renderer_on()
+  std::unique_ptr<Renderer> renderer;  ///< the renderer of `backend`
+  std::unique_ptr<Renderer> second;    ///< a renderer of another backend, see renderer_on()
   NetworkUse network = NetworkUse::never;
-  std::unique_ptr<Renderer> exact;  ///< of reference_image() with NetworkUse::reference
+  std::unique_ptr<Renderer> exact;  ///< renders reference_image() with NetworkUse::reference
 };
 
 /// The name of a pipeline in reports: "cpu" for the default pipeline of the CPU backend. The

@@ -11,19 +11,9 @@
 namespace qs::train {
 namespace {
 
-constexpr int kAdcInterval = 100, kFirst = 600;
 constexpr double kGradientThreshold = 2e-4;
 constexpr double kAbsoluteThreshold = 4e-4;  // AbsGS (Ye et al. 2024, arXiv 2404.10484)
 constexpr double kSmall = 0.01;              // times the extent
-
-// True if Gaussians are added and removed between this iteration and the next.
-bool adc_changes_after(int iteration) {
-  return iteration >= kFirst && iteration < kDensityEnd && iteration % kAdcInterval == 0;
-}
-
-bool adc_prunes_after(const TrainSettings& settings, int iteration) {
-  return settings.final_prunes && final_prune_after(iteration, kDensityEnd);
-}
 
 std::vector<Candidate> adc_candidates(const IterationContext& context, const GaussianFacts& facts) {
   std::vector<Candidate> candidates;
@@ -43,30 +33,9 @@ std::vector<Candidate> adc_candidates(const IterationContext& context, const Gau
 
 }  // namespace
 
-bool adc_absolute_gradients(const TrainSettings& settings) { return settings.absolute_gradients; }
-
-bool adc_changes_before(const TrainSettings& settings, int iteration) {
-  return adc_changes_after(iteration - 1) || resets_after(settings, iteration - 1) ||
-         adc_prunes_after(settings, iteration - 1);
-}
-
-void adc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
-  plan.keep_all(facts, context.iteration);
-  if (adc_changes_after(context.iteration - 1)) {
-    plan.resets_statistics = true;
-    clone_and_split(context, facts, adc_candidates(context, facts), plan);
-    prune(context, kLeastOpacity, plan);
-  }
-  if (resets_after(context.settings, context.iteration - 1)) limit_opacities(kResetOpacity, plan);
-  if (adc_prunes_after(context.settings, context.iteration - 1)) final_prune(plan);
-}
-
-StepOrder adc_step(const IterationContext& context) {
-  StepOrder order = context.step();
-  order.counts_density = context.iteration < kDensityEnd;
-  order.moves = !adc_changes_after(context.iteration) &&
-                !adc_prunes_after(context.settings, context.iteration);
-  return order;
+void adc_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
+  clone_and_split(context, facts, adc_candidates(context, facts), plan);
+  prune(context, kLeastOpacity, plan);
 }
 
 }  // namespace qs::train

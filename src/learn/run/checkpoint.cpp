@@ -58,10 +58,10 @@ class HashedStream {
   std::uint64_t hash_ = hash_of({});
 };
 
-// Allocates the arrays, of which `kind` has none yet, after their size was compared with the
-// remaining bytes.
-void resize_state(ModelState& state, std::uint64_t gaussians, const Parameters& kind, bool absolute,
-                  bool sums, std::uint64_t left, const std::string& where) {
+// A state with arrays for `gaussians` Gaussians like those of `kind`, which has none itself. The
+// size of the arrays is first compared with the remaining bytes.
+ModelState sized_state(std::uint64_t gaussians, const Parameters& kind, bool absolute, bool sums,
+                       std::uint64_t left, const std::string& where) {
   const std::uint64_t values =
       (sums ? 4 : 3) * (11 + (kind.has_masks ? 1 : 0) + 3 * std::uint64_t{kind.sh_stride()}) +
       (absolute ? 3 : 2);
@@ -74,12 +74,7 @@ void resize_state(ModelState& state, std::uint64_t gaussians, const Parameters& 
   if (absolute) sized.density.absolute.resize(gaussians);
   sized.summed.resize_like(kind);
   if (sums) sized.summed.resize(gaussians);
-  sized.iteration = state.iteration;
-  sized.changed_before = state.changed_before;
-  sized.adam.steps = state.adam.steps;
-  sized.adam.rest_steps = state.adam.rest_steps;
-  sized.growth = state.growth;
-  state = std::move(sized);
+  return sized;
 }
 
 ordered_json field_json(const FieldState& state) {
@@ -197,20 +192,20 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     checkpoint.settings = settings_of(json.at("settings"));
     checkpoint.data = json.at("data").get<std::string>();
     checkpoint.log = log_of(json.at("log"));
+    const auto degree = json_value<int>(json.at("sh_degree"));
+    if (degree < 0 || degree > kMaxShDegree) fail("{}: SH degree {}", where, degree);
+    Parameters kind;
+    kind.sh_degree = degree;
+    kind.has_masks = json_value<bool>(json.at("masks"));
+    model = sized_state(json_value<std::uint64_t>(json.at("gaussians")), kind,
+                        json_value<bool>(json.at("absolute")), json_value<bool>(json.at("sums")),
+                        cursor.left(), where);
     json_value(json.at("iteration"), model.iteration);
     json_value(json.at("changed_before"), model.changed_before);
     json_value(json.at("adam_steps"), model.adam.steps);
     json_value(json.at("adam_rest_steps"), model.adam.rest_steps);
     json_value(json.at("growth_initial"), model.growth.initial);
     json_value(json.at("growth_budget"), model.growth.budget);
-    const auto degree = json_value<int>(json.at("sh_degree"));
-    if (degree < 0 || degree > kMaxShDegree) fail("{}: SH degree {}", where, degree);
-    Parameters kind;
-    kind.sh_degree = degree;
-    kind.has_masks = json_value<bool>(json.at("masks"));
-    resize_state(model, json_value<std::uint64_t>(json.at("gaussians")), kind,
-                 json_value<bool>(json.at("absolute")), json_value<bool>(json.at("sums")),
-                 cursor.left(), where);
     model.codes = sized_codes(json.at("code_steps"));
     model.color_field = sized_field(json.at("color_field"), cursor.left(), where);
   } catch (const nlohmann::json::exception& error) {

@@ -13,24 +13,13 @@
 namespace qs::train {
 namespace {
 
-constexpr int kDashInterval = 100, kDashFirst = 600;
+constexpr int kDashInterval = 100;  // as Strategy::interval
 constexpr float kDashGradient = 2e-4f;
 constexpr double kDashSmall = 0.01;  // times the extent: smaller ones are cloned, others split
-constexpr double kMostGrowth = 0.2;  // of the number, by one change
+constexpr double kMostGrowth = 0.2;  // a change adds at most this share of all Gaussians
 constexpr std::uint64_t kFirstBudget = 5;  // times the initial number
 constexpr double kBudgetDecay = 0.98;
 constexpr std::uint64_t kMostBudgetGrowth = 1'000'000;
-
-// True if Gaussians are added and removed between this iteration and the next.
-bool dash_changes_after(const TrainSettings& settings, int iteration) {
-  return iteration >= kDashFirst && iteration < settings.reduced_until() &&
-         iteration % kDashInterval == 0;
-}
-
-// Published up to 24,000 of 30,000 iterations.
-bool dash_resets_after(const TrainSettings& settings, int iteration) {
-  return resets_after(settings, iteration, static_cast<int>(4L * settings.iterations / 5) + 1);
-}
 
 // The number of Gaussians to have after the change behind `iteration`, whose photographs were
 // reduced by `factor`.
@@ -53,7 +42,9 @@ std::size_t most_additions(const IterationContext& context, const GaussianFacts&
   return most > kept ? std::min(most - kept, kept) : 0;
 }
 
-void grow(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
+}  // namespace
+
+void dash_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
   GrowthState& growth = plan.growth;
   if (growth.initial == 0) growth = {facts.size(), kFirstBudget * facts.size()};
   std::size_t kept = 0;
@@ -73,29 +64,6 @@ void grow(const IterationContext& context, const GaussianFacts& facts, Plan& pla
       kBudgetDecay * static_cast<double>(growth.budget) +
       static_cast<double>(std::min<std::uint64_t>(above, kMostBudgetGrowth)));
   growth.budget = std::max(growth.budget, grown);
-}
-
-}  // namespace
-
-bool dash_changes_before(const TrainSettings& settings, int iteration) {
-  return dash_changes_after(settings, iteration - 1) || dash_resets_after(settings, iteration - 1);
-}
-
-void dash_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
-  plan.keep_all(facts, context.iteration);
-  if (dash_changes_after(context.settings, context.iteration - 1)) {
-    plan.resets_statistics = true;
-    grow(context, facts, plan);
-  }
-  if (dash_resets_after(context.settings, context.iteration - 1))
-    limit_opacities(kResetOpacity, plan);
-}
-
-StepOrder dash_step(const IterationContext& context) {
-  StepOrder order = context.step();
-  order.counts_density = context.iteration < context.settings.reduced_until();
-  order.moves = !dash_changes_after(context.settings, context.iteration);
-  return order;
 }
 
 }  // namespace qs::train

@@ -49,19 +49,12 @@ std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std
   return cameras;
 }
 
-std::filesystem::path photographs_of(const DataOptions& options) {
-  if (!options.images.empty()) return options.data / options.images;
+// The folder `given` in the data set; if it is empty, `usual`, or `otherwise` if that is missing.
+std::filesystem::path folder_of(const DataOptions& options, const std::filesystem::path& given,
+                                const char* usual, const std::filesystem::path& otherwise) {
+  const std::filesystem::path folder = options.data / (given.empty() ? usual : given);
   std::error_code error;
-  const auto usual = options.data / "images";
-  return std::filesystem::is_directory(usual, error) ? usual : options.data;
-}
-
-// The folder of the masks; empty: no masks.
-std::filesystem::path masks_of(const DataOptions& options) {
-  if (!options.masks.empty()) return options.data / options.masks;
-  std::error_code error;
-  const auto usual = options.data / "masks";
-  return std::filesystem::is_directory(usual, error) ? usual : std::filesystem::path();
+  return !given.empty() || std::filesystem::is_directory(folder, error) ? folder : otherwise;
 }
 
 // Finds the masks of photographs.
@@ -131,9 +124,9 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
   const std::vector<LensCamera> cameras = cameras_of(options, first_test);
   DataSet set;
   set.folder = options.data;
-  set.photographs = photographs_of(options);
+  set.photographs = folder_of(options, options.images, "images", options.data);
   set.blender = first_test.has_value();
-  set.masks = masks_of(options);
+  set.masks = folder_of(options, options.masks, "masks", {});
   set.photo_memory = options.photo_memory;
   // Read every photograph that has a camera, as a training or a test view.
   std::uint64_t bytes = 0;

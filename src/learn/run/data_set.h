@@ -35,7 +35,7 @@ struct DataOptions {
 
 struct DataSet {
   std::filesystem::path folder, photographs;
-  std::vector<PhotographView> training, test;  ///< by name
+  std::vector<PhotographView> training, test;  ///< both are sorted by name
   std::vector<ScenePoint> points;              ///< empty if the data set has none
   std::size_t skipped = 0;                     ///< cameras without a photograph
   std::filesystem::path masks;                 ///< the folder; empty: no masks
@@ -46,9 +46,9 @@ struct DataSet {
   /// True if the photographs need more than photo_memory, so that all views are without pixels.
   bool on_disk() const { return !training.empty() && !training.front().has_pixels(); }
 
-  void release_pixels();  ///< of all views
+  void release_pixels();  ///< releases the pixels of all views
 
-  std::vector<LensCamera> cameras() const;  ///< of all views, by name
+  std::vector<LensCamera> cameras() const;  ///< the cameras of all views, sorted by name
 
   /// 1.1 times the largest distance of a training camera from their mean.
   double extent() const;

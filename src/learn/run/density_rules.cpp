@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "learn/gradient/activation.h"
-#include "raster/kernel/random.h"
 
 namespace qs::train {
 namespace {
@@ -15,7 +14,6 @@ constexpr double kSplitShrink = 1.6;
 constexpr double kHuge = 0.1;  // times the extent
 constexpr int kResetInterval = 3000, kWhiteReset = 500;
 constexpr int kFirstFinalPrune = 18'000, kLastFinalPrune = 27'000, kFinalPruneInterval = 3000;
-constexpr double kFinalOpacity = 0.1;
 
 double logit_of(double opacity) { return std::log(opacity / (1 - opacity)); }
 
@@ -42,8 +40,7 @@ void keep_most_urgent(std::size_t number, std::vector<Candidate>& candidates) {
 
 void clone_and_split(const IterationContext& context, const GaussianFacts& facts,
                      std::vector<Candidate> candidates, Plan& plan) {
-  const std::size_t limit =
-      find_strategy(context.settings.strategy).max_gaussians(context.settings);
+  const std::size_t limit = context.max_gaussians();
   if (limit > 0) keep_most_urgent(limit > facts.size() ? limit - facts.size() : 0, candidates);
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.gaussian < b.gaussian; });
@@ -54,8 +51,7 @@ void clone_and_split(const IterationContext& context, const GaussianFacts& facts
   for (int copy = 0; copy < 2; ++copy) {
     for (const std::uint32_t i : splits) plan.add_copy_of(i);
   }
-  const Random random = Random::of(context.settings.seed, RandomUse::split,
-                                   static_cast<std::uint64_t>(context.iteration));
+  const Random random = context.random(RandomUse::split);
   for (std::size_t child = first_child; child < plan.size(); ++child) {
     shrink_child(plan, child, facts.rotations[plan.sources[child]],
                  random.normal3(child - first_child));
@@ -99,11 +95,6 @@ bool resets_after(const TrainSettings& settings, int iteration, int end) {
 bool final_prune_after(int iteration, int first) {
   return iteration >= std::max(first, kFirstFinalPrune) && iteration <= kLastFinalPrune &&
          iteration % kFinalPruneInterval == 0;
-}
-
-void final_prune(Plan& plan) {
-  plan.resets_statistics = true;
-  remove_faint(kFinalOpacity, plan);
 }
 
 }  // namespace qs::train

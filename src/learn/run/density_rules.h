@@ -11,8 +11,8 @@
 
 namespace qs::train {
 
-inline constexpr int kDensityEnd = 15'000;  ///< Gaussians are added before this iteration
 inline constexpr double kLeastOpacity = 0.005, kResetOpacity = 0.01;
+inline constexpr double kFinalOpacity = 0.1;  ///< what final prunes leave
 
 /// A Gaussian that a strategy wants to clone or to split in two.
 struct Candidate {
@@ -24,8 +24,8 @@ struct Candidate {
 /// Keeps the `number` most urgent candidates, in any order. Ties go to the lower index.
 void keep_most_urgent(std::size_t number, std::vector<Candidate>& candidates);
 
-/// A clone is a copy. The children of a split replace the
-/// Gaussian: they are smaller by 1.6, at points drawn from it.
+/// A clone is a copy. The children of a split replace the Gaussian: they are smaller by 1.6, at
+/// points drawn from it.
 void clone_and_split(const IterationContext& context, const GaussianFacts& facts,
                      std::vector<Candidate> candidates, Plan& plan);
 
@@ -41,12 +41,11 @@ void limit_opacities(double most, Plan& plan);
 
 /// True if opacities are reset between this iteration and the next: every 3,000 iterations before
 /// `end`, and with a white background also after 500.
-bool resets_after(const TrainSettings& settings, int iteration, int end = kDensityEnd);
+bool resets_after(const TrainSettings& settings, int iteration, int end);
 
-/// True if all Gaussians with an opacity below 0.1 are removed between this iteration and the next
-/// (FastGS, Ren et al. 2026, arXiv 2511.04283): 18,000, 21,000, 24,000 and 27,000, where that is
-/// not before `first`.
+/// True if all Gaussians with an opacity below kFinalOpacity are removed between this iteration and
+/// the next (FastGS, Ren et al. 2026, arXiv 2511.04283): 18,000, 21,000, 24,000 and 27,000, where
+/// that is not before `first`.
 bool final_prune_after(int iteration, int first);
-void final_prune(Plan& plan);
 
 }  // namespace qs::train

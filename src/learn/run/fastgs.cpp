@@ -15,10 +15,7 @@
 namespace qs::train {
 namespace {
 
-constexpr int kAfterIteration = 500;
-constexpr int kInterval = 500;  // iterations between changes
-constexpr int kScoredViews = 10;
-constexpr double kLeastShare = 0.03;  // of the Gaussian's pixels
+constexpr double kLeastShare = 0.03;  // share of the Gaussian's pixels
 constexpr double kCloneThreshold = 2e-4;
 constexpr double kCloned = 0.005;  // times the extent: smaller ones are cloned, larger ones split
 constexpr double kMostOpacity = 0.8;
@@ -27,11 +24,6 @@ constexpr int kManySumsFrom = 20'000;
 // The mean absolute gradient above which large Gaussians are split.
 double split_threshold(const TrainSettings& settings) {
   return settings.many_gaussians ? 3e-4 : 7e-4;
-}
-
-// True if Gaussians are added and removed between this iteration and the next.
-bool fastgs_changes_after(int iteration) {
-  return iteration > kAfterIteration && iteration < kDensityEnd && iteration % kInterval == 0;
 }
 
 std::vector<Candidate> fastgs_candidates(const IterationContext& context,
@@ -61,41 +53,18 @@ StepIntervals intervals_in(int iteration) {
 
 }  // namespace
 
-bool fastgs_absolute_gradients(const TrainSettings& /*settings*/) { return true; }
-
-bool fastgs_changes_before(const TrainSettings& settings, int iteration) {
-  return fastgs_changes_after(iteration - 1) || resets_after(settings, iteration - 1) ||
-         final_prune_after(iteration - 1, kDensityEnd);
+void fastgs_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
+  clone_and_split(context, facts, fastgs_candidates(context, facts), plan);
+  prune(context, kLeastOpacity, plan);
+  limit_opacities(kMostOpacity, plan);
 }
 
-int fastgs_scored_views(const TrainSettings& /*settings*/, int iteration) {
-  return fastgs_changes_after(iteration - 1) ? kScoredViews : 0;
-}
-
-void fastgs_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
-  plan.keep_all(facts, context.iteration);
-  if (fastgs_changes_after(context.iteration - 1)) {
-    plan.resets_statistics = true;
-    clone_and_split(context, facts, fastgs_candidates(context, facts), plan);
-    prune(context, kLeastOpacity, plan);
-    limit_opacities(kMostOpacity, plan);
-  }
-  if (resets_after(context.settings, context.iteration - 1)) limit_opacities(kResetOpacity, plan);
-  if (final_prune_after(context.iteration - 1, kDensityEnd)) final_prune(plan);
-}
-
-StepOrder fastgs_step(const IterationContext& context) {
-  StepOrder order = context.step();
-  order.counts_density = context.iteration < kDensityEnd;
-  order.moves = !fastgs_changes_after(context.iteration) &&
-                !final_prune_after(context.iteration, kDensityEnd);
-  if (context.settings.sum_gradients) {
-    const StepIntervals intervals = intervals_in(context.iteration);
-    order.sums = true;
-    order.moves = order.moves && context.iteration % intervals.others == 0;
-    order.rest_waits = context.iteration % intervals.rest != 0;
-  }
-  return order;
+void fastgs_step(const IterationContext& context, StepOrder& order) {
+  if (!context.settings.sum_gradients) return;
+  const StepIntervals intervals = intervals_in(context.iteration);
+  order.sums = true;
+  order.moves = order.moves && context.iteration % intervals.others == 0;
+  order.rest_waits = context.iteration % intervals.rest != 0;
 }
 
 }  // namespace qs::train

@@ -28,7 +28,7 @@ CellBox box_around_cameras(const DataSet& data) {
   return {0.5 * (low + high) - half, 2.0 * half};
 }
 
-constexpr int kCells = 64;  // of the grid along an axis of the box
+constexpr int kCells = 64;  // cells of the grid along an axis of the box
 
 // The cell's low corner, in cells from the low corner of the box.
 glm::dvec3 corner_of(std::size_t cell) {

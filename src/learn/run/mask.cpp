@@ -6,40 +6,20 @@
 // Gaussians that the photographs do not need are masked out, and removed at the next change. After
 // densification they are removed every 1,000 iterations. A clone and the children of a split have
 // the mask of their Gaussian.
-#include "learn/run/density_rules.h"
 #include "learn/run/field_model.h"
+#include "learn/run/strategy.h"
 
 namespace qs::train {
 namespace {
 
-constexpr int kMaskInterval = 1000;
 constexpr double kMaskRate = 0.01, kMaskWeight = 5e-4;
-
-bool masks_prune_after(int iteration) {
-  return iteration >= kDensityEnd && iteration % kMaskInterval == 0;
-}
 
 }  // namespace
 
-bool mask_changes_before(const TrainSettings& settings, int iteration) {
-  return adc_changes_before(settings, iteration) || masks_prune_after(iteration - 1);
-}
-
-void mask_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
-  adc_plan(context, facts, plan);
-  if (masks_prune_after(context.iteration - 1)) plan.resets_statistics = true;
-  if (!plan.resets_statistics) return;  // only opacities change
-  plan.keep_if(
-      [&](std::size_t i) { return !masked_out(double{facts.mask_logits[plan.sources[i]]}); });
-}
-
-StepOrder mask_step(const IterationContext& context) {
-  StepOrder order = adc_step(context);
-  order.moves = order.moves && !masks_prune_after(context.iteration);
+void mask_step(const IterationContext& context, StepOrder& order) {
   order.rates.mask = kMaskRate;
   order.mask_weight = kMaskWeight;
   order.field_rate = field_rate_at(context.iteration);
-  return order;
 }
 
 }  // namespace qs::train

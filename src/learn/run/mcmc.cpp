@@ -11,24 +11,13 @@
 
 #include "learn/run/density_rules.h"
 #include "learn/step/relocation.h"
-#include "raster/kernel/random.h"
 
 namespace qs::train {
 namespace {
 
-constexpr int kMcmcInterval = 100, kAfter = 500, kMcmcEnd = 25'000;
 constexpr double kGrowth = 1.05;
 constexpr double kNoise = 5e5;  // times the rate of the means and the covariance
 constexpr double kOpacityWeight = 0.01, kScaleWeight = 0.01;
-
-// True if Gaussians are moved and added between this iteration and the next.
-bool mcmc_changes_after(int iteration) {
-  return iteration > kAfter && iteration < kMcmcEnd && iteration % kMcmcInterval == 0;
-}
-
-bool mcmc_prunes_after(const TrainSettings& settings, int iteration) {
-  return settings.final_prunes && final_prune_after(iteration, kMcmcEnd);
-}
 
 // Opacity and scale of `copies` Gaussians that replace one Gaussian.
 void share(Plan& p, std::size_t i, int copies) {
@@ -69,55 +58,34 @@ void relocate_dead(const IterationContext& context, Plan& plan) {
   for (std::uint32_t i = 0; i < plan.size(); ++i)
     (opacity(plan, i) <= kDeadOpacity ? dead : alive).push_back(i);
   if (dead.empty() || alive.empty()) return;
-  const auto sources = drawn(plan, alive, dead.size(),
-                             Random::of(context.settings.seed, RandomUse::relocate,
-                                        static_cast<std::uint64_t>(context.iteration)));
+  const auto sources = drawn(plan, alive, dead.size(), context.random(RandomUse::relocate));
   share_sources(plan, sources);
   for (std::size_t k = 0; k < dead.size(); ++k) plan.replace(dead[k], sources[k]);
 }
 
 void grow(const IterationContext& context, Plan& plan) {
-  const std::size_t limit =
-      find_strategy(context.settings.strategy).max_gaussians(context.settings);
   const auto wanted = static_cast<std::size_t>(kGrowth * static_cast<double>(plan.size()));
-  const std::size_t target = std::min(limit, wanted);
+  const std::size_t target = std::min(context.max_gaussians(), wanted);
   if (target <= plan.size()) return;
   std::vector<std::uint32_t> all(plan.size());
   for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
-  const auto sources = drawn(plan, all, target - plan.size(),
-                             Random::of(context.settings.seed, RandomUse::add,
-                                        static_cast<std::uint64_t>(context.iteration)));
+  const auto sources = drawn(plan, all, target - plan.size(), context.random(RandomUse::add));
   share_sources(plan, sources);
   for (const std::uint32_t i : sources) plan.add_copy_of(i);
 }
 
 }  // namespace
 
-bool mcmc_changes_before(const TrainSettings& settings, int iteration) {
-  return mcmc_changes_after(iteration - 1) || mcmc_prunes_after(settings, iteration - 1);
-}
-
-void mcmc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
-  plan.keep_all(facts, context.iteration);
-  plan.resets_statistics = true;
-  if (mcmc_prunes_after(context.settings, context.iteration - 1)) {
-    final_prune(plan);
-    return;
-  }
+void mcmc_change(const IterationContext& context, const GaussianFacts& /*facts*/, Plan& plan) {
   relocate_dead(context, plan);
   grow(context, plan);
 }
 
-StepOrder mcmc_step(const IterationContext& context) {
-  StepOrder order = context.step();
-  order.moves = !mcmc_changes_after(context.iteration) &&
-                !mcmc_prunes_after(context.settings, context.iteration);
+void mcmc_step(const IterationContext& context, StepOrder& order) {
   const double unit = context.extent;
   order.sparsity = Sparsity{kOpacityWeight, kScaleWeight / unit};
-  order.noise = Noise{kNoise * context.rates.mean / (unit * unit),
-                      Random::of(context.settings.seed, RandomUse::noise,
-                                 static_cast<std::uint64_t>(context.iteration))};
-  return order;
+  order.noise =
+      Noise{kNoise * context.rates.mean / (unit * unit), context.random(RandomUse::noise)};
 }
 
 }  // namespace qs::train

@@ -59,7 +59,7 @@ class PhotographCache {
   std::set<const PhotographView*> being_read_;
   std::map<const PhotographView*, std::exception_ptr> errors_;
   Wanted wanted_;            // the view in use and the next views
-  std::uint64_t bytes_ = 0;  // of held_ and being_read_
+  std::uint64_t bytes_ = 0;  // size of held_ and being_read_
   std::uint64_t uses_ = 0;
   std::size_t reads_ = 0;
   bool ending_ = false;

@@ -20,7 +20,7 @@ namespace qs::train {
 
 /// The file of a photograph and the options of reading it.
 struct PhotographSource {
-  LensCamera taken;                     ///< of the photograph's full size
+  LensCamera taken;                     ///< the camera at the photograph's full size
   std::filesystem::path file, mask;     ///< `mask` empty: every pixel counts
   std::optional<int> resolution_scale;  ///< unset: 1, but photographs at most 1,600 pixels wide
   glm::vec3 background{0};              ///< behind transparent photographs
@@ -28,8 +28,8 @@ struct PhotographSource {
 };
 
 struct PhotographView {
-  Camera camera;             ///< of the size of training, undistorted
-  std::optional<Lens> lens;  ///< of the photograph as it was taken, in this size
+  Camera camera;             ///< the undistorted camera at the size of training
+  std::optional<Lens> lens;  ///< the lens that took the photograph, scaled to this size
   PhotographSource source;
   std::vector<std::uint8_t> rgb;    ///< row by row, over the background of the source
   std::vector<std::uint8_t> alpha;  ///< per pixel; empty: opaque, or keep_alpha is off

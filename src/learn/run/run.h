@@ -25,7 +25,7 @@ struct TrainLog;
 struct RunStatus {
   const Trainer& trainer;
   const TrainLog& log;
-  double loss;  ///< of the last iteration; 0 before the first
+  double loss;  ///< the loss of the last iteration; 0 before the first
 };
 
 enum class RunWish { go_on, save, stop };
@@ -38,7 +38,7 @@ struct RunOptions {
   /// also saves the Gaussians of the best evaluation; unset: keeps_best_by_default()
   std::optional<bool> keep_best;
   bool resume = false;
-  bool keep_checkpoint = false;  ///< of a finished run, which no checkpoint continues otherwise
+  bool keep_checkpoint = false;  ///< a finished run keeps its checkpoint, which otherwise goes
   /// out_dir may hold files; else it is new or empty, or `resume` is true. Without `resume`,
   /// remove_old_iterations() of it.
   bool overwrite = false;

@@ -35,7 +35,7 @@ class ViewOrder {
   std::size_t views_;
   std::uint64_t seed_;
   std::uint64_t round_ = ~std::uint64_t{0};
-  std::vector<std::size_t> order_;  // of round_
+  std::vector<std::size_t> order_;  // the order in round_
 };
 
 /// `count` different ones of `views` training views, in random order; all of them if there are

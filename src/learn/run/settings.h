@@ -51,7 +51,7 @@ struct TrainSettings {
 };
 
 /// As a JSON object, and back. settings_of() throws nlohmann::json::exception.
-nlohmann::ordered_json settings_json(const TrainSettings& settings);
+nlohmann::ordered_json settings_json(TrainSettings settings);
 TrainSettings settings_of(const nlohmann::ordered_json& json);
 
 /// The names of the settings that differ, except `iterations` and `max_gaussians`: a resumed run

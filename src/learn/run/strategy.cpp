@@ -5,41 +5,100 @@
 #include <array>
 
 #include "base/fail.h"
+#include "learn/run/density_rules.h"
 
 namespace qs::train {
 namespace {
 
+constexpr int kMaskInterval = 1000;
+
 constexpr std::array kStrategies = {
-    Strategy{"adc", "adaptive density control, as published with 3DGS", 2.5e-2, 0.1, 1, 0,
-             adc_changes_before, adc_plan, adc_step, adc_absolute_gradients},
-    Strategy{"mcmc", "relocates nearly transparent Gaussians (3DGS as Markov Chain Monte Carlo)",
-             5e-2, 0.5, 0.1, 1'000'000, mcmc_changes_before, mcmc_plan, mcmc_step},
+    Strategy{.name = "adc",
+             .summary = "adaptive density control, as published with 3DGS",
+             .change = adc_change},
+    Strategy{.name = "mcmc",
+             .summary = "relocates nearly transparent Gaussians (3DGS as Markov Chain Monte Carlo)",
+             .opacity_rate = 5e-2,
+             .initial_opacity = 0.5,
+             .initial_scale = 0.1,
+             .default_max_gaussians = 1'000'000,
+             .end = 25'000,
+             .resets_opacities = false,
+             .counts_density = false,
+             .change = mcmc_change,
+             .adjust_step = mcmc_step},
     Strategy{.name = "dash",
              .summary = "begins with small photographs and few Gaussians (DashGaussian)",
-             .opacity_rate = 2.5e-2,
-             .initial_opacity = 0.1,
-             .initial_scale = 1,
-             .default_max_gaussians = 0,
-             .changes_before = dash_changes_before,
-             .plan = dash_plan,
-             .step = dash_step,
-             .reduces_photographs = true},
-    Strategy{"fastgs", "adds Gaussians where several views have large errors (FastGS)", 2.5e-2, 0.1,
-             1, 0, fastgs_changes_before, fastgs_plan, fastgs_step, fastgs_absolute_gradients,
-             fastgs_scored_views},
+             .follows_run = true,
+             .reduces_photographs = true,
+             .change = dash_change},
+    Strategy{.name = "fastgs",
+             .summary = "adds Gaussians where several views have large errors (FastGS)",
+             .first_change = 1000,
+             .interval = 500,
+             .always_prunes_at_end = true,
+             .needs_absolute_gradients = true,
+             .counted_views = 10,
+             .change = fastgs_change,
+             .adjust_step = fastgs_step},
     Strategy{.name = "mask",
              .summary = "learns which Gaussians to drop (Compact-3DGS, with colours as in adc)",
              .opacity_rate = 5e-2,
-             .initial_opacity = 0.1,
-             .initial_scale = 1,
-             .default_max_gaussians = 0,
-             .changes_before = mask_changes_before,
-             .plan = mask_plan,
-             .step = mask_step,
-             .has_masks = true},
+             .has_masks = true,
+             .change = adc_change,
+             .adjust_step = mask_step},
 };
 
 }  // namespace
+
+std::size_t IterationContext::max_gaussians() const {
+  return settings.max_gaussians > 0 ? settings.max_gaussians
+                                    : find_strategy(settings.strategy).default_max_gaussians;
+}
+
+Strategy::Events Strategy::events_after(const TrainSettings& settings, int iteration) const {
+  const int last = end_in(settings);
+  // Published up to 24,000 of 30,000 iterations.
+  const int reset_end =
+      follows_run ? static_cast<int>(4L * settings.iterations / 5) + 1 : kDensityEnd;
+  return {.change = iteration >= first_change && iteration < last && iteration % interval == 0,
+          .final_prune =
+              (always_prunes_at_end || settings.final_prunes) && final_prune_after(iteration, last),
+          .mask_prune = has_masks && iteration >= last && iteration % kMaskInterval == 0,
+          .opacity_reset = resets_opacities && resets_after(settings, iteration, reset_end)};
+}
+
+bool Strategy::changes_before(const TrainSettings& settings, int iteration) const {
+  const Events events = events_after(settings, iteration - 1);
+  return events.change_the_set() || events.opacity_reset;
+}
+
+int Strategy::scored_views(const TrainSettings& settings, int iteration) const {
+  return events_after(settings, iteration - 1).change ? counted_views : 0;
+}
+
+void Strategy::plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) const {
+  const Events events = events_after(context.settings, context.iteration - 1);
+  plan.keep_all(facts, context.iteration);
+  plan.resets_statistics = events.change_the_set();
+  if (events.change) change(context, facts, plan);
+  if (events.opacity_reset) limit_opacities(kResetOpacity, plan);
+  if (events.final_prune) remove_faint(kFinalOpacity, plan);
+  if (has_masks && events.change_the_set()) {
+    plan.keep_if(
+        [&](std::size_t i) { return !masked_out(double{facts.mask_logits[plan.sources[i]]}); });
+  }
+}
+
+StepOrder Strategy::step(const IterationContext& context) const {
+  StepOrder order;
+  order.iteration = context.iteration;
+  order.rates = context.rates;
+  order.counts_density = counts_density && context.iteration < end_in(context.settings);
+  order.moves = !events_after(context.settings, context.iteration).change_the_set();
+  if (adjust_step != nullptr) adjust_step(context, order);
+  return order;
+}
 
 std::span<const Strategy> strategies() { return kStrategies; }
 

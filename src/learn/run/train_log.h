@@ -17,7 +17,7 @@ namespace qs::train {
 
 struct LogRow {
   int iteration = 0;
-  double seconds = 0;  ///< of training since the start, without evaluation and saving
+  double seconds = 0;  ///< training time since the start, without evaluation and saving
   double loss = 0;     ///< mean since the row before
   std::size_t gaussians = 0;
   std::optional<Quality> test;

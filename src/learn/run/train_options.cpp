@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "learn/run/train_options.h"
 
+#include <algorithm>
 #include <iterator>
 #include <string>
 #include <vector>
@@ -33,10 +34,8 @@ Parameters read_initial(const std::filesystem::path& path, int sh_degree, Thread
   result.sh_degree = sh_degree;
   result.sh.assign(result.size() * result.sh_stride(), glm::vec3(0));
   const std::size_t shared = std::min(result.sh_stride(), read.sh_stride());
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    for (std::size_t k = 0; k < shared; ++k)
-      result.sh[i * result.sh_stride() + k] = read.sh[i * read.sh_stride() + k];
-  }
+  for (std::size_t i = 0; i < result.size(); ++i)
+    std::copy_n(&read.sh[i * read.sh_stride()], shared, &result.sh[i * result.sh_stride()]);
   return result;
 }
 
@@ -62,11 +61,11 @@ void check_strategy(const TrainOptions& options) {
   };
   const bool adc = settings.strategy == "adc", fastgs = settings.strategy == "fastgs";
   const bool dash = settings.strategy == "dash", mcmc = settings.strategy == "mcmc";
-  require(options.amount_is_set, "--gaussians", "fastgs", fastgs);
+  require(options.many_gaussians.has_value(), "--gaussians", "fastgs", fastgs);
   require(settings.sum_gradients, "--sum-gradients", "fastgs", fastgs);
   require(settings.absolute_gradients, "--absolute-gradients", "adc", adc);
   require(settings.final_prunes, "--final-prunes", "adc or mcmc", adc || mcmc);
-  require(options.variant_is_set, "--dash-variant", "dash", dash);
+  require(options.dash_of_paper.has_value(), "--dash-variant", "dash", dash);
   require(settings.color_field, "--color-field", "mask", settings.strategy == "mask");
 }
 
@@ -89,37 +88,30 @@ void declare_data_options(OptionTable& table, TrainOptions& options) {
                 "(default: 8)");
 }
 
-void declare_model_options(OptionTable& table, TrainOptions& options) {
+// Declares a choice of two words; the second one makes `target` true.
+template <class Bool>
+void declare_switch(OptionTable& table, const std::string& name,
+                    const std::vector<std::string>& words, Bool& target, const std::string& help) {
+  table.choice(
+      name, words, [&target](int chosen) { target = chosen == 1; }, help);
+}
+
+void declare_strategy_options(OptionTable& table, TrainOptions& options) {
   std::vector<std::string> names;
   for (const Strategy& strategy : strategies()) names.emplace_back(strategy.name);
   TrainSettings& settings = options.settings;
-  declare_mode_option(
-      table, "--cull", [&settings](CullMode mode) { settings.mode = mode; },
-      fmt::format("tile culling mode of the training frames (default: {})",
-                  mode_name(default_mode())));
   table.choice(
       "--strategy", names,
       [&settings, names](int chosen) {
         settings.strategy = names[static_cast<std::size_t>(chosen)];
       },
       "how Gaussians are added and removed (default: adc, as published with 3DGS)");
-  table.choice(
-      "--gaussians", {"few", "many"},
-      [&settings, &options](int chosen) {
-        settings.many_gaussians = chosen == 1;
-        options.amount_is_set = true;
-      },
-      "with strategy fastgs: few Gaussians, or more of them for quality (default: few)");
-  table.choice(
-      "--dash-variant", {"current", "2025-06"},
-      [&settings, &options](int chosen) {
-        settings.dash_of_paper = chosen == 1;
-        options.variant_is_set = true;
-      },
-      "with strategy dash: as published now, or in June 2025 (default: current)");
-  table.choice(
-      "--resolution-schedule", {"full", "dash"},
-      [&options](int chosen) { options.reduces_photographs = chosen == 1; },
+  declare_switch(table, "--gaussians", {"few", "many"}, options.many_gaussians,
+                 "with strategy fastgs: few Gaussians, or more of them for quality (default: few)");
+  declare_switch(table, "--dash-variant", {"current", "2025-06"}, options.dash_of_paper,
+                 "with strategy dash: as published now, or in June 2025 (default: current)");
+  declare_switch(
+      table, "--resolution-schedule", {"full", "dash"}, options.reduces_photographs,
       "size of the photographs in the first iterations: full, or reduced at first as by strategy "
       "dash (default: full, with strategy dash: dash)");
   table.flag("--color-field", settings.color_field,
@@ -142,6 +134,10 @@ void declare_model_options(OptionTable& table, TrainOptions& options) {
   table.flag("--step-before-densify", settings.step_before_densify,
              "also takes the optimizer's step in iterations after which Gaussians are added, as "
              "QuadBox's code; 3DGS leaves it out");
+}
+
+void declare_model_options(OptionTable& table, TrainOptions& options) {
+  TrainSettings& settings = options.settings;
   table.real("--opacity-rate", "X", 1e-6, 1, settings.opacity_rate,
              "learning rate of opacity (default: mcmc and mask 0.05, others 0.025)");
   table.text("--init", "MODEL", options.init,
@@ -173,6 +169,11 @@ void declare_train_options(OptionTable& table, TrainOptions& options) {
   table.text(kModelOption, "DIR", options.run.out_dir,
              "folder of the trained model, which every command opens", {"trained"});
   table.required();
+  declare_mode_option(
+      table, "--cull", [&options](CullMode mode) { options.settings.mode = mode; },
+      fmt::format("tile culling mode of the training frames (default: {})",
+                  mode_name(default_mode())));
+  declare_strategy_options(table, options);
   declare_model_options(table, options);
   table.flag("--resume", options.run.resume,
              "continues the run that was saved in MODEL with the same options, to the same bits as "
@@ -202,15 +203,18 @@ void declare_train_options(OptionTable& table, TrainOptions& options) {
 PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPool& pool,
                     const Progress& progress) {
   check_strategy(options);
-  options.settings.reduced_photographs = options.reduces_photographs.value_or(
-      find_strategy(options.settings.strategy).reduces_photographs);
+  TrainSettings& settings = options.settings;
+  settings.many_gaussians = options.many_gaussians.value_or(false);
+  settings.dash_of_paper = options.dash_of_paper.value_or(false);
+  settings.reduced_photographs =
+      options.reduces_photographs.value_or(find_strategy(settings.strategy).reduces_photographs);
   if (options.keep_best && options.keep_last)
     fail(ErrorKind::usage, "--keep-last: contradicts --keep-best");
   if (options.keep_best || options.keep_last) options.run.keep_best = options.keep_best;
-  options.settings.max_gaussians = static_cast<std::size_t>(options.max_gaussians);
-  options.settings.random_points = static_cast<std::size_t>(options.random_points);
-  options.data.background = options.settings.background;
-  options.data.keep_alpha = options.settings.random_background;
+  settings.max_gaussians = static_cast<std::size_t>(options.max_gaussians);
+  settings.random_points = static_cast<std::size_t>(options.random_points);
+  options.data.background = settings.background;
+  options.data.keep_alpha = settings.random_background;
   check_folder(options.run.out_dir);
   require_new_folder(options.run.out_dir, options.run.overwrite || options.run.resume);
   if (options.run.resume && !std::filesystem::exists(checkpoint_path(options.run.out_dir))) {
@@ -221,17 +225,17 @@ PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPo
   }
   // Two runs with this folder would end in a sentence only after the photographs were read.
   if (std::filesystem::exists(options.run.out_dir)) lock_model_folder(options.run.out_dir);
-  if (options.settings.color_field) {
-    if (options.settings.antialiased)
+  if (settings.color_field) {
+    if (settings.antialiased)
       fail(ErrorKind::usage, "--color-field: its files do not hold --antialiased");
-    options.settings.sh_degree = 0;
+    settings.sh_degree = 0;
   }
   PreparedRun prepared;
   prepared.model = make_training_model(backend, pool, device);
   prepared.data = read_data(options, pool, progress);
   if (options.init && !options.run.resume)
     options.run.initial =
-        read_initial(*options.init, options.settings.sh_degree, pool, progress, options.run.text);
+        read_initial(*options.init, settings.sh_degree, pool, progress, options.run.text);
   return prepared;
 }
 

@@ -17,7 +17,7 @@ struct TrainOptions {
   DataOptions data;
   TrainSettings settings;
   RunOptions run;
-  bool amount_is_set = false, variant_is_set = false;
+  std::optional<bool> many_gaussians, dash_of_paper;  ///< unset: not given
   bool keep_best = false, keep_last = false;
   std::optional<bool> reduces_photographs;  ///< unset: as the strategy does
   std::optional<std::filesystem::path> init;

@@ -57,7 +57,7 @@ class Trainer {
   /// Unset without test views.
   std::optional<Quality> test_quality(const Progress& progress = {});
 
-  int iteration() const { return model_->iteration(); }  ///< of the last step
+  int iteration() const { return model_->iteration(); }  ///< the iteration of the last step
   std::size_t gaussians() const { return model_->size(); }
   /// The Gaussians that are not masked out, as files have them. On CUDA this may copy the model.
   std::size_t existing_gaussians() const {
@@ -89,7 +89,7 @@ class Trainer {
   PhotographCache photographs_;
   ReducedPhotographs reduced_;
   std::optional<ResolutionSchedule> schedule_;  ///< set by prepare()
-  Plan plan_;                                   ///< of the last change
+  Plan plan_;                                   ///< the plan of the last change
   bool has_codes_ = false;                      ///< the model is known to have codes of shapes
 };
 

@@ -64,11 +64,7 @@ void step_row(const QsAdam& adam, const AdamShape& shape, const AdamRule& rule,
               const AdamStep& step, std::int64_t row) {
   const auto element = [&](const QsArray& array, std::int64_t i, std::int64_t j,
                            std::int64_t k) -> float& {
-    std::int64_t at = row * array.strides[0];
-    if (array.dimensions > 1) at += i * array.strides[1];
-    if (array.dimensions > 2) at += j * array.strides[2];
-    if (array.dimensions > 3) at += k * array.strides[3];
-    return static_cast<float*>(array.data)[at];
+    return static_cast<float*>(array.data)[offset_of(array, row, i, j, k)];
   };
   const auto rate = static_cast<float>(adam.rate);
   for (std::int64_t i = 0; i < shape[1]; ++i) {

@@ -22,7 +22,7 @@ inline constexpr std::size_t kFirstBytes<QsComparison> = 144;
 namespace {
 
 constexpr Types kPictures = kReals | kBytes;
-constexpr std::int64_t kMostValues = std::int64_t{1} << 29;  // as files of pictures
+constexpr std::int64_t kMostValues = std::int64_t{1} << 29;  // the limit for files of pictures, too
 constexpr std::uint32_t kAllMetrics = QS_METRIC_PSNR | QS_METRIC_PSNR_8BIT | QS_METRIC_SSIM |
                                       QS_METRIC_FLIP | QS_METRIC_LPIPS | QS_METRIC_LPIPS_PAPER;
 constexpr std::uint32_t kLpips = QS_METRIC_LPIPS | QS_METRIC_LPIPS_PAPER;
@@ -54,34 +54,8 @@ void check_pictures(const QsArray& a, const QsArray& b, const QsComparison& comp
     refuse(where / "mask", "belongs to QS_METRIC_PSNR and QS_METRIC_SSIM alone");
 }
 
-/// The values of a checked array, row by row, value by value.
-template <class To, class Convert>
-void gather(const QsArray& array, ThreadPool& pool, To* to, const Convert& convert) {
-  const auto columns = static_cast<std::size_t>(array.sizes[1]);
-  const std::size_t channels = array.dimensions == 3 ? static_cast<std::size_t>(array.sizes[2]) : 1;
-  const std::ptrdiff_t deep = array.dimensions == 3 ? array.strides[2] : 0;
-  with_type(array, [&](const auto* elements) {
-    pool.for_chunks(
-        static_cast<std::size_t>(array.sizes[0]), 16, [&](std::size_t begin, std::size_t end, int) {
-          To* next = to + begin * columns * channels;
-          for (std::size_t y = begin; y < end; ++y)
-            for (std::size_t x = 0; x < columns; ++x)
-              for (std::size_t c = 0; c < channels; ++c)
-                *next++ = convert(elements[static_cast<std::ptrdiff_t>(y) * array.strides[0] +
-                                           static_cast<std::ptrdiff_t>(x) * array.strides[1] +
-                                           static_cast<std::ptrdiff_t>(c) * deep]);
-        });
-  });
-}
-
-Image image_of(const QsArray& array, ThreadPool& pool) {
-  Image image(static_cast<int>(array.sizes[1]), static_cast<int>(array.sizes[0]), 3);
-  gather(array, pool, image.values.data(), [](auto value) {
-    if constexpr (std::is_same_v<decltype(value), std::uint8_t>)
-      return value / 255.0f;
-    else
-      return static_cast<float>(value);
-  });
+Image unit_image_of(const QsArray& array, ThreadPool& pool) {
+  Image image = image_of(array, pool);
   clamp_to_unit(image);
   return image;
 }
@@ -121,7 +95,7 @@ int32_t qs_compare(QsContext* context, const QsArray* a, const QsArray* b, QsCom
     check_pictures(*a, *b, result);
     const Use use(*context->context, {kCall, "context"});
     ThreadPool& pool = use.pool();
-    const Image first = image_of(*a, pool), second = image_of(*b, pool);
+    const Image first = unit_image_of(*a, pool), second = unit_image_of(*b, pool);
     std::vector<std::uint8_t> mask;
     if (!is_absent(result.mask)) {
       mask.resize(first.values.size() / 3);

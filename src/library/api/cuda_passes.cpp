@@ -67,12 +67,9 @@ template <class F>
 void for_each_element(const QsArray& array, std::size_t element_bytes, const F& f) {
   const std::int64_t columns = array.dimensions > 1 ? array.sizes[1] : 1;
   for (std::int64_t i = 0; i < array.sizes[0]; ++i) {
-    for (std::int64_t j = 0; j < columns; ++j) {
-      const std::int64_t at =
-          i * array.strides[0] + (array.dimensions > 1 ? j * array.strides[1] : 0);
-      f(i * columns + j,
-        static_cast<std::byte*>(array.data) + at * static_cast<std::int64_t>(element_bytes));
-    }
+    for (std::int64_t j = 0; j < columns; ++j)
+      f(i * columns + j, static_cast<std::byte*>(array.data) +
+                             offset_of(array, i, j) * static_cast<std::int64_t>(element_bytes));
   }
 }
 
@@ -145,7 +142,7 @@ class CudaPasses final : public Passes {
       });
       return;
     }
-    constexpr std::int64_t kNumbers = 2 + 3 + 1 + 1 + 3;  // of a Gaussian in the boundary
+    constexpr std::int64_t kNumbers = 2 + 3 + 1 + 1 + 3;  // a Gaussian's numbers in the boundary
     auto* next = temporary_.numbers<float>(static_cast<std::size_t>(call_.gaussians * kNumbers));
     const auto complete = [&](diff::Rows<float>& missing, int numbers) {
       if (!missing) missing = diff::Rows<float>::packed(next, numbers);

@@ -27,6 +27,13 @@ QsArray whole(const std::vector<Value>& values, std::uint32_t type) {
   return view_of(values.data(), values.size(), type);
 }
 
+const Frame& frame_without_picture(OpenScene& scene, const Camera& view,
+                                   const RenderSettings& settings, Outputs outputs,
+                                   const Use& use) {
+  outputs.color = false;
+  return scene.renderer(use.stop()).render(view, settings, outputs, HostImage{}, use.stop());
+}
+
 QsLists lists_of(const Frame& frame, OpenScene& scene) {
   const Trace& trace = frame.trace;
   QsLists lists{};
@@ -65,10 +72,8 @@ int32_t qs_lists(QsSceneHandle* scene, const QsCamera* camera, const QsSettings*
     checked_size(lists, {kCall, "lists"});
     const Use use(scene->scene.context(), {kCall, "scene"});
     Outputs outputs;
-    outputs.color = false;
     outputs.trace = true;
-    const Frame& frame =
-        scene->scene.renderer(use.stop()).render(view, chosen, outputs, HostImage{}, use.stop());
+    const Frame& frame = frame_without_picture(scene->scene, view, chosen, outputs, use);
     write_struct(lists_of(frame, scene->scene), lists, {kCall, "lists"});
   });
 }
@@ -90,10 +95,8 @@ int32_t qs_count_modes(QsSceneHandle* scene, const QsCamera* camera, const QsSet
     if (count != nullptr) *count = modes;
     if (filled == 0) return;
     Outputs outputs;
-    outputs.color = false;
     outputs.mode_pairs = true;
-    const Frame& frame =
-        scene->scene.renderer(use.stop()).render(view, chosen, outputs, HostImage{}, use.stop());
+    const Frame& frame = frame_without_picture(scene->scene, view, chosen, outputs, use);
     for (std::uint64_t i = 0; i < filled; ++i) {
       const ModePairs& of_mode = frame.mode_pairs[i];
       const auto mode = static_cast<CullMode>(i + 1);

@@ -24,14 +24,11 @@ void check_wanted(const QsGaussians& wanted, const QsSceneFacts& facts, const Wh
     refuse(where / "antialiased", "is {} instead of 0: qs_scene_facts() has it",
            wanted.antialiased);
   const auto count = static_cast<std::int64_t>(facts.gaussians);
-  const auto check = [&](const QsArray& array, const char* name,
-                         std::initializer_list<std::int64_t> sizes) {
-    if (!is_absent(array)) check_array(array, where / name, sizes, kReals, Access::writes);
-  };
-  check(wanted.means, "means", {count, 3});
-  check(wanted.scales, "scales", {count, 3});
-  check(wanted.rotations, "rotations", {count, 4});
-  check(wanted.opacities, "opacities", {count});
+  const ArrayChecks arrays{where, kReals, Access::writes};
+  arrays.optional(wanted.means, "means", {count, 3});
+  arrays.optional(wanted.scales, "scales", {count, 3});
+  arrays.optional(wanted.rotations, "rotations", {count, 4});
+  arrays.optional(wanted.opacities, "opacities", {count});
   if (is_absent(wanted.colors) && is_absent(wanted.rest)) return;
   const std::int64_t coefficients = check_sh(wanted.colors, where / "colors", wanted.rest,
                                              where / "rest", count, kReals, Access::writes);
@@ -59,16 +56,10 @@ void store_rows(const QsArray& array, const Range& range, const Value& value) {
     if constexpr (std::is_floating_point_v<Element>) {
       for (std::size_t i = range.begin; i < range.end; ++i) {
         const std::optional<std::size_t> index = range.scene.index_of(i);
-        Element* const row = elements + static_cast<std::ptrdiff_t>(i) * array.strides[0];
-        for (std::size_t j = 0; j < columns; ++j) {
-          for (std::size_t k = 0; k < channels; ++k) {
-            const std::ptrdiff_t place =
-                (columns > 1 ? static_cast<std::ptrdiff_t>(j) * array.strides[1] : 0) +
-                (channels > 1 ? static_cast<std::ptrdiff_t>(k) * array.strides[2] : 0);
-            row[place] = index ? static_cast<Element>(value(*index, j, k))
-                               : std::numeric_limits<Element>::quiet_NaN();
-          }
-        }
+        for (std::size_t j = 0; j < columns; ++j)
+          for (std::size_t k = 0; k < channels; ++k)
+            elements[offset_of(array, i, j, k)] = index ? static_cast<Element>(value(*index, j, k))
+                                                        : std::numeric_limits<Element>::quiet_NaN();
       }
     }
   });

@@ -28,8 +28,7 @@ int32_t qs_neighbours(QsContext* context, const QsArray* points, const QsArray* 
     const auto* const elements = static_cast<const float*>(points->data);
     for (std::int64_t i = 0; i < count; ++i) {
       for (int axis = 0; axis < 3; ++axis) {
-        given[static_cast<std::size_t>(i)][axis] =
-            elements[i * points->strides[0] + axis * points->strides[1]];
+        given[static_cast<std::size_t>(i)][axis] = elements[offset_of(*points, i, axis)];
       }
     }
     const std::vector<double> found = train::neighbour_distances2(given, use.pool());

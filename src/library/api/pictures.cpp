@@ -25,26 +25,9 @@ Image image_to_save(const QsArray& array, const Where& where) {
            kMostPixelsOfASide, kMostPixelsOfASide);
   if (channels < 1 || channels > kMostChannels)
     refuse(where, "{} channels are not between 1 and {}", channels, kMostChannels);
-  if (array.dimensions == 2) {
-    check_array(array, where, {height, width}, kColors, Access::reads);
-  } else {
-    check_array(array, where, {height, width, channels}, kColors, Access::reads);
-  }
-  Image image(static_cast<int>(width), static_cast<int>(height), static_cast<int>(channels));
-  const std::int64_t deep = array.dimensions == 2 ? 0 : array.strides[2];
-  float* next = image.values.data();
-  with_type(array, [&](const auto* elements) {
-    using Element = std::remove_const_t<std::remove_pointer_t<decltype(elements)>>;
-    for (std::int64_t y = 0; y < height; ++y) {
-      for (std::int64_t x = 0; x < width; ++x) {
-        for (std::int64_t c = 0; c < channels; ++c) {
-          const Element value = elements[y * array.strides[0] + x * array.strides[1] + c * deep];
-          *next++ = static_cast<float>(value) / (std::is_same_v<Element, std::uint8_t> ? 255 : 1);
-        }
-      }
-    }
-  });
-  return image;
+  check_array(array, where, std::span(array.sizes, array.dimensions), kColors, Access::reads);
+  ThreadPool alone(1);
+  return image_of(array, alone);
 }
 
 }  // namespace

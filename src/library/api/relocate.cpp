@@ -58,8 +58,8 @@ void relocate(const RelocationArrays& given, std::int64_t i) {
     using Real = std::remove_pointer_t<decltype(to)>;
     const auto* const from = static_cast<const Real*>(given.scales.data);
     for (int axis = 0; axis < 3; ++axis) {
-      const Real scale = from[i * given.scales.strides[0] + axis * given.scales.strides[1]];
-      to[i * given.new_scales.strides[0] + axis * given.new_scales.strides[1]] =
+      const Real scale = from[offset_of(given.scales, i, axis)];
+      to[offset_of(given.new_scales, i, axis)] =
           static_cast<Real>(static_cast<double>(scale) * shared.scale_factor);
     }
   });

@@ -28,18 +28,16 @@ void check_picture(const QsPicture& picture, const Place& of_maps, const Camera&
                    const TileGrid& grid, const Where& where) {
   if (picture.reserved != 0) refuse(where / "reserved", "is not 0");
   const std::int64_t width = camera.width, height = camera.height;
-  const auto check = [&](const QsArray& array, const char* name,
-                         std::initializer_list<std::int64_t> sizes, Types types,
-                         const Place& place = {}) {
-    if (!is_absent(array)) check_array(array, where / name, sizes, types, Access::writes, place);
-  };
-  check(picture.color, "color", {height, width, 3}, kColors, of_maps);
-  check(picture.alpha, "alpha", {height, width}, kColors, of_maps);
-  check(picture.depth, "depth", {height, width}, kFloat32, of_maps);
-  check(picture.median_depth, "median_depth", {height, width}, kFloat32, of_maps);
-  check(picture.evaluated, "evaluated", {height, width}, kIntegers);
-  check(picture.pairs, "pairs", {grid.rows, grid.columns}, kIntegers);
-  check(picture.used, "used", {grid.rows, grid.columns}, kIntegers);
+  const ArrayChecks colors{where, kColors, Access::writes, of_maps};
+  colors.optional(picture.color, "color", {height, width, 3});
+  colors.optional(picture.alpha, "alpha", {height, width});
+  const ArrayChecks depths{where, kFloat32, Access::writes, of_maps};
+  depths.optional(picture.depth, "depth", {height, width});
+  depths.optional(picture.median_depth, "median_depth", {height, width});
+  const ArrayChecks numbers{where, kIntegers, Access::writes};
+  numbers.optional(picture.evaluated, "evaluated", {height, width});
+  numbers.optional(picture.pairs, "pairs", {grid.rows, grid.columns});
+  numbers.optional(picture.used, "used", {grid.rows, grid.columns});
   if (picture.counts != nullptr) checked_size(picture.counts, where / "counts");
 }
 

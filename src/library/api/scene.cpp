@@ -43,10 +43,10 @@ OpenScene::OpenScene(std::shared_ptr<Context> context, Scene scene,
       scene_(std::make_shared<const Scene>(std::move(scene))),
       not_drawn_(not_drawn.size()),
       numbers_(kept_numbers(scene_->cloud.size(), not_drawn)) {
-  texts_.path = scene_->path.string();
-  texts_.cameras_path = cameras_beside(scene_->path);
+  path_ = scene_->path.string();
+  cameras_path_ = cameras_beside(scene_->path);
   for (const std::string& warning : scene_->warnings)
-    texts_.warnings += (texts_.warnings.empty() ? "" : "\n") + warning;
+    warnings_ += (warnings_.empty() ? "" : "\n") + warning;
   white_background_ = !scene_->path.empty() && model_wants_white_background(scene_->path);
   const Array<glm::vec3>& positions = scene_->cloud.positions;
   if (!positions.empty()) low_ = high_ = positions.front();
@@ -69,12 +69,12 @@ QsSceneFacts OpenScene::facts() const {
   }
   facts.antialiased = cloud.antialiased ? 1 : 0;
   facts.white_background = white_background_ ? 1 : 0;
-  facts.path = texts_.path.c_str();
+  facts.path = path_.c_str();
   facts.format = scene_->format.c_str();
   facts.axes = scene_->axes.c_str();
   facts.vertical_axis = scene_->vertical_axis.c_str();
-  facts.cameras_path = texts_.cameras_path.c_str();
-  facts.warnings = texts_.warnings.c_str();
+  facts.cameras_path = cameras_path_.c_str();
+  facts.warnings = warnings_.c_str();
   return facts;
 }
 

@@ -16,11 +16,6 @@
 
 namespace qs::library {
 
-/// Texts behind QsSceneFacts.
-struct SceneTexts {
-  std::string path, cameras_path, warnings;
-};
-
 /// Everything that a handle stands for.
 class OpenScene {
  public:
@@ -48,8 +43,8 @@ class OpenScene {
   std::shared_ptr<Context> context_;  // outlives the renderer
   std::shared_ptr<const Scene> scene_;
   std::size_t not_drawn_ = 0;
-  std::vector<std::uint32_t> numbers_;  // per Gaussian of the cloud; empty: their indices
-  SceneTexts texts_;
+  std::vector<std::uint32_t> numbers_;          // per Gaussian of the cloud; empty: their indices
+  std::string path_, cameras_path_, warnings_;  // behind QsSceneFacts
   bool white_background_ = false;
   glm::vec3 low_{0.0f}, high_{0.0f};
   std::unique_ptr<Renderer> renderer_;

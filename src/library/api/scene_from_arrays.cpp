@@ -20,10 +20,7 @@ class Reals {
   explicit Reals(const QsArray& array) : array_(array) {}
 
   double operator()(std::size_t i, std::size_t j = 0, std::size_t k = 0) const {
-    const std::ptrdiff_t place =
-        static_cast<std::ptrdiff_t>(i) * array_.strides[0] +
-        (array_.dimensions > 1 ? static_cast<std::ptrdiff_t>(j) * array_.strides[1] : 0) +
-        (array_.dimensions > 2 ? static_cast<std::ptrdiff_t>(k) * array_.strides[2] : 0);
+    const std::ptrdiff_t place = offset_of(array_, i, j, k);
     if (array_.type == QS_FLOAT64) return static_cast<const double*>(array_.data)[place];
     return static_cast<double>(static_cast<const float*>(array_.data)[place]);
   }
@@ -47,21 +44,17 @@ std::int64_t check_gaussians(const QsGaussians& given, const Where& where) {
   const std::int64_t count = given.means.sizes[0];
   if (count > kMostGaussians)
     refuse(where / "means", "{} Gaussians are more than {}", count, kMostGaussians);
-  const auto check = [&](const QsArray& array, const char* name,
-                         std::initializer_list<std::int64_t> sizes) {
-    check_array(array, where / name, sizes, kReals, Access::reads, place);
-  };
-  check(given.means, "means", {count, 3});
-  check(given.scales, "scales", {count, 3});
-  check(given.rotations, "rotations", {count, 4});
-  check(given.opacities, "opacities", {count});
+  const ArrayChecks arrays{where, kReals, Access::reads, place};
+  arrays.given(given.means, "means", {count, 3});
+  arrays.given(given.scales, "scales", {count, 3});
+  arrays.given(given.rotations, "rotations", {count, 4});
+  arrays.given(given.opacities, "opacities", {count});
   if (given.colors_are != QS_COLORS_RGB) {
     return check_sh(given.colors, where / "colors", given.rest, where / "rest", count, kReals,
                     Access::reads, place);
   }
-  if (!is_absent(given.rest))
-    refuse(where / "rest", "belongs to spherical harmonics, but the colours are RGB");
-  check(given.colors, "colors", {count, 3});
+  arrays.absent(given.rest, "rest", "belongs to spherical harmonics, but the colours are RGB");
+  arrays.given(given.colors, "colors", {count, 3});
   return 1;
 }
 
@@ -124,9 +117,7 @@ int32_t qs_scene_wrap(QsContext* context, const QsGaussians* gaussians, QsSceneH
         *array = copies.of(*array);
     }
     Scene made;
-    int degree = 0;
-    while (sh_coefficient_count(degree) < coefficients) ++degree;
-    made.cloud.resize(static_cast<std::size_t>(given.means.sizes[0]), degree);
+    made.cloud.resize(static_cast<std::size_t>(given.means.sizes[0]), sh_degree_of(coefficients));
     made.cloud.antialiased = given.antialiased == 1;
     made.format = "memory";
     const std::vector<std::size_t> removed = fill_drawable(

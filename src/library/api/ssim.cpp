@@ -21,7 +21,7 @@ constexpr std::int64_t kMostPixelsOfAChannel = std::int64_t{1} << 29;
 
 /// The arguments that both functions share.
 struct SsimCall {
-  const char* name;  ///< of the function
+  const char* name;  ///< the function
   const QsArray &a, &b;
   std::uint32_t border;
 

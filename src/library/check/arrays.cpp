@@ -45,7 +45,7 @@ std::string shape_of(const Sizes& sizes, std::size_t dimensions) {
 /// Throws Error(usage) if an element's place does not fit into 64 bits.
 void check_strides(const QsArray& array, const Where& where, Access access,
                    std::uintptr_t element_bytes) {
-  double reach = 0;  // of the farthest element, in elements
+  double reach = 0;  // distance of the farthest element, in elements
   for (std::size_t i = 0; i < array.dimensions; ++i) {
     const std::int64_t size = array.sizes[i], stride = array.strides[i];
     if (size <= 1) continue;
@@ -109,6 +109,12 @@ void check_array(const QsArray& array, const Where& where, std::span<const std::
   if (place.is_gpu()) check_gpu(array, where);
 }
 
+int sh_degree_of(std::int64_t coefficients) {
+  int degree = 0;
+  while (degree < kMaxShDegree && sh_coefficient_count(degree) < coefficients) ++degree;
+  return degree;
+}
+
 std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray& rest,
                       const Where& of_rest, std::int64_t count, Types types, Access access,
                       const Place& place) {
@@ -120,14 +126,23 @@ std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray
     if (in_first != 1) refuse(of_first, "has {} coefficients instead of the DC alone", in_first);
   }
   const std::int64_t coefficients = split ? 1 + rest.sizes[1] : in_first;
-  int degree = 0;
-  while (degree < kMaxShDegree && sh_coefficient_count(degree) < coefficients) ++degree;
-  if (sh_coefficient_count(degree) != coefficients) {
+  if (sh_coefficient_count(sh_degree_of(coefficients)) != coefficients) {
     refuse(of_first, "{} coefficients of spherical harmonics are not 1, 4, 9 or 16", coefficients);
   }
   check_array(first, of_first, {count, in_first, 3}, types, access, place);
   if (split) check_array(rest, of_rest, {count, coefficients - 1, 3}, types, access, place);
   return coefficients;
+}
+
+Image image_of(const QsArray& array, ThreadPool& pool) {
+  const std::int64_t channels = array.dimensions == 3 ? array.sizes[2] : 1;
+  Image image(static_cast<int>(array.sizes[1]), static_cast<int>(array.sizes[0]),
+              static_cast<int>(channels));
+  gather(array, pool, image.values.data(), [](auto value) {
+    constexpr bool kIs8Bit = std::is_same_v<decltype(value), std::uint8_t>;
+    return static_cast<float>(value) / (kIs8Bit ? 255 : 1);
+  });
+  return image;
 }
 
 QsArray view_of(const void* data, std::size_t count, std::uint32_t type, std::int64_t columns,

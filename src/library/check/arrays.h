@@ -54,8 +54,33 @@ inline void check_array(const QsArray& array, const Where& where,
   check_array(array, where, std::span(sizes.begin(), sizes.size()), types, access, place);
 }
 
-/// The same for an array that may have any sizes but must have `dimensions`.
+/// Throws Error(usage) unless the array has `dimensions`, of any sizes.
 void check_dimensions(const QsArray& array, const Where& where, std::uint32_t dimensions);
+
+/// Checks of the arrays of a struct. All of them throw Error(usage).
+struct ArrayChecks {
+  Where where;  ///< the struct
+  Types types;
+  Access access;
+  Place place = {};
+
+  using Sizes = std::initializer_list<std::int64_t>;
+  void given(const QsArray& array, const char* name, Sizes sizes) const {
+    check_array(array, where / name, sizes, types, access, place);
+  }
+  void optional(const QsArray& array, const char* name, Sizes sizes) const {
+    if (!is_absent(array)) given(array, name, sizes);
+  }
+  /// An array whose size does not depend on the number of Gaussians. It may also be in host memory.
+  void optional_small(const QsArray& array, const char* name, Sizes sizes) const {
+    if (is_absent(array)) return;
+    const bool is_on_host = array.memory == QS_MEMORY_HOST;
+    check_array(array, where / name, sizes, types, access, is_on_host ? Place{} : place);
+  }
+  void absent(const QsArray& array, const char* name, const char* reason) const {
+    if (!is_absent(array)) refuse(where / name, "{}", reason);
+  }
+};
 
 inline constexpr std::int64_t kMostGaussians = INT32_MAX;
 
@@ -65,6 +90,20 @@ inline constexpr std::int64_t kMostGaussians = INT32_MAX;
 std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray& rest,
                       const Where& of_rest, std::int64_t count, Types types, Access access,
                       const Place& place = {});
+
+/// The offset of an element from `data`. Indices of dimensions that the array does not have count
+/// nothing.
+template <class... Index>
+std::ptrdiff_t offset_of(const QsArray& array, Index... indices) {
+  std::ptrdiff_t offset = 0;
+  std::uint32_t dimension = 0;
+  const auto add = [&](std::ptrdiff_t index) {
+    if (dimension < array.dimensions) offset += index * array.strides[dimension];
+    ++dimension;
+  };
+  (add(static_cast<std::ptrdiff_t>(indices)), ...);
+  return offset;
+}
 
 /// Calls f(pointer) with `data` as a pointer to elements of the array's type.
 template <class F>
@@ -125,6 +164,34 @@ void store(const QsArray& array, ThreadPool& pool, const Value* values, int rows
     pool.for_chunks(static_cast<std::size_t>(rows), 16, std::ref(store_rows));
   });
 }
+
+/// Copies the values of a checked array of rows x columns, or rows x columns x channels, row by
+/// row.
+template <class To, class Convert>
+void gather(const QsArray& array, ThreadPool& pool, To* to, const Convert& convert) {
+  const std::int64_t columns = array.sizes[1], right = array.strides[1];
+  const std::int64_t channels = array.dimensions == 3 ? array.sizes[2] : 1;
+  const std::int64_t deep = array.dimensions == 3 ? array.strides[2] : 0;
+  with_type(array, [&](const auto* elements) {
+    pool.for_chunks(static_cast<std::size_t>(array.sizes[0]), 16,
+                    [&](std::size_t begin, std::size_t end, int) {
+                      To* next = to + begin * static_cast<std::size_t>(columns * channels);
+                      for (std::size_t y = begin; y < end; ++y) {
+                        const auto* const row = elements + offset_of(array, y);
+                        for (std::int64_t x = 0; x < columns; ++x)
+                          for (std::int64_t c = 0; c < channels; ++c)
+                            *next++ = convert(row[x * right + c * deep]);
+                      }
+                    });
+  });
+}
+
+/// The values of a checked array of rows x columns, or rows x columns x channels; 8-bit values as
+/// value / 255.
+Image image_of(const QsArray& array, ThreadPool& pool);
+
+/// The degree of spherical harmonics with this number of coefficients per channel; 0 for none.
+int sh_degree_of(std::int64_t coefficients);
 
 /// A view of values in the library's memory: `count` rows, `columns` values each, or one dimension
 /// if `columns` is 0. `stride`: elements from a row to the next.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The frame of every function of quadsplat.h: what the work throws becomes a result and a sentence.
+// Wraps every qs_ function: exceptions become a result code and a message.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,12 @@ struct Where {
   const char* call;              ///< the function
   const char* argument;          ///< its argument
   std::int64_t index = -1;       ///< into an array of structs, or -1
-  const char* member = nullptr;  ///< of the struct
+  const char* member = nullptr;  ///< a member of the struct, or null
 
   std::string text() const;
 };
 
-/// The same place with a member.
+/// The place of a member of `where`.
 constexpr Where operator/(Where where, const char* member) {
   where.member = member;
   return where;

@@ -49,7 +49,7 @@ class Context {
   bool closed_ = false;
   std::mutex mutex_;
   bool busy_ = false;        // a call uses the context
-  std::stop_source source_;  // of that call
+  std::stop_source source_;  // stops that call
   ThreadPool pool_;
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "library/check/stage_arguments.h"
 
-#include <initializer_list>
 #include <limits>
 
 #include "library/check/structs.h"
@@ -21,36 +20,9 @@ bool flag_of(std::uint32_t value, const Where& where) {
   return value == 1;
 }
 
-/// The checks of a struct's arrays.
-struct Arrays {
-  Where where;
-  Types types;
-  Access access;
-  Place place;
-
-  void given(const QsArray& array, const char* name,
-             std::initializer_list<std::int64_t> sizes) const {
-    check_array(array, where / name, sizes, types, access, place);
-  }
-  void optional(const QsArray& array, const char* name,
-                std::initializer_list<std::int64_t> sizes) const {
-    if (!is_absent(array)) given(array, name, sizes);
-  }
-  /// An array whose size does not depend on the number of Gaussians. It may also be in host memory.
-  void optional_small(const QsArray& array, const char* name,
-                      std::initializer_list<std::int64_t> sizes) const {
-    if (is_absent(array)) return;
-    const bool is_on_host = array.memory == QS_MEMORY_HOST;
-    check_array(array, where / name, sizes, types, access, is_on_host ? Place{} : place);
-  }
-  void absent(const QsArray& array, const char* name, const char* reason) const {
-    if (!is_absent(array)) refuse(where / name, "{}", reason);
-  }
-};
-
 /// The arrays that QsBoundary and QsBoundaryGradients share.
 template <class Struct>
-void check_boundary(const Arrays& arrays, const Struct& given, const StageCall& call) {
+void check_boundary(const ArrayChecks& arrays, const Struct& given, const StageCall& call) {
   const std::int64_t count = call.gaussians;
   check_reserved(given.reserved, arrays.where);
   arrays.optional(given.means_px, "means_px", {count, 2});
@@ -70,10 +42,10 @@ void check_inputs(const QsInputs& given, const Where& where, const Place& place,
   count = given.means.sizes[0];
   if (count > kMostGaussians)
     refuse(where / "means", "{} Gaussians are more than {}", count, kMostGaussians);
-  Arrays{where, kReals, Access::reads, place}.given(given.means, "means", {count, 3});
+  ArrayChecks{where, kReals, Access::reads, place}.given(given.means, "means", {count, 3});
   if (place.is_gpu() && given.means.type != QS_FLOAT32)
     refuse(where / "means", "has elements of type float64, which only the CPU computes");
-  const Arrays arrays{where, 1u << given.means.type, Access::reads, place};
+  const ArrayChecks arrays{where, 1u << given.means.type, Access::reads, place};
   if (is_absent(given.covariances)) {
     arrays.given(given.scales, "scales", {count, 3});
     arrays.given(given.rotations, "rotations", {count, 4});
@@ -100,7 +72,7 @@ void check_inputs(const QsInputs& given, const Where& where, const Place& place,
     arrays.given(given.channels, "channels", {count, channels});
   }
   arrays.optional_small(given.background, "background", {channels});
-  Arrays{where, kReals, Access::reads, place}.optional_small(given.position, "position", {3});
+  ArrayChecks{where, kReals, Access::reads, place}.optional_small(given.position, "position", {3});
 }
 
 Rules rules_of(const QsRules& given, const Where& where) {
@@ -156,8 +128,8 @@ QsBoundary boundary_of(const StageCall& call, const QsBoundary* boundary) {
   const Where where = call.where("boundary");
   const QsBoundary given = read_struct(boundary, where);
   check_boundary({where, call.real(), Access::writes, call.place}, given, call);
-  Arrays{where, 1u << QS_INT32, Access::writes, call.place}.optional(given.radii, "radii",
-                                                                     {call.gaussians, 2});
+  ArrayChecks{where, 1u << QS_INT32, Access::writes, call.place}.optional(given.radii, "radii",
+                                                                          {call.gaussians, 2});
   return given;
 }
 
@@ -166,7 +138,7 @@ QsBlended blended_of(const StageCall& call, const QsBlended* pictures, const cha
   const Where where = call.where(argument);
   const QsBlended given = read_struct(pictures, where);
   check_reserved(given.reserved, where);
-  const Arrays arrays{where, call.real(), access, call.place};
+  const ArrayChecks arrays{where, call.real(), access, call.place};
   const std::int64_t width = call.view.camera.width, height = call.view.camera.height;
   arrays.optional(given.color, "color", {height, width, call.channels});
   arrays.optional(given.alpha, "alpha", {height, width});
@@ -177,7 +149,7 @@ QsBlended blended_of(const StageCall& call, const QsBlended* pictures, const cha
 
 QsBoundaryGradients boundary_gradients_of(const StageCall& call, const QsBoundaryGradients* given,
                                           Access access) {
-  const Arrays arrays{call.where("by_boundary"), call.real(), access, call.place};
+  const ArrayChecks arrays{call.where("by_boundary"), call.real(), access, call.place};
   QsBoundaryGradients by = read_struct(given, arrays.where);
   check_boundary(arrays, by, call);
   if (access == Access::reads) {
@@ -193,7 +165,7 @@ QsBoundaryGradients boundary_gradients_of(const StageCall& call, const QsBoundar
 }
 
 QsInputGradients input_gradients_of(const StageCall& call, const QsInputGradients* given) {
-  const Arrays arrays{call.where("by_inputs"), call.real(), Access::writes, call.place};
+  const ArrayChecks arrays{call.where("by_inputs"), call.real(), Access::writes, call.place};
   const Where& where = arrays.where;
   const QsInputGradients by = read_struct(given, where);
   check_reserved(by.reserved, where);
@@ -220,7 +192,7 @@ QsInputGradients input_gradients_of(const StageCall& call, const QsInputGradient
              call.coefficients);
     }
   }
-  const Arrays of_pose{where, kReals, Access::writes, call.place};
+  const ArrayChecks of_pose{where, kReals, Access::writes, call.place};
   of_pose.optional_small(by.view_from_world, "view_from_world", {3, 4});
   of_pose.optional_small(by.position, "position", {3});
   return by;

@@ -17,11 +17,11 @@ namespace qs::library {
 
 /// The arguments that all functions of the stages share, checked.
 struct StageCall {
-  const char* name;  ///< of the function
+  const char* name;  ///< the function
   QsInputs inputs;
   std::int64_t gaussians, channels;
-  std::int64_t coefficients;  ///< of spherical harmonics; 0: the inputs have channels
-  Place place;                ///< of the arrays
+  std::int64_t coefficients;  ///< number of SH coefficients; 0: the inputs have channels
+  Place place;                ///< where the arrays are
   diff::DrawnView view;       ///< without a position that is on a GPU
 
   /// Throws Error(usage).
@@ -106,7 +106,7 @@ diff::GaussianInputs<Real> inputs_of(const StageCall& call) {
   in.covariances = rows_of<const Real>(given.covariances);
   in.opacities = rows_of<const Real>(given.opacities);
   in.sh = sh_rows_of<const Real>(given.sh, given.sh_rest);
-  while (sh_coefficient_count(in.sh_degree) < call.coefficients) ++in.sh_degree;
+  in.sh_degree = sh_degree_of(call.coefficients);
   in.channels = rows_of<const Real>(given.channels);
   in.channel_count = static_cast<int>(call.channels);
   return in;
@@ -118,7 +118,7 @@ std::vector<Real> numbers_in(const QsArray& array) {
   std::vector<Real> numbers(is_absent(array) ? 0 : static_cast<std::size_t>(array.sizes[0]));
   with_type(array, [&](const auto* elements) {
     for (std::size_t i = 0; i < numbers.size(); ++i)
-      numbers[i] = static_cast<Real>(elements[static_cast<std::ptrdiff_t>(i) * array.strides[0]]);
+      numbers[i] = static_cast<Real>(elements[offset_of(array, i)]);
   });
   return numbers;
 }
@@ -127,11 +127,11 @@ std::vector<Real> numbers_in(const QsArray& array) {
 template <class Value>
 void store_numbers(const QsArray& array, const Value& value) {
   if (is_absent(array)) return;
-  const bool is_matrix = array.dimensions > 1;
+  const std::int64_t columns = array.dimensions > 1 ? array.sizes[1] : 1;
   with_type(array, [&](auto* elements) {
     for (std::int64_t i = 0; i < array.sizes[0]; ++i) {
-      for (std::int64_t j = 0; j < (is_matrix ? array.sizes[1] : 1); ++j)
-        elements[i * array.strides[0] + (is_matrix ? j * array.strides[1] : 0)] =
+      for (std::int64_t j = 0; j < columns; ++j)
+        elements[offset_of(array, i, j)] =
             static_cast<std::remove_pointer_t<decltype(elements)>>(value(i, j));
     }
   });

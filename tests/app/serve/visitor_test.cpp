@@ -191,6 +191,16 @@ TEST_F(ServeVisitor, losing_the_keyboard_releases_the_keys) {
   EXPECT_EQ(viewer().camera.position(), after);
 }
 
+TEST_F(ServeVisitor, the_open_panels_are_stated_and_not_toggled) {
+  for (int reload = 0; reload < 2; ++reload) {
+    take(message::ShowPanels{{"Crop and clean", "quit"}});
+    EXPECT_TRUE(viewer().panels.crop);
+    EXPECT_FALSE(viewer().panels.inspector);
+  }
+  take(message::ShowPanels{});
+  EXPECT_FALSE(viewer().panels.crop);
+}
+
 TEST_F(ServeVisitor, commands_that_are_not_served_have_no_effect) {
   const int version = viewer().version;
   for (const KeyCommand& command : key_commands()) {
@@ -339,6 +349,31 @@ TEST_F(ServePictures, visitors_share_the_renderer_equally) {
                                [&] { return counts[1] + counts[2] >= 200; }));
   EXPECT_GT(counts[1], 60) << "a newcomer has no claim on the time before";
   EXPECT_GT(counts[2], 60);
+}
+
+TEST_F(ServePictures, a_lone_visitor_has_all_threads_of_video_beside_the_jobs_of_others) {
+  std::mutex mutex;
+  std::condition_variable changed;
+  int ended = 0;  // jobs
+  std::optional<Picture> ready;
+  Pictures pictures(small_.scenes, {[](int) {},
+                                    [&](int, Picture picture) {
+                                      const std::lock_guard lock(mutex);
+                                      ready = std::move(picture);
+                                      changed.notify_all();
+                                    },
+                                    [&](int, const Actions&) {
+                                      const std::lock_guard lock(mutex);
+                                      ++ended;
+                                      changed.notify_all();
+                                    }});
+  for (int other = 100; other < 120; ++other) pictures.run(other, 0, [](RenderContext&) {});
+  std::unique_lock lock(mutex);
+  ASSERT_TRUE(changed.wait_for(lock, std::chrono::seconds(20), [&] { return ended == 20; }));
+  pictures.order(1, *visitor_.next_order());
+  ASSERT_TRUE(changed.wait_for(lock, std::chrono::seconds(20), [&] { return ready.has_value(); }));
+  EXPECT_EQ(ready->order.encoding.threads,
+            video_threads(std::max(2u, std::thread::hardware_concurrency()), 1));
 }
 
 TEST_F(ServePictures, maps_are_painted_over_the_picture) {

@@ -55,19 +55,20 @@ TEST(Extending, the_sample_action_draws_the_picture_anew) {
 }
 
 TEST(Extending, the_sample_strategy_drops_large_gaussians) {
-  EXPECT_TRUE(train::sample_strategy::small_changes_before({}, 1000));
-  EXPECT_FALSE(train::sample_strategy::small_changes_before({}, 1001));
-  const auto plan = &train::sample_strategy::small_plan;
-  const train::Strategy row{"small",
-                            "drops large Gaussians",
-                            0.05,
-                            0.1,
-                            1,
-                            0,
-                            &train::sample_strategy::small_changes_before,
-                            plan,
-                            &train::sample_strategy::small_step};
-  EXPECT_EQ(row.plan, plan);
+  const train::Strategy row{.name = "small",
+                            .summary = "drops large Gaussians",
+                            .interval = 1000,
+                            .change = train::sample_strategy::small_change};
+  EXPECT_TRUE(row.changes_before({}, 1001));
+  EXPECT_FALSE(row.changes_before({}, 1002));
+  train::GaussianFacts facts;
+  facts.means.resize(2);
+  facts.rotations.resize(2);
+  facts.opacity_logits.resize(2);
+  facts.log_scales = {glm::vec3(0.1f), glm::vec3(-0.1f)};
+  train::Plan plan;
+  row.plan({{}, 1001, 1, {}}, facts, plan);
+  EXPECT_EQ(plan.log_scales, std::vector{glm::vec3(-0.1f)});
   EXPECT_NE(&sample_panel::draw_count, nullptr);
 }
 

@@ -184,9 +184,10 @@ TEST(Vp9, threads_change_the_pictures_little) {
       quality[threads > 1] += psnr(planes, *found) / 10;
     }
   }
-  EXPECT_NEAR(quality[1], quality[0], 0.5);
+  EXPECT_GT(quality[0], 47);
+  EXPECT_NEAR(quality[1], quality[0], 0.25);
   EXPECT_NEAR(static_cast<double>(bytes[1]), static_cast<double>(bytes[0]),
-              0.1 * static_cast<double>(bytes[0]));
+              0.06 * static_cast<double>(bytes[0]));
 }
 
 TEST(Vp9, key_pictures_come_when_asked_for_and_decode_alone) {

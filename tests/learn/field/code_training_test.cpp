@@ -36,9 +36,9 @@ double difference(const CodeState& state, const std::vector<float>& vectors) {
 TEST(CodeTraining, codes_follow_vectors_that_move) {
   const auto before = vectors_around(500, 0), after = vectors_around(500, 0.05f);
   CodeState state = codes_of(before);
-  const double worse = difference(state, after);
   for (int step = 0; step < 600; ++step) take_code_step(state, after, test::pool());
-  EXPECT_LT(difference(state, after), worse);
+  EXPECT_LT(difference(state, after), 0.98 * difference(codes_of(after), after))
+      << "better than new codes";
   EXPECT_EQ(state.steps, 600u);
 }
 

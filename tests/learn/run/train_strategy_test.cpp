@@ -430,7 +430,9 @@ TEST(TrainMask, clones_and_children_of_splits_have_the_mask_of_their_gaussian) {
 
 TEST(TrainMask, steps_weigh_the_mean_mask_and_pause_where_gaussians_are_removed) {
   const TrainSettings settings;
-  const auto step = [&](int iteration) { return mask_step({settings, iteration, 1, {}}); };
+  const auto step = [&](int iteration) {
+    return find_strategy("mask").step({settings, iteration, 1, {}});
+  };
   EXPECT_EQ(step(1).mask_weight, 5e-4);
   EXPECT_EQ(step(1).rates.mask, 0.01);
   EXPECT_TRUE(step(599).moves);

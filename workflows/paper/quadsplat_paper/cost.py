@@ -18,10 +18,10 @@ from .sets import Scene
 MS_PER_MEGAPIXEL, MS_PER_MILLION = 1.55, 1.93
 MEAN_COUNT = 0.87           # mean number of Gaussians of a training, in units of the last
 GROWTH = 16                 # Gaussians per COLMAP point at the end, as for the photographs of a doll
-RANDOM_POINTS = 100_000     # of train, for data sets without points
+RANDOM_POINTS = 100_000     # train's default, for data sets without points
 BYTES_PER_GAUSSIAN = 62 * 4
 CHECKPOINT = 3              # a checkpoint has two moments beside the parameters
-FORWARD_SHARE = 0.4         # of an iteration; a measured frame costs about this
+FORWARD_SHARE = 0.4         # share of an iteration; a measured frame costs about this
 PROBE_ITERATIONS = 100
 
 
@@ -37,9 +37,9 @@ def ms_per_iteration(scene: Scene, gaussians: float) -> float:
 
 @dataclasses.dataclass
 class Cost:
-    hours: float          # of one GPU
-    gigabytes: float      # of all results
-    peak_gigabytes: float # with the checkpoints of the trainings at work
+    hours: float          # hours of one GPU
+    gigabytes: float      # size of all results
+    peak_gigabytes: float # results and the checkpoints of the trainings at work
 
 
 def estimate(plan: Plan, folder: pathlib.Path, units: list[Unit], factor: float, workers: int) -> Cost:

@@ -19,7 +19,7 @@ SIMPLE_MODES = ("3dgs", "quadbox")  # those of the rows with another strategy
 class Model:
     """A training that every scene and seed needs."""
     name: str
-    options: list[str]                    # of `train`
+    options: list[str]                    # options of `train`
     wishes: list[list[str]] = dataclasses.field(default_factory=list)  # options that an older program may lack
     modes: list[str] = dataclasses.field(default_factory=lambda: [*PAPER_MODES])  # measured by `bench`
     cost: float = 1                       # seconds in units of a `quadbox` training

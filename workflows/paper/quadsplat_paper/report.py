@@ -14,7 +14,7 @@ from .plan import Plan, Unit
 
 PUBLISHED = json.loads(pathlib.Path(__file__).with_name("published.json").read_text(encoding="utf-8"))
 NONE = "-"
-NOISE = 0.03  # as in docs/benchmarking.md
+NOISE = 0.03  # the same value as in docs/benchmarking.md
 FORMATS: dict[str, Callable[[float], str]] = {
     "psnr": lambda v: f"{v:.2f}", "ssim": lambda v: f"{v:.4f}", "lpips_paper": lambda v: f"{v:.4f}", "lpips": lambda v: f"{v:.4f}",
     "gaussians": lambda v: f"{v / 1e6:.3f} M" if v >= 1e5 else f"{v:,.0f}", "train_seconds": lambda v: f"{v:,.1f}",

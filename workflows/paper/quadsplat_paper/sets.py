@@ -47,7 +47,7 @@ class Scene:
     width: int           # pixels of a photograph; 0: unknown
     height: int
     views: int           # photographs
-    points: int          # in the COLMAP model; 0: none
+    points: int          # points of the COLMAP model; 0: none
     scale: int           # photographs are reduced to 1/scale
     crop: Optional[Crop] = None
 

@@ -21,7 +21,7 @@ from .plan import Plan, Unit
 from .problem import EXIT_INPUT, EXIT_INTERRUPTED, Problem
 from .program import Program
 
-SAVES = 6      # of a training, so that a killed one loses a sixth of its time at most
+SAVES = 6      # saves of a training, so that a killed one loses a sixth of its time at most
 HOLDOUT = 8    # every 8th view by name is a test view
 CAMERA_FILES = ("transforms.json", "cameras.json", "transforms_train.json", "transforms_test.json")
 

@@ -155,17 +155,13 @@ std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
   if (frames_ == nullptr || context_.session.backend != Backend::cuda) return std::nullopt;
   if (!interop_.tries_next()) return std::nullopt;
   const HeldScale scale = heat_scale(context_, request, camera);
-  GlTexture texture = std::exchange(next_texture_, {});
-  if (texture.name != 0 && (camera.width != next_width_ || camera.height != next_height_)) {
-    context_.session.renderer->prepare_target(HostImage{});
-    frames_->give_back(std::exchange(texture, {}));
-  }
-  if (texture.name == 0) texture = frames_->take(camera.width, camera.height);
   const Outputs outputs =
       with_counts(request.heatmap ? outputs_for(*request.heatmap) : Outputs(), request);
+  Renderer& renderer = *context_.session.renderer;
+  GlTexture texture;
   try {
-    const Frame& frame = context_.session.renderer->render(camera, request.settings, outputs,
-                                                           texture, context_.stop);
+    texture = next_texture_.take(camera.width, camera.height, *frames_, renderer);
+    const Frame& frame = renderer.render(camera, request.settings, outputs, texture, context_.stop);
     RenderedFrame rendered{shown_of(request, frame), camera.width, camera.height, {}, {}, texture};
     rendered.shown.interop = true;
     interop_.note_success();
@@ -198,7 +194,7 @@ void RenderThread::show(RenderedFrame frame) {
   const bool gl = frame.texture.name != 0;
   const int width = frame.width, height = frame.height;
   publish(std::move(frame));
-  if (gl) expect(width, height);
+  if (gl) next_texture_.prepare(width, height, *frames_, *context_.session.renderer);
 }
 
 // Draws the frame of a request, or shows the kept frame of a mode to which the user switched back.
@@ -239,14 +235,6 @@ void RenderThread::publish(RenderedFrame frame) {
     rendered_ = std::move(frame);
   }
   wake_();
-}
-
-// Prepares the texture of the next frame while the window shows this frame.
-void RenderThread::expect(int width, int height) {
-  next_texture_ = frames_->take(width, height);
-  next_width_ = width;
-  next_height_ = height;
-  context_.session.renderer->prepare_target(next_texture_);
 }
 
 }  // namespace qs

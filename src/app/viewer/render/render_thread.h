@@ -17,6 +17,7 @@
 #include "app/viewer/render/interop_retry.h"
 #include "app/viewer/render/kept_frames.h"
 #include "app/viewer/render/measure_modes.h"
+#include "app/viewer/render/prepared_texture.h"
 #include "app/viewer/render/render_context.h"
 
 namespace qs {
@@ -63,14 +64,12 @@ class RenderThread {
   void publish(RenderedFrame frame);
   template <class Work>
   void guarded(Work&& work);
-  void expect(int width, int height);
   std::optional<RenderedFrame> draw_into_gl(const Camera& camera, const FrameRequest& request);
 
   std::function<void()> wake_;
   GlFrames* frames_;
   InteropRetry interop_;
-  GlTexture next_texture_;  // for the next frame of the same size
-  int next_width_ = 0, next_height_ = 0;
+  PreparedTexture<GlFrames> next_texture_;
   KeptFrames kept_;
   int frames_since_sample_ = 0;
   CullMode sampled_ = 0;  // the mode of the last sample of a moving camera
@@ -84,7 +83,7 @@ class RenderThread {
   std::optional<FrameRequest> frame_;
   std::optional<NumbersRequest> numbers_;
   std::optional<RenderedFrame> rendered_;
-  std::stop_source running_;  // of the current task
+  std::stop_source running_;  // stops the current task
   enum class Task { none, job, frame, refinement, behind, numbers } task_ = Task::none;
 
   std::jthread thread_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/render/scene_opening.h"
 
+#include <chrono>
 #include <new>
 #include <utility>
 
@@ -22,14 +23,19 @@ void SceneOpening::open(const OpenRequest& request) {
     reports_.report(std::bind_front(&SceneOpening::take_reading, this), number, std::move(what));
   };
   report(Loading{request.path, "reading", 0});
-  thread_ = std::jthread([this, request, report](const std::stop_token& stop) {
+  stop_reading_ = {};
+  std::erase_if(readers_, [](const std::future<void>& reader) {
+    return reader.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  });
+  const auto read = [this, request, report, stop = stop_reading_.get_token()] {
     try {
       read_to_open(request, threads_, sampling_, report, stop);
     } catch (const Cancelled&) {  // end_reading() says so
     } catch (const std::exception& error) {
       report(OpeningFailed{error.what()});
     }
-  });
+  };
+  readers_.push_back(std::async(std::launch::async, read));
 }
 
 void SceneOpening::cancel() {
@@ -40,8 +46,7 @@ void SceneOpening::cancel() {
 
 void SceneOpening::end_reading() {
   if (step_ != Step::reading) return;
-  thread_.request_stop();
-  if (thread_.joinable()) thread_.join();
+  stop_reading_.request_stop();
   step_ = Step::idle;
   reports_.report(action::end_progress);
   reports_.report(action::opening_ended, OpeningResult(OpeningCancelled{fmt::format(

@@ -6,20 +6,22 @@
 //
 //     step       receives       sends             to              next step
 //     any        open()         OpenRequest       read_to_open()  reading
-//     reading    ReadSample     SampleOrder       draw_sample()   reading
+//     reading    ReadSample     the sample        draw_sample()   reading
 //     reading    LoadedScene    UploadOrder       show_scene()    uploading
-//     reading    LoadedBeside   BesideOrder       show_beside()   uploading
+//     reading    LoadedBeside   the scene         show_beside()   uploading
 //     reading    OpeningResult  OpeningResult     Viewer          idle
 //     uploading  OpeningResult  OpeningResult     Viewer          idle
 //     any        cancel()       OpeningCancelled  Viewer          idle
 //
 // Viewer::loading is the progress. Reports of an opening that was cancelled or replaced are
-// dropped. Only results of uploads always arrive, because the render thread already shows that
-// scene.
+// dropped: its reader ends alone, because a reader may notice the stop seconds later. Only results
+// of uploads always arrive, because the render thread already shows that scene.
 #pragma once
 
 #include <functional>
-#include <thread>
+#include <future>
+#include <stop_token>
+#include <vector>
 
 #include "app/viewer/render/action_queue.h"
 #include "app/viewer/render/scene_reading.h"
@@ -34,6 +36,9 @@ class SceneOpening {
   /// threads; 0 = one per hardware thread.
   SceneOpening(std::function<void()> wake, int threads, Sampling sampling = {})
       : reports_(std::move(wake)), threads_(threads), sampling_(std::move(sampling)) {}
+
+  /// Waits until all readers have ended.
+  ~SceneOpening() { stop_reading_.request_stop(); }
 
   /// Starts reading, and cancels earlier reading. An upload that began goes on.
   void open(const OpenRequest& request);
@@ -70,10 +75,11 @@ class SceneOpening {
   int threads_;
   Sampling sampling_;
   Step step_ = Step::idle;
-  int number_ = 0;  // of the opening
+  int number_ = 0;  // numbers the openings
   OpenRequest request_;
-  std::stop_source uploads_;  // of all openings since the last cancel()
-  std::jthread thread_;
+  std::stop_source uploads_;                // stops all uploads since the last cancel()
+  std::stop_source stop_reading_;           // stops the newest reader
+  std::vector<std::future<void>> readers_;  // their destructors wait; the last one is the newest
 };
 
 }  // namespace qs

@@ -4,9 +4,11 @@
 #include "app/viewer/render/scene_opening.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <future>
 #include <thread>
 
 #include <glm/geometric.hpp>
@@ -285,6 +287,51 @@ TEST_F(SceneOpeningTest, cameras_and_paths_need_no_upload) {
   EXPECT_FALSE(viewer().loading);
   EXPECT_THAT(jobs, IsEmpty());
   EXPECT_THAT(viewer().keyframes, SizeIs(2));
+}
+
+// A reader that decompresses one large block notices for seconds neither that another scene is
+// wanted nor that none is. This one hangs in its first report.
+TEST_F(SceneOpeningTest, a_reader_that_hangs_delays_neither_another_scene_nor_cancelling) {
+  const auto main_thread = std::this_thread::get_id();
+  std::atomic<int> readers = 0;
+  std::promise<void> release;
+  const std::shared_future<void> released = release.get_future().share();
+  std::future<void> window;
+  {
+    std::atomic<std::thread::id> window_thread = main_thread;
+    SceneOpening opening(
+        [&] {
+          const auto id = std::this_thread::get_id();
+          if (id != main_thread && id != window_thread && readers++ == 0) released.wait();
+        },
+        1);
+    OpenRequest first, second, third;
+    first.path = scene("a.ply", 30);
+    second.path = scene("b.ply", 20);
+    third.path = scene("c.ply", 10);
+    opening.open(first);
+    while (readers == 0) std::this_thread::yield();
+    window = std::async(std::launch::async, [&] {
+      window_thread = std::this_thread::get_id();
+      opening.open(second);
+      opening.cancel();
+      opening.open(third);
+    });
+    const bool was_free = window.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
+    EXPECT_TRUE(was_free) << "the window's thread waits for the reader";
+    if (!was_free) release.set_value();
+    window.wait();
+    while (opening.busy()) {
+      Actions actions;
+      opening.take_reports(actions);
+      for (const Action& action : actions) apply(action);
+    }
+    run_jobs();
+    take_uploads();
+    EXPECT_EQ(viewer().scene->name, "c");
+    if (was_free) release.set_value();  // the end of the program waits for it
+  }
+  EXPECT_EQ(viewer().scene->gaussians, 10u);
 }
 
 TEST_F(SceneOpeningTest, a_sample_is_a_step_of_reading_and_changes_no_state) {

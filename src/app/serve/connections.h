@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+//
+// Counts the server's connections by kind and by address, so that nobody can occupy all of them.
+// Without sockets; the caller gives the times. An address is forgotten when it has no connection
+// and has sent no wrong token in the last minute.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/serve/limits.h"
+
+namespace qs {
+
+/// A request has not been answered, or is a WebSocket that has not shown the token. A leaving
+/// connection was refused or answered, and stays until the client has read the answer. A browser
+/// opens its next connection before it closes such a one.
+enum class ConnectionKind { request, visitor, leaving };
+
+class Connections {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  explicit Connections(const ServeLimits& limits) : limits_(limits) {}
+  Connections(const Connections&) = delete;
+  Connections& operator=(const Connections&) = delete;
+
+  /// A connection that is counted as long as this object exists.
+  class Place {
+   public:
+    ~Place();
+    Place(const Place&) = delete;
+    Place& operator=(const Place&) = delete;
+
+    ConnectionKind kind() const { return kind_; }
+    const std::string& address() const { return address_; }
+    /// False if there is no room for another connection of this kind; then nothing changes.
+    bool move_to(ConnectionKind kind);
+
+   private:
+    friend class Connections;
+    Place(Connections& all, std::string address, ConnectionKind kind);
+
+    Connections& all_;
+    std::string address_;
+    ConnectionKind kind_;
+  };
+
+  /// The place of a new connection: `request`, or `leaving` if it has to be refused. Null if there
+  /// is no room for a refusal either.
+  std::unique_ptr<Place> enter(const std::string& address);
+
+  void note_wrong_token(const std::string& address, Time now);
+  bool has_too_many_wrong_tokens(const std::string& address, Time now);
+
+  /// Forgets addresses. Called from time to time.
+  void prune(Time now);
+  /// The addresses that are remembered.
+  std::size_t addresses() const { return addresses_.size(); }
+
+ private:
+  using Counts = std::array<int, 3>;  // index = ConnectionKind
+  struct Address {
+    Counts connections{};
+    std::vector<Time> wrong_tokens;  // of the last minute
+  };
+
+  const ConnectionLimit& limit_of(ConnectionKind kind) const;
+  bool has_room(const std::string& address, ConnectionKind kind) const;
+  void count(const std::string& address, ConnectionKind kind, int change);
+  static void forget_old(Address& address, Time now);
+
+  const ServeLimits& limits_;
+  Counts counts_{};
+  std::map<std::string, Address> addresses_;
+};
+
+}  // namespace qs

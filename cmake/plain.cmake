@@ -5,10 +5,11 @@
 set(QUADSPLAT_PLAIN_FOLDER "" CACHE PATH "A build folder without sanitizers. Plain code, and objects of it, come from there")
 add_custom_target(plain_objects)  # all that other builds may link
 
-# quadsplat_plain(NAME SOURCES... [LINK LIBRARIES...] [OPTIONS...] [FOLDERS OF HEADERS...] [HEADERS TARGET] [HERE]) adds the
-# object library NAME. HEADERS names the target whose precompiled headers it uses. HERE: this build compiles it in any case.
+# quadsplat_plain(NAME SOURCES... [LINK LIBRARIES...] [OPTIONS...] [FOLDERS OF HEADERS...] [HEADERS TARGET] [HERE] [APART])
+# adds the object library NAME. HEADERS names the target whose precompiled headers it uses. HERE: this build compiles it in any
+# case. APART: each file is compiled alone.
 function(quadsplat_plain name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "HERE" "HEADERS" "SOURCES;LINK;OPTIONS;FOLDERS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "HERE;APART" "HEADERS" "SOURCES;LINK;OPTIONS;FOLDERS")
   set(objects ${QUADSPLAT_PLAIN_FOLDER}/objects/${name}.txt)
   if(QUADSPLAT_PLAIN_FOLDER AND NOT arg_HERE)
     if(NOT EXISTS ${objects})
@@ -26,7 +27,10 @@ function(quadsplat_plain name)
     get_filename_component(source ${source} ABSOLUTE)
     list(APPEND sources ${source})
   endforeach()
-  compile_together(units ${name} ${sources})
+  set(units ${sources})
+  if(NOT arg_APART)
+    compile_together(units ${name} ${sources})
+  endif()
   add_library(${name} OBJECT ${units})
   target_include_directories(${name} PRIVATE ${arg_FOLDERS} ${PROJECT_SOURCE_DIR}/src)
   target_link_libraries(${name} PRIVATE ${arg_LINK} quadsplat_flags)

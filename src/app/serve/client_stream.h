@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The bytes of a client's connection, encrypted or not: an AsyncStream of Boost.Beast over a
-// tcp_stream, whose timeouts hold for both. Only server.cpp includes it.
+// tcp_stream, whose timeouts hold for both. Only live.h and request.cpp
+// include it.
 #pragma once
 
 #include <utility>  // Asio 1.74 uses std::exchange without it

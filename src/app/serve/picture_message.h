@@ -46,4 +46,10 @@ std::string picture_message(const Picture& picture, const PictureNumbers& number
 /// The first byte behind the part that begins there.
 std::size_t end_of_part(const Picture& picture, std::size_t begin);
 
+/// The pictures of one codec that visitors got.
+struct SentPictures {
+  std::uint64_t pictures = 0, bytes = 0;
+  double encode_ms = 0, send_ms = 0;  ///< of all; sending ends when the system has taken the bytes
+};
+
 }  // namespace qs

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "app/serve/limits.h"
+#include "app/serve/picture_message.h"
 #include "app/serve/served_scene.h"
 #include "app/serve/sibr_server.h"
 #include "app/serve/tls_files.h"
@@ -30,12 +30,6 @@ struct ServeOptions {
   std::optional<TlsFiles> tls;        ///< without them nothing is encrypted
   std::optional<SibrOptions> sibr;    ///< answers INRIA's remote viewer too
   ServeLimits limits;
-};
-
-/// The pictures of one codec that visitors got.
-struct SentPictures {
-  std::uint64_t pictures = 0, bytes = 0;
-  double encode_ms = 0, send_ms = 0;  ///< of all; sending ends when the system has taken the bytes
 };
 
 class Server {

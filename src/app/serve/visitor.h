@@ -160,4 +160,8 @@ class Visitor {
   Met met_;
 };
 
+/// Gives the renderer the jobs and measurements that the visitor's actions ask for. `number`: of
+/// the visitor in `pictures`.
+void pass_on_work(Visitor& visitor, int number, Pictures& pictures);
+
 }  // namespace qs

@@ -83,17 +83,7 @@ class ServedRoom {
       const int number = static_cast<int>(i) + 1;
       visitor.tick(now);
       sharing.meet(visitor, now);
-      if (visitor.take_stop()) pictures_->stop_long(number);
-      for (VisitorJob& work : visitor.take_jobs()) {
-        if (work.is_long) {
-          pictures_->run_long(number, visitor.scene(), std::move(work.job));
-        } else {
-          pictures_->run(number, visitor.scene(), std::move(work.job));
-        }
-      }
-      const MeasuringWish wish = visitor.measuring_wish();
-      if (wish.stops) pictures_->stop_measuring(number);
-      if (wish.request) pictures_->measure({number, visitor.scene(), *wish.request});
+      pass_on_work(visitor, number, *pictures_);
       for (SentFile& file : visitor.take_files()) files.push_back(std::move(file));
       if (ordered_.contains(number)) continue;
       if (auto order = visitor.next_order()) {

@@ -400,23 +400,6 @@ TEST_F(ServeLive, the_table_of_a_view_at_rest_is_measured) {
   EXPECT_THAT(status, StartsWith("all modes measured off screen for this view at 64 x 48"));
 }
 
-TEST_F(ServeLive, nothing_is_sent_beyond_the_window) {
-  Socket socket = open();
-  greet(socket);
-  for (int i = 1; i <= 20; ++i) {
-    say(socket, R"({"type":"wheel","notches":1,"input":)" + std::to_string(i) + "}");
-    std::this_thread::sleep_for(20ms);
-  }
-  int pictures = 0;
-  for (int i = 0; i < 50; ++i) {  // a second
-    for (; socket.next_layer().available() > 0; pictures += read(socket).is_binary ? 1 : 0) {
-    }
-    std::this_thread::sleep_for(20ms);
-  }
-  EXPECT_GE(pictures, 1);
-  EXPECT_LE(pictures, 2) << "two may be on the way before the first is confirmed";
-}
-
 TEST_F(ServeLive, visitors_of_one_address_leave_room_for_the_requests_of_a_page) {
   std::vector<Socket> visitors;
   for (int i = 0; i < 8; ++i) {

@@ -110,8 +110,7 @@ void Live::proceed() {
   wake_at(step.wake_at);
 }
 
-// Follows the other visitors or makes them follow, and passes on what the visitor's actions ask
-// for.
+// Follows the other visitors or makes them follow, and passes on the requests of the visitor.
 void Live::pass_on(Visitor& visitor) {
   if (hub_.sharing.meet(visitor, seconds_now())) {
     for (const auto& [number, live] : hub_.live) {

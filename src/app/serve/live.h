@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The WebSocket of a visitor: it tells a VisitorLink of events, and writes what the link says.
+// The WebSocket of a visitor: it reports events to a VisitorLink, and writes what the link says.
 #pragma once
 
 #include <memory>
@@ -26,7 +26,7 @@ class Live : public std::enable_shared_from_this<Live> {
 
   void accept(const Head& request);
 
-  /// Tells the link of an event by `tell(link, now)`, and does what is due then.
+  /// Reports an event to the link by `tell(link, now)`, and then does the work that is due.
   template <class Tell>
   void handle(Tell&& tell) {
     if (stopped_) return;

@@ -35,7 +35,7 @@ enum class CloseCode : std::uint16_t {
 
 class VisitorLink {
  public:
-  /// What all links share. It outlives them.
+  /// Shared by all links, which it outlives.
   struct Room {
     const ServeLimits& limits;
     const std::string& token;

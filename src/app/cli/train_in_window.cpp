@@ -52,12 +52,6 @@ std::shared_ptr<const TestViews> views_for_panel(const train::TrainSettings& set
   return views;
 }
 
-train::RunWish wish_of(TrainingWish wish) {
-  return wish == TrainingWish::stop   ? train::RunWish::stop
-         : wish == TrainingWish::save ? train::RunWish::save
-                                      : train::RunWish::go_on;
-}
-
 }  // namespace
 
 std::string sentence_of(train::RunEnd end) {
@@ -70,8 +64,8 @@ train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSett
   thread.began(options.out_dir, data.folder, views_for_panel(settings, data));
   options.text.note = [&thread](const std::string& sentence) { thread.tell(sentence); };
   options.watch = [&](const train::RunStatus& status) {
-    return wish_of(thread.after_iteration(progress_of(status, settings.iterations, options.out_dir),
-                                          [&] { return status.trainer.cloud(); }));
+    return thread.after_iteration(progress_of(status, settings.iterations, options.out_dir),
+                                  [&] { return status.trainer.cloud(); });
   };
   return train::run_training(settings, data, options, std::move(model), pool);
 }

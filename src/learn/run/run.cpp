@@ -160,9 +160,9 @@ class Run {
   // Carries out the watcher's request. Returns false if the run should stop.
   bool goes_on(double loss) {
     if (!options_.watch) return true;
-    RunWish wish = RunWish::go_on;
-    while ((wish = options_.watch({trainer_, log_, loss})) == RunWish::save) save();
-    return wish != RunWish::stop;
+    TrainingCommand command = TrainingCommand::go_on;
+    while ((command = options_.watch({trainer_, log_, loss})) == TrainingCommand::save) save();
+    return command != TrainingCommand::stop;
   }
 
   [[noreturn]] void fail_after_saving(const std::string& why) {

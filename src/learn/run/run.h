@@ -11,6 +11,7 @@
 #include <stop_token>
 #include <string>
 
+#include "base/training_command.h"
 #include "learn/run/checkpoint.h"
 #include "learn/run/data_set.h"
 #include "learn/run/run_text.h"
@@ -28,8 +29,6 @@ struct RunStatus {
   double loss;  ///< the loss of the last iteration; 0 before the first
 };
 
-enum class RunWish { go_on, save, stop };
-
 struct RunOptions {
   std::filesystem::path out_dir;
   /// iterations; 0: evaluation_interval() if the best evaluation is kept, else only at the end
@@ -44,8 +43,9 @@ struct RunOptions {
   bool overwrite = false;
   std::optional<Parameters> initial;  ///< unset: from the data set's points
   /// Called before the first iteration, after every iteration, and after the last evaluation. It is
-  /// called again after it returned `save`. A watched run does not handle signals.
-  std::function<RunWish(const RunStatus&)> watch;
+  /// called again after it returned `save`, and returns `go_on` or `stop` else. A watched run does
+  /// not handle signals.
+  std::function<TrainingCommand(const RunStatus&)> watch;
   /// Requests that the run ends early, also during an evaluation.
   std::stop_token stop;
   RunText text;

@@ -127,7 +127,7 @@ int32_t qs_train(QsContext* context, const QsTraining* training, QsTrainingState
     options.run.watch = [&](const train::RunStatus& status) {
       last = state_of(status, options.settings.iterations);
       const bool ends = given.progress != nullptr && given.progress(given.user, &last) != 0;
-      return ends || use.stop().stop_requested() ? train::RunWish::stop : train::RunWish::go_on;
+      return ends || use.stop().stop_requested() ? TrainingCommand::stop : TrainingCommand::go_on;
     };
     auto [model, data] = train::prepare(options, context->context->backend(),
                                         context->context->device(), use.pool(), {{}, use.stop()});

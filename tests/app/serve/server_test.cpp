@@ -808,10 +808,10 @@ class ServeTraining : public ServeLive {
       progress.iterations = 1'000'000;
       progress.loss = 0.25;
       progress.gaussians = static_cast<std::uint64_t>(i) + 1;
-      const TrainingWish wish = thread.after_iteration(
+      const TrainingCommand wish = thread.after_iteration(
           progress, [&] { return test::random_cloud(static_cast<std::size_t>(i) + 1, 0, 1); });
-      if (wish == TrainingWish::save) ++saved_;
-      if (wish == TrainingWish::stop) break;
+      if (wish == TrainingCommand::save) ++saved_;
+      if (wish == TrainingCommand::stop) break;
       std::this_thread::sleep_for(1ms);
     }
     return "saved in " + model_.string();

@@ -176,13 +176,13 @@ class CountingRun {
     progress.iterations = 1'000'000'000;
     for (;; ++progress.iteration) {
       iteration = progress.iteration;
-      const TrainingWish wish = thread.after_iteration(progress, [&] {
+      const TrainingCommand wish = thread.after_iteration(progress, [&] {
         GaussianCloud cloud;
         cloud.positions.resize(static_cast<std::size_t>(progress.iteration) + 1);
         return cloud;
       });
-      if (wish == TrainingWish::stop) return "stopped";
-      if (wish != TrainingWish::save) continue;
+      if (wish == TrainingCommand::stop) return "stopped";
+      if (wish != TrainingCommand::save) continue;
       ++saves, --progress.iteration;
       if (resumes_while_saving) thread.command(TrainingCommand::resume);
     }

@@ -77,8 +77,8 @@ void TrainingThread::began(const std::filesystem::path& folder, const std::files
   reports_.report(action::show_progress, Loading{folder, "preparing", 0});
 }
 
-TrainingWish TrainingThread::after_iteration(TrainingProgress progress,
-                                             const std::function<GaussianCloud()>& model) {
+TrainingCommand TrainingThread::after_iteration(TrainingProgress progress,
+                                                const std::function<GaussianCloud()>& model) {
   if (handed_over_ < 0) hand_over(progress, model);
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return shown_first_ || stopping_; });
@@ -113,7 +113,7 @@ TrainingWish TrainingThread::after_iteration(TrainingProgress progress,
     reported_ = Clock::now();
     reports_.report(action::training_progressed, progress);
   }
-  return stops ? TrainingWish::stop : saves ? TrainingWish::save : TrainingWish::go_on;
+  return stops ? TrainingCommand::stop : saves ? TrainingCommand::save : TrainingCommand::go_on;
 }
 
 void TrainingThread::measure_speed(TrainingProgress& progress, bool was_paused) {
@@ -149,6 +149,8 @@ void TrainingThread::command(TrainingCommand command) {
     const std::lock_guard lock(mutex_);
     obeying_ = true;
     switch (command) {
+      case TrainingCommand::go_on:
+        break;
       case TrainingCommand::pause:
         paused_ = true;
         break;

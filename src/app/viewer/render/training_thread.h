@@ -28,8 +28,6 @@ struct TrainedModel {
   std::filesystem::path data;  ///< the folder of the training data
 };
 
-enum class TrainingWish { go_on, save, stop };
-
 class TrainingThread {
  public:
   /// A whole training run: calls began() and after_iteration(). Returns one sentence about its end.
@@ -52,10 +50,10 @@ class TrainingThread {
   /// Shows a sentence to the user.
   void tell(const std::string& sentence) { reports_.report(action::notify, sentence); }
   /// Called before the first iteration, and then waits until the window takes the model, and after
-  /// each iteration. Waits while the run is paused.
+  /// each iteration. Waits while the run is paused. Returns `go_on`, `save` or `stop`.
   /// `model` copies the model; it is called within this function only.
-  TrainingWish after_iteration(TrainingProgress progress,
-                               const std::function<GaussianCloud()>& model);
+  TrainingCommand after_iteration(TrainingProgress progress,
+                                  const std::function<GaussianCloud()>& model);
 
   // ---- for the window ---------------------------------------------------------------------------
   void command(TrainingCommand command);

@@ -12,12 +12,11 @@
 #include <vector>
 
 #include "app/viewer/state/test_view.h"
+#include "base/training_command.h"
 
 namespace qs {
 
 enum class TrainingPhase { running, paused, ended };
-
-enum class TrainingCommand { pause, resume, step, save, stop };
 
 /// A run that the user starts in the window.
 struct TrainingRequest {

@@ -86,7 +86,7 @@ void Strategy::plan(const IterationContext& context, const GaussianFacts& facts,
   if (events.final_prune) remove_faint(kFinalOpacity, plan);
   if (has_masks && events.change_the_set()) {
     plan.keep_if(
-        [&](std::size_t i) { return !masked_out(double{facts.mask_logits[plan.sources[i]]}); });
+        [&](std::size_t i) { return !qs::masked_out(double{facts.mask_logits[plan.sources[i]]}); });
   }
 }
 

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
-// The help of every command, and the message of every option for a wrong value, which names its
-// limits.
+// The tables of options: help, manual page and completion list every option once, samples and
+// defaults are taken, and messages about wrong values name what is right.
+#include <algorithm>
+#include <regex>
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "app/cli/command.h"
+#include "app/cli/manual.h"
 #include "app/cli/shared_options.h"
 #include "base/error.h"
-#include "support/golden.h"
 
 namespace qs {
 namespace {
@@ -22,26 +25,129 @@ std::string answer(const Option& option, const std::string& value) {
   }
 }
 
-TEST(OptionTable, help_samples_and_limits_of_every_command) {
-  std::string text;
+// Calls visit(command, options) for the table of options of every command.
+template <class Visit>
+void for_each_table(const Visit& visit) {
   for (const Command& command : commands()) {
     Options options(command.name, command.summary);
     const CommandAction action = command.declare(options);
-    text += options.help() + "\n";
+    visit(std::string(command.name), options);
+  }
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+// The text from `begin` to the next `end`; "" without `begin`.
+std::string section_of(const std::string& text, const std::string& begin, const std::string& end) {
+  const std::size_t at = text.find(begin);
+  return at == text.npos ? "" : text.substr(at, text.find(end, at + begin.size()) - at);
+}
+
+TEST(OptionTable, help_lists_every_option_once_with_its_words_in_its_section) {
+  for_each_table([](const std::string& command, const Options& options) {
+    const std::string help = options.help();
+    EXPECT_TRUE(help.starts_with("quadsplat " + command + ": "));
+    const std::size_t shared = std::min(help.find("\nscene and rendering:\n"), help.size());
+    for (const Option& option : options.table()) {
+      const std::string shown = option.shown();
+      const std::string line = shown.size() <= 28
+                                   ? fmt::format("\n  {:28}  {}\n", shown, option.help)
+                                   : fmt::format("\n  {}\n  {:28}  {}\n", shown, "", option.help);
+      EXPECT_EQ(count(help, line), 1u) << command << line;
+      EXPECT_EQ(count(help, "\n  " + shown + " "), shown.size() <= 28 ? 1u : 0u) << command << line;
+      EXPECT_EQ(help.find(line) > shared, option.common) << command << line;
+    }
+    for (const auto& [command_line, what] : options.examples())
+      EXPECT_EQ(count(help, "  " + command_line + "\n      " + what + "\n"), 1u) << command;
+  });
+}
+
+TEST(OptionTable, manual_page_and_completion_list_every_option_once_for_its_command) {
+  const std::string page = man_page(), completion = bash_completion();
+  const auto in_roff = [](std::string text) {
+    for (std::size_t at = 0; (at = text.find('-', at)) != text.npos; at += 2) text.insert(at, "\\");
+    return text;
+  };
+  const std::string shared = section_of(page, "\n.SH SCENE AND RENDERING\n", "\n.SH ");
+  for_each_table([&](const std::string& command, const Options& options) {
+    const std::string own = section_of(page, "\n.SS quadsplat " + command + " ", "\n.S");
+    const std::string offered =
+        section_of(completion, "\n    " + command + ") options='", "'") + " ";
+    for (const Option& option : options.table()) {
+      const std::string entry = in_roff(fmt::format("\n.B {}\n{}\n", option.shown(), option.help));
+      EXPECT_EQ(count(own + "\n", entry), option.common ? 0u : 1u) << command << entry;
+      if (option.common) {
+        EXPECT_EQ(count(shared + "\n", entry), 1u) << command << entry;
+      }
+      if (option.positional()) continue;
+      std::string names = offered;
+      std::replace(names.begin(), names.end(), '\'', ' ');
+      EXPECT_EQ(count(names, " " + option.name + " "), 1u) << command << " " << option.name;
+    }
+  });
+}
+
+TEST(OptionTable, samples_and_defaults_are_taken) {
+  for_each_table([](const std::string& command, const Options& options) {
     for (const Option& option : options.table()) {
       if (option.most == 0) continue;
-      text += fmt::format("{}: {} .. {} values, samples {}\n", option.name, option.least,
-                          option.most, joined(option.samples, " "));
-      for (const std::string value : {"x", "99999999999", "-1,-1", "0,0,0,-1", "0x0"}) {
-        const std::string said = answer(option, value);
-        if (said != "is taken") text += fmt::format("    {}\n", said);
-      }
+      EXPECT_FALSE(option.samples.empty()) << command << " " << option.name;
       for (const std::string& sample : option.samples)
-        EXPECT_EQ(answer(option, sample), "is taken") << command.name << " " << option.name;
+        EXPECT_EQ(answer(option, sample), "is taken") << command << " " << option.name;
+      const std::size_t at = option.help.find("(default: ");
+      if (at == option.help.npos) continue;
+      // The first word of the default, where it is a value of the option.
+      const std::size_t begin = at + std::string("(default: ").size();
+      const std::string word =
+          option.help.substr(begin, option.help.find_first_of(",) ", begin) - begin);
+      const bool is_number = word.find_first_not_of("0123456789.") == word.npos;
+      const bool is_choice =
+          std::find(option.choices.begin(), option.choices.end(), word) != option.choices.end();
+      const bool has_limits = answer(option, "x").find(" number from ") != std::string::npos;
+      if ((is_number && has_limits) || is_choice) {
+        EXPECT_EQ(answer(option, word), "is taken") << command << " " << option.name;
+      }
     }
-    text += "\n";
-  }
-  test::expect_golden_text("options.txt", text);
+  });
+}
+
+TEST(OptionTable, wrong_values_are_refused_with_the_option_the_value_and_what_is_right) {
+  const std::regex limits("(.*): '(.*)' is not a (whole )?number from (.*) to (.*)");
+  for_each_table([&](const std::string& command, const Options& options) {
+    for (const Option& option : options.table()) {
+      if (option.most == 0 || option.positional()) continue;
+      const std::string where = command + " " + option.name;
+      for (const std::string value : {"x", "99999999999", "-1,-1", "0,0,0,-1", "0x0", ""}) {
+        const std::string said = answer(option, value);
+        if (said == "is taken") continue;
+        EXPECT_TRUE(said.starts_with(option.name + ": ")) << where << ": " << said;
+        // A list's message quotes the first wrong word.
+        std::vector<std::string> words = separated(value);
+        words.push_back(value);
+        EXPECT_TRUE(std::any_of(words.begin(), words.end(),
+                                [&](const std::string& word) {
+                                  return word.empty() || said.find("'" + word + "'") != said.npos;
+                                }))
+            << where << ": " << said;
+      }
+      const std::string said = answer(option, "x");
+      std::smatch found;
+      if (!option.choices.empty() && said.find(" is none of ") != said.npos) {
+        EXPECT_NE(said.find(joined(option.choices, ", ")), said.npos) << where << ": " << said;
+      } else if (std::regex_match(said, found, limits) && found[2] == "x") {
+        const double low = std::stod(found[4]), high = std::stod(found[5]);
+        EXPECT_EQ(answer(option, found[4]), "is taken") << where;
+        EXPECT_EQ(answer(option, found[5]), "is taken") << where;
+        const double beyond = found[3].matched ? 1 : 1e-6 * (high - low);
+        EXPECT_NE(answer(option, fmt::format("{}", low - beyond)), "is taken") << where;
+        EXPECT_NE(answer(option, fmt::format("{}", high + beyond)), "is taken") << where;
+      }
+    }
+  });
 }
 
 TEST(OptionTable, values_are_taken_up_to_their_limits_and_no_further) {

@@ -33,10 +33,16 @@ struct ZoomCommand {
 
 std::optional<glm::dvec3> parse_target(const std::string& name, const std::string& text) {
   if (text == "auto") return std::nullopt;
-  const std::vector<std::string> words = separated(text);
-  if (words.size() != 3) fail(ErrorKind::usage, "{}: '{}' is neither X,Y,Z nor auto", name, text);
-  const auto number = [&](std::size_t i) { return parse_real(name, words[i], -1e9, 1e9); };
-  return glm::dvec3(number(0), number(1), number(2));
+  glm::dvec3 target{0.0};
+  std::size_t begin = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::size_t end = axis < 2 ? text.find(',', begin) : text.size();
+    if (end == std::string::npos)
+      fail(ErrorKind::usage, "{}: '{}' is neither X,Y,Z nor auto", name, text);
+    target[axis] = parse_real(name, text.substr(begin, end - begin), -1e9, 1e9);
+    begin = end + 1;
+  }
+  return target;
 }
 
 // The world position seen at the image's centre.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <utility>
 
@@ -18,21 +19,29 @@
 namespace qs {
 namespace {
 
-// The mean of value_of(row), a number or an optional number; unset if a row lacks it.
-template <class Rows, class ValueOf>
-std::optional<double> mean_over(const Rows& rows, const ValueOf& value_of) {
+// The mean of a column, unset if a row lacks it.
+std::optional<double> mean_of_column(const std::vector<const BenchRow*>& rows,
+                                     std::optional<double> BenchRow::*column) {
   double sum = 0;
-  for (const auto* row : rows) {
-    const std::optional<double> value = value_of(*row);
-    if (!value) return std::nullopt;
-    sum += *value;
+  for (const BenchRow* row : rows) {
+    if (!(row->*column)) return std::nullopt;
+    sum += *(row->*column);
   }
   return sum / static_cast<double>(rows.size());
 }
-template <class Row>
-std::optional<double> mean_over(const std::vector<const Row*>& rows,
-                                std::optional<double> Row::*column) {
-  return mean_over(rows, [&](const Row& row) { return row.*column; });
+
+// The sum of equally weighted values, a member or a function of the rows; unset if a row lacks its
+// value.
+template <class Row, class ValueOf>
+std::optional<double> weighted_mean(const std::vector<const Row*>& rows, const ValueOf& value_of) {
+  const double weight = 1.0 / static_cast<double>(rows.size());
+  double sum = 0;
+  for (const Row* row : rows) {
+    const std::optional<double> value = std::invoke(value_of, *row);
+    if (!value) return std::nullopt;
+    sum += weight * *value;
+  }
+  return sum;
 }
 
 std::optional<double> real(std::optional<std::uint64_t> count) {
@@ -79,14 +88,14 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
     if (!row->repeats) mean.repeats.reset();
     if (mean.repeats) mean.repeats = *mean.repeats && *row->repeats;
   }
-  mean.sort_bytes = mean_over(rows, [](const BenchRow& row) { return real(row.sort_bytes); });
-  mean.ms_spread = mean_over(rows, spread_ms);
+  mean.sort_bytes = weighted_mean(rows, [](const BenchRow& row) { return real(row.sort_bytes); });
+  mean.ms_spread = weighted_mean(rows, spread_ms);
   mean.noisy = mean_noise > kNoiseTolerance || has_noisy_time(mean);
   mean.enough_frames = are_enough_frames(all_frames(rows));
-  mean.psnr = mean_over(rows, &BenchRow::psnr_vs_reference);
-  mean.ssim = mean_over(rows, &BenchRow::ssim_vs_reference);
-  mean.flip = mean_over(rows, &BenchRow::flip_vs_reference);
-  if (const auto ms = mean_over(rows, &BenchRow::ms_paper); ms && *ms > 0)
+  mean.psnr = mean_of_column(rows, &BenchRow::psnr_vs_reference);
+  mean.ssim = mean_of_column(rows, &BenchRow::ssim_vs_reference);
+  mean.flip = mean_of_column(rows, &BenchRow::flip_vs_reference);
+  if (const auto ms = mean_of_column(rows, &BenchRow::ms_paper); ms && *ms > 0)
     mean.fps_paper = 1000 / *ms;
   return mean;
 }
@@ -214,10 +223,10 @@ std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
       mean.noisy = mean.noisy || row->noisy;
       if (row->ratio) ratios.push_back(row->ratio->value);
     }
-    mean.psnr = mean_over(rows, &ModeMean::psnr);
-    mean.fps_paper = mean_over(rows, &ModeMean::fps_paper);
-    mean.ms_spread = mean_over(rows, &ModeMean::ms_spread);
-    mean.sort_bytes = mean_over(rows, &ModeMean::sort_bytes);
+    mean.psnr = weighted_mean(rows, &ModeMean::psnr);
+    mean.fps_paper = weighted_mean(rows, &ModeMean::fps_paper);
+    mean.ms_spread = weighted_mean(rows, &ModeMean::ms_spread);
+    mean.sort_bytes = weighted_mean(rows, &ModeMean::sort_bytes);
     if (ratios.size() != rows.size()) continue;
     mean.ratio = geometric_mean(ratios);
     mean.ratio->interval.reset();

@@ -350,6 +350,7 @@ Json panel_sections(const Visitor& visitor, std::span<const PanelRow> panels) {
                    {"job", job_json(v)},
                    {"status", status_json(v)}};
   for (const PanelRow& row : panels) {
+    if (command_of(row) == nullptr) continue;  // the window's alone
     sections[row.name] = nullptr;
     if (!(v.panels.*row.open) || !is_offered(v, row)) continue;
     Json names = Json::array();

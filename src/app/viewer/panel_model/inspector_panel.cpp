@@ -123,7 +123,7 @@ block::Figure construction_figure(const InspectedView& view, CullMode drawn) {
   add_boxes(gaussian, figure.shapes);
   const glm::vec2 pixel(view.inspection.pixel.pixel);
   const glm::vec2 extent = window.high - window.low;
-  const float half = std::max(0.5f, 0.01f * std::max(extent.x, extent.y));
+  const float half = std::max(0.5f, 0.015f * std::max(extent.x, extent.y));
   figure.shapes.push_back(box_shape({pixel - half, pixel + half}, kPixelInk, 1, 2));
   return figure;
 }

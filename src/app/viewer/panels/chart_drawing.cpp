@@ -40,7 +40,8 @@ PlotArea plot_area(const block::Chart& chart, ImVec2 at, ImVec2 size) {
   float widest = 0;
   for (const BarTick& tick : chart.up) widest = std::max(widest, text_width(tick.text));
   return {{at.x + widest + 0.5f * letter, at.y + 0.6f * letter},
-          {at.x + size.x - 0.8f * letter, at.y + size.y - 2.5f * letter}};
+          {at.x + size.x - 0.8f * letter,
+           at.y + size.y - (chart.across.empty() ? 1.6f : 2.5f) * letter}};
 }
 
 void draw_ticks_up(const block::Chart& chart, const PlotArea& area) {
@@ -81,7 +82,8 @@ PlotArea draw_axes(const block::Chart& chart) {
   draw_ticks_up(chart, area);
   draw_ticks_across(chart, area, at.x + size.x);
   const float middle = 0.5f * (area.low.x + area.high.x) - 0.5f * text_width(chart.axis);
-  draw_faint({middle, area.high.y + 1.3f * letter}, chart.axis);
+  const float below = (chart.across.empty() ? 0.3f : 1.3f) * letter;
+  draw_faint({middle, area.high.y + below}, chart.axis);
   ImGui::InvisibleButton("chart", size);
   return area;
 }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <optional>
 #include <string>
-#include <utility>
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -140,8 +139,8 @@ void ControlsDrawer::draw(const block::Placed& placed) const {
     const float width = placed.width * ImGui::GetFontSize();
     std::string label = placed.short_label.value_or(label_of(control, now));
     if (placed.follows) same_line_if_fits(width_of(control.kind, label));
-    if (!placed.title.empty()) draw_title(std::exchange(label, ""), width);
-    if (label.empty()) label = "##value";
+    if (!placed.title.empty()) draw_title(placed.title, width);
+    if (!placed.title.empty() || label.empty()) label = "##value";
     if (placed.width != 0) ImGui::SetNextItemWidth(width);
     if (placed.mode) ImGui::PushStyleColor(ImGuiCol_Text, color_of(ink_of(*placed.mode).dark));
     if (placed.form == block::Form::small_button) {

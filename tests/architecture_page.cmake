@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Checks statements of docs/architecture.md and docs/inside about the source, besides those that cmake/check_includes.cmake checks.
+# Checks statements of docs/architecture.md and docs/inside about the source, besides the includes, which cmake/check_includes.cmake checks.
 # Run as: cmake -DROOT=<source tree> -P architecture_page.cmake. Fails with one line per broken statement.
 cmake_minimum_required(VERSION 3.25)
 set(broken "")

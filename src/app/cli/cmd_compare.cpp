@@ -24,7 +24,7 @@ namespace {
 
 constexpr int kTolerance = 2;  // difference of 8-bit values above which the oracle names a pixel
 
-// The options of the result, which are for two scenes, are those of judging; `sheet` is --output.
+// The result of two scenes has the options of judging; `sheet` is --output.
 struct CompareCommand : JudgeOptions {
   std::vector<std::filesystem::path> others;  // a second scene
   std::optional<PixelBox> crop;

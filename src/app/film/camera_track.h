@@ -49,7 +49,7 @@ CameraTrack turntable_of(const GaussianCloud& cloud, const std::vector<Camera>& 
 /// Along the keyframes in their own times. At least two.
 CameraTrack along(std::vector<Keyframe> keyframes, Ease ease);
 
-/// Along the keyframes and back to the first one: see closed_path().
+/// Along the keyframes and back to the first keyframe: see closed_path().
 CameraTrack along_and_back(std::vector<Keyframe> keyframes, Ease ease);
 
 /// Camera `index` of `count` at equal time steps. The last camera is at the end of the track, or

@@ -104,7 +104,7 @@ TcpSocket TcpSocket::accept(const Patience& patience) {
   while (await(descriptor_, POLLIN, patience) == TcpEnd::done) {
     TcpSocket socket = prepared(::accept4(descriptor_, nullptr, nullptr, SOCK_CLOEXEC));
     if (socket.is_open()) return socket;
-    // Without file descriptors the connection waits, so poll() would return at once again.
+    // Without file descriptors the connection waits, so poll() would return immediately.
     if (TcpClock::now() >= patience.end) break;
     if (!is_again(errno)) std::this_thread::sleep_for(kSlice);
   }

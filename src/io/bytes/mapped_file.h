@@ -23,7 +23,7 @@ class MappedFile {
 
   std::span<const std::byte> content() const { return content_; }
 
-  /// Whether this process copies the files that it opens from now on. At first it maps them.
+  /// `copies`: from now on this process copies the files that it opens. At first it maps them.
   static void copy_files(bool copies);
 
  private:

@@ -58,8 +58,8 @@ class HashedStream {
   std::uint64_t hash_ = hash_of({});
 };
 
-// A state with arrays for `gaussians` Gaussians like those of `kind`, which has none itself. The
-// size of the arrays is first compared with the remaining bytes.
+// A state with arrays for `gaussians` Gaussians and the kinds of arrays of `kind`, which has none.
+// The size of the arrays is first compared with the remaining bytes.
 ModelState sized_state(std::uint64_t gaussians, const Parameters& kind, bool absolute, bool sums,
                        std::uint64_t left, const std::string& where) {
   const std::uint64_t values =

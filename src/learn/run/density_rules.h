@@ -12,7 +12,7 @@
 namespace qs::train {
 
 inline constexpr double kLeastOpacity = 0.005, kResetOpacity = 0.01;
-inline constexpr double kFinalOpacity = 0.1;  ///< what final prunes leave
+inline constexpr double kFinalOpacity = 0.1;  ///< final prunes remove lower opacities
 
 /// A Gaussian that a strategy wants to clone or to split in two.
 struct Candidate {

@@ -67,7 +67,7 @@ void check_place(const QsArray& array, const Where& where, const Place& place) {
          place.decided_by, place.text());
 }
 
-/// Throws Error(usage) if the array names another GPU than the one that has its data. A kernel that
+/// Throws Error(usage) if the array names another GPU than the owner of its memory. A kernel that
 /// used it would fault, and end all work of the process on the GPU.
 void check_gpu(const QsArray& array, const Where& where) {
   if (const std::optional<int> gpu = other_gpu_of(array))

@@ -24,7 +24,8 @@ struct ListEntry {
   std::int32_t number;  ///< 1-based position in the list
 };
 
-/// The effect of a Gaussian on a pixel. Both transmittances are given: in front of it and behind it.
+/// The effect of a Gaussian on a pixel. Both transmittances are given: in front of it and behind
+/// it.
 struct Effect {
   float weight, before, behind;
   std::int32_t blends, stops;  ///< 1 or 0

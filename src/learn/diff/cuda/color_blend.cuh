@@ -11,6 +11,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "learn/diff/cuda/frame.h"
 #include "learn/diff/cuda/segment.cuh"
 #include "learn/diff/gaussians.h"
 #include "raster/cuda/common/schedule.cuh"

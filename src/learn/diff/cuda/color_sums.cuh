@@ -13,6 +13,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "learn/diff/cuda/frame.h"
 #include "learn/diff/cuda/segment.cuh"
 #include "learn/diff/gaussians.h"
 #include "learn/gradient/pixel.h"

@@ -322,7 +322,7 @@ TEST_F(CudaTrainStep, views_count_for_the_gaussians_that_the_mode_lists_on_reque
       Camera camera = test::front_camera(kWidth, kHeight);
       camera.view_from_world[3].x += shift;
       model.forward(camera, settings);
-      model.compare_with({}, {.rgb = rgb});
+      model.compare_with({}, {.rgb = rgb, .alpha = {}, .mask = {}});
       model.backward({});
       qs::train::StepOrder order;
       order.iteration = model.iteration() + 1;

@@ -576,7 +576,8 @@ TEST(ServePanels, settings_change_the_visitor_s_own_picture) {
   ASSERT_NE(scale, rows.end());
   EXPECT_EQ(scale->at("value"), 2);
   EXPECT_EQ(scale->at("log"), true);
-  for (const Json& fact : section(room.of(1), "settings/facts").at("facts"))
+  const Json facts = section(room.of(1), "settings/facts").at("facts");
+  for (const Json& fact : facts)
     EXPECT_NE(fact[0], "file");
 }
 

@@ -577,8 +577,7 @@ TEST(ServePanels, settings_change_the_visitor_s_own_picture) {
   EXPECT_EQ(scale->at("value"), 2);
   EXPECT_EQ(scale->at("log"), true);
   const Json facts = section(room.of(1), "settings/facts").at("facts");
-  for (const Json& fact : facts)
-    EXPECT_NE(fact[0], "file");
+  for (const Json& fact : facts) EXPECT_NE(fact[0], "file");
 }
 
 TEST(ServePanels, a_path_is_made_played_and_sent) {

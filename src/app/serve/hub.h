@@ -36,7 +36,8 @@ struct Hub {
   ServedTraining* training = nullptr;
   Sharing sharing;
   std::array<SentPictures, 4> sent;
-  boost::asio::io_context io;  ///< goes first and takes the connections with it, which use the rest
+  /// The last member, so that its connections, which use the other members, end first.
+  boost::asio::io_context io;
 
   std::string_view scheme() const { return tls ? "https" : "http"; }
 };

@@ -20,8 +20,8 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using Clock = std::chrono::steady_clock;
 
-constexpr const char* kPing = "q";  ///< differs from the empty one of Beast
-constexpr int kNobody = 0;          ///< the number of no visitor
+constexpr const char* kPing = "q";  ///< Beast pings with an empty text
+constexpr int kNobody = 0;          ///< no visitor has this number
 
 Clock::time_point time_of(double seconds) {
   return Clock::time_point(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The colour of a pixel or of a Gaussian with any number of channels. Numbers of channels are
-// rounded up to a few sizes, for which the stages are compiled; further channels are 0.
+// rounded up to a few sizes, for which the passes are compiled; further channels are 0.
 #pragma once
 
 #include <type_traits>

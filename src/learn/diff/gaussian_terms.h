@@ -43,7 +43,7 @@ struct CallersSh {
   QS_HD void set(int k, const glm::vec<3, Real>& value) const { out.set(i, k, value); }
 };
 
-/// Gaussians in the caller's arrays, as a source of project_gaussians() of the CPU's stages, and
+/// Gaussians in the caller's arrays, as a source of project_gaussians() of the CPU's passes, and
 /// the arrays that project() fills.
 template <class Real>
 struct GivenGaussians {

@@ -57,7 +57,7 @@ struct Rules {
   }
 };
 
-/// A view that the stages draw.
+/// A view that the passes draw.
 struct DrawnView {
   Camera camera;  ///< the rules replace its near plane
   /// Position of the camera in the world, from which colours are seen. Unset: camera.position().

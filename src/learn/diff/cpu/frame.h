@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A frame between its stages, in memory of the caller: the visible Gaussians with their lists from
+// A frame between its passes, in memory of the caller: the visible Gaussians with their lists from
 // project(), the values of every pixel from blend(). The backward passes only read it, so any
 // number of frames may wait for them, and a backward pass may run again or in another thread.
 #pragma once

@@ -18,7 +18,7 @@ namespace qs::cpu::diff {
 
 using namespace qs::diff;
 
-/// Threads of a stage, and its end.
+/// The threads of a pass, and the token that cancels it.
 struct Workers {
   ThreadPool& pool;
   std::stop_token stop = {};

@@ -5,7 +5,7 @@
 
 namespace qs::cuda {
 
-/// Multiprocessors. Kernels whose blocks share their work start a few blocks for each.
+/// The number of multiprocessors. Kernels whose blocks share work start a few blocks for each.
 unsigned multiprocessors();
 
 }  // namespace qs::cuda

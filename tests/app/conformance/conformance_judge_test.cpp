@@ -20,6 +20,7 @@
 #include "app/support/run_program.h"
 #include "base/text.h"
 #include "io/picture/image_file.h"
+#include "support/all_combinations.h"
 #include "support/planted_renderer.h"
 #include "support/pool.h"
 #include "support/temporary_folder.h"
@@ -36,7 +37,7 @@ std::vector<std::string> words_of(const MistakeSet& set) {
 struct Implementation {
   const char* name;
   Image (*draw)(std::size_t scene, const std::vector<std::string>& mistakes);
-  std::size_t pair_step;  ///< every n-th pair is tried, all of them if QS_ALL_PAIRS is set
+  std::size_t pair_step;  ///< under sanitizers every n-th pair is tried; QS_ALL_PAIRS: all of them
 };
 
 class Planted : public testing::TestWithParam<Implementation> {
@@ -153,7 +154,9 @@ TEST_P(Planted, every_mistake_fails_and_is_named) {
 TEST_P(Planted, every_pair_of_mistakes_fails_and_is_named) {
   std::size_t pairs = 0, hidden = 0;
   const std::vector<MistakeSet> sets = sets_of_mistakes(2);
-  const std::size_t step = std::getenv("QS_ALL_PAIRS") != nullptr ? 1 : GetParam().pair_step;
+  const std::size_t step = std::getenv("QS_ALL_PAIRS") != nullptr ? 1
+                           : test::kAllCombinations               ? GetParam().pair_step
+                                                                  : 8;
   for (std::size_t set = 0; set < sets.size(); set += step) {
     const MistakeSet& planted = sets[set];
     const Submission submission = draw(planted);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Training of models whose colours a colour field computes.
+// Not in checked: whole trainings take long there; field_gradient_test.cpp runs the same code.
 #include "learn/run/field_model.h"
 
 #include <cmath>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Training on synthetic views: it finds the scene again, and repeats itself to the bit.
+// Not in checked: whole trainings take minutes there; train_step_test.cpp runs the same code.
 #include <cmath>
 #include <functional>
 #include <memory>

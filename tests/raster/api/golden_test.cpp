@@ -2,6 +2,7 @@
 // Compares pair counts and images with the results of published implementations, recorded in
 // golden/ of the shared folder, and pair counts of the bundled scene with an independent evaluation
 // (tests/golden/README.md).
+// Not in checked: large scenes take minutes there; depth_test.cpp runs the same code.
 #include <fstream>
 #include <map>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Frames of the CPU backend against an oracle that shares no code with it.
+// Not in checked: the oracle takes long there; depth_test.cpp runs the same code.
 #include <algorithm>
 #include <cmath>
 

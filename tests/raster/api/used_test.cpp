@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Used pairs of the CPU backend: pairs that at least one pixel blends.
+// Not in checked: large scenes take long there; depth_test.cpp runs the same code.
 #include <gtest/gtest.h>
 
 #include "io/camera/cameras.h"

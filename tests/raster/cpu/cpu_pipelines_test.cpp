@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Pipeline `fast` of the CPU backend against `classic` on every instruction set of this machine:
 // tile lists equal to the bit, equal images.
+// Not in checked: it takes three minutes there; mode_pairs_test.cpp runs the same code.
 #include <array>
 #include <cmath>
 #include <numeric>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Property tests of all culling modes with difficult footprints and grids.
+// Not in checked: thousands of footprints take long there; mode_pairs_test.cpp runs the same code.
 #include <algorithm>
 #include <set>
 

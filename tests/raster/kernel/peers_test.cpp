@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The properties that the modes of other papers share with our modes and with each other, on
 // footprints that single precision can describe. culler_test.cpp has the properties of all modes.
+// Not in checked: thousands of footprints take long there; mode_pairs_test.cpp runs the same code.
 #include <algorithm>
 #include <set>
 

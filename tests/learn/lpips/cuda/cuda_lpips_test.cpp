@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // LPIPS on the GPU against the golden values and the CPU.
 #include "learn/lpips/cuda/gpu_metric.h"
+#include "support/all_combinations.h"
 #include "support/gpu.h"
 #include "support/lpips_weights.h"
 
@@ -13,6 +14,9 @@ using qs::lpips::InputRange;
 class CudaLpips : public test::GpuTest {};
 
 TEST_F(CudaLpips, the_distance_is_the_published_one) {
+  if (!test::kAllCombinations) {
+    QS_NEEDS_REAL_GPU("whole networks take minutes; LpipsGolden has the same numbers on the CPU");
+  }
   GpuMetric vgg16(test::golden_weights(qs::lpips::kNetworks[0]), 0);
   const auto [a, b] = test::golden_pictures(40, 32);
   EXPECT_NEAR(vgg16.distance(a, b, InputRange::unit), 1.175212379, 1.2e-6);

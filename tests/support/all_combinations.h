@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+//
+// Whether a test tries every combination of its cases. With every push it tries each case once; the
+// builds with sanitizers in all code, which scripts/test --all runs, try all combinations.
+#pragma once
+
+namespace qs::test {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kAllCombinations = true;
+#else
+constexpr bool kAllCombinations = false;
+#endif
+
+}  // namespace qs::test

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "learn/diff/cpu/picture.h"
-#include "raster/cpu/common/bin.h"
+#include "raster/cpu/common/tile_lists.h"
 #include "raster/kernel/splat64.h"
 
 namespace qs::cpu::diff {

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cmath>
 
-#include "raster/cpu/fast/half.h"
 #include "raster/scene/activated_cloud.h"
+#include "raster/scene/spatial_order.h"
 
 namespace qs::cpu::fast {
 
@@ -31,8 +31,7 @@ void prefetch(const GaussianCloud& cloud, std::size_t i) {
   __builtin_prefetch(&cloud.opacity_logits[i]);
 }
 
-}  // namespace
-
+/// `order`: the cloud's indices in the order of the blocks.
 Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
                          ThreadPool& pool) {
   Array<Block> blocks((order.size() + kBlock - 1) / kBlock);
@@ -60,6 +59,18 @@ Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32
   });
   return blocks;
 }
+
+BlockBounds bounds_of(const Block& block) {
+  BlockBounds bounds;
+  for (std::size_t lane = 0; lane < kBlock; ++lane) {
+    bounds.include({block.x[lane], block.y[lane], block.z[lane]},
+                   {block.xx[lane], block.xy[lane], block.xz[lane], block.yy[lane], block.yz[lane],
+                    block.zz[lane]});
+  }
+  return bounds;
+}
+
+}  // namespace
 
 Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
                          ThreadPool& pool) {
@@ -108,6 +119,16 @@ Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32
     interleave(members, rest, sh.rest.data() + group * rest * kGroup);
   });
   return sh;
+}
+
+SceneBlocks make_scene(const GaussianCloud& cloud, ThreadPool& pool) {
+  const Array<std::uint32_t> order = spatial_order(cloud, pool);
+  SceneBlocks scene{make_blocks(cloud, order, pool), {}, make_harmonics(cloud, order, pool)};
+  scene.bounds.resize(scene.blocks.size());
+  pool.for_chunks(scene.blocks.size(), 16, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t b = begin; b < end; ++b) scene.bounds[b] = bounds_of(scene.blocks[b]);
+  });
+  return scene;
 }
 
 }  // namespace qs::cpu::fast

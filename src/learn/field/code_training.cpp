@@ -5,20 +5,10 @@
 
 #include "learn/field/integer_sums.h"
 #include "learn/gradient/residual_codes.h"
-#include "raster/kernel/nearest_code.h"
 
 namespace qs {
-namespace {
 
 constexpr std::size_t kVectorGrain = 1024;
-
-// The code of a layer that is nearest to a vector.
-std::size_t nearest_of_layer(const ResidualCodebook& book, std::size_t layer, const float* vector) {
-  return nearest_code(book.code(layer, 0), static_cast<unsigned>(book.codes()),
-                      static_cast<unsigned>(book.dimensions), vector);
-}
-
-}  // namespace
 
 CodeState CodeState::starting_with(ResidualCodebook codebook) {
   CodeState state;
@@ -51,23 +41,19 @@ void take_code_step(CodeState& state, std::span<const float> vectors, ThreadPool
   IntegerSums sums;
   for (std::size_t layer = 0; layer < book.layers; ++layer) {
     sums.reset(values);
-    pool.for_chunks(count, kVectorGrain, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::size_t number = nearest_of_layer(book, layer, &rest[i * d]);
-        for (std::size_t k = 0; k < d; ++k)
-          sums.add(number * d + k, book.code(layer, number)[k] - rest[i * d + k]);
-      }
+    pool.for_each(count, kVectorGrain, [&](std::size_t i) {
+      const std::size_t number = book.nearest(layer, &rest[i * d]);
+      for (std::size_t k = 0; k < d; ++k)
+        sums.add(number * d + k, book.code(layer, number)[k] - rest[i * d + k]);
     });
     for (std::size_t at = 0; at < values; ++at) {
       const std::size_t value = layer * values + at;
       move_code(step, code_gradient(sums.sum(at), vectors.size()), book.values[value],
                 state.first[value], state.second[value]);
     }
-    pool.for_chunks(count, kVectorGrain, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const float* const code = book.code(layer, nearest_of_layer(book, layer, &rest[i * d]));
-        for (std::size_t k = 0; k < d; ++k) rest[i * d + k] -= code[k];
-      }
+    pool.for_each(count, kVectorGrain, [&](std::size_t i) {
+      const float* const code = book.code(layer, book.nearest(layer, &rest[i * d]));
+      for (std::size_t k = 0; k < d; ++k) rest[i * d + k] -= code[k];
     });
   }
 }

@@ -89,10 +89,7 @@ std::vector<Layer> layers_of(const Network& network) {
 template <class Body>
 void in_parallel(ThreadPool& pool, std::size_t count, const Body& body) {
   const std::size_t chunks = 4 * static_cast<std::size_t>(pool.size());
-  pool.for_chunks(count, (count + chunks - 1) / chunks,
-                  [&](std::size_t begin, std::size_t end, int) {
-                    for (std::size_t i = begin; i < end; ++i) body(i);
-                  });
+  pool.for_each(count, (count + chunks - 1) / chunks, body);
 }
 
 // Passes both pictures through the network, a band of rows at a time.

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "base/text.h"
 
 namespace qs {
 namespace {
@@ -29,19 +32,12 @@ std::optional<std::vector<std::string>> throttles_of(const std::vector<GpuReadin
   for (const GpuReading& reading : readings) {
     if (!reading.throttles) continue;
     if (!all) all.emplace();
-    for (const std::string& reason : *reading.throttles) {
-      if (std::find(all->begin(), all->end(), reason) == all->end()) all->push_back(reason);
-    }
+    for (const std::string& reason : *reading.throttles) add_new(*all, reason);
   }
   return all;
 }
 
-/// "1,980"; clocks are below 1,000,000 MHz.
-std::string grouped_mhz(double mhz) {
-  const long rounded = std::lround(mhz);
-  return rounded < 1000 ? fmt::format("{}", rounded)
-                        : fmt::format("{},{:03}", rounded / 1000, rounded % 1000);
-}
+std::string grouped_mhz(double mhz) { return grouped(static_cast<std::uint64_t>(std::lround(mhz))); }
 
 /// " (1,755 to 1,980, at most 1,980)", or "" for a clock that was at its maximum all the time.
 std::string variation(const GpuClockSummary& summary) {

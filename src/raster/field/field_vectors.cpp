@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "raster/field/field_vectors.h"
-
 #include <algorithm>
+#include <cassert>
 
 #include <hwy/aligned_allocator.h>
+
+#include "raster/field/field_evaluator.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/field/field_vectors.cpp"
@@ -196,6 +197,7 @@ HWY_INLINE void spread(const float* values, std::size_t rows, float* out) {
   }
 }
 
+/// Outputs of the network for each mean seen from `eye`.
 void outputs_of(const Packed& packed, std::span<const glm::vec3> means, const glm::vec3& eye,
                 glm::vec3* out) {
   if (means.empty()) return;
@@ -279,6 +281,7 @@ class DesignOutputs {
   Buffer last_ = buffer(kOutRows * step_), all_ = buffer(kDesignSize * 3 * lanes_);
 };
 
+/// SH coefficients of degree 3, 16 per mean, and the rms difference of each mean's colour values.
 void fit_of(const Packed& packed, std::span<const glm::vec3> means, glm::vec3* sh, float* rms) {
   if (means.empty()) return;
   const D d;
@@ -333,19 +336,25 @@ void fit_of(const Packed& packed, std::span<const glm::vec3> means, glm::vec3* s
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace qs::field_vectors {
-
+namespace qs {
+namespace field_vectors {
 HWY_EXPORT(outputs_of);
 HWY_EXPORT(fit_of);
+}  // namespace field_vectors
 
-void outputs(const Packed& packed, std::span<const glm::vec3> means, const glm::vec3& eye,
-             glm::vec3* out) {
-  HWY_DYNAMIC_DISPATCH(outputs_of)(packed, means, eye, out);
+void FieldEvaluator::outputs(std::span<const glm::vec3> means, const glm::vec3& eye,
+                             std::span<glm::vec3> out) const {
+  assert(out.size() == means.size());
+  using namespace field_vectors;
+  HWY_DYNAMIC_DISPATCH(outputs_of)(packed_, means, eye, out.data());
 }
 
-void fit(const Packed& packed, std::span<const glm::vec3> means, glm::vec3* sh, float* rms) {
-  HWY_DYNAMIC_DISPATCH(fit_of)(packed, means, sh, rms);
+void FieldEvaluator::fit_sh(std::span<const glm::vec3> means, std::span<glm::vec3> sh,
+                            std::span<float> rms) const {
+  assert(sh.size() == 16 * means.size() && rms.size() == means.size());
+  using namespace field_vectors;
+  HWY_DYNAMIC_DISPATCH(fit_of)(packed_, means, sh.data(), rms.data());
 }
 
-}  // namespace qs::field_vectors
+}  // namespace qs
 #endif

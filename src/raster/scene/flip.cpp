@@ -129,20 +129,19 @@ Plane filtered(const Plane& plane, Size size, const Filter& across, const Filter
                ThreadPool& pool) {
   const auto pass = [&](const Plane& from, const Filter& filter, bool along_rows) {
     Plane to(from.size());
-    pool.for_chunks(static_cast<std::size_t>(size.height), kErrorRows,
-                    [&](std::size_t begin, std::size_t end, int) {
-                      for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
-                        for (int x = 0; x < size.width; ++x) {
-                          double sum = 0;
-                          for (int k = -filter.radius; k <= filter.radius; ++k) {
-                            const int px = along_rows ? std::clamp(x + k, 0, size.width - 1) : x;
-                            const int py = along_rows ? y : std::clamp(y + k, 0, size.height - 1);
-                            sum += filter.weights[static_cast<std::size_t>(k + filter.radius)] *
-                                   from[size.at(px, py)];
-                          }
-                          to[size.at(x, y)] = sum;
-                        }
-                    });
+    pool.for_each(static_cast<std::size_t>(size.height), kErrorRows, [&](std::size_t row) {
+      const int y = static_cast<int>(row);
+      for (int x = 0; x < size.width; ++x) {
+        double sum = 0;
+        for (int k = -filter.radius; k <= filter.radius; ++k) {
+          const int px = along_rows ? std::clamp(x + k, 0, size.width - 1) : x;
+          const int py = along_rows ? y : std::clamp(y + k, 0, size.height - 1);
+          sum += filter.weights[static_cast<std::size_t>(k + filter.radius)] *
+                 from[size.at(px, py)];
+        }
+        to[size.at(x, y)] = sum;
+      }
+    });
     return to;
   };
   return pass(pass(plane, across, true), down, false);

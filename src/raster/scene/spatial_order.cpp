@@ -77,13 +77,11 @@ Array<std::uint32_t> spatial_order(const GaussianCloud& cloud, ThreadPool& pool)
   const Axis classes = classes_of(cloud);
   SortItems items;
   items.resize(cloud.size());
-  pool.for_chunks(cloud.size(), 16384, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const glm::vec3& p = cloud.positions[i];
-      items.keys[i] = classes.cell(log_size(cloud.log_scales[i])) << 3 * kCellBits |
-                      kSpread[x.cell(p.x)] | kSpread[y.cell(p.y)] << 1 | kSpread[z.cell(p.z)] << 2;
-      items.values[i] = static_cast<std::uint32_t>(i);
-    }
+  pool.for_each(cloud.size(), 16384, [&](std::size_t i) {
+    const glm::vec3& p = cloud.positions[i];
+    items.keys[i] = classes.cell(log_size(cloud.log_scales[i])) << 3 * kCellBits |
+                    kSpread[x.cell(p.x)] | kSpread[y.cell(p.y)] << 1 | kSpread[z.cell(p.z)] << 2;
+    items.values[i] = static_cast<std::uint32_t>(i);
   });
   radix_sort(items, {0, ~0u}, pool);
   return std::move(items.values);

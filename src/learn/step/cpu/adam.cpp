@@ -18,28 +18,26 @@ void take_step(Parameters<float>& parameters, const Parameters<float>& gradient,
     for (int k = 0; k < count; ++k)
       adam(step, static_cast<float>(rate), by[k], value[k], first[k], second[k]);
   };
-  pool.for_chunks(parameters.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto vector = [&](double rate, int count, auto array, std::size_t at,
-                              const AdamStep& step) {
-        values(step, rate, count, &(parameters.*array)[at][0], &(gradient.*array)[at][0],
-               &(state.first.*array)[at][0], &(state.second.*array)[at][0]);
-      };
-      using P = Parameters<float>;
-      vector(rates.mean, 3, &P::means, i, step_of_most);
-      vector(rates.log_scale, 3, &P::log_scales, i, step_of_most);
-      vector(rates.rotation, 4, &P::rotations, i, step_of_most);
-      values(step_of_most, rates.opacity, 1, &parameters.opacity_logits[i],
-             &gradient.opacity_logits[i], &state.first.opacity_logits[i],
-             &state.second.opacity_logits[i]);
-      if (parameters.has_masks) {
-        values(step_of_most, rates.mask, 1, &parameters.mask_logits[i], &gradient.mask_logits[i],
-               &state.first.mask_logits[i], &state.second.mask_logits[i]);
-      }
-      vector(rates.sh_dc, 3, &P::sh, i * stride, step_of_most);
-      for (std::size_t k = 1; k < stride && moves_rest; ++k)
-        vector(rates.sh_rest, 3, &P::sh, i * stride + k, step_of_rest);
+  pool.for_each(parameters.size(), 1024, [&](std::size_t i) {
+    const auto vector = [&](double rate, int count, auto array, std::size_t at,
+                            const AdamStep& step) {
+      values(step, rate, count, &(parameters.*array)[at][0], &(gradient.*array)[at][0],
+             &(state.first.*array)[at][0], &(state.second.*array)[at][0]);
+    };
+    using P = Parameters<float>;
+    vector(rates.mean, 3, &P::means, i, step_of_most);
+    vector(rates.log_scale, 3, &P::log_scales, i, step_of_most);
+    vector(rates.rotation, 4, &P::rotations, i, step_of_most);
+    values(step_of_most, rates.opacity, 1, &parameters.opacity_logits[i],
+           &gradient.opacity_logits[i], &state.first.opacity_logits[i],
+           &state.second.opacity_logits[i]);
+    if (parameters.has_masks) {
+      values(step_of_most, rates.mask, 1, &parameters.mask_logits[i], &gradient.mask_logits[i],
+             &state.first.mask_logits[i], &state.second.mask_logits[i]);
     }
+    vector(rates.sh_dc, 3, &P::sh, i * stride, step_of_most);
+    for (std::size_t k = 1; k < stride && moves_rest; ++k)
+      vector(rates.sh_rest, 3, &P::sh, i * stride + k, step_of_rest);
   });
 }
 

@@ -66,9 +66,7 @@ void CpuModel::step(const StepOrder& order) {
   }
   qs::train::Parameters& p = state_.parameters;
   const auto for_gaussians = [&](const auto& each) {
-    pool_.for_chunks(p.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t i = begin; i < end; ++i) each(i);
-    });
+    pool_.for_each(p.size(), 1024, each);
   };
   if (order.moves && order.sparsity) {
     const auto count = static_cast<double>(p.size());

@@ -22,10 +22,7 @@ struct PictureRows {
   /// Runs each(y) for every row in parallel.
   template <class Each>
   void for_rows(const Each& each) const {
-    constexpr std::size_t kRowGrain = 8;
-    pool.for_chunks(height, kRowGrain, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t y = begin; y < end; ++y) each(y);
-    });
+    pool.for_each(height, 8, each);
   }
 
   /// Sum of row_sum(y); the order of summing is fixed.

@@ -35,26 +35,24 @@ void prefetch(const GaussianCloud& cloud, std::size_t i) {
 Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
                          ThreadPool& pool) {
   Array<Block> blocks((order.size() + kBlock - 1) / kBlock);
-  pool.for_chunks(blocks.size(), 16, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t b = begin; b < end; ++b) {
-      Block& block = blocks[b];
-      for (std::size_t lane = 0; lane < kBlock; ++lane) {
-        const std::size_t i = b * kBlock + lane;
-        const ActiveGaussian padding{glm::vec3(NAN), {}, 0};
-        if (i + kPrefetchedBlocks < order.size()) prefetch(cloud, order[i + kPrefetchedBlocks]);
-        const ActiveGaussian g = i < order.size() ? activate(cloud, order[i]).gaussian : padding;
-        block.gaussian[lane] = i < order.size() ? order[i] : 0;
-        block.x[lane] = g.position.x;
-        block.y[lane] = g.position.y;
-        block.z[lane] = g.position.z;
-        block.xx[lane] = g.covariance.xx;
-        block.xy[lane] = g.covariance.xy;
-        block.xz[lane] = g.covariance.xz;
-        block.yy[lane] = g.covariance.yy;
-        block.yz[lane] = g.covariance.yz;
-        block.zz[lane] = g.covariance.zz;
-        block.log2_255_opacity[lane] = g.log2_255_opacity;
-      }
+  pool.for_each(blocks.size(), 16, [&](std::size_t b) {
+    Block& block = blocks[b];
+    for (std::size_t lane = 0; lane < kBlock; ++lane) {
+      const std::size_t i = b * kBlock + lane;
+      const ActiveGaussian padding{glm::vec3(NAN), {}, 0};
+      if (i + kPrefetchedBlocks < order.size()) prefetch(cloud, order[i + kPrefetchedBlocks]);
+      const ActiveGaussian g = i < order.size() ? activate(cloud, order[i]).gaussian : padding;
+      block.gaussian[lane] = i < order.size() ? order[i] : 0;
+      block.x[lane] = g.position.x;
+      block.y[lane] = g.position.y;
+      block.z[lane] = g.position.z;
+      block.xx[lane] = g.covariance.xx;
+      block.xy[lane] = g.covariance.xy;
+      block.xz[lane] = g.covariance.xz;
+      block.yy[lane] = g.covariance.yy;
+      block.yz[lane] = g.covariance.yz;
+      block.zz[lane] = g.covariance.zz;
+      block.log2_255_opacity[lane] = g.log2_255_opacity;
     }
   });
   return blocks;
@@ -125,9 +123,8 @@ SceneBlocks make_scene(const GaussianCloud& cloud, ThreadPool& pool) {
   const Array<std::uint32_t> order = spatial_order(cloud, pool);
   SceneBlocks scene{make_blocks(cloud, order, pool), {}, make_harmonics(cloud, order, pool)};
   scene.bounds.resize(scene.blocks.size());
-  pool.for_chunks(scene.blocks.size(), 16, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t b = begin; b < end; ++b) scene.bounds[b] = bounds_of(scene.blocks[b]);
-  });
+  pool.for_each(scene.blocks.size(), 16,
+                [&](std::size_t b) { scene.bounds[b] = bounds_of(scene.blocks[b]); });
   return scene;
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "learn/lpips/lpips_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "base/fail.h"
 #include "io/tensor/safetensors.h"
+#include "learn/lpips/metric.h"
 
 namespace qs {
 namespace {

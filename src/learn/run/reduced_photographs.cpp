@@ -39,9 +39,7 @@ std::vector<std::uint8_t> resized(std::span<const std::uint8_t> pixels, int chan
   resample(
       pixels, from.width, channels, all_taps(from.width, to.width, filter),
       all_taps(from.height, to.height, filter), pool,
-      [](double sum) {
-        return static_cast<std::uint8_t>(std::clamp(std::lround(sum), 0L, 255L));
-      },
+      [](double sum) { return static_cast<std::uint8_t>(std::clamp(std::lround(sum), 0L, 255L)); },
       result.data());
   return result;
 }

@@ -19,8 +19,8 @@ enum class ReductionFilter {
   lanczos2,  ///< sharper; its overshoots are cut off at 0 and 255
 };
 
-/// The weights of old values in new value `i` when `from` values become `to`; 1 <= to <= from. Their
-/// sum is 1.
+/// The weights of old values in new value `i` when `from` values become `to`; 1 <= to <= from.
+/// Their sum is 1.
 Taps reduction_taps(int from, int to, int i, ReductionFilter filter);
 
 /// The view at floor(1 / factor) of its size, at least one pixel, with the same field of view. A

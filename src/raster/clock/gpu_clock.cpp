@@ -37,7 +37,9 @@ std::optional<std::vector<std::string>> throttles_of(const std::vector<GpuReadin
   return all;
 }
 
-std::string grouped_mhz(double mhz) { return grouped(static_cast<std::uint64_t>(std::lround(mhz))); }
+std::string grouped_mhz(double mhz) {
+  return grouped(static_cast<std::uint64_t>(std::lround(mhz)));
+}
 
 /// " (1,755 to 1,980, at most 1,980)", or "" for a clock that was at its maximum all the time.
 std::string variation(const GpuClockSummary& summary) {

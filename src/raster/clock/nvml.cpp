@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "raster/clock/nvml.h"
 
 #include <memory>
 
 #include <dlfcn.h>
+
+#include "raster/clock/gpu_clock.h"
 
 namespace qs {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Evaluates a colour field for many Gaussians, in single precision and in vectors, with parameters rounded to half
-// precision as the published files hold them. tiny-cuda-nn keeps all intermediate values in half
-// precision too: its features differ by up to 6e-4 and its outputs by up to 3e-4.
+// Evaluates a colour field for many Gaussians, in single precision and in vectors, with parameters
+// rounded to half precision as the published files hold them. tiny-cuda-nn keeps all intermediate
+// values in half precision too: its features differ by up to 6e-4 and its outputs by up to 3e-4.
 #pragma once
 
 #include <cstddef>

@@ -136,8 +136,8 @@ Plane filtered(const Plane& plane, Size size, const Filter& across, const Filter
         for (int k = -filter.radius; k <= filter.radius; ++k) {
           const int px = along_rows ? std::clamp(x + k, 0, size.width - 1) : x;
           const int py = along_rows ? y : std::clamp(y + k, 0, size.height - 1);
-          sum += filter.weights[static_cast<std::size_t>(k + filter.radius)] *
-                 from[size.at(px, py)];
+          sum +=
+              filter.weights[static_cast<std::size_t>(k + filter.radius)] * from[size.at(px, py)];
         }
         to[size.at(x, y)] = sum;
       }

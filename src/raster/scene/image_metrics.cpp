@@ -178,9 +178,10 @@ Image area_average(const Image& image, int width, int height, ThreadPool& pool) 
   assert(width > 0 && height > 0 && image.width > 0 && image.height > 0);
   if (width == image.width && height == image.height) return image;
   Image result(width, height, image.channels);
-  resample(std::span(image.values), image.width, image.channels, shares(image.width, width),
-           shares(image.height, height), pool, [](double sum) { return static_cast<float>(sum); },
-           result.values.data());
+  resample(
+      std::span(image.values), image.width, image.channels, shares(image.width, width),
+      shares(image.height, height), pool, [](double sum) { return static_cast<float>(sum); },
+      result.values.data());
   return result;
 }
 

@@ -9,7 +9,7 @@
 
 #include "raster/cpu/classic/classic.h"
 #include "raster/cpu/fast/pipeline.h"
-#include "raster/scene/spatial_order.h"
+#include "raster/scene/cloud_order.h"
 #include "support/scenes.h"
 
 namespace qs {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "learn/diff/cpu/count_pixels.h"
 
 #include <array>
 #include <atomic>
 
+#include "learn/diff/cpu/blend.h"
 #include "raster/kernel/composite.h"
 
 namespace qs::cpu::diff {

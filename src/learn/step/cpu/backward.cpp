@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "learn/step/cpu/backward.h"
 
 #include "learn/gradient/gaussian.h"
 #include "learn/step/cpu/field_pass.h"
+#include "learn/step/cpu/passes.h"
 
 namespace qs::cpu::train {
 namespace {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "learn/step/cpu/count_errors.h"
 
 #include <algorithm>
 #include <array>
@@ -7,6 +6,7 @@
 #include <cassert>
 
 #include "learn/gradient/error_map.h"
+#include "learn/step/cpu/passes.h"
 #include "raster/kernel/composite.h"
 
 namespace qs::cpu::train {
@@ -72,9 +72,8 @@ void count_errors(const StepView& view, const ForwardFrame<float>& frame,
   counts.blended.resize(gaussians);
   counts.flagged.resize(gaussians);
   const ErrorMap errors(frame.color, target, mask);
-  view.pool.for_each(view.size().tiles(), 1, [&](std::size_t tile) {
-    count_tile(view, frame, errors, tile, counts);
-  });
+  view.pool.for_each(view.size().tiles(), 1,
+                     [&](std::size_t tile) { count_tile(view, frame, errors, tile, counts); });
 }
 
 }  // namespace qs::cpu::train

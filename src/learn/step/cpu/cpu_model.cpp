@@ -5,9 +5,8 @@
 #include <cassert>
 #include <utility>
 
-#include "learn/step/cpu/adam.h"
-#include "learn/step/cpu/density.h"
 #include "learn/step/cpu/field_pass.h"
+#include "learn/step/cpu/step.h"
 #include "learn/step/shape_codes.h"
 
 namespace qs::cpu::train {
@@ -65,9 +64,7 @@ void CpuModel::step(const StepOrder& order) {
              camera_.height, state_.density);
   }
   qs::train::Parameters& p = state_.parameters;
-  const auto for_gaussians = [&](const auto& each) {
-    pool_.for_each(p.size(), 1024, each);
-  };
+  const auto for_gaussians = [&](const auto& each) { pool_.for_each(p.size(), 1024, each); };
   if (order.moves && order.sparsity) {
     const auto count = static_cast<double>(p.size());
     for_gaussians([&](std::size_t i) {

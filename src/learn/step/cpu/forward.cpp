@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "learn/step/cpu/forward.h"
 
 #include <glm/geometric.hpp>
 
@@ -7,6 +6,7 @@
 #include "learn/diff/cpu/project_gaussians.h"
 #include "learn/gradient/gaussian.h"
 #include "learn/step/cpu/field_pass.h"
+#include "learn/step/cpu/passes.h"
 #include "raster/kernel/activation.h"
 #include "raster/kernel/sh.h"
 

@@ -5,13 +5,39 @@
 // spread_derivatives().
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <vector>
 
-#include "learn/step/cpu/picture_rows.h"
+#include "base/parallel.h"
 
 namespace qs::cpu::train {
+
+/// Loops over the rows of a picture, whose values are stored pixel by pixel.
+struct PictureRows {
+  std::size_t width, height, channels;
+  ThreadPool& pool;
+
+  /// Values of a row.
+  std::size_t values() const { return width * channels; }
+  std::size_t all_values() const { return values() * height; }
+
+  /// Runs each(y) for every row in parallel.
+  template <class Each>
+  void for_rows(const Each& each) const {
+    pool.for_each(height, 8, each);
+  }
+
+  /// Sum of row_sum(y); the order of summing is fixed.
+  template <class RowSum>
+  double sum_of_rows(const RowSum& row_sum) const {
+    std::vector<double> sums(height);
+    for_rows([&](std::size_t y) { sums[y] = row_sum(y); });
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+  }
+};
 
 /// A number per value of the picture. The next picture uses the memory again.
 template <class Real>

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "raster/scene/activated_cloud.h"
-#include "raster/scene/spatial_order.h"
+#include "raster/scene/cloud_order.h"
 
 namespace qs::cpu::fast {
 

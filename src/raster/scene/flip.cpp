@@ -190,15 +190,14 @@ Seen seen(const Image& image, double pixels_per_degree, ThreadPool& pool) {
   const Size size{image.width, image.height};
   const std::size_t count = size.at(0, image.height);
   Plane channels[3] = {Plane(count), Plane(count), Plane(count)}, luminance(count);
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      glm::dvec3 linear;
-      for (int c = 0; c < 3; ++c)
-        linear[c] = linear_of_srgb(std::clamp<double>(image.at(x, y, c), 0, 1));
-      const glm::dvec3 opponent = opponent_of(linear);
-      for (int c = 0; c < 3; ++c) channels[c][size.at(x, y)] = opponent[c];
-      luminance[size.at(x, y)] = (opponent.x + 16) / 116;
-    }
+  for (std::size_t i = 0; i < count; ++i) {
+    const float* const pixel = &image.values[i * static_cast<std::size_t>(image.channels)];
+    glm::dvec3 linear;
+    for (int c = 0; c < 3; ++c) linear[c] = linear_of_srgb(std::clamp<double>(pixel[c], 0, 1));
+    const glm::dvec3 opponent = opponent_of(linear);
+    for (int c = 0; c < 3; ++c) channels[c][i] = opponent[c];
+    luminance[i] = (opponent.x + 16) / 116;
+  }
   for (int c = 0; c < 3; ++c)
     channels[c] = as_seen(channels[c], size, kSensitivities[c], pixels_per_degree, pool);
 

@@ -324,18 +324,11 @@ void blend_backward(const BlendInput<Real>& in, const FrameView<Real>& frame, st
   });
 }
 
-#define QS_INSTANTIATE(Real)                                                                   \
-  template void blend(const BlendInput<Real>&, const FrameView<Real>&, const Workers&,         \
-                      const PixelState<Real>&, const Pictures<Real>&);                         \
-  template void blend_backward(const BlendInput<Real>&, const FrameView<Real>&, std::size_t,   \
-                               const PixelState<const Real>&, const Pictures<const Real>&,     \
-                               const Workers&, PairScratch<Real>&,                             \
-                               const BoundaryGradients<Real>&);                                \
-  template void sum_pairs<3>(const BlendInput<Real>&, const FrameView<Real>&,                  \
-                             const PixelState<const Real>&, const Pictures<const Real>&, bool, \
-                             const Workers&, PairScratch<Real>&)
-QS_INSTANTIATE(float);
-QS_INSTANTIATE(double);
-#undef QS_INSTANTIATE
+template decltype(blend<float>) blend<float>;
+template decltype(blend<double>) blend<double>;
+template decltype(blend_backward<float>) blend_backward<float>;
+template decltype(blend_backward<double>) blend_backward<double>;
+template decltype(sum_pairs<3, float>) sum_pairs<3, float>;
+template decltype(sum_pairs<3, double>) sum_pairs<3, double>;
 
 }  // namespace qs::cpu::diff

@@ -35,12 +35,8 @@ void add_field_gradients(const FieldGradient<Real>& field, const Parameters<Real
   });
 }
 
-template void add_field_gradients(const FieldGradient<float>&, const Parameters<float>&,
-                                  const glm::vec3&, const std::vector<glm::vec3>&, ThreadPool&,
-                                  Gradients<float>&);
-template void add_field_gradients(const FieldGradient<double>&, const Parameters<double>&,
-                                  const glm::dvec3&, const std::vector<glm::dvec3>&, ThreadPool&,
-                                  Gradients<double>&);
+template decltype(add_field_gradients<float>) add_field_gradients<float>;
+template decltype(add_field_gradients<double>) add_field_gradients<double>;
 
 void take_field_step(const FieldGradients<float>& gradients, double rate,
                      qs::train::FieldState& state, ThreadPool& pool) {

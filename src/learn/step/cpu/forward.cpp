@@ -60,9 +60,7 @@ void forward(const StepView& view, const Parameters<Real>& parameters, ForwardFr
   diff::blend(view.blend_input(background), frame.view(), view.workers(), frame.state());
 }
 
-template void forward(const StepView&, const Parameters<float>&, ForwardFrame<float>&,
-                      const FieldGradient<float>*);
-template void forward(const StepView&, const Parameters<double>&, ForwardFrame<double>&,
-                      const FieldGradient<double>*);
+template decltype(forward<float>) forward<float>;
+template decltype(forward<double>) forward<double>;
 
 }  // namespace qs::cpu::train

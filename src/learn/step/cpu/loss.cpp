@@ -33,9 +33,9 @@ double sum_ssim(const PictureRows& shape, const ComparedValues<Real>& values,
       fields.b[i] = out ? 0 : values.photograph[i];
     }
   });
-  find_moments(shape, fields);
-  const double sum = sum_similarity(shape, {values.mask}, fields);
-  spread_derivatives(shape, fields);
+  fields.find_moments(shape);
+  const double sum = fields.sum_similarity(shape, {values.mask});
+  fields.spread_derivatives(shape);
   return sum;
 }
 
@@ -92,9 +92,7 @@ Loss compare(const LossInput<Real>& in, ThreadPool& pool, SsimFields<Real>& fiel
   return Loss::of_sums(l1, ssim, sum_squared_error(shape, values), total);
 }
 
-template Loss compare(const LossInput<float>&, ThreadPool&, SsimFields<float>&,
-                      std::vector<glm::vec3>&);
-template Loss compare(const LossInput<double>&, ThreadPool&, SsimFields<double>&,
-                      std::vector<glm::dvec3>&);
+template decltype(compare<float>) compare<float>;
+template decltype(compare<double>) compare<double>;
 
 }  // namespace qs::cpu::train

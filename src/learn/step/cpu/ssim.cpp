@@ -51,51 +51,43 @@ void blur(const PictureRows& picture, std::vector<Real>& field, std::vector<Real
 }  // namespace
 
 template <class Real>
-void find_moments(const PictureRows& picture, SsimFields<Real>& fields) {
+void SsimFields<Real>::find_moments(const PictureRows& picture) {
   picture.for_rows([&](std::size_t y) {
     for (std::size_t i = y * picture.values(); i < (y + 1) * picture.values(); ++i) {
-      const Real a = fields.a[i], b = fields.b[i];
-      fields.aa[i] = a * a;
-      fields.bb[i] = b * b;
-      fields.ab[i] = a * b;
+      aa[i] = a[i] * a[i];
+      bb[i] = b[i] * b[i];
+      ab[i] = a[i] * b[i];
     }
   });
-  for (auto* field : {&fields.a, &fields.b, &fields.aa, &fields.bb, &fields.ab})
-    blur(picture, *field, fields.rows);
+  for (auto* field : {&a, &b, &aa, &bb, &ab}) blur(picture, *field, rows);
 }
 
 template <class Real>
-double sum_similarity(const PictureRows& picture, const CountedPixels& counted,
-                      SsimFields<Real>& fields) {
+double SsimFields<Real>::sum_similarity(const PictureRows& picture, const CountedPixels& counted) {
   return picture.sum_of_rows([&](std::size_t y) {
     double sum = 0;
     for (std::size_t k = 0; k < picture.values(); ++k) {
       const std::size_t i = y * picture.values() + k;
       if (!counted.at(picture, y, k)) {
-        fields.a[i] = fields.aa[i] = fields.ab[i] = 0;
+        a[i] = aa[i] = ab[i] = 0;
         continue;
       }
-      const auto s =
-          Similarity<Real>::of(fields.a[i], fields.b[i], fields.aa[i], fields.bb[i], fields.ab[i]);
+      const auto s = Similarity<Real>::of(a[i], b[i], aa[i], bb[i], ab[i]);
       sum += static_cast<double>(s.value);
-      fields.a[i] = s.by_a;
-      fields.aa[i] = s.by_aa;
-      fields.ab[i] = s.by_ab;
+      a[i] = s.by_a;
+      aa[i] = s.by_aa;
+      ab[i] = s.by_ab;
     }
     return sum;
   });
 }
 
 template <class Real>
-void spread_derivatives(const PictureRows& picture, SsimFields<Real>& fields) {
-  for (auto* field : {&fields.a, &fields.aa, &fields.ab}) blur(picture, *field, fields.rows);
+void SsimFields<Real>::spread_derivatives(const PictureRows& picture) {
+  for (auto* field : {&a, &aa, &ab}) blur(picture, *field, rows);
 }
 
-template void find_moments(const PictureRows&, SsimFields<float>&);
-template void find_moments(const PictureRows&, SsimFields<double>&);
-template double sum_similarity(const PictureRows&, const CountedPixels&, SsimFields<float>&);
-template double sum_similarity(const PictureRows&, const CountedPixels&, SsimFields<double>&);
-template void spread_derivatives(const PictureRows&, SsimFields<float>&);
-template void spread_derivatives(const PictureRows&, SsimFields<double>&);
+template struct SsimFields<float>;
+template struct SsimFields<double>;
 
 }  // namespace qs::cpu::train

@@ -39,18 +39,6 @@ struct PictureRows {
   }
 };
 
-/// A number per value of the picture. The next picture uses the memory again.
-template <class Real>
-struct SsimFields {
-  std::vector<Real> a, b;        ///< values, then their means in the window; a: then derivatives
-  std::vector<Real> aa, bb, ab;  ///< means of products; aa, ab: then derivatives
-  std::vector<Real> rows;        ///< memory of the convolution
-
-  void resize(std::size_t values) {
-    for (auto* field : {&a, &b, &aa, &bb, &ab}) field->resize(values);
-  }
-};
-
 /// The pixels whose SSIM counts. Windows reach all pixels.
 struct CountedPixels {
   std::span<const std::uint8_t> mask = {};  ///< per pixel, 0: does not count; empty: all count
@@ -65,19 +53,26 @@ struct CountedPixels {
   }
 };
 
-/// From the values in fields.a and .b to the moments in the window, with zeros outside of the
-/// picture.
+/// A number per value of the picture. The next picture uses the memory again.
 template <class Real>
-void find_moments(const PictureRows& picture, SsimFields<Real>& fields);
+struct SsimFields {
+  std::vector<Real> a, b;        ///< values, then their means in the window; a: then derivatives
+  std::vector<Real> aa, bb, ab;  ///< means of products; aa, ab: then derivatives
+  std::vector<Real> rows;        ///< memory of the convolution
 
-/// The sum of SSIM over all values that count. fields.a, .aa and .ab become its derivatives by
-/// these moments.
-template <class Real>
-double sum_similarity(const PictureRows& picture, const CountedPixels& counted,
-                      SsimFields<Real>& fields);
+  void resize(std::size_t values) {
+    for (auto* field : {&a, &b, &aa, &bb, &ab}) field->resize(values);
+  }
 
-/// Sums the derivatives over the windows that reach a value: the arguments of similarity_by().
-template <class Real>
-void spread_derivatives(const PictureRows& picture, SsimFields<Real>& fields);
+  /// From the values in a and b to the moments in the window, with zeros outside of the picture.
+  void find_moments(const PictureRows& picture);
+
+  /// The sum of SSIM over all values that count. a, aa and ab become its derivatives by these
+  /// moments.
+  double sum_similarity(const PictureRows& picture, const CountedPixels& counted);
+
+  /// Sums the derivatives over the windows that reach a value: the arguments of similarity_by().
+  void spread_derivatives(const PictureRows& picture);
+};
 
 }  // namespace qs::cpu::train

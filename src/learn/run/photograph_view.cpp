@@ -41,12 +41,10 @@ Image read_checked(const PhotographSource& source, glm::vec3 background, ThreadP
 Image masked_out(const Image& mask) {
   Image out(mask.width, mask.height, 1);
   const int colors = mask.channels < 3 ? 1 : 3;  // without alpha
-  for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
-      bool black = true;
-      for (int c = 0; c < colors; ++c) black &= mask.at(x, y, c) == 0;
-      out.at(x, y, 0) = black ? 1 : 0;
-    }
+  const float* pixel = mask.values.data();
+  for (float& is_out : out.values) {
+    is_out = std::all_of(pixel, pixel + colors, [](float v) { return v == 0; }) ? 1.0f : 0.0f;
+    pixel += mask.channels;
   }
   return out;
 }

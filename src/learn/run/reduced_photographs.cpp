@@ -114,6 +114,7 @@ bool ReducedPhotographs::set_factor(int factor) {
 
 const PhotographView& ReducedPhotographs::view(std::size_t number, const PhotographView& full,
                                                bool keeps) {
+  if (factor_ == 1) return full;
   std::optional<PhotographView>& place = keeps ? views_[number] : passing_;
   if (!keeps || !place) place = reduced(full, factor_, filter_, pool_);
   return *place;

@@ -34,12 +34,11 @@ class ReducedPhotographs {
   ReducedPhotographs(std::size_t views, ReductionFilter filter, ThreadPool& pool)
       : filter_(filter), views_(views), pool_(pool) {}
 
-  int factor() const { return factor_; }
   /// Forgets the views of another factor. Returns true if the factor changes.
   bool set_factor(int factor);
 
-  /// View `number`, which has its pixels in `full`, reduced by the factor. Valid until the factor
-  /// changes; if not `keeps`, until the next call.
+  /// View `number`, which has its pixels in `full`, reduced by the factor; `full` itself for factor
+  /// 1. Valid until the factor changes; if not `keeps`, until the next call.
   const PhotographView& view(std::size_t number, const PhotographView& full, bool keeps);
 
  private:

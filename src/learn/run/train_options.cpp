@@ -55,7 +55,8 @@ DataSet read_data(const TrainOptions& options, ThreadPool& pool, const Progress&
 void check_strategy(const TrainOptions& options) {
   const TrainSettings& settings = options.settings;
   const std::string& strategy = settings.strategy;
-  const auto require = [&](bool given, const char* option, const std::vector<std::string>& readers) {
+  const auto require = [&](bool given, const char* option,
+                           const std::vector<std::string>& readers) {
     if (given && std::find(readers.begin(), readers.end(), strategy) == readers.end()) {
       fail(ErrorKind::usage, "{}: is for --strategy {}, not {}", option, joined(readers, " or "),
            strategy);

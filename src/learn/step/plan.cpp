@@ -51,26 +51,14 @@ void Plan::keep_all(const GaussianFacts& facts, int in_front_of) {
 }
 
 void Plan::add_copy_of(std::size_t i) {
-  means.push_back(means[i]);
-  log_scales.push_back(log_scales[i]);
-  opacity_logits.push_back(opacity_logits[i]);
-  sources.push_back(sources[i]);
-  moment_sources.push_back(kZeros);
+  for_each_array([i](auto& array) { array.push_back(array[i]); });
+  moment_sources.back() = kZeros;
 }
 
 void Plan::replace(std::size_t i, std::size_t source) {
-  means[i] = means[source];
-  log_scales[i] = log_scales[source];
-  opacity_logits[i] = opacity_logits[source];
-  sources[i] = sources[source];
-}
-
-void Plan::resize(std::size_t gaussians) {
-  means.resize(gaussians);
-  log_scales.resize(gaussians);
-  opacity_logits.resize(gaussians);
-  sources.resize(gaussians);
-  moment_sources.resize(gaussians);
+  const std::uint32_t moments = moment_sources[i];
+  for_each_array([&](auto& array) { array[i] = array[source]; });
+  moment_sources[i] = moments;
 }
 
 ModelState changed(const ModelState& state, const Plan& plan) {

@@ -64,15 +64,14 @@ void GpuClock::sample(Time now) {
 
 std::optional<GpuClockSummary> GpuClock::summary() const {
   if (readings_.empty()) return std::nullopt;
-  GpuClockSummary summary;
-  summary.readings = readings_.size();
-  summary.sm_mhz =
-      *range_of(readings_, [](const GpuReading& reading) { return std::optional(reading.sm_mhz); });
-  summary.sm_mhz_max = sensors_.sm_mhz_max;
-  summary.throttled = throttles_of(readings_);
-  summary.celsius = range_of(readings_, [](const GpuReading& reading) { return reading.celsius; });
-  summary.watts = range_of(readings_, [](const GpuReading& reading) { return reading.watts; });
-  return summary;
+  const auto range = [&](const auto& value_of) { return range_of(readings_, value_of); };
+  return GpuClockSummary{
+      .readings = readings_.size(),
+      .sm_mhz = *range([](const GpuReading& reading) { return std::optional(reading.sm_mhz); }),
+      .sm_mhz_max = sensors_.sm_mhz_max,
+      .throttled = throttles_of(readings_),
+      .celsius = range([](const GpuReading& reading) { return reading.celsius; }),
+      .watts = range([](const GpuReading& reading) { return reading.watts; })};
 }
 
 std::string clock_text(const std::string& gpu, const std::optional<GpuClockSummary>& summary) {

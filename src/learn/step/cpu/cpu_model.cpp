@@ -65,15 +65,14 @@ void CpuModel::step(const StepOrder& order) {
   }
   qs::train::Parameters& p = state_.parameters;
   const auto for_gaussians = [&](const auto& each) { pool_.for_each(p.size(), 1024, each); };
+  const auto count = static_cast<double>(p.size());
   if (order.moves && order.sparsity) {
-    const auto count = static_cast<double>(p.size());
     for_gaussians([&](std::size_t i) {
       order.sparsity->add_gradient(count, p.log_scales[i], p.opacity_logits[i],
                                    gradients_.by.log_scales[i], gradients_.by.opacity_logits[i]);
     });
   }
   if (order.moves && p.has_masks) {
-    const auto count = static_cast<double>(p.size());
     for_gaussians([&](std::size_t i) {
       gradients_.by.mask_logits[i] +=
           mask_weight_gradient(order.mask_weight, count, p.mask_logits[i]);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace qs::cpu::train {
 namespace {
@@ -39,11 +41,14 @@ double sum_ssim(const PictureRows& shape, const ComparedValues<Real>& values,
   return sum;
 }
 
-// Sum of absolute differences. Sets `d`, the gradient of the loss.
+// Sums of the absolute and of the squared differences. Sets `d`, the gradient of the loss.
 template <class Real>
-double sum_l1(const PictureRows& shape, const ComparedValues<Real>& values,
-              const LossGradient<Real>& gradient, const SsimFields<Real>& by, Real* d) {
-  return shape.sum_of_rows([&](std::size_t y) {
+std::pair<double, double> sum_differences(const PictureRows& shape,
+                                          const ComparedValues<Real>& values,
+                                          const LossGradient<Real>& gradient,
+                                          const SsimFields<Real>& by, Real* d) {
+  std::vector<double> squares(shape.height);
+  const double absolute = shape.sum_of_rows([&](std::size_t y) {
     double sum = 0;
     for (std::size_t i = y * shape.values(); i < (y + 1) * shape.values(); ++i) {
       if (values.is_masked(i)) {
@@ -51,25 +56,14 @@ double sum_l1(const PictureRows& shape, const ComparedValues<Real>& values,
         continue;
       }
       const Real a = values.picture[i], b = values.photograph[i];
+      const double difference = static_cast<double>(shown(a)) - static_cast<double>(b);
       sum += std::abs(static_cast<double>(shown(a) - b));
+      squares[y] += difference * difference;
       d[i] = gradient.by(a, b, by.a[i], by.aa[i], by.ab[i]);
     }
     return sum;
   });
-}
-
-template <class Real>
-double sum_squared_error(const PictureRows& shape, const ComparedValues<Real>& values) {
-  return shape.sum_of_rows([&](std::size_t y) {
-    double sum = 0;
-    for (std::size_t i = y * shape.values(); i < (y + 1) * shape.values(); ++i) {
-      if (values.is_masked(i)) continue;
-      const double difference =
-          static_cast<double>(shown(values.picture[i])) - static_cast<double>(values.photograph[i]);
-      sum += difference * difference;
-    }
-    return sum;
-  });
+  return {absolute, std::accumulate(squares.begin(), squares.end(), 0.0)};
 }
 
 }  // namespace
@@ -88,8 +82,9 @@ Loss compare(const LossInput<Real>& in, ThreadPool& pool, SsimFields<Real>& fiel
   d_color.resize(in.color.size());
 
   const double ssim = sum_ssim(shape, values, fields);
-  const double l1 = sum_l1(shape, values, LossGradient<Real>::of(total), fields, &d_color[0][0]);
-  return Loss::of_sums(l1, ssim, sum_squared_error(shape, values), total);
+  const auto [l1, squares] =
+      sum_differences(shape, values, LossGradient<Real>::of(total), fields, &d_color[0][0]);
+  return Loss::of_sums(l1, ssim, squares, total);
 }
 
 template decltype(compare<float>) compare<float>;

@@ -74,10 +74,9 @@ ModelState changed(const ModelState& state, const Plan& plan) {
   next.parameters.sh = gathered(state.parameters.sh, state.parameters.sh_stride(), plan.sources);
   if (state.parameters.has_masks)
     next.parameters.mask_logits = gathered(state.parameters.mask_logits, 1, plan.sources);
-  next.adam.first = gathered(state.adam.first, plan.moment_sources);
-  next.adam.second = gathered(state.adam.second, plan.moment_sources);
-  next.adam.steps = state.adam.steps;
-  next.adam.rest_steps = state.adam.rest_steps;
+  next.adam = {gathered(state.adam.first, plan.moment_sources),
+               gathered(state.adam.second, plan.moment_sources), state.adam.steps,
+               state.adam.rest_steps};
   if (plan.clears_opacity_moments) {
     for (Parameters* moments : {&next.adam.first, &next.adam.second})
       std::fill(moments->opacity_logits.begin(), moments->opacity_logits.end(), 0.0f);

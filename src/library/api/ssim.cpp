@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // SSIM of pictures in batches, and its derivatives.
-#include "learn/step/cpu/ssim.h"
 
 #include <algorithm>
 #include <cstdint>
 
+#include "learn/step/cpu/loss.h"
 #include "library/check/arrays.h"
 #include "library/check/context.h"
 #include "raster/kernel/ssim.h"

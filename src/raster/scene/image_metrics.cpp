@@ -26,9 +26,7 @@ struct Counted {
   std::span<const std::uint8_t> mask;
 
   bool at(int x, int y) const {
-    return mask.empty() ||
-           mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
-                static_cast<std::size_t>(x)] != 0;
+    return mask.empty() || mask[pixel_index(x, y, image.width)] != 0;
   }
   // Values of pixels that are at least `margin` pixels from the border.
   double values(int margin) const {

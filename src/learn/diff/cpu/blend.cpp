@@ -256,13 +256,6 @@ void add_background(const BlendInput<Real>& in, const PixelState<const Real>& st
   }
 }
 
-template <class Real>
-void clear(const BoundaryGradients<Real>& out, std::size_t i, int channels) {
-  out.by.clear(i);
-  out.channels.fill(i, channels, 0);
-  out.absolute_px.fill(i, 2, 0);
-}
-
 }  // namespace
 
 template <class Real>
@@ -301,7 +294,11 @@ void blend_backward(const BlendInput<Real>& in, const FrameView<Real>& frame, st
                     const Workers& workers, PairScratch<Real>& scratch,
                     const BoundaryGradients<Real>& out) {
   in.check("blend_backward", state.depth != nullptr, by.depth || by.inverse_depth);
-  workers.for_each(gaussians, 4096, [&](std::size_t i) { clear(out, i, in.channel_count); });
+  workers.for_each(gaussians, 4096, [&](std::size_t i) {
+    out.by.clear(i);
+    out.channels.fill(i, in.channel_count, 0);
+    out.absolute_px.fill(i, 2, 0);
+  });
   if (out.background != nullptr) add_background(in, state, by.color, workers, out.background);
   with_channels(in.channel_count, [&](auto channels) {
     constexpr int kChannels = channels();

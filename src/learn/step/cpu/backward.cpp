@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-
 #include "learn/gradient/gaussian.h"
 #include "learn/step/cpu/field_pass.h"
 #include "learn/step/cpu/passes.h"

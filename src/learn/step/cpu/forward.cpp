@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-
 #include <glm/geometric.hpp>
 
 #include "learn/diff/cpu/blend.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/classic/classic.h"
 
-#include "raster/cpu/common/stage_clock.h"
-
 namespace qs::cpu {
 
 void Classic::activate_once(const GaussianCloud& cloud, ThreadPool& pool) {

@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cstddef>
 #include <numeric>
-#include <span>
 
 #include "learn/lpips/convolve.h"
 
@@ -81,16 +80,9 @@ void in_parallel(ThreadPool& pool, std::size_t count, const Body& body) {
 // Passes both pictures through the network, a band of rows at a time.
 class Comparison {
  public:
-  Comparison(const std::array<const Image*, 2>& images, const Metric& metric,
-             std::span<const std::vector<float>> filters,
-             std::span<const std::vector<float>> biases, std::span<const std::vector<float>> linear,
-             ThreadPool& pool)
-      : images_(images),
-        filters_(filters),
-        biases_(biases),
-        linear_(linear),
-        pool_(pool),
-        layers_(layers_of(metric.network())) {
+  // `packed` has its filters as pack() returns them.
+  Comparison(const std::array<const Image*, 2>& images, const Weights& packed, ThreadPool& pool)
+      : images_(images), packed_(packed), pool_(pool), layers_(layers_of(*packed.network)) {
     int width = images[0]->width, height = images[0]->height, channels = images[0]->channels;
     for (std::size_t i = 0; i <= layers_.size(); ++i) {
       const int margin = i < layers_.size() ? layers_[i].padding : 0;
@@ -177,8 +169,8 @@ class Comparison {
         if (from >= 0 && from < input.height) filter_rows[index(row)] = input.row(from);
       }
       convolve({filter_rows.data(), layer.size, run, index(layer.stride) * inputs,
-                filters_[layer.number].data() + block * index(layer.size) * run * kBlock,
-                biases_[layer.number].data() + block * kBlock, output.width,
+                packed_.filters[layer.number].data() + block * index(layer.size) * run * kBlock,
+                packed_.biases[layer.number].data() + block * kBlock, output.width,
                 output.pixels(y) + block * kBlock, index(output.channels)});
     });
   }
@@ -215,15 +207,15 @@ class Comparison {
     std::vector<double> row_sums(rows);
     in_parallel(pool_, rows, [&](std::size_t i) {
       const int y = first + static_cast<int>(i);
-      row_sums[i] = feature_distance(f.pixels(y), g.pixels(y), linear_[compared].data(), f.width,
-                                     index(f.channels));
+      row_sums[i] = feature_distance(f.pixels(y), g.pixels(y), packed_.linear[compared].data(),
+                                     f.width, index(f.channels));
     });
     sums_.resize(std::max(sums_.size(), compared + 1));
     for (const double sum : row_sums) sums_[compared] += sum / pixels;
   }
 
   std::array<const Image*, 2> images_;
-  std::span<const std::vector<float>> filters_, biases_, linear_;
+  const Weights& packed_;
   ThreadPool& pool_;
   std::vector<Layer> layers_;
   std::array<std::vector<FeatureRows>, 2> maps_;  // in front of every layer, and behind the last
@@ -256,17 +248,16 @@ std::vector<float> pack(const Convolution& convolution, const std::vector<float>
   return packed;
 }
 
-Metric::Metric(const Weights& weights)
-    : network_(weights.network), biases_(weights.biases), linear_(weights.linear) {
+Metric::Metric(const Weights& weights) : packed_(weights) {
   for (std::size_t i = 0; i < weights.filters.size(); ++i)
-    filters_.push_back(pack(network_->convolutions[i], weights.filters[i]));
+    packed_.filters[i] = pack(network().convolutions[i], weights.filters[i]);
 }
 
 double Metric::distance(const Image& a, const Image& b, InputRange range, ThreadPool& pool,
                         const Progress& progress) const {
   assert(a.width == b.width && a.height == b.height && a.channels == 3 && b.channels == 3);
-  assert(std::min(a.width, a.height) >= smallest_side(*network_));
-  return Comparison({&a, &b}, *this, filters_, biases_, linear_, pool).run(range, progress);
+  assert(std::min(a.width, a.height) >= smallest_side(network()));
+  return Comparison({&a, &b}, packed_, pool).run(range, progress);
 }
 
 }  // namespace qs::lpips

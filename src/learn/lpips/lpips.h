@@ -92,7 +92,7 @@ class Metric {
   /// The vectors of `weights` have the sizes of their network.
   explicit Metric(const Weights& weights);
 
-  const Network& network() const { return *network_; }
+  const Network& network() const { return *packed_.network; }
 
   /// The distance; 0 if the images are equal. Both have three channels, values of 0..1, the same
   /// size, and sides of smallest_side() at least. The result does not depend on the number of
@@ -101,9 +101,7 @@ class Metric {
                   const Progress& progress = {}) const;
 
  private:
-  const Network* network_;
-  std::vector<std::vector<float>> filters_;  // as pack() returns them
-  std::vector<std::vector<float>> biases_, linear_;
+  Weights packed_;  // filters as pack() returns them
 };
 
 }  // namespace qs::lpips

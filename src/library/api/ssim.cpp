@@ -2,13 +2,14 @@
 //
 // SSIM of pictures in batches, and its derivatives.
 
+#include "raster/kernel/ssim.h"
+
 #include <algorithm>
 #include <cstdint>
 
 #include "learn/step/cpu/loss.h"
 #include "library/check/arrays.h"
 #include "library/check/context.h"
-#include "raster/kernel/ssim.h"
 
 namespace qs::library {
 namespace {

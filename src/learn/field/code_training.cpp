@@ -40,14 +40,11 @@ CodeState CodeState::starting_with(ResidualCodebook codebook) {
 
 std::vector<float> coded(const ResidualCodebook& codebook, std::span<const float> vectors,
                          ThreadPool& pool) {
-  const std::size_t d = codebook.dimensions;
+  const std::size_t d = codebook.dimensions, layers = codebook.layers;
+  const std::vector<std::uint16_t> numbers = encode_all(codebook, vectors, pool);
   std::vector<float> result(vectors.size());
-  pool.for_chunks(vectors.size() / d, kGrain, [&](std::size_t begin, std::size_t end, int) {
-    std::vector<std::uint16_t> numbers(codebook.layers);
-    for (std::size_t i = begin; i < end; ++i) {
-      codebook.encode(&vectors[i * d], numbers);
-      codebook.decode(numbers, &result[i * d]);
-    }
+  pool.for_each(vectors.size() / d, kGrain, [&](std::size_t i) {
+    codebook.decode(std::span(numbers).subspan(i * layers, layers), &result[i * d]);
   });
   return result;
 }

@@ -30,10 +30,9 @@ Image reduced(const Image& photograph, std::optional<int> scale, ThreadPool& poo
 Image read_checked(const PhotographSource& source, glm::vec3 background, ThreadPool& pool) {
   Image photograph = read_photograph(source.file, background, 1, pool, source.taken);
   require_same_shape(photograph, source.file, source.taken.camera);
-  for (const float value : photograph.values) {
-    if (!std::isfinite(value))
-      fail("{}: holds values that are not finite numbers", source.file.string());
-  }
+  const std::vector<float>& values = photograph.values;
+  if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
+    fail("{}: holds values that are not finite numbers", source.file.string());
   return photograph;
 }
 

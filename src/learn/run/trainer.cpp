@@ -98,12 +98,10 @@ IterationContext Trainer::context_of(int iteration) const {
 }
 
 RenderSettings Trainer::render_settings(int iteration) const {
-  RenderSettings render;
-  render.mode = settings_.mode;
-  render.sh_degree = sh_degree_at(iteration, settings_.sh_degree);
-  render.antialiased = settings_.antialiased;
-  render.background = settings_.random_background ? glm::vec3(0) : settings_.background;
-  return render;
+  return {.mode = settings_.mode,
+          .sh_degree = sh_degree_at(iteration, settings_.sh_degree),
+          .background = settings_.random_background ? glm::vec3(0) : settings_.background,
+          .antialiased = settings_.antialiased};
 }
 
 StepOrder Trainer::step_order(const IterationContext& context) const {

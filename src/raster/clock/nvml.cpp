@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <memory>
+#include <utility>
 
 #include <dlfcn.h>
 
@@ -18,11 +19,7 @@ constexpr int kTemperatureGpu = 0;  // nvmlTemperatureSensors_t
 
 // The clock event reasons that count as throttling. The others are: idle, clocks that were set by
 // hand, synchronised GPUs, display clocks.
-struct Reason {
-  unsigned long long bit;
-  const char* name;
-};
-constexpr Reason kThrottling[] = {{0x04, "power cap"},
+constexpr std::pair<unsigned long long, const char*> kThrottling[] = {{0x04, "power cap"},
                                   {0x20, "thermal slowdown"},
                                   {0x08, "hardware slowdown"},
                                   {0x40, "hardware thermal slowdown"},
@@ -94,8 +91,8 @@ class Nvml {
     unsigned long long bits = 0;
     if (reasons_ == nullptr || reasons_(device_, &bits) != kSuccess) return std::nullopt;
     std::vector<std::string> names;
-    for (const Reason& reason : kThrottling) {
-      if ((bits & reason.bit) != 0) names.emplace_back(reason.name);
+    for (const auto& [bit, name] : kThrottling) {
+      if ((bits & bit) != 0) names.emplace_back(name);
     }
     return names;
   }

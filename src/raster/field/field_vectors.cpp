@@ -182,7 +182,7 @@ HWY_INLINE void encode_directions(const Points& direction, float* features) {
     hn::Store(values[k], d, features + k * kVectors * hn::Lanes(d));
 }
 
-/// The second and the third layer, of the values behind the first one.
+/// The second and the third layer, from the outputs of the first layer.
 HWY_INLINE void pass_layers(const Packed& packed, const float* first, float* second, float* last) {
   const std::size_t width = packed.width, step = kVectors * hn::Lanes(D());
   std::fill_n(second, width * step, 0.0f);

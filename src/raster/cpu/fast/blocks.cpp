@@ -81,19 +81,17 @@ Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32
   // 0.
   const std::vector<float> padding(stride, 0.0f);
   const auto for_each_group = [&](const auto& store) {
-    pool.for_chunks(groups, 256, [&](std::size_t begin, std::size_t end, int) {
+    pool.for_each(groups, 256, [&](std::size_t group) {
       const auto member = [&](std::size_t i) {
         return i < order.size() ? &cloud.sh.data()->x + order[i] * stride : padding.data();
       };
-      for (std::size_t group = begin; group < end; ++group) {
-        const float* members[kGroup];
-        for (std::size_t lane = 0; lane < kGroup; ++lane) {
-          members[lane] = member(group * kGroup + lane);
-          const float* soon = member((group + 1) * kGroup + lane);
-          for (std::size_t k = 0; k < stride; k += 16) __builtin_prefetch(soon + k);
-        }
-        store(group, members);
+      const float* members[kGroup];
+      for (std::size_t lane = 0; lane < kGroup; ++lane) {
+        members[lane] = member(group * kGroup + lane);
+        const float* soon = member((group + 1) * kGroup + lane);
+        for (std::size_t k = 0; k < stride; k += 16) __builtin_prefetch(soon + k);
       }
+      store(group, members);
     });
   };
 

@@ -19,7 +19,6 @@
 #include "raster/kernel/hd.h"
 #include "raster/kernel/splat64.h"
 #include "raster/kernel/tile_grid.h"
-#include "raster/scene/image.h"
 
 namespace qs::diff {
 
@@ -88,8 +87,13 @@ struct PictureSize {
 
   TileGrid grid() const { return TileGrid::of_image(width, height); }
   std::size_t tiles() const { return static_cast<std::size_t>(grid().count()); }
-  std::size_t pixels() const { return pixel(0, height); }
-  std::size_t pixel(int x, int y) const { return pixel_index(x, y, width); }
+  std::size_t pixels() const {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  }
+  std::size_t pixel(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
+  }
 };
 
 /// The inputs of blend() and blend_backward() beside the frame.

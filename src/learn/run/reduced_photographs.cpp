@@ -63,7 +63,8 @@ std::vector<std::uint8_t> resized_mask(std::span<const std::uint8_t> mask, Size 
       int counted = 0;
       for (int v = rows.begin; v < rows.end; ++v) {
         for (int u = columns.begin; u < columns.end; ++u)
-          counted += mask[pixel_index(u, v, from.width)];
+          counted += mask[static_cast<std::size_t>(v) * static_cast<std::size_t>(from.width) +
+                          static_cast<std::size_t>(u)];
       }
       const int pixels = (rows.end - rows.begin) * (columns.end - columns.begin);
       all.push_back(counted == pixels ? 1 : 0);

@@ -19,11 +19,12 @@ constexpr int kTemperatureGpu = 0;  // nvmlTemperatureSensors_t
 
 // The clock event reasons that count as throttling. The others are: idle, clocks that were set by
 // hand, synchronised GPUs, display clocks.
-constexpr std::pair<unsigned long long, const char*> kThrottling[] = {{0x04, "power cap"},
-                                  {0x20, "thermal slowdown"},
-                                  {0x08, "hardware slowdown"},
-                                  {0x40, "hardware thermal slowdown"},
-                                  {0x80, "power brake"}};
+constexpr std::pair<unsigned long long, const char*> kThrottling[] = {
+    {0x04, "power cap"},
+    {0x20, "thermal slowdown"},
+    {0x08, "hardware slowdown"},
+    {0x40, "hardware thermal slowdown"},
+    {0x80, "power brake"}};
 
 /// The loaded and initialised library, with one GPU.
 class Nvml {

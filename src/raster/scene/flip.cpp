@@ -118,7 +118,10 @@ Filter normalised(Filter filter) {
 
 struct Size {
   int width = 0, height = 0;
-  std::size_t at(int x, int y) const { return pixel_index(x, y, width); }
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
+  }
 };
 
 // Convolves rows, then columns. Pixels outside repeat the pixels of the border.

@@ -12,12 +12,6 @@
 
 namespace qs {
 
-/// The index of pixel (x, y) in a map of pixels, row by row.
-inline std::size_t pixel_index(int x, int y, int width) {
-  return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-         static_cast<std::size_t>(x);
-}
-
 struct Image {
   int width = 0, height = 0, channels = 0;  ///< pixels, pixels, values per pixel
   std::vector<float> values;                ///< height * width * channels

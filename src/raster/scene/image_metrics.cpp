@@ -25,7 +25,11 @@ struct Counted {
   const Image& image;
   std::span<const std::uint8_t> mask;
 
-  bool at(int x, int y) const { return mask.empty() || mask[pixel_index(x, y, image.width)] != 0; }
+  bool at(int x, int y) const {
+    return mask.empty() ||
+           mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+                static_cast<std::size_t>(x)] != 0;
+  }
   // Values of pixels that are at least `margin` pixels from the border.
   double values(int margin) const {
     std::int64_t pixels = 0;

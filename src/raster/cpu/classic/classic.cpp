@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/classic/classic.h"
 
+#include "raster/cpu/common/stage_clock.h"
+
 namespace qs::cpu {
 
 void Classic::activate_once(const GaussianCloud& cloud, ThreadPool& pool) {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// The inputs that every stage of the CPU backend reads, and the clock of the stages.
+// The inputs that every stage of the CPU backend reads.
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <functional>
 #include <stop_token>
 
@@ -23,7 +22,10 @@ struct FrameContext {
   std::function<void(float fraction)> report = {};  ///< see Renderer::report_frames_to()
 
   /// Index of a pixel in a map of the image.
-  std::size_t pixel(int x, int y) const { return pixel_index(x, y, camera.width); }
+  std::size_t pixel(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+           static_cast<std::size_t>(x);
+  }
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
   FootprintRules rules() const {
@@ -50,25 +52,5 @@ struct FrameContext {
     });
   }
 };
-
-/// Stage times. Measuring them costs nothing noticeable, so it always happens.
-class Stopwatch {
- public:
-  float ms() const {
-    return std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - start_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-/// Runs work() and stores its time.
-template <class Work>
-void timed(Stage stage, RenderStats& stats, const Work& work) {
-  const Stopwatch clock;
-  work();
-  stats.stage_ms[static_cast<int>(stage)] = clock.ms();
-}
 
 }  // namespace qs::cpu

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/fast/pipeline.h"
 
+#include "raster/cpu/common/stage_clock.h"
+
 namespace qs::cpu::fast {
 
 void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame& result) {

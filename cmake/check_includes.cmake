@@ -95,7 +95,7 @@ room(raster/cuda/common raster/api raster/kernel/cull raster/scene raster/kernel
 room(raster/cpu/common raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(quadsplat)
 room(raster/field raster/kernel base)
-room(raster/clock)
+room(raster/clock base)
 room(raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(raster/kernel/cull raster/kernel)
 room(raster/scene raster/kernel base)

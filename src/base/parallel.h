@@ -29,6 +29,14 @@ class ThreadPool {
   void for_chunks(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end, int worker)>& body);
 
+  /// Calls each(i) for all i in [0, count), in such chunks.
+  template <class Each>
+  void for_each(std::size_t count, std::size_t grain, const Each& each) {
+    for_chunks(count, grain, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t i = begin; i < end; ++i) each(i);
+    });
+  }
+
  private:
   struct State;
   std::unique_ptr<State> state_;

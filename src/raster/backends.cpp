@@ -13,33 +13,19 @@
 
 namespace qs {
 
-GpuReport gpu_report() {
 #ifdef QUADSPLAT_HAVE_CUDA
-  return cuda::gpu_report();
+GpuReport gpu_report() { return cuda::gpu_report(); }
+GpuReport cuda_versions() { return cuda::cuda_versions(); }
+Gpu inspect_gpu(int device) { return cuda::inspect_gpu(device); }
 #else
-  GpuReport report;
-  report.problem = "this program was built without CUDA";
-  return report;
-#endif
-}
-
-GpuReport cuda_versions() {
-#ifdef QUADSPLAT_HAVE_CUDA
-  return cuda::cuda_versions();
-#else
-  return gpu_report();
-#endif
-}
-
-Gpu inspect_gpu([[maybe_unused]] int device) {
-#ifdef QUADSPLAT_HAVE_CUDA
-  return cuda::inspect_gpu(device);
-#else
+GpuReport gpu_report() { return {{}, {}, {}, "this program was built without CUDA"}; }
+GpuReport cuda_versions() { return gpu_report(); }
+Gpu inspect_gpu(int /*device*/) {
   Gpu none;
   none.problem = gpu_report().problem;
   return none;
-#endif
 }
+#endif
 
 namespace {
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/clock/gpu_clock.h"
 #ifdef QUADSPLAT_HAVE_CUDA
-#include "raster/clock/nvml.h"
 #include "raster/cuda/common/gpu_info.h"
 #endif
 

@@ -23,7 +23,6 @@
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
-#include "learn/lpips/lpips_file.h"
 #include "learn/lpips/metric.h"
 #include "raster/scene/image_metrics.h"
 

@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cstddef>
 #include <numeric>
-#include <span>
 
 #include "learn/lpips/convolve.h"
 
@@ -24,44 +23,30 @@ std::size_t index(int value) { return static_cast<std::size_t>(value); }
 
 // The rows of a feature map that are needed at the moment. Channels of a pixel are interleaved, and
 // every row has `margin` pixels of zeros on both sides.
-class FeatureRows {
- public:
-  FeatureRows(int width, int height, int channels, int margin)
-      : width_(width),
-        height_(height),
-        channels_(channels),
-        margin_(margin),
-        stride_(index(width + 2 * margin) * index(channels)) {}
+struct FeatureRows {
+  int width, height, channels, margin;
+  std::size_t stride = index(width + 2 * margin) * index(channels);
+  int begin = 0, end = 0;  ///< rows [0, end) were appended so far, rows before `begin` were dropped
+  std::vector<float> values = {};
 
-  int width() const { return width_; }
-  int height() const { return height_; }
-  int channels() const { return channels_; }
-  int end() const { return end_; }  ///< rows [0, end) were appended so far
-
-  /// The first value of pixel x = -margin. The row was appended and not dropped.
-  float* row(int y) { return values_.data() + index(y - begin_) * stride_; }
+  /// The first value of pixel x = -margin.
+  float* row(int y) { return values.data() + index(y - begin) * stride; }
   const float* row(int y) const { return const_cast<FeatureRows*>(this)->row(y); }
 
   /// The first value of pixel x = 0.
-  float* pixels(int y) { return row(y) + index(margin_ * channels_); }
+  float* pixels(int y) { return row(y) + index(margin * channels); }
 
   void append(int rows) {
-    end_ += rows;
-    values_.resize(index(end_ - begin_) * stride_);
+    end += rows;
+    values.resize(index(end - begin) * stride);
   }
 
   void drop_before(int y) {
-    const int first = std::clamp(y, begin_, end_);
-    values_.erase(values_.begin(),
-                  values_.begin() + static_cast<std::ptrdiff_t>(index(first - begin_) * stride_));
-    begin_ = first;
+    const int first = std::clamp(y, begin, end);
+    values.erase(values.begin(),
+                 values.begin() + static_cast<std::ptrdiff_t>(index(first - begin) * stride));
+    begin = first;
   }
-
- private:
-  int width_, height_, channels_, margin_;
-  std::size_t stride_;
-  int begin_ = 0, end_ = 0;
-  std::vector<float> values_;
 };
 
 // A convolution or a maximum pool.
@@ -89,29 +74,19 @@ std::vector<Layer> layers_of(const Network& network) {
 template <class Body>
 void in_parallel(ThreadPool& pool, std::size_t count, const Body& body) {
   const std::size_t chunks = 4 * static_cast<std::size_t>(pool.size());
-  pool.for_chunks(count, (count + chunks - 1) / chunks,
-                  [&](std::size_t begin, std::size_t end, int) {
-                    for (std::size_t i = begin; i < end; ++i) body(i);
-                  });
+  pool.for_each(count, (count + chunks - 1) / chunks, body);
 }
 
 // Passes both pictures through the network, a band of rows at a time.
 class Comparison {
  public:
-  Comparison(const std::array<const Image*, 2>& images, const Metric& metric,
-             std::span<const std::vector<float>> filters,
-             std::span<const std::vector<float>> biases, std::span<const std::vector<float>> linear,
-             ThreadPool& pool)
-      : images_(images),
-        filters_(filters),
-        biases_(biases),
-        linear_(linear),
-        pool_(pool),
-        layers_(layers_of(metric.network())) {
+  // `packed` has its filters as pack() returns them.
+  Comparison(const std::array<const Image*, 2>& images, const Weights& packed, ThreadPool& pool)
+      : images_(images), packed_(packed), pool_(pool), layers_(layers_of(*packed.network)) {
     int width = images[0]->width, height = images[0]->height, channels = images[0]->channels;
     for (std::size_t i = 0; i <= layers_.size(); ++i) {
       const int margin = i < layers_.size() ? layers_[i].padding : 0;
-      for (auto& maps : maps_) maps.emplace_back(width, height, channels, margin);
+      for (auto& maps : maps_) maps.push_back({width, height, channels, margin});
       if (i == layers_.size()) break;
       width = layers_[i].side_of(width);
       height = layers_[i].side_of(height);
@@ -126,12 +101,12 @@ class Comparison {
       enter(std::min(kBandRows, height - y), range);
       std::size_t compared = 0;
       for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
-        const int first = maps_[0][layer + 1].end();
+        const int first = maps_[0][layer + 1].end;
         advance(layer);
         if (layers_[layer].convolution != nullptr && layers_[layer].convolution->compared)
           compare(layer + 1, first, compared++);
       }
-      for (auto& maps : maps_) maps.back().drop_before(maps.back().end());
+      for (auto& maps : maps_) maps.back().drop_before(maps.back().end);
     }
     return std::accumulate(sums_.begin(), sums_.end(), 0.0);
   }
@@ -141,12 +116,12 @@ class Comparison {
   void enter(int rows, InputRange range) {
     for (std::size_t side = 0; side < 2; ++side) {
       FeatureRows& map = maps_[side].front();
-      const int first = map.end();
+      const int first = map.end;
       map.append(rows);
-      for (int y = first; y < map.end(); ++y) {
+      for (int y = first; y < map.end; ++y) {
         const float* const in = images_[side]->row(y);
         float* const out = map.pixels(y);
-        for (std::size_t i = 0; i < index(map.width()) * 3; ++i) {
+        for (std::size_t i = 0; i < index(map.width) * 3; ++i) {
           const double unit = static_cast<double>(in[i]);
           const double value = range == InputRange::unit ? unit : 2 * unit - 1;
           out[i] = static_cast<float>((value - kShift[i % 3]) / kScale[i % 3]);
@@ -161,10 +136,10 @@ class Comparison {
     const Layer& layer = layers_[number];
     const FeatureRows& input = maps_[0][number];
     const FeatureRows& output = maps_[0][number + 1];
-    const int first = output.end();
-    int end = output.height();
-    if (input.end() < input.height()) {
-      const int last_begin = input.end() - layer.size + layer.padding;  // of an output's filter
+    const int first = output.end;
+    int end = output.height;
+    if (input.end < input.height) {
+      const int last_begin = input.end - layer.size + layer.padding;  // of an output's filter
       end = last_begin < 0 ? 0 : std::min(end, last_begin / layer.stride + 1);
     }
     if (end <= first) return;
@@ -191,12 +166,12 @@ class Comparison {
       assert(index(layer.size) <= filter_rows.size());
       for (int row = 0; row < layer.size; ++row) {
         const int from = y * layer.stride - layer.padding + row;
-        if (from >= 0 && from < input.height()) filter_rows[index(row)] = input.row(from);
+        if (from >= 0 && from < input.height) filter_rows[index(row)] = input.row(from);
       }
       convolve({filter_rows.data(), layer.size, run, index(layer.stride) * inputs,
-                filters_[layer.number].data() + block * index(layer.size) * run * kBlock,
-                biases_[layer.number].data() + block * kBlock, output.width(),
-                output.pixels(y) + block * kBlock, index(output.channels())});
+                packed_.filters[layer.number].data() + block * index(layer.size) * run * kBlock,
+                packed_.biases[layer.number].data() + block * kBlock, output.width,
+                output.pixels(y) + block * kBlock, index(output.channels)});
     });
   }
 
@@ -207,8 +182,8 @@ class Comparison {
       const int y = first + static_cast<int>(i % rows);
       const FeatureRows& input = maps_[i / rows][number];
       FeatureRows& output = maps_[i / rows][number + 1];
-      const std::size_t channels = index(input.channels());
-      for (int x = 0; x < output.width(); ++x) {
+      const std::size_t channels = index(input.channels);
+      for (int x = 0; x < output.width; ++x) {
         float* const out = output.pixels(y) + index(x) * channels;
         for (int row = 0; row < layer.size; ++row) {
           const float* in = input.row(y * layer.stride + row) + index(x * layer.stride) * channels;
@@ -227,20 +202,20 @@ class Comparison {
   // Adds the distance of the rows from `first` on.
   void compare(std::size_t map, int first, std::size_t compared) {
     FeatureRows &f = maps_[0][map], &g = maps_[1][map];
-    const std::size_t rows = index(f.end() - first);
-    const double pixels = static_cast<double>(f.width()) * static_cast<double>(f.height());
+    const std::size_t rows = index(f.end - first);
+    const double pixels = static_cast<double>(f.width) * static_cast<double>(f.height);
     std::vector<double> row_sums(rows);
     in_parallel(pool_, rows, [&](std::size_t i) {
       const int y = first + static_cast<int>(i);
-      row_sums[i] = feature_distance(f.pixels(y), g.pixels(y), linear_[compared].data(), f.width(),
-                                     index(f.channels()));
+      row_sums[i] = feature_distance(f.pixels(y), g.pixels(y), packed_.linear[compared].data(),
+                                     f.width, index(f.channels));
     });
     sums_.resize(std::max(sums_.size(), compared + 1));
     for (const double sum : row_sums) sums_[compared] += sum / pixels;
   }
 
   std::array<const Image*, 2> images_;
-  std::span<const std::vector<float>> filters_, biases_, linear_;
+  const Weights& packed_;
   ThreadPool& pool_;
   std::vector<Layer> layers_;
   std::array<std::vector<FeatureRows>, 2> maps_;  // in front of every layer, and behind the last
@@ -273,17 +248,16 @@ std::vector<float> pack(const Convolution& convolution, const std::vector<float>
   return packed;
 }
 
-Metric::Metric(const Weights& weights)
-    : network_(weights.network), biases_(weights.biases), linear_(weights.linear) {
+Metric::Metric(const Weights& weights) : packed_(weights) {
   for (std::size_t i = 0; i < weights.filters.size(); ++i)
-    filters_.push_back(pack(network_->convolutions[i], weights.filters[i]));
+    packed_.filters[i] = pack(network().convolutions[i], weights.filters[i]);
 }
 
 double Metric::distance(const Image& a, const Image& b, InputRange range, ThreadPool& pool,
                         const Progress& progress) const {
   assert(a.width == b.width && a.height == b.height && a.channels == 3 && b.channels == 3);
-  assert(std::min(a.width, a.height) >= smallest_side(*network_));
-  return Comparison({&a, &b}, *this, filters_, biases_, linear_, pool).run(range, progress);
+  assert(std::min(a.width, a.height) >= smallest_side(network()));
+  return Comparison({&a, &b}, packed_, pool).run(range, progress);
 }
 
 }  // namespace qs::lpips

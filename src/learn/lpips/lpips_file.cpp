@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "learn/lpips/lpips_file.h"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -9,6 +7,7 @@
 
 #include "base/fail.h"
 #include "io/tensor/safetensors.h"
+#include "learn/lpips/metric.h"
 
 namespace qs {
 namespace {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// LPIPS on a backend.
+// LPIPS on a backend, and its weights.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 
 #include "learn/lpips/lpips.h"
@@ -18,5 +19,10 @@ using LpipsDistance =
 /// ignores it. Throws Error(device), as the result does if memory is short.
 LpipsDistance make_lpips(Backend backend, const lpips::Weights& weights, ThreadPool& pool,
                          int device);
+
+/// The weights of LPIPS in a .safetensors file, as scripts/lpips_weights writes it: tensors
+/// features.N.weight, features.N.bias and linK.weight, and the metadata `network`. Throws
+/// Error(input): the file is damaged, names no known network, or lacks a tensor.
+lpips::Weights read_lpips(const std::filesystem::path& path);
 
 }  // namespace qs

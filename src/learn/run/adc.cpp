@@ -9,32 +9,12 @@
 #include "learn/run/density_rules.h"
 
 namespace qs::train {
-namespace {
-
-constexpr double kGradientThreshold = 2e-4;
-constexpr double kAbsoluteThreshold = 4e-4;  // AbsGS (Ye et al. 2024, arXiv 2404.10484)
-constexpr double kSmall = 0.01;              // times the extent
-
-std::vector<Candidate> adc_candidates(const IterationContext& context, const GaussianFacts& facts) {
-  std::vector<Candidate> candidates;
-  for (std::uint32_t i = 0; i < facts.size(); ++i) {
-    const double moved = static_cast<double>(facts.density.mean(i)) / kGradientThreshold;
-    const double pulled =
-        context.settings.absolute_gradients
-            ? static_cast<double>(facts.density.mean_absolute(i)) / kAbsoluteThreshold
-            : moved;
-    if (!(moved > 1) && !(pulled > 1)) continue;  // for most, so the scale need not be computed
-    const bool splits = largest_scale(facts, i) > kSmall * context.extent;
-    const double urgency = splits ? pulled : moved;
-    if (urgency > 1) candidates.push_back({i, urgency, splits});
-  }
-  return candidates;
-}
-
-}  // namespace
 
 void adc_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
-  clone_and_split(context, facts, adc_candidates(context, facts), plan);
+  constexpr double kAbsoluteThreshold = 4e-4;  // AbsGS (Ye et al. 2024, arXiv 2404.10484)
+  CandidateRule rule{.small = 0.01};
+  if (context.settings.absolute_gradients) rule.absolute_threshold = kAbsoluteThreshold;
+  clone_and_split(context, facts, find_candidates(context, facts, rule), plan);
   prune(context, kLeastOpacity, plan);
 }
 

@@ -19,11 +19,12 @@
 namespace qs::train {
 namespace {
 
-// The cameras of a file of Blender's data sets.
+// The cameras of a file of Blender's data sets, by name.
 std::vector<LensCamera> blender_cameras(const std::filesystem::path& file) {
   std::vector<LensCamera> cameras = read_lens_cameras(file);
   for (LensCamera& camera : cameras)
     camera.camera.name = photograph_name(camera.photograph.generic_string());
+  sort_by_name(cameras);
   return cameras;
 }
 
@@ -39,11 +40,9 @@ std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std
     return cameras;
   }
   std::vector<LensCamera> cameras = blender_cameras(train);
-  sort_by_name(cameras);
   first = cameras.size();
   if (std::filesystem::is_regular_file(test, error)) {
-    std::vector<LensCamera> more = blender_cameras(test);
-    sort_by_name(more);
+    const std::vector<LensCamera> more = blender_cameras(test);
     cameras.insert(cameras.end(), more.begin(), more.end());
   }
   return cameras;
@@ -57,26 +56,15 @@ std::filesystem::path folder_of(const DataOptions& options, const std::filesyste
   return !given.empty() || std::filesystem::is_directory(folder, error) ? folder : otherwise;
 }
 
-// Finds the masks of photographs.
-class Masks {
- public:
-  Masks(const std::filesystem::path& masks, std::filesystem::path photographs)
-      : photographs_(std::move(photographs)) {
-    if (!masks.empty()) masks_.emplace(masks);
-  }
-
-  /// The mask of a photograph; empty: it has none.
-  std::filesystem::path find(const std::filesystem::path& photograph) const {
-    if (!masks_) return {};
-    const std::string name = photograph.lexically_relative(photographs_).generic_string();
-    const auto found = masks_->find(name);  // NAME.jpg.png
-    return found ? *found : masks_->find(photograph_name(name)).value_or("");
-  }
-
- private:
-  std::filesystem::path photographs_;
-  std::optional<Photographs> masks_;
-};
+// The mask of a photograph of a folder; empty: it has none. Masks are NAME.jpg.png or NAME.png.
+std::filesystem::path mask_of(const std::filesystem::path& photograph,
+                              const std::filesystem::path& folder,
+                              const std::optional<Photographs>& masks) {
+  if (!masks) return {};
+  const std::string name = photograph.lexically_relative(folder).generic_string();
+  const auto found = masks->find(name);
+  return found ? *found : masks->find(photograph_name(name)).value_or("");
+}
 
 }  // namespace
 
@@ -107,9 +95,7 @@ std::string DataSet::fingerprint() const {
 
 void DataSet::release_pixels() {
   for (auto* views : {&training, &test}) {
-    for (PhotographView& view : *views) {
-      if (view.has_pixels()) view.release_pixels();
-    }
+    for (PhotographView& view : *views) view.release_pixels();
   }
 }
 
@@ -131,7 +117,8 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
   // Read every photograph that has a camera, as a training or a test view.
   std::uint64_t bytes = 0;
   const Photographs photographs(set.photographs);
-  const Masks masks(set.masks, set.photographs);
+  std::optional<Photographs> masks;
+  if (!set.masks.empty()) masks.emplace(set.masks);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     progress.update(static_cast<float>(i) / static_cast<float>(cameras.size()));
     const auto file = photographs.find(cameras[i].camera.name);
@@ -143,9 +130,12 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
     const bool test =
         first_test ? i >= *first_test
                    : options.holdout > 0 && number % static_cast<std::size_t>(options.holdout) == 0;
-    const PhotographSource source{cameras[i],         *file,
-                                  masks.find(*file),  options.resolution_scale,
-                                  options.background, options.keep_alpha};
+    const PhotographSource source{cameras[i],
+                                  *file,
+                                  mask_of(*file, set.photographs, masks),
+                                  options.resolution_scale,
+                                  options.background,
+                                  options.keep_alpha};
     if (!set.masks.empty() && source.mask.empty()) ++set.without_mask;
     auto& views = test ? set.test : set.training;
     views.push_back(read_view(source, pool));

@@ -10,6 +10,7 @@
 namespace qs::train {
 namespace {
 
+constexpr double kGradientThreshold = 2e-4;
 constexpr double kSplitShrink = 1.6;
 constexpr double kHuge = 0.1;  // times the extent
 constexpr int kResetInterval = 3000, kWhiteReset = 500;
@@ -27,6 +28,24 @@ void shrink_child(Plan& plan, std::size_t child, const glm::quat& rotation,
 }
 
 }  // namespace
+
+std::vector<Candidate> find_candidates(const IterationContext& context, const GaussianFacts& facts,
+                                       const CandidateRule& rule) {
+  std::vector<Candidate> candidates;
+  for (std::uint32_t i = 0; i < facts.size(); ++i) {
+    if (facts.counts.flagged_share(i) < rule.least_share) continue;
+    const double moved = static_cast<double>(facts.density.mean(i)) / kGradientThreshold;
+    const double pulled =
+        rule.absolute_threshold
+            ? static_cast<double>(facts.density.mean_absolute(i)) / *rule.absolute_threshold
+            : moved;
+    if (!(moved > 1) && !(pulled > 1)) continue;  // for most, so the scale need not be computed
+    const bool splits = largest_scale(facts, i) > rule.small * context.extent;
+    const double urgency = splits ? pulled : moved;
+    if (urgency > 1) candidates.push_back({i, urgency, splits});
+  }
+  return candidates;
+}
 
 void keep_most_urgent(std::size_t number, std::vector<Candidate>& candidates) {
   if (candidates.size() <= number) return;
@@ -66,13 +85,12 @@ void clone_and_split(const IterationContext& context, const GaussianFacts& facts
 }
 
 void prune(const IterationContext& context, double least_opacity, Plan& plan) {
-  const bool after_reset = context.iteration - 1 > kResetInterval;
-  const double least_logit = logit_of(least_opacity);
+  remove_faint(least_opacity, plan);
+  if (context.iteration - 1 <= kResetInterval) return;
   const double huge_log = std::log(kHuge * context.extent);
   plan.keep_if([&](std::size_t i) {
     const glm::vec3& s = plan.log_scales[i];
-    const bool huge = after_reset && std::max(s.x, std::max(s.y, s.z)) > huge_log;
-    return plan.opacity_logits[i] >= least_logit && !huge;
+    return !(std::max(s.x, std::max(s.y, s.z)) > huge_log);
   });
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "learn/run/strategy.h"
@@ -20,6 +21,15 @@ struct Candidate {
   double urgency;  ///< if the limit does not allow all candidates, the largest are chosen
   bool splits;
 };
+
+/// The choice of candidates by their mean gradients.
+struct CandidateRule {
+  double small;  ///< times the extent: smaller Gaussians are cloned, larger ones split
+  std::optional<double> absolute_threshold = {};  ///< larger ones split by absolute gradients
+  double least_share = 0;                         ///< of a Gaussian's pixels that are flagged
+};
+std::vector<Candidate> find_candidates(const IterationContext& context, const GaussianFacts& facts,
+                                       const CandidateRule& rule);
 
 /// Keeps the `number` most urgent candidates, in any order. Ties go to the lower index.
 void keep_most_urgent(std::size_t number, std::vector<Candidate>& candidates);

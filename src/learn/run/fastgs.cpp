@@ -16,7 +16,6 @@ namespace qs::train {
 namespace {
 
 constexpr double kLeastShare = 0.03;  // share of the Gaussian's pixels
-constexpr double kCloneThreshold = 2e-4;
 constexpr double kCloned = 0.005;  // times the extent: smaller ones are cloned, larger ones split
 constexpr double kMostOpacity = 0.8;
 constexpr int kManySumsFrom = 20'000;
@@ -24,20 +23,6 @@ constexpr int kManySumsFrom = 20'000;
 // The mean absolute gradient above which large Gaussians are split.
 double split_threshold(const TrainSettings& settings) {
   return settings.many_gaussians ? 3e-4 : 7e-4;
-}
-
-std::vector<Candidate> fastgs_candidates(const IterationContext& context,
-                                         const GaussianFacts& facts) {
-  const double threshold = split_threshold(context.settings);
-  std::vector<Candidate> candidates;
-  for (std::uint32_t i = 0; i < facts.size(); ++i) {
-    if (facts.counts.flagged_share(i) < kLeastShare) continue;
-    const bool splits = largest_scale(facts, i) > kCloned * context.extent;
-    const double urgency = splits ? static_cast<double>(facts.density.mean_absolute(i)) / threshold
-                                  : static_cast<double>(facts.density.mean(i)) / kCloneThreshold;
-    if (urgency > 1) candidates.push_back({i, urgency, splits});
-  }
-  return candidates;
 }
 
 /// Iterations between the steps of the coefficients of colour beyond DC, and of all other values,
@@ -54,7 +39,8 @@ StepIntervals intervals_in(int iteration) {
 }  // namespace
 
 void fastgs_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
-  clone_and_split(context, facts, fastgs_candidates(context, facts), plan);
+  const CandidateRule rule{kCloned, split_threshold(context.settings), kLeastShare};
+  clone_and_split(context, facts, find_candidates(context, facts, rule), plan);
   prune(context, kLeastOpacity, plan);
   limit_opacities(kMostOpacity, plan);
 }

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "io/scene/compact/compact_writer.h"
-#include "learn/field/fit_codebook.h"
+#include "learn/field/code_training.h"
 #include "learn/step/shape_codes.h"
 #include "raster/field/field_evaluator.h"
 #include "raster/kernel/activation.h"

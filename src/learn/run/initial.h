@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "learn/run/data_set.h"
-#include "learn/step/parameters.h"
+#include "learn/step/model_state.h"
 
 namespace qs::train {
 

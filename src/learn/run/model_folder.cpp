@@ -70,18 +70,18 @@ void write_points(const std::vector<ScenePoint>& points, const std::filesystem::
 ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data,
                          const std::string& backend, int threads) {
   const Environment environment = read_environment();
+  const ordered_json log = log_json(checkpoint.log);
   ordered_json result = {{"iteration", checkpoint.model.iteration},
                          {"gaussians", count_existing(checkpoint.model.parameters)},
                          {"seconds", checkpoint.log.seconds},
-                         {"stage_seconds", log_json(checkpoint.log)["stage_seconds"]},
+                         {"stage_seconds", log["stage_seconds"]},
                          {"evaluation_seconds", checkpoint.log.evaluation_seconds}};
   if (const auto bytes = most_gpu_memory(checkpoint.log)) result["gpu_memory_bytes"] = *bytes;
-  for (const LogRow& row : checkpoint.log.rows) {
-    if (!row.test) continue;
-    const ordered_json json = log_json({.rows = {row}})["rows"][0];
-    result["test_iteration"] = row.iteration;
-    result["test_psnr"] = json["test_psnr"];
-    result["test_ssim"] = json["test_ssim"];
+  for (const ordered_json& row : log["rows"]) {
+    if (!row.contains("test_ssim")) continue;
+    result["test_iteration"] = row["iteration"];
+    result["test_psnr"] = row["test_psnr"];
+    result["test_ssim"] = row["test_ssim"];
   }
   if (const LogRow* best = best_row(checkpoint.log)) result["best_iteration"] = best->iteration;
   return {{"settings", settings_json(checkpoint.settings)},
@@ -103,7 +103,7 @@ ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data,
             {"threads", threads},
             {"utc", environment.utc}}},
           {"result", result},
-          {"log", log_json(checkpoint.log)["rows"]}};
+          {"log", log["rows"]}};
 }
 
 }  // namespace

@@ -23,16 +23,12 @@ PhotographCache::PhotographCache(const DataSet& data) : limit_(data.photo_memory
   constexpr unsigned kLeastThreads = 2;
   const unsigned threads =
       std::clamp(std::thread::hardware_concurrency() / 2, kLeastThreads, kMostThreads);
-  for (unsigned i = 0; i < threads; ++i) threads_.emplace_back([this] { read_ahead(); });
+  for (unsigned i = 0; i < threads; ++i)
+    threads_.emplace_back([this](const std::stop_token& stop) { read_ahead(stop); });
 }
 
 PhotographCache::~PhotographCache() {
-  {
-    const std::lock_guard lock(mutex_);
-    ending_ = true;
-  }
-  changed_.notify_all();
-  for (std::thread& thread : threads_) thread.join();
+  for (std::jthread& thread : threads_) thread.request_stop();  // all, before one is awaited
 }
 
 const PhotographView& PhotographCache::view(const PhotographView& wanted,
@@ -86,16 +82,16 @@ bool PhotographCache::make_room(const PhotographView& view) {
   return true;
 }
 
-void PhotographCache::read_ahead() {
+void PhotographCache::read_ahead(const std::stop_token& stop) {
   ThreadPool pool(1);
   std::unique_lock lock(mutex_);
   while (true) {
     const PhotographView* view = nullptr;
-    changed_.wait(lock, [&] {
+    changed_.wait(lock, stop, [&] {
       view = next_to_read();
-      return ending_ || (view != nullptr && make_room(*view));
+      return view != nullptr && make_room(*view);
     });
-    if (ending_) return;
+    if (stop.stop_requested()) return;
     being_read_.insert(view);
     bytes_ += view->bytes();
     lock.unlock();

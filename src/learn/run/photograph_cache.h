@@ -12,6 +12,7 @@
 #include <mutex>
 #include <set>
 #include <span>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -28,8 +29,6 @@ class PhotographCache {
   /// memory. The photographs of two views always fit: the view in use and the next view.
   explicit PhotographCache(const DataSet& data);
   ~PhotographCache();
-  PhotographCache(const PhotographCache&) = delete;
-  PhotographCache& operator=(const PhotographCache&) = delete;
 
   /// The view of the data set with its pixels, valid until the next call. `next` are views of the
   /// data set that are used afterwards, soonest first. Throws Error(input) as read_view() does, and
@@ -47,13 +46,13 @@ class PhotographCache {
   };
   using Wanted = std::vector<const PhotographView*>;
 
-  void read_ahead();
+  void read_ahead(const std::stop_token& stop);
   const PhotographView* next_to_read() const;
   bool make_room(const PhotographView& view);
 
   const std::uint64_t limit_;
   mutable std::mutex mutex_;
-  std::condition_variable changed_;
+  std::condition_variable_any changed_;
   // Guarded by mutex_. Views of the data set are keys.
   std::map<const PhotographView*, Entry> held_;
   std::set<const PhotographView*> being_read_;
@@ -62,8 +61,7 @@ class PhotographCache {
   std::uint64_t bytes_ = 0;  // size of held_ and being_read_
   std::uint64_t uses_ = 0;
   std::size_t reads_ = 0;
-  bool ending_ = false;
-  std::vector<std::thread> threads_;
+  std::vector<std::jthread> threads_;
 };
 
 }  // namespace qs::train

@@ -30,10 +30,9 @@ Image reduced(const Image& photograph, std::optional<int> scale, ThreadPool& poo
 Image read_checked(const PhotographSource& source, glm::vec3 background, ThreadPool& pool) {
   Image photograph = read_photograph(source.file, background, 1, pool, source.taken);
   require_same_shape(photograph, source.file, source.taken.camera);
-  for (const float value : photograph.values) {
-    if (!std::isfinite(value))
-      fail("{}: holds values that are not finite numbers", source.file.string());
-  }
+  const std::vector<float>& values = photograph.values;
+  if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
+    fail("{}: holds values that are not finite numbers", source.file.string());
   return photograph;
 }
 
@@ -41,12 +40,10 @@ Image read_checked(const PhotographSource& source, glm::vec3 background, ThreadP
 Image masked_out(const Image& mask) {
   Image out(mask.width, mask.height, 1);
   const int colors = mask.channels < 3 ? 1 : 3;  // without alpha
-  for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
-      bool black = true;
-      for (int c = 0; c < colors; ++c) black &= mask.at(x, y, c) == 0;
-      out.at(x, y, 0) = black ? 1 : 0;
-    }
+  const float* pixel = mask.values.data();
+  for (float& is_out : out.values) {
+    is_out = std::all_of(pixel, pixel + colors, [](float v) { return v == 0; }) ? 1.0f : 0.0f;
+    pixel += mask.channels;
   }
   return out;
 }

@@ -21,8 +21,8 @@ double weight_at(double t, ReductionFilter filter) {
   return t < 2 ? sinc(t) * sinc(t / 2) : 0;
 }
 
-std::vector<ReductionTaps> all_taps(int from, int to, ReductionFilter filter) {
-  std::vector<ReductionTaps> taps;
+std::vector<Taps> all_taps(int from, int to, ReductionFilter filter) {
+  std::vector<Taps> taps;
   for (int i = 0; i < to; ++i) taps.push_back(reduction_taps(from, to, i, filter));
   return taps;
 }
@@ -34,35 +34,13 @@ struct Size {
 // `channels` values per pixel, 8 bits each.
 std::vector<std::uint8_t> resized(std::span<const std::uint8_t> pixels, int channels, Size from,
                                   Size to, ReductionFilter filter, ThreadPool& pool) {
-  const std::vector<ReductionTaps> columns = all_taps(from.width, to.width, filter);
-  const std::vector<ReductionTaps> rows = all_taps(from.height, to.height, filter);
-  const auto row_values = static_cast<std::size_t>(from.width * channels);
   std::vector<std::uint8_t> result(static_cast<std::size_t>(to.width * channels) *
                                    static_cast<std::size_t>(to.height));
-  const auto set_row = [&](std::size_t y, std::vector<double>& row) {
-    const ReductionTaps& taps = rows[y];
-    row.assign(row_values, 0);
-    for (std::size_t k = 0; k < taps.weights.size(); ++k) {
-      const std::uint8_t* const old =
-          &pixels[(static_cast<std::size_t>(taps.first) + k) * row_values];
-      for (std::size_t i = 0; i < row_values; ++i) row[i] += taps.weights[k] * old[i];
-    }
-    std::uint8_t* value = &result[y * static_cast<std::size_t>(to.width * channels)];
-    for (const ReductionTaps& column : columns) {
-      for (int c = 0; c < channels; ++c) {
-        double sum = 0;
-        for (std::size_t k = 0; k < column.weights.size(); ++k)
-          sum += column.weights[k] * row[(static_cast<std::size_t>(column.first) + k) *
-                                             static_cast<std::size_t>(channels) +
-                                         static_cast<std::size_t>(c)];
-        *value++ = static_cast<std::uint8_t>(std::clamp(std::lround(sum), 0L, 255L));
-      }
-    }
-  };
-  pool.for_chunks(rows.size(), 4, [&](std::size_t begin, std::size_t end, int) {
-    std::vector<double> row;
-    for (std::size_t y = begin; y < end; ++y) set_row(y, row);
-  });
+  resample(
+      pixels, from.width, channels, all_taps(from.width, to.width, filter),
+      all_taps(from.height, to.height, filter), pool,
+      [](double sum) { return static_cast<std::uint8_t>(std::clamp(std::lround(sum), 0L, 255L)); },
+      result.data());
   return result;
 }
 
@@ -98,11 +76,11 @@ std::vector<std::uint8_t> resized_mask(std::span<const std::uint8_t> mask, Size 
 
 }  // namespace
 
-ReductionTaps reduction_taps(int from, int to, int i, ReductionFilter filter) {
+Taps reduction_taps(int from, int to, int i, ReductionFilter filter) {
   const double step = static_cast<double>(from) / to;
   const double center = (i + 0.5) * step;
   const double reach = (filter == ReductionFilter::triangle ? 1 : 2) * step;
-  ReductionTaps taps;
+  Taps taps;
   taps.first = std::max(static_cast<int>(center - reach + 0.5), 0);
   const int end = std::min(static_cast<int>(center + reach + 0.5), from);
   double sum = 0;
@@ -136,6 +114,7 @@ bool ReducedPhotographs::set_factor(int factor) {
 
 const PhotographView& ReducedPhotographs::view(std::size_t number, const PhotographView& full,
                                                bool keeps) {
+  if (factor_ == 1) return full;
   std::optional<PhotographView>& place = keeps ? views_[number] : passing_;
   if (!keeps || !place) place = reduced(full, factor_, filter_, pool_);
   return *place;

@@ -10,6 +10,7 @@
 
 #include "base/parallel.h"
 #include "learn/run/photograph_view.h"
+#include "raster/scene/resample.h"
 
 namespace qs::train {
 
@@ -18,14 +19,9 @@ enum class ReductionFilter {
   lanczos2,  ///< sharper; its overshoots are cut off at 0 and 255
 };
 
-/// The weights by which an old value counts in a new one; `first` and the next old values.
-struct ReductionTaps {
-  int first = 0;
-  std::vector<double> weights;  ///< their sum is 1
-};
-
-/// The taps of new value `i` when `from` values become `to`; 1 <= to <= from.
-ReductionTaps reduction_taps(int from, int to, int i, ReductionFilter filter);
+/// The weights of old values in new value `i` when `from` values become `to`; 1 <= to <= from.
+/// Their sum is 1.
+Taps reduction_taps(int from, int to, int i, ReductionFilter filter);
 
 /// The view at floor(1 / factor) of its size, at least one pixel, with the same field of view. A
 /// pixel is masked out if a masked pixel lies in it, unless no pixel were left.
@@ -38,12 +34,11 @@ class ReducedPhotographs {
   ReducedPhotographs(std::size_t views, ReductionFilter filter, ThreadPool& pool)
       : filter_(filter), views_(views), pool_(pool) {}
 
-  int factor() const { return factor_; }
   /// Forgets the views of another factor. Returns true if the factor changes.
   bool set_factor(int factor);
 
-  /// View `number`, which has its pixels in `full`, reduced by the factor. Valid until the factor
-  /// changes; if not `keeps`, until the next call.
+  /// View `number`, which has its pixels in `full`, reduced by the factor; `full` itself for factor
+  /// 1. Valid until the factor changes; if not `keeps`, until the next call.
   const PhotographView& view(std::size_t number, const PhotographView& full, bool keeps);
 
  private:

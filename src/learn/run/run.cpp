@@ -58,11 +58,6 @@ Checkpoint start(const TrainSettings& settings, const DataSet& data, const RunOp
   return saved;
 }
 
-std::unique_ptr<TrainingModel> with_state(std::unique_ptr<TrainingModel> model, ModelState state) {
-  model->set_state(std::move(state));
-  return model;
-}
-
 // A later iteration of an earlier run would be opened in place of the new model.
 void remove_earlier_iterations(const TrainSettings& settings, const RunOptions& options) {
   const RunText::Say& tell = options.text.note;
@@ -87,9 +82,9 @@ class Run {
         settings_(checkpoint.settings),
         fingerprint_(checkpoint.data),
         log_(std::move(checkpoint.log)),
-        first_(checkpoint.model.iteration),
+        first_(model->iteration()),
         backend_(model->name()),
-        trainer_(settings_, data, with_state(std::move(model), std::move(checkpoint.model)), pool),
+        trainer_(settings_, data, std::move(model), pool),
         pool_(pool),
         keeps_best_(options.keep_best.value_or(keeps_best_by_default(data))),
         eval_every_(options.eval_every > 0 || !keeps_best_ ? options.eval_every
@@ -105,16 +100,16 @@ class Run {
     try {
       while (trainer_.iteration() < settings_.iterations && !stopped && !quits()) {
         const StepResult step = trainer_.step();
-        const Loss& loss = step.loss;
         log_.add(step);
         const int iteration = trainer_.iteration();
-        bar.relabel(fmt::format("loss {:.4f}, {:.1f} dB, {} Gaussians, {:.1f} it/s", loss.total,
-                                psnr_of(loss.squared_error), grouped(trainer_.gaussians()),
+        bar.relabel(fmt::format("loss {:.4f}, {:.1f} dB, {} Gaussians, {:.1f} it/s",
+                                step.loss.total, psnr_of(step.loss.squared_error),
+                                grouped(trainer_.gaussians()),
                                 (iteration - first_) / seconds_since(begin)));
         progress.update(static_cast<float>(iteration - first_) /
                         static_cast<float>(settings_.iterations - first_));
         after(iteration, bar);
-        stopped = iteration < settings_.iterations && !goes_on(loss.total);
+        stopped = iteration < settings_.iterations && !goes_on(step.loss.total);
       }
     } catch (const std::bad_alloc&) {
       fail_after_saving("not enough memory");
@@ -272,6 +267,7 @@ RunEnd run_training(const TrainSettings& settings, const DataSet& data, const Ru
     remove_checkpoint(checkpoint_path(options.out_dir));
   }
   write_model_start(options.out_dir, settings, data);
+  model->set_state(std::move(checkpoint.model));
   return Run(data, options, std::move(checkpoint), std::move(model), pool).all_iterations();
 }
 

@@ -4,6 +4,7 @@
 // interruption.
 #pragma once
 
+#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -11,13 +12,30 @@
 #include <stop_token>
 #include <string>
 
+#include <fmt/format.h>
+
 #include "base/training_command.h"
+#include "base/warn.h"
 #include "learn/run/checkpoint.h"
 #include "learn/run/data_set.h"
-#include "learn/run/run_text.h"
 #include "learn/step/training_model.h"
 
 namespace qs::train {
+
+/// The text of a run for its user: sentences without a line break.
+struct RunText {
+  using Say = std::function<void(const std::string& sentence)>;
+
+  /// The backend, an evaluation, the saved model.
+  Say result = [](const std::string& sentence) {
+    fmt::print("{}\n", sentence);
+    std::fflush(stdout);
+  };
+  /// About the model folder.
+  Say note = [](const std::string& sentence) { fmt::print(stderr, "{}\n", sentence); };
+  Say warning = [](const std::string& sentence) { warn(sentence); };
+  bool has_bars = true;  ///< progress bars, if stderr is a terminal
+};
 
 class Trainer;
 struct TrainLog;

@@ -2,19 +2,39 @@
 #include "learn/run/settings.h"
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "base/fail.h"
 #include "base/text.h"
-#include "learn/run/json_fields.h"
+#include "io/bytes/json_value.h"
 
 namespace qs::train {
 
 using nlohmann::ordered_json;
 
 namespace {
+
+// One function that names the members of a struct both writes them to a JSON object and reads them
+// from it.
+struct JsonFields {
+  ordered_json* to;          ///< null: reads
+  const ordered_json* from;  ///< null: writes
+
+  template <class T>
+  void operator()(const char* name, T& value) {
+    if (to != nullptr) (*to)[name] = value;
+    if (from != nullptr) json_value(from->at(name), value);
+  }
+  /// A member that is one of two words; the second one stands for true.
+  void choice(const char* name, const char* no, const char* yes, bool& value) {
+    std::string word = value ? yes : no;
+    (*this)(name, word);
+    value = word == yes;
+  }
+};
 
 void visit(JsonFields fields, TrainSettings& s) {
   std::string mode = mode_name(s.mode);
@@ -49,13 +69,13 @@ void visit(JsonFields fields, TrainSettings& s) {
 
 ordered_json settings_json(TrainSettings settings) {
   ordered_json json;
-  visit(JsonFields::writing(json), settings);
+  visit({&json, nullptr}, settings);
   return json;
 }
 
 TrainSettings settings_of(const ordered_json& json) {
   TrainSettings settings;
-  visit(JsonFields::reading(json), settings);
+  visit({nullptr, &json}, settings);
   return settings;
 }
 

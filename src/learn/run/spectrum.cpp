@@ -74,21 +74,19 @@ Plane transform_of(const Image& picture, int real, int imaginary, ThreadPool& po
 void add_magnitudes(const Plane& plane, bool pair, Spectrum& spectrum, ThreadPool& pool) {
   const std::size_t columns = plane.height, rows = plane.width;  // the plane is transposed
   const auto& [re, im] = plane.values;
-  pool.for_chunks(rows, 16, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t y = begin; y < end; ++y) {
-      const std::size_t to_row = (y + rows / 2) % rows;
-      for (std::size_t x = 0; x < columns; ++x) {
-        double& to = spectrum.magnitudes[to_row * columns + (x + columns / 2) % columns];
-        const std::size_t z = x * rows + y;
-        if (!pair) {
-          to += std::sqrt(re[z] * re[z] + im[z] * im[z]);
-          continue;
-        }
-        const std::size_t c = (columns - x) % columns * rows + (rows - y) % rows;
-        const double a_re = re[z] + re[c], a_im = im[z] - im[c];
-        const double b_re = re[z] - re[c], b_im = im[z] + im[c];
-        to += 0.5 * (std::sqrt(a_re * a_re + a_im * a_im) + std::sqrt(b_re * b_re + b_im * b_im));
+  pool.for_each(rows, 16, [&](std::size_t y) {
+    const std::size_t to_row = (y + rows / 2) % rows;
+    for (std::size_t x = 0; x < columns; ++x) {
+      double& to = spectrum.magnitudes[to_row * columns + (x + columns / 2) % columns];
+      const std::size_t z = x * rows + y;
+      if (!pair) {
+        to += std::sqrt(re[z] * re[z] + im[z] * im[z]);
+        continue;
       }
+      const std::size_t c = (columns - x) % columns * rows + (rows - y) % rows;
+      const double a_re = re[z] + re[c], a_im = im[z] - im[c];
+      const double b_re = re[z] - re[c], b_im = im[z] + im[c];
+      to += 0.5 * (std::sqrt(a_re * a_re + a_im * a_im) + std::sqrt(b_re * b_re + b_im * b_im));
     }
   });
 }

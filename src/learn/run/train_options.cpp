@@ -8,6 +8,7 @@
 
 #include "base/fail.h"
 #include "base/progress_bar.h"
+#include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/photographs.h"
@@ -53,20 +54,20 @@ DataSet read_data(const TrainOptions& options, ThreadPool& pool, const Progress&
 // Every strategy names the options that it does not read.
 void check_strategy(const TrainOptions& options) {
   const TrainSettings& settings = options.settings;
-  const auto require = [&](bool given, const char* option, const char* strategies, bool fits) {
-    if (given && !fits) {
-      fail(ErrorKind::usage, "{}: is for --strategy {}, not {}", option, strategies,
-           settings.strategy);
+  const std::string& strategy = settings.strategy;
+  const auto require = [&](bool given, const char* option,
+                           const std::vector<std::string>& readers) {
+    if (given && std::find(readers.begin(), readers.end(), strategy) == readers.end()) {
+      fail(ErrorKind::usage, "{}: is for --strategy {}, not {}", option, joined(readers, " or "),
+           strategy);
     }
   };
-  const bool adc = settings.strategy == "adc", fastgs = settings.strategy == "fastgs";
-  const bool dash = settings.strategy == "dash", mcmc = settings.strategy == "mcmc";
-  require(options.many_gaussians.has_value(), "--gaussians", "fastgs", fastgs);
-  require(settings.sum_gradients, "--sum-gradients", "fastgs", fastgs);
-  require(settings.absolute_gradients, "--absolute-gradients", "adc", adc);
-  require(settings.final_prunes, "--final-prunes", "adc or mcmc", adc || mcmc);
-  require(options.dash_of_paper.has_value(), "--dash-variant", "dash", dash);
-  require(settings.color_field, "--color-field", "mask", settings.strategy == "mask");
+  require(options.many_gaussians.has_value(), "--gaussians", {"fastgs"});
+  require(settings.sum_gradients, "--sum-gradients", {"fastgs"});
+  require(settings.absolute_gradients, "--absolute-gradients", {"adc"});
+  require(settings.final_prunes, "--final-prunes", {"adc", "mcmc"});
+  require(options.dash_of_paper.has_value(), "--dash-variant", {"dash"});
+  require(settings.color_field, "--color-field", {"mask"});
 }
 
 void declare_data_options(OptionTable& table, TrainOptions& options) {

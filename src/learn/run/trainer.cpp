@@ -22,12 +22,15 @@ class StageClock {
   using Seconds = std::array<double, kTrainPasses.size()>;
 
   /// Ends a stage.
-  void next() { seconds_[stage_++] = restart(); }
+  void next() {
+    const auto now = std::chrono::steady_clock::now(), begin = std::exchange(begin_, now);
+    seconds_[stage_++] = std::chrono::duration<double>(now - begin).count();
+  }
 
-  /// The times of all stages; `passes` replace the host's times.
+  /// Ends the last stage. The times of all stages; `passes` replace the host's times.
   Seconds finish(const std::optional<PassSeconds>& passes) {
-    const double rest = restart();
-    const double total = std::accumulate(seconds_.begin(), seconds_.end(), rest);
+    next();
+    const double total = std::accumulate(seconds_.begin(), seconds_.end(), 0.0);
     if (passes) {
       const double on_gpu[] = {passes->forward, passes->loss, passes->backward, passes->step};
       std::copy(std::begin(on_gpu), std::end(on_gpu), seconds_.begin() + 1);
@@ -37,11 +40,6 @@ class StageClock {
   }
 
  private:
-  double restart() {
-    const auto now = std::chrono::steady_clock::now(), begin = std::exchange(begin_, now);
-    return std::chrono::duration<double>(now - begin).count();
-  }
-
   Seconds seconds_{};
   std::size_t stage_ = 0;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
@@ -90,11 +88,6 @@ void Trainer::prepare(const Progress& progress) {
   schedule_.emplace(spectra, settings_.reduced_until());
 }
 
-// The photograph at the size of the current iteration.
-const PhotographView& Trainer::reduced_view(std::size_t number, const PhotographView& full) {
-  return reduced_.factor() == 1 ? full : reduced_.view(number, full, !data_.on_disk());
-}
-
 IterationContext Trainer::context_of(int iteration) const {
   MeanRateStart start;
   if (strategy_.reduces_photographs) start = {schedule_->details_from(), !settings_.dash_of_paper};
@@ -105,12 +98,10 @@ IterationContext Trainer::context_of(int iteration) const {
 }
 
 RenderSettings Trainer::render_settings(int iteration) const {
-  RenderSettings render;
-  render.mode = settings_.mode;
-  render.sh_degree = sh_degree_at(iteration, settings_.sh_degree);
-  render.antialiased = settings_.antialiased;
-  render.background = settings_.random_background ? glm::vec3(0) : settings_.background;
-  return render;
+  return {.mode = settings_.mode,
+          .sh_degree = sh_degree_at(iteration, settings_.sh_degree),
+          .background = settings_.random_background ? glm::vec3(0) : settings_.background,
+          .antialiased = settings_.antialiased};
 }
 
 StepOrder Trainer::step_order(const IterationContext& context) const {
@@ -139,15 +130,12 @@ void Trainer::count_errors(int iteration, int views) {
       data_.training.size(), static_cast<std::size_t>(views), settings_.seed, iteration);
   const RenderSettings render = render_settings(iteration);
   for (std::size_t i = 0; i < drawn.size(); ++i) {
-    const PhotographView* view = &data_.training[drawn[i]];
-    if (data_.on_disk()) {
-      const PhotographView* const next =
-          &data_.training[i + 1 < drawn.size() ? drawn[i + 1] : views_.at(iteration)];
-      view = &photographs_.view(*view, {&next, 1});
-    }
-    view = &reduced_view(drawn[i], *view);
-    model_->forward(view->camera, render);
-    model_->count_errors(number_of(drawn[i]), view->photograph());
+    const PhotographView* const next =
+        &data_.training[i + 1 < drawn.size() ? drawn[i + 1] : views_.at(iteration)];
+    const PhotographView& full = photographs_.view(data_.training[drawn[i]], {&next, 1});
+    const PhotographView& view = reduced_.view(drawn[i], full, !data_.on_disk());
+    model_->forward(view.camera, render);
+    model_->count_errors(number_of(drawn[i]), view.photograph());
   }
 }
 
@@ -181,7 +169,8 @@ StepResult Trainer::step() {
          settings_.color_field ? "all are masked out: train with --strategy adc"
                                : "the photographs do not fit their cameras");
   }
-  const PhotographView& view = reduced_view(views_.at(iteration), view_of(iteration));
+  const PhotographView& view =
+      reduced_.view(views_.at(iteration), view_of(iteration), !data_.on_disk());
   RenderSettings render = render_settings(iteration);
   if (settings_.random_background) {
     const Random random =

@@ -73,7 +73,6 @@ class Trainer {
   RenderSettings render_settings(int iteration) const;
   StepOrder step_order(const IterationContext& context) const;
   const PhotographView& view_of(int iteration);
-  const PhotographView& reduced_view(std::size_t number, const PhotographView& full);
   IterationContext context_of(int iteration) const;
   std::optional<std::size_t> number_of(std::size_t view) const;
   void count_errors(int iteration, int views);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "learn/step/model_state.h"
 
+#include <algorithm>
 #include <utility>
+
+#include "learn/gradient/activation.h"
 
 namespace qs::train {
 
@@ -40,6 +43,42 @@ ModelState ModelState::starting_with(Parameters parameters) {
   state.density.reset(parameters.size());
   state.parameters = std::move(parameters);
   return state;
+}
+
+std::size_t count_existing(const Parameters& parameters) {
+  if (!parameters.has_masks) return parameters.size();
+  return static_cast<std::size_t>(
+      std::count_if(parameters.mask_logits.begin(), parameters.mask_logits.end(),
+                    [](float logit) { return !masked_out(double{logit}); }));
+}
+
+GaussianCloud to_cloud(const Parameters& parameters, bool antialiased) {
+  GaussianCloud cloud;
+  cloud.resize(count_existing(parameters), parameters.sh_degree);
+  cloud.antialiased = antialiased;
+  const std::size_t stride = parameters.sh_stride();
+  std::size_t to = 0;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (parameters.is_masked_out(i)) continue;
+    cloud.positions[to] = parameters.means[i];
+    cloud.log_scales[to] = parameters.log_scales[i];
+    cloud.opacity_logits[to] = parameters.opacity_logits[i];
+    cloud.rotations[to] = glm::quat(unit_rotation(glm::dquat(parameters.rotations[i])));
+    std::copy_n(&parameters.sh[i * stride], stride, &cloud.sh[to * stride]);
+    ++to;
+  }
+  return cloud;
+}
+
+Parameters from_cloud(const GaussianCloud& cloud) {
+  Parameters parameters;
+  parameters.sh_degree = cloud.sh_degree;
+  parameters.means.assign(cloud.positions.begin(), cloud.positions.end());
+  parameters.log_scales.assign(cloud.log_scales.begin(), cloud.log_scales.end());
+  parameters.rotations.assign(cloud.rotations.begin(), cloud.rotations.end());
+  parameters.opacity_logits.assign(cloud.opacity_logits.begin(), cloud.opacity_logits.end());
+  parameters.sh.assign(cloud.sh.begin(), cloud.sh.end());
+  return parameters;
 }
 
 }  // namespace qs::train

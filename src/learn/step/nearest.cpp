@@ -55,17 +55,15 @@ std::vector<double> distances2_of_finite(const std::vector<glm::vec3>& points, T
   const Points source{points};
   const Tree tree(3, source);
   const std::size_t neighbours = std::min(kNeighbours, points.size() - 1);
-  pool.for_chunks(points.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
+  pool.for_each(points.size(), 1024, [&](std::size_t i) {
     std::array<std::uint32_t, 1 + kNeighbours> indices;
     std::array<double, 1 + kNeighbours> distances2;  // ascending; the first 0 is the point's own
-    for (std::size_t i = begin; i < end; ++i) {
-      Nearest nearest(1 + neighbours);
-      nearest.init(indices.data(), distances2.data());
-      const glm::dvec3 point(points[i]);
-      tree.findNeighbors(nearest, &point.x, {});
-      for (std::size_t k = 1; k <= neighbours; ++k)
-        means[i] += distances2[k] / static_cast<double>(neighbours);
-    }
+    Nearest nearest(1 + neighbours);
+    nearest.init(indices.data(), distances2.data());
+    const glm::dvec3 point(points[i]);
+    tree.findNeighbors(nearest, &point.x, {});
+    for (std::size_t k = 1; k <= neighbours; ++k)
+      means[i] += distances2[k] / static_cast<double>(neighbours);
   });
   return means;
 }

@@ -51,26 +51,14 @@ void Plan::keep_all(const GaussianFacts& facts, int in_front_of) {
 }
 
 void Plan::add_copy_of(std::size_t i) {
-  means.push_back(means[i]);
-  log_scales.push_back(log_scales[i]);
-  opacity_logits.push_back(opacity_logits[i]);
-  sources.push_back(sources[i]);
-  moment_sources.push_back(kZeros);
+  for_each_array([i](auto& array) { array.push_back(array[i]); });
+  moment_sources.back() = kZeros;
 }
 
 void Plan::replace(std::size_t i, std::size_t source) {
-  means[i] = means[source];
-  log_scales[i] = log_scales[source];
-  opacity_logits[i] = opacity_logits[source];
-  sources[i] = sources[source];
-}
-
-void Plan::resize(std::size_t gaussians) {
-  means.resize(gaussians);
-  log_scales.resize(gaussians);
-  opacity_logits.resize(gaussians);
-  sources.resize(gaussians);
-  moment_sources.resize(gaussians);
+  const std::uint32_t moments = moment_sources[i];
+  for_each_array([&](auto& array) { array[i] = array[source]; });
+  moment_sources[i] = moments;
 }
 
 ModelState changed(const ModelState& state, const Plan& plan) {
@@ -86,10 +74,9 @@ ModelState changed(const ModelState& state, const Plan& plan) {
   next.parameters.sh = gathered(state.parameters.sh, state.parameters.sh_stride(), plan.sources);
   if (state.parameters.has_masks)
     next.parameters.mask_logits = gathered(state.parameters.mask_logits, 1, plan.sources);
-  next.adam.first = gathered(state.adam.first, plan.moment_sources);
-  next.adam.second = gathered(state.adam.second, plan.moment_sources);
-  next.adam.steps = state.adam.steps;
-  next.adam.rest_steps = state.adam.rest_steps;
+  next.adam = {gathered(state.adam.first, plan.moment_sources),
+               gathered(state.adam.second, plan.moment_sources), state.adam.steps,
+               state.adam.rest_steps};
   if (plan.clears_opacity_moments) {
     for (Parameters* moments : {&next.adam.first, &next.adam.second})
       std::fill(moments->opacity_logits.begin(), moments->opacity_logits.end(), 0.0f);

@@ -90,18 +90,21 @@ struct Plan {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < size(); ++i) {
       if (!keeps(i)) continue;
-      means[kept] = means[i];
-      log_scales[kept] = log_scales[i];
-      opacity_logits[kept] = opacity_logits[i];
-      sources[kept] = sources[i];
-      moment_sources[kept] = moment_sources[i];
+      for_each_array([&](auto& array) { array[kept] = array[i]; });
       ++kept;
     }
-    resize(kept);
+    for_each_array([&](auto& array) { array.resize(kept); });
   }
 
  private:
-  void resize(std::size_t gaussians);
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    visit(means);
+    visit(log_scales);
+    visit(opacity_logits);
+    visit(sources);
+    visit(moment_sources);
+  }
 };
 
 /// The state after the change. `state` stays as it is, so nothing is lost if memory runs out.

@@ -47,12 +47,10 @@ inline void code_shapes(const Parameters& parameters, const ShapeCodes& codes, T
 /// Replaces the derivatives by coded shapes by the derivatives by the shapes of `parameters`.
 inline void pass_through_codes(const Parameters& parameters, const Parameters& coded_parameters,
                                ThreadPool& pool, Parameters& by) {
-  pool.for_chunks(parameters.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t i = begin; i < end; ++i) {
-      by.log_scales[i] = coded_scale_gradient(parameters.log_scales[i],
-                                              coded_parameters.log_scales[i], by.log_scales[i]);
-      by.rotations[i] = coded_rotation_gradient(parameters.rotations[i], by.rotations[i]);
-    }
+  pool.for_each(parameters.size(), 1024, [&](std::size_t i) {
+    by.log_scales[i] = coded_scale_gradient(parameters.log_scales[i],
+                                            coded_parameters.log_scales[i], by.log_scales[i]);
+    by.rotations[i] = coded_rotation_gradient(parameters.rotations[i], by.rotations[i]);
   });
 }
 

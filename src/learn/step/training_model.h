@@ -17,7 +17,7 @@
 #include "learn/gradient/adam.h"
 #include "learn/gradient/loss.h"
 #include "learn/gradient/mcmc.h"
-#include "learn/step/backward_order.h"
+#include "learn/step/model_state.h"
 #include "learn/step/photograph.h"
 #include "learn/step/plan.h"
 #include "raster/api/renderer.h"

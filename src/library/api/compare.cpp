@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "learn/lpips/lpips_file.h"
 #include "learn/lpips/metric.h"
 #include "library/check/arrays.h"
 #include "library/check/context.h"

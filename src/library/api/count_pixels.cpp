@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Counts of the pixels that a frame's Gaussians contribute to.
-#include "learn/diff/cpu/count_pixels.h"
 
+#include "learn/diff/cpu/blend.h"
 #include "library/check/context.h"
 #include "library/check/frame_memory.h"
 #include "library/check/stage_arguments.h"

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
 // SSIM of pictures in batches, and its derivatives.
-#include "learn/step/cpu/ssim.h"
+
+#include "raster/kernel/ssim.h"
 
 #include <algorithm>
 #include <cstdint>
 
+#include "learn/step/cpu/loss.h"
 #include "library/check/arrays.h"
 #include "library/check/context.h"
-#include "raster/kernel/ssim.h"
 
 namespace qs::library {
 namespace {
@@ -92,8 +93,8 @@ double for_planes(const SsimCall& call, ThreadPool& pool, const WithDerivatives&
           fields.b[y * rows.width + x] = b.at(x, y);
         }
       });
-      find_moments(rows, fields);
-      sum += sum_similarity(rows, counted, fields);
+      fields.find_moments(rows);
+      sum += fields.sum_similarity(rows, counted);
       with_derivatives(rows, a, b, picture, channel, fields);
     }
   }
@@ -107,7 +108,7 @@ void write_gradient(const SsimCall& call, double by_mean, const QsArray& by_a, T
       call, pool,
       [&](const PictureRows& rows, const Plane<const Real>& a, const Plane<const Real>& b,
           std::int64_t picture, std::int64_t channel, SsimFields<Real>& fields) {
-        spread_derivatives(rows, fields);
+        fields.spread_derivatives(rows);
         const Plane<Real> by(by_a, picture, channel);
         rows.for_rows([&](std::size_t y) {
           for (std::size_t x = 0; x < rows.width; ++x) {

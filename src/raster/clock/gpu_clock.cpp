@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "base/text.h"
 
 namespace qs {
 namespace {
@@ -29,18 +32,13 @@ std::optional<std::vector<std::string>> throttles_of(const std::vector<GpuReadin
   for (const GpuReading& reading : readings) {
     if (!reading.throttles) continue;
     if (!all) all.emplace();
-    for (const std::string& reason : *reading.throttles) {
-      if (std::find(all->begin(), all->end(), reason) == all->end()) all->push_back(reason);
-    }
+    for (const std::string& reason : *reading.throttles) add_new(*all, reason);
   }
   return all;
 }
 
-/// "1,980"; clocks are below 1,000,000 MHz.
 std::string grouped_mhz(double mhz) {
-  const long rounded = std::lround(mhz);
-  return rounded < 1000 ? fmt::format("{}", rounded)
-                        : fmt::format("{},{:03}", rounded / 1000, rounded % 1000);
+  return grouped(static_cast<std::uint64_t>(std::lround(mhz)));
 }
 
 /// " (1,755 to 1,980, at most 1,980)", or "" for a clock that was at its maximum all the time.
@@ -66,15 +64,14 @@ void GpuClock::sample(Time now) {
 
 std::optional<GpuClockSummary> GpuClock::summary() const {
   if (readings_.empty()) return std::nullopt;
-  GpuClockSummary summary;
-  summary.readings = readings_.size();
-  summary.sm_mhz =
-      *range_of(readings_, [](const GpuReading& reading) { return std::optional(reading.sm_mhz); });
-  summary.sm_mhz_max = sensors_.sm_mhz_max;
-  summary.throttled = throttles_of(readings_);
-  summary.celsius = range_of(readings_, [](const GpuReading& reading) { return reading.celsius; });
-  summary.watts = range_of(readings_, [](const GpuReading& reading) { return reading.watts; });
-  return summary;
+  const auto range = [&](const auto& value_of) { return range_of(readings_, value_of); };
+  return GpuClockSummary{
+      .readings = readings_.size(),
+      .sm_mhz = *range([](const GpuReading& reading) { return std::optional(reading.sm_mhz); }),
+      .sm_mhz_max = sensors_.sm_mhz_max,
+      .throttled = throttles_of(readings_),
+      .celsius = range([](const GpuReading& reading) { return reading.celsius; }),
+      .watts = range([](const GpuReading& reading) { return reading.watts; })};
 }
 
 std::string clock_text(const std::string& gpu, const std::optional<GpuClockSummary>& summary) {

@@ -32,6 +32,13 @@ struct GpuSensors {
 /// management library there are no sensors.
 GpuSensors gpu_sensors(int device);
 
+/// The sensors of an NVIDIA GPU through NVML, the management library that comes with the driver. It
+/// is loaded at run time, so a program that uses it also starts on machines without it.
+/// `pci_bus_id` is the address of the GPU, such as "0000:1b:00.0": NVML numbers GPUs differently
+/// from CUDA, so an index does not identify one. There are no sensors if `library` cannot be
+/// loaded, is too old, or does not know the GPU.
+GpuSensors nvml_sensors(const std::string& pci_bus_id, const char* library = "libnvidia-ml.so.1");
+
 /// Over the readings of a measurement.
 struct SensorRange {
   double median = 0, min = 0, max = 0;

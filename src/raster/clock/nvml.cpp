@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "raster/clock/nvml.h"
-
 #include <memory>
+#include <utility>
 
 #include <dlfcn.h>
+
+#include "raster/clock/gpu_clock.h"
 
 namespace qs {
 namespace {
@@ -18,15 +19,12 @@ constexpr int kTemperatureGpu = 0;  // nvmlTemperatureSensors_t
 
 // The clock event reasons that count as throttling. The others are: idle, clocks that were set by
 // hand, synchronised GPUs, display clocks.
-struct Reason {
-  unsigned long long bit;
-  const char* name;
-};
-constexpr Reason kThrottling[] = {{0x04, "power cap"},
-                                  {0x20, "thermal slowdown"},
-                                  {0x08, "hardware slowdown"},
-                                  {0x40, "hardware thermal slowdown"},
-                                  {0x80, "power brake"}};
+constexpr std::pair<unsigned long long, const char*> kThrottling[] = {
+    {0x04, "power cap"},
+    {0x20, "thermal slowdown"},
+    {0x08, "hardware slowdown"},
+    {0x40, "hardware thermal slowdown"},
+    {0x80, "power brake"}};
 
 /// The loaded and initialised library, with one GPU.
 class Nvml {
@@ -94,8 +92,8 @@ class Nvml {
     unsigned long long bits = 0;
     if (reasons_ == nullptr || reasons_(device_, &bits) != kSuccess) return std::nullopt;
     std::vector<std::string> names;
-    for (const Reason& reason : kThrottling) {
-      if ((bits & reason.bit) != 0) names.emplace_back(reason.name);
+    for (const auto& [bit, name] : kThrottling) {
+      if ((bits & bit) != 0) names.emplace_back(name);
     }
     return names;
   }

@@ -78,8 +78,7 @@ class CpuRenderer final : public Renderer {
  private:
   void count_modes(const FrameContext& frame, const std::optional<CountedView>& counted) {
     const Stopwatch clock;
-    const Camera& camera = counted ? counted->camera : frame.camera;
-    const RenderSettings& settings = counted ? counted->settings : frame.settings;
+    const auto& [camera, settings] = counted.value_or(CountedView{frame.camera, frame.settings});
     const TileGrid grid = TileGrid::of_image(camera.width, camera.height, settings.tile_px);
     const FrameContext view{*cloud_, camera, settings, grid, pool_, frame.stop};
     mode_sums_.begin(pool_);

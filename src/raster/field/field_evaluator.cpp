@@ -2,7 +2,6 @@
 #include "raster/field/field_evaluator.h"
 
 #include <array>
-#include <cassert>
 
 #include "raster/kernel/half.h"
 
@@ -66,18 +65,6 @@ FieldEvaluator::FieldEvaluator(const ColorField& field) {
       packed_.of_design.push_back(static_cast<float>(sum));
     }
   }
-}
-
-void FieldEvaluator::outputs(std::span<const glm::vec3> means, const glm::vec3& eye,
-                             std::span<glm::vec3> out) const {
-  assert(out.size() == means.size());
-  field_vectors::outputs(packed_, means, eye, out.data());
-}
-
-void FieldEvaluator::fit_sh(std::span<const glm::vec3> means, std::span<glm::vec3> sh,
-                            std::span<float> rms) const {
-  assert(sh.size() == 16 * means.size() && rms.size() == means.size());
-  field_vectors::fit(packed_, means, sh.data(), rms.data());
 }
 
 }  // namespace qs

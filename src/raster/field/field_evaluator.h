@@ -1,18 +1,44 @@
 // SPDX-License-Identifier: MIT
 //
-// Evaluates a colour field for many Gaussians, in single precision, with parameters rounded to half
-// precision as the published files hold them. tiny-cuda-nn keeps all intermediate values in half
-// precision too: its features differ by up to 6e-4 and its outputs by up to 3e-4.
+// Evaluates a colour field for many Gaussians, in single precision and in vectors, with parameters
+// rounded to half precision as the published files hold them. tiny-cuda-nn keeps all intermediate
+// values in half precision too: its features differ by up to 6e-4 and its outputs by up to 3e-4.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include <glm/vec3.hpp>
 
 #include "raster/field/color_field.h"
-#include "raster/field/field_vectors.h"
+#include "raster/field/sh_design.h"
 
 namespace qs {
+namespace field_vectors {
+
+inline constexpr std::size_t kRows = 8;  ///< outputs of a layer that are computed together
+/// Rows of the last layer: three outputs, and zeros.
+inline constexpr std::size_t kOutRows = 4;
+
+/// The parameters of a ColorField in the order of the loops.
+struct Packed {
+  std::vector<GridLevel> levels;
+  std::vector<std::uint32_t> entries;  ///< both features of an entry as halves, the first below
+  std::size_t width = 0;
+  // Matrices have (outputs / kRows, inputs, kRows) values.
+  std::vector<float> from_grid;       ///< first layer, columns of the grid's features
+  std::vector<float> from_direction;  ///< first layer, columns of the direction's features
+  std::vector<float> bias;            ///< first layer, sums of the columns of ones; (width)
+  std::vector<float> hidden;          ///< second layer
+  std::vector<float> last;            ///< third layer, with kOutRows rows in one block
+  std::vector<float> of_design;       ///< first layer's part of each design direction, with bias:
+                                      ///< (kDesignSize, width)
+  ShDesign design;
+};
+
+}  // namespace field_vectors
 
 class FieldEvaluator {
  public:

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "raster/field/field_vectors.h"
-
 #include <algorithm>
+#include <cassert>
 
 #include <hwy/aligned_allocator.h>
+
+#include "raster/field/field_evaluator.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/field/field_vectors.cpp"
@@ -163,7 +164,6 @@ HWY_INLINE void encode(const Packed& packed, const Points& means, float* feature
 }
 
 /// encode_direction() of kernel/color_field.h.
-template <std::size_t kCount>
 HWY_INLINE void encode_directions(const Points& direction, float* features) {
   const D d;
   const auto c = [d](double value) HWY_ATTR { return hn::Set(d, static_cast<float>(value)); };
@@ -179,23 +179,33 @@ HWY_INLINE void encode_directions(const Points& direction, float* features) {
                                         hn::Mul(c(-kSh2A), hn::Mul(x, z)),
                                         hn::Mul(c(kSh2C), hn::Sub(hn::Mul(x, x), hn::Mul(y, y)))};
   for (std::size_t k = 0; k < kDirectionFeatures; ++k)
-    hn::Store(values[k], d, features + k * kCount * hn::Lanes(d));
+    hn::Store(values[k], d, features + k * kVectors * hn::Lanes(d));
+}
+
+/// The second and the third layer, from the outputs of the first layer.
+HWY_INLINE void pass_layers(const Packed& packed, const float* first, float* second, float* last) {
+  const std::size_t width = packed.width, step = kVectors * hn::Lanes(D());
+  std::fill_n(second, width * step, 0.0f);
+  multiply<kVectors, kRows>(packed.hidden.data(), width, width, first, second);
+  relu(second, width * step);
+  std::fill_n(last, kOutRows * step, 0.0f);
+  multiply<kVectors, kOutRows>(packed.last.data(), kOutRows, width, second, last);
 }
 
 using Buffer = hwy::AlignedFreeUniquePtr<float[]>;
 
 Buffer buffer(std::size_t values) { return hwy::AllocateAligned<float>(values); }
 
-/// Fills (rows, kCount, lanes) values with a value per row.
-template <std::size_t kCount>
+/// Fills (rows, kVectors, lanes) values with a value per row.
 HWY_INLINE void spread(const float* values, std::size_t rows, float* out) {
   const D d;
   for (std::size_t row = 0; row < rows; ++row) {
-    for (std::size_t v = 0; v < kCount; ++v, out += hn::Lanes(d))
+    for (std::size_t v = 0; v < kVectors; ++v, out += hn::Lanes(d))
       hn::Store(hn::Set(d, values[row]), d, out);
   }
 }
 
+/// Outputs of the network for each mean seen from `eye`.
 void outputs_of(const Packed& packed, std::span<const glm::vec3> means, const glm::vec3& eye,
                 glm::vec3* out) {
   if (means.empty()) return;
@@ -206,7 +216,6 @@ void outputs_of(const Packed& packed, std::span<const glm::vec3> means, const gl
   const Buffer first = buffer(width * step), second = buffer(width * step),
                last = buffer(kOutRows * step);
   float* const directions = features.get() + inputs * step;
-  constexpr float kZeros[kOutRows] = {};
   for (std::size_t begin = 0; begin < means.size(); begin += step) {
     for (std::size_t v = 0; v < kVectors; ++v) {
       const Points mean = load_points(means, begin + v * lanes);
@@ -214,20 +223,16 @@ void outputs_of(const Packed& packed, std::span<const glm::vec3> means, const gl
       const Points offset = {hn::Sub(mean.x, hn::Set(d, eye.x)), hn::Sub(mean.y, hn::Set(d, eye.y)),
                              hn::Sub(mean.z, hn::Set(d, eye.z))};
       const V scale = hn::Div(hn::Set(d, 1.0f), length_of(offset));
-      encode_directions<kVectors>(
+      encode_directions(
           {hn::Mul(offset.x, scale), hn::Mul(offset.y, scale), hn::Mul(offset.z, scale)},
           directions + v * lanes);
     }
-    spread<kVectors>(packed.bias.data(), width, first.get());
+    spread(packed.bias.data(), width, first.get());
     multiply<kVectors, kRows>(packed.from_grid.data(), width, inputs, features.get(), first.get());
     multiply<kVectors, kRows>(packed.from_direction.data(), width, kDirectionFeatures, directions,
                               first.get());
     relu(first.get(), width * step);
-    std::fill_n(second.get(), width * step, 0.0f);
-    multiply<kVectors, kRows>(packed.hidden.data(), width, width, first.get(), second.get());
-    relu(second.get(), width * step);
-    spread<kVectors>(kZeros, kOutRows, last.get());
-    multiply<kVectors, kOutRows>(packed.last.data(), kOutRows, width, second.get(), last.get());
+    pass_layers(packed, first.get(), second.get(), last.get());
     const std::size_t count = std::min(step, means.size() - begin);
     for (std::size_t i = 0; i < count; ++i)
       out[begin + i] = {last[i], last[step + i], last[2 * step + i]};
@@ -257,12 +262,7 @@ class DesignOutputs {
           hn::Store(hn::Max(sum, hn::Zero(d)), d, first_.get() + row * step + v * lanes);
         }
       }
-      std::fill_n(second_.get(), width * step, 0.0f);
-      multiply<kVectors, kRows>(packed_.hidden.data(), width, width, first_.get(), second_.get());
-      relu(second_.get(), width * step);
-      std::fill_n(last_.get(), kOutRows * step, 0.0f);
-      multiply<kVectors, kOutRows>(packed_.last.data(), kOutRows, width, second_.get(),
-                                   last_.get());
+      pass_layers(packed_, first_.get(), second_.get(), last_.get());
       for (std::size_t v = 0; v < kVectors; ++v) {
         for (std::size_t channel = 0; channel < 3; ++channel, all += lanes)
           hn::Store(hn::Load(d, last_.get() + channel * step + v * lanes), d, all);
@@ -279,6 +279,7 @@ class DesignOutputs {
   Buffer last_ = buffer(kOutRows * step_), all_ = buffer(kDesignSize * 3 * lanes_);
 };
 
+/// SH coefficients of degree 3, 16 per mean, and the rms difference of each mean's colour values.
 void fit_of(const Packed& packed, std::span<const glm::vec3> means, glm::vec3* sh, float* rms) {
   if (means.empty()) return;
   const D d;
@@ -333,19 +334,25 @@ void fit_of(const Packed& packed, std::span<const glm::vec3> means, glm::vec3* s
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace qs::field_vectors {
-
+namespace qs {
+namespace field_vectors {
 HWY_EXPORT(outputs_of);
 HWY_EXPORT(fit_of);
+}  // namespace field_vectors
 
-void outputs(const Packed& packed, std::span<const glm::vec3> means, const glm::vec3& eye,
-             glm::vec3* out) {
-  HWY_DYNAMIC_DISPATCH(outputs_of)(packed, means, eye, out);
+void FieldEvaluator::outputs(std::span<const glm::vec3> means, const glm::vec3& eye,
+                             std::span<glm::vec3> out) const {
+  assert(out.size() == means.size());
+  using namespace field_vectors;
+  HWY_DYNAMIC_DISPATCH(outputs_of)(packed_, means, eye, out.data());
 }
 
-void fit(const Packed& packed, std::span<const glm::vec3> means, glm::vec3* sh, float* rms) {
-  HWY_DYNAMIC_DISPATCH(fit_of)(packed, means, sh, rms);
+void FieldEvaluator::fit_sh(std::span<const glm::vec3> means, std::span<glm::vec3> sh,
+                            std::span<float> rms) const {
+  assert(sh.size() == 16 * means.size() && rms.size() == means.size());
+  using namespace field_vectors;
+  HWY_DYNAMIC_DISPATCH(fit_of)(packed_, means, sh.data(), rms.data());
 }
 
-}  // namespace qs::field_vectors
+}  // namespace qs
 #endif

@@ -35,7 +35,10 @@ struct ResidualCodebook {
     }
   }
 
-  /// The nearest code of each layer for `vector`; of equally near codes the first.
+  /// The code of a layer that is nearest to `vector`; of equally near codes the first.
+  std::uint16_t nearest(std::size_t layer, const float* vector) const;
+
+  /// The nearest code of each layer for what the layers before leave of `vector`.
   void encode(const float* vector, std::span<std::uint16_t> numbers) const;
 };
 

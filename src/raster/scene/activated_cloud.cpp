@@ -28,12 +28,10 @@ ActivatedCloud activate(const GaussianCloud& cloud, ThreadPool& pool) {
   ActivatedCloud active;
   active.gaussians.resize(cloud.size());
   active.opacities.resize(cloud.size());
-  pool.for_chunks(cloud.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Activated activated = activate(cloud, i);
-      active.gaussians[i] = activated.gaussian;
-      active.opacities[i] = activated.opacity;
-    }
+  pool.for_each(cloud.size(), 4096, [&](std::size_t i) {
+    const Activated activated = activate(cloud, i);
+    active.gaussians[i] = activated.gaussian;
+    active.opacities[i] = activated.opacity;
   });
   return active;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Orders of Gaussians that file formats require, and selection of Gaussians.
+// Orders of Gaussians that file formats and the fast pipelines require, and selection of Gaussians.
 #pragma once
 
 #include <cstddef>
@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "base/parallel.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -26,5 +27,11 @@ GaussianCloud select(const GaussianCloud& cloud, std::span<const std::uint32_t> 
 /// The `count` largest Gaussians in their old order; all Gaussians if the cloud has at most
 /// `count`.
 GaussianCloud keep_largest(GaussianCloud cloud, std::size_t count);
+
+/// The order in which the fast pipelines store a scene: neighbours are mostly close in space and of
+/// similar size, so that blocks are compact. One large Gaussian would make its whole block visible
+/// from far more views. Indices of all Gaussians, sorted by size class, then cell on a Morton
+/// curve, then index.
+Array<std::uint32_t> spatial_order(const GaussianCloud& cloud, ThreadPool& pool);
 
 }  // namespace qs

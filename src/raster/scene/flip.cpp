@@ -129,20 +129,19 @@ Plane filtered(const Plane& plane, Size size, const Filter& across, const Filter
                ThreadPool& pool) {
   const auto pass = [&](const Plane& from, const Filter& filter, bool along_rows) {
     Plane to(from.size());
-    pool.for_chunks(static_cast<std::size_t>(size.height), kErrorRows,
-                    [&](std::size_t begin, std::size_t end, int) {
-                      for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
-                        for (int x = 0; x < size.width; ++x) {
-                          double sum = 0;
-                          for (int k = -filter.radius; k <= filter.radius; ++k) {
-                            const int px = along_rows ? std::clamp(x + k, 0, size.width - 1) : x;
-                            const int py = along_rows ? y : std::clamp(y + k, 0, size.height - 1);
-                            sum += filter.weights[static_cast<std::size_t>(k + filter.radius)] *
-                                   from[size.at(px, py)];
-                          }
-                          to[size.at(x, y)] = sum;
-                        }
-                    });
+    pool.for_each(static_cast<std::size_t>(size.height), kErrorRows, [&](std::size_t row) {
+      const int y = static_cast<int>(row);
+      for (int x = 0; x < size.width; ++x) {
+        double sum = 0;
+        for (int k = -filter.radius; k <= filter.radius; ++k) {
+          const int px = along_rows ? std::clamp(x + k, 0, size.width - 1) : x;
+          const int py = along_rows ? y : std::clamp(y + k, 0, size.height - 1);
+          sum +=
+              filter.weights[static_cast<std::size_t>(k + filter.radius)] * from[size.at(px, py)];
+        }
+        to[size.at(x, y)] = sum;
+      }
+    });
     return to;
   };
   return pass(pass(plane, across, true), down, false);
@@ -191,15 +190,14 @@ Seen seen(const Image& image, double pixels_per_degree, ThreadPool& pool) {
   const Size size{image.width, image.height};
   const std::size_t count = size.at(0, image.height);
   Plane channels[3] = {Plane(count), Plane(count), Plane(count)}, luminance(count);
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      glm::dvec3 linear;
-      for (int c = 0; c < 3; ++c)
-        linear[c] = linear_of_srgb(std::clamp<double>(image.at(x, y, c), 0, 1));
-      const glm::dvec3 opponent = opponent_of(linear);
-      for (int c = 0; c < 3; ++c) channels[c][size.at(x, y)] = opponent[c];
-      luminance[size.at(x, y)] = (opponent.x + 16) / 116;
-    }
+  for (std::size_t i = 0; i < count; ++i) {
+    const float* const pixel = &image.values[i * static_cast<std::size_t>(image.channels)];
+    glm::dvec3 linear;
+    for (int c = 0; c < 3; ++c) linear[c] = linear_of_srgb(std::clamp<double>(pixel[c], 0, 1));
+    const glm::dvec3 opponent = opponent_of(linear);
+    for (int c = 0; c < 3; ++c) channels[c][i] = opponent[c];
+    luminance[i] = (opponent.x + 16) / 116;
+  }
   for (int c = 0; c < 3; ++c)
     channels[c] = as_seen(channels[c], size, kSensitivities[c], pixels_per_degree, pool);
 

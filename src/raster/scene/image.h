@@ -39,7 +39,7 @@ inline std::uint8_t to_8bit(float value) {
 }
 
 /// Peak signal-to-noise ratio in dB of two images of equal size, over their first `channels`
-/// channels rounded to 8 bits (peak 255); +infinity if these are equal.
+/// channels rounded to 8 bits (peak 255); +infinity if these are equal. In image_metrics.cpp.
 double psnr_8bit(const Image& a, const Image& b, int channels = 3);
 
 }  // namespace qs

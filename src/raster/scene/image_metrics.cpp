@@ -9,6 +9,8 @@
 #include <numeric>
 #include <vector>
 
+#include "raster/scene/resample.h"
+
 namespace qs {
 namespace {
 
@@ -42,9 +44,8 @@ struct Counted {
 template <class F>
 double sum_of_rows(int rows, ThreadPool& pool, F row_sum) {
   std::vector<double> sums(static_cast<std::size_t>(rows));
-  pool.for_chunks(sums.size(), kMetricRows, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t y = begin; y < end; ++y) sums[y] = row_sum(static_cast<int>(y));
-  });
+  pool.for_each(sums.size(), kMetricRows,
+                [&](std::size_t y) { sums[y] = row_sum(static_cast<int>(y)); });
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
@@ -71,18 +72,13 @@ double similarity(const Moments& m) {
          ((m.a * m.a + m.b * m.b + kC1) * (variance_a + variance_b + kC2));
 }
 
-// Resampling of an axis: a new pixel is the sum of weights[k] times old pixel first + k.
-struct Share {
-  int first = 0;
-  std::vector<double> weights;
-};
-
-std::vector<Share> shares(int from, int to) {
-  std::vector<Share> result(static_cast<std::size_t>(to));
+// The shares of old pixels in the area of new ones.
+std::vector<Taps> shares(int from, int to) {
+  std::vector<Taps> result(static_cast<std::size_t>(to));
   for (int i = 0; i < to; ++i) {
     // The unit is 1 / to of an old pixel: new pixel i covers [begin, end), an old pixel `to` units.
     const std::int64_t begin = std::int64_t{i} * from, end = begin + from;
-    Share& share = result[static_cast<std::size_t>(i)];
+    Taps& share = result[static_cast<std::size_t>(i)];
     share.first = static_cast<int>(begin / to);
     for (std::int64_t k = share.first; k * to < end; ++k) {
       const auto covered = std::min(end, (k + 1) * to) - std::max(begin, k * to);
@@ -97,6 +93,21 @@ std::vector<Share> shares(int from, int to) {
 double psnr_of(double mean_squared_error, double peak) {
   if (mean_squared_error == 0) return std::numeric_limits<double>::infinity();
   return 10 * std::log10(peak * peak / mean_squared_error);
+}
+
+double psnr_8bit(const Image& a, const Image& b, int channels) {
+  assert(a.width == b.width && a.height == b.height);
+  assert(a.channels >= channels && b.channels >= channels);
+  double squared_sum = 0;
+  for (int y = 0; y < a.height; ++y) {
+    for (int x = 0; x < a.width; ++x) {
+      for (int c = 0; c < channels; ++c) {
+        const double difference = to_8bit(a.at(x, y, c)) - to_8bit(b.at(x, y, c));
+        squared_sum += difference * difference;
+      }
+    }
+  }
+  return psnr_of(squared_sum / (static_cast<double>(a.width) * a.height * channels), 255);
 }
 
 double psnr(const Image& a, const Image& b, ThreadPool& pool, std::span<const std::uint8_t> mask) {
@@ -167,30 +178,10 @@ Image area_average(const Image& image, int width, int height, ThreadPool& pool) 
   assert(width > 0 && height > 0 && image.width > 0 && image.height > 0);
   if (width == image.width && height == image.height) return image;
   Image result(width, height, image.channels);
-  const auto across = shares(image.width, width), down = shares(image.height, height);
-  const auto channels = static_cast<std::size_t>(image.channels);
-  const auto row_values = static_cast<std::size_t>(image.width) * channels;
-  pool.for_chunks(down.size(), kMetricRows, [&](std::size_t begin, std::size_t end, int) {
-    std::vector<double> row(row_values);
-    for (std::size_t y = begin; y < end; ++y) {
-      std::fill(row.begin(), row.end(), 0.0);
-      for (std::size_t k = 0; k < down[y].weights.size(); ++k) {
-        const float* source = image.row(down[y].first + static_cast<int>(k));
-        for (std::size_t i = 0; i < row_values; ++i)
-          row[i] += down[y].weights[k] * static_cast<double>(source[i]);
-      }
-      float* target = result.row(static_cast<int>(y));
-      for (const Share& share : across) {
-        const double* first = row.data() + static_cast<std::size_t>(share.first) * channels;
-        for (std::size_t c = 0; c < channels; ++c) {
-          double sum = 0;
-          for (std::size_t k = 0; k < share.weights.size(); ++k)
-            sum += share.weights[k] * first[k * channels + c];
-          *target++ = static_cast<float>(sum);
-        }
-      }
-    }
-  });
+  resample(
+      std::span(image.values), image.width, image.channels, shares(image.width, width),
+      shares(image.height, height), pool, [](double sum) { return static_cast<float>(sum); },
+      result.values.data());
   return result;
 }
 

@@ -37,14 +37,21 @@ float quantile(std::vector<float>& values, double fraction) {
   return values[static_cast<std::size_t>(nth)];
 }
 
+// value_of(i) of the Gaussians, without values that are not finite.
+template <class ValueOf>
+std::vector<float> finite_values(const Numbers& of, const ValueOf& value_of) {
+  std::vector<float> values;
+  values.reserve(of.size());
+  for (const std::uint32_t i : of)
+    if (const float value = value_of(i); std::isfinite(value)) values.push_back(value);
+  return values;
+}
+
 // The longest side of the box that holds the middle 90 % per axis; 0 without finite centres.
 float core_size(const GaussianCloud& cloud, const Numbers& of) {
   float longest = 0;
-  std::vector<float> values;
   for (int axis = 0; axis < 3; ++axis) {
-    values.clear();
-    for (const std::uint32_t i : of)
-      if (std::isfinite(cloud.positions[i][axis])) values.push_back(cloud.positions[i][axis]);
+    auto values = finite_values(of, [&](std::uint32_t i) { return cloud.positions[i][axis]; });
     if (values.empty()) return 0;
     longest = std::max(longest, quantile(values, 0.95) - quantile(values, 0.05));
   }
@@ -52,10 +59,7 @@ float core_size(const GaussianCloud& cloud, const Numbers& of) {
 }
 
 float median_log_size(const GaussianCloud& cloud, const Numbers& of) {
-  std::vector<float> values;
-  values.reserve(of.size());
-  for (const std::uint32_t i : of)
-    if (const float size = log_size(cloud, i); std::isfinite(size)) values.push_back(size);
+  auto values = finite_values(of, [&](std::uint32_t i) { return log_size(cloud, i); });
   return values.empty() ? -std::numeric_limits<float>::infinity() : quantile(values, 0.5);
 }
 
@@ -144,11 +148,11 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
   const double cell = double{Floaters::kCellSigmas} * std::exp(double{median});
   if (!(cell > 0) || !std::isfinite(cell)) return found;
   glm::dvec3 middle(0.0);
-  std::vector<float> values(of.size());
   for (int axis = 0; axis < 3; ++axis) {
-    values.clear();
-    for (const std::uint32_t i : of)
-      if (is_finite(cloud.positions[i])) values.push_back(cloud.positions[i][axis]);
+    auto values = finite_values(of, [&](std::uint32_t i) {
+      const glm::vec3& p = cloud.positions[i];
+      return is_finite(p) ? p[axis] : std::numeric_limits<float>::infinity();
+    });
     if (!values.empty()) middle[axis] = double{quantile(values, 0.5)};
   }
   const Grid grid{middle, cell};
@@ -187,19 +191,21 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
   return found;
 }
 
+// The Gaussians that stay, in their order.
+Numbers staying(const Removal& removal) {
+  Numbers numbers;
+  numbers.reserve(removal.marks.size());
+  for (std::size_t i = 0; i < removal.marks.size(); ++i)
+    if (removal.marks[i] == Removed::no) numbers.push_back(static_cast<std::uint32_t>(i));
+  return numbers;
+}
+
 }  // namespace
 
 Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& box,
                      const std::optional<Floaters>& floaters, const Progress& progress) {
   Removal removal;
   removal.marks.assign(cloud.size(), Removed::no);
-  const auto staying = [&] {
-    Numbers numbers;
-    numbers.reserve(cloud.size());
-    for (std::size_t i = 0; i < cloud.size(); ++i)
-      if (removal.marks[i] == Removed::no) numbers.push_back(static_cast<std::uint32_t>(i));
-    return numbers;
-  };
   // Mark Gaussians outside of the box.
   if (box) {
     for (std::size_t i = 0; i < cloud.size(); ++i)
@@ -207,7 +213,7 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
   }
   // Mark floaters among the rest.
   if (floaters) {
-    const Numbers inside = staying();
+    const Numbers inside = staying(removal);
     const float core = floaters->large ? core_size(cloud, inside) : 0;
     const double largest = core > 0 ? std::log(double{core} * double{floaters->largest_size})
                                     : std::numeric_limits<double>::infinity();
@@ -221,7 +227,7 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
     }
     if (floaters->isolated) {
       for (const std::uint32_t i :
-           isolated(cloud, staying(), floaters->fewest_neighbours, progress))
+           isolated(cloud, staying(removal), floaters->fewest_neighbours, progress))
         removal.marks[i] = Removed::isolated;
     }
   }
@@ -230,11 +236,7 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
 }
 
 GaussianCloud keep_rest(const GaussianCloud& cloud, const Removal& removal) {
-  Numbers rest;
-  rest.reserve(removal.staying());
-  for (std::size_t i = 0; i < removal.marks.size(); ++i)
-    if (removal.marks[i] == Removed::no) rest.push_back(static_cast<std::uint32_t>(i));
-  return select(cloud, rest);
+  return select(cloud, staying(removal));
 }
 
 }  // namespace qs

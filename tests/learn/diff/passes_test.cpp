@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The passes of the differentiable rasterizer: equal to training, with equal bits in all threads
 // and lossless modes, for inputs of all kinds, and under the rules of other rasterizers.
+#include "learn/step/cpu/passes.h"
+
 #include <cmath>
 #include <limits>
 #include <thread>
@@ -9,7 +11,6 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "learn/step/cpu/backward.h"
 #include "support/differences.h"
 #include "support/error_of.h"
 #include "support/stage_scenes.h"

@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "learn/field/fit_codebook.h"
 #include "support/pool.h"
 
 namespace qs {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "learn/field/fit_codebook.h"
-
 #include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "learn/field/code_training.h"
 #include "support/pool.h"
 
 namespace qs {

@@ -173,7 +173,7 @@ TEST(ReductionFilter, weighs_as_published) {
   const auto reduced_row = [&](ReductionFilter filter) {
     std::vector<double> result;
     for (int i = 0; i < 3; ++i) {
-      const ReductionTaps taps = reduction_taps(8, 3, i, filter);
+      const Taps taps = reduction_taps(8, 3, i, filter);
       double sum = 0;
       for (std::size_t k = 0; k < taps.weights.size(); ++k)
         sum += taps.weights[k] * row[static_cast<std::size_t>(taps.first) + k];

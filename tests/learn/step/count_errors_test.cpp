@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The pixels per Gaussian that several views get wrong, against a walk over every pixel.
-#include "learn/step/cpu/count_errors.h"
 
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "learn/gradient/error_map.h"
+#include "learn/step/cpu/passes.h"
 #include "learn/step/training_model.h"
 #include "raster/kernel/composite.h"
 #include "support/pool.h"

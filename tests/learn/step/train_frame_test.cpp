@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "learn/step/cpu/backward.h"
+#include "learn/step/cpu/passes.h"
 #include "raster/cpu/renderer.h"
 #include "support/differences.h"
 #include "support/golden_field.h"

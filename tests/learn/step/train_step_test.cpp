@@ -5,9 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "learn/step/cpu/adam.h"
-#include "learn/step/cpu/density.h"
 #include "learn/step/cpu/loss.h"
+#include "learn/step/cpu/step.h"
 #include "raster/scene/image_metrics.h"
 #include "support/differences.h"
 #include "support/pool.h"

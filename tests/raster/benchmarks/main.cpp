@@ -18,7 +18,6 @@
 #include "io/scene/reader.h"
 #include "learn/lpips/metric.h"
 #include "raster/cpu/classic/classic.h"
-#include "raster/cpu/fast/blend.h"
 #include "raster/cpu/fast/pipeline.h"
 #include "support/lpips_weights.h"
 #include "support/pool.h"

@@ -10,8 +10,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "raster/clock/nvml.h"
-
 namespace qs {
 namespace {
 

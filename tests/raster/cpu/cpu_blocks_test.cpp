@@ -7,9 +7,9 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "raster/cpu/classic/preprocess.h"
-#include "raster/cpu/fast/preprocess.h"
-#include "raster/scene/spatial_order.h"
+#include "raster/cpu/classic/classic.h"
+#include "raster/cpu/fast/pipeline.h"
+#include "raster/scene/cloud_order.h"
 #include "support/scenes.h"
 
 namespace qs {

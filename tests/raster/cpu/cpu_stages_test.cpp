@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "raster/cpu/common/tile_lists.h"
-#include "raster/cpu/fast/blend.h"
+#include "raster/cpu/fast/pipeline.h"
 #include "raster/scene/radix_sort.h"
 #include "support/pool.h"
 #include "support/scenes.h"

@@ -256,13 +256,6 @@ void add_background(const BlendInput<Real>& in, const PixelState<const Real>& st
   }
 }
 
-template <class Real>
-void clear(const BoundaryGradients<Real>& out, std::size_t i, int channels) {
-  out.by.clear(i);
-  out.channels.fill(i, channels, 0);
-  out.absolute_px.fill(i, 2, 0);
-}
-
 }  // namespace
 
 template <class Real>
@@ -301,7 +294,11 @@ void blend_backward(const BlendInput<Real>& in, const FrameView<Real>& frame, st
                     const Workers& workers, PairScratch<Real>& scratch,
                     const BoundaryGradients<Real>& out) {
   in.check("blend_backward", state.depth != nullptr, by.depth || by.inverse_depth);
-  workers.for_each(gaussians, 4096, [&](std::size_t i) { clear(out, i, in.channel_count); });
+  workers.for_each(gaussians, 4096, [&](std::size_t i) {
+    out.by.clear(i);
+    out.channels.fill(i, in.channel_count, 0);
+    out.absolute_px.fill(i, 2, 0);
+  });
   if (out.background != nullptr) add_background(in, state, by.color, workers, out.background);
   with_channels(in.channel_count, [&](auto channels) {
     constexpr int kChannels = channels();
@@ -324,18 +321,11 @@ void blend_backward(const BlendInput<Real>& in, const FrameView<Real>& frame, st
   });
 }
 
-#define QS_INSTANTIATE(Real)                                                                   \
-  template void blend(const BlendInput<Real>&, const FrameView<Real>&, const Workers&,         \
-                      const PixelState<Real>&, const Pictures<Real>&);                         \
-  template void blend_backward(const BlendInput<Real>&, const FrameView<Real>&, std::size_t,   \
-                               const PixelState<const Real>&, const Pictures<const Real>&,     \
-                               const Workers&, PairScratch<Real>&,                             \
-                               const BoundaryGradients<Real>&);                                \
-  template void sum_pairs<3>(const BlendInput<Real>&, const FrameView<Real>&,                  \
-                             const PixelState<const Real>&, const Pictures<const Real>&, bool, \
-                             const Workers&, PairScratch<Real>&)
-QS_INSTANTIATE(float);
-QS_INSTANTIATE(double);
-#undef QS_INSTANTIATE
+template decltype(blend<float>) blend<float>;
+template decltype(blend<double>) blend<double>;
+template decltype(blend_backward<float>) blend_backward<float>;
+template decltype(blend_backward<double>) blend_backward<double>;
+template decltype(sum_pairs<3, float>) sum_pairs<3, float>;
+template decltype(sum_pairs<3, double>) sum_pairs<3, double>;
 
 }  // namespace qs::cpu::diff

@@ -9,15 +9,18 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
-#include "learn/diff/blend_input.h"
 #include "learn/diff/channels.h"
 #include "learn/diff/cpu/frame.h"
 #include "learn/diff/gaussians.h"
 #include "learn/diff/rules.h"
+#include "learn/diff/strided_arrays.h"
 #include "learn/gradient/pixel.h"
+#include "raster/kernel/splat64.h"
 
 namespace qs::cpu::diff {
 
@@ -92,5 +95,13 @@ struct SlotGradient {
     return result;
   }
 };
+
+/// Sets counts.at(i), for each of `gaussians` Gaussians, to the number of pixels that blend it and
+/// have a transmittance above `behind` after it. blend() makes the same decisions. Throws
+/// Cancelled.
+template <class Real>
+void count_pixels(const PictureSize& size, const PixelRules<Real>& rules,
+                  const FrameView<Real>& frame, std::size_t gaussians, Real behind,
+                  const Workers& workers, const qs::diff::Rows<std::int32_t>& counts);
 
 }  // namespace qs::cpu::diff

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "learn/diff/cpu/count_pixels.h"
-
 #include <array>
 #include <atomic>
 
+#include "learn/diff/cpu/blend.h"
 #include "raster/kernel/composite.h"
 
 namespace qs::cpu::diff {
@@ -55,12 +54,7 @@ void count_pixels(const PictureSize& size, const PixelRules<Real>& rules,
                    [&](std::size_t tile) { count_tile(size, rules, frame, tile, behind, counts); });
 }
 
-#define QS_INSTANTIATE(Real)                                                                      \
-  template void count_pixels(const PictureSize&, const PixelRules<Real>&, const FrameView<Real>&, \
-                             std::size_t, Real, const Workers&,                                   \
-                             const qs::diff::Rows<std::int32_t>&)
-QS_INSTANTIATE(float);
-QS_INSTANTIATE(double);
-#undef QS_INSTANTIATE
+template decltype(count_pixels<float>) count_pixels<float>;
+template decltype(count_pixels<double>) count_pixels<double>;
 
 }  // namespace qs::cpu::diff

@@ -58,16 +58,14 @@ struct GaussianBlock {
 
   static GaussianBlock of(BlockArrays& block, const HeldSizes& sizes) {
     const std::size_t chunks = VisibleSlots::chunks_of(sizes.gaussians);
-    GaussianBlock result{};
-    result.header = block.next<BlockHeader>(1);
-    result.first = block.next<std::uint32_t>(chunks);
-    result.counts = block.next<std::uint32_t>(chunks);
-    result.gaussians = block.next<std::uint32_t>(sizes.slots);
-    result.splats = block.next<Splat>(sizes.slots);
-    result.areas = block.next<PixelArea>(sizes.slots);
-    result.depths = block.next<Real>(sizes.slots);
-    result.projected = block.next<std::uint8_t>(sizes.gaussians);
-    return result;
+    return {.header = block.next<BlockHeader>(1),
+            .first = block.next<std::uint32_t>(chunks),
+            .counts = block.next<std::uint32_t>(chunks),
+            .gaussians = block.next<std::uint32_t>(sizes.slots),
+            .splats = block.next<Splat>(sizes.slots),
+            .areas = block.next<PixelArea>(sizes.slots),
+            .depths = block.next<Real>(sizes.slots),
+            .projected = block.next<std::uint8_t>(sizes.gaussians)};
   }
 };
 
@@ -80,11 +78,9 @@ struct PairBlock {
   std::uint32_t* listed;      ///< per pair
 
   static PairBlock of(BlockArrays& block, const HeldSizes& sizes) {
-    PairBlock result{};
-    result.header = block.next<BlockHeader>(1);
-    result.list_begin = block.next<std::uint64_t>(sizes.picture().tiles() + 1);
-    result.listed = block.next<std::uint32_t>(sizes.pairs);
-    return result;
+    return {.header = block.next<BlockHeader>(1),
+            .list_begin = block.next<std::uint64_t>(sizes.picture().tiles() + 1),
+            .listed = block.next<std::uint32_t>(sizes.pairs)};
   }
 };
 
@@ -118,14 +114,12 @@ struct PixelBlock {
 template <class Real>
 HeldSizes sizes_of(const ProjectedFrame<Real>& frame, std::size_t gaussians,
                    const PictureSize& size) {
-  HeldSizes sizes;
-  sizes.gaussians = gaussians;
-  sizes.slots = frame.visible.count;
-  sizes.pairs = frame.lists.pairs();
-  sizes.width = size.width;
-  sizes.height = size.height;
-  sizes.bytes_of_number = sizeof(Real);
-  return sizes;
+  return {.gaussians = gaussians,
+          .slots = frame.visible.count,
+          .pairs = frame.lists.pairs(),
+          .width = size.width,
+          .height = size.height,
+          .bytes_of_number = sizeof(Real)};
 }
 
 /// Copies a frame of these sizes into its blocks, without the unused slots.
@@ -159,18 +153,16 @@ template <class Real>
 FrameView<Real> view_of(const HeldSizes& sizes, const GaussianBlock<Real>& gaussians,
                         const PairBlock& pairs) {
   const std::size_t chunks = VisibleSlots::chunks_of(sizes.gaussians);
-  FrameView<Real> view{};
-  view.first = {gaussians.first, chunks};
-  view.counts = {gaussians.counts, chunks};
-  view.slots = sizes.slots;
-  view.gaussians = gaussians.gaussians;
-  view.splats = gaussians.splats;
-  view.areas = gaussians.areas;
-  view.depths = gaussians.depths;
-  view.list_begin = pairs.list_begin;
-  view.listed = pairs.listed;
-  view.pairs = sizes.pairs;
-  return view;
+  return {.first = {gaussians.first, chunks},
+          .counts = {gaussians.counts, chunks},
+          .slots = sizes.slots,
+          .gaussians = gaussians.gaussians,
+          .splats = gaussians.splats,
+          .areas = gaussians.areas,
+          .depths = gaussians.depths,
+          .list_begin = pairs.list_begin,
+          .listed = pairs.listed,
+          .pairs = sizes.pairs};
 }
 
 }  // namespace qs::cpu::diff

@@ -71,14 +71,9 @@ void project_backward(const DrawnView& view, const GaussianInputs<Real>& gaussia
   if (pose != nullptr) *pose = sum;
 }
 
-#define QS_INSTANTIATE(Real)                                                                      \
-  template void project(const DrawnView&, const GaussianInputs<Real>&, const Workers&,            \
-                        ProjectedFrame<Real>&, const Boundary<Real>&, const Rows<std::int32_t>&); \
-  template void project_backward(const DrawnView&, const GaussianInputs<Real>&,                   \
-                                 std::span<const std::uint8_t>, const Boundary<const Real>&,      \
-                                 const Workers&, const InputGradients<Real>&, PoseGradient*)
-QS_INSTANTIATE(float);
-QS_INSTANTIATE(double);
-#undef QS_INSTANTIATE
+template decltype(project<float>) project<float>;
+template decltype(project<double>) project<double>;
+template decltype(project_backward<float>) project_backward<float>;
+template decltype(project_backward<double>) project_backward<double>;
 
 }  // namespace qs::cpu::diff

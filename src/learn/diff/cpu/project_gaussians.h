@@ -17,7 +17,7 @@
 #include <type_traits>
 
 #include "learn/diff/cpu/frame.h"
-#include "learn/diff/splat_values.h"
+#include "learn/diff/gaussian_terms.h"
 #include "raster/kernel/cull/in_view.h"
 #include "raster/scene/activated_cloud.h"
 

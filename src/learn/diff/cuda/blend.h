@@ -7,7 +7,6 @@
 // all lossless modes, give the same bits. Alphas differ from the CPU's by rounding.
 #pragma once
 
-#include "learn/diff/blend_input.h"
 #include "learn/diff/cuda/frame.h"
 #include "learn/diff/gaussians.h"
 #include "learn/gradient/pixel.h"

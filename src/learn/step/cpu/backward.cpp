@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "learn/step/cpu/backward.h"
-
 #include "learn/gradient/gaussian.h"
 #include "learn/step/cpu/field_pass.h"
+#include "learn/step/cpu/passes.h"
 
 namespace qs::cpu::train {
 namespace {
@@ -64,11 +63,7 @@ void backward(const StepView& view, const Parameters<Real>& parameters,
                       gradients);
 }
 
-template void backward(const StepView&, const Parameters<float>&, const ForwardFrame<float>&,
-                       std::span<const glm::vec3>, BackwardScratch<float>&, Gradients<float>&,
-                       const BackwardOrder&, const FieldGradient<float>*);
-template void backward(const StepView&, const Parameters<double>&, const ForwardFrame<double>&,
-                       std::span<const glm::dvec3>, BackwardScratch<double>&, Gradients<double>&,
-                       const BackwardOrder&, const FieldGradient<double>*);
+template decltype(backward<float>) backward<float>;
+template decltype(backward<double>) backward<double>;
 
 }  // namespace qs::cpu::train

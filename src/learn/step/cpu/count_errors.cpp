@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "learn/step/cpu/count_errors.h"
-
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cassert>
 
 #include "learn/gradient/error_map.h"
+#include "learn/step/cpu/passes.h"
 #include "raster/kernel/composite.h"
 
 namespace qs::cpu::train {
@@ -72,11 +71,8 @@ void count_errors(const StepView& view, const ForwardFrame<float>& frame,
   counts.blended.resize(gaussians);
   counts.flagged.resize(gaussians);
   const ErrorMap errors(frame.color, target, mask);
-  view.pool.for_chunks(static_cast<std::size_t>(view.grid().count()), 1,
-                       [&](std::size_t begin, std::size_t end, int) {
-                         for (std::size_t tile = begin; tile < end; ++tile)
-                           count_tile(view, frame, errors, tile, counts);
-                       });
+  view.pool.for_each(view.size().tiles(), 1,
+                     [&](std::size_t tile) { count_tile(view, frame, errors, tile, counts); });
 }
 
 }  // namespace qs::cpu::train

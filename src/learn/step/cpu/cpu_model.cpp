@@ -5,9 +5,8 @@
 #include <cassert>
 #include <utility>
 
-#include "learn/step/cpu/adam.h"
-#include "learn/step/cpu/density.h"
 #include "learn/step/cpu/field_pass.h"
+#include "learn/step/cpu/step.h"
 #include "learn/step/shape_codes.h"
 
 namespace qs::cpu::train {
@@ -65,20 +64,15 @@ void CpuModel::step(const StepOrder& order) {
              camera_.height, state_.density);
   }
   qs::train::Parameters& p = state_.parameters;
-  const auto for_gaussians = [&](const auto& each) {
-    pool_.for_chunks(p.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t i = begin; i < end; ++i) each(i);
-    });
-  };
+  const auto for_gaussians = [&](const auto& each) { pool_.for_each(p.size(), 1024, each); };
+  const auto count = static_cast<double>(p.size());
   if (order.moves && order.sparsity) {
-    const auto count = static_cast<double>(p.size());
     for_gaussians([&](std::size_t i) {
       order.sparsity->add_gradient(count, p.log_scales[i], p.opacity_logits[i],
                                    gradients_.by.log_scales[i], gradients_.by.opacity_logits[i]);
     });
   }
   if (order.moves && p.has_masks) {
-    const auto count = static_cast<double>(p.size());
     for_gaussians([&](std::size_t i) {
       gradients_.by.mask_logits[i] +=
           mask_weight_gradient(order.mask_weight, count, p.mask_logits[i]);

@@ -6,9 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "learn/step/cpu/backward.h"
-#include "learn/step/cpu/count_errors.h"
 #include "learn/step/cpu/loss.h"
+#include "learn/step/cpu/passes.h"
 #include "learn/step/training_model.h"
 
 namespace qs::cpu::train {

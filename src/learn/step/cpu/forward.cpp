@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "learn/step/cpu/forward.h"
-
 #include <glm/geometric.hpp>
 
 #include "learn/diff/cpu/blend.h"
 #include "learn/diff/cpu/project_gaussians.h"
 #include "learn/gradient/gaussian.h"
 #include "learn/step/cpu/field_pass.h"
+#include "learn/step/cpu/passes.h"
 #include "raster/kernel/activation.h"
 #include "raster/kernel/sh.h"
 
@@ -60,9 +59,7 @@ void forward(const StepView& view, const Parameters<Real>& parameters, ForwardFr
   diff::blend(view.blend_input(background), frame.view(), view.workers(), frame.state());
 }
 
-template void forward(const StepView&, const Parameters<float>&, ForwardFrame<float>&,
-                      const FieldGradient<float>*);
-template void forward(const StepView&, const Parameters<double>&, ForwardFrame<double>&,
-                      const FieldGradient<double>*);
+template decltype(forward<float>) forward<float>;
+template decltype(forward<double>) forward<double>;
 
 }  // namespace qs::cpu::train

@@ -2,8 +2,14 @@
 #include "learn/step/cpu/loss.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "raster/kernel/ssim.h"
+#include "raster/scene/image_metrics.h"
 
 namespace qs::cpu::train {
 namespace {
@@ -33,17 +39,20 @@ double sum_ssim(const PictureRows& shape, const ComparedValues<Real>& values,
       fields.b[i] = out ? 0 : values.photograph[i];
     }
   });
-  find_moments(shape, fields);
-  const double sum = sum_similarity(shape, {values.mask}, fields);
-  spread_derivatives(shape, fields);
+  fields.find_moments(shape);
+  const double sum = fields.sum_similarity(shape, {values.mask});
+  fields.spread_derivatives(shape);
   return sum;
 }
 
-// Sum of absolute differences. Sets `d`, the gradient of the loss.
+// Sums of the absolute and of the squared differences. Sets `d`, the gradient of the loss.
 template <class Real>
-double sum_l1(const PictureRows& shape, const ComparedValues<Real>& values,
-              const LossGradient<Real>& gradient, const SsimFields<Real>& by, Real* d) {
-  return shape.sum_of_rows([&](std::size_t y) {
+std::pair<double, double> sum_differences(const PictureRows& shape,
+                                          const ComparedValues<Real>& values,
+                                          const LossGradient<Real>& gradient,
+                                          const SsimFields<Real>& by, Real* d) {
+  std::vector<double> squares(shape.height);
+  const double absolute = shape.sum_of_rows([&](std::size_t y) {
     double sum = 0;
     for (std::size_t i = y * shape.values(); i < (y + 1) * shape.values(); ++i) {
       if (values.is_masked(i)) {
@@ -51,24 +60,51 @@ double sum_l1(const PictureRows& shape, const ComparedValues<Real>& values,
         continue;
       }
       const Real a = values.picture[i], b = values.photograph[i];
+      const double difference = static_cast<double>(shown(a)) - static_cast<double>(b);
       sum += std::abs(static_cast<double>(shown(a) - b));
+      squares[y] += difference * difference;
       d[i] = gradient.by(a, b, by.a[i], by.aa[i], by.ab[i]);
     }
     return sum;
   });
+  return {absolute, std::accumulate(squares.begin(), squares.end(), 0.0)};
 }
 
+// Convolves `field` with the window, zeros outside. The window is symmetric, so this is also the
+// adjoint that the gradient needs.
 template <class Real>
-double sum_squared_error(const PictureRows& shape, const ComparedValues<Real>& values) {
-  return shape.sum_of_rows([&](std::size_t y) {
-    double sum = 0;
-    for (std::size_t i = y * shape.values(); i < (y + 1) * shape.values(); ++i) {
-      if (values.is_masked(i)) continue;
-      const double difference =
-          static_cast<double>(shown(values.picture[i])) - static_cast<double>(values.photograph[i]);
-      sum += difference * difference;
+void blur(const PictureRows& picture, std::vector<Real>& field, std::vector<Real>& rows) {
+  static const auto kWindow = [] {
+    const auto weights = ssim_window();
+    std::array<Real, weights.size()> window{};
+    for (std::size_t k = 0; k < window.size(); ++k) window[k] = static_cast<Real>(weights[k]);
+    return window;
+  }();
+  const std::size_t channels = picture.channels, margin = kSsimRadius * channels;
+  const std::size_t values = picture.values();
+  // Convolve along the rows, into `rows`.
+  rows.resize(field.size());
+  picture.for_rows([&](std::size_t y) {
+    std::vector<Real> padded(values + 2 * margin, 0);
+    std::copy_n(field.begin() + static_cast<std::ptrdiff_t>(y * values), values,
+                padded.begin() + static_cast<std::ptrdiff_t>(margin));
+    Real* const out = &rows[y * values];
+    std::fill_n(out, values, Real(0));
+    for (std::size_t k = 0; k < kWindow.size(); ++k) {
+      const Real* const in = &padded[k * channels];
+      for (std::size_t i = 0; i < values; ++i) out[i] += kWindow[k] * in[i];
     }
-    return sum;
+  });
+  // Convolve along the columns, back into `field`.
+  picture.for_rows([&](std::size_t y) {
+    Real* const out = &field[y * values];
+    std::fill_n(out, values, Real(0));
+    const std::size_t first = y < kSsimRadius ? kSsimRadius - y : 0;
+    const std::size_t last = std::min(kWindow.size(), picture.height + kSsimRadius - y);
+    for (std::size_t k = first; k < last; ++k) {
+      const Real* const in = &rows[(y + k - kSsimRadius) * values];
+      for (std::size_t i = 0; i < values; ++i) out[i] += kWindow[k] * in[i];
+    }
   });
 }
 
@@ -88,13 +124,52 @@ Loss compare(const LossInput<Real>& in, ThreadPool& pool, SsimFields<Real>& fiel
   d_color.resize(in.color.size());
 
   const double ssim = sum_ssim(shape, values, fields);
-  const double l1 = sum_l1(shape, values, LossGradient<Real>::of(total), fields, &d_color[0][0]);
-  return Loss::of_sums(l1, ssim, sum_squared_error(shape, values), total);
+  const auto [l1, squares] =
+      sum_differences(shape, values, LossGradient<Real>::of(total), fields, &d_color[0][0]);
+  return Loss::of_sums(l1, ssim, squares, total);
 }
 
-template Loss compare(const LossInput<float>&, ThreadPool&, SsimFields<float>&,
-                      std::vector<glm::vec3>&);
-template Loss compare(const LossInput<double>&, ThreadPool&, SsimFields<double>&,
-                      std::vector<glm::dvec3>&);
+template decltype(compare<float>) compare<float>;
+template decltype(compare<double>) compare<double>;
+
+template <class Real>
+void SsimFields<Real>::find_moments(const PictureRows& picture) {
+  picture.for_rows([&](std::size_t y) {
+    for (std::size_t i = y * picture.values(); i < (y + 1) * picture.values(); ++i) {
+      aa[i] = a[i] * a[i];
+      bb[i] = b[i] * b[i];
+      ab[i] = a[i] * b[i];
+    }
+  });
+  for (auto* field : {&a, &b, &aa, &bb, &ab}) blur(picture, *field, rows);
+}
+
+template <class Real>
+double SsimFields<Real>::sum_similarity(const PictureRows& picture, const CountedPixels& counted) {
+  return picture.sum_of_rows([&](std::size_t y) {
+    double sum = 0;
+    for (std::size_t k = 0; k < picture.values(); ++k) {
+      const std::size_t i = y * picture.values() + k;
+      if (!counted.at(picture, y, k)) {
+        a[i] = aa[i] = ab[i] = 0;
+        continue;
+      }
+      const auto s = Similarity<Real>::of(a[i], b[i], aa[i], bb[i], ab[i]);
+      sum += static_cast<double>(s.value);
+      a[i] = s.by_a;
+      aa[i] = s.by_aa;
+      ab[i] = s.by_ab;
+    }
+    return sum;
+  });
+}
+
+template <class Real>
+void SsimFields<Real>::spread_derivatives(const PictureRows& picture) {
+  for (auto* field : {&a, &aa, &ab}) blur(picture, *field, rows);
+}
+
+template struct SsimFields<float>;
+template struct SsimFields<double>;
 
 }  // namespace qs::cpu::train

@@ -8,8 +8,8 @@
 #pragma once
 
 #include "learn/gradient/pixel.h"
-#include "learn/step/backward_order.h"
 #include "learn/step/cuda/forward.cuh"
+#include "learn/step/model_state.h"
 
 namespace qs::cuda::train {
 

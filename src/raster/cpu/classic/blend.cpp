@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/classic/blend.h"
-
 #include <algorithm>
 #include <memory>
 
+#include "raster/cpu/classic/classic.h"
 #include "raster/kernel/depth.h"
 
 namespace qs::cpu {
@@ -152,28 +151,22 @@ struct Tile {
   }
 };
 
-/// Composites tile `index` until all its pixels have stopped.
-template <class Sums>
-void composite_list(const FrameContext& frame, const Visible& visible, const TileLists& lists,
-                    std::size_t index, Tile<Sums>& tile) {
-  tile.begin(frame, index);
-  const std::uint32_t* const list = lists.slots.data() + lists.begin[index];
-  const std::uint32_t length = lists.pairs(index);
-  for (std::uint32_t k = 0; k < length && tile.live > 0; ++k) {
-    if (k + kPrefetch < length) __builtin_prefetch(&visible.splats[list[k + kPrefetch]]);
-    tile.composite(
-        {visible.splats[list[k]], visible.depths[list[k]], static_cast<std::int32_t>(k + 1)});
-  }
-}
-
-/// The body of a parallel loop over tiles: composites each and calls store(index, tile).
+/// The body of a parallel loop over tiles: composites each until all its pixels have stopped, and
+/// calls store(index, tile).
 template <class Sums, class Store>
 auto composites_tiles(const FrameContext& frame, const Visible& visible, const TileLists& lists,
                       const Store& store) {
   return [&, store](std::size_t begin, std::size_t end, int) {
     const auto tile = std::make_unique<Tile<Sums>>();
     for (std::size_t index = begin; index < end; ++index) {
-      composite_list(frame, visible, lists, index, *tile);
+      tile->begin(frame, index);
+      const std::uint32_t* const list = lists.slots.data() + lists.begin[index];
+      const std::uint32_t length = lists.pairs(index);
+      for (std::uint32_t k = 0; k < length && tile->live > 0; ++k) {
+        if (k + kPrefetch < length) __builtin_prefetch(&visible.splats[list[k + kPrefetch]]);
+        tile->composite(
+            {visible.splats[list[k]], visible.depths[list[k]], static_cast<std::int32_t>(k + 1)});
+      }
       store(index, *tile);
     }
   };
@@ -206,8 +199,7 @@ void blend(const FrameContext& frame, const Visible& visible, const TileLists& l
                   composites_tiles<ColorSums>(frame, visible, lists, store));
 }
 
-void draw_depth(const FrameContext& frame, const Visible& visible, const TileLists& lists,
-                Frame& result) {
+void Classic::draw_depth(const FrameContext& frame, Frame& result) const {
   const auto store = [&](std::size_t, const Tile<DepthSums>& tile) {
     tile.for_each_pixel([&](int x, int y, const Strip<DepthSums>& strip, int lane) {
       const DepthSums& sums = strip.sums;
@@ -220,17 +212,17 @@ void draw_depth(const FrameContext& frame, const Visible& visible, const TileLis
     });
   };
   frame.for_chunks(static_cast<std::size_t>(frame.grid.count()), kGrain,
-                   composites_tiles<DepthSums>(frame, visible, lists, store));
+                   composites_tiles<DepthSums>(frame, visible_, lists_, store));
 }
 
-void count_used(const FrameContext& frame, const Visible& visible, const TileLists& lists,
-                Frame& result) {
+void Classic::count_used(const FrameContext& frame, Frame& result) const {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
   result.used.resize(tiles);
   const auto store = [&](std::size_t index, const Tile<NoSums>& tile) {
     result.used[index] = tile.used;
   };
-  frame.for_chunks(tiles, kGrain, composites_tiles<NoSums>(frame, visible, lists, store));
+  frame.for_chunks(tiles, kGrain, composites_tiles<NoSums>(frame, visible_, lists_, store));
+  result.stats.used_pairs = sum_of(result.used);
 }
 
 }  // namespace qs::cpu

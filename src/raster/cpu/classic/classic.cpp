@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/classic/classic.h"
 
-#include "raster/cpu/classic/mode_pairs.h"
-#include "raster/cpu/common/collect.h"
 #include "raster/cpu/common/stage_clock.h"
 
 namespace qs::cpu {
@@ -19,7 +17,7 @@ void Classic::draw(const FrameContext& frame, const Outputs& outputs, Frame& res
   if (outputs.color || outputs.evaluated) {
     timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, outputs, result); });
   }
-  if (outputs.used) cpu::count_used(frame, visible_, lists_, result);
+  if (outputs.used) count_used(frame, result);
   const auto splat_of = [&](std::uint32_t slot) { return visible_.splats[slot].splat; };
   collect(visible_, lists_, splat_of, outputs, result);
 }
@@ -28,19 +26,6 @@ void Classic::list(const FrameContext& frame) {
   preprocess(frame, active_, visible_);
   sort(frame, visible_, order_);
   bin(frame, visible_, order_, lists_);
-}
-
-void Classic::count_used(const FrameContext& frame, Frame& result) const {
-  cpu::count_used(frame, visible_, lists_, result);
-  result.stats.used_pairs = sum_of(result.used);
-}
-
-void Classic::draw_depth(const FrameContext& frame, Frame& result) const {
-  cpu::draw_depth(frame, visible_, lists_, result);
-}
-
-void Classic::count_modes(const FrameContext& counted, ModeSums& sums) const {
-  cpu::count_modes(counted, active_, sums);
 }
 
 }  // namespace qs::cpu

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Compiled alone: clang optimises the sanitized walks of all modes for minutes in a larger unit.
-#include "raster/cpu/classic/mode_pairs.h"
-
-#include "raster/cpu/common/visible.h"
+#include "raster/cpu/classic/classic.h"
 
 namespace qs::cpu {
 namespace {
@@ -33,8 +31,9 @@ void count_with_tiles(const FrameContext& frame, const ActivatedCloud& active, M
 
 }  // namespace
 
-void count_modes(const FrameContext& frame, const ActivatedCloud& active, ModeSums& sums) {
-  with_tile_px(frame.grid.tile_px, [&](auto px) { count_with_tiles<px()>(frame, active, sums); });
+void Classic::count_modes(const FrameContext& counted, ModeSums& sums) const {
+  with_tile_px(counted.grid.tile_px,
+               [&](auto px) { count_with_tiles<px()>(counted, active_, sums); });
 }
 
 }  // namespace qs::cpu

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Compiled alone: clang optimises the sanitized walks of all modes for minutes in a larger unit.
-#include "raster/cpu/classic/preprocess.h"
-
 #include <glm/geometric.hpp>
 
+#include "raster/cpu/classic/classic.h"
 #include "raster/kernel/cull/modes.h"
 #include "raster/kernel/sh.h"
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Compiled alone: clang optimises the sanitized walks of all modes for minutes in a larger unit.
-#include "raster/cpu/common/bin.h"
-
 #include <algorithm>
 #include <utility>
 
+#include "raster/cpu/common/tile_lists.h"
 #include "raster/kernel/cull/modes.h"
 
 namespace qs::cpu {
@@ -21,17 +20,17 @@ template <class P, int kTilePx>
 void bin_with(const FrameContext& frame, const VisibleSlots& visible, const DepthOrder& order,
               TileLists& lists) {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
-  const auto segments = std::clamp<std::size_t>(order.slots.size() / kSmallestSegment, 1,
+  const auto segments = std::clamp<std::size_t>(order.slots().size() / kSmallestSegment, 1,
                                                 static_cast<std::size_t>(frame.pool.size()));
-  const std::size_t segment_size = (order.slots.size() + segments - 1) / segments;
+  const std::size_t segment_size = (order.slots().size() + segments - 1) / segments;
   std::vector<std::uint64_t>& cursors = lists.cursors;  // [segment][tile]
   cursors.assign(segments * tiles, 0);
 
   const auto for_each_pair = [&](std::size_t segment, const auto& visit) {
-    const std::size_t begin = std::min(segment * segment_size, order.slots.size());
-    const std::size_t end = std::min(begin + segment_size, order.slots.size());
+    const std::size_t begin = std::min(segment * segment_size, order.slots().size());
+    const std::size_t end = std::min(begin + segment_size, order.slots().size());
     for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t slot = order.slots[i];
+      const std::uint32_t slot = order.slots()[i];
       for_each_tile<P, kTilePx>(visible.footprints[slot], frame.grid, [&](int tile) {
         visit(cursors[segment * tiles + static_cast<std::size_t>(tile)], slot);
       });

@@ -3,7 +3,8 @@
 
 #include <glm/vec2.hpp>
 
-#include "raster/kernel/footprint.h"
+#include "raster/kernel/constants.h"
+#include "raster/kernel/cull/culler.h"
 
 namespace qs::cpu {
 
@@ -14,7 +15,11 @@ struct PixelBound {
   float slope;      ///< along a row the falloff is largest at dx = slope * dy
   float threshold;  ///< pixels with a smaller log2 of the falloff have alpha < 1/255
 
-  static PixelBound of(const Footprint& footprint);
+  static PixelBound of(const Footprint& footprint) {
+    if (!(footprint.gamma > 0.0f)) return {{0, 0}, 0, 0};
+    return {extents(footprint).max + 1.0f, footprint.covariance.xy / footprint.covariance.yy,
+            kLog2OfFalloff * footprint.gamma - kLog2Slack};
+  }
 };
 
 }  // namespace qs::cpu

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/bin.h"
-
 #include <algorithm>
+
+#include "raster/cpu/fast/pipeline.h"
 
 namespace qs::cpu::fast {
 namespace {

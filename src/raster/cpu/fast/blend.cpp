@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/blend.h"
-
 #include <algorithm>
 #include <bit>
 
-#include "raster/cpu/fast/blend_tile.h"
+#include "raster/cpu/fast/tile.h"
 
 namespace qs::cpu::fast {
 namespace {
@@ -33,21 +31,20 @@ void blend(const FrameContext& frame, const FastVisible& visible, const TileList
   frame.for_frame(tiles, 2, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t tile = queue.tiles[i];
-      TileJob job;
-      job.list = lists.slots.data() + lists.begin[tile];
-      job.length = lists.pairs(tile);
-      job.records = visible.records.data();
-      job.x0 = static_cast<int>(tile) % frame.grid.columns * kTileSize;
-      job.y0 = static_cast<int>(tile) / frame.grid.columns * kTileSize;
-      job.width = std::min(kTileSize, frame.camera.width - job.x0);
-      job.height = std::min(kTileSize, frame.camera.height - job.y0);
-      job.background = frame.settings.background;
-      job.stride = static_cast<std::size_t>(frame.camera.width);
-      const std::size_t pixel =
-          static_cast<std::size_t>(job.y0) * job.stride + static_cast<std::size_t>(job.x0);
-      job.color = outputs.color ? result.color.values.data() + 3 * pixel : nullptr;
-      job.evaluated = outputs.evaluated ? result.evaluated.data() + pixel : nullptr;
-      blend_tile(job);
+      const int x0 = static_cast<int>(tile) % frame.grid.columns * kTileSize;
+      const int y0 = static_cast<int>(tile) / frame.grid.columns * kTileSize;
+      const std::size_t pixel = frame.pixel(x0, y0);
+      blend_tile({.list = lists.slots.data() + lists.begin[tile],
+                  .length = lists.pairs(tile),
+                  .records = visible.records.data(),
+                  .x0 = x0,
+                  .y0 = y0,
+                  .width = std::min(kTileSize, frame.camera.width - x0),
+                  .height = std::min(kTileSize, frame.camera.height - y0),
+                  .background = frame.settings.background,
+                  .color = outputs.color ? result.color.values.data() + 3 * pixel : nullptr,
+                  .evaluated = outputs.evaluated ? result.evaluated.data() + pixel : nullptr,
+                  .stride = static_cast<std::size_t>(frame.camera.width)});
     }
   });
 }

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/blend_tile.h"
-
 #include <algorithm>
 
-#include "raster/cpu/fast/batch.h"
 #include "raster/cpu/fast/tile.h"
 
 #undef HWY_TARGET_INCLUDE

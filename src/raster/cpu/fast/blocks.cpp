@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cmath>
 
-#include "raster/cpu/fast/half.h"
 #include "raster/scene/activated_cloud.h"
+#include "raster/scene/cloud_order.h"
 
 namespace qs::cpu::fast {
 
@@ -31,35 +31,44 @@ void prefetch(const GaussianCloud& cloud, std::size_t i) {
   __builtin_prefetch(&cloud.opacity_logits[i]);
 }
 
-}  // namespace
-
+/// `order`: the cloud's indices in the order of the blocks.
 Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
                          ThreadPool& pool) {
   Array<Block> blocks((order.size() + kBlock - 1) / kBlock);
-  pool.for_chunks(blocks.size(), 16, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t b = begin; b < end; ++b) {
-      Block& block = blocks[b];
-      for (std::size_t lane = 0; lane < kBlock; ++lane) {
-        const std::size_t i = b * kBlock + lane;
-        const ActiveGaussian padding{glm::vec3(NAN), {}, 0};
-        if (i + kPrefetchedBlocks < order.size()) prefetch(cloud, order[i + kPrefetchedBlocks]);
-        const ActiveGaussian g = i < order.size() ? activate(cloud, order[i]).gaussian : padding;
-        block.gaussian[lane] = i < order.size() ? order[i] : 0;
-        block.x[lane] = g.position.x;
-        block.y[lane] = g.position.y;
-        block.z[lane] = g.position.z;
-        block.xx[lane] = g.covariance.xx;
-        block.xy[lane] = g.covariance.xy;
-        block.xz[lane] = g.covariance.xz;
-        block.yy[lane] = g.covariance.yy;
-        block.yz[lane] = g.covariance.yz;
-        block.zz[lane] = g.covariance.zz;
-        block.log2_255_opacity[lane] = g.log2_255_opacity;
-      }
+  pool.for_each(blocks.size(), 16, [&](std::size_t b) {
+    Block& block = blocks[b];
+    for (std::size_t lane = 0; lane < kBlock; ++lane) {
+      const std::size_t i = b * kBlock + lane;
+      const ActiveGaussian padding{glm::vec3(NAN), {}, 0};
+      if (i + kPrefetchedBlocks < order.size()) prefetch(cloud, order[i + kPrefetchedBlocks]);
+      const ActiveGaussian g = i < order.size() ? activate(cloud, order[i]).gaussian : padding;
+      block.gaussian[lane] = i < order.size() ? order[i] : 0;
+      block.x[lane] = g.position.x;
+      block.y[lane] = g.position.y;
+      block.z[lane] = g.position.z;
+      block.xx[lane] = g.covariance.xx;
+      block.xy[lane] = g.covariance.xy;
+      block.xz[lane] = g.covariance.xz;
+      block.yy[lane] = g.covariance.yy;
+      block.yz[lane] = g.covariance.yz;
+      block.zz[lane] = g.covariance.zz;
+      block.log2_255_opacity[lane] = g.log2_255_opacity;
     }
   });
   return blocks;
 }
+
+BlockBounds bounds_of(const Block& block) {
+  BlockBounds bounds;
+  for (std::size_t lane = 0; lane < kBlock; ++lane) {
+    bounds.include({block.x[lane], block.y[lane], block.z[lane]},
+                   {block.xx[lane], block.xy[lane], block.xz[lane], block.yy[lane], block.yz[lane],
+                    block.zz[lane]});
+  }
+  return bounds;
+}
+
+}  // namespace
 
 Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
                          ThreadPool& pool) {
@@ -72,19 +81,17 @@ Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32
   // 0.
   const std::vector<float> padding(stride, 0.0f);
   const auto for_each_group = [&](const auto& store) {
-    pool.for_chunks(groups, 256, [&](std::size_t begin, std::size_t end, int) {
+    pool.for_each(groups, 256, [&](std::size_t group) {
       const auto member = [&](std::size_t i) {
         return i < order.size() ? &cloud.sh.data()->x + order[i] * stride : padding.data();
       };
-      for (std::size_t group = begin; group < end; ++group) {
-        const float* members[kGroup];
-        for (std::size_t lane = 0; lane < kGroup; ++lane) {
-          members[lane] = member(group * kGroup + lane);
-          const float* soon = member((group + 1) * kGroup + lane);
-          for (std::size_t k = 0; k < stride; k += 16) __builtin_prefetch(soon + k);
-        }
-        store(group, members);
+      const float* members[kGroup];
+      for (std::size_t lane = 0; lane < kGroup; ++lane) {
+        members[lane] = member(group * kGroup + lane);
+        const float* soon = member((group + 1) * kGroup + lane);
+        for (std::size_t k = 0; k < stride; k += 16) __builtin_prefetch(soon + k);
       }
+      store(group, members);
     });
   };
 
@@ -108,6 +115,15 @@ Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32
     interleave(members, rest, sh.rest.data() + group * rest * kGroup);
   });
   return sh;
+}
+
+SceneBlocks make_scene(const GaussianCloud& cloud, ThreadPool& pool) {
+  const Array<std::uint32_t> order = spatial_order(cloud, pool);
+  SceneBlocks scene{make_blocks(cloud, order, pool), {}, make_harmonics(cloud, order, pool)};
+  scene.bounds.resize(scene.blocks.size());
+  pool.for_each(scene.blocks.size(), 16,
+                [&](std::size_t b) { scene.bounds[b] = bounds_of(scene.blocks[b]); });
+  return scene;
 }
 
 }  // namespace qs::cpu::fast

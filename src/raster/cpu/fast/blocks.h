@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
-// The Gaussians in the layout of the fast pipeline: blocks with one array per value, so that a
-// vector register holds the same value of neighbouring Gaussians. Made once per upload. The last
-// block is padded with Gaussians that no view shows.
+// The scene in the layout of the fast pipeline: blocks in spatial order with one array per value,
+// so that a vector register holds the same value of neighbouring Gaussians, and bounds that let a
+// view skip whole blocks. Made once per upload. The last block is padded with Gaussians that no
+// view shows.
 #pragma once
 
 #include <cstdint>
 #include <span>
 
-#include "raster/scene/activated_cloud.h"
+#include "base/parallel.h"
+#include "raster/kernel/frustum.h"
+#include "raster/scene/gaussian_cloud.h"
 
 namespace qs::cpu::fast {
 
@@ -40,10 +43,21 @@ struct Harmonics {
   }
 };
 
+/// Converts `count` values, a multiple of 16, to halves. True if the halves equal all of them
+/// (zeros may lose their sign); otherwise the halves must not be used. In color.cpp, which reads
+/// halves.
+bool to_halves(const float* values, std::size_t count, std::uint16_t* halves);
+
 /// `order`: the cloud's indices in the order of the blocks.
-Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
-                         ThreadPool& pool);
 Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
                          ThreadPool& pool);
+
+struct SceneBlocks {
+  Array<Block> blocks;
+  Array<BlockBounds> bounds;  ///< per block
+  Harmonics harmonics;
+};
+
+SceneBlocks make_scene(const GaussianCloud& cloud, ThreadPool& pool);
 
 }  // namespace qs::cpu::fast

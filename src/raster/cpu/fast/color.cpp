@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/color.h"
-
 #include <bit>
+
+#include "raster/cpu/fast/survivors.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/color.cpp"
@@ -100,6 +100,23 @@ void color_block(const ColorInput& in, const Block& block, std::size_t index,
   }
 }
 
+bool convert(const float* values, std::size_t count, std::uint16_t* halves) {
+  const D d;
+  const hn::Rebind<hwy::float16_t, D> dh;
+  const hn::Rebind<std::uint16_t, D> du;
+  const auto largest = hn::Set(d, 65504.0f);
+  bool exact = true;
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const auto value = hn::LoadU(d, values + i);
+    const auto half = hn::DemoteTo(dh, value);
+    const auto back = hn::PromoteTo(d, half);
+    const auto equal = hn::And(hn::Eq(back, value), hn::Le(hn::Abs(value), largest));
+    exact = exact && hn::AllTrue(d, equal);
+    hn::StoreU(hn::BitCast(du, half), du, halves + i);
+  }
+  return exact;
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace qs::cpu::fast
 HWY_AFTER_NAMESPACE();
@@ -108,10 +125,15 @@ HWY_AFTER_NAMESPACE();
 namespace qs::cpu::fast {
 
 HWY_EXPORT(color_block);
+HWY_EXPORT(convert);
 
 void color(const ColorInput& in, const Block& block, std::size_t index, const Survivors& survivors,
            Colors& colors) {
   HWY_DYNAMIC_DISPATCH(color_block)(in, block, index, survivors, colors);
+}
+
+bool to_halves(const float* values, std::size_t count, std::uint16_t* halves) {
+  return HWY_DYNAMIC_DISPATCH(convert)(values, count, halves);
 }
 
 }  // namespace qs::cpu::fast

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/mode_pairs.h"
-
 #include <type_traits>
 
-#include "raster/cpu/fast/project.h"
+#include "raster/cpu/fast/pipeline.h"
+#include "raster/cpu/fast/survivors.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/mode_pairs.cpp"
@@ -95,23 +94,23 @@ namespace qs::cpu::fast {
 
 HWY_EXPORT(count_block);
 
-void count_modes(const FrameContext& frame, const SceneBlocks& scene, ModeSums& sums) {
+void FastPipeline::count_modes(const FrameContext& counted, ModeSums& sums) const {
   constexpr std::size_t kGrain = 8;  // blocks
-  const View<float> view = make_view<float>(frame.camera);
-  FootprintRules rules = frame.rules();
+  const View<float> view = make_view<float>(counted.camera);
+  FootprintRules rules = counted.rules();
   rules.keep_faint = true;
-  const Frustum frustum(view, rules, frame.grid);
-  frame.for_chunks(scene.blocks.size(), kGrain,
-                   [&](std::size_t begin, std::size_t end, int worker) {
-                     ModeCounts counts{};
-                     Survivors survivors;
-                     for (std::size_t b = begin; b < end; ++b) {
-                       if (frustum.misses(scene.bounds[b])) continue;
-                       project(view, rules, frame.grid, scene.blocks[b], survivors);
-                       HWY_DYNAMIC_DISPATCH(count_block)(frame.grid, survivors, counts);
-                     }
-                     sums.add(worker, counts);
-                   });
+  const Frustum frustum(view, rules, counted.grid);
+  counted.for_chunks(scene_.blocks.size(), kGrain,
+                     [&](std::size_t begin, std::size_t end, int worker) {
+                       ModeCounts counts{};
+                       Survivors survivors;
+                       for (std::size_t b = begin; b < end; ++b) {
+                         if (frustum.misses(scene_.bounds[b])) continue;
+                         project(view, rules, counted.grid, scene_.blocks[b], survivors);
+                         HWY_DYNAMIC_DISPATCH(count_block)(counted.grid, survivors, counts);
+                       }
+                       sums.add(worker, counts);
+                     });
 }
 
 }  // namespace qs::cpu::fast

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/fast/pipeline.h"
 
-#include "raster/cpu/common/collect.h"
 #include "raster/cpu/common/stage_clock.h"
-#include "raster/cpu/fast/mode_pairs.h"
 
 namespace qs::cpu::fast {
 
@@ -21,10 +19,6 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame
                       {record.red, record.green, record.blue});
   };
   collect(visible_, lists_, splat_of, outputs, result);
-}
-
-void FastPipeline::count_modes(const FrameContext& counted, ModeSums& sums) const {
-  fast::count_modes(counted, scene_, sums);
 }
 
 }  // namespace qs::cpu::fast

@@ -1,13 +1,85 @@
 // SPDX-License-Identifier: MIT
 //
 // Pipeline `fast` of the CPU backend: the results of `classic` with vector code on all threads.
+// Blocks that the view can show pass through the steps of survivors.h, and then the stages follow.
 // Buffers are reused from frame to frame.
 #pragma once
 
+#include <memory>
+
 #include "raster/cpu/common/mode_pairs.h"
-#include "raster/cpu/fast/blend.h"
+#include "raster/cpu/common/tile_lists.h"
+#include "raster/cpu/fast/blocks.h"
+#include "raster/cpu/fast/tile_rects.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cpu::fast {
+
+/// A visible Gaussian as the blend stage reads it: one cache line. At the offset (dx, dy) from the
+/// mean, log2 of 256 alpha is log2_256_opacity - along dx^2 - (scale (dy - slope dx))^2: rounding
+/// cannot lift it above log2_256_opacity.
+struct alignas(64) Record {
+  float mean_x, mean_y;
+  float log2_256_opacity;
+  float along, slope;
+  float height;  ///< px: at least 1 / scale
+  float scale;   ///< 1 / px
+  float red, green, blue;
+
+  float opacity() const { return exp2_polynomial(log2_256_opacity - 8); }
+};
+
+struct FastVisible : VisibleSlots {
+  Array<std::uint32_t> rows;    ///< per slot: tile rows of the listing, begin + (end << 16)
+  Array<Listing> listings;      ///< per slot
+  Array<Record> records;        ///< per slot
+  std::vector<RectList> rects;  ///< per chunk
+
+  /// Pairs per tile as corner differences of rectangles, (rows + 1) x (columns + 1): summing along
+  /// both axes gives the counts. One table per thread.
+  std::vector<Array<std::int32_t>> corners;
+
+  /// The first rectangle of a slot that has several.
+  const PackedTileRect* rects_of(std::uint32_t slot) const {
+    return &rects[slot / kChunk][listings[slot].several.first];
+  }
+};
+
+/// Stage 1: finds the Gaussians that the view shows, and their tiles. `scene` was made of
+/// frame.cloud. Footprints are filled if `traced`.
+void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced,
+                FastVisible& visible);
+
+/// A band of tile rows for one thread. It has its own list of Gaussians, sorted front to back, so
+/// that threads do not wait for each other. A Gaussian on the border of two bands is in both.
+struct Band {
+  int top = 0, bottom = 0;  ///< tile rows [top, bottom)
+  SortItems items;          ///< keys: bits of the depths, values: slots
+  ThreadPool alone{1};      ///< scratch: runs the band's loops on the thread that calls it
+
+  const Array<std::uint32_t>& slots() const { return items.values; }
+};
+
+using Bands = std::vector<std::unique_ptr<Band>>;
+
+/// Stage 2: divides the tile rows into a band per thread, with about the same number of pairs, and
+/// sorts their Gaussians by ascending (bits of the depth, index in the cloud).
+void sort(const FrameContext& frame, const FastVisible& visible, Bands& bands);
+
+/// Stage 3: lists every visible Gaussian in its tiles, in one pass front to back. Throws
+/// Error(device) if the lists do not fit into memory.
+void bin(const FrameContext& frame, const FastVisible& visible, const Bands& bands,
+         TileLists& lists);
+
+/// The order in which tiles are composited.
+struct TileQueue {
+  Array<std::uint32_t> tiles;
+};
+
+/// Stage 4: composites every tile's list front to back. Fills color and evaluated of `result` if
+/// requested. They already have their sizes.
+void blend(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
+           TileQueue& queue, const Outputs& outputs, Frame& result);
 
 class FastPipeline {
  public:

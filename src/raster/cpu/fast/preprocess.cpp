@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/preprocess.h"
-
 #include <algorithm>
 #include <cmath>
 
-#include "raster/cpu/fast/color.h"
-#include "raster/cpu/fast/project.h"
+#include "raster/cpu/fast/pipeline.h"
 
 namespace qs::cpu::fast {
 namespace {
 
 Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
-  constexpr float kWider = 1.0005f;  // more than the error of a root in batch.cpp
+  constexpr float kWider = 1.0005f;  // more than the error of a root in tile.cpp
   Record record;
   record.mean_x = s.mean_x[k];
   record.mean_y = s.mean_y[k];

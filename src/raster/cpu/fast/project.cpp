@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/project.h"
+#include "raster/cpu/fast/survivors.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/project.cpp"

@@ -7,6 +7,7 @@
 
 #include "raster/cpu/fast/blocks.h"
 #include "raster/kernel/footprint.h"
+#include "raster/kernel/tile_grid.h"
 
 namespace qs::cpu::fast {
 
@@ -30,5 +31,28 @@ struct alignas(64) Survivors {
             gamma[k]};
   }
 };
+
+/// project() of kernel/footprint.h; a test compares the results bit for bit. Fills `out` with the
+/// Gaussians of `block` that have a footprint, except Gaussians too far outside of the image to
+/// have a tile in any mode.
+void project(const View<float>& view, const FootprintRules& rules, TileGrid grid,
+             const Block& block, Survivors& out);
+
+/// Per Gaussian of a block.
+struct alignas(64) Colors {
+  float red[kBlock], green[kBlock], blue[kBlock];
+};
+
+/// The inputs of a frame's colours, besides the Gaussians' positions.
+struct ColorInput {
+  const Harmonics& sh;
+  int degree;               ///< evaluated, at most sh.degree
+  glm::vec3 view_position;  ///< the camera, world
+};
+
+/// sh_color() of kernel/sh.h: fills the colours of the survivors of block `index`, and of other
+/// members of their groups.
+void color(const ColorInput& in, const Block& block, std::size_t index, const Survivors& survivors,
+           Colors& colors);
 
 }  // namespace qs::cpu::fast

@@ -1,12 +1,27 @@
 // SPDX-License-Identifier: MIT
 //
-// The pixels of a tile while it is composited, in the order of the vector code.
+// Composites one tile with the rules of kernel/blend.h, a cell of 4x4 pixels at a time: its pixels,
+// in the order of the vector code, and parts of its list that are prepared for them.
 #pragma once
 
-#include "raster/cpu/fast/blend_tile.h"
+#include <cstdint>
+
+#include "raster/cpu/fast/pipeline.h"
 #include "raster/kernel/constants.h"
 
 namespace qs::cpu::fast {
+
+struct TileJob {
+  const std::uint32_t* list;  ///< slots front to back
+  std::uint32_t length;
+  const Record* records;  ///< per slot
+  int x0, y0;             ///< the tile's first pixel
+  int width, height;      ///< width and height of the part inside the image, in pixels
+  glm::vec3 background;
+  float* color;              ///< at the tile's first pixel; null = not requested
+  std::uint32_t* evaluated;  ///< at the tile's first pixel; null = not requested
+  std::size_t stride;        ///< pixels per row of the image
+};
 
 /// Tiles consist of cells, because most Gaussians reach only a part of a tile.
 constexpr int kCellSide = 4;
@@ -41,5 +56,41 @@ struct Tile {
   bool live() const;
   void write(const TileJob& job) const;
 };
+
+inline constexpr float kLog2Of256AlphaMax = 8 - 0.014499570f;
+
+/// A part of a tile's list, prepared for compositing.
+struct alignas(64) Batch {
+  static constexpr std::uint32_t kEntries = 128;
+  static constexpr std::uint32_t kVector = 16;   ///< most lanes of a vector: room for whole stores
+  static constexpr std::uint32_t kMultiple = 4;  ///< a cell's entries are a multiple of it
+  static constexpr std::uint32_t kNone = kEntries;  ///< an entry that has no alpha anywhere
+
+  /// The part that depends on the column of pixels: log2 of 256 alpha is
+  /// level - (scale Y - offset)^2 in the row Y below the tile's middle.
+  struct alignas(64) Columns {
+    float level[kTileSize], offset[kTileSize];
+  };
+  struct alignas(16) Factors {
+    float scale;
+    float red, green, blue;  ///< without the background
+  };
+  Columns columns[kEntries + 1];  ///< per entry
+  Factors factors[kEntries + 1];  ///< per entry
+
+  /// Per cell: the entries that may have a pixel with alpha >= 1/255 in it, front to back, and
+  /// kNone up to a multiple of kMultiple.
+  std::uint32_t reaching[kCells][kEntries + kVector];
+  std::uint32_t counts[kCells];
+  bool limited;  ///< true if an entry may have an alpha above kAlphaMax
+
+  Batch();
+
+  /// Loads entries [first, first + size) of the list. Skips closed cells.
+  void load(const TileJob& job, std::uint32_t first, std::uint32_t size, const bool* open);
+};
+
+/// In blend_tile.cpp.
+void blend_tile(const TileJob& job);
 
 }  // namespace qs::cpu::fast

@@ -3,18 +3,47 @@
 
 #include <algorithm>
 
-#include "raster/cpu/fast/walks.h"
 #include "raster/kernel/cull/modes.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/tile_rects.cpp"
+// clang-format off
 #include "base/simd.h"
+#include "raster/cpu/fast/walk_vectors.h"
+// clang-format on
 
-// No vector code: this file is compiled for every instruction set because the oldest one rounds
-// floats by calling a function.
 HWY_BEFORE_NAMESPACE();
 namespace qs::cpu::fast {
 namespace HWY_NAMESPACE {
+
+/// The walks of a block's survivors and the spans of their first lines, one array per value. They
+/// are computed by vectors, because their conditions are unpredictable as branches. All modes have
+/// vector code, except quadbox-naive, whose loops are not a walk. So no mode is faster only because
+/// of its implementation. A new mode works without vector code, more slowly.
+struct alignas(64) Walks {
+  static constexpr int kLines = 4;
+  std::int32_t by_rows[kBlock];  ///< 0 or not
+  std::int32_t lines_begin[kBlock], lines_end[kBlock];
+  std::int32_t begin[kLines][kBlock], end[kLines][kBlock];
+
+  /// Equals the mode's walk() in kernel/cull/ bit for bit.
+  template <class P>
+  HWY_INLINE void compute(TileGrid grid, const Survivors& s) {
+    const DI di;
+    for (std::size_t k = 0; k < s.count; k += hn::Lanes(di)) {
+      const Walk<P> walk(Footprints(s, k), grid);
+      hn::Store(hn::VecFromMask(di, hn::RebindMask(di, walk.by_rows)), di, by_rows + k);
+      hn::Store(walk.lines.begin, di, lines_begin + k);
+      hn::Store(walk.lines.end, di, lines_end + k);
+      for (int line = 0; line < kLines; ++line) {
+        const Spans span = walk.span(hn::Add(walk.lines.begin, hn::Set(di, line)));
+        hn::Store(span.begin, di, begin[line] + k);
+        hn::Store(span.end, di, end[line] + k);
+      }
+    }
+  }
+  bool has_all_spans(std::size_t k) const { return lines_end[k] - lines_begin[k] <= kLines; }
+};
 
 /// Appends rectangles one at a time and merges each with the last rectangle if the union is a
 /// rectangle.
@@ -106,15 +135,16 @@ HWY_INLINE void add_walked(const Walks& walks, std::size_t k, Joiner& joiner) {
   }
 }
 
-/// `walks` may be null.
 template <class P>
-HWY_INLINE void list_with(TileGrid grid, const Walks* walks, Survivors& s, RectList& rects,
-                          Listing* listings, std::uint32_t* rows) {
+HWY_INLINE void list_with(TileGrid grid, Survivors& s, RectList& rects, Listing* listings,
+                          std::uint32_t* rows) {
+  Walks walks;
+  if constexpr (HasVectors<P>) walks.compute<P>(grid, s);
   std::size_t kept = 0;
   for (std::size_t k = 0; k < s.count; ++k) {
     Joiner joiner(rects);
-    if (walks != nullptr && walks->has_all_spans(k)) {
-      add_walked(*walks, k, joiner);
+    if (HasVectors<P> && walks.has_all_spans(k)) {
+      add_walked(walks, k, joiner);
     } else {
       add_rects<P>(s.footprint(k), grid, joiner);
     }
@@ -132,11 +162,8 @@ HWY_INLINE void list_with(TileGrid grid, const Walks* walks, Survivors& s, RectL
 
 void list_block(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
                 Listing* listings, std::uint32_t* rows) {
-  Walks walks;
-  const Walks* computed = walks.compute(mode, grid, survivors) ? &walks : nullptr;
-  with_culler(mode, [&]<class P>(P) HWY_ATTR {
-    list_with<P>(grid, computed, survivors, rects, listings, rows);
-  });
+  with_culler(mode,
+              [&]<class P>(P) HWY_ATTR { list_with<P>(grid, survivors, rects, listings, rows); });
 }
 
 }  // namespace HWY_NAMESPACE

@@ -6,7 +6,7 @@
 #include "raster/cuda/common/stream.cuh"
 #include "raster/cuda/common/upload.cuh"
 #include "raster/scene/activated_cloud.h"
-#include "raster/scene/spatial_order.h"
+#include "raster/scene/cloud_order.h"
 
 namespace qs::cuda {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "learn/run/field_model.h"
-#include "learn/step/cpu/backward.h"
 #include "learn/step/cpu/cpu_model.h"
 #include "learn/step/cpu/field_pass.h"
+#include "learn/step/cpu/passes.h"
 #include "learn/step/cuda/gpu_model.h"
 #include "learn/step/shape_codes.h"
 #include "support/golden_field.h"

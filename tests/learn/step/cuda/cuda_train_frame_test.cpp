@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The forward and the backward pass of training on the GPU: against the passes of the CPU.
-#include "learn/step/cpu/backward.h"
+#include "learn/step/cpu/passes.h"
 #include "learn/step/cuda/gpu_model.h"
 #include "support/gpu.h"
 #include "support/scenes.h"

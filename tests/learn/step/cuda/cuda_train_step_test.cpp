@@ -2,11 +2,10 @@
 // The loss, the optimizer and the density statistics on the GPU, compared with the CPU's.
 #include <algorithm>
 
-#include "learn/step/cpu/adam.h"
-#include "learn/step/cpu/backward.h"
 #include "learn/step/cpu/cpu_model.h"
-#include "learn/step/cpu/density.h"
 #include "learn/step/cpu/loss.h"
+#include "learn/step/cpu/passes.h"
+#include "learn/step/cpu/step.h"
 #include "learn/step/cuda/gpu_model.h"
 #include "support/gpu.h"
 #include "support/scenes.h"

@@ -1,18 +1,70 @@
 // SPDX-License-Identifier: MIT
-#include "learn/diff/rules.h"
-
+//
+// Checks of the inputs of all passes, and the rules of a pass.
 #include <algorithm>
+#include <limits>
 
 #include "base/fail.h"
+#include "learn/diff/gaussians.h"
+#include "learn/diff/rules.h"
+#include "raster/scene/gaussian_cloud.h"
 
 namespace qs::diff {
-namespace {
 
-constexpr int kLargestSide = 32768;  // px; pixels are counted in 32 bits
+template <class Real>
+void GaussianInputs<Real>::check(const char* who) const {
+  const auto require = [who](bool holds, const char* what) {
+    if (!holds) fail(ErrorKind::usage, "{}: {}", who, what);
+  };
+  require(count <= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()),
+          "there are more than 2^31 - 1 Gaussians");
+  require(channel_count >= 1 && channel_count <= kMostChannels,
+          "the number of channels must be 1 to 32");
+  require(sh_degree >= 0 && sh_degree <= kMaxShDegree,
+          "the degree of the coefficients of colour must be 0 to 3");
+  if (count == 0) return;
+  require(means && opacities, "means and opacities are missing");
+  require(covariances ? !scales && !rotations : scales && rotations,
+          "either covariances or both scales and rotations must be given");
+  require(static_cast<bool>(sh) != static_cast<bool>(channels),
+          "either coefficients of colour or channels must be given");
+  require(!sh || sh_degree == 0 || sh.rest, "the coefficients of colour beyond DC are missing");
+  require(!sh || channel_count == 3, "coefficients of colour give 3 channels");
+}
 
-}  // namespace
+template <class Real>
+void GaussianInputs<Real>::check_frame(const char* who, std::size_t of_frame) const {
+  if (of_frame == count) return;
+  fail(ErrorKind::usage, "{}: the frame has {} Gaussians, the inputs have {}", who, of_frame,
+       count);
+}
+
+template <class Real>
+void BlendInput<Real>::check(const char* who, bool has_depth, bool wants_depth) const {
+  if (channel_count < 1 || channel_count > kMostChannels) {
+    fail(ErrorKind::usage, "{}: there are {} channels; the number must be 1 to {}", who,
+         channel_count, kMostChannels);
+  }
+  if (!channels && channel_count != 3) {
+    fail(ErrorKind::usage, "{}: the frame's colours have 3 channels, not {}", who, channel_count);
+  }
+  if (wants_depth && !has_depth)
+    fail(ErrorKind::usage, "{}: depths are wanted, but the frame has no arrays for them", who);
+}
+
+template <class Real>
+void BlendInput<Real>::check_frame(const char* who, const PictureSize& of_frame,
+                                   int channels_of_frame) const {
+  if (size.width == of_frame.width && size.height == of_frame.height &&
+      channel_count == channels_of_frame)
+    return;
+  fail(ErrorKind::usage, "{}: the frame has {} x {} pixels and {} channels, not {} x {} and {}",
+       who, of_frame.width, of_frame.height, channels_of_frame, size.width, size.height,
+       channel_count);
+}
 
 void DrawnView::check(const char* who) const {
+  constexpr int kLargestSide = 32768;  // px; pixels are counted in 32 bits
   const auto require = [who](bool holds, const char* what) {
     if (!holds) fail(ErrorKind::usage, "{}: {}", who, what);
   };
@@ -74,6 +126,10 @@ PassRules<Real> PassRules<Real>::of(const DrawnView& drawn, int sh_degree) {
   return result;
 }
 
+template struct GaussianInputs<float>;
+template struct GaussianInputs<double>;
+template struct BlendInput<float>;
+template struct BlendInput<double>;
 template struct PassRules<float>;
 template struct PassRules<double>;
 

@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: MIT
 //
-// The forward pass of training: both passes of the differentiable rasterizer, for the parameters of
-// a model in training.
+// The passes of training over the parameters of a model. The forward pass joins both passes of the
+// differentiable rasterizer. The backward pass goes from the loss's derivatives by the pixels to
+// its derivatives by all parameters, and joins the backward passes of both, so that no boundary is
+// stored between them. The results do not depend on the number of threads, see
+// learn/diff/cpu/blend.h.
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
+#include <span>
 #include <stop_token>
 #include <vector>
 
 #include "learn/diff/cpu/blend.h"
 #include "learn/gradient/gaussian.h"
 #include "learn/step/cpu/parameters.h"
+#include "learn/step/model_state.h"
+#include "learn/step/plan.h"
 
 namespace qs::cpu::train {
 
@@ -64,5 +71,30 @@ struct ForwardFrame : diff::ProjectedFrame<Real> {
 template <class Real>
 void forward(const StepView& view, const Parameters<Real>& parameters, ForwardFrame<Real>& frame,
              const FieldGradient<Real>* field = nullptr);
+
+/// Memory of backward() that the next step uses again.
+template <class Real>
+struct BackwardScratch {
+  diff::PairScratch<Real> pairs;
+  /// Derivative by Gaussians' colours, with a colour field.
+  std::vector<glm::vec<3, Real>> d_colors;
+};
+
+/// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.
+/// With a field, the coefficients of colour have no derivatives.
+template <class Real>
+void backward(const StepView& view, const Parameters<Real>& parameters,
+              const ForwardFrame<Real>& frame, std::span<const glm::vec<3, Real>> d_color,
+              BackwardScratch<Real>& scratch, Gradients<Real>& gradients,
+              const BackwardOrder& order = {}, const FieldGradient<Real>* field = nullptr);
+
+/// Counts the pixels of a view that blend each Gaussian, and the pixels among them with a large
+/// error. It walks the lists of the forward pass a second time. The counts are integers, so the
+/// order of threads does not matter. Adds the view's pixels to `counts`, which has an element for
+/// every Gaussian or is empty. `frame` is the result of forward(); `target` is the photograph per
+/// pixel, row by row; `mask` as in LossInput.
+void count_errors(const StepView& view, const ForwardFrame<float>& frame,
+                  std::span<const glm::vec3> target, std::span<const std::uint8_t> mask,
+                  std::size_t gaussians, PixelCounts& counts);
 
 }  // namespace qs::cpu::train

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// The optimizer: Adam for all parameters, with a learning rate for each kind.
+// The end of an iteration: the optimizer, which is Adam for all parameters, with a learning rate
+// for each kind, and the statistics of adaptive density control.
 #pragma once
+
+#include <cstdint>
+#include <span>
 
 #include "base/parallel.h"
 #include "learn/gradient/adam.h"
@@ -19,5 +23,10 @@ void add_gradients(const Parameters<float>& gradient, ThreadPool& pool, Paramete
 
 /// Sets the sums that a step has used to 0. If that is all of them, `sums` becomes empty.
 void clear_sums(bool rest_too, Parameters<float>& sums);
+
+/// Adds a view of `width` x `height` pixels, with absolute gradients if `gradients` has them.
+/// `counted` is 1 for the Gaussians that it counts for.
+void add_view(const Gradients<float>& gradients, std::span<const std::uint8_t> counted, int width,
+              int height, DensityStatistics& statistics);
 
 }  // namespace qs::cpu::train

@@ -5,18 +5,10 @@
 #include <cmath>
 #include <utility>
 
-#include "app/plugin/plugin_view.h"
 #include "app/plugin/scene_arrays.h"
 #include "base/fail.h"
 
 namespace qs {
-namespace {
-
-// A frame takes no longer than the call that draws it. The clock of a GPU runs a little faster or
-// slower than the host's.
-constexpr double kClockTolerance = 1.02, kClockTolerance_ms = 0.05;
-
-}  // namespace
 
 PluginRenderer::PluginRenderer(PluginOptions options, ThreadPool& pool)
     : options_(std::move(options)), pool_(pool), name_(options_.library.filename().string()) {}
@@ -60,10 +52,7 @@ PluginReply PluginRenderer::ask(const PluginRequest& request, const std::stop_to
 
 void PluginRenderer::open(const std::stop_token& stop) {
   usable_ = false;
-  PluginRequest request;
-  request.call = PluginCall::open;
-  request.scene = header_;
-  const PluginReply reply = ask(request, stop);
+  const PluginReply reply = ask({.call = PluginCall::open, .scene = header_}, stop);
   name_ = reply.name.data();
   description_ = reply.description.data();
   memory_ = reply.memory;
@@ -78,12 +67,11 @@ const Frame& PluginRenderer::render(const Camera& camera, const RenderSettings& 
   const bool wants_image = outputs.color && std::holds_alternative<HostImage>(target);
   image_.resize(3 * sizeof(float) * static_cast<std::size_t>(camera.width) *
                 static_cast<std::size_t>(camera.height));
-  PluginRequest request;
-  request.call = PluginCall::render;
-  request.wants_image = wants_image ? 1 : 0;
-  request.view = view_of(camera, settings, header_.sh_degree, antialiased_);
-  request.mark_stages = outputs.stage_times ? 1 : 0;
-  const PluginReply reply = ask(request, stop);
+  const PluginReply reply = ask({.call = PluginCall::render,
+                                 .wants_image = wants_image,
+                                 .view = view_of(camera, settings, header_.sh_degree, antialiased_),
+                                 .mark_stages = outputs.stage_times},
+                                stop);
   result_.color = Image();
   result_.grid = TileGrid::of_image(camera.width, camera.height);
   take_stats(reply);
@@ -92,6 +80,9 @@ const Frame& PluginRenderer::render(const Camera& camera, const RenderSettings& 
 }
 
 void PluginRenderer::take_stats(const PluginReply& reply) {
+  // A frame takes no longer than the call that draws it. The clock of a GPU runs a little faster or
+  // slower than the host's.
+  constexpr double kClockTolerance = 1.02, kClockTolerance_ms = 0.05;
   const QsFrame& frame = reply.frame;
   measures_itself_ = frame.frame_ms != 0;
   if (!(frame.frame_ms >= 0 && frame.frame_ms < 1e9))
@@ -104,14 +95,13 @@ void PluginRenderer::take_stats(const PluginReply& reply) {
   ++frames_;
   frames_ms_ += frame_ms;
   calls_ms_ += reply.call_ms;
-  RenderStats stats;
+  RenderStats& stats = result_.stats = {};
   stats.frame_ms = static_cast<float>(frame_ms);
   for (int stage = 0; stage < kStageCount; ++stage)
     stats.stage_ms[stage] = static_cast<float>(frame.stage_ms[stage]);
   stats.gaussians = static_cast<std::uint32_t>(header_.count);
   stats.visible = frame.visible;
   stats.tile_pairs = frame.pairs;
-  result_.stats = stats;
 }
 
 void PluginRenderer::take_image(const Camera& camera) {
@@ -138,9 +128,7 @@ void PluginRenderer::take_image(const Camera& camera) {
 
 void PluginRenderer::close() {
   if (process_ == nullptr) return;
-  PluginRequest request;
-  request.call = PluginCall::close;
-  ask(request, {});
+  ask({.call = PluginCall::close}, {});
   process_.reset();
 }
 

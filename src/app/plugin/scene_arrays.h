@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The arrays of a QsScene in one block of memory with the same layout in both processes.
+// A scene, a camera and its settings as plugins get them. The arrays of a QsScene are in one block
+// of memory with the same layout in both processes.
 #pragma once
 
 #include <cstddef>
@@ -9,6 +10,7 @@
 #include "app/plugin/shared_memory.h"
 #include "base/parallel.h"
 #include "quadsplat/plugin.h"
+#include "raster/api/renderer.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -32,5 +34,9 @@ void point_into(const Mapping& memory, QsScene& scene);
 /// Resizes `memory` and writes the arrays of a cloud to it. Returns the scene without pointers.
 /// Throws Error(device).
 QsScene fill_scene(const GaussianCloud& cloud, ThreadPool& pool, SharedMemory& memory);
+
+/// `sh_degree` and `antialiased`: of the cloud.
+QsView view_of(const Camera& camera, const RenderSettings& settings, int sh_degree,
+               bool antialiased);
 
 }  // namespace qs

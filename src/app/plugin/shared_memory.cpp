@@ -3,7 +3,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <utility>
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -21,25 +20,14 @@ namespace {
 
 }  // namespace
 
-Mapping::Mapping(int descriptor, std::size_t bytes) : bytes_(bytes) {
+Mapping::Mapping(int descriptor, std::size_t bytes) {
   if (bytes == 0) return;
   void* const data = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
   if (data == MAP_FAILED) refuse("mmap", bytes);
-  data_ = static_cast<std::byte*>(data);
+  data_ = {static_cast<std::byte*>(data), Unmap{bytes}};
 }
 
-Mapping::~Mapping() {
-  if (data_ != nullptr) munmap(data_, bytes_);
-}
-
-Mapping::Mapping(Mapping&& other) noexcept
-    : data_(std::exchange(other.data_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
-
-Mapping& Mapping::operator=(Mapping&& other) noexcept {
-  std::swap(data_, other.data_);
-  std::swap(bytes_, other.bytes_);
-  return *this;
-}
+void Mapping::Unmap::operator()(std::byte* data) const { munmap(data, bytes); }
 
 SharedMemory::SharedMemory() : file_(memfd_create("quadsplat plugin", MFD_CLOEXEC)) {
   if (!file_) fail(ErrorKind::device, "plugin: memfd_create: {}", std::strerror(errno));

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 
 #include "base/descriptor.h"
 
@@ -15,19 +16,19 @@ class Mapping {
   Mapping() = default;
   /// Throws Error(device).
   Mapping(int descriptor, std::size_t bytes);
-  ~Mapping();
-  Mapping(Mapping&& other) noexcept;
-  Mapping& operator=(Mapping&& other) noexcept;
 
-  std::size_t size() const { return bytes_; }
-  std::byte* data() const { return data_; }
+  std::size_t size() const { return data_ ? data_.get_deleter().bytes : 0; }
+  std::byte* data() const { return data_.get(); }
   float* floats(std::size_t offset_bytes = 0) const {
-    return reinterpret_cast<float*>(data_ + offset_bytes);
+    return reinterpret_cast<float*>(data() + offset_bytes);
   }
 
  private:
-  std::byte* data_ = nullptr;
-  std::size_t bytes_ = 0;
+  struct Unmap {
+    std::size_t bytes;
+    void operator()(std::byte* data) const;
+  };
+  std::unique_ptr<std::byte, Unmap> data_;
 };
 
 /// The file with its mapping in this process.

@@ -12,8 +12,6 @@
 #include "app/measure/load_times.h"
 #include "app/measure/measure_view.h"
 #include "app/measure/noise.h"
-#include "app/measure/paper_times.h"
-#include "app/measure/quality.h"
 #include "app/measure/replicate.h"
 #include "app/measure/scene_facts.h"
 #include "app/report/clock_report.h"

@@ -7,7 +7,6 @@
 #include "app/cli/command.h"
 #include "app/film/film.h"
 #include "app/film/film_file.h"
-#include "app/film/film_format.h"
 #include "app/framing/camera_rig.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/number_text.h"
@@ -82,8 +81,7 @@ int film(const FilmCommand& command) {
   FilmPlan plan;
   plan.size = command.frame.size.value_or(plan.size);
   plan.fps = command.fps;
-  film_format(command.output, plan.size, plan.fps);  // both throw before the scene is read
-  check_film_target(command.output);
+  check_film(command.output, plan.size, plan.fps);  // throws before the scene is read
   Session session = open_session(command.frame);
   plan.track = choose_track(command, session, plan.size);
   plan.seconds = command.seconds.value_or(plan.track.seconds);

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "app/conformance/kit_folder.h"
-
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "app/conformance/kit_scenes.h"
 #include "base/json_of.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
@@ -48,18 +47,6 @@ Json scene_entry(const KitScene& scene, const KitView& view) {
           {"antialiased", view.cloud.antialiased}};
 }
 
-}  // namespace
-
-Image truth_of(const KitView& view, ThreadPool& pool) {
-  const auto renderer = make_renderer(Backend::cpu, pool);
-  renderer->upload(view.cloud, {});
-  RenderSettings settings = view.settings;
-  settings.mode = kReferenceMode;
-  return renderer->render(view.camera, settings).color;
-}
-
-namespace {
-
 void write_kit_files(const std::filesystem::path& folder, ThreadPool& pool,
                      const Progress& progress) {
   std::filesystem::create_directory(folder / "truth");
@@ -86,6 +73,14 @@ void write_kit_files(const std::filesystem::path& folder, ThreadPool& pool,
 }
 
 }  // namespace
+
+Image truth_of(const KitView& view, ThreadPool& pool) {
+  const auto renderer = make_renderer(Backend::cpu, pool);
+  renderer->upload(view.cloud, {});
+  RenderSettings settings = view.settings;
+  settings.mode = kReferenceMode;
+  return renderer->render(view.camera, settings).color;
+}
 
 void write_kit(const std::filesystem::path& folder, ThreadPool& pool, const Progress& progress) {
   require_new_folder(folder, may_overwrite());

@@ -6,7 +6,6 @@
 
 #include "app/conformance/verdict_text.h"
 #include "app/picture/canvas.h"
-#include "app/picture/colormap.h"
 #include "app/picture/palette.h"
 #include "app/report/html_page.h"
 #include "base/text.h"

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "app/picture/canvas.h"
 #include "app/picture/palette.h"
-#include "app/picture/stroke.h"
 
 namespace qs {
 namespace {

@@ -9,7 +9,6 @@
 #include <glm/matrix.hpp>
 
 #include "app/framing/camera_control.h"
-#include "app/framing/principal_axes.h"
 #include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
 

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
-#include "app/framing/framing.h"
+#include "app/framing/scene_box.h"
 #include "base/text.h"
 #include "raster/scene/cloud_order.h"
 

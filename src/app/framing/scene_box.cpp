@@ -3,9 +3,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+
 namespace qs {
+namespace {
+
+constexpr double kMargin = 1.15;  // shows some surroundings of the core box
+constexpr double kElevation = glm::radians(15.0);
+
+// The horizontal viewing direction: z, the forward axis of RDF, or y if z points up.
+glm::dvec3 horizontal_forward(glm::dvec3 up) {
+  return up.z == 0 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+}
+
+}  // namespace
 
 SceneBox scene_box(const GaussianCloud& cloud, double low, double high) {
   SceneBox result;
@@ -23,6 +38,31 @@ SceneBox scene_box(const GaussianCloud& cloud, double low, double high) {
     result.high[axis] = quantile(high);
   }
   return result;
+}
+
+Camera frame_box(const SceneBox& box, float smallest, glm::dvec3 up, int width, int height) {
+  const glm::dvec3 size(box.size());
+  const double radius = kMargin * std::max<double>(0.5 * glm::length(size), smallest);
+  const double slope =
+      std::tan(0.5 * kVerticalFov) * std::min(1.0, static_cast<double>(width) / height);
+  const double distance = radius / std::sin(std::atan(slope));
+  const glm::dvec3 center(box.center());
+  const glm::dvec3 toward_eye =
+      std::sin(kElevation) * up - std::cos(kElevation) * horizontal_forward(up);
+  Camera camera = look_at(center + distance * toward_eye, center, up, kVerticalFov, width, height);
+  camera.near_depth = std::min(0.2, 0.01 * std::max({size.x, size.y, size.z, 2 * radius}));
+  return camera;
+}
+
+float smallest_framing(const GaussianCloud& cloud) {
+  std::vector<float> logs(cloud.size());
+  std::transform(cloud.log_scales.begin(), cloud.log_scales.end(), logs.begin(), largest_of);
+  const float largest = logs.empty() ? 0 : std::exp(upper_median(std::move(logs)));
+  return largest > 0 && std::isfinite(largest) ? 3 * largest : 1e-3f;
+}
+
+Camera frame_cloud(const GaussianCloud& cloud, glm::dvec3 up, int width, int height) {
+  return frame_box(core_box(cloud), smallest_framing(cloud), up, width, height);
 }
 
 }  // namespace qs

@@ -2,10 +2,14 @@
 #include "app/measure/measure_view.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 
 #include "app/measure/statistics.h"
 #include "base/error.h"
 #include "base/progress_bar.h"
+#include "raster/scene/flip.h"
+#include "raster/scene/image_metrics.h"
 
 namespace qs {
 namespace {
@@ -118,6 +122,11 @@ void mark_guest(const MeasuredView& view, const Guest& guest, const MarkedPlan& 
   }
 }
 
+bool equal_bits(const Image& a, const Image& b) {
+  return a.values.size() == b.values.size() &&
+         std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)) == 0;
+}
+
 }  // namespace
 
 Target bench_target(Backend backend) {
@@ -162,6 +171,44 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
     }
   }
   return rows;
+}
+
+std::vector<std::vector<double>> paper_times(Session& session, const std::vector<CullMode>& modes,
+                                             std::span<const Camera> views, int rounds,
+                                             const Progress& progress) {
+  std::vector<std::vector<double>> times(modes.size(), std::vector<double>(views.size()));
+  if (views.empty()) return times;
+  const Target target = bench_target(session.backend);
+  const float runs = static_cast<float>(rounds) * static_cast<float>(modes.size());
+  float done = 0;
+  for (int round = 0; round < rounds; ++round) {
+    for (std::size_t mode = 0; mode < modes.size(); ++mode) {
+      progress.update(done++ / runs);
+      RenderSettings settings = session.settings;
+      settings.mode = modes[mode];
+      const auto draw = [&](std::size_t view) {
+        const Frame& frame =
+            session.renderer->render(views[view], settings, {}, target, progress.stop);
+        return static_cast<double>(frame.stats.frame_ms);
+      };
+      for (std::size_t i = 0; i < kPaperWarmupViews; ++i) draw(i % views.size());
+      for (std::size_t view = 0; view < views.size(); ++view)
+        times[mode][view] += draw(view) / rounds;
+    }
+  }
+  return times;
+}
+
+void judge_quality(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
+                   const Image& truth, ThreadPool& pool, BenchRow& row) {
+  Image image = renderer.render(camera, settings).color;
+  row.repeats = equal_bits(image, renderer.render(camera, settings).color);
+  row.psnr_vs_reference = psnr_8bit(image, truth);
+  Image clamped_truth = truth;
+  clamp_to_unit(image);
+  clamp_to_unit(clamped_truth);
+  row.ssim_vs_reference = ssim(image, clamped_truth, pool);
+  row.flip_vs_reference = flip(clamped_truth, image, pool);
 }
 
 }  // namespace qs

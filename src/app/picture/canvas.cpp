@@ -3,8 +3,148 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <vector>
+
+#include <glm/geometric.hpp>
+#include <imgui.h>
+
+#include "base/assets.h"
+#include "raster/kernel/tile_grid.h"
 
 namespace qs {
+namespace {
+
+// Removes the first code point from `text` and returns it, or '?' if it has three or four bytes.
+ImWchar take_character(std::string_view& text) {
+  const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  std::size_t length = byte(0) < 0x80 ? 1 : byte(0) < 0xe0 ? 2 : byte(0) < 0xf0 ? 3 : 4;
+  length = std::min(length, text.size());
+  ImWchar character = '?';
+  if (byte(0) < 0x80) character = byte(0);
+  if (length == 2) character = static_cast<ImWchar>((byte(0) & 0x1f) << 6 | (byte(1) & 0x3f));
+  text.remove_prefix(length);
+  return character;
+}
+
+void mix(Image& image, int x, int y, glm::vec3 color, float amount) {
+  for (int c = 0; c < 3; ++c) {
+    float& value = image.at(x, y, c);
+    value += amount * (color[c] - value);
+  }
+}
+
+/// The coverage, 0..1, of the pixels of a part of the picture.
+struct Coverage {
+  Span columns, rows;
+  std::vector<float> values;
+
+  Coverage(const Image& image, std::span<const glm::vec2> points, float margin)
+      : columns(range(points, 0, margin, image.width)),
+        rows(range(points, 1, margin, image.height)) {
+    values.resize(static_cast<std::size_t>(columns.size()) * static_cast<std::size_t>(rows.size()));
+  }
+
+  static Span range(std::span<const glm::vec2> points, int axis, float margin, int limit) {
+    float low = INFINITY, high = -INFINITY;
+    for (const glm::vec2& p : points) {
+      low = std::min(low, p[axis]);
+      high = std::max(high, p[axis]);
+    }
+    return {clamp_to_int(std::floor(low - margin), limit),
+            clamp_to_int(std::ceil(high + margin), limit)};
+  }
+
+  float& at(int x, int y) {
+    return values[static_cast<std::size_t>(y - rows.begin) *
+                      static_cast<std::size_t>(columns.size()) +
+                  static_cast<std::size_t>(x - columns.begin)];
+  }
+
+  void paint(Image& image, glm::vec3 color, float opacity) {
+    for (int y = rows.begin; y < rows.end; ++y) {
+      for (int x = columns.begin; x < columns.end; ++x) {
+        if (at(x, y) > 0) mix(image, x, y, color, opacity * at(x, y));
+      }
+    }
+  }
+};
+
+/// 1 inside a dash, 0 in a gap, at the distance `along` from the line's start.
+float dash_coverage(float along, float dash) {
+  const float phase = std::fmod(along, 2 * dash);
+  return std::clamp(0.5f * dash - std::abs(phase - 0.5f * dash) + 0.5f, 0.0f, 1.0f);
+}
+
+constexpr glm::vec3 kFrame{0.9f, 0.1f, 0.1f};
+
+// Draws on the picture around the outside of `rect`.
+void draw_frame(Image& image, PixelRect rect) {
+  const int width = std::max(1, std::min(image.width, image.height) / 250);
+  const PixelRect outer{rect.x - width, rect.y - width, rect.width + 2 * width,
+                        rect.height + 2 * width};
+  fill_rect(image, {outer.x, outer.y, outer.width, width}, kFrame);
+  fill_rect(image, {outer.x, rect.y + rect.height, outer.width, width}, kFrame);
+  fill_rect(image, {outer.x, outer.y, width, outer.height}, kFrame);
+  fill_rect(image, {rect.x + rect.width, outer.y, width, outer.height}, kFrame);
+}
+
+}  // namespace
+
+Font::Font(int line_height)
+    : line_height_(std::max(line_height, 8)), atlas_(std::make_unique<ImFontAtlas>()) {
+  ImFontConfig config;
+  config.OversampleH = 1;  // glyphs are placed on whole pixels and copied texel by texel
+  config.PixelSnapH = true;
+  const auto size = static_cast<float>(line_height_);
+  if (const auto file = find_font()) {
+    font_ = atlas_->AddFontFromFileTTF(file->c_str(), size, &config);
+  }
+  if (!font_) {
+    config.SizePixels = size;
+    font_ = atlas_->AddFontDefault(&config);
+  }
+  unsigned char* texels = nullptr;
+  atlas_->GetTexDataAsAlpha8(&texels, &texture_width_, &texture_height_);
+  texels_ = texels;
+}
+
+Font::~Font() = default;
+
+template <class Visit>
+void Font::for_each_glyph(std::string_view text, Visit&& visit) const {
+  float pen = 0;
+  while (!text.empty()) {
+    const ImFontGlyph& glyph = *font_->FindGlyph(take_character(text));
+    visit(glyph, pen);
+    pen += glyph.AdvanceX;
+  }
+}
+
+int Font::width(std::string_view text) const {
+  float right = 0;
+  for_each_glyph(text,
+                 [&right](const ImFontGlyph& glyph, float pen) { right = pen + glyph.AdvanceX; });
+  return static_cast<int>(std::ceil(right));
+}
+
+void Font::for_each_covered_pixel(
+    std::string_view text, const std::function<void(int x, int y, float coverage)>& visit) const {
+  for_each_glyph(text, [&](const ImFontGlyph& glyph, float pen) {
+    const int left = static_cast<int>(std::lround(pen + glyph.X0)),
+              top = static_cast<int>(std::lround(glyph.Y0));
+    const int u = static_cast<int>(std::lround(glyph.U0 * static_cast<float>(texture_width_)));
+    const int v = static_cast<int>(std::lround(glyph.V0 * static_cast<float>(texture_height_)));
+    const int u_end = static_cast<int>(std::lround(glyph.U1 * static_cast<float>(texture_width_)));
+    const int v_end = static_cast<int>(std::lround(glyph.V1 * static_cast<float>(texture_height_)));
+    for (int y = v; y < v_end; ++y) {
+      for (int x = u; x < u_end; ++x) {
+        const unsigned char texel = texels_[y * texture_width_ + x];
+        if (texel != 0) visit(left + x - u, top + y - v, static_cast<float>(texel) / 255);
+      }
+    }
+  });
+}
 
 void fill_rect(Image& image, PixelRect rect, glm::vec3 color) {
   assert(image.channels == 3);
@@ -38,6 +178,112 @@ int draw_text(Image& image, const Font& font, glm::ivec2 at, std::string_view te
     }
   });
   return width;
+}
+
+void stroke(Image& image, std::span<const glm::vec2> points, bool closed, const Pen& pen) {
+  if (points.size() < 2) return;
+  const float reach = 0.5f * pen.width + 0.5f;
+  Coverage coverage(image, points, reach);
+  float start = 0;
+  for (std::size_t i = 0; i + (closed ? 0 : 1) < points.size(); ++i) {
+    const glm::vec2 a = points[i], b = points[(i + 1) % points.size()];
+    const glm::vec2 along = b - a;
+    const float length = glm::length(along);
+    const glm::vec2 ends[] = {a, b};
+    const Span columns =
+        intersection(Coverage::range(ends, 0, reach, image.width), coverage.columns);
+    const Span rows = intersection(Coverage::range(ends, 1, reach, image.height), coverage.rows);
+    for (int y = rows.begin; y < rows.end; ++y) {
+      for (int x = columns.begin; x < columns.end; ++x) {
+        const glm::vec2 p(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+        const float t =
+            length > 0 ? std::clamp(glm::dot(p - a, along) / (length * length), 0.0f, 1.0f) : 0;
+        float covered = std::clamp(reach - glm::length(p - a - t * along), 0.0f, 1.0f);
+        covered = std::min(covered, pen.width);
+        if (pen.dash > 0) covered *= dash_coverage(start + t * length, pen.dash);
+        coverage.at(x, y) = std::max(coverage.at(x, y), covered);
+      }
+    }
+    start += length;
+  }
+  coverage.paint(image, pen.color, pen.opacity);
+}
+
+void fill_polygon(Image& image, std::span<const glm::vec2> points, glm::vec3 color, float opacity) {
+  if (points.size() < 3) return;
+  constexpr int kLines = 4;  // samples per pixel down a column; along a row the coverage is exact
+  Coverage coverage(image, points, 0);
+  std::vector<float> crossings;
+  for (int y = coverage.rows.begin; y < coverage.rows.end; ++y) {
+    for (int line = 0; line < kLines; ++line) {
+      const float at = static_cast<float>(y) + (static_cast<float>(line) + 0.5f) / kLines;
+      crossings.clear();
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const glm::vec2 a = points[i], b = points[(i + 1) % points.size()];
+        if ((a.y <= at) != (b.y <= at))
+          crossings.push_back(a.x + (at - a.y) / (b.y - a.y) * (b.x - a.x));
+      }
+      std::sort(crossings.begin(), crossings.end());
+      for (std::size_t i = 0; i + 1 < crossings.size(); i += 2) {
+        const glm::vec2 ends[] = {{crossings[i], at}, {crossings[i + 1], at}};
+        const Span run = intersection(Coverage::range(ends, 0, 0, image.width), coverage.columns);
+        for (int x = run.begin; x < run.end; ++x) {
+          const auto left = static_cast<float>(x);
+          const float part = std::min(crossings[i + 1], left + 1) - std::max(crossings[i], left);
+          coverage.at(x, y) += std::max(part, 0.0f) / kLines;
+        }
+      }
+    }
+  }
+  coverage.paint(image, color, opacity);
+}
+
+glm::ivec2 enlarged_size(PixelRect part, double zoom) {
+  return {static_cast<int>(std::lround(part.width * zoom)),
+          static_cast<int>(std::lround(part.height * zoom))};
+}
+
+Image enlarged(const Image& image, PixelRect part, double zoom) {
+  const Image source = cropped(image, part);
+  const glm::ivec2 size = enlarged_size(part, zoom);
+  Image result(size.x, size.y, 3);
+  // The two pixels around a pixel's centre, and the weight of the second.
+  struct Between {
+    int first, second;
+    float weight;
+  };
+  const auto between = [zoom](int pixel, int count) {
+    const double center =
+        std::clamp((pixel + 0.5) / zoom - 0.5, 0.0, static_cast<double>(count - 1));
+    const int first = static_cast<int>(center);
+    return Between{first, std::min(first + 1, count - 1), static_cast<float>(center - first)};
+  };
+  for (int y = 0; y < size.y; ++y) {
+    const Between row = between(y, source.height);
+    for (int x = 0; x < size.x; ++x) {
+      const Between column = between(x, source.width);
+      for (int c = 0; c < 3; ++c) {
+        const auto of_row = [&](int from) {
+          return source.at(column.first, from, c) * (1 - column.weight) +
+                 source.at(column.second, from, c) * column.weight;
+        };
+        result.at(x, y, c) = of_row(row.first) * (1 - row.weight) + of_row(row.second) * row.weight;
+      }
+    }
+  }
+  return result;
+}
+
+Image with_inset(const Image& image, PixelRect part, double zoom) {
+  const Image inset = enlarged(image, part, zoom);
+  Image result = cropped(image, {0, 0, image.width, image.height});
+  draw_frame(result, part);
+  const bool left = 2 * part.x + part.width > image.width;
+  const bool top = 2 * part.y + part.height > image.height;
+  const glm::ivec2 at{left ? 0 : image.width - inset.width, top ? 0 : image.height - inset.height};
+  draw_frame(result, {at.x, at.y, inset.width, inset.height});
+  paste(result, inset, at);
+  return result;
 }
 
 }  // namespace qs

@@ -11,9 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "app/picture/colormap.h"
 #include "app/picture/legend.h"
-#include "app/picture/scale.h"
+#include "app/picture/palette.h"
 #include "raster/api/renderer.h"
 
 namespace qs {

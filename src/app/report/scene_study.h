@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "app/inspect/gaussian.h"
-#include "app/inspect/pair_use.h"
+#include "app/inspect/pixel.h"
 #include "raster/kernel/cull/table.h"
 
 namespace qs {

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "app/framing/cloud_sample.h"
 #include "app/framing/first_view.h"
+#include "app/framing/subject.h"
 #include "raster/api/renderer.h"
 #include "support/built_scenes.h"
 #include "support/pool.h"

@@ -201,12 +201,9 @@ glm::ivec2 center_pixel(const Camera& camera) { return {camera.width / 2, camera
 
 std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
                                      RenderSettings settings, glm::ivec2 pixel) {
-  Outputs outputs;
-  outputs.color = false;
-  outputs.trace = true;
   settings.mode = default_mode();
-  const std::optional<double> depth =
-      pixel_depth(renderer.render(camera, settings, outputs), camera, pixel);
+  const Frame& frame = renderer.render(camera, settings, {.color = false, .trace = true});
+  const std::optional<double> depth = pixel_depth(frame, camera, pixel);
   if (!depth) return std::nullopt;
   return point_at(camera, glm::dvec2(pixel), *depth);
 }

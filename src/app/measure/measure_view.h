@@ -31,20 +31,14 @@ struct ViewPlan {
   std::uint64_t first_round = 0;
 };
 
-/// Images stay in the backend's own memory.
-Target bench_target(Backend backend);
-
 /// One row per mode, in the order of `modes`, and one per guest. The caller sets scene, camera and
 /// view of the rows.
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
                                    const Camera& camera, const ViewPlan& plan,
                                    const Progress& progress);
 
-inline constexpr int kPaperWarmupViews = 5;
-
 /// By mode and view: the time of the view's frame in ms, the mean over `rounds` runs. The warm-up
-/// draws the first views, and begins again with the first if there are fewer than
-/// kPaperWarmupViews.
+/// draws the first five views, and begins again with the first if there are fewer.
 std::vector<std::vector<double>> paper_times(Session& session, const std::vector<CullMode>& modes,
                                              std::span<const Camera> views, int rounds,
                                              const Progress& progress);

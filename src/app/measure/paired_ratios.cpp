@@ -35,29 +35,20 @@ bool same_group(const PairedRatio& ratio, const BenchRow& row) {
   return ratio.scene == row.scene && ratio.mode == row.mode && ratio.pipeline == row.pipeline;
 }
 
-// A camera's ratio and the frames behind it.
-struct CameraRatio {
-  PairedRatio ratio;
-  std::optional<std::uint64_t> frames;
+// The ratios of the cameras of a scene, pipeline and mode, and the rows behind them.
+struct RatioGroup {
+  std::vector<PairedRatio> ratios;
+  std::vector<const BenchRow*> rows;
 };
 
-PairedRatio over_cameras(const std::vector<CameraRatio>& cameras) {
-  PairedRatio result = cameras.front().ratio;
+PairedRatio over_cameras(const std::vector<PairedRatio>& cameras) {
+  PairedRatio result = cameras.front();
   result.camera.clear();
   if (cameras.size() == 1) return result;
   std::vector<double> values;
-  for (const CameraRatio& camera : cameras) values.push_back(camera.ratio.ratio.value);
+  for (const PairedRatio& camera : cameras) values.push_back(camera.ratio.value);
   result.ratio = geometric_mean(values);
   return result;
-}
-
-std::optional<std::uint64_t> frames_of(const std::vector<CameraRatio>& cameras) {
-  std::uint64_t sum = 0;
-  for (const CameraRatio& camera : cameras) {
-    if (!camera.frames) return std::nullopt;
-    sum += *camera.frames;
-  }
-  return sum;
 }
 
 }  // namespace
@@ -105,18 +96,27 @@ std::vector<double> rounds_of(const BenchRow& row) {
   return row.round_ms.empty() ? std::vector<double>{row.ms_median} : row.round_ms;
 }
 
-std::optional<Ratio> paired_ratio(const BenchRow& base, const BenchRow& row) {
-  std::vector<double> base_ms = rounds_of(base), ms = rounds_of(row);
-  if (base.turn_ms && row.turn_ms && base.turn_ms->size() == row.turn_ms->size()) {
-    base_ms = *base.turn_ms;
-    ms = *row.turn_ms;
+std::optional<std::uint64_t> all_frames(std::span<const BenchRow* const> rows) {
+  std::uint64_t sum = 0;
+  for (const BenchRow* row : rows) {
+    if (!row->frames) return std::nullopt;
+    sum += *row->frames;
   }
+  return sum;
+}
+
+std::optional<Ratio> ratio_of_times(std::span<const double> base_ms, std::span<const double> ms) {
   std::vector<double> ratios;
-  for (std::size_t round = 0; round < std::min(base_ms.size(), ms.size()); ++round) {
-    if (base_ms[round] > 0 && ms[round] > 0) ratios.push_back(base_ms[round] / ms[round]);
+  for (std::size_t i = 0; i < std::min(base_ms.size(), ms.size()); ++i) {
+    if (base_ms[i] > 0 && ms[i] > 0) ratios.push_back(base_ms[i] / ms[i]);
   }
-  if (ratios.empty()) return std::nullopt;
-  return geometric_mean(ratios);
+  return ratios.empty() ? std::nullopt : std::optional(geometric_mean(ratios));
+}
+
+std::optional<Ratio> paired_ratio(const BenchRow& base, const BenchRow& row) {
+  if (base.turn_ms && row.turn_ms && base.turn_ms->size() == row.turn_ms->size())
+    return ratio_of_times(*base.turn_ms, *row.turn_ms);
+  return ratio_of_times(rounds_of(base), rounds_of(row));
 }
 
 std::vector<PairedRatio> paired_ratios(const std::vector<BenchRow>& rows,
@@ -125,24 +125,25 @@ std::vector<PairedRatio> paired_ratios(const std::vector<BenchRow>& rows,
   for (const BenchRow& row : rows) {
     if (row.mode == baseline) bases.emplace(view_of(row), &row);
   }
-  std::vector<std::vector<CameraRatio>> groups;
+  std::vector<RatioGroup> groups;
   for (const BenchRow& row : rows) {
     const auto base = bases.find(view_of(row));
     if (row.mode == baseline || base == bases.end()) continue;
     const std::optional<Ratio> ratio = paired_ratio(*base->second, row);
     if (!ratio) continue;
-    const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& members) {
-      return same_group(members.front().ratio, row);
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const RatioGroup& members) {
+      return same_group(members.ratios.front(), row);
     });
-    (group == groups.end() ? groups.emplace_back() : *group)
-        .push_back({{row.scene, row.camera, row.mode, row.pipeline, *ratio}, row.frames});
+    if (group == groups.end()) group = groups.emplace(group);
+    group->ratios.push_back({row.scene, row.camera, row.mode, row.pipeline, *ratio});
+    group->rows.push_back(&row);
   }
   std::vector<PairedRatio> ratios;
-  for (const std::vector<CameraRatio>& group : groups) {
-    for (const CameraRatio& camera : group) {
-      if (are_enough_frames(camera.frames)) ratios.push_back(camera.ratio);
+  for (const auto& [cameras, behind] : groups) {
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      if (are_enough_frames(behind[i]->frames)) ratios.push_back(cameras[i]);
     }
-    if (are_enough_frames(frames_of(group))) ratios.push_back(over_cameras(group));
+    if (are_enough_frames(all_frames(behind))) ratios.push_back(over_cameras(cameras));
   }
   return ratios;
 }

@@ -61,6 +61,12 @@ struct PairedRatio {
 /// The medians of the row's rounds. A row without them counts as one round.
 std::vector<double> rounds_of(const BenchRow& row);
 
+/// The sum of the frames of all rows; unset if a row lacks them.
+std::optional<std::uint64_t> all_frames(std::span<const BenchRow* const> rows);
+
+/// The geometric mean of the ratios of times at equal places of both lists. Unset without times.
+std::optional<Ratio> ratio_of_times(std::span<const double> base_ms, std::span<const double> ms);
+
 /// The ratio of two rows of one view, over the rounds that both have; if both have a single round,
 /// over its frames. Unset without times.
 std::optional<Ratio> paired_ratio(const BenchRow& base, const BenchRow& row);

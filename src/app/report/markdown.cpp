@@ -37,27 +37,9 @@ std::optional<double> weighted_mean(const std::vector<const Row*>& rows, const V
   const double weight = 1.0 / static_cast<double>(rows.size());
   double sum = 0;
   for (const Row* row : rows) {
-    const std::optional<double> value = std::invoke(value_of, *row);
+    const auto value = std::invoke(value_of, *row);
     if (!value) return std::nullopt;
-    sum += weight * *value;
-  }
-  return sum;
-}
-
-std::optional<double> real(std::optional<std::uint64_t> count) {
-  return count ? std::optional(static_cast<double>(*count)) : std::nullopt;
-}
-
-bool has_noisy_time(const ModeMean& mean) {
-  return mean.ms_spread && *mean.ms_spread > kNoisySpread * mean.ms;
-}
-
-// The sum of the frames of all rows; unset if a row lacks them.
-std::optional<std::uint64_t> all_frames(const std::vector<const BenchRow*>& rows) {
-  std::uint64_t sum = 0;
-  for (const BenchRow* row : rows) {
-    if (!row->frames) return std::nullopt;
-    sum += *row->frames;
+    sum += weight * static_cast<double>(*value);
   }
   return sum;
 }
@@ -88,9 +70,9 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
     if (!row->repeats) mean.repeats.reset();
     if (mean.repeats) mean.repeats = *mean.repeats && *row->repeats;
   }
-  mean.sort_bytes = weighted_mean(rows, [](const BenchRow& row) { return real(row.sort_bytes); });
+  mean.sort_bytes = weighted_mean(rows, &BenchRow::sort_bytes);
   mean.ms_spread = weighted_mean(rows, spread_ms);
-  mean.noisy = mean_noise > kNoiseTolerance || has_noisy_time(mean);
+  mean.noisy = mean_noise > kNoiseTolerance || is_noisy_spread(mean.ms_spread, mean.ms);
   mean.enough_frames = are_enough_frames(all_frames(rows));
   mean.psnr = mean_of_column(rows, &BenchRow::psnr_vs_reference);
   mean.ssim = mean_of_column(rows, &BenchRow::ssim_vs_reference);
@@ -100,9 +82,13 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   return mean;
 }
 
+bool has_paper_fps(const std::vector<ModeMean>& means) {
+  return std::any_of(means.begin(), means.end(),
+                     [](const ModeMean& mean) { return mean.fps_paper.has_value(); });
+}
+
 std::string table(const std::vector<ModeMean>& means, const std::string& baseline) {
-  const bool paper = std::any_of(means.begin(), means.end(),
-                                 [](const ModeMean& mean) { return mean.fps_paper.has_value(); });
+  const bool paper = has_paper_fps(means);
   std::string text = fmt::format(
       "| mode | Gaussians | PSNR dB | ms | FPS |{} vs {} | pairs | sort bytes |\n"
       "|---|---:|---:|---:|---:|{}---:|---:|---:|\n",
@@ -246,8 +232,7 @@ std::string format_markdown(const BenchReport& report) {
       measured_on(report.environment), report.environment.value("backend", "?"),
       report.environment.value("commit", "?"), report.environment.value("utc", "?"),
       100 * kNoisySpread, 100 * kNoiseTolerance);
-  if (std::any_of(means.begin(), means.end(),
-                  [](const ModeMean& mean) { return mean.fps_paper.has_value(); })) {
+  if (has_paper_fps(means)) {
     text +=
         "\nFPS (paper) is computed as in the published script: after 5 views to warm up, every "
         "view is drawn once, and 1000 is divided by the mean time in milliseconds.\n";

@@ -13,8 +13,6 @@
 namespace qs {
 namespace {
 
-constexpr int kPanel = 224;  // px, largest side of an enlarged picture
-constexpr int kGap = 16, kLine = 18, kBar = 14, kTicks = 34;
 constexpr int kScaleEnd = 32;  // differences of 8-bit values that the colour bar shows
 
 glm::vec3 color_at(const Picture8& picture, std::size_t pixel) {
@@ -30,67 +28,46 @@ glm::vec3 difference_at(const Picture8& a, const Picture8& b, std::size_t pixel)
 }
 
 // Enlarged pictures in a row with their titles above them.
-class Sheet {
- public:
-  Sheet(const Camera& camera, int panels)
-      : width_(camera.width),
-        height_(camera.height),
-        zoom_(std::max(1, kPanel / std::max(camera.width, camera.height))),
-        font_(kLine) {
-    image_ = Image(panels * (zoom_ * width_ + kGap) + kBar + kTicks,
-                   zoom_ * height_ + kLine + kLine / 2, 3);
-    fill_rect(image_, {0, 0, image_.width, image_.height}, glm::vec3(1));
-  }
-
+Image sheet_of(const KitView& view, const SceneVerdict& verdict, const Picture8& picture) {
+  constexpr int kPanel = 224;  // px, largest side of an enlarged picture
+  constexpr int kGap = 16, kLine = 18, kBar = 14, kTicks = 34;
+  const Picture8 truth = picture8(draw_with(view, {}));
+  const int width = view.camera.width, height = view.camera.height;
+  const int zoom = std::max(1, kPanel / std::max(width, height));
+  const int panels = verdict.causes.empty() ? 3 : 4;
+  const Font font(kLine);
+  Image sheet = plain_picture(panels * (zoom * width + kGap) + kBar + kTicks,
+                              zoom * height + kLine + kLine / 2, glm::vec3(1));
+  int left = 0;
   // color(pixel) for every pixel.
-  template <class Color>
-  void panel(const char* title, const Color& color) {
-    draw_text(image_, font_, {x_, 0}, title, on_white::kInk);
-    for (int y = 0; y < height_; ++y) {
-      for (int x = 0; x < width_; ++x) {
-        const auto pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                           static_cast<std::size_t>(x);
-        fill_rect(image_, {x_ + zoom_ * x, kLine + zoom_ * y, zoom_, zoom_}, color(pixel));
+  const auto draw_panel = [&](const char* title, const auto& color) {
+    draw_text(sheet, font, {left, 0}, title, on_white::kInk);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        fill_rect(sheet, {left + zoom * x, kLine + zoom * y, zoom, zoom},
+                  color(static_cast<std::size_t>(y * width + x)));
       }
     }
-    x_ += zoom_ * width_ + kGap;
+    left += zoom * width + kGap;
+  };
+  draw_panel("truth", [&](std::size_t pixel) { return color_at(truth, pixel); });
+  draw_panel("this renderer", [&](std::size_t pixel) { return color_at(picture, pixel); });
+  draw_panel("difference", [&](std::size_t pixel) { return difference_at(truth, picture, pixel); });
+  const int bar = left - kGap / 2, length = zoom * height;
+  for (int y = 0; y < length; ++y)
+    fill_rect(sheet, {bar, kLine + y, kBar, 1},
+              viridis(1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(length)));
+  for (const int tick : {0, kScaleEnd / 2, kScaleEnd}) {
+    const int y = kLine + length - length * tick / kScaleEnd;
+    draw_text(sheet, font, {bar + kBar + 4, y - kLine / 2},
+              std::to_string(tick) + (tick == kScaleEnd ? "+" : ""), on_white::kInk);
   }
-
-  void bar() {
-    const int height = zoom_ * height_;
-    x_ -= kGap / 2;
-    for (int y = 0; y < height; ++y)
-      fill_rect(image_, {x_, kLine + y, kBar, 1},
-                viridis(1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(height)));
-    for (const int tick : {0, kScaleEnd / 2, kScaleEnd}) {
-      const int y = kLine + height - height * tick / kScaleEnd;
-      draw_text(image_, font_, {x_ + kBar + 4, y - kLine / 2},
-                std::to_string(tick) + (tick == kScaleEnd ? "+" : ""), on_white::kInk);
-    }
-    x_ += kBar + kTicks + kGap / 2;
-  }
-
-  const Image& image() const { return image_; }
-
- private:
-  int width_, height_, zoom_, x_ = 0;
-  Font font_;
-  Image image_;
-};
-
-Image sheet_of(const KitView& view, const SceneVerdict& verdict, const Picture8& picture) {
-  const Picture8 truth = picture8(draw_with(view, {}));
-  Sheet sheet(view.camera, verdict.causes.empty() ? 3 : 4);
-  sheet.panel("truth", [&](std::size_t pixel) { return color_at(truth, pixel); });
-  sheet.panel("this renderer", [&](std::size_t pixel) { return color_at(picture, pixel); });
-  sheet.panel("difference",
-              [&](std::size_t pixel) { return difference_at(truth, picture, pixel); });
-  sheet.bar();
+  left += kBar + kTicks;
   if (!verdict.causes.empty()) {
     const Picture8 wrong = picture8(draw_with(view, verdict.causes.front()));
-    sheet.panel("with the mistakes", [&](std::size_t pixel) { return color_at(wrong, pixel); });
+    draw_panel("with the mistakes", [&](std::size_t pixel) { return color_at(wrong, pixel); });
   }
-  return sheet.image();
+  return sheet;
 }
 
 std::string outcome(const SceneVerdict& verdict) {

@@ -47,10 +47,8 @@ PixelRect SplitScreen::strip(std::size_t index) const {
 
 void SplitScreen::show(std::size_t index, const Image& view) {
   const PixelRect part = strip(index);
-  for (int y = 0; y < part.height; ++y) {
-    const float* from = view.row(y) + 3 * part.x;
-    std::copy(from, from + 3 * part.width, picture_.row(y) + 3 * part.x);
-  }
+  for (int y = 0; y < part.height; ++y)
+    std::copy_n(view.row(y) + 3 * part.x, 3 * part.width, picture_.row(y) + 3 * part.x);
 }
 
 void SplitScreen::label(std::size_t index, const std::vector<std::string>& lines) {
@@ -61,9 +59,8 @@ void SplitScreen::label(std::size_t index, const std::vector<std::string>& lines
   const int height = static_cast<int>(lines.size() + 1) * line + margin;
   const int left = part.x + (part.width - width) / 2;
   int top = part.height - height - margin;
-  const glm::vec2 low(left, top), high(left + width, top + height);
-  const glm::vec2 plate[] = {low, {high.x, low.y}, high, {low.x, high.y}};
-  fill_polygon(picture_, plate, on_dark::kPanel, kPlateOpacity);
+  fill_polygon(picture_, corners_of({left, top}, {left + width, top + height}), on_dark::kPanel,
+               kPlateOpacity);
   top += margin / 2;
   const StripName& name = names_[index];
   const int middle = left + width / 2;

@@ -18,10 +18,6 @@
 namespace qs {
 namespace {
 
-std::array<glm::vec2, 4> corners(glm::vec2 low, glm::vec2 high) {
-  return {low, glm::vec2(high.x, low.y), high, glm::vec2(low.x, high.y)};
-}
-
 using on_white::kFaint;
 using on_white::kInk;
 
@@ -192,8 +188,7 @@ int draw_legend(Image& page, const Fonts& fonts, glm::ivec2 at, const GaussianRe
        fmt::format("{}: also the others, {:.2f} times as large", mode_name(kQuad), g.f)},
       {kPixelPen, 0, "the pixel"}};
   for (const Entry& entry : entries) {
-    const glm::vec2 low = glm::vec2(at) + glm::vec2(0, 5), high = low + glm::vec2(34, 14);
-    const glm::vec2 box[] = {low, {high.x, low.y}, high, {low.x, high.y}};
+    const auto box = corners_of(at + glm::ivec2(0, 5), at + glm::ivec2(34, 19));
     if (entry.fill > 0) fill_polygon(page, box, entry.pen.color, entry.fill);
     stroke(page, box, true, entry.pen);
     at.y = write(page, {fonts.small, kInk, 5}, {at.x + 46, at.y}, entry.words);
@@ -212,9 +207,8 @@ Box box_of_tile(const TileGrid& grid, int tile) {
 FrameCanvas::FrameCanvas(const Box& window, glm::ivec2 size, float scale_limit) : window_(window) {
   const glm::vec2 extent = window.high - window.low, room(size);
   scale_ = std::min({room.x / extent.x, room.y / extent.y, scale_limit});
-  picture_ = Image(static_cast<int>(std::ceil(extent.x * scale_)),
-                   static_cast<int>(std::ceil(extent.y * scale_)), 3);
-  fill_rect(picture_, {0, 0, picture_.width, picture_.height}, on_white::kPanel);
+  picture_ = plain_picture(static_cast<int>(std::ceil(extent.x * scale_)),
+                           static_cast<int>(std::ceil(extent.y * scale_)), on_white::kPanel);
 }
 
 void FrameCanvas::draw_frame(const Image& color, float strength) {
@@ -242,11 +236,11 @@ void FrameCanvas::draw_grid(const TileGrid& grid, glm::vec2 image_size) {
 }
 
 void FrameCanvas::fill_box(const Box& box, glm::vec3 color, float opacity) {
-  fill_polygon(picture_, corners(to_picture(box.low), to_picture(box.high)), color, opacity);
+  fill_polygon(picture_, corners_of(to_picture(box.low), to_picture(box.high)), color, opacity);
 }
 
 void FrameCanvas::outline_box(const Box& box, const Pen& pen) {
-  stroke(picture_, corners(to_picture(box.low), to_picture(box.high)), true, pen);
+  stroke(picture_, corners_of(to_picture(box.low), to_picture(box.high)), true, pen);
 }
 
 void FrameCanvas::draw_ellipse(const Footprint& footprint, const Pen& pen, float fill_opacity) {
@@ -257,8 +251,7 @@ void FrameCanvas::draw_ellipse(const Footprint& footprint, const Pen& pen, float
 }
 
 void FrameCanvas::draw_dot(glm::vec2 at, float radius, glm::vec3 color) {
-  const glm::vec2 center = to_picture(at);
-  const glm::vec2 points[] = {center, center + glm::vec2(0.01f, 0)};
+  const glm::vec2 points[] = {to_picture(at), to_picture(at) + glm::vec2(0.01f, 0)};
   stroke(picture_, points, false, {color, 2 * radius});
 }
 
@@ -293,8 +286,7 @@ Image draw_construction(const ConstructionInput& input) {
   const GaussianReport& g = *input.inspection.gaussian;
   const Fonts fonts;
   const Box window = window_of(g, input.grid);
-  Image page(kWidth, kMostHeight, 3);
-  fill_rect(page, {0, 0, page.width, page.height}, on_white::kWhite);
+  Image page = plain_picture(kWidth, kMostHeight, on_white::kWhite);
   const int below_title = write(page, {fonts.title, kInk, 4}, {kFigureMargin, kFigureMargin},
                                 fmt::format("Gaussian {}", grouped(g.gaussian)));
   const int top = write(

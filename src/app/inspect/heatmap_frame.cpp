@@ -73,13 +73,9 @@ struct FrameComparison {
 
 MissedMap missed_contributions(const Frame& all, const Frame& frame, glm::ivec2 size,
                                glm::vec3 background, ThreadPool& pool, std::stop_token stop) {
-  MissedMap map;
-  map.width = size.x;
-  map.height = size.y;
   const auto pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-  map.counts.resize(pixels);
-  map.alphas.resize(pixels);
-  map.errors.resize(pixels);
+  MissedMap map{size.x, size.y, std::vector<std::uint32_t>(pixels), std::vector<float>(pixels),
+                std::vector<float>(pixels)};
   const std::size_t gaussians = all.stats.gaussians;
   const FrameComparison comparison{all, frame, background, slots_of(all.trace, gaussians)};
   std::vector<std::vector<int>> marks(static_cast<std::size_t>(pool.size()));
@@ -101,11 +97,7 @@ MissedMap missed_contributions(const Frame& all, const Frame& frame, glm::ivec2 
 }
 
 Heatmap missed_heatmap(const MissedMap& map) {
-  Heatmap heatmap;
-  heatmap.quantity = HeatQuantity::missed;
-  heatmap.columns = map.width;
-  heatmap.rows = map.height;
-  heatmap.values = map.counts;
+  Heatmap heatmap{HeatQuantity::missed, map.width, map.height, 1, map.counts};
   sum_up(heatmap);
   return heatmap;
 }
@@ -128,9 +120,8 @@ HeatmapMaker::HeatmapMaker(Renderer& renderer, const Camera& camera, const Rende
   if (quantity != HeatQuantity::missed) return;
   RenderSettings baseline = settings;
   baseline.mode = kBaselineMode;
-  Outputs outputs = inspection_outputs();
-  outputs.color = false;
-  baseline_ = renderer.render(camera, baseline, outputs, HostImage{}, stop_);
+  baseline_ =
+      renderer.render(camera, baseline, {.color = false, .trace = true}, HostImage{}, stop_);
 }
 
 Outputs HeatmapMaker::outputs() const {

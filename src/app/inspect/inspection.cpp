@@ -117,11 +117,7 @@ std::string walk_lines(const ModeTiles& mode) {
 
 }  // namespace
 
-Outputs inspection_outputs() {
-  Outputs outputs;
-  outputs.trace = true;
-  return outputs;
-}
+Outputs inspection_outputs() { return {.trace = true}; }
 
 Inspection inspect(const Frame& frame, glm::ivec2 size, glm::ivec2 pixel, glm::vec3 background,
                    std::optional<std::uint32_t> gaussian) {

@@ -17,76 +17,11 @@
 namespace qs {
 namespace {
 
-constexpr int kContactMargin = 36, kContactGap = 14, kBarWidth = 360, kBarHeight = 18;
-
 Image colored(const Image& flip, double scale) {
   return picture_of(flip.width, flip.height, [&](int x, int y, int c) {
     return viridis(flip.at(x, y, 0) / static_cast<float>(scale))[c];
   });
 }
-
-class ContactSheet {
- public:
-  ContactSheet(std::span<const SheetRow> rows, double scale) : rows_(rows), scale_(scale) {
-    for (const SheetRow& row : rows) width_ = std::max(width_, row.truth.width);
-    int height = header_height();
-    for (const SheetRow& row : rows) height += row_height(row);
-    page_ = Image(2 * kContactMargin + 3 * width_ + 2 * kContactGap, height + kContactMargin, 3);
-    fill_rect(page_, {0, 0, page_.width, page_.height}, on_white::kWhite);
-  }
-
-  Image draw(const std::string& truth, const std::string& judged) {
-    const std::string heads[] = {truth, judged, "visible difference (FLIP)"};
-    for (int column = 0; column < 3; ++column)
-      draw_text(page_, head_, {left(column), kContactMargin}, heads[column], on_white::kInk);
-    draw_bar({left(2), kContactMargin + head_.line_height() + 10});
-    int top = header_height();
-    for (const SheetRow& row : rows_) {
-      draw_row(row, top);
-      top += row_height(row);
-    }
-    return std::move(page_);
-  }
-
- private:
-  int left(int column) const { return kContactMargin + column * (width_ + kContactGap); }
-  int header_height() const {
-    return kContactMargin + head_.line_height() + 10 + kBarHeight + text_.line_height() + 24;
-  }
-  int row_height(const SheetRow& row) const {
-    return row.truth.height + text_.line_height() + 6 + kContactGap;
-  }
-
-  void draw_bar(glm::ivec2 at) {
-    const int width = std::min(kBarWidth, width_);
-    for (int x = 0; x < width; ++x) {
-      fill_rect(page_, {at.x + x, at.y, 1, kBarHeight},
-                viridis(static_cast<float>(x) / static_cast<float>(width - 1)));
-    }
-    const int below = at.y + kBarHeight + 4;
-    draw_text(page_, text_, {at.x, below}, "0", on_white::kFaint);
-    draw_text(page_, text_, {at.x + width, below}, fmt::format("{:g}", scale_), on_white::kFaint,
-              Align::right);
-  }
-
-  void draw_row(const SheetRow& row, int top) {
-    const Image* const pictures[] = {&row.truth, &row.judged};
-    for (int column = 0; column < 2; ++column) paste(page_, *pictures[column], {left(column), top});
-    paste(page_, colored(row.flip, scale_), {left(2), top});
-    const PictureQuality& q = row.quality;
-    const int below = top + row.truth.height + 4;
-    draw_text(page_, text_, {left(0), below}, q.view, on_white::kInk);
-    draw_text(page_, text_, {left(1), below},
-              fmt::format("{} dB \u00b7 SSIM {:.4f}", decibels(q.psnr), q.ssim), on_white::kFaint);
-    draw_text(page_, text_, {left(2), below}, fmt::format("FLIP {:.4f}", q.flip), on_white::kFaint);
-  }
-
-  std::span<const SheetRow> rows_;
-  double scale_;
-  Font head_{26}, text_{20};
-  int width_ = 280;  // the headlines fit
-  Image page_;
-};
 
 }  // namespace
 
@@ -146,7 +81,45 @@ double flip_scale(std::span<const SheetRow> rows) {
 
 Image draw_contact_sheet(std::span<const SheetRow> rows, const std::string& truth,
                          const std::string& judged, double scale) {
-  return ContactSheet(rows, scale).draw(truth, judged);
+  constexpr int kMargin = 36, kGap = 14, kBarHeight = 18;
+  const Font head(26), text(20);
+  const auto row_height = [&](const SheetRow& row) {
+    return row.truth.height + text.line_height() + 6 + kGap;
+  };
+  const int bar_top = kMargin + head.line_height() + 10, bar_bottom = bar_top + kBarHeight + 4;
+  int width = 280;  // the headlines fit
+  int top = bar_bottom + text.line_height() + 20, height = top + kMargin;
+  for (const SheetRow& row : rows) {
+    width = std::max(width, row.truth.width);
+    height += row_height(row);
+  }
+  Image page = plain_picture(2 * kMargin + 3 * width + 2 * kGap, height, on_white::kWhite);
+  const auto left = [&](int column) { return kMargin + column * (width + kGap); };
+  const std::string heads[] = {truth, judged, "visible difference (FLIP)"};
+  for (int column = 0; column < 3; ++column)
+    draw_text(page, head, {left(column), kMargin}, heads[column], on_white::kInk);
+  // The colour bar.
+  const int bar = std::min(360, width);
+  for (int x = 0; x < bar; ++x) {
+    fill_rect(page, {left(2) + x, bar_top, 1, kBarHeight},
+              viridis(static_cast<float>(x) / static_cast<float>(bar - 1)));
+  }
+  draw_text(page, text, {left(2), bar_bottom}, "0", on_white::kFaint);
+  draw_text(page, text, {left(2) + bar, bar_bottom}, fmt::format("{:g}", scale), on_white::kFaint,
+            Align::right);
+  for (const SheetRow& row : rows) {
+    paste(page, row.truth, {left(0), top});
+    paste(page, row.judged, {left(1), top});
+    paste(page, colored(row.flip, scale), {left(2), top});
+    const PictureQuality& q = row.quality;
+    const int below = top + row.truth.height + 4;
+    draw_text(page, text, {left(0), below}, q.view, on_white::kInk);
+    draw_text(page, text, {left(1), below},
+              fmt::format("{} dB \u00b7 SSIM {:.4f}", decibels(q.psnr), q.ssim), on_white::kFaint);
+    draw_text(page, text, {left(2), below}, fmt::format("FLIP {:.4f}", q.flip), on_white::kFaint);
+    top += row_height(row);
+  }
+  return page;
 }
 
 }  // namespace qs

@@ -27,6 +27,31 @@ ImWchar take_character(std::string_view& text) {
   return character;
 }
 
+/// Calls visit(glyph, pen) for the glyphs of a line from left to right. Returns the line's width.
+template <class Visit>
+float for_each_glyph(const ImFont& font, std::string_view text, const Visit& visit) {
+  float pen = 0;
+  while (!text.empty()) {
+    const ImFontGlyph& glyph = *font.FindGlyph(take_character(text));
+    visit(glyph, pen);
+    pen += glyph.AdvanceX;
+  }
+  return pen;
+}
+
+/// Calls set(x, y, channel) for every place of `rect` that is inside of the picture.
+template <class Set>
+void for_each_value(const Image& image, PixelRect rect, const Set& set) {
+  assert(image.channels == 3);
+  const int x_end = std::min(rect.x + rect.width, image.width);
+  const int y_end = std::min(rect.y + rect.height, image.height);
+  for (int y = std::max(rect.y, 0); y < y_end; ++y) {
+    for (int x = std::max(rect.x, 0); x < x_end; ++x) {
+      for (int c = 0; c < 3; ++c) set(x, y, c);
+    }
+  }
+}
+
 void mix(Image& image, int x, int y, glm::vec3 color, float amount) {
   for (int c = 0; c < 3; ++c) {
     float& value = image.at(x, y, c);
@@ -76,19 +101,6 @@ float dash_coverage(float along, float dash) {
   return std::clamp(0.5f * dash - std::abs(phase - 0.5f * dash) + 0.5f, 0.0f, 1.0f);
 }
 
-constexpr glm::vec3 kFrame{0.9f, 0.1f, 0.1f};
-
-// Draws on the picture around the outside of `rect`.
-void draw_frame(Image& image, PixelRect rect) {
-  const int width = std::max(1, std::min(image.width, image.height) / 250);
-  const PixelRect outer{rect.x - width, rect.y - width, rect.width + 2 * width,
-                        rect.height + 2 * width};
-  fill_rect(image, {outer.x, outer.y, outer.width, width}, kFrame);
-  fill_rect(image, {outer.x, rect.y + rect.height, outer.width, width}, kFrame);
-  fill_rect(image, {outer.x, outer.y, width, outer.height}, kFrame);
-  fill_rect(image, {rect.x + rect.width, outer.y, width, outer.height}, kFrame);
-}
-
 }  // namespace
 
 Font::Font(int line_height)
@@ -111,48 +123,38 @@ Font::Font(int line_height)
 
 Font::~Font() = default;
 
-template <class Visit>
-void Font::for_each_glyph(std::string_view text, Visit&& visit) const {
-  float pen = 0;
-  while (!text.empty()) {
-    const ImFontGlyph& glyph = *font_->FindGlyph(take_character(text));
-    visit(glyph, pen);
-    pen += glyph.AdvanceX;
-  }
-}
-
 int Font::width(std::string_view text) const {
-  float right = 0;
-  for_each_glyph(text,
-                 [&right](const ImFontGlyph& glyph, float pen) { right = pen + glyph.AdvanceX; });
-  return static_cast<int>(std::ceil(right));
+  return static_cast<int>(std::ceil(for_each_glyph(*font_, text, [](const auto&, float) {})));
 }
 
-void Font::for_each_covered_pixel(
-    std::string_view text, const std::function<void(int x, int y, float coverage)>& visit) const {
-  for_each_glyph(text, [&](const ImFontGlyph& glyph, float pen) {
-    const int left = static_cast<int>(std::lround(pen + glyph.X0)),
-              top = static_cast<int>(std::lround(glyph.Y0));
-    const int u = static_cast<int>(std::lround(glyph.U0 * static_cast<float>(texture_width_)));
-    const int v = static_cast<int>(std::lround(glyph.V0 * static_cast<float>(texture_height_)));
-    const int u_end = static_cast<int>(std::lround(glyph.U1 * static_cast<float>(texture_width_)));
-    const int v_end = static_cast<int>(std::lround(glyph.V1 * static_cast<float>(texture_height_)));
-    for (int y = v; y < v_end; ++y) {
-      for (int x = u; x < u_end; ++x) {
-        const unsigned char texel = texels_[y * texture_width_ + x];
-        if (texel != 0) visit(left + x - u, top + y - v, static_cast<float>(texel) / 255);
-      }
-    }
+void Font::draw(Image& image, glm::ivec2 at, std::string_view text, glm::vec3 color) const {
+  assert(image.channels == 3);
+  const auto texel = [](float share, int size) {
+    return static_cast<int>(std::lround(share * static_cast<float>(size)));
+  };
+  for_each_glyph(*font_, text, [&](const ImFontGlyph& glyph, float pen) {
+    const int u = texel(glyph.U0, texture_width_), u_end = texel(glyph.U1, texture_width_);
+    const int v = texel(glyph.V0, texture_height_), v_end = texel(glyph.V1, texture_height_);
+    const int right = at.x + static_cast<int>(std::lround(pen + glyph.X0)) - u;
+    const int down = at.y + static_cast<int>(std::lround(glyph.Y0)) - v;
+    for_each_value(image, {right + u, down + v, u_end - u, v_end - v}, [&](int x, int y, int c) {
+      const unsigned char coverage = texels_[(y - down) * texture_width_ + x - right];
+      float& value = image.at(x, y, c);
+      value += static_cast<float>(coverage) / 255 * (color[c] - value);
+    });
   });
 }
 
+Image plain_picture(int width, int height, glm::vec3 color) {
+  return picture_of(width, height, [&](int, int, int c) { return color[c]; });
+}
+
 void fill_rect(Image& image, PixelRect rect, glm::vec3 color) {
-  assert(image.channels == 3);
   for_each_value(image, rect, [&](int x, int y, int c) { image.at(x, y, c) = color[c]; });
 }
 
 void paste(Image& image, const Image& part, glm::ivec2 at) {
-  assert(image.channels == 3 && part.channels == 3);
+  assert(part.channels == 3);
   for_each_value(image, {at.x, at.y, part.width, part.height},
                  [&](int x, int y, int c) { image.at(x, y, c) = part.at(x - at.x, y - at.y, c); });
 }
@@ -165,18 +167,10 @@ Image cropped(const Image& image, PixelRect part) {
 
 int draw_text(Image& image, const Font& font, glm::ivec2 at, std::string_view text, glm::vec3 color,
               Align align) {
-  assert(image.channels == 3);
   const int width = font.width(text);
   if (align == Align::center) at.x -= width / 2;
   if (align == Align::right) at.x -= width;
-  font.for_each_covered_pixel(text, [&](int dx, int dy, float coverage) {
-    const int x = at.x + dx, y = at.y + dy;
-    if (x < 0 || y < 0 || x >= image.width || y >= image.height) return;
-    for (int c = 0; c < 3; ++c) {
-      float& value = image.at(x, y, c);
-      value += coverage * (color[c] - value);
-    }
-  });
+  font.draw(image, at, text, color);
   return width;
 }
 
@@ -246,7 +240,6 @@ glm::ivec2 enlarged_size(PixelRect part, double zoom) {
 Image enlarged(const Image& image, PixelRect part, double zoom) {
   const Image source = cropped(image, part);
   const glm::ivec2 size = enlarged_size(part, zoom);
-  Image result(size.x, size.y, 3);
   // The two pixels around a pixel's centre, and the weight of the second.
   struct Between {
     int first, second;
@@ -258,31 +251,32 @@ Image enlarged(const Image& image, PixelRect part, double zoom) {
     const int first = static_cast<int>(center);
     return Between{first, std::min(first + 1, count - 1), static_cast<float>(center - first)};
   };
-  for (int y = 0; y < size.y; ++y) {
-    const Between row = between(y, source.height);
-    for (int x = 0; x < size.x; ++x) {
-      const Between column = between(x, source.width);
-      for (int c = 0; c < 3; ++c) {
-        const auto of_row = [&](int from) {
-          return source.at(column.first, from, c) * (1 - column.weight) +
-                 source.at(column.second, from, c) * column.weight;
-        };
-        result.at(x, y, c) = of_row(row.first) * (1 - row.weight) + of_row(row.second) * row.weight;
-      }
-    }
-  }
-  return result;
+  return picture_of(size.x, size.y, [&](int x, int y, int c) {
+    const Between row = between(y, source.height), column = between(x, source.width);
+    const auto of_row = [&](int from) {
+      return source.at(column.first, from, c) * (1 - column.weight) +
+             source.at(column.second, from, c) * column.weight;
+    };
+    return of_row(row.first) * (1 - row.weight) + of_row(row.second) * row.weight;
+  });
 }
 
 Image with_inset(const Image& image, PixelRect part, double zoom) {
+  constexpr glm::vec3 kFrame{0.9f, 0.1f, 0.1f};
+  const int frame = std::max(1, std::min(image.width, image.height) / 250);
   const Image inset = enlarged(image, part, zoom);
   Image result = cropped(image, {0, 0, image.width, image.height});
-  draw_frame(result, part);
+  const auto paste_framed = [&](const Image& content, glm::ivec2 at) {
+    fill_rect(result,
+              {at.x - frame, at.y - frame, content.width + 2 * frame, content.height + 2 * frame},
+              kFrame);
+    paste(result, content, at);
+  };
   const bool left = 2 * part.x + part.width > image.width;
   const bool top = 2 * part.y + part.height > image.height;
-  const glm::ivec2 at{left ? 0 : image.width - inset.width, top ? 0 : image.height - inset.height};
-  draw_frame(result, {at.x, at.y, inset.width, inset.height});
-  paste(result, inset, at);
+  paste_framed(cropped(image, part), {part.x, part.y});
+  paste_framed(inset,
+               {left ? 0 : image.width - inset.width, top ? 0 : image.height - inset.height});
   return result;
 }
 

@@ -5,8 +5,7 @@
 // those of lines and polygons are continuous: pixel i covers [i, i + 1].
 #pragma once
 
-#include <algorithm>
-#include <functional>
+#include <array>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -37,15 +36,10 @@ class Font {
   /// Width of one line of UTF-8 text in pixels.
   int width(std::string_view text) const;
 
-  /// Calls visit(x, y, coverage) for every pixel that the text covers. Coordinates are relative to
-  /// the top left of the line; coverage is in (0, 1].
-  void for_each_covered_pixel(std::string_view text,
-                              const std::function<void(int x, int y, float coverage)>& visit) const;
+  /// Draws one line of text with its top left at `at`.
+  void draw(Image& image, glm::ivec2 at, std::string_view text, glm::vec3 color) const;
 
  private:
-  template <class Visit>
-  void for_each_glyph(std::string_view text, Visit&& visit) const;
-
   int line_height_;
   std::unique_ptr<ImFontAtlas> atlas_;
   ImFont* font_ = nullptr;                 // owned by the atlas
@@ -71,17 +65,8 @@ Image picture_of(int width, int height, const Value& value) {
   return result;
 }
 
-/// Calls set(x, y, channel) for every place of `rect` that is inside of the picture.
-template <class Set>
-void for_each_value(const Image& image, PixelRect rect, const Set& set) {
-  const int x_end = std::min(rect.x + rect.width, image.width);
-  const int y_end = std::min(rect.y + rect.height, image.height);
-  for (int y = std::max(rect.y, 0); y < y_end; ++y) {
-    for (int x = std::max(rect.x, 0); x < x_end; ++x) {
-      for (int c = 0; c < 3; ++c) set(x, y, c);
-    }
-  }
-}
+/// A picture of one colour.
+Image plain_picture(int width, int height, glm::vec3 color);
 
 void fill_rect(Image& image, PixelRect rect, glm::vec3 color);
 
@@ -95,6 +80,11 @@ Image cropped(const Image& image, PixelRect part);
 /// width of the line in pixels.
 int draw_text(Image& image, const Font& font, glm::ivec2 at, std::string_view text, glm::vec3 color,
               Align align = Align::left);
+
+/// The corners of a rectangle in their order around it.
+inline std::array<glm::vec2, 4> corners_of(glm::vec2 low, glm::vec2 high) {
+  return {low, glm::vec2(high.x, low.y), high, glm::vec2(low.x, high.y)};
+}
 
 struct Pen {
   glm::vec3 color{0.0f};

@@ -34,8 +34,7 @@ std::string svg_of(const FigureText& text) {
 }  // namespace
 
 Image draw_figure(const Figure& figure) {
-  Image page(figure.size.x, figure.size.y, 3);
-  fill_rect(page, {0, 0, page.width, page.height}, on_white::kWhite);
+  Image page = plain_picture(figure.size.x, figure.size.y, on_white::kWhite);
   for (const FigurePicture& picture : figure.pictures) paste(page, picture.image, picture.at);
   for (const FigureText& text : figure.texts)
     draw_text(page, Font(text.size), text.at, text.text, text.color, text.align);

@@ -153,9 +153,8 @@ void draw_legend_over(Image& picture, const Legend& legend) {
   shown.facts.clear();
   const LegendLayout layout = layout_in(picture.width, shown);
   if (4 * layout.height() > picture.height) return;
-  const glm::vec2 high(picture.width, layout.height());
-  const glm::vec2 plate[] = {{0, 0}, {high.x, 0}, high, {0, high.y}};
-  fill_polygon(picture, plate, on_dark::kPanel, kPlateOpacity);
+  fill_polygon(picture, corners_of({0, 0}, {picture.width, layout.height()}), on_dark::kPanel,
+               kPlateOpacity);
   draw_legend(picture, 0, layout, shown);
 }
 

@@ -68,11 +68,7 @@ ValueScale scale_for(Quantity quantity, std::span<const float> values) {
           static_cast<float>(step)};
 }
 
-Outputs outputs_for(Quantity quantity) {
-  Outputs outputs;
-  outputs.depth = quantity != Quantity::color;
-  return outputs;
-}
+Outputs outputs_for(Quantity quantity) { return {.depth = quantity != Quantity::color}; }
 
 ValueMap map_of(const Frame& frame, Quantity quantity, int width, int height) {
   const std::vector<float>& values = frame.depth.*row_of(quantity).values;

@@ -140,9 +140,7 @@ SceneStudy study_scene(Renderer& cpu, std::span<const Camera> views, RenderSetti
   SceneStudy study;
   study.views = views.size();
   study.binned.resize(std::size(kGaussianQuantities));
-  Outputs outputs;
-  outputs.color = false;
-  outputs.trace = outputs.pairs = true;
+  const Outputs outputs{.color = false, .pairs = true, .trace = true};
   const std::size_t steps = views.size() * kTileSizes.size() * kCullerCount;
   std::size_t step = 0;
   for (std::size_t view = 0; view < views.size(); ++view) {

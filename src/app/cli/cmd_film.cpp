@@ -42,7 +42,7 @@ CameraTrack choose_track(const FilmCommand& command, const Session& session, glm
     return turntable_of(scene.cloud, cameras, framing, wish, *session.pool);
   }
   const std::vector<Keyframe> keyframes = read_camera_path(*command.path);
-  return command.loop ? along_and_back(keyframes, command.ease) : along(keyframes, command.ease);
+  return along(keyframes, command.ease, command.loop);
 }
 
 // Throws Cancelled after Ctrl+C or SIGTERM.

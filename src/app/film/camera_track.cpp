@@ -17,17 +17,6 @@ constexpr double kTurn = 2 * glm::pi<double>();
 // Begins and ends with speed 0.
 double eased(double share) { return share * share * (3 - 2 * share); }
 
-CameraTrack track_from(std::vector<Keyframe> keyframes, double begin, double seconds, bool closed) {
-  const auto shared = std::make_shared<const std::vector<Keyframe>>(std::move(keyframes));
-  return {seconds, closed, [=](double share, glm::ivec2 size) {
-            return camera_at(*shared, begin + share * seconds).resized(size.x, size.y);
-          }};
-}
-
-void ease_all(std::vector<Keyframe>& keyframes) {
-  for (Keyframe& keyframe : keyframes) keyframe.eases = true;
-}
-
 }  // namespace
 
 CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease,
@@ -54,17 +43,17 @@ CameraTrack turntable_of(const GaussianCloud& cloud, const std::vector<Camera>& 
   return turntable(framing, arc, wish.ease, box);
 }
 
-CameraTrack along(std::vector<Keyframe> keyframes, Ease ease) {
-  if (ease == Ease::all) ease_all(keyframes);
-  if (ease == Ease::ends) keyframes.front().eases = keyframes.back().eases = true;
-  const double begin = keyframes.front().time, end = keyframes.back().time;
-  return track_from(std::move(keyframes), begin, end - begin, false);
-}
-
-CameraTrack along_and_back(std::vector<Keyframe> keyframes, Ease ease) {
-  if (ease == Ease::all) ease_all(keyframes);
+CameraTrack along(std::vector<Keyframe> keyframes, Ease ease, bool closed) {
+  for (Keyframe& keyframe : keyframes) keyframe.eases = keyframe.eases || ease == Ease::all;
   if (ease == Ease::ends) keyframes.front().eases = true;
-  return track_from(closed_path(keyframes), keyframes.front().time, closed_length(keyframes), true);
+  if (ease == Ease::ends && !closed) keyframes.back().eases = true;
+  const double begin = keyframes.front().time;
+  const double seconds = closed ? closed_length(keyframes) : keyframes.back().time - begin;
+  const auto path = std::make_shared<const std::vector<Keyframe>>(closed ? closed_path(keyframes)
+                                                                         : std::move(keyframes));
+  return {seconds, closed, [=](double share, glm::ivec2 size) {
+            return camera_at(*path, begin + share * seconds).resized(size.x, size.y);
+          }};
 }
 
 Camera camera_of(const CameraTrack& track, int index, int count, glm::ivec2 size) {

@@ -46,11 +46,9 @@ struct TurntableWish {
 CameraTrack turntable_of(const GaussianCloud& cloud, const std::vector<Camera>& cameras,
                          const Framing& framing, const TurntableWish& wish, ThreadPool& pool);
 
-/// Along the keyframes in their own times. At least two.
-CameraTrack along(std::vector<Keyframe> keyframes, Ease ease);
-
-/// Along the keyframes and back to the first keyframe: see closed_path().
-CameraTrack along_and_back(std::vector<Keyframe> keyframes, Ease ease);
+/// Along the keyframes in their own times. At least two. `closed`: and back to the first keyframe,
+/// see closed_path().
+CameraTrack along(std::vector<Keyframe> keyframes, Ease ease, bool closed = false);
 
 /// Camera `index` of `count` at equal time steps. The last camera is at the end of the track, or
 /// one step before it if the track is closed, so that a film can be repeated.

@@ -14,17 +14,6 @@
 #include "raster/scene/cloud_order.h"
 
 namespace qs {
-namespace {
-
-/// Returns a function that is true for the Gaussians of the cloud that are huge.
-auto is_huge_in(const GaussianCloud& cloud, float length) {
-  return [&scales = cloud.log_scales, most = std::log(length)](std::size_t i) {
-    return largest_of(scales[i]) > most;
-  };
-}
-
-}  // namespace
-
 float scene_length(const SceneBox& core, float smallest) {
   const float diagonal = glm::length(core.size());
   return std::max(std::isfinite(diagonal) ? diagonal : 0.0f, smallest);
@@ -35,17 +24,16 @@ float scene_length(const GaussianCloud& cloud) {
 }
 
 std::size_t count_huge(const GaussianCloud& cloud, float length) {
-  const auto is_huge = is_huge_in(cloud, length);
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < cloud.size(); ++i) count += is_huge(i) ? 1 : 0;
-  return count;
+  return static_cast<std::size_t>(std::count_if(
+      cloud.log_scales.begin(), cloud.log_scales.end(),
+      [most = std::log(length)](const glm::vec3& scales) { return largest_of(scales) > most; }));
 }
 
 std::size_t drop_huge(GaussianCloud& cloud) {
-  const auto is_huge = is_huge_in(cloud, scene_length(cloud));
+  const float most = std::log(scene_length(cloud));
   std::vector<std::uint32_t> kept;
   for (std::size_t i = 0; i < cloud.size(); ++i)
-    if (!is_huge(i)) kept.push_back(static_cast<std::uint32_t>(i));
+    if (!(largest_of(cloud.log_scales[i]) > most)) kept.push_back(static_cast<std::uint32_t>(i));
   const std::size_t dropped = cloud.size() - kept.size();
   if (dropped > 0) cloud = select(cloud, kept);
   return dropped;

@@ -31,11 +31,7 @@ constexpr double kHidden = 0.05;
 constexpr double kWidestFov = glm::radians(75.0);
 
 bool holds(const SceneBox& box, glm::dvec3 point) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (point[axis] < static_cast<double>(box.low[axis]) ||
-        point[axis] > static_cast<double>(box.high[axis]))
-      return false;
-  return true;
+  return glm::clamp(point, glm::dvec3(box.low), glm::dvec3(box.high)) == point;
 }
 
 std::array<glm::dvec3, 8> corners_of(const SceneBox& box) {

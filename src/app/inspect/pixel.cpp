@@ -37,65 +37,49 @@ void for_each_pixel(const PixelBox& box, Visit&& visit) {
   }
 }
 
+Step composite_at(const Splat& splat, int x, int y, float& transmittance, float& alpha) {
+  return composite(splat, static_cast<float>(x), static_cast<float>(y), transmittance, alpha);
+}
+
 /// True if alpha reaches 1/255 at a pixel of the box.
 bool reaches(const Splat& splat, const PixelBox& box) {
   for (int y = box.y0; y < box.y1; ++y) {
     for (int x = box.x0; x < box.x1; ++x) {
       float left = 1, alpha = 0;
-      if (composite(splat, static_cast<float>(x), static_cast<float>(y), left, alpha) !=
-          Step::skips)
-        return true;
+      if (composite_at(splat, x, y, left, alpha) != Step::skips) return true;
     }
   }
   return false;
 }
 
-/// The pixels of a tile while its list is composited.
-class TilePixels {
- public:
-  explicit TilePixels(const PixelBox& box) : box_(box), width_(box.x1 - box.x0) {
-    const int count = width_ * (box.y1 - box.y0);
-    transmittance_.assign(static_cast<std::size_t>(count), 1);
-    running_ = count;
-  }
-
-  PairUse composite_next(const Splat& splat, const Footprint& footprint) {
-    const PixelBox box = reached(box_, footprint);
-    bool blended = false, stopped = false;
-    if (running_ > 0) {
-      for_each_pixel(box, [&](int x, int y) {
-        float& left =
-            transmittance_[static_cast<std::size_t>((y - box_.y0) * width_ + x - box_.x0)];
-        if (left == 0) return;
-        float alpha = 0;
-        const Step step =
-            composite(splat, static_cast<float>(x), static_cast<float>(y), left, alpha);
-        blended = blended || step == Step::blends;
-        if (step != Step::stops) return;
-        stopped = true;
-        left = 0;
-        --running_;
-      });
-    }
-    if (blended) return PairUse::used;
-    return stopped || reaches(splat, box) ? PairUse::hidden : PairUse::empty;
-  }
-
- private:
-  PixelBox box_;
-  int width_, running_;
-  std::vector<float> transmittance_;  // 0: the pixel has stopped
-};
-
 void uses_in_tile(const Frame& frame, glm::ivec2 size, const std::vector<std::uint32_t>& slots,
                   int tile, std::vector<PairUse>& uses) {
   const Trace& trace = frame.trace;
-  TilePixels pixels(pixels_of(frame.grid, size, tile));
-  const std::uint64_t begin = trace.tile_begin[static_cast<std::size_t>(tile)];
+  const PixelBox pixels = pixels_of(frame.grid, size, tile);
+  const int width = pixels.x1 - pixels.x0;
+  int running = width * (pixels.y1 - pixels.y0);
+  // The transmittance of the pixels; 0: the pixel has stopped.
+  std::vector<float> transmittance(static_cast<std::size_t>(running), 1.0f);
   const std::uint64_t end = trace.tile_begin[static_cast<std::size_t>(tile) + 1];
-  for (std::uint64_t k = begin; k < end; ++k) {
+  for (std::uint64_t k = trace.tile_begin[static_cast<std::size_t>(tile)]; k < end; ++k) {
     const std::uint32_t slot = slots[trace.listed[k]];
-    uses[k] = pixels.composite_next(trace.splats[slot], trace.footprints[slot]);
+    const Splat& splat = trace.splats[slot];
+    const PixelBox box = reached(pixels, trace.footprints[slot]);
+    bool blended = false, stopped = false;
+    for_each_pixel(running > 0 ? box : PixelBox{}, [&](int x, int y) {
+      float& left =
+          transmittance[static_cast<std::size_t>((y - pixels.y0) * width + x - pixels.x0)];
+      if (left == 0) return;
+      float alpha = 0;
+      const Step step = composite_at(splat, x, y, left, alpha);
+      blended = blended || step == Step::blends;
+      if (step != Step::stops) return;
+      stopped = true;
+      left = 0;
+      --running;
+    });
+    const bool hidden = !blended && (stopped || reaches(splat, box));
+    uses[k] = blended ? PairUse::used : hidden ? PairUse::hidden : PairUse::empty;
   }
 }
 
@@ -142,8 +126,7 @@ PixelReport inspect_pixel(const Frame& frame, glm::ivec2 pixel, glm::vec3 backgr
     const std::size_t slot = *slot_of(trace, gaussian);
     const Splat& splat = trace.splats[slot];
     Contribution here{gaussian, trace.depths[slot], 0, report.transmittance, 0, splat.color};
-    const Step step = composite(splat, static_cast<float>(pixel.x), static_cast<float>(pixel.y),
-                                report.transmittance, here.alpha);
+    const Step step = composite_at(splat, pixel.x, pixel.y, report.transmittance, here.alpha);
     if (step == Step::stops) {
       report.stopped_by = here;
       break;
@@ -186,17 +169,16 @@ PairUse use_in_tile(const Frame& frame, glm::ivec2 size, std::size_t slot, int t
     if (in_front(trace, other, slot)) before.push_back(other);
   }
   PairUse use = PairUse::empty;
-  for_each_pixel(box, [&](int px, int py) {
-    const auto x = static_cast<float>(px), y = static_cast<float>(py);
+  for_each_pixel(box, [&](int x, int y) {
     float alpha = 0, left = 1;
     if (use == PairUse::used) return;
-    if (composite(trace.splats[slot], x, y, left, alpha) == Step::skips) return;
+    if (composite_at(trace.splats[slot], x, y, left, alpha) == Step::skips) return;
     use = PairUse::hidden;
     left = 1;
     for (const std::size_t other : before) {
-      if (composite(trace.splats[other], x, y, left, alpha) == Step::stops) return;
+      if (composite_at(trace.splats[other], x, y, left, alpha) == Step::stops) return;
     }
-    if (composite(trace.splats[slot], x, y, left, alpha) == Step::blends) use = PairUse::used;
+    if (composite_at(trace.splats[slot], x, y, left, alpha) == Step::blends) use = PairUse::used;
   });
   return use;
 }

@@ -184,21 +184,26 @@ std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::s
   return means;
 }
 
+std::vector<std::string> different(const std::vector<ModeMean>& means,
+                                   std::string ModeMean::*member) {
+  std::vector<std::string> words;
+  for (const ModeMean& mean : means) add_new(words, mean.*member);
+  return words;
+}
+
 std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
   std::vector<ModeMean> result;
-  for (const ModeMean& first : means) {
-    if (std::any_of(result.begin(), result.end(),
-                    [&](const ModeMean& other) { return other.label == first.label; }))
-      continue;
+  for (const std::string& label : different(means, &ModeMean::label)) {
     std::vector<const ModeMean*> rows;
     for (const ModeMean& row : means) {
-      if (row.label == first.label) rows.push_back(&row);
+      if (row.label == label) rows.push_back(&row);
     }
+    const ModeMean& first = *rows.front();
     ModeMean& mean = result.emplace_back();
     mean.scene = "mean";
     mean.mode = first.mode;
     mean.pipeline = first.pipeline;
-    mean.label = first.label;
+    mean.label = label;
     mean.plugin = first.plugin;
     const double weight = 1.0 / static_cast<double>(rows.size());
     std::vector<double> ratios;
@@ -246,32 +251,29 @@ std::string format_markdown(const BenchReport& report) {
         "no ratio.\n",
         baseline, kFewestFrames);
   }
-  std::size_t scenes = 0;
-  for (std::size_t begin = 0; begin < means.size(); ++scenes) {
+  const std::vector<std::string> scenes = different(means, &ModeMean::scene);
+  for (const std::string& name : scenes) {
     std::vector<ModeMean> scene;
     for (const ModeMean& mean : means) {
-      if (mean.scene == means[begin].scene) scene.push_back(mean);
+      if (mean.scene == name) scene.push_back(mean);
     }
     std::vector<std::string> cameras, sizes;
     for (const BenchRow& row : report.rows) {
-      if (row.scene != scene.front().scene) continue;
+      if (row.scene != name) continue;
       add_new(cameras, row.camera);
       add_new(sizes, fmt::format("{} x {}", row.width, row.height));
     }
-    text += fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", markdown_text(scene.front().scene),
-                        cameras.size(), cameras.size() == 1 ? "" : "s", joined(sizes, ", "),
-                        table(scene, baseline));
+    text +=
+        fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", markdown_text(name), cameras.size(),
+                    cameras.size() == 1 ? "" : "s", joined(sizes, ", "), table(scene, baseline));
     text += quality_table(scene);
-    if (report.environment.contains("baseline"))
-      text += camera_table(ratios, scene.front().scene, baseline);
-    begin += scene.size();
+    if (report.environment.contains("baseline")) text += camera_table(ratios, name, baseline);
   }
-  if (scenes > 1) {
+  if (scenes.size() > 1) {
     text += fmt::format(
         "\n## Mean of {} scenes\n\nFPS is computed from the mean time{}; the ratio is the "
-        "geometric "
-        "mean over the scenes.\n\n{}",
-        scenes,
+        "geometric mean over the scenes.\n\n{}",
+        scenes.size(),
         means.front().fps_paper ? ", FPS (paper) is the mean of the scenes' FPS (paper)" : "",
         table(over_scenes(means), baseline));
   }

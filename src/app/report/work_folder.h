@@ -9,15 +9,10 @@
 
 namespace qs {
 
-class WorkFolder {
+class WorkFolder : public UnfinishedFolder {
  public:
   /// Throws Error(input) if the folder cannot be created.
   WorkFolder();
-
-  const std::filesystem::path& path() const { return folder_.path(); }
-
- private:
-  UnfinishedFolder folder_;
 };
 
 }  // namespace qs

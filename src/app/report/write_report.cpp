@@ -20,13 +20,6 @@
 namespace qs {
 namespace {
 
-std::vector<std::string> different(const std::vector<ModeMean>& means,
-                                   std::string ModeMean::*member) {
-  std::vector<std::string> words;
-  for (const ModeMean& mean : means) add_new(words, mean.*member);
-  return words;
-}
-
 // A data block per mode, and per pipeline if there are several: a line "scene values..." per scene.
 template <class Values>
 std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& values) {
@@ -148,19 +141,17 @@ std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
       "set style data histograms\nset style histogram clustered gap 2\nset yrange [0:*]\n"
       "set xlabel \"scene\"\nset xrange [-0.6:{:.1f}]\n",
       static_cast<double>(different(means, &ModeMean::scene).size()) - 0.4);
-  std::vector<Plot> plots;
-  plots.push_back(fps_plot(means, where, bars));
   const bool hides_bin = std::any_of(report.rows.begin(), report.rows.end(),
                                      [](const BenchRow& row) { return !times_bin(row); });
-  plots.push_back(
+  std::vector<Plot> plots = {
+      fps_plot(means, where, bars),
       {"stages",
        fmt::format("Time of the stages per culling mode (measured in a separate pass{})",
                    hides_bin ? "; fast bins in preprocess and sort" : ""),
-       where, stage_commands(means)});
-  plots.push_back(
+       where, stage_commands(means)},
       {"pairs", "Tile pairs per culling mode", where,
        blocks_per_mode(means, [](const ModeMean& m) { return fmt::format("{}", m.pairs / 1e6); }) +
-           bars + "set ylabel \"pairs (millions)\"\n" + plot_per_mode(means, "using 2:xtic(1)")});
+           bars + "set ylabel \"pairs (millions)\"\n" + plot_per_mode(means, "using 2:xtic(1)")}};
   if (scaling) {
     plots.push_back(
         {"scaling", "Frame time against scene size (copies of one scene, all in view)", where,

@@ -121,19 +121,6 @@ int decimals_of(double step) {
   return std::max(0, -static_cast<int>(std::floor(std::log10(step) + kRoundingSlack)));
 }
 
-// Writes the first, middle and last step in the default mode.
-void save_pictures(Session& session, const ZoomBundle& bundle,
-                   const std::filesystem::path& folder) {
-  const std::vector<Camera> path =
-      zoom_path(bundle.start, bundle.target, bundle.steps, bundle.closest);
-  RenderSettings settings = session.settings;
-  settings.mode = default_mode();
-  for (const std::size_t step : {std::size_t{0}, path.size() / 2, path.size() - 1}) {
-    write_image(session.renderer->render(path[step], settings).color,
-                folder / fmt::format("step_{:04}.png", step));
-  }
-}
-
 }  // namespace
 
 std::string format_zoom_json(const ZoomBundle& bundle) {
@@ -303,11 +290,18 @@ std::vector<BenchRow> record_zoom(Session& session, const ZoomBundle& bundle, co
 
 std::string save_zoom(Session& session, const ZoomBundle& bundle,
                       const std::filesystem::path& folder) {
+  const std::vector<Camera> path =
+      zoom_path(bundle.start, bundle.target, bundle.steps, bundle.closest);
   std::string problem;
   replace_folder(folder, [&](const std::filesystem::path& hidden) {
     write_text(hidden / "zoom.csv", format_csv(bundle.rows));
     write_text(hidden / "zoom.json", format_zoom_json(bundle));
-    save_pictures(session, bundle, hidden);
+    RenderSettings settings = session.settings;
+    settings.mode = default_mode();
+    for (const std::size_t step : {std::size_t{0}, path.size() / 2, path.size() - 1}) {
+      write_image(session.renderer->render(path[step], settings).color,
+                  hidden / fmt::format("step_{:04}.png", step));
+    }
     problem = draw_plots(hidden, zoom_plots(bundle), folder);
   });
   return problem;

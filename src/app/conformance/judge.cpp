@@ -292,9 +292,7 @@ Submission read_submission(const std::filesystem::path& folder) {
 }
 
 std::size_t KitVerdict::count(Result result) const {
-  return static_cast<std::size_t>(
-      std::count_if(scenes.begin(), scenes.end(),
-                    [&](const SceneVerdict& verdict) { return verdict.result == result; }));
+  return static_cast<std::size_t>(std::ranges::count(scenes, result, &SceneVerdict::result));
 }
 
 KitVerdict judge_kit(const Submission& submission, const Variants& variants, ThreadPool& pool) {

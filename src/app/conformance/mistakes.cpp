@@ -233,13 +233,11 @@ Image draw_with(const KitView& view, const MistakeSet& set, const Rules& rules) 
 }
 
 Picture8 picture8(const Image& image) {
-  Picture8 picture;
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      for (int c = 0; c < 3; ++c)
-        picture.push_back(to_8bit(image.at(x, y, image.channels < 3 ? 0 : c)));
-    }
-  }
+  const Image rgb = picture_of(image.width, image.height, [&](int x, int y, int c) {
+    return image.at(x, y, image.channels < 3 ? 0 : c);
+  });
+  Picture8 picture(rgb.values.size());
+  std::ranges::transform(rgb.values, picture.begin(), to_8bit);
   return picture;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 #include <fmt/format.h>
@@ -59,10 +58,9 @@ const Frame& frame_of(const FilmPlan& plan, const FilmedBy& way, int index, std:
 }
 
 // Collects values_of(index) of pictures spread over the whole film.
-template <class Value>
-std::vector<Value> sampled_values(
-    const FilmPlan& plan, const Progress& progress,
-    const std::function<const std::vector<Value>&(int index)>& values_of) {
+template <class Value, class ValuesOf>
+std::vector<Value> sampled_values(const FilmPlan& plan, const Progress& progress,
+                                  const ValuesOf& values_of) {
   constexpr int kMost = 16;
   const int count = std::min(plan.frames(), kMost);
   std::vector<Value> all;
@@ -132,8 +130,6 @@ Scale film_heat_scale(const FilmPlan& plan, CullMode baseline, const Progress& p
   };
   return scale_for(sampled_values<std::uint32_t>(plan, progress, values_of));
 }
-
-int FilmPlan::frames() const { return std::max(static_cast<int>(std::lround(seconds * fps)), 1); }
 
 std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const FilmPlan& plan,
                                       const Progress& progress) {

@@ -4,6 +4,8 @@
 // ways.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -42,7 +44,7 @@ struct FilmPlan {
   std::optional<FilmHeatmap> heatmap;   ///< over the colours; only with Quantity::color
 
   /// Number of pictures, at least 1.
-  int frames() const;
+  int frames() const { return std::max(static_cast<int>(std::lround(seconds * fps)), 1); }
 };
 
 /// Medians over a film.

@@ -55,8 +55,7 @@ const FilmFormat kFormats[] = {
 // The format of a film that may be written, see check_film().
 const FilmFormat& checked_format(const fs::path& path, glm::ivec2 size, double fps) {
   const std::string ending = picture_extension(path);
-  const auto found = std::find_if(std::begin(kFormats), std::end(kFormats),
-                                  [&](const FilmFormat& row) { return row.ending == ending; });
+  const auto found = std::ranges::find(kFormats, ending, &FilmFormat::ending);
   if (found == std::end(kFormats)) {
     fail(
         ErrorKind::usage,

@@ -55,9 +55,8 @@ std::optional<glm::dvec3> cameras_target(const std::vector<Camera>& cameras) {
   const PrincipalAxes axes = principal_axes(across);
   if (cameras.empty() || !(axes.value[0] > 0.002 * axes.value[2])) return {};
   const glm::dvec3 target = glm::inverse(across) * sum;
-  const auto ahead = std::count_if(cameras.begin(), cameras.end(), [&](const Camera& camera) {
-    return depth_of(camera, target) > 0;
-  });
+  const auto ahead = std::ranges::count_if(
+      cameras, [&](const Camera& camera) { return depth_of(camera, target) > 0; });
   if (2 * ahead < static_cast<std::ptrdiff_t>(cameras.size())) return {};
   return target;
 }

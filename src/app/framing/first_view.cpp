@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include <glm/geometric.hpp>
@@ -94,8 +95,7 @@ void rank(std::vector<Candidate>& candidates) {
   for (Candidate& c : candidates)
     c.score = area_of(c) / area + c.quality.detail / detail + 2 * c.quality.shown - c.quality.cut +
               0.5 * c.liking - 3 * c.quality.obstruction - (c.quality.blocked ? 9 : 0);
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  std::ranges::stable_sort(candidates, std::greater(), &Candidate::score);
 }
 
 glm::dvec3 direction_of(const Framing& framing) {
@@ -119,7 +119,7 @@ std::vector<Framing> different_views(std::vector<Candidate> candidates, std::siz
   std::vector<Framing> chosen = {candidates.front().framing};
   const auto try_all = [&](std::size_t limit, const auto& suits) {
     for (const Candidate& candidate : candidates) {
-      const bool differs = std::all_of(chosen.begin(), chosen.end(), [&](const Framing& other) {
+      const bool differs = std::ranges::all_of(chosen, [&](const Framing& other) {
         return glm::dot(direction_of(candidate.framing), direction_of(other)) <= least_turn;
       });
       if (chosen.size() < limit && differs && !candidate.quality.blocked &&

@@ -24,9 +24,8 @@ float scene_length(const GaussianCloud& cloud) {
 }
 
 std::size_t count_huge(const GaussianCloud& cloud, float length) {
-  return static_cast<std::size_t>(std::count_if(
-      cloud.log_scales.begin(), cloud.log_scales.end(),
-      [most = std::log(length)](const glm::vec3& scales) { return largest_of(scales) > most; }));
+  const auto is_huge = [most = std::log(length)](float scale) { return scale > most; };
+  return static_cast<std::size_t>(std::ranges::count_if(cloud.log_scales, is_huge, largest_of));
 }
 
 std::size_t drop_huge(GaussianCloud& cloud) {

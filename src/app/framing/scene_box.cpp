@@ -32,8 +32,8 @@ SceneBox scene_box(const GaussianCloud& cloud, double low, double high) {
     return values[static_cast<std::size_t>(nth)];
   };
   for (int axis = 0; axis < 3; ++axis) {
-    std::transform(cloud.positions.begin(), cloud.positions.end(), values.begin(),
-                   [axis](const glm::vec3& position) { return position[axis]; });
+    std::ranges::transform(cloud.positions, values.begin(),
+                           [axis](glm::vec3 p) { return p[axis]; });
     result.low[axis] = quantile(low);
     result.high[axis] = quantile(high);
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <optional>
 
@@ -210,8 +211,7 @@ std::optional<Plane> find_floor(const Surfaces& surfaces, glm::dvec3 convention)
   std::vector<std::pair<double, glm::dvec3>> candidates;
   for (const glm::dvec3 normal : directions_around(convention, kFarthestTilt, kDirections))
     candidates.emplace_back(likelihood(normal, surfaces.rough_weight(normal), convention), normal);
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(candidates, std::greater(), [](const auto& each) { return each.first; });
   Plane best;
   std::vector<glm::dvec3> tried;
   for (const auto& [unused, normal] : candidates) {

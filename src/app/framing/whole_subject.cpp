@@ -190,8 +190,7 @@ Arc clear_arc(const Arc& arc, const Framing& framing, const GaussianCloud& cloud
   const std::vector<std::size_t> near = near_eyes(cloud, framing);
   const auto clear = [&](double angle) {
     const glm::vec3 eye(orbited(camera, framing.target, framing.up, angle, 0).position());
-    return std::none_of(near.begin(), near.end(),
-                        [&](std::size_t i) { return is_in_fog_of(cloud, i, eye); });
+    return std::ranges::none_of(near, [&](std::size_t i) { return is_in_fog_of(cloud, i, eye); });
   };
   if (!clear(0)) return arc;
   Arc result;

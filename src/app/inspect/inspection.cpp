@@ -17,17 +17,13 @@ namespace {
 
 std::optional<std::uint32_t> heaviest(const PixelReport& pixel) {
   const auto& all = pixel.contributions;
-  const auto best = std::max_element(
-      all.begin(), all.end(),
-      [](const Contribution& a, const Contribution& b) { return a.weight < b.weight; });
+  const auto best = std::ranges::max_element(all, {}, &Contribution::weight);
   if (best == all.end()) return std::nullopt;
   return best->gaussian;
 }
 
 using nlohmann::ordered_json;
 using qs::json_of;  // for vectors
-
-constexpr std::size_t kLines = 40;  // a table has no more lines
 
 ordered_json json_of(const Box& box) {
   return {{"low", json_of(box.low)}, {"high", json_of(box.high)}};
@@ -86,33 +82,40 @@ std::string line_of(const Contribution& c, const char* remark) {
                      c.color.z, remark);
 }
 
+/// The lines of a table's entries; of many, the first, and a line with the number of the others.
+template <class Entries, class LineOf>
+std::string lines_of(const Entries& entries, const char* indent, const LineOf& line) {
+  constexpr std::size_t kLines = 40;
+  std::string text;
+  for (const auto& entry : std::span(entries).first(std::min(entries.size(), kLines)))
+    text += line(entry);
+  if (entries.size() > kLines)
+    text += fmt::format("{}... {} more, see --json\n", indent, entries.size() - kLines);
+  return text;
+}
+
 std::string pixel_table(const PixelReport& pixel) {
   std::string text = fmt::format(
       "pixel {},{} in tile {}: {} Gaussians are listed, {} evaluated, {} blended\n"
       "{:>9}  {:>10}  {:>7}  {:>13}  {:>7}  color\n",
       pixel.pixel.x, pixel.pixel.y, pixel.tile, grouped(pixel.listed), grouped(pixel.evaluated),
       pixel.contributions.size(), "gaussian", "depth", "alpha", "transmittance", "weight");
-  for (std::size_t i = 0; i < std::min(pixel.contributions.size(), kLines); ++i)
-    text += line_of(pixel.contributions[i], "");
-  if (pixel.contributions.size() > kLines)
-    text += fmt::format("      ... {} more, see --json\n", pixel.contributions.size() - kLines);
+  text += lines_of(pixel.contributions, "      ",
+                   [](const Contribution& each) { return line_of(each, ""); });
   if (pixel.stopped_by) text += line_of(*pixel.stopped_by, "  <- stops the pixel");
   return text + fmt::format("color {:.4f} {:.4f} {:.4f}, {:.5f} of the background is visible\n",
                             pixel.color.x, pixel.color.y, pixel.color.z, pixel.transmittance);
 }
 
 std::string walk_lines(const ModeTiles& mode) {
-  std::string text = fmt::format("{} walks {}:\n", mode_name(mode.mode),
-                                 mode.walks_rows ? "rows of tiles" : "columns of tiles");
-  for (std::size_t i = 0; i < std::min(mode.runs.size(), kLines); ++i) {
-    const TileRun& run = mode.runs[i];
-    text += fmt::format("  {} {}: {} {} to {} ({} tiles)\n", mode.walks_rows ? "row" : "column",
-                        run.line, mode.walks_rows ? "columns" : "rows", run.tiles.begin,
-                        run.tiles.end - 1, run.tiles.size());
-  }
-  if (mode.runs.size() > kLines)
-    text += fmt::format("  ... {} more, see --json\n", mode.runs.size() - kLines);
-  return text;
+  const auto line = [&](const TileRun& run) {
+    return fmt::format("  {} {}: {} {} to {} ({} tiles)\n", mode.walks_rows ? "row" : "column",
+                       run.line, mode.walks_rows ? "columns" : "rows", run.tiles.begin,
+                       run.tiles.end - 1, run.tiles.size());
+  };
+  return fmt::format("{} walks {}:\n{}", mode_name(mode.mode),
+                     mode.walks_rows ? "rows of tiles" : "columns of tiles",
+                     lines_of(mode.runs, "  ", line));
 }
 
 }  // namespace
@@ -194,8 +197,7 @@ std::string format_inspection(const Inspection& inspection) {
       "pixel\n";
   for (const ModeTiles& mode : g.modes) {
     if (mode.mode != kQuad || mode.runs.empty()) continue;
-    text += '\n';
-    text += walk_lines(mode);
+    text += '\n' + walk_lines(mode);
   }
   return text;
 }

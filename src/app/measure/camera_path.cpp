@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
 
 #include <glm/gtc/quaternion.hpp>
 #include <nlohmann/json.hpp>
@@ -135,17 +136,17 @@ Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {
   const auto at = [&](std::size_t i) { return keyframes[places[i]].time; };
   const Piece piece{at(1) - at(0), at(2) - at(1), at(3) - at(2), keyframes[places[1]].eases,
                     keyframes[places[2]].eases};
-  const auto through = [&](auto a, auto b, auto c, auto d) {
-    return spline(a, b, c, d, piece, clamped - at(1));
+  const auto through = [&](const auto& value) {
+    return spline(std::invoke(value, p[0]), std::invoke(value, p[1]), std::invoke(value, p[2]),
+                  std::invoke(value, p[3]), piece, clamped - at(1));
   };
-  const glm::dvec3 position = through(p[0].position, p[1].position, p[2].position, p[3].position);
-  const glm::dvec4 q = glm::normalize(through(as_vector(p[0].rotation), as_vector(p[1].rotation),
-                                              as_vector(p[2].rotation), as_vector(p[3].rotation)));
+  const glm::dvec3 position = through(&Pose::position);
+  const glm::dvec4 q =
+      glm::normalize(through([](const Pose& pose) { return as_vector(pose.rotation); }));
   Camera camera = first;
   camera.name.clear();
-  camera.focal_px =
-      glm::exp(through(p[0].log_focal, p[1].log_focal, p[2].log_focal, p[3].log_focal));
-  camera.center_px = through(p[0].center, p[1].center, p[2].center, p[3].center);
+  camera.focal_px = glm::exp(through(&Pose::log_focal));
+  camera.center_px = through(&Pose::center);
   const glm::dmat3 rotation = glm::transpose(glm::mat3_cast(glm::dquat(q.w, q.x, q.y, q.z)));
   camera.view_from_world =
       glm::dmat4x3(rotation[0], rotation[1], rotation[2], -(rotation * position));

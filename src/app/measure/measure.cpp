@@ -18,9 +18,7 @@ namespace {
 
 RenderStats median_frame(std::vector<RenderStats>& frames) {
   const auto middle = frames.begin() + static_cast<std::ptrdiff_t>(frames.size() / 2);
-  std::nth_element(
-      frames.begin(), middle, frames.end(),
-      [](const RenderStats& a, const RenderStats& b) { return a.frame_ms < b.frame_ms; });
+  std::ranges::nth_element(frames, middle, {}, &RenderStats::frame_ms);
   return *middle;
 }
 
@@ -102,9 +100,7 @@ double pairs_per_visible(const RenderStats& stats) {
 std::string format_mode_table(std::span<const ModeResult> results) {
   const bool with_psnr = std::any_of(results.begin(), results.end(),
                                      [](const ModeResult& row) { return row.psnr.has_value(); });
-  const auto base = std::find_if(results.begin(), results.end(), [](const ModeResult& row) {
-    return row.mode == find_culler(kUsualBaseline);
-  });
+  const auto base = std::ranges::find(results, find_culler(kUsualBaseline), &ModeResult::mode);
   std::string text =
       fmt::format("{:13}  {:>18}  {:>7}  {:>12}  {:>13}  {:>18}", "mode", "ms", "FPS", "pairs",
                   "pairs/visible", fmt::format("vs {}", kUsualBaseline));

@@ -15,8 +15,7 @@ namespace {
 
 std::vector<BenchRow> noisy(const std::vector<BenchRow>& rows) {
   std::vector<BenchRow> result;
-  std::copy_if(rows.begin(), rows.end(), std::back_inserter(result),
-               [](const BenchRow& row) { return is_noisy(row); });
+  std::ranges::copy_if(rows, std::back_inserter(result), is_noisy);
   return result;
 }
 
@@ -65,9 +64,7 @@ bool is_noisy(const BenchRow& row) { return noise(row) > kNoiseTolerance || has_
 std::string noise_sentence(const std::vector<BenchRow>& rows) {
   const std::vector<BenchRow> bad = noisy(rows);
   if (bad.empty()) return "";
-  const BenchRow& worst = *std::max_element(
-      bad.begin(), bad.end(),
-      [](const BenchRow& a, const BenchRow& b) { return severity(a) < severity(b); });
+  const BenchRow& worst = *std::ranges::max_element(bad, {}, severity);
   return fmt::format("{} of {} rows are noisy: the worst is {}, camera {}, {}: {}", bad.size(),
                      rows.size(), worst.scene, worst.camera, worst.mode, noise_cause(worst));
 }

@@ -61,7 +61,7 @@ Outputs outputs_for(HeatQuantity quantity) {
 
 void sum_up(Heatmap& map) {
   map.total = sum_of(map.values);
-  map.largest = map.values.empty() ? 0 : *std::max_element(map.values.begin(), map.values.end());
+  map.largest = map.values.empty() ? 0 : std::ranges::max(map.values);
 }
 
 Heatmap make_heatmap(const Frame& frame, HeatQuantity quantity, int width, int height) {

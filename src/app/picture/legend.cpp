@@ -31,12 +31,6 @@ LegendLayout layout_in(int width, const Legend& legend) {
   return layout;
 }
 
-void draw_bar(Image& image, PixelRect bar, const Legend& legend) {
-  const std::vector<glm::vec3> colors = bar_colors(legend, bar.width, bar.height);
-  for (int x = 0; x < bar.width; ++x)
-    fill_rect(image, {bar.x + x, bar.y, 1, bar.height}, colors[static_cast<std::size_t>(x)]);
-}
-
 // `top`: of the ticks.
 void draw_ticks(Image& image, int left, int right, int top, const LegendLayout& layout,
                 const std::vector<BarTick>& ticks) {
@@ -63,7 +57,9 @@ void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend
     draw_text(image, text_font, {right, y + baseline_shift}, legend.facts, kFaint, Align::right);
   }
   y += (layout.two_lines ? layout.title + layout.text : layout.title) + layout.padding / 2;
-  draw_bar(image, {left, y, right - left, layout.bar}, legend);
+  int x = left;
+  for (const glm::vec3 color : bar_colors(legend, right - left, layout.bar))
+    fill_rect(image, {x++, y, 1, layout.bar}, color);
   draw_ticks(image, left, right, y + layout.bar, layout, legend.ticks);
 }
 

@@ -15,12 +15,6 @@ namespace {
 
 constexpr double kSteps = 65535;
 
-bool is_png(const std::filesystem::path& path) { return picture_extension(path) == ".png"; }
-
-float largest_of(const ValueMap& map) {
-  return map.values.empty() ? 0 : *std::max_element(map.values.begin(), map.values.end());
-}
-
 }  // namespace
 
 std::vector<std::string> quantity_names() {
@@ -48,8 +42,8 @@ std::string ValueScale::text_of_ends() const {
 ValueScale scale_for(Quantity quantity, std::span<const float> values) {
   if (quantity == Quantity::alpha) return {};
   std::vector<float> drawn;
-  std::copy_if(values.begin(), values.end(), std::back_inserter(drawn),
-               [](float value) { return value > 0 && std::isfinite(value); });
+  std::ranges::copy_if(values, std::back_inserter(drawn),
+                       [](float value) { return value > 0 && std::isfinite(value); });
   if (drawn.empty()) return {};
   const std::size_t beyond = drawn.size() / 200;
   const auto nth = [&](std::size_t n) {
@@ -131,7 +125,7 @@ std::string write_values(const ValueMap& map, const std::filesystem::path& path,
   const bool is_depth = map.quantity != Quantity::alpha;
   metadata["Picture"] = row_of(map.quantity).name;
   Image image = values_of(map);
-  if (!is_png(path)) {
+  if (picture_extension(path) != ".png") {
     metadata["Values"] = is_depth ? "units" : "0 to 1";
     metadata[kChannelText] = is_depth ? "Z" : "A";
     write_image(image, path, metadata, progress);
@@ -140,7 +134,7 @@ std::string write_values(const ValueMap& map, const std::filesystem::path& path,
   if (!is_depth) {
     metadata["Values"] = "steps of 1/65535";
   } else {
-    const float largest = largest_of(map);
+    const float largest = map.values.empty() ? 0 : std::ranges::max(map.values);
     const double needed = depth_step_for(largest), chosen = step.value_or(needed);
     if (static_cast<double>(largest) > kSteps * chosen) {
       fail(ErrorKind::usage,

@@ -16,7 +16,7 @@ namespace qs {
 /// The argument that makes this program a plugin's process; the library follows.
 inline constexpr const char* kPluginHostCommand = "plugin-host";
 
-/// The other side of PluginProcess: loads a plugin and calls it for every request, until the socket
+/// The process of PluginRenderer: loads a plugin and calls it for every request, until the socket
 /// is closed. A crash of the plugin ends this process and nothing else. Answers the requests at
 /// kPluginSocket and returns the exit code. Throws Error(usage) if there is no such socket.
 int run_plugin_host(const std::string& library);

@@ -48,8 +48,7 @@ std::string ssim_method(SsimBorder border) {
 std::vector<MeanQuality> mean_qualities(const std::vector<EvaluatedView>& rows) {
   std::vector<MeanQuality> means;
   for (const EvaluatedView& row : rows) {
-    auto mean = std::find_if(means.begin(), means.end(),
-                             [&](const MeanQuality& other) { return other.mode == row.mode; });
+    auto mean = std::ranges::find(means, row.mode, &MeanQuality::mode);
     if (mean == means.end()) mean = means.insert(means.end(), {row.mode, 0, 0, 0, LpipsValues{}});
     mean->views += 1;
     mean->psnr += row.psnr;
@@ -169,9 +168,7 @@ void write_eval_report(const EvalReport& report, const std::filesystem::path& fo
 }
 
 void sort_worst_first(std::vector<PictureQuality>& views) {
-  std::sort(views.begin(), views.end(), [](const PictureQuality& a, const PictureQuality& b) {
-    return std::tie(a.psnr, a.view) < std::tie(b.psnr, b.view);
-  });
+  std::ranges::sort(views, {}, [](const PictureQuality& q) { return std::tie(q.psnr, q.view); });
 }
 
 std::string format_judgement_table(const Judgement& judgement) {

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "app/plugin/protocol.h"
-#include "app/plugin/shared_memory.h"
+#include "app/plugin/scene_arrays.h"
 #include "raster/api/renderer.h"
 
 namespace qs {

@@ -14,7 +14,6 @@
 #include <gtest/gtest.h>
 
 #include "app/film/film_file.h"
-#include "app/film/split_screen.h"
 #include "app/framing/camera_control.h"
 #include "io/picture/image_file.h"
 #include "support/error_of.h"

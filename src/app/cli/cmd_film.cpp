@@ -9,7 +9,7 @@
 #include "app/film/film_file.h"
 #include "app/framing/camera_rig.h"
 #include "app/inspect/heatmap_frame.h"
-#include "app/measure/number_text.h"
+#include "app/measure/statistics.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/quit_signals.h"

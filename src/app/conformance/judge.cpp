@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "base/fail.h"
@@ -25,10 +26,10 @@ struct Score {
   double squared_error = 0;  // sum over the matched pictures
 };
 
+// More matches are better, then fewer mistakes, then a smaller error.
 bool better(const Score& a, const Score& b) {
-  if (a.matched != b.matched) return a.matched > b.matched;
-  if (a.set.size() != b.set.size()) return a.set.size() < b.set.size();
-  return a.squared_error < b.squared_error;
+  return std::tuple(b.matched, a.set.size(), a.squared_error) <
+         std::tuple(a.matched, b.set.size(), b.squared_error);
 }
 
 // The best set and all sets that are not clearly worse, best first.

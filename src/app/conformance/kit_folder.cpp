@@ -21,11 +21,8 @@ using Json = nlohmann::ordered_json;
 // Rows of the 3x4 matrix.
 Json matrix_json(const glm::dmat4x3& matrix) {
   Json rows = Json::array();
-  for (int row = 0; row < 3; ++row) {
-    Json values = Json::array();
-    for (int column = 0; column < 4; ++column) values.push_back(matrix[column][row]);
-    rows.push_back(values);
-  }
+  for (int row = 0; row < 3; ++row)
+    rows.push_back({matrix[0][row], matrix[1][row], matrix[2][row], matrix[3][row]});
   return rows;
 }
 

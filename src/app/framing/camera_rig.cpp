@@ -13,17 +13,6 @@
 #include "app/framing/up_axis.h"
 
 namespace qs {
-namespace {
-
-// The median distance of the cameras from a point.
-double usual_distance(const std::vector<Camera>& cameras, glm::dvec3 point) {
-  std::vector<double> distances;
-  for (const Camera& camera : cameras) distances.push_back(glm::distance(camera.position(), point));
-  return upper_median(std::move(distances));
-}
-
-}  // namespace
-
 glm::dvec3 cameras_up(const std::vector<Camera>& cameras, glm::dvec3 otherwise) {
   const auto count = static_cast<double>(cameras.size());
   glm::dvec3 sum(0);
@@ -67,7 +56,10 @@ std::optional<Framing> framing_of(const std::vector<Camera>& cameras, glm::dvec3
   for (const Camera& camera : cameras)
     middle += camera.position() / static_cast<double>(cameras.size());
   const std::optional<glm::dvec3> target = cameras_target(cameras);
-  const double usual = usual_distance(cameras, target.value_or(middle));
+  std::vector<double> distances;
+  for (const Camera& camera : cameras)
+    distances.push_back(glm::distance(camera.position(), target.value_or(middle)));
+  const double usual = upper_median(std::move(distances));  // distance of a camera
   // With a target: the camera that looks straightest at it from about the usual distance. Without a
   // target: the camera nearest to the middle of all cameras.
   std::optional<Framing> best;

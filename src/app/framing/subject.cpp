@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
-#include "app/framing/huge_gaussians.h"
+#include "app/framing/scene_box.h"
 
 namespace qs {
 namespace {

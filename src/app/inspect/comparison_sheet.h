@@ -1,18 +1,44 @@
 // SPDX-License-Identifier: MIT
 //
-// Compares several variants (mode, pipeline, backend) of one view with the truth, which is the
-// reference or one of the variants, and finds the crop where they differ most. Draws the comparison
-// as papers print it: a column per variant with the crop, its amplified difference from the truth,
-// and its numbers. Also formats it as a table.
+// Compares several variants of one view with the truth, which is the reference or one of the
+// variants, and finds the crop where they differ most. A variant is one way to render a view: a
+// culling mode on a pipeline of a backend. Draws the comparison as papers print it: a column per
+// variant with the crop, its amplified difference from the truth, and its numbers. Also formats it
+// as a table.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/parallel.h"
 #include "raster/api/renderer.h"
 
 namespace qs {
+
+struct Variant {
+  CullMode mode =
+      default_mode();  ///< kReferenceMode runs on the CPU; the other members are ignored
+  Pipeline pipeline = kDefaultPipeline;
+  Backend backend = Backend::cpu;
+
+  bool operator==(const Variant&) const = default;
+};
+
+/// "cuda fast", "cuda classic" or "cpu".
+std::string drawn_by(const Variant& variant);
+
+/// "quadbox, cuda fast", "quadbox, cpu" or "reference".
+std::string full_name(const Variant& variant);
+
+/// The shortest name that distinguishes `variant` from `other`: "quadbox" or "quadbox, cuda
+/// classic".
+std::string name_beside(const Variant& variant, const Variant& other);
+
+/// The variant with this full_name(); or with this mode, and backend and pipeline of `like`. Unset
+/// if the name is unknown or the backend is not available.
+std::optional<Variant> find_variant(std::string_view name, const Variant& like);
 
 struct ViewVariant {
   std::string name;    ///< "quadbox" or "quadbox, cuda fast"

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -282,7 +281,6 @@ Box window_of(const GaussianReport& report, const TileGrid& grid) {
 }
 
 Image draw_construction(const ConstructionInput& input) {
-  assert(input.inspection.gaussian.has_value());
   const GaussianReport& g = *input.inspection.gaussian;
   const Fonts fonts;
   const Box window = window_of(g, input.grid);

@@ -15,16 +15,6 @@
 #include "raster/scene/image_metrics.h"
 
 namespace qs {
-namespace {
-
-Image colored(const Image& flip, double scale) {
-  return picture_of(flip.width, flip.height, [&](int x, int y, int c) {
-    return viridis(flip.at(x, y, 0) / static_cast<float>(scale))[c];
-  });
-}
-
-}  // namespace
-
 PicturePair judge_pictures(std::string view, Image truth, Image judged, ThreadPool& pool) {
   clamp_to_unit(truth);
   clamp_to_unit(judged);
@@ -98,6 +88,7 @@ Image draw_contact_sheet(std::span<const SheetRow> rows, const std::string& trut
   const std::string heads[] = {truth, judged, "visible difference (FLIP)"};
   for (int column = 0; column < 3; ++column)
     draw_text(page, head, {left(column), kMargin}, heads[column], on_white::kInk);
+  const auto color_of = [&](float error) { return viridis(error / static_cast<float>(scale)); };
   // The colour bar.
   const int bar = std::min(360, width);
   for (int x = 0; x < bar; ++x) {
@@ -110,7 +101,10 @@ Image draw_contact_sheet(std::span<const SheetRow> rows, const std::string& trut
   for (const SheetRow& row : rows) {
     paste(page, row.truth, {left(0), top});
     paste(page, row.judged, {left(1), top});
-    paste(page, colored(row.flip, scale), {left(2), top});
+    paste(page,
+          picture_of(row.flip.width, row.flip.height,
+                     [&](int x, int y, int c) { return color_of(row.flip.at(x, y, 0))[c]; }),
+          {left(2), top});
     const PictureQuality& q = row.quality;
     const int below = top + row.truth.height + 4;
     draw_text(page, text, {left(0), below}, q.view, on_white::kInk);

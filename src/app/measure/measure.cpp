@@ -2,12 +2,10 @@
 #include "app/measure/measure.h"
 
 #include <algorithm>
-#include <cassert>
 
 #include <fmt/format.h>
 
 #include "app/measure/noise.h"
-#include "app/measure/number_text.h"
 #include "app/measure/paired_ratios.h"
 #include "app/measure/statistics.h"
 #include "base/error.h"
@@ -15,12 +13,6 @@
 
 namespace qs {
 namespace {
-
-RenderStats median_frame(std::vector<RenderStats>& frames) {
-  const auto middle = frames.begin() + static_cast<std::ptrdiff_t>(frames.size() / 2);
-  std::ranges::nth_element(frames, middle, {}, &RenderStats::frame_ms);
-  return *middle;
-}
 
 // The ratio of the times of frames of the same round; "-" for too few of them.
 std::string ratio_of_frames(const ModeResult& base, const ModeResult& row) {
@@ -35,7 +27,6 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
                                       RenderSettings settings, const Outputs& outputs,
                                       const MeasurePlan& plan,
                                       const std::function<void(CullMode, const Frame&)>& visit) {
-  assert(plan.frames > 0);
   const std::size_t modes = plan.modes.size(), turns = modes + plan.guests.size();
   std::vector<std::vector<RenderStats>> measured(turns);
   std::vector<ModeResult> results(turns);
@@ -70,14 +61,15 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
     if (!results[i].problem.empty()) continue;
     for (const RenderStats& stats : measured[i])
       results[i].frame_ms.push_back(static_cast<double>(stats.frame_ms));
-    results[i].stats = median_frame(measured[i]);
+    const auto middle = measured[i].begin() + static_cast<std::ptrdiff_t>(measured[i].size() / 2);
+    std::ranges::nth_element(measured[i], middle, {}, &RenderStats::frame_ms);
+    results[i].stats = *middle;
   }
   return results;
 }
 
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
                  const MarkedPlan& plan, ModeResult& result) {
-  assert(plan.frames > 0);
   settings.mode = result.mode;
   const Outputs outputs{.stage_times = true};
   std::vector<double> frame_ms, stage_ms[kStageCount];

@@ -114,11 +114,6 @@ void measure_round(const MeasuredView& view, int round, TurnOrder& order,
   }
 }
 
-bool equal_bits(const Image& a, const Image& b) {
-  return a.values.size() == b.values.size() &&
-         std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)) == 0;
-}
-
 }  // namespace
 
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
@@ -195,7 +190,9 @@ std::vector<std::vector<double>> paper_times(Session& session, const std::vector
 void judge_quality(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
                    const Image& truth, ThreadPool& pool, BenchRow& row) {
   Image image = renderer.render(camera, settings).color;
-  row.repeats = equal_bits(image, renderer.render(camera, settings).color);
+  const Image& again = renderer.render(camera, settings).color;
+  row.repeats = std::memcmp(image.values.data(), again.values.data(),
+                            image.values.size() * sizeof(float)) == 0;
   row.psnr_vs_reference = psnr_8bit(image, truth);
   Image clamped_truth = truth;
   clamp_to_unit(image);

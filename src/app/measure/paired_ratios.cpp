@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "app/measure/number_text.h"
+#include "app/measure/statistics.h"
 
 namespace qs {
 namespace {
@@ -64,7 +64,6 @@ double student_t95(std::size_t degrees) {
 }
 
 Ratio geometric_mean(std::span<const double> ratios) {
-  assert(!ratios.empty());
   const auto count = static_cast<double>(ratios.size());
   double mean = 0, squares = 0;
   for (const double ratio : ratios) mean += std::log(ratio) / count;

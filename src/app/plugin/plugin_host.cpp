@@ -201,7 +201,10 @@ class Host {
                               static_cast<std::size_t>(request.view.height);
     if (bytes != image_memory_.size()) resize_image(bytes);
     // Values that the plugin does not write are NaN.
-    if (request.wants_image != 0) fill_image(0xff);
+    if (request.wants_image != 0) {
+      if (device_) device_->fill(device_image_, 0xff, bytes);
+      std::memset(image_memory_.data(), 0xff, bytes);
+    }
     QsFrame frame = {};
     frame.image = device_ ? static_cast<float*>(device_image_) : image_memory_.floats();
     frame.mark_stages = request.mark_stages;
@@ -222,11 +225,6 @@ class Host {
     if (!device_) return;
     if (device_image_ != nullptr) device_->free(device_image_);
     device_image_ = device_->allocate(bytes);
-  }
-
-  void fill_image(std::uint8_t value) {
-    if (device_) device_->fill(device_image_, value, image_memory_.size());
-    std::memset(image_memory_.data(), value, image_memory_.size());
   }
 
   [[noreturn]] static void refuse(const char* function, std::int32_t code, const char* message) {

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "app/measure/noise.h"
-#include "app/measure/number_text.h"
+#include "app/measure/statistics.h"
 #include "app/report/clock_report.h"
 #include "app/report/plugin_report.h"
 #include "base/text.h"

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "app/framing/huge_gaussians.h"
+#include "app/framing/scene_box.h"
 #include "app/picture/palette.h"
 #include "app/report/html_page.h"
 #include "app/report/work_folder.h"
@@ -149,11 +149,11 @@ std::string percent(Count part, Count whole) {
 
 class Writer {
  public:
-  Writer(const StudyPage& page, const std::filesystem::path& plots, bool has_plots)
+  /// `plots`: the folder of the drawn plots; empty without any.
+  Writer(const StudyPage& page, std::filesystem::path plots)
       : page_(page),
         study_(page.study),
-        plots_(plots),
-        has_plots_(has_plots),
+        plots_(std::move(plots)),
         html_(page.scene + ": what its frames cost") {}
 
   std::string text(const std::string& problem) {
@@ -172,7 +172,7 @@ class Writer {
   const ModeStudy& mode(CullMode which) const { return study_.modes[kUsualSize][index_of(which)]; }
 
   void plot(const std::string& name, const std::string& caption, bool half = false) {
-    if (has_plots_) html_.drawing(plots_ / (name + ".svg"), caption, half);
+    if (!plots_.empty()) html_.drawing(plots_ / (name + ".svg"), caption, half);
   }
 
   /// A row per mode: its name and `cells(mode)`.
@@ -280,7 +280,7 @@ class Writer {
       html_.paragraph(fmt::format("{}. {} {}", title, quantity.means, most_saving(q)));
       plot(fmt::format("count_{}", quantity.key), "The number of Gaussians.", true);
       plot(fmt::format("saved_{}", quantity.key), "The pairs that each mode saves.", true);
-      if (!has_plots_) bins_table(q);
+      if (plots_.empty()) bins_table(q);
     }
   }
 
@@ -353,8 +353,7 @@ class Writer {
 
   const StudyPage& page_;
   const SceneStudy& study_;
-  const std::filesystem::path& plots_;
-  bool has_plots_;
+  std::filesystem::path plots_;
   HtmlPage html_;
 };
 
@@ -383,7 +382,7 @@ std::string format_study_page(const StudyPage& page, std::string& problem) {
   // Leaves out the instructions for drawing the plots, because the scripts are deleted with the
   // folder.
   problem = drawn.substr(0, drawn.find(';'));
-  return Writer(page, folder.path(), problem.empty()).text(problem);
+  return Writer(page, problem.empty() ? folder.path() : "").text(problem);
 }
 
 }  // namespace qs

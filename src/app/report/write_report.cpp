@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/measure/noise.h"
-#include "app/measure/number_text.h"
+#include "app/measure/statistics.h"
 #include "app/picture/palette.h"
 #include "app/report/markdown.h"
 #include "base/fail.h"

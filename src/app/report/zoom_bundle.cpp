@@ -27,25 +27,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json settings_json(const RenderSettings& settings) {
-  return {{"sh_degree", settings.sh_degree},
-          {"splat_scale", settings.splat_scale},
-          {"background", json_of(settings.background)},
-          {"antialiased", json_of(settings.antialiased)}};
-}
-
 template <class Vector>
 void read_vector(const ordered_json& json, Vector& vector) {
   for (int c = 0; c < 3; ++c) json.at(static_cast<std::size_t>(c)).get_to(vector[c]);
-}
-
-RenderSettings read_settings(const ordered_json& json) {
-  RenderSettings settings;
-  json_value(json.at("sh_degree"), settings.sh_degree);
-  json.at("splat_scale").get_to(settings.splat_scale);
-  read_vector(json.at("background"), settings.background);
-  if (!json.at("antialiased").is_null()) settings.antialiased = json["antialiased"].get<bool>();
-  return settings;
 }
 
 constexpr double kRoundingSlack = 1e-9;  ///< relative slack when ticks are compared
@@ -124,6 +108,7 @@ int decimals_of(double step) {
 }  // namespace
 
 std::string format_zoom_json(const ZoomBundle& bundle) {
+  const RenderSettings& settings = bundle.settings;
   ordered_json modes = ordered_json::array();
   for (const CullMode mode : bundle.modes) modes.push_back(mode_name(mode));
   ordered_json json = {{"environment", bundle.environment},
@@ -134,7 +119,11 @@ std::string format_zoom_json(const ZoomBundle& bundle) {
                        {"steps", bundle.steps},
                        {"closest", bundle.closest},
                        {"modes", modes},
-                       {"settings", settings_json(bundle.settings)},
+                       {"settings",
+                        {{"sh_degree", settings.sh_degree},
+                         {"splat_scale", settings.splat_scale},
+                         {"background", json_of(settings.background)},
+                         {"antialiased", json_of(settings.antialiased)}}},
                        {"noisy_steps", noisy_steps(bundle.rows)},
                        {"rows", rows_json(bundle.rows)}};
   return json_file_text(json);
@@ -158,7 +147,12 @@ ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
     if (mode < 0) fail("{}: there is no mode {}", path.string(), json_line(name));
     bundle.modes.push_back(mode);
   }
-  bundle.settings = read_settings(json.at("settings"));
+  const ordered_json& settings = json.at("settings");
+  json_value(settings.at("sh_degree"), bundle.settings.sh_degree);
+  settings.at("splat_scale").get_to(bundle.settings.splat_scale);
+  read_vector(settings.at("background"), bundle.settings.background);
+  if (const ordered_json& antialiased = settings.at("antialiased"); !antialiased.is_null())
+    bundle.settings.antialiased = antialiased.get<bool>();
   bundle.rows = read_rows(json.at("rows"));
   return bundle;
 } catch (const nlohmann::json::exception& error) {

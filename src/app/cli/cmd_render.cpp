@@ -14,7 +14,7 @@
 #include "app/picture/heatmap.h"
 #include "app/picture/image_difference.h"
 #include "app/picture/value_map.h"
-#include "app/report/stats_file.h"
+#include "app/report/environment.h"
 #include "app/session/frame_metadata.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"

@@ -9,8 +9,8 @@
 
 #include "app/inspect/picture_pair.h"
 #include "app/measure/scene_facts.h"
+#include "app/report/environment.h"
 #include "app/report/eval_report.h"
-#include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"

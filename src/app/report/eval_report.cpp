@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "app/report/stats_file.h"
+#include "app/report/environment.h"
 #include "base/fail.h"
 #include "base/json_of.h"
 #include "base/text.h"

@@ -11,8 +11,7 @@
 
 #include "app/measure/noise.h"
 #include "app/measure/statistics.h"
-#include "app/report/clock_report.h"
-#include "app/report/plugin_report.h"
+#include "app/report/environment.h"
 #include "base/text.h"
 #include "raster/api/renderer.h"
 

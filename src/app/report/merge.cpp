@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "app/report/bench_report.h"
-#include "app/report/clock_report.h"
-#include "app/report/plugin_report.h"
+#include "app/report/environment.h"
 #include "base/fail.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
@@ -101,8 +100,7 @@ ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, 
   forget_shard(merged["environment"]);
   std::vector<ordered_json> environments;
   for (const ReportPart& part : parts) environments.push_back(part.report.at("environment"));
-  merge_clocks(environments, merged["environment"]);
-  merge_plugins(environments, merged["environment"]);
+  merge_environments(environments, merged["environment"]);
   std::vector<ordered_json> all;
   for (const ReportPart& part : parts) {
     const ordered_json& list = part.report.at(rows);

@@ -10,7 +10,7 @@
 #include "app/measure/noise.h"
 #include "app/measure/scene_facts.h"
 #include "app/picture/legend.h"
-#include "app/report/stats_file.h"
+#include "app/report/environment.h"
 #include "base/fail.h"
 #include "base/json_of.h"
 #include "base/progress_bar.h"

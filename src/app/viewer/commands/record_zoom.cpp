@@ -8,7 +8,7 @@
 
 #include "app/measure/camera_path.h"
 #include "app/measure/scene_facts.h"
-#include "app/report/clock_report.h"
+#include "app/report/environment.h"
 #include "app/report/zoom_bundle.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_names.h"

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>

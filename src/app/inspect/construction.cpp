@@ -2,7 +2,6 @@
 #include "app/inspect/construction.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>

@@ -7,7 +7,6 @@
 // their side.
 #pragma once
 
-#include <span>
 #include <string>
 
 #include "app/inspect/gaussian.h"

@@ -2,7 +2,7 @@
 //
 // Draws filled rectangles, pictures, text, antialiased lines and polygons on an RGB picture.
 // Everything is clipped to the picture. Colours are 0..1. Coordinates are pixels from the top left;
-// those of lines and polygons are continuous: pixel i covers [i, i + 1].
+// the points of lines and polygons are continuous: pixel i covers [i, i + 1].
 #pragma once
 
 #include <array>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/plugin/plugin_renderer.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <span>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/report/bench_report.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <type_traits>

@@ -10,7 +10,6 @@
 #include "app/measure/scene_facts.h"
 #include "base/environment.h"
 #include "base/json_of.h"
-#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 

@@ -15,7 +15,6 @@
 //    "frames": [{view, mode, pairs, times, camera, ...}, ...]}
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 

@@ -2,7 +2,6 @@
 #include "app/report/eval_report.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <tuple>
 

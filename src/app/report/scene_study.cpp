@@ -2,7 +2,6 @@
 #include "app/report/scene_study.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "app/measure/measure.h"
 #include "app/measure/statistics.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/report/train_page.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>

@@ -3,8 +3,6 @@
 // A new folder among the system's temporary files. The destructor deletes it.
 #pragma once
 
-#include <filesystem>
-
 #include "base/temporaries.h"
 
 namespace qs {

@@ -2,7 +2,6 @@
 #include "app/report/write_report.h"
 
 #include <algorithm>
-#include <system_error>
 
 #include <fmt/format.h>
 

@@ -68,13 +68,6 @@ std::vector<std::string> lines_of(const RenderStats& stats, double ms) {
   return lines;
 }
 
-std::vector<StripName> names_of(const std::vector<FilmedBy>& ways) {
-  std::vector<StripName> names;
-  for (const FilmedBy& way : ways)
-    names.push_back({way.name, on_dark::mode_color(way.settings.mode)});
-  return names;
-}
-
 Camera camera_at(const FilmPlan& plan, int index) {
   return camera_of(plan.track, index, plan.frames(), plan.size);
 }
@@ -253,7 +246,10 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
   const bool measures = plan.numbers || plan.ways.size() > 1;
   const bool draws_colors = plan.quantity == Quantity::color && !plan.heatmap;
   std::vector<Numbers> numbers(plan.ways.size());
-  SplitScreen screen(names_of(plan.ways), plan.size.x, plan.size.y);
+  std::vector<StripName> names;
+  for (const FilmedBy& way : plan.ways)
+    names.push_back({way.name, on_dark::mode_color(way.settings.mode)});
+  SplitScreen screen(std::move(names), plan.size.x, plan.size.y);
   TurnOrder order;
   write_film_file(path, plan.size, plan.fps, [&](const AddPicture& add) {
     if (plan.numbers)  // a renderer's first frame takes longer

@@ -52,10 +52,8 @@ std::vector<Piece> pieces_of(const CloudSample& sample, const Subject& subject, 
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = held[k * held.size() / count];
     const glm::dvec3 sigma = glm::exp(glm::dvec3(sample.gaussians.log_scales[i]));
-    int thin = 0;
-    for (int axis = 1; axis < 3; ++axis) {
-      if (sigma[axis] < sigma[thin]) thin = axis;
-    }
+    int thin = sigma.y < sigma.x ? 1 : 0;
+    if (sigma.z < sigma[thin]) thin = 2;
     const double a = sigma[(thin + 1) % 3], b = sigma[(thin + 2) % 3];
     const double flatness = std::min(a, b) > 0 ? 1 - sigma[thin] / std::min(a, b) : 0;
     const glm::dmat3 turn =

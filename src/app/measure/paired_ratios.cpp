@@ -31,10 +31,6 @@ using ViewKey = std::tuple<std::string, std::string, std::uint64_t>;  // scene, 
 
 ViewKey view_of(const BenchRow& row) { return {row.scene, row.pipeline, row.view}; }
 
-bool same_group(const PairedRatio& ratio, const BenchRow& row) {
-  return ratio.scene == row.scene && ratio.mode == row.mode && ratio.pipeline == row.pipeline;
-}
-
 // The ratios of the cameras of a scene, pipeline and mode, and the rows behind them.
 struct RatioGroup {
   std::vector<PairedRatio> ratios;
@@ -130,8 +126,9 @@ std::vector<PairedRatio> paired_ratios(const std::vector<BenchRow>& rows,
     if (row.mode == baseline || base == bases.end()) continue;
     const std::optional<Ratio> ratio = paired_ratio(*base->second, row);
     if (!ratio) continue;
-    auto group = std::find_if(groups.begin(), groups.end(), [&](const RatioGroup& members) {
-      return same_group(members.ratios.front(), row);
+    auto group = std::ranges::find_if(groups, [&](const RatioGroup& members) {
+      const PairedRatio& other = members.ratios.front();
+      return other.scene == row.scene && other.mode == row.mode && other.pipeline == row.pipeline;
     });
     if (group == groups.end()) group = groups.emplace(group);
     group->ratios.push_back({row.scene, row.camera, row.mode, row.pipeline, *ratio});

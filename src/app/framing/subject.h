@@ -69,6 +69,7 @@ inline constexpr double kSceneDensity = 0.03, kSubjectDensity = 0.4;
 /// typical density, without isolated groups of less than 10 % of the largest group.
 Subject find_subject(const CloudSample& sample, double least_density);
 
+/// The horizontal plane of a world, and a subject's extents in it.
 struct Ground {
   /// Unit vectors. `forward` is the usual viewing direction: +z or, if that is vertical, +y. It is
   /// turned by up to 45 degrees if that makes the box below clearly smaller, as in a street.

@@ -37,8 +37,11 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
                                    const Camera& camera, const ViewPlan& plan,
                                    const Progress& progress);
 
-/// By mode and view: the time of the view's frame in ms, the mean over `rounds` runs. The warm-up
-/// draws the first five views, and begins again with the first if there are fewer.
+/// Frame times as the published script of QuadBox measures them: one mode after the other draws
+/// some views to warm up, and then every test view once. The script's frames per second are 1000 /
+/// the mean time, and for a set of scenes the arithmetic mean of the scenes' values. By mode and
+/// view: the time of the view's frame in ms, the mean over `rounds` runs. The warm-up draws the
+/// first five views, and begins again with the first if there are fewer.
 std::vector<std::vector<double>> paper_times(Session& session, const std::vector<CullMode>& modes,
                                              std::span<const Camera> views, int rounds,
                                              const Progress& progress);

@@ -26,6 +26,8 @@ std::optional<double> spread_ms(const BenchRow& row);
 inline bool is_noisy_spread(std::optional<double> spread_ms, double median_ms) {
   return spread_ms && *spread_ms > kNoisySpread * median_ms;
 }
+
+/// True if the spread of the row is above kNoisySpread.
 bool has_noisy_time(const BenchRow& row);
 
 /// True if has_noisy_time() or if noise() is above its tolerance.

@@ -2,12 +2,11 @@
 //
 // The cost of the views of a scene: the visible Gaussians, the pairs that each mode saves on them,
 // the uses of the pairs and their distribution over the tiles, for several tile sizes. All numbers
-// are sums over the views; study_page and study_plots present them. To add a quantity by which
-// Gaussians are grouped: a row in kGaussianQuantities.
+// are sums over the views; study_page presents them. To add a quantity by which Gaussians are
+// grouped: a row in kGaussianQuantities.
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>

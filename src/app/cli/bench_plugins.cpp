@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "app/measure/scene_facts.h"
-#include "app/report/plugin_report.h"
+#include "app/report/environment.h"
 #include "base/fail.h"
 
 namespace qs {

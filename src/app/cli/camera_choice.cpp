@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include "app/framing/first_view.h"
-#include "app/framing/framing.h"
+#include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
 #include "app/measure/camera_path.h"
 #include "base/fail.h"
@@ -117,7 +117,7 @@ std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene) {
 Shot overview_shot(const FrameOptions& frame, const Scene& scene) {
   const glm::ivec2 size = frame.size.value_or(kFramingSize);
   const glm::dvec3 up = declared_up(frame.up, scene.vertical_axis).value_or(world_up(""));
-  return {frame_scene(scene.cloud, up, size.x, size.y), -1, "framing"};
+  return {frame_cloud(scene.cloud, up, size.x, size.y), -1, "framing"};
 }
 
 void declare_camera_index_option(Options& options, std::vector<int>& indices,

@@ -10,7 +10,6 @@
 #include "app/cli/judging.h"
 #include "app/inspect/comparison_sheet.h"
 #include "app/inspect/reference_check.h"
-#include "app/inspect/variant.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/frame_metadata.h"
 #include "base/fail.h"

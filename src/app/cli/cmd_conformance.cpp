@@ -9,7 +9,7 @@
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
-#include "app/conformance/kit_folder.h"
+#include "app/conformance/kit_scenes.h"
 #include "app/conformance/verdict_text.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"

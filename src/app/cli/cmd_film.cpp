@@ -7,10 +7,9 @@
 #include "app/cli/command.h"
 #include "app/film/film.h"
 #include "app/film/film_file.h"
-#include "app/film/film_format.h"
 #include "app/framing/camera_rig.h"
 #include "app/inspect/heatmap_frame.h"
-#include "app/measure/number_text.h"
+#include "app/measure/statistics.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/quit_signals.h"
@@ -43,7 +42,7 @@ CameraTrack choose_track(const FilmCommand& command, const Session& session, glm
     return turntable_of(scene.cloud, cameras, framing, wish, *session.pool);
   }
   const std::vector<Keyframe> keyframes = read_camera_path(*command.path);
-  return command.loop ? along_and_back(keyframes, command.ease) : along(keyframes, command.ease);
+  return along(keyframes, command.ease, command.loop);
 }
 
 // Throws Cancelled after Ctrl+C or SIGTERM.
@@ -82,8 +81,7 @@ int film(const FilmCommand& command) {
   FilmPlan plan;
   plan.size = command.frame.size.value_or(plan.size);
   plan.fps = command.fps;
-  film_format(command.output, plan.size, plan.fps);  // both throw before the scene is read
-  check_film_target(command.output);
+  check_film(command.output, plan.size, plan.fps);  // throws before the scene is read
   Session session = open_session(command.frame);
   plan.track = choose_track(command, session, plan.size);
   plan.seconds = command.seconds.value_or(plan.track.seconds);

@@ -9,7 +9,7 @@
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/inspect/construction.h"
-#include "app/inspect/inspection_text.h"
+#include "app/inspect/inspection.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/frame_metadata.h"
 #include "base/fail.h"

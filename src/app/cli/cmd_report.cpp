@@ -7,7 +7,7 @@
 
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
-#include "app/framing/huge_gaussians.h"
+#include "app/framing/scene_box.h"
 #include "app/inspect/construction.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"

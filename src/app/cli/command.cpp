@@ -12,7 +12,6 @@
 
 #include "app/cli/format_list.h"
 #include "app/cli/manual.h"
-#include "app/plugin/plugin_host.h"
 #include "app/plugin/protocol.h"
 #include "base/end_at_signal.h"
 #include "base/fail.h"

@@ -7,11 +7,10 @@
 #include <unordered_map>
 #include <vector>
 
-#include "app/inspect/contact_sheet.h"
+#include "app/inspect/picture_pair.h"
 #include "app/measure/scene_facts.h"
+#include "app/report/environment.h"
 #include "app/report/eval_report.h"
-#include "app/report/judgement.h"
-#include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"

@@ -2,9 +2,16 @@
 #include "app/conformance/judge.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
+#include <mutex>
 #include <optional>
+#include <tuple>
 #include <utility>
+
+#include "base/fail.h"
+#include "io/picture/image_file.h"
+#include "raster/scene/image_metrics.h"
 
 namespace qs {
 namespace {
@@ -19,10 +26,10 @@ struct Score {
   double squared_error = 0;  // sum over the matched pictures
 };
 
+// More matches are better, then fewer mistakes, then a smaller error.
 bool better(const Score& a, const Score& b) {
-  if (a.matched != b.matched) return a.matched > b.matched;
-  if (a.set.size() != b.set.size()) return a.set.size() < b.set.size();
-  return a.squared_error < b.squared_error;
+  return std::tuple(b.matched, a.set.size(), a.squared_error) <
+         std::tuple(a.matched, b.set.size(), b.squared_error);
 }
 
 // The best set and all sets that are not clearly worse, best first.
@@ -203,10 +210,90 @@ class KitJudge {
 
 }  // namespace
 
+Fit fit_of(const Picture8& picture, const Picture8& expected, int limit) {
+  Fit fit;
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < picture.size(); ++i) {
+    const int difference = std::abs(int{picture[i]} - int{expected[i]});
+    fit.largest = std::max(fit.largest, difference);
+    if (difference > limit) return fit;
+    sum += static_cast<std::uint64_t>(difference * difference);
+  }
+  fit.squared_error = static_cast<double>(sum);
+  fit.psnr = psnr_of(fit.squared_error / static_cast<double>(picture.size()), 255);
+  return fit;
+}
+
+Variants::Variants(int most, ThreadPool& pool, const Progress& progress) {
+  for (int count = 0; count <= most; ++count) {
+    for (MistakeSet& set : sets_of_mistakes(count)) sets_.push_back(std::move(set));
+  }
+  const std::size_t scenes = kit_scenes().size();
+  which_.resize(scenes);
+  pictures_.resize(scenes);
+  std::mutex mutex;
+  std::size_t done = 0;
+  pool.for_chunks(scenes, 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t scene = begin; scene < end; ++scene) {
+      const KitView view = kit_scenes()[scene].make();
+      std::map<Picture8, std::uint32_t> known;
+      for (const MistakeSet& set : sets_) {
+        const auto [entry, added] = known.try_emplace(picture8(draw_with(view, set)),
+                                                      static_cast<std::uint32_t>(known.size()));
+        if (added) pictures_[scene].push_back(entry->first);
+        which_[scene].push_back(entry->second);
+      }
+      const std::lock_guard lock(mutex);
+      progress.update(static_cast<float>(++done) / static_cast<float>(scenes));
+    }
+  });
+}
+
+std::optional<std::size_t> Variants::find(const MistakeSet& set) const {
+  const auto found = std::find(sets_.begin(), sets_.end(), set);
+  if (found == sets_.end()) return {};
+  return static_cast<std::size_t>(found - sets_.begin());
+}
+
+std::vector<Fit> Variants::fits(std::size_t scene, const Picture8& picture) const {
+  std::vector<Fit> different, all;
+  for (const Picture8& expected : pictures_[scene])
+    different.push_back(fit_of(picture, expected, kLargestDifference));
+  for (const std::uint32_t which : which_[scene]) all.push_back(different[which]);
+  return all;
+}
+
+Submission read_submission(const std::filesystem::path& folder) {
+  Submission submission;
+  bool any = false;
+  for (const KitScene& scene : kit_scenes()) {
+    Picture8& picture = submission.pictures.emplace_back();
+    std::string& problem = submission.problems.emplace_back();
+    const std::filesystem::path file = folder / (std::string(scene.name) + ".png");
+    if (!std::filesystem::exists(file)) continue;
+    any = true;
+    const Camera camera = scene.make().camera;
+    try {
+      const Image image = read_image(file);
+      if (image.width == camera.width && image.height == camera.height)
+        picture = picture8(image);
+      else
+        problem = fmt::format("it has {} x {} pixels instead of {} x {}", image.width, image.height,
+                              camera.width, camera.height);
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::input) throw;
+      problem = error.what();
+    }
+  }
+  if (!any) {
+    fail("{}: it has no picture of the kit, such as {}.png", folder.string(),
+         kit_scenes().front().name);
+  }
+  return submission;
+}
+
 std::size_t KitVerdict::count(Result result) const {
-  return static_cast<std::size_t>(
-      std::count_if(scenes.begin(), scenes.end(),
-                    [&](const SceneVerdict& verdict) { return verdict.result == result; }));
+  return static_cast<std::size_t>(std::ranges::count(scenes, result, &SceneVerdict::result));
 }
 
 KitVerdict judge_kit(const Submission& submission, const Variants& variants, ThreadPool& pool) {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "app/conformance/kit_folder.h"
-
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "app/conformance/kit_scenes.h"
 #include "base/json_of.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
@@ -22,11 +21,8 @@ using Json = nlohmann::ordered_json;
 // Rows of the 3x4 matrix.
 Json matrix_json(const glm::dmat4x3& matrix) {
   Json rows = Json::array();
-  for (int row = 0; row < 3; ++row) {
-    Json values = Json::array();
-    for (int column = 0; column < 4; ++column) values.push_back(matrix[column][row]);
-    rows.push_back(values);
-  }
+  for (int row = 0; row < 3; ++row)
+    rows.push_back({matrix[0][row], matrix[1][row], matrix[2][row], matrix[3][row]});
   return rows;
 }
 
@@ -47,18 +43,6 @@ Json scene_entry(const KitScene& scene, const KitView& view) {
           {"sh_degree", view.cloud.sh_degree},
           {"antialiased", view.cloud.antialiased}};
 }
-
-}  // namespace
-
-Image truth_of(const KitView& view, ThreadPool& pool) {
-  const auto renderer = make_renderer(Backend::cpu, pool);
-  renderer->upload(view.cloud, {});
-  RenderSettings settings = view.settings;
-  settings.mode = kReferenceMode;
-  return renderer->render(view.camera, settings).color;
-}
-
-namespace {
 
 void write_kit_files(const std::filesystem::path& folder, ThreadPool& pool,
                      const Progress& progress) {
@@ -86,6 +70,14 @@ void write_kit_files(const std::filesystem::path& folder, ThreadPool& pool,
 }
 
 }  // namespace
+
+Image truth_of(const KitView& view, ThreadPool& pool) {
+  const auto renderer = make_renderer(Backend::cpu, pool);
+  renderer->upload(view.cloud, {});
+  RenderSettings settings = view.settings;
+  settings.mode = kReferenceMode;
+  return renderer->render(view.camera, settings).color;
+}
 
 void write_kit(const std::filesystem::path& folder, ThreadPool& pool, const Progress& progress) {
   require_new_folder(folder, may_overwrite());

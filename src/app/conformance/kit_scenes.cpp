@@ -1,13 +1,77 @@
 // SPDX-License-Identifier: MIT
 #include "app/conformance/kit_scenes.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
-#include "app/conformance/kit_builder.h"
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/trigonometric.hpp>
+
 #include "raster/kernel/random.h"
 
 namespace qs {
 namespace {
+
+constexpr int kKitWidth = 64, kKitHeight = 48;
+constexpr double kKitFocal = 60;  ///< px
+
+/// One Gaussian in convenient units.
+struct Blob {
+  glm::vec3 position{0, 0, 3};
+  glm::vec3 sigma{0.2f};  ///< standard deviations, world units
+  glm::vec3 color{1};     ///< colour without view dependence; may exceed 0..1
+  float opacity = 0.9f;
+  glm::quat rotation{1, 0, 0, 0};
+};
+
+/// The coefficients of Gaussian `i`.
+glm::vec3* sh_of(GaussianCloud& cloud, std::size_t i) {
+  return cloud.sh.data() + i * static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+}
+
+/// A cloud with SH of degree `degree`; coefficients above the first are 0.
+GaussianCloud cloud_of(const std::vector<Blob>& blobs, int degree = 0) {
+  GaussianCloud cloud;
+  cloud.resize(blobs.size(), degree);
+  std::fill(cloud.sh.begin(), cloud.sh.end(), glm::vec3(0));
+  for (std::size_t i = 0; i < blobs.size(); ++i) {
+    const Blob& blob = blobs[i];
+    cloud.positions[i] = blob.position;
+    cloud.log_scales[i] = glm::log(blob.sigma);
+    cloud.rotations[i] = blob.rotation;
+    const double opacity = blob.opacity;
+    cloud.opacity_logits[i] = static_cast<float>(std::log(opacity / (1 - opacity)));
+    *sh_of(cloud, i) = (blob.color - 0.5f) / static_cast<float>(kSh0);
+  }
+  return cloud;
+}
+
+/// A camera at the origin that looks along +z.
+Camera kit_camera(int width = kKitWidth, int height = kKitHeight,
+                  glm::dvec2 focal_px = glm::dvec2(kKitFocal)) {
+  Camera camera;
+  camera.focal_px = focal_px;
+  camera.center_px = 0.5 * glm::dvec2(width - 1, height - 1);
+  camera.width = width;
+  camera.height = height;
+  return camera;
+}
+
+/// Rotation of a Gaussian about an axis by degrees.
+glm::quat turned(glm::vec3 axis, float degrees) {
+  return glm::angleAxis(glm::radians(degrees), glm::normalize(axis));
+}
+
+/// The point that camera `camera` shows at a pixel, at view depth z.
+glm::vec3 world_point(const Camera& camera, glm::dvec2 pixel, double z) {
+  const glm::dvec2 slope = (pixel - camera.center_px) / camera.focal_px;
+  const glm::dvec3 view(slope.x * z, slope.y * z, z);
+  const glm::dmat3 rotation(camera.view_from_world);
+  return glm::vec3(camera.position() + glm::transpose(rotation) * view);
+}
 
 // Standard deviation, in world units, of a Gaussian that has `px` pixels at depth `z`.
 float sigma_at(const Camera& camera, double px, double z) {
@@ -15,8 +79,8 @@ float sigma_at(const Camera& camera, double px, double z) {
 }
 
 // A round Gaussian at a pixel.
-Blob round_blob(const Camera& camera, glm::dvec2 pixel, double z, double sigma_px, glm::vec3 color,
-                float opacity = 0.9f) {
+Blob round_blob(glm::dvec2 pixel, double z, double sigma_px, glm::vec3 color, float opacity = 0.9f,
+                const Camera& camera = kit_camera()) {
   return {world_point(camera, pixel, z), glm::vec3(sigma_at(camera, sigma_px, z)), color, opacity};
 }
 
@@ -40,45 +104,36 @@ void set_sh(KitView& view, int first, int last, float scale, const Wave& wave) {
   }
 }
 
-KitView view_of(const std::vector<Blob>& blobs, const Camera& camera,
+KitView view_of(const std::vector<Blob>& blobs, const Camera& camera = kit_camera(),
                 glm::vec3 background = glm::vec3(0)) {
   KitView view{cloud_of(blobs), camera, {}};
   view.settings.background = background;
   return view;
 }
 
-KitView one_gaussian() {
-  const Camera camera = kit_camera();
-  return view_of({round_blob(camera, {22.3, 16.8}, 3, 6, {0.9f, 0.5f, 0.1f})}, camera);
-}
+KitView one_gaussian() { return view_of({round_blob({22.3, 16.8}, 3, 6, {0.9f, 0.5f, 0.1f})}); }
 
 KitView opacities() {
-  const Camera camera = kit_camera();
   const float opacity[] = {0.02f, 0.1f, 0.3f, 0.6f, 0.9f, 0.99f};
   return view_of(six_blobs([&](int i, glm::dvec2 pixel) {
-                   return round_blob(camera, pixel, 3, 4, {1, 0.8f, 0.6f}, opacity[i]);
-                 }),
-                 camera);
+    return round_blob(pixel, 3, 4, {1, 0.8f, 0.6f}, opacity[i]);
+  }));
 }
 
 KitView occlusion() {
-  const Camera camera = kit_camera();
-  return view_of({round_blob(camera, {28.3, 22.2}, 3.5, 7.2, {0.9f, 0.1f, 0.1f}),
-                  round_blob(camera, {35.2, 27.4}, 2.5, 6.1, {0.1f, 0.2f, 0.9f}, 0.8f),
-                  round_blob(camera, {24.4, 30.3}, 3, 6.3, {0.1f, 0.9f, 0.2f}, 0.7f)},
-                 camera);
+  return view_of({round_blob({28.3, 22.2}, 3.5, 7.2, {0.9f, 0.1f, 0.1f}),
+                  round_blob({35.2, 27.4}, 2.5, 6.1, {0.1f, 0.2f, 0.9f}, 0.8f),
+                  round_blob({24.4, 30.3}, 3, 6.3, {0.1f, 0.9f, 0.2f}, 0.7f)});
 }
 
 KitView small_gaussians(bool antialiased) {
-  const Camera camera = kit_camera();
   std::vector<Blob> blobs;
   for (int i = 0; i < 24; ++i) {
     const int column = i % 6, row = i / 6;
-    blobs.push_back(round_blob(camera, {7.1 + 10.17 * column, 7.2 + 11.13 * row}, 3,
-                               0.1 + 0.15 * row, {1, 0.9f - 0.1f * static_cast<float>(column), 0.7},
-                               0.95f));
+    blobs.push_back(round_blob({7.1 + 10.17 * column, 7.2 + 11.13 * row}, 3, 0.1 + 0.15 * row,
+                               {1, 0.9f - 0.1f * static_cast<float>(column), 0.7}, 0.95f));
   }
-  KitView view = view_of(blobs, camera);
+  KitView view = view_of(blobs);
   view.cloud.antialiased = antialiased;
   return view;
 }
@@ -86,28 +141,23 @@ KitView small_gaussians(bool antialiased) {
 // Many Gaussians in the same place make an effect visible that a rounding step hides for a single
 // Gaussian.
 KitView alpha_threshold() {
-  const Camera camera = kit_camera();
-  std::vector<Blob> blobs(48, round_blob(camera, {17, 24}, 3, 7, glm::vec3(1), 0.0037f));
-  blobs.resize(96, round_blob(camera, {47, 24}, 3, 7, glm::vec3(1), 0.0052f));
-  return view_of(blobs, camera);
+  std::vector<Blob> blobs(48, round_blob({17, 24}, 3, 7, glm::vec3(1), 0.0037f));
+  blobs.resize(96, round_blob({47, 24}, 3, 7, glm::vec3(1), 0.0052f));
+  return view_of(blobs);
 }
 
 // Gaussians whose 3-sigma square covers the picture, so that renderers that draw only that square
 // give the same picture.
 KitView alpha_maximum() {
-  const Camera camera = kit_camera();
-  return view_of({round_blob(camera, {31.7, 24.2}, 2, 60, glm::vec3(0), 0.999999f),
-                  round_blob(camera, {31.7, 24.2}, 3, 80, {6, 5, 4}, 0.98f)},
-                 camera);
+  return view_of({round_blob({31.7, 24.2}, 2, 60, glm::vec3(0), 0.999999f),
+                  round_blob({31.7, 24.2}, 3, 80, {6, 5, 4}, 0.98f)});
 }
 
 KitView transmittance_stop() {
-  const Camera camera = kit_camera();
-  return view_of({round_blob(camera, {31.7, 24.2}, 2, 400, glm::vec3(0), 0.98f),
-                  round_blob(camera, {31.7, 24.2}, 3, 400, glm::vec3(0), 0.98f),
-                  round_blob(camera, {31.7, 24.2}, 4, 30, {300, 200, 100}, 0.9f),
-                  round_blob(camera, {31.7, 24.2}, 5, 60, {200, 800, 400}, 0.5f)},
-                 camera);
+  return view_of({round_blob({31.7, 24.2}, 2, 400, glm::vec3(0), 0.98f),
+                  round_blob({31.7, 24.2}, 3, 400, glm::vec3(0), 0.98f),
+                  round_blob({31.7, 24.2}, 4, 30, {300, 200, 100}, 0.9f),
+                  round_blob({31.7, 24.2}, 5, 60, {200, 800, 400}, 0.5f)});
 }
 
 // No pixel with an alpha of 1/255 or more may be cut. The 3-sigma square covers all tiles of the
@@ -115,7 +165,7 @@ KitView transmittance_stop() {
 KitView tails() {
   const Camera camera = kit_camera(80, 48);
   return view_of(
-      std::vector<Blob>(16, round_blob(camera, {39.6, 23.4}, 3, 8.6, glm::vec3(0), 0.98f)), camera,
+      std::vector<Blob>(16, round_blob({39.6, 23.4}, 3, 8.6, glm::vec3(0), 0.98f, camera)), camera,
       glm::vec3(1));
 }
 
@@ -124,8 +174,8 @@ KitView spherical_harmonics(int degree) {
   const Camera camera = kit_camera(kKitWidth, kKitHeight, glm::dvec2(24));
   std::vector<Blob> blobs;
   for (int i = 0; i < 9; ++i)
-    blobs.push_back(round_blob(camera, {11.2 + 20 * (i % 3), 7.9 + 15.6 * (i / 3)}, 3, 4,
-                               glm::vec3(0.5f), 0.95f));
+    blobs.push_back(round_blob({11.2 + 20 * (i % 3), 7.9 + 15.6 * (i / 3)}, 3, 4, glm::vec3(0.5f),
+                               0.95f, camera));
   KitView view{cloud_of(blobs, degree), camera, {}};
   set_sh(view, degree * degree, (degree + 1) * (degree + 1) - 1, 0.35f,
          [](int k, int c, double i) { return std::sin(1.0 + 1.7 * k + 2.3 * c + 0.9 * i); });
@@ -133,86 +183,72 @@ KitView spherical_harmonics(int degree) {
 }
 
 KitView sh_degree_0() {
-  const Camera camera = kit_camera();
   return view_of(six_blobs([&](int i, glm::dvec2 pixel) {
-                   const auto c = static_cast<float>(i);
-                   return round_blob(camera, pixel, 3, 4, {0.2f * c, 1 - 0.15f * c, 0.5f}, 0.95f);
-                 }),
-                 camera);
+    const auto c = static_cast<float>(i);
+    return round_blob(pixel, 3, 4, {0.2f * c, 1 - 0.15f * c, 0.5f}, 0.95f);
+  }));
 }
 
 KitView dark_colors() {
-  const Camera camera = kit_camera();
-  return view_of({round_blob(camera, {24, 24}, 2.5, 7, {-0.8f, 0.4f, -0.3f}, 0.6f),
-                  round_blob(camera, {40, 24}, 3, 7, {0.4f, -0.8f, -0.5f}, 0.7f)},
-                 camera, {0.6f, 0.8f, 1});
+  return view_of({round_blob({24, 24}, 2.5, 7, {-0.8f, 0.4f, -0.3f}, 0.6f),
+                  round_blob({40, 24}, 3, 7, {0.4f, -0.8f, -0.5f}, 0.7f)},
+                 kit_camera(), {0.6f, 0.8f, 1});
 }
 
 KitView bright_colors() {
-  const Camera camera = kit_camera();
-  return view_of({round_blob(camera, {24, 24}, 2.5, 7, {2.4f, 1.7f, 0.3f}, 0.35f),
-                  round_blob(camera, {40, 24}, 3, 7, {0.3f, 1.4f, 2.2f}, 0.3f)},
-                 camera);
+  return view_of({round_blob({24, 24}, 2.5, 7, {2.4f, 1.7f, 0.3f}, 0.35f),
+                  round_blob({40, 24}, 3, 7, {0.3f, 1.4f, 2.2f}, 0.3f)});
 }
 
-std::vector<Blob> needles(const Camera& camera, float length_px, float width_px) {
+std::vector<Blob> needles(float length_px, float width_px) {
   const glm::quat rotations[] = {turned({0, 0, 1}, 30),      turned({1, 2, 0.5}, 70),
                                  turned({0.3f, 1, -1}, 140), turned({-1, 0.4f, 2}, 50),
                                  turned({2, -1, 1}, 100),    turned({1, 1, 3}, -65)};
   return six_blobs([&](int i, glm::dvec2 pixel) {
     const auto c = static_cast<float>(i);
-    Blob blob = round_blob(camera, pixel, 3, 1, {1 - 0.15f * c, 0.5f, 0.2f + 0.15f * c});
-    const float px = sigma_at(camera, 1, 3);
+    Blob blob = round_blob(pixel, 3, 1, {1 - 0.15f * c, 0.5f, 0.2f + 0.15f * c});
+    const float px = sigma_at(kit_camera(), 1, 3);
     blob.sigma = px * glm::vec3(length_px, width_px, 0.5f * (length_px + width_px));
     blob.rotation = rotations[i];
     return blob;
   });
 }
 
-KitView quaternions() {
-  const Camera camera = kit_camera();
-  return view_of(needles(camera, 8, 1.5f), camera);
-}
+KitView quaternions() { return view_of(needles(8, 1.5f)); }
 
 KitView depth_ties() {
-  const Camera camera = kit_camera();
-  return view_of({round_blob(camera, {26, 21}, 3, 7, {0.9f, 0.1f, 0.1f}),
-                  round_blob(camera, {37, 22}, 3, 7, {0.1f, 0.9f, 0.1f}),
-                  round_blob(camera, {31, 29}, 3, 7, {0.1f, 0.1f, 0.9f})},
-                 camera);
+  return view_of({round_blob({26, 21}, 3, 7, {0.9f, 0.1f, 0.1f}),
+                  round_blob({37, 22}, 3, 7, {0.1f, 0.9f, 0.1f}),
+                  round_blob({31, 29}, 3, 7, {0.1f, 0.1f, 0.9f})});
 }
 
 KitView depth_or_distance() {
   const Camera camera = kit_camera(kKitWidth, kKitHeight, glm::dvec2(24));
-  return view_of({round_blob(camera, {24, 22}, 2.2, 5, {0.9f, 0.2f, 0.1f}),
-                  round_blob(camera, {12, 25}, 2, 5, {0.1f, 0.3f, 0.9f}),
-                  round_blob(camera, {44, 30}, 2.2, 5, {0.2f, 0.9f, 0.1f}),
-                  round_blob(camera, {55, 38}, 2, 5, {0.9f, 0.1f, 0.8f})},
+  return view_of({round_blob({24, 22}, 2.2, 5, {0.9f, 0.2f, 0.1f}, 0.9f, camera),
+                  round_blob({12, 25}, 2, 5, {0.1f, 0.3f, 0.9f}, 0.9f, camera),
+                  round_blob({44, 30}, 2.2, 5, {0.2f, 0.9f, 0.1f}, 0.9f, camera),
+                  round_blob({55, 38}, 2, 5, {0.9f, 0.1f, 0.8f}, 0.9f, camera)},
                  camera);
 }
 
 KitView near_plane() {
-  const Camera camera = kit_camera();
-  return view_of({round_blob(camera, {20, 20}, 0.15, 6, {0.9f, 0.1f, 0.1f}),
-                  round_blob(camera, {44, 20}, 0.25, 6, {0.1f, 0.9f, 0.1f}),
-                  round_blob(camera, {32, 34}, -1, 6, {0.1f, 0.1f, 0.9f}),
-                  round_blob(camera, {32, 32}, 3, 9, {0.6f, 0.6f, 0.6f}, 0.8f)},
-                 camera);
+  return view_of({round_blob({20, 20}, 0.15, 6, {0.9f, 0.1f, 0.1f}),
+                  round_blob({44, 20}, 0.25, 6, {0.1f, 0.9f, 0.1f}),
+                  round_blob({32, 34}, -1, 6, {0.1f, 0.1f, 0.9f}),
+                  round_blob({32, 32}, 3, 9, {0.6f, 0.6f, 0.6f}, 0.8f)});
 }
 
 KitView fov_clamp() {
-  const Camera camera = kit_camera();
   return view_of({{{-2.4f, 0.2f, 2}, glm::vec3(1), {0.9f, 0.5f, 0.2f}, 0.8f},
-                  {{0.3f, 2.6f, 2.5f}, {0.8f, 1, 1.2f}, {0.2f, 0.5f, 0.9f}, 0.8f}},
-                 camera);
+                  {{0.3f, 2.6f, 2.5f}, {0.8f, 1, 1.2f}, {0.2f, 0.5f, 0.9f}, 0.8f}});
 }
 
 KitView perspective() {
   const Camera camera = kit_camera(kKitWidth, kKitHeight, glm::dvec2(40));
   std::vector<Blob> blobs;
   for (int i = 0; i < 4; ++i) {
-    Blob blob = round_blob(camera, {12 + 39 * (i % 2), 10 + 28 * (i / 2)}, 4, 1,
-                           {0.9f - 0.2f * static_cast<float>(i), 0.6f, 0.3f});
+    Blob blob = round_blob({12 + 39 * (i % 2), 10 + 28 * (i / 2)}, 4, 1,
+                           {0.9f - 0.2f * static_cast<float>(i), 0.6f, 0.3f}, 0.9f, camera);
     blob.sigma = {0.08f, 0.08f, 0.9f};  // long along the line of sight
     blobs.push_back(blob);
   }
@@ -221,10 +257,9 @@ KitView perspective() {
 
 // The needles before a camera that was moved and turned, with view-dependent colours.
 KitView seen_from(const glm::dvec3& position, const glm::dvec3& up) {
-  const Camera pinhole = kit_camera();
   Camera camera = look_at(position, {0.1, 0.05, 2.9}, up, 1, kKitWidth, kKitHeight);
-  camera.focal_px = pinhole.focal_px;
-  KitView view{cloud_of(needles(pinhole, 7, 2), 3), camera, {}};
+  camera.focal_px = glm::dvec2(kKitFocal);
+  KitView view{cloud_of(needles(7, 2), 3), camera, {}};
   set_sh(view, 1, 15, 0.2f,
          [](int k, int c, double i) { return std::cos(2.0 + 1.1 * k + 1.9 * c + 0.7 * i); });
   return view;
@@ -239,9 +274,10 @@ KitView view_of_size(int width, int height, glm::dvec2 focal_px) {
   std::vector<Blob> blobs;
   for (int i = 0; i < 8; ++i) {
     const glm::dvec2 share(0.12 + 0.25 * (i % 4), i < 4 ? 0.3 : 0.72);
-    Blob blob = round_blob(
-        camera, share * glm::dvec2(width, height), 3 + 0.1 * i, 3,
-        {0.2f + 0.1f * static_cast<float>(i), 0.8f - 0.1f * static_cast<float>(i), 0.5f});
+    Blob blob =
+        round_blob(share * glm::dvec2(width, height), 3 + 0.1 * i, 3,
+                   {0.2f + 0.1f * static_cast<float>(i), 0.8f - 0.1f * static_cast<float>(i), 0.5f},
+                   0.9f, camera);
     blob.sigma.x *= 1.8f;
     blob.rotation = turned({0.2f, 0.1f, 1}, 25.0f * static_cast<float>(i));
     blobs.push_back(blob);

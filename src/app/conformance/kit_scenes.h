@@ -4,6 +4,7 @@
 // To add a scene: a function and a row of kScenes in kit_scenes.cpp. The tests run for every row.
 #pragma once
 
+#include <filesystem>
 #include <span>
 
 #include "raster/api/renderer.h"
@@ -24,5 +25,14 @@ struct KitScene {
 };
 
 std::span<const KitScene> kit_scenes();
+
+/// The truth: the image of mode `reference` of a view.
+Image truth_of(const KitView& view, ThreadPool& pool);
+
+/// Writes the kit as files that other software reads into a new folder: for every scene NAME.ply,
+/// NAME.cameras.json and in `truth` NAME.png and NAME.pfm, and kit.json with sizes, matrices and
+/// backgrounds. Throws Error(input).
+void write_kit(const std::filesystem::path& folder, ThreadPool& pool,
+               const Progress& progress = {});
 
 }  // namespace qs

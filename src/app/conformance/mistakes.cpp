@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
@@ -104,8 +103,6 @@ Image upside_down(const Image& image) {
                     [&](int x, int y, int c) { return image.at(x, image.height - 1 - y, c); });
 }
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // ---- cameras ------------------------------------------------------------------------------------
 
 void camera_transposed(Drawing& d) {
@@ -183,7 +180,7 @@ constexpr Mistake kMistakes[] = {
     {"falloff-doubled", "computes exp(-d^2) instead of exp(-d^2 / 2)", "falloff",
      [](Drawing& d) { d.rules.falloff = 1; }},
     {"fov-clamp-missing", "evaluates the Jacobian beyond 1.3 x the field of view", "jacobian",
-     [](Drawing& d) { d.rules.slope_limit = kInfinity; }},
+     [](Drawing& d) { d.rules.slope_limit = std::numeric_limits<double>::infinity(); }},
     {"jacobian-diagonal", "leaves out the slopes in the Jacobian of the projection", "jacobian",
      [](Drawing& d) { d.rules.slope_limit = 0; }},
     {"near-plane-missing", "draws Gaussians nearer than 0.2", "near plane",
@@ -235,15 +232,11 @@ Image draw_with(const KitView& view, const MistakeSet& set, const Rules& rules) 
 }
 
 Picture8 picture8(const Image& image) {
-  Picture8 picture;
-  picture.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
-                  3);
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      for (int c = 0; c < 3; ++c)
-        picture.push_back(to_8bit(image.at(x, y, image.channels < 3 ? 0 : c)));
-    }
-  }
+  const Image rgb = picture_of(image.width, image.height, [&](int x, int y, int c) {
+    return image.at(x, y, image.channels < 3 ? 0 : c);
+  });
+  Picture8 picture(rgb.values.size());
+  std::ranges::transform(rgb.values, picture.begin(), to_8bit);
   return picture;
 }
 

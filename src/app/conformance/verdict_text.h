@@ -3,7 +3,6 @@
 // The verdict as text, JSON and a page with pictures.
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "app/conformance/judge.h"

@@ -3,21 +3,50 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
+#include <memory>
 
 #include <fmt/format.h>
+#include <glm/gtc/constants.hpp>
 
 #include "app/film/film_file.h"
-#include "app/film/split_screen.h"
+#include "app/framing/camera_control.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/statistics.h"
 #include "app/measure/turn_order.h"
+#include "app/picture/canvas.h"
 #include "app/picture/palette.h"
 #include "base/text.h"
 
 namespace qs {
 namespace {
+
+constexpr double kTurn = 2 * glm::pi<double>();
+
+// Begins and ends with speed 0.
+double eased(double share) { return share * share * (3 - 2 * share); }
+
+constexpr const char* kWidestLine = "00,000,000 pairs";
+constexpr float kPlateOpacity = 0.7f;
+
+// The plate of the labels has the same width in the whole film.
+int plate_width(const Font& font, const std::vector<StripName>& names) {
+  int widest = font.width(kWidestLine);
+  for (const StripName& name : names) widest = std::max(widest, font.width(name.text));
+  return widest + font.line_height();
+}
+
+// The height of letters: easy to read, but a label must fit into a strip.
+int letter_height(const std::vector<StripName>& names, int width, int height) {
+  constexpr int kLeast = 8;
+  const int room = width / static_cast<int>(names.size());
+  int letter = std::max(height / 22, kLeast);
+  const int needed = plate_width(Font(letter), names);
+  if (needed > room) letter = std::max(letter * room / needed + 1, kLeast);
+  while (letter > kLeast && plate_width(Font(letter), names) > room)
+    --letter;  // widths are rounded
+  return letter;
+}
 
 // The frame times and pair counts of a strip so far.
 struct Numbers {
@@ -39,13 +68,6 @@ std::vector<std::string> lines_of(const RenderStats& stats, double ms) {
   return lines;
 }
 
-std::vector<StripName> names_of(const std::vector<FilmedBy>& ways) {
-  std::vector<StripName> names;
-  for (const FilmedBy& way : ways)
-    names.push_back({way.name, on_dark::mode_color(way.settings.mode)});
-  return names;
-}
-
 Camera camera_at(const FilmPlan& plan, int index) {
   return camera_of(plan.track, index, plan.frames(), plan.size);
 }
@@ -59,10 +81,9 @@ const Frame& frame_of(const FilmPlan& plan, const FilmedBy& way, int index, std:
 }
 
 // Collects values_of(index) of pictures spread over the whole film.
-template <class Value>
-std::vector<Value> sampled_values(
-    const FilmPlan& plan, const Progress& progress,
-    const std::function<const std::vector<Value>&(int index)>& values_of) {
+template <class Value, class ValuesOf>
+std::vector<Value> sampled_values(const FilmPlan& plan, const Progress& progress,
+                                  const ValuesOf& values_of) {
   constexpr int kMost = 16;
   const int count = std::min(plan.frames(), kMost);
   std::vector<Value> all;
@@ -109,6 +130,91 @@ ShownWay show_way(SplitScreen& screen, std::size_t k, const FilmPlan& plan, int 
 
 }  // namespace
 
+CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease,
+                      const std::optional<SceneBox>& box) {
+  const double middle = 0.5 * (arc.low + arc.high), half = 0.5 * (arc.high - arc.low);
+  const double phase = half > 0 ? std::asin(std::clamp(-middle / half, -1.0, 1.0)) : 0;
+  return {kTurntableSeconds, true, [=](double share, glm::ivec2 size) {
+            const double turn = kTurn * (ease == Ease::none ? share : eased(share));
+            const double angle = arc.whole() ? turn : middle + half * std::sin(phase + turn);
+            const double aspect = static_cast<double>(size.x) / size.y;
+            const Framing shown = box ? whole_subject(framing, *box, arc, aspect) : framing;
+            const Camera camera = framed_camera(shown, size.x, size.y);
+            return orbited(camera, shown.target, shown.up, angle, 0);
+          }};
+}
+
+CameraTrack turntable_of(const GaussianCloud& cloud, const std::vector<Camera>& cameras,
+                         const Framing& framing, const TurntableWish& wish, ThreadPool& pool) {
+  const SceneBox box = subject_box(cloud);
+  if (wish.arc) return turntable(framing, *wish.arc, wish.ease, box);
+  const Arc free = free_arc(cameras, cloud, framing, pool);
+  const double aspect = static_cast<double>(wish.size.x) / wish.size.y;
+  const Arc arc = clear_arc(free, whole_subject(framing, box, free, aspect), cloud);
+  return turntable(framing, arc, wish.ease, box);
+}
+
+CameraTrack along(std::vector<Keyframe> keyframes, Ease ease, bool closed) {
+  for (Keyframe& keyframe : keyframes) keyframe.eases = keyframe.eases || ease == Ease::all;
+  if (ease == Ease::ends) keyframes.front().eases = true;
+  if (ease == Ease::ends && !closed) keyframes.back().eases = true;
+  const double begin = keyframes.front().time;
+  const double seconds = closed ? closed_length(keyframes) : keyframes.back().time - begin;
+  const auto path = std::make_shared<const std::vector<Keyframe>>(closed ? closed_path(keyframes)
+                                                                         : std::move(keyframes));
+  return {seconds, closed, [=](double share, glm::ivec2 size) {
+            return camera_at(*path, begin + share * seconds).resized(size.x, size.y);
+          }};
+}
+
+Camera camera_of(const CameraTrack& track, int index, int count, glm::ivec2 size) {
+  const int steps = std::max(track.closed ? count : count - 1, 1);
+  return track.at(static_cast<double>(index) / steps, size);
+}
+
+SplitScreen::SplitScreen(std::vector<StripName> names, int width, int height)
+    : names_(std::move(names)),
+      picture_(width, height, 3),
+      font_(letter_height(names_, width, height)) {}
+
+PixelRect SplitScreen::strip(std::size_t index) const {
+  const auto edge = [&](std::size_t i) {
+    return static_cast<int>(i * static_cast<std::size_t>(picture_.width) / names_.size());
+  };
+  return {edge(index), 0, edge(index + 1) - edge(index), picture_.height};
+}
+
+void SplitScreen::show(std::size_t index, const Image& view) {
+  const PixelRect part = strip(index);
+  for (int y = 0; y < part.height; ++y)
+    std::copy_n(view.row(y) + 3 * part.x, 3 * part.width, picture_.row(y) + 3 * part.x);
+}
+
+void SplitScreen::label(std::size_t index, const std::vector<std::string>& lines) {
+  const PixelRect part = strip(index);
+  const int line = font_.line_height(), margin = line / 2;
+  const int width = plate_width(font_, names_);
+  if (width > part.width) return;
+  const int height = static_cast<int>(lines.size() + 1) * line + margin;
+  const int left = part.x + (part.width - width) / 2;
+  int top = part.height - height - margin;
+  fill_polygon(picture_, corners_of({left, top}, {left + width, top + height}), on_dark::kPanel,
+               kPlateOpacity);
+  top += margin / 2;
+  const StripName& name = names_[index];
+  const int middle = left + width / 2;
+  draw_text(picture_, font_, {middle, top}, name.text, name.color, Align::center);
+  for (const std::string& text : lines)
+    draw_text(picture_, font_, {middle, top += line}, text, on_dark::kText, Align::center);
+}
+
+Image& SplitScreen::picture() {
+  const int width = std::max(picture_.height / 360, 1);
+  for (std::size_t i = 1; i < names_.size(); ++i)
+    fill_rect(picture_, {strip(i).x - width / 2, 0, width, picture_.height}, on_dark::kText);
+  return picture_;
+}
+
 ValueScale film_scale(const FilmPlan& plan, const Progress& progress) {
   if (plan.quantity == Quantity::color || plan.quantity == Quantity::alpha) return {};
   const auto values_of = [&](int index) -> const std::vector<float>& {
@@ -133,8 +239,6 @@ Scale film_heat_scale(const FilmPlan& plan, CullMode baseline, const Progress& p
   return scale_for(sampled_values<std::uint32_t>(plan, progress, values_of));
 }
 
-int FilmPlan::frames() const { return std::max(static_cast<int>(std::lround(seconds * fps)), 1); }
-
 std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const FilmPlan& plan,
                                       const Progress& progress) {
   const int count = plan.frames();
@@ -142,7 +246,10 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
   const bool measures = plan.numbers || plan.ways.size() > 1;
   const bool draws_colors = plan.quantity == Quantity::color && !plan.heatmap;
   std::vector<Numbers> numbers(plan.ways.size());
-  SplitScreen screen(names_of(plan.ways), plan.size.x, plan.size.y);
+  std::vector<StripName> names;
+  for (const FilmedBy& way : plan.ways)
+    names.push_back({way.name, on_dark::mode_color(way.settings.mode)});
+  SplitScreen screen(std::move(names), plan.size.x, plan.size.y);
   TurnOrder order;
   write_film_file(path, plan.size, plan.fps, [&](const AddPicture& add) {
     if (plan.numbers)  // a renderer's first frame takes longer

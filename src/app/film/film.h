@@ -1,20 +1,100 @@
 // SPDX-License-Identifier: MIT
 //
-// Films: a camera moves along a track, and every picture shows its view drawn in one or several
-// ways.
+// Films: a camera moves along a track, around a subject or along a path of keyframes, and every
+// picture shows its view drawn in one or several ways: upright strips of the same view, each with
+// the numbers of its frame.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/film/camera_track.h"
+#include <glm/vec3.hpp>
+
+#include "app/framing/whole_subject.h"
+#include "app/measure/camera_path.h"
+#include "app/picture/canvas.h"
 #include "app/picture/heatmap.h"
 #include "app/picture/value_map.h"
 #include "raster/api/renderer.h"
 
 namespace qs {
+
+/// The places where the camera slows down to a stop, besides keyframes with `eases`: nowhere, at
+/// the film's begin and end, or at every keyframe.
+enum class Ease { none, ends, all };
+
+/// Index = Ease.
+inline constexpr const char* kEaseNames[] = {"none", "ends", "all"};
+
+struct CameraTrack {
+  double seconds = 0;   ///< its own duration
+  bool closed = false;  ///< it ends at its begin
+  /// `share`: of the duration, 0 to 1; `size`: of the picture.
+  std::function<Camera(double share, glm::ivec2 size)> at;
+};
+
+inline constexpr double kTurntableSeconds = 10;
+
+/// Circles around the framing's target, at the height and distance of its eye: a full circle, or
+/// from one end of the arc to the other and back, like a pendulum. A turntable has no keyframes:
+/// Ease::all means Ease::ends. With `box`, which has the size of the subject, the framing is
+/// whole_subject() for the size of the picture.
+CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease,
+                      const std::optional<SceneBox>& box = {});
+
+/// The turntable of a scene: its whole subject, along the angles from which a camera has a free
+/// view of it outside of fog, or along `arc`. `size`: of the pictures. The pool is used until it
+/// returns.
+struct TurntableWish {
+  std::optional<Arc> arc;
+  Ease ease = Ease::none;
+  glm::ivec2 size{1280, 720};
+};
+CameraTrack turntable_of(const GaussianCloud& cloud, const std::vector<Camera>& cameras,
+                         const Framing& framing, const TurntableWish& wish, ThreadPool& pool);
+
+/// Along the keyframes in their own times. At least two. `closed`: and back to the first keyframe,
+/// see closed_path().
+CameraTrack along(std::vector<Keyframe> keyframes, Ease ease, bool closed = false);
+
+/// Camera `index` of `count` at equal time steps. The last camera is at the end of the track, or
+/// one step before it if the track is closed, so that a film can be repeated.
+Camera camera_of(const CameraTrack& track, int index, int count, glm::ivec2 size);
+
+/// The name of a strip and its colour.
+struct StripName {
+  std::string text;
+  glm::vec3 color{1.0f};  ///< on a dark ground
+};
+
+class SplitScreen {
+ public:
+  /// One strip per name, all equally wide.
+  SplitScreen(std::vector<StripName> names, int width, int height);
+
+  /// Copies strip `index` from a whole view.
+  void show(std::size_t index, const Image& view);
+
+  /// Writes the strip's name and these lines at its bottom, over the picture of show(). A strip
+  /// that is too narrow for readable letters gets no label.
+  void label(std::size_t index, const std::vector<std::string>& lines);
+
+  /// The strips with lines between them. A caller may draw over them; show() replaces that.
+  Image& picture();
+
+ private:
+  PixelRect strip(std::size_t index) const;
+
+  std::vector<StripName> names_;
+  Image picture_;
+  Font font_;
+};
 
 /// One way to draw the view. With several, each has a strip of the picture.
 struct FilmedBy {
@@ -42,7 +122,7 @@ struct FilmPlan {
   std::optional<FilmHeatmap> heatmap;   ///< over the colours; only with Quantity::color
 
   /// Number of pictures, at least 1.
-  int frames() const;
+  int frames() const { return std::max(static_cast<int>(std::lround(seconds * fps)), 1); }
 };
 
 /// Medians over a film.

@@ -9,22 +9,10 @@
 #include <glm/matrix.hpp>
 
 #include "app/framing/camera_control.h"
-#include "app/framing/principal_axes.h"
 #include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
 
 namespace qs {
-namespace {
-
-// The median distance of the cameras from a point.
-double usual_distance(const std::vector<Camera>& cameras, glm::dvec3 point) {
-  std::vector<double> distances;
-  for (const Camera& camera : cameras) distances.push_back(glm::distance(camera.position(), point));
-  return upper_median(std::move(distances));
-}
-
-}  // namespace
-
 glm::dvec3 cameras_up(const std::vector<Camera>& cameras, glm::dvec3 otherwise) {
   const auto count = static_cast<double>(cameras.size());
   glm::dvec3 sum(0);
@@ -56,9 +44,8 @@ std::optional<glm::dvec3> cameras_target(const std::vector<Camera>& cameras) {
   const PrincipalAxes axes = principal_axes(across);
   if (cameras.empty() || !(axes.value[0] > 0.002 * axes.value[2])) return {};
   const glm::dvec3 target = glm::inverse(across) * sum;
-  const auto ahead = std::count_if(cameras.begin(), cameras.end(), [&](const Camera& camera) {
-    return depth_of(camera, target) > 0;
-  });
+  const auto ahead = std::ranges::count_if(
+      cameras, [&](const Camera& camera) { return depth_of(camera, target) > 0; });
   if (2 * ahead < static_cast<std::ptrdiff_t>(cameras.size())) return {};
   return target;
 }
@@ -69,7 +56,10 @@ std::optional<Framing> framing_of(const std::vector<Camera>& cameras, glm::dvec3
   for (const Camera& camera : cameras)
     middle += camera.position() / static_cast<double>(cameras.size());
   const std::optional<glm::dvec3> target = cameras_target(cameras);
-  const double usual = usual_distance(cameras, target.value_or(middle));
+  std::vector<double> distances;
+  for (const Camera& camera : cameras)
+    distances.push_back(glm::distance(camera.position(), target.value_or(middle)));
+  const double usual = upper_median(std::move(distances));  // distance of a camera
   // With a target: the camera that looks straightest at it from about the usual distance. Without a
   // target: the camera nearest to the middle of all cameras.
   std::optional<Framing> best;

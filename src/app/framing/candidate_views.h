@@ -1,16 +1,33 @@
 // SPDX-License-Identifier: MIT
 //
-// Measures the quality of views of a sample, from pictures of thumbnail size.
+// Views of a subject: the distance from which it fills the picture, seen from a given direction,
+// and the quality of a view of a sample, measured from pictures of thumbnail size.
 #pragma once
 
 #include <memory>
 #include <vector>
 
-#include "app/framing/fit_view.h"
-#include "app/framing/ground.h"
+#include "app/framing/first_view.h"
+#include "app/framing/subject.h"
 #include "raster/api/renderer.h"
 
 namespace qs {
+
+/// The shape to which a view is fitted.
+struct Shape {
+  std::vector<glm::dvec3> corners;  ///< the corners of the subject's box
+  std::vector<glm::dvec3> points;   ///< some hundred of its Gaussians
+  std::vector<float> weights;       ///< the weights of the points
+  glm::dvec3 center{0.0};
+  double radius = 0;  ///< the radius of the sphere around the box, > 0
+};
+
+/// A box smaller than `smallest` gets this half side.
+Shape shape_of(const Subject& subject, double smallest);
+
+/// The view from `toward_eye`, a unit vector that is not parallel to `up`, with the shape's box in
+/// the middle and 72 % as high as the picture, or less if much of the shape extends beyond the box.
+Framing fit_view(const Shape& shape, glm::dvec3 toward_eye, glm::dvec3 up);
 
 /// Measures of one view, 0 to 1.
 struct ViewQuality {

@@ -22,8 +22,7 @@ struct Share {
 // Half of the light of a cell comes from Gaussians nearer than this depth. The shares are spread
 // evenly over the cell, so transmittance falls exponentially (Beer and Lambert).
 double depth_of_cell(std::vector<Share>& shares) {
-  std::sort(shares.begin(), shares.end(),
-            [](const Share& a, const Share& b) { return a.depth < b.depth; });
+  std::ranges::sort(shares, {}, &Share::depth);
   double total = 0, in_front = 0;
   for (const Share& share : shares) total += share.cover;
   const double half = -std::log(0.5 * (1 + std::exp(-total)));  // optical depth of half the light

@@ -2,7 +2,9 @@
 #include "app/framing/first_view.h"
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include <glm/geometric.hpp>
@@ -11,7 +13,6 @@
 
 #include "app/framing/camera_control.h"
 #include "app/framing/candidate_views.h"
-#include "app/framing/room.h"
 #include "app/framing/up_axis.h"
 
 namespace qs {
@@ -94,8 +95,7 @@ void rank(std::vector<Candidate>& candidates) {
   for (Candidate& c : candidates)
     c.score = area_of(c) / area + c.quality.detail / detail + 2 * c.quality.shown - c.quality.cut +
               0.5 * c.liking - 3 * c.quality.obstruction - (c.quality.blocked ? 9 : 0);
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  std::ranges::stable_sort(candidates, std::greater(), &Candidate::score);
 }
 
 glm::dvec3 direction_of(const Framing& framing) {
@@ -119,7 +119,7 @@ std::vector<Framing> different_views(std::vector<Candidate> candidates, std::siz
   std::vector<Framing> chosen = {candidates.front().framing};
   const auto try_all = [&](std::size_t limit, const auto& suits) {
     for (const Candidate& candidate : candidates) {
-      const bool differs = std::all_of(chosen.begin(), chosen.end(), [&](const Framing& other) {
+      const bool differs = std::ranges::all_of(chosen, [&](const Framing& other) {
         return glm::dot(direction_of(candidate.framing), direction_of(other)) <= least_turn;
       });
       if (chosen.size() < limit && differs && !candidate.quality.blocked &&
@@ -132,6 +132,54 @@ std::vector<Framing> different_views(std::vector<Candidate> candidates, std::siz
   });
   try_all(most, [](const Framing&) { return true; });
   return chosen;
+}
+
+constexpr double kLeastClosed = 0.85, kLeastFloor = 0.65;
+
+/// The share of the horizon around a place, 0 to 1, that the border of the subject closes.
+double closed_share(glm::dvec3 eye, CandidateViews& views) {
+  const Ground& ground = views.ground();
+  double sum = 0;
+  for (int side = 0; side < 4; ++side) {
+    const glm::dvec3 target = eye + ground.direction(side * glm::half_pi<double>());
+    Camera camera = look_at(eye, target, ground.up, glm::radians(40.0), 64, 23);  // 90 degrees wide
+    camera.near_depth = 1e-3 * (ground.ahead.high - ground.ahead.low);
+    sum += views.border_share(camera) / 4;
+  }
+  return sum;
+}
+
+/// The share of the ground under the subject, 0 to 1, that Gaussians at its lower border cover.
+double floor_share(const GaussianCloud& sample, const Ground& ground) {
+  constexpr int kSide = 10;
+  constexpr double kThickness = 0.15;  // as a share of half the height
+  std::bitset<kSide * kSide> covered;
+  for (const glm::vec3& each : sample.positions) {
+    const glm::dvec3 position(each);
+    if (std::abs(ground.height.place_of(glm::dot(ground.up, position)) + 1) > kThickness) continue;
+    const glm::dvec2 at = 0.5 * kSide * (ground.place_of(position) + 1.0);
+    if (at.x >= 0 && at.x < kSide && at.y >= 0 && at.y < kSide)
+      covered.set(static_cast<std::size_t>(int(at.y) * kSide + int(at.x)));
+  }
+  return static_cast<double>(covered.count()) / (kSide * kSide);
+}
+
+/// The height, along the ground's up, of an eye inside the subject: above its floor, with its
+/// border all around. Empty for objects, which have no such place: other scenes are seen best from
+/// inside, such as a room, a street, a place among trees.
+std::optional<double> eye_height_inside(CandidateViews& views) {
+  const Ground& ground = views.ground();
+  if (floor_share(views.gaussians(), ground) < kLeastFloor) return {};
+  for (const double share : {0.55, 0.8, 1.05}) {
+    const double height = ground.height.value_at(2 * share - 1);
+    for (const glm::dvec2 place : {glm::dvec2(0, 0), glm::dvec2(0, -0.5), glm::dvec2(0, 0.5),
+                                   glm::dvec2(-0.5, 0), glm::dvec2(0.5, 0)}) {
+      const glm::dvec3 eye = ground.position_of(place, height);
+      if (!views.is_inside_a_gaussian(eye) && closed_share(eye, views) >= kLeastClosed)
+        return height;
+    }
+  }
+  return {};
 }
 
 }  // namespace

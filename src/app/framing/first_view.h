@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "app/framing/cloud_sample.h"
+#include "app/framing/subject.h"
 #include "base/parallel.h"
 #include "raster/scene/camera.h"
 

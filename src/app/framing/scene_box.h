@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: MIT
 //
-// The extents of a scene: the box of all centres, and the core box without outliers.
+// The extents of a scene: the box of all centres, the core box without outliers, and the view of a
+// whole box: upright, slightly from above, as large as fits. The camera is oriented to the world's
+// up direction; the scene is not rotated. first_view.h chooses better views of a scene; grids of
+// growing size are compared in this view. Also Gaussians that are larger than their scene: a failed
+// training leaves such Gaussians, and a single one can cover every picture.
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <string>
 #include <vector>
 
 #include <glm/vec3.hpp>
 
+#include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -39,5 +46,34 @@ SceneBox scene_box(const GaussianCloud& cloud, double low = 0, double high = 1);
 /// The box without the outermost 5 % of the centres at each end of each axis. It determines the
 /// view and the speed of movements.
 inline SceneBox core_box(const GaussianCloud& cloud) { return scene_box(cloud, 0.05, 0.95); }
+
+/// A camera that shows the whole box at width x height with a vertical field of view of 60 degrees.
+/// `smallest` is the least radius to show, because a box may have size 0. The near plane is at
+/// min(0.2, 0.01 x the box's longest side).
+Camera frame_box(const SceneBox& box, float smallest, glm::dvec3 up, int width, int height);
+
+/// The least radius that frame_box() should show of this scene: three standard deviations of the
+/// median Gaussian, so that a scene with one Gaussian is framed too. World units, > 0.
+float smallest_framing(const GaussianCloud& cloud);
+
+/// frame_box() of the scene's core extents.
+Camera frame_cloud(const GaussianCloud& cloud, glm::dvec3 up, int width, int height);
+
+/// The standard deviation above which a Gaussian is larger than the scene, world units, > 0: the
+/// diagonal of core_box(), but at least smallest_framing().
+float scene_length(const SceneBox& core, float smallest);
+float scene_length(const GaussianCloud& cloud);
+
+/// Gaussians whose longest standard deviation is above `length`, a scene_length().
+std::size_t count_huge(const GaussianCloud& cloud, float length);
+inline std::size_t count_huge(const GaussianCloud& cloud) {
+  return count_huge(cloud, scene_length(cloud));
+}
+
+/// Removes Gaussians above scene_length() and returns their number.
+std::size_t drop_huge(GaussianCloud& cloud);
+
+/// "3 Gaussians are larger than the scene", with the right form for 1.
+std::string huge_text(std::size_t count);
 
 }  // namespace qs

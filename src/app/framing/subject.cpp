@@ -4,8 +4,27 @@
 #include <algorithm>
 #include <cmath>
 
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+
+#include "app/framing/scene_box.h"
+
 namespace qs {
 namespace {
+
+bool is_finite(const glm::vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+bool is_drawable(const GaussianCloud& cloud, std::size_t i) {
+  constexpr float kLargest = 80;  // exp(80) is finite
+  const glm::vec3 size = cloud.log_scales[i];
+  const glm::quat turn = cloud.rotations[i];
+  const float squared = glm::dot(turn, turn);
+  return is_finite(cloud.positions[i]) && size.x < kLargest && size.y < kLargest &&
+         size.z < kLargest && !std::isnan(cloud.opacity_logits[i]) && std::isfinite(squared) &&
+         squared > 0;
+}
 
 constexpr std::size_t kSide = 48;  ///< cells along a side of the grid
 constexpr std::size_t kCells = kSide * kSide * kSide;
@@ -118,7 +137,65 @@ SceneBox weighted_box(std::span<const glm::vec3> positions, const std::vector<fl
   return box;
 }
 
+Extent extent_along(const Subject& subject, glm::dvec3 direction, std::size_t every) {
+  std::vector<double> values;
+  std::vector<float> weights;
+  for (std::size_t i = 0; i < subject.positions.size(); i += every) {
+    values.push_back(glm::dot(direction, glm::dvec3(subject.positions[i])));
+    weights.push_back(subject.weights[i]);
+  }
+  const Quantiles quantiles(values, weights);
+  return {quantiles.at(0.05), quantiles.at(0.95)};
+}
+
 }  // namespace
+
+CloudSample sample_of(const GaussianCloud& cloud, std::size_t most) {
+  const std::size_t step = sample_step(cloud.size(), most);
+  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  CloudSample sample;
+  GaussianCloud& kept = sample.gaussians;
+  kept.antialiased = cloud.antialiased;
+  for (std::size_t i = 0; i < cloud.size(); i += step) {
+    if (!is_drawable(cloud, i)) continue;
+    const glm::vec3 color = cloud.sh[i * coefficients];
+    kept.positions.push_back(cloud.positions[i]);
+    kept.log_scales.push_back(cloud.log_scales[i]);
+    kept.rotations.push_back(cloud.rotations[i]);
+    kept.opacity_logits.push_back(cloud.opacity_logits[i]);
+    kept.sh.push_back(is_finite(color) ? color : glm::vec3(0));
+  }
+  drop_huge(kept);
+  for (const float logit : kept.opacity_logits)
+    sample.opacities.push_back(1 / (1 + std::exp(-logit)));
+  std::vector<float>& opacities = sample.opacities;
+  if (std::none_of(opacities.begin(), opacities.end(), [](float o) { return o > 0; }))
+    std::fill(opacities.begin(), opacities.end(), 1.0f);
+  sample.represented = static_cast<double>(step);
+  return sample;
+}
+
+CloudSample sample_of(const SceneSample& sample) {
+  CloudSample taken = sample_of(sample.scene.cloud, sample.scene.cloud.size());
+  taken.represented = static_cast<double>(sample.step);
+  return taken;
+}
+
+Quantiles::Quantiles(std::span<const double> values, std::span<const float> weights) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    sorted_.emplace_back(values[i], static_cast<double>(weights[i]));
+  std::sort(sorted_.begin(), sorted_.end());
+  double sum = 0;
+  for (auto& [value, reached] : sorted_) reached = sum += reached;
+}
+
+double Quantiles::at(double fraction) const {
+  if (sorted_.empty()) return 0;
+  const auto found = std::lower_bound(
+      sorted_.begin(), std::prev(sorted_.end()), fraction * sorted_.back().second,
+      [](const std::pair<double, double>& item, double sum) { return item.second < sum; });
+  return found->first;
+}
 
 Subject find_subject(const CloudSample& sample, double least_density) {
   const auto& positions = sample.gaussians.positions;
@@ -139,6 +216,36 @@ Subject find_subject(const CloudSample& sample, double least_density) {
   }
   subject.box = weighted_box(subject.positions, subject.weights, 0.05, 0.95);
   return subject;
+}
+
+Ground::Ground(const Subject& subject, glm::dvec3 upward) : up(upward) {
+  constexpr int kStep = 5, kMost = 45;  // degrees
+  constexpr double kSmaller = 0.9;
+  constexpr std::size_t kMostExamined = 2000;
+  const glm::dvec3 usual = std::abs(up.z) < 0.8 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+  const glm::dvec3 straight = glm::normalize(usual - glm::dot(usual, up) * up);
+  const glm::dvec3 across = glm::cross(straight, up);
+  const auto turn = [&](int degrees) {
+    const double angle = glm::radians(static_cast<double>(degrees));
+    forward = std::cos(angle) * straight + std::sin(angle) * across;
+    right = glm::cross(forward, up);
+  };
+  const auto area = [&](int degrees) {
+    turn(degrees);
+    const std::size_t every = 1 + subject.positions.size() / kMostExamined;
+    return extent_along(subject, forward, every).size() *
+           extent_along(subject, right, every).size();
+  };
+  int best = 0;
+  double least = kSmaller * area(0);
+  for (int degrees = -kMost; degrees < kMost; degrees += kStep) {
+    const double here = area(degrees);
+    if (here < least) least = here, best = degrees;
+  }
+  turn(best);
+  height = extent_along(subject, up, 1);
+  ahead = extent_along(subject, forward, 1);
+  aside = extent_along(subject, right, 1);
 }
 
 }  // namespace qs

@@ -3,15 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <optional>
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
-
-#include "app/framing/principal_axes.h"
 
 namespace qs {
 namespace {
@@ -51,10 +52,8 @@ std::vector<Piece> pieces_of(const CloudSample& sample, const Subject& subject, 
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = held[k * held.size() / count];
     const glm::dvec3 sigma = glm::exp(glm::dvec3(sample.gaussians.log_scales[i]));
-    int thin = 0;
-    for (int axis = 1; axis < 3; ++axis) {
-      if (sigma[axis] < sigma[thin]) thin = axis;
-    }
+    int thin = sigma.y < sigma.x ? 1 : 0;
+    if (sigma.z < sigma[thin]) thin = 2;
     const double a = sigma[(thin + 1) % 3], b = sigma[(thin + 2) % 3];
     const double flatness = std::min(a, b) > 0 ? 1 - sigma[thin] / std::min(a, b) : 0;
     const glm::dmat3 turn =
@@ -210,8 +209,7 @@ std::optional<Plane> find_floor(const Surfaces& surfaces, glm::dvec3 convention)
   std::vector<std::pair<double, glm::dvec3>> candidates;
   for (const glm::dvec3 normal : directions_around(convention, kFarthestTilt, kDirections))
     candidates.emplace_back(likelihood(normal, surfaces.rough_weight(normal), convention), normal);
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(candidates, std::greater(), [](const auto& each) { return each.first; });
   Plane best;
   std::vector<glm::dvec3> tried;
   for (const auto& [unused, normal] : candidates) {
@@ -267,6 +265,39 @@ UpEstimate estimate_up(const CloudSample& sample, const Subject& subject, glm::d
   }
   const std::optional<Plane> above = find_floor(surfaces, -up);
   return {up, above && (!below || above->score > kUpsideDown * below->score), above || below};
+}
+
+// Jacobi's method: every rotation zeroes one pair of off-diagonal entries, which shrink
+// quadratically from sweep to sweep.
+PrincipalAxes principal_axes(const glm::dmat3& matrix) {
+  constexpr int kSweeps = 12;
+  glm::dmat3 a = matrix, axes(1.0);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (int p = 0; p < 2; ++p) {
+      for (int q = p + 1; q < 3; ++q) {
+        if (a[p][q] == 0) continue;
+        const double apart = a[q][q] - a[p][p];
+        const double angle =  // at most 45 degrees, which makes the sweeps converge
+            0.5 *
+            std::atan2(std::copysign(2 * a[p][q], a[p][q] * (apart < 0 ? -1 : 1)), std::abs(apart));
+        glm::dmat3 turn(1.0);
+        turn[p][p] = turn[q][q] = std::cos(angle);
+        turn[q][p] = std::sin(angle);
+        turn[p][q] = -turn[q][p];
+        a = glm::transpose(turn) * a * turn;
+        axes = axes * turn;
+      }
+    }
+  }
+  int order[3];
+  std::iota(order, order + 3, 0);
+  std::sort(order, order + 3, [&](int i, int j) { return a[i][i] < a[j][j]; });
+  PrincipalAxes result;
+  for (int i = 0; i < 3; ++i) {
+    result.axis[i] = axes[order[i]];
+    result.value[i] = a[order[i]][order[i]];
+  }
+  return result;
 }
 
 }  // namespace qs

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// Estimates the up direction of a scene without cameras.
+// Estimates the up direction of a scene without cameras, from the principal axes of its surfaces.
 #pragma once
 
 #include <string_view>
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
 
 #include "app/framing/subject.h"
 
@@ -29,5 +32,14 @@ struct UpEstimate {
 /// Gaussians above them are preferred. Without such a plane, up is the axis perpendicular to the
 /// normals of flat Gaussians (walls), else `convention`.
 UpEstimate estimate_up(const CloudSample& sample, const Subject& subject, glm::dvec3 convention);
+
+/// Unit eigenvectors and their eigenvalues, in ascending order.
+struct PrincipalAxes {
+  glm::dvec3 axis[3];
+  double value[3];
+};
+
+/// `matrix` is symmetric and finite.
+PrincipalAxes principal_axes(const glm::dmat3& matrix);
 
 }  // namespace qs

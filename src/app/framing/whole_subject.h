@@ -1,12 +1,37 @@
 // SPDX-License-Identifier: MIT
 //
-// The framing of a turntable: it shows the whole subject from every angle.
+// A turntable: the angles around the subject from which a camera has a free view of it, which are
+// the sides that were photographed, and the framing that shows the whole subject from all of them.
 #pragma once
 
-#include "app/framing/free_arc.h"
+#include <vector>
+
+#include "app/framing/first_view.h"
 #include "app/framing/scene_box.h"
 
 namespace qs {
+
+/// Angles around a framing's target, in radians. 0 is the framing's own eye; positive angles are to
+/// its left.
+struct Arc {
+  double low = 0, high = 0;  ///< low <= 0 <= high
+  bool whole() const;        ///< true if it is a full circle
+};
+
+/// `degrees` around the framing's eye; a full circle from 360.
+Arc arc_of(double degrees);
+
+/// The angles from which cameras saw the framing's target from about the framing's distance. A full
+/// circle if they leave no gap of more than 90 degrees.
+Arc seen_arc(const std::vector<Camera>& cameras, const Framing& framing);
+
+/// The angles from which nothing near the eye hides the framing's target. For scenes without
+/// cameras.
+Arc open_arc(const GaussianCloud& cloud, const Framing& framing, ThreadPool& pool);
+
+/// seen_arc() if there are cameras, else open_arc().
+Arc free_arc(const std::vector<Camera>& cameras, const GaussianCloud& cloud, const Framing& framing,
+             ThreadPool& pool);
 
 /// The box of the scene's subject: the weighted 5th to 95th percentile of its Gaussians.
 SceneBox subject_box(const GaussianCloud& cloud);

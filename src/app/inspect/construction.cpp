@@ -2,12 +2,12 @@
 #include "app/inspect/construction.h"
 
 #include <algorithm>
-#include <cassert>
+#include <cmath>
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
 
-#include "app/inspect/frame_canvas.h"
-#include "app/inspect/inspection_text.h"
+#include "app/inspect/inspection.h"
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
 #include "base/text.h"
@@ -186,8 +186,7 @@ int draw_legend(Image& page, const Fonts& fonts, glm::ivec2 at, const GaussianRe
        fmt::format("{}: also the others, {:.2f} times as large", mode_name(kQuad), g.f)},
       {kPixelPen, 0, "the pixel"}};
   for (const Entry& entry : entries) {
-    const glm::vec2 low = glm::vec2(at) + glm::vec2(0, 5), high = low + glm::vec2(34, 14);
-    const glm::vec2 box[] = {low, {high.x, low.y}, high, {low.x, high.y}};
+    const auto box = corners_of(at + glm::ivec2(0, 5), at + glm::ivec2(34, 19));
     if (entry.fill > 0) fill_polygon(page, box, entry.pen.color, entry.fill);
     stroke(page, box, true, entry.pen);
     at.y = write(page, {fonts.small, kInk, 5}, {at.x + 46, at.y}, entry.words);
@@ -197,13 +196,94 @@ int draw_legend(Image& page, const Fonts& fonts, glm::ivec2 at, const GaussianRe
 
 }  // namespace
 
+Box box_of_tile(const TileGrid& grid, int tile) {
+  const glm::vec2 low =
+      static_cast<float>(grid.tile_px) * glm::vec2(tile % grid.columns, tile / grid.columns);
+  return {low, low + static_cast<float>(grid.tile_px)};
+}
+
+FrameCanvas::FrameCanvas(const Box& window, glm::ivec2 size, float scale_limit) : window_(window) {
+  const glm::vec2 extent = window.high - window.low, room(size);
+  scale_ = std::min({room.x / extent.x, room.y / extent.y, scale_limit});
+  picture_ = plain_picture(static_cast<int>(std::ceil(extent.x * scale_)),
+                           static_cast<int>(std::ceil(extent.y * scale_)), on_white::kPanel);
+}
+
+void FrameCanvas::draw_frame(const Image& color, float strength) {
+  for (int y = 0; y < picture_.height; ++y) {
+    for (int x = 0; x < picture_.width; ++x) {
+      const glm::vec2 at = glm::floor(window_.low + (glm::vec2(x, y) + 0.5f) / scale_ + 0.5f);
+      const glm::ivec2 pixel(at);
+      if (pixel.x < 0 || pixel.y < 0 || pixel.x >= color.width || pixel.y >= color.height) continue;
+      for (int c = 0; c < 3; ++c) {
+        const float value = std::clamp(color.at(pixel.x, pixel.y, c), 0.0f, 1.0f);
+        picture_.at(x, y, c) = 1 - strength + strength * value;
+      }
+    }
+  }
+}
+
+void FrameCanvas::draw_grid(const TileGrid& grid, glm::vec2 image_size) {
+  const auto side = static_cast<float>(grid.tile_px);
+  const Pen pen{kGray, 1, 0.55f};
+  for (float x = std::ceil(window_.low.x / side) * side; x <= window_.high.x; x += side)
+    draw_line({x, window_.low.y}, {x, window_.high.y}, pen);
+  for (float y = std::ceil(window_.low.y / side) * side; y <= window_.high.y; y += side)
+    draw_line({window_.low.x, y}, {window_.high.x, y}, pen);
+  outline_box({{0, 0}, image_size}, {on_white::kInk, 2, 0.6f});
+}
+
+void FrameCanvas::fill_box(const Box& box, glm::vec3 color, float opacity) {
+  fill_polygon(picture_, corners_of(to_picture(box.low), to_picture(box.high)), color, opacity);
+}
+
+void FrameCanvas::outline_box(const Box& box, const Pen& pen) {
+  stroke(picture_, corners_of(to_picture(box.low), to_picture(box.high)), true, pen);
+}
+
+void FrameCanvas::draw_ellipse(const Footprint& footprint, const Pen& pen, float fill_opacity) {
+  std::vector<glm::vec2> points = ellipse_of(footprint, 360);
+  for (glm::vec2& point : points) point = to_picture(point);
+  if (fill_opacity > 0) fill_polygon(picture_, points, pen.color, fill_opacity);
+  stroke(picture_, points, true, pen);
+}
+
+void FrameCanvas::draw_dot(glm::vec2 at, float radius, glm::vec3 color) {
+  const glm::vec2 points[] = {to_picture(at), to_picture(at) + glm::vec2(0.01f, 0)};
+  stroke(picture_, points, false, {color, 2 * radius});
+}
+
+void FrameCanvas::draw_line(glm::vec2 from, glm::vec2 to, const Pen& pen) {
+  const glm::vec2 points[] = {to_picture(from), to_picture(to)};
+  stroke(picture_, points, false, pen);
+}
+
+Box window_of(const GaussianReport& report, const TileGrid& grid) {
+  glm::vec2 low = report.footprint.mean_px, high = low;
+  if (report.visible) {
+    low = glm::min(low, report.adr.low);
+    high = glm::max(high, report.adr.high);
+  }
+  const auto side = static_cast<float>(grid.tile_px);
+  for (const ModeTiles& mode : report.modes) {
+    for (const int tile : mode.tiles) {
+      const Box box = box_of_tile(grid, tile);
+      low = glm::min(low, box.low);
+      high = glm::max(high, box.high);
+    }
+  }
+  // At most two tiles beyond the image are shown.
+  const glm::vec2 last = side * glm::vec2(grid.columns, grid.rows);
+  low = glm::clamp(low, glm::vec2(-2 * side), last);
+  high = glm::clamp(high, glm::vec2(0), last + 2 * side);
+  return {glm::floor(low / side) * side - side, glm::ceil(high / side) * side + side};
+}
+
 Image draw_construction(const ConstructionInput& input) {
-  assert(input.inspection.gaussian.has_value());
   const GaussianReport& g = *input.inspection.gaussian;
   const Fonts fonts;
   const Box window = window_of(g, input.grid);
-  Image page(kWidth, kMostHeight, 3);
-  fill_rect(page, {0, 0, page.width, page.height}, on_white::kWhite);
+  Image page = plain_picture(kWidth, kMostHeight, on_white::kWhite);
   const int below_title = write(page, {fonts.title, kInk, 4}, {kFigureMargin, kFigureMargin},
                                 fmt::format("Gaussian {}", grouped(g.gaussian)));
   const int top = write(

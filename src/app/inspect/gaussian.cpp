@@ -2,7 +2,6 @@
 #include "app/inspect/gaussian.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "raster/kernel/cull/modes.h"
@@ -105,7 +104,6 @@ std::uint32_t count_mode_tiles(CullMode mode, const Footprint& footprint, const 
 }
 
 GaussianReport inspect_gaussian(const Trace& trace, std::size_t slot, const TileGrid& grid) {
-  assert(slot < trace.footprints.size());
   GaussianReport report;
   report.gaussian = trace.gaussians[slot];
   report.depth = trace.depths[slot];

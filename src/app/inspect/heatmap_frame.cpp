@@ -1,9 +1,114 @@
 // SPDX-License-Identifier: MIT
 #include "app/inspect/heatmap_frame.h"
 
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <glm/common.hpp>
+
 #include "app/inspect/inspection.h"
+#include "app/inspect/pixel.h"
+#include "base/error.h"
+#include "base/text.h"
+#include "raster/kernel/composite.h"
 
 namespace qs {
+namespace {
+
+/// The state of a pixel while it is composited.
+struct PixelState {
+  float transmittance = 1;
+  bool stopped = false;
+  glm::vec3 color{0.0f};
+
+  Step take(const Splat& splat, glm::vec2 at, float& alpha) {
+    if (stopped) return Step::skips;
+    const float in_front = transmittance;
+    const Step step = composite(splat, at.x, at.y, transmittance, alpha);
+    if (step == Step::blends) color += alpha * in_front * splat.color;
+    stopped = step == Step::stops;
+    return step;
+  }
+
+  glm::vec3 over(glm::vec3 background) const { return color + transmittance * background; }
+};
+
+struct FrameComparison {
+  const Frame& all;
+  const Frame& frame;
+  glm::vec3 background;
+  std::vector<std::uint32_t> slots;  // each Gaussian's slot in all.trace
+
+  /// `marks`: per Gaussian of the cloud, 1 + the last tile that lists it, or 0.
+  void one_tile(int tile, std::vector<int>& marks, MissedMap& map) const {
+    for (const std::uint32_t gaussian : list_of(frame.trace, tile)) marks[gaussian] = tile + 1;
+    const int side = all.grid.tile_px;
+    const int x0 = tile % all.grid.columns * side, y0 = tile / all.grid.columns * side;
+    for (int y = y0; y < std::min(y0 + side, map.height); ++y) {
+      for (int x = x0; x < std::min(x0 + side, map.width); ++x) one_pixel(tile, {x, y}, marks, map);
+    }
+  }
+
+  void one_pixel(int tile, glm::ivec2 pixel, const std::vector<int>& marks, MissedMap& map) const {
+    const std::size_t at = static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(map.width) +
+                           static_cast<std::size_t>(pixel.x);
+    PixelState whole, kept;
+    for (const std::uint32_t gaussian : list_of(all.trace, tile)) {
+      if (whole.stopped && kept.stopped) break;
+      const Splat& splat = all.trace.splats[slots[gaussian]];
+      float alpha = 0;
+      const bool listed = marks[gaussian] == tile + 1;
+      if (listed) kept.take(splat, pixel, alpha);
+      if (whole.take(splat, pixel, alpha) == Step::blends && !listed) {
+        ++map.counts[at];
+        map.alphas[at] = std::max(map.alphas[at], alpha);
+      }
+    }
+    const glm::vec3 error = glm::abs(whole.over(background) - kept.over(background));
+    map.errors[at] = std::max({error.x, error.y, error.z});
+  }
+};
+
+}  // namespace
+
+MissedMap missed_contributions(const Frame& all, const Frame& frame, glm::ivec2 size,
+                               glm::vec3 background, ThreadPool& pool, std::stop_token stop) {
+  const auto pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+  MissedMap map{size.x, size.y, std::vector<std::uint32_t>(pixels), std::vector<float>(pixels),
+                std::vector<float>(pixels)};
+  const std::size_t gaussians = all.stats.gaussians;
+  const FrameComparison comparison{all, frame, background, slots_of(all.trace, gaussians)};
+  std::vector<std::vector<int>> marks(static_cast<std::size_t>(pool.size()));
+  pool.for_chunks(static_cast<std::size_t>(all.grid.count()), 16,
+                  [&](std::size_t begin, std::size_t end, int worker) {
+                    if (stop.stop_requested()) throw Cancelled{};
+                    std::vector<int>& own = marks[static_cast<std::size_t>(worker)];
+                    own.resize(gaussians);
+                    for (std::size_t tile = begin; tile < end; ++tile)
+                      comparison.one_tile(static_cast<int>(tile), own, map);
+                  });
+  map.total = sum_of(map.counts);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    map.pixels += map.counts[i] > 0;
+    map.largest_alpha = std::max(map.largest_alpha, map.alphas[i]);
+    map.largest_error = std::max(map.largest_error, map.errors[i]);
+  }
+  return map;
+}
+
+Heatmap missed_heatmap(const MissedMap& map) {
+  Heatmap heatmap{HeatQuantity::missed, map.width, map.height, 1, map.counts};
+  sum_up(heatmap);
+  return heatmap;
+}
+
+std::string missed_sentence(const MissedMap& map) {
+  if (map.total == 0) return "no contribution is missed";
+  return fmt::format(
+      "{} contributions are missed in {} pixels, alpha up to {:.3f}, color off by up "
+      "to {:.3f}",
+      grouped(map.total), grouped(map.pixels), map.largest_alpha, map.largest_error);
+}
 
 HeatmapMaker::HeatmapMaker(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
                            HeatQuantity quantity, ThreadPool& pool, std::stop_token stop)
@@ -15,9 +120,8 @@ HeatmapMaker::HeatmapMaker(Renderer& renderer, const Camera& camera, const Rende
   if (quantity != HeatQuantity::missed) return;
   RenderSettings baseline = settings;
   baseline.mode = kBaselineMode;
-  Outputs outputs = inspection_outputs();
-  outputs.color = false;
-  baseline_ = renderer.render(camera, baseline, outputs, HostImage{}, stop_);
+  baseline_ =
+      renderer.render(camera, baseline, {.color = false, .trace = true}, HostImage{}, stop_);
 }
 
 Outputs HeatmapMaker::outputs() const {

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // The data that the inspector shows: a pixel, one of its Gaussians, and the use of its pairs in
-// every mode. The command and the panel turn it into text and drawings.
+// every mode, as text and as JSON. The command and the panel draw it.
 #pragma once
 
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
 #include "app/inspect/gaussian.h"
-#include "app/inspect/pair_use.h"
 #include "app/inspect/pixel.h"
 
 namespace qs {
@@ -27,5 +30,21 @@ Outputs inspection_outputs();
 
 /// Sums of the uses of a mode's tiles. `mode_index` = CullMode - 1.
 PairUses uses_of(const Inspection& inspection, std::size_t mode_index);
+
+struct InspectedFact {
+  std::string label, value;
+};
+
+/// The picked Gaussian's numbers with their units.
+std::vector<InspectedFact> gaussian_facts(const GaussianReport& gaussian);
+
+/// "12 tiles, 9 used, 2 hidden, 1 empty"
+std::string mode_sentence(const PairUses& uses);
+
+/// Tables of the pixel's Gaussians and of the picked Gaussian. UTF-8, ends with a newline.
+std::string format_inspection(const Inspection& inspection);
+
+/// Everything in full precision; lengths in pixels, angles in radians.
+nlohmann::ordered_json inspection_json(const Inspection& inspection);
 
 }  // namespace qs

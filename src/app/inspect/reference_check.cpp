@@ -73,12 +73,12 @@ Image render_reference(Renderer& cpu, const CheckedView& view, const Progress& p
   const int band = std::max((height + kBands - 1) / kBands, 16);
   for (int y = region.y0; y < region.y1; y += band) {
     progress.update(static_cast<float>(y - region.y0) / static_cast<float>(height));
-    Outputs outputs;
-    outputs.region = {region.x0, y, region.x1, std::min(y + band, region.y1)};
-    const Frame& frame = cpu.render(view.camera, settings, outputs, HostImage{}, progress.stop);
-    for (int row = y; row < outputs.region->y1; ++row) {
-      std::copy(frame.color.row(row) + 3 * region.x0, frame.color.row(row) + 3 * region.x1,
-                image.row(row) + 3 * region.x0);
+    const PixelBox part{region.x0, y, region.x1, std::min(y + band, region.y1)};
+    const Frame& frame =
+        cpu.render(view.camera, settings, {.region = part}, HostImage{}, progress.stop);
+    for (int row = y; row < part.y1; ++row) {
+      std::copy(frame.color.row(row) + 3 * part.x0, frame.color.row(row) + 3 * part.x1,
+                image.row(row) + 3 * part.x0);
     }
   }
   progress.update(1);
@@ -97,10 +97,9 @@ ReferenceCheck check_against_reference(Renderer& cpu, const CheckedView& view, c
   check.tile = frame.grid.tile_of(pixel.x, pixel.y);
   const PixelReport mine = inspect_pixel(frame, pixel, view.settings.background);
   // Walk the same pixel in the reference.
-  Outputs outputs;
-  outputs.color = false;
-  outputs.trace = true;
-  outputs.region = {pixel.x, pixel.y, pixel.x + 1, pixel.y + 1};
+  const Outputs outputs{.color = false,
+                        .trace = true,
+                        .region = PixelBox{pixel.x, pixel.y, pixel.x + 1, pixel.y + 1}};
   RenderSettings settings = view.settings;
   settings.mode = kReferenceMode;
   const Frame& truth = cpu.render(view.camera, settings, outputs, HostImage{}, progress.stop);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // One row of a benchmark: the numbers of one mode on one view of one scene.
-// To add a column: a member of BenchRow and its line in for_each_column() or for_each_detail().
+// To add a column: a member of BenchRow and its entry in kBenchColumns or kBenchDetails.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 namespace qs {
@@ -50,51 +52,39 @@ struct BenchRow {
   std::optional<std::vector<double>> turn_ms;
 };
 
-/// Calls visit(name, member) for the columns of the CSV, in their order.
-template <class Row, class Visit>
-void for_each_column(Row& row, Visit&& visit) {
-  visit("scene", row.scene);
-  visit("camera", row.camera);
-  visit("mode", row.mode);
-  visit("pipeline", row.pipeline);
-  visit("backend", row.backend);
-  visit("width", row.width);
-  visit("height", row.height);
-  visit("gaussians", row.gaussians);
-  visit("visible", row.visible);
-  visit("pairs", row.pairs);
-  visit("pairs_per_visible", row.pairs_per_visible);
-  visit("max_tile", row.max_tile);
-  visit("ms_median", row.ms_median);
-  visit("ms_p05", row.ms_p05);
-  visit("ms_p95", row.ms_p95);
-  visit("fps_median", row.fps_median);
-  visit("frame_ms", row.frame_ms);
-  visit("preprocess_ms", row.preprocess_ms);
-  visit("bin_ms", row.bin_ms);
-  visit("sort_ms", row.sort_ms);
-  visit("blend_ms", row.blend_ms);
-  visit("psnr_vs_reference", row.psnr_vs_reference);
-  visit("false_positives", row.false_positives);
-  visit("false_positive_share", row.false_positive_share);
-  visit("ssim_vs_reference", row.ssim_vs_reference);
-  visit("flip_vs_reference", row.flip_vs_reference);
-  visit("repeats", row.repeats);
-  visit("frames", row.frames);
-  visit("sort_bytes", row.sort_bytes);
-  visit("ms_paper", row.ms_paper);
-}
+/// The columns of the CSV in their order: names and members.
+inline constexpr auto kBenchColumns = std::make_tuple(
+    std::pair("scene", &BenchRow::scene), std::pair("camera", &BenchRow::camera),
+    std::pair("mode", &BenchRow::mode), std::pair("pipeline", &BenchRow::pipeline),
+    std::pair("backend", &BenchRow::backend), std::pair("width", &BenchRow::width),
+    std::pair("height", &BenchRow::height), std::pair("gaussians", &BenchRow::gaussians),
+    std::pair("visible", &BenchRow::visible), std::pair("pairs", &BenchRow::pairs),
+    std::pair("pairs_per_visible", &BenchRow::pairs_per_visible),
+    std::pair("max_tile", &BenchRow::max_tile), std::pair("ms_median", &BenchRow::ms_median),
+    std::pair("ms_p05", &BenchRow::ms_p05), std::pair("ms_p95", &BenchRow::ms_p95),
+    std::pair("fps_median", &BenchRow::fps_median), std::pair("frame_ms", &BenchRow::frame_ms),
+    std::pair("preprocess_ms", &BenchRow::preprocess_ms), std::pair("bin_ms", &BenchRow::bin_ms),
+    std::pair("sort_ms", &BenchRow::sort_ms), std::pair("blend_ms", &BenchRow::blend_ms),
+    std::pair("psnr_vs_reference", &BenchRow::psnr_vs_reference),
+    std::pair("false_positives", &BenchRow::false_positives),
+    std::pair("false_positive_share", &BenchRow::false_positive_share),
+    std::pair("ssim_vs_reference", &BenchRow::ssim_vs_reference),
+    std::pair("flip_vs_reference", &BenchRow::flip_vs_reference),
+    std::pair("repeats", &BenchRow::repeats), std::pair("frames", &BenchRow::frames),
+    std::pair("sort_bytes", &BenchRow::sort_bytes), std::pair("ms_paper", &BenchRow::ms_paper));
 
 /// The members that only bench.json contains.
-template <class Row, class Visit>
-void for_each_detail(Row& row, Visit&& visit) {
-  visit("view", row.view);
-  visit("ms_mean", row.ms_mean);
-  visit("drift", row.drift);
-  visit("round_ms", row.round_ms);
-  visit("round_spread", row.round_spread);
-  visit("ms_spread", row.ms_spread);
-  visit("turn_ms", row.turn_ms);
+inline constexpr auto kBenchDetails = std::make_tuple(
+    std::pair("view", &BenchRow::view), std::pair("ms_mean", &BenchRow::ms_mean),
+    std::pair("drift", &BenchRow::drift), std::pair("round_ms", &BenchRow::round_ms),
+    std::pair("round_spread", &BenchRow::round_spread),
+    std::pair("ms_spread", &BenchRow::ms_spread), std::pair("turn_ms", &BenchRow::turn_ms));
+
+/// Calls visit(name, member) for the members of a row that a table above lists.
+template <class Table, class Row, class Visit>
+void for_each_member(const Table& table, Row& row, const Visit& visit) {
+  std::apply([&](const auto&... members) { (visit(members.first, row.*members.second), ...); },
+             table);
 }
 
 }  // namespace qs

@@ -2,11 +2,14 @@
 #include "app/measure/camera_path.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <functional>
 
 #include <glm/gtc/quaternion.hpp>
 #include <nlohmann/json.hpp>
 
+#include "app/framing/camera_control.h"
 #include "base/fail.h"
 #include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
@@ -52,6 +55,33 @@ glm::dquat near(glm::dquat rotation, glm::dquat neighbour) {
 }
 
 glm::dvec4 as_vector(glm::dquat q) { return {q.x, q.y, q.z, q.w}; }
+
+// View depth at which the transmittance of a pixel falls to one half. `frame` has a trace. Empty if
+// the pixel is outside the image or stays more transparent.
+std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm::ivec2 pixel) {
+  const Trace& trace = frame.trace;
+  const int x = pixel.x, y = pixel.y;
+  if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return std::nullopt;
+  const auto tile = static_cast<std::size_t>(frame.grid.tile_of(x, y));
+  double transmittance = 1;
+  for (std::uint64_t i = trace.tile_begin[tile]; i < trace.tile_begin[tile + 1]; ++i) {
+    const auto found = std::lower_bound(trace.gaussians.begin(), trace.gaussians.end(),
+                                        trace.listed[static_cast<std::size_t>(i)]);
+    const auto slot = static_cast<std::size_t>(found - trace.gaussians.begin());
+    const Footprint& footprint = trace.footprints[slot];
+    const double dx = x - static_cast<double>(footprint.mean_px.x);
+    const double dy = y - static_cast<double>(footprint.mean_px.y);
+    const double squared = static_cast<double>(footprint.conic.x) * dx * dx +
+                           2 * static_cast<double>(footprint.conic.y) * dx * dy +
+                           static_cast<double>(footprint.conic.z) * dy * dy;
+    // gamma = 2 ln(255 opacity), so this is 255 alpha before its cap.
+    const double alpha_255 = std::exp(0.5 * (static_cast<double>(footprint.gamma) - squared));
+    if (alpha_255 < 1) continue;
+    transmittance *= 1 - std::min(0.99, alpha_255 / 255);
+    if (transmittance <= 0.5) return static_cast<double>(trace.depths[slot]);
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -106,17 +136,17 @@ Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {
   const auto at = [&](std::size_t i) { return keyframes[places[i]].time; };
   const Piece piece{at(1) - at(0), at(2) - at(1), at(3) - at(2), keyframes[places[1]].eases,
                     keyframes[places[2]].eases};
-  const auto through = [&](auto a, auto b, auto c, auto d) {
-    return spline(a, b, c, d, piece, clamped - at(1));
+  const auto through = [&](const auto& value) {
+    return spline(std::invoke(value, p[0]), std::invoke(value, p[1]), std::invoke(value, p[2]),
+                  std::invoke(value, p[3]), piece, clamped - at(1));
   };
-  const glm::dvec3 position = through(p[0].position, p[1].position, p[2].position, p[3].position);
-  const glm::dvec4 q = glm::normalize(through(as_vector(p[0].rotation), as_vector(p[1].rotation),
-                                              as_vector(p[2].rotation), as_vector(p[3].rotation)));
+  const glm::dvec3 position = through(&Pose::position);
+  const glm::dvec4 q =
+      glm::normalize(through([](const Pose& pose) { return as_vector(pose.rotation); }));
   Camera camera = first;
   camera.name.clear();
-  camera.focal_px =
-      glm::exp(through(p[0].log_focal, p[1].log_focal, p[2].log_focal, p[3].log_focal));
-  camera.center_px = through(p[0].center, p[1].center, p[2].center, p[3].center);
+  camera.focal_px = glm::exp(through(&Pose::log_focal));
+  camera.center_px = through(&Pose::center);
   const glm::dmat3 rotation = glm::transpose(glm::mat3_cast(glm::dquat(q.w, q.x, q.y, q.z)));
   camera.view_from_world =
       glm::dmat4x3(rotation[0], rotation[1], rotation[2], -(rotation * position));
@@ -152,6 +182,31 @@ std::vector<Camera> sample_path(const std::vector<Keyframe>& keyframes, int coun
   for (int i = 0; i < count; ++i)
     cameras.push_back(camera_at(keyframes, count == 1 ? begin : begin + length * i / (count - 1)));
   return cameras;
+}
+
+std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest) {
+  std::vector<Camera> cameras;
+  for (int step = 0; step < steps; ++step)
+    cameras.push_back(zoom_camera(start, target, steps, closest, step));
+  return cameras;
+}
+
+Camera zoom_camera(const Camera& start, glm::dvec3 target, int steps, double closest, int step) {
+  assert(steps >= 2 && closest > 0);
+  if (step == 0) return start;
+  const double distance = std::pow(closest, static_cast<double>(step) / (steps - 1));
+  return moved_to(start, target + distance * (start.position() - target));
+}
+
+glm::ivec2 center_pixel(const Camera& camera) { return {camera.width / 2, camera.height / 2}; }
+
+std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
+                                     RenderSettings settings, glm::ivec2 pixel) {
+  settings.mode = default_mode();
+  const Frame& frame = renderer.render(camera, settings, {.color = false, .trace = true});
+  const std::optional<double> depth = pixel_depth(frame, camera, pixel);
+  if (!depth) return std::nullopt;
+  return point_at(camera, glm::dvec2(pixel), *depth);
 }
 
 }  // namespace qs

@@ -5,12 +5,18 @@
 // A path file is a list of cameras in the layout of cameras.json, each with an optional "time" in
 // seconds (default: one second apart), so every cameras.json is a path. At a keyframe with
 // "ease": true the camera slows down to a stop.
+// Also the path of a zoom towards a target: the camera keeps its orientation and moves along the
+// line to the target, so that the distance shrinks by the same factor at every step.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include <glm/vec2.hpp>
+
+#include "raster/api/renderer.h"
 #include "raster/scene/camera.h"
 
 namespace qs {
@@ -40,5 +46,20 @@ double closed_length(const std::vector<Keyframe>& keyframes);
 
 /// `count` cameras at equal time steps from the first keyframe to the last, both included.
 std::vector<Camera> sample_path(const std::vector<Keyframe>& keyframes, int count);
+
+/// `steps` >= 2 cameras; the first is `start`, the last is `closest` (0..1, not 0) times the first
+/// distance away from the target.
+std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest);
+
+/// The camera of zoom_path() with the number `step`, 0 to steps - 1.
+Camera zoom_camera(const Camera& start, glm::dvec3 target, int steps, double closest, int step);
+
+/// The pixel at the image's centre.
+glm::ivec2 center_pixel(const Camera& camera);
+
+/// The world position seen at a pixel, from the trace of one frame. Empty if the pixel is outside
+/// the image or mostly transparent.
+std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
+                                     RenderSettings settings, glm::ivec2 pixel);
 
 }  // namespace qs

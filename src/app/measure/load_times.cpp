@@ -39,7 +39,6 @@ void copy_file(const std::filesystem::path& path) {
 
 void inflate_file(const std::filesystem::path& path) {
   const MappedFile file(path);
-  if (!is_gzip(file.content())) return;
   Inflater inflater(file.content(), path.string());
   std::vector<std::byte> buffer(1 << 20);
   while (inflater.read(buffer) == buffer.size()) {

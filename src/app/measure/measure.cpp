@@ -2,12 +2,10 @@
 #include "app/measure/measure.h"
 
 #include <algorithm>
-#include <cassert>
 
 #include <fmt/format.h>
 
 #include "app/measure/noise.h"
-#include "app/measure/number_text.h"
 #include "app/measure/paired_ratios.h"
 #include "app/measure/statistics.h"
 #include "base/error.h"
@@ -16,36 +14,11 @@
 namespace qs {
 namespace {
 
-RenderStats median_frame(std::vector<RenderStats>& frames) {
-  const auto middle = frames.begin() + static_cast<std::ptrdiff_t>(frames.size() / 2);
-  std::nth_element(
-      frames.begin(), middle, frames.end(),
-      [](const RenderStats& a, const RenderStats& b) { return a.frame_ms < b.frame_ms; });
-  return *middle;
-}
-
-// The guest's frame, or null with its `problem`.
-const Frame* frame_of(Renderer& guest, const Camera& camera, const RenderSettings& settings,
-                      const Outputs& outputs, std::stop_token stop, std::string& problem) {
-  try {
-    return &guest.render(camera, settings, outputs, DeviceImage{}, std::move(stop));
-  } catch (const Error& error) {
-    problem = error.what();
-    return nullptr;
-  }
-}
-
 // The ratio of the times of frames of the same round; "-" for too few of them.
 std::string ratio_of_frames(const ModeResult& base, const ModeResult& row) {
-  const std::size_t frames = std::min(base.frame_ms.size(), row.frame_ms.size());
-  if (frames < kFewestFrames) return "-";
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < frames; ++i) {
-    if (base.frame_ms[i] > 0 && row.frame_ms[i] > 0)
-      ratios.push_back(base.frame_ms[i] / row.frame_ms[i]);
-  }
-  if (ratios.empty()) return "-";
-  return &base == &row ? ratio_text(Ratio()) : ratio_text(geometric_mean(ratios));
+  const std::optional<Ratio> ratio = ratio_of_times(base.frame_ms, row.frame_ms);
+  if (!ratio || std::min(base.frame_ms.size(), row.frame_ms.size()) < kFewestFrames) return "-";
+  return ratio_text(&base == &row ? Ratio() : *ratio);
 }
 
 }  // namespace
@@ -54,7 +27,6 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
                                       RenderSettings settings, const Outputs& outputs,
                                       const MeasurePlan& plan,
                                       const std::function<void(CullMode, const Frame&)>& visit) {
-  assert(plan.frames > 0);
   const std::size_t modes = plan.modes.size(), turns = modes + plan.guests.size();
   std::vector<std::vector<RenderStats>> measured(turns);
   std::vector<ModeResult> results(turns);
@@ -68,17 +40,20 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
     for (const std::size_t i : order.next(turns)) {
       plan.progress.update(done++ / all_turns);
       settings.mode = results[i].mode;
-      const Frame* frame = nullptr;
-      if (i < modes) {
-        frame = &renderer.render(camera, settings, outputs, plan.target, plan.progress.stop);
-      } else if (results[i].problem.empty()) {
-        frame = frame_of(*plan.guests[i - modes].renderer, camera, settings, outputs,
-                         plan.progress.stop, results[i].problem);
+      if (!results[i].problem.empty()) continue;
+      const bool own = i < modes;
+      try {
+        const Frame& frame =
+            (own ? renderer : *plan.guests[i - modes].renderer)
+                .render(camera, settings, outputs, own ? plan.target : Target(DeviceImage{}),
+                        plan.progress.stop);
+        if (round >= 0) measured[i].push_back(frame.stats);
+        if (round >= 0 && plan.clock != nullptr) plan.clock->sample();
+        if (round == -plan.warmup && own) visit(settings.mode, frame);
+      } catch (const Error& error) {
+        if (own) throw;
+        results[i].problem = error.what();
       }
-      if (frame == nullptr) continue;
-      if (round >= 0) measured[i].push_back(frame->stats);
-      if (round >= 0 && plan.clock != nullptr) plan.clock->sample();
-      if (round == -plan.warmup && i < modes) visit(settings.mode, *frame);
     }
   }
   // Summarise.
@@ -86,17 +61,17 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
     if (!results[i].problem.empty()) continue;
     for (const RenderStats& stats : measured[i])
       results[i].frame_ms.push_back(static_cast<double>(stats.frame_ms));
-    results[i].stats = median_frame(measured[i]);
+    const auto middle = measured[i].begin() + static_cast<std::ptrdiff_t>(measured[i].size() / 2);
+    std::ranges::nth_element(measured[i], middle, {}, &RenderStats::frame_ms);
+    results[i].stats = *middle;
   }
   return results;
 }
 
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
                  const MarkedPlan& plan, ModeResult& result) {
-  assert(plan.frames > 0);
   settings.mode = result.mode;
-  Outputs outputs;
-  outputs.stage_times = true;
+  const Outputs outputs{.stage_times = true};
   std::vector<double> frame_ms, stage_ms[kStageCount];
   for (int i = 0; i < plan.frames; ++i) {
     const RenderStats& marked =
@@ -117,9 +92,7 @@ double pairs_per_visible(const RenderStats& stats) {
 std::string format_mode_table(std::span<const ModeResult> results) {
   const bool with_psnr = std::any_of(results.begin(), results.end(),
                                      [](const ModeResult& row) { return row.psnr.has_value(); });
-  const auto base = std::find_if(results.begin(), results.end(), [](const ModeResult& row) {
-    return row.mode == find_culler(kUsualBaseline);
-  });
+  const auto base = std::ranges::find(results, find_culler(kUsualBaseline), &ModeResult::mode);
   std::string text =
       fmt::format("{:13}  {:>18}  {:>7}  {:>12}  {:>13}  {:>18}", "mode", "ms", "FPS", "pairs",
                   "pairs/visible", fmt::format("vs {}", kUsualBaseline));
@@ -130,10 +103,9 @@ std::string format_mode_table(std::span<const ModeResult> results) {
     const double ms = row.frame_ms.empty() ? 0 : median(row.frame_ms);
     const std::optional<double> spread = quartile_spread(row.frame_ms);
     const CullerRow& culler = row_of(row.mode);
-    const bool noisy = spread && *spread > kNoisySpread * ms;
     text += fmt::format("{:13}  {:>18}  {:>7}  {:>12}  {:13.2f}  {:>18}", culler.name,
-                        time_text(ms, spread) + (noisy ? " noisy" : ""), rate_text(ms, spread),
-                        grouped(s.tile_pairs), pairs_per_visible(s),
+                        time_text(ms, spread) + (is_noisy_spread(spread, ms) ? " noisy" : ""),
+                        rate_text(ms, spread), grouped(s.tile_pairs), pairs_per_visible(s),
                         base == results.end() ? "-" : ratio_of_frames(*base, row));
     if (with_psnr) text += fmt::format("  {:>7}", row.psnr ? decibels(*row.psnr) : "-");
     text += fmt::format("  {}\n", culler.summary);

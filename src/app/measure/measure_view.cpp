@@ -2,13 +2,22 @@
 #include "app/measure/measure_view.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 
 #include "app/measure/statistics.h"
 #include "base/error.h"
 #include "base/progress_bar.h"
+#include "raster/scene/flip.h"
+#include "raster/scene/image_metrics.h"
 
 namespace qs {
 namespace {
+
+// Images stay in the backend's own memory.
+Target bench_target(Backend backend) {
+  return backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
+}
 
 // The arguments of measure_view().
 struct MeasuredView {
@@ -55,9 +64,7 @@ void count_false_positives(const MeasuredView& view, CullMode mode, const Target
                            BenchRow& row) {
   RenderSettings settings = view.session.settings;
   settings.mode = mode;
-  Outputs outputs;
-  outputs.color = false;
-  outputs.used = true;
+  const Outputs outputs{.color = false, .used = true};
   const RenderStats& stats =
       view.session.renderer->render(view.camera, settings, outputs, target, view.progress.stop)
           .stats;
@@ -107,22 +114,7 @@ void measure_round(const MeasuredView& view, int round, TurnOrder& order,
   }
 }
 
-// mark_stages() of a guest. If it fails, the guest loses its other results.
-void mark_guest(const MeasuredView& view, const Guest& guest, const MarkedPlan& plan,
-                ModeResult& result) {
-  if (!result.problem.empty()) return;
-  try {
-    mark_stages(*guest.renderer, view.camera, view.session.settings, plan, result);
-  } catch (const Error& error) {
-    result.problem = error.what();
-  }
-}
-
 }  // namespace
-
-Target bench_target(Backend backend) {
-  return backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
-}
 
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
                                    const Camera& camera, const ViewPlan& plan,
@@ -134,17 +126,21 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
   std::vector<BenchRow> rows;
   for (std::size_t i = 0; i < all.size(); ++i) {
     ModeResult& result = all[i].result;
-    const bool own = i < modes.size();
-    const Target target = own ? bench_target(session.backend) : Target(DeviceImage{});
-    const MarkedPlan marked{std::min(plan.frames, kMarkedFrames), target, progress.stop};
+    const Guest* const guest = i < modes.size() ? nullptr : &plan.guests[i - modes.size()];
+    const Target target = guest ? Target(DeviceImage{}) : bench_target(session.backend);
     result.marked_frame_ms = result.stats.frame_ms;
     // The CPU backend always measures stages, at no cost.
-    if (own && plan.details && session.backend != Backend::cpu) {
-      mark_stages(*session.renderer, camera, session.settings, marked, result);
+    if (plan.details && result.problem.empty() && (guest || session.backend != Backend::cpu)) {
+      try {
+        mark_stages(guest ? *guest->renderer : *session.renderer, camera, session.settings,
+                    {std::min(plan.frames, kMarkedFrames), target, progress.stop}, result);
+      } catch (const Error& error) {
+        if (!guest) throw;
+        result.problem = error.what();  // it loses its other results
+      }
     }
-    if (!own && plan.details) mark_guest(view, plan.guests[i - modes.size()], marked, result);
     if (!result.problem.empty()) {
-      if (plan.guest_failed) plan.guest_failed(plan.guests[i - modes.size()], result.problem);
+      if (plan.guest_failed) plan.guest_failed(*guest, result.problem);
       continue;
     }
     BenchRow& row = rows.emplace_back(make_row(session, camera, result, all[i].frame_ms));
@@ -154,14 +150,55 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
     } else {
       row.turn_ms = all[i].frame_ms;
     }
-    if (!own) {
-      row.mode = plan.guests[i - modes.size()].name;
+    if (guest) {
+      row.mode = guest->name;
       row.backend = kPluginBackend;
     } else if (plan.details) {
       count_false_positives(view, modes[i], target, row);
     }
   }
   return rows;
+}
+
+std::vector<std::vector<double>> paper_times(Session& session, const std::vector<CullMode>& modes,
+                                             std::span<const Camera> views, int rounds,
+                                             const Progress& progress) {
+  constexpr std::size_t kWarmupViews = 5;
+  std::vector<std::vector<double>> times(modes.size(), std::vector<double>(views.size()));
+  if (views.empty()) return times;
+  const Target target = bench_target(session.backend);
+  const float runs = static_cast<float>(rounds) * static_cast<float>(modes.size());
+  float done = 0;
+  for (int round = 0; round < rounds; ++round) {
+    for (std::size_t mode = 0; mode < modes.size(); ++mode) {
+      progress.update(done++ / runs);
+      RenderSettings settings = session.settings;
+      settings.mode = modes[mode];
+      const auto draw = [&](std::size_t view) {
+        const Frame& frame =
+            session.renderer->render(views[view], settings, {}, target, progress.stop);
+        return static_cast<double>(frame.stats.frame_ms);
+      };
+      for (std::size_t i = 0; i < kWarmupViews; ++i) draw(i % views.size());
+      for (std::size_t view = 0; view < views.size(); ++view)
+        times[mode][view] += draw(view) / rounds;
+    }
+  }
+  return times;
+}
+
+void judge_quality(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
+                   const Image& truth, ThreadPool& pool, BenchRow& row) {
+  Image image = renderer.render(camera, settings).color;
+  const Image& again = renderer.render(camera, settings).color;
+  row.repeats = std::memcmp(image.values.data(), again.values.data(),
+                            image.values.size() * sizeof(float)) == 0;
+  row.psnr_vs_reference = psnr_8bit(image, truth);
+  Image clamped_truth = truth;
+  clamp_to_unit(image);
+  clamp_to_unit(clamped_truth);
+  row.ssim_vs_reference = ssim(image, clamped_truth, pool);
+  row.flip_vs_reference = flip(clamped_truth, image, pool);
 }
 
 }  // namespace qs

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: MIT
 //
 // Measures modes on one view as every benchmark does: interleaved, after a warm-up, without copying
-// images to the host. Stage times come from extra frames.
+// images to the host. Stage times come from extra frames. Also the image quality of a renderer on
+// one view, and frame times as the published script of QuadBox measures them.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "app/measure/bench_row.h"
 #include "app/measure/measure.h"
 #include "app/session/session.h"
+#include "base/progress.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 
@@ -27,13 +31,24 @@ struct ViewPlan {
   std::uint64_t first_round = 0;
 };
 
-/// Images stay in the backend's own memory.
-Target bench_target(Backend backend);
-
 /// One row per mode, in the order of `modes`, and one per guest. The caller sets scene, camera and
 /// view of the rows.
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
                                    const Camera& camera, const ViewPlan& plan,
                                    const Progress& progress);
+
+/// Frame times as the published script of QuadBox measures them: one mode after the other draws
+/// some views to warm up, and then every test view once. The script's frames per second are 1000 /
+/// the mean time, and for a set of scenes the arithmetic mean of the scenes' values. By mode and
+/// view: the time of the view's frame in ms, the mean over `rounds` runs. The warm-up draws the
+/// first five views, and begins again with the first if there are fewer.
+std::vector<std::vector<double>> paper_times(Session& session, const std::vector<CullMode>& modes,
+                                             std::span<const Camera> views, int rounds,
+                                             const Progress& progress);
+
+/// Renders the view twice and sets the columns of `row` that compare the images: with `truth`, the
+/// fp64 reference, and with each other. Throws what the renderer throws.
+void judge_quality(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
+                   const Image& truth, ThreadPool& pool, BenchRow& row);
 
 }  // namespace qs

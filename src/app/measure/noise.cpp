@@ -15,8 +15,7 @@ namespace {
 
 std::vector<BenchRow> noisy(const std::vector<BenchRow>& rows) {
   std::vector<BenchRow> result;
-  std::copy_if(rows.begin(), rows.end(), std::back_inserter(result),
-               [](const BenchRow& row) { return is_noisy(row); });
+  std::ranges::copy_if(rows, std::back_inserter(result), is_noisy);
   return result;
 }
 
@@ -58,19 +57,14 @@ std::optional<double> spread_ms(const BenchRow& row) {
   return row.ms_spread ? row.ms_spread : quartile_spread(rounds_of(row));
 }
 
-bool has_noisy_time(const BenchRow& row) {
-  const std::optional<double> spread = spread_ms(row);
-  return spread && *spread > kNoisySpread * row.ms_median;
-}
+bool has_noisy_time(const BenchRow& row) { return is_noisy_spread(spread_ms(row), row.ms_median); }
 
 bool is_noisy(const BenchRow& row) { return noise(row) > kNoiseTolerance || has_noisy_time(row); }
 
 std::string noise_sentence(const std::vector<BenchRow>& rows) {
   const std::vector<BenchRow> bad = noisy(rows);
   if (bad.empty()) return "";
-  const BenchRow& worst = *std::max_element(
-      bad.begin(), bad.end(),
-      [](const BenchRow& a, const BenchRow& b) { return severity(a) < severity(b); });
+  const BenchRow& worst = *std::ranges::max_element(bad, {}, severity);
   return fmt::format("{} of {} rows are noisy: the worst is {}, camera {}, {}: {}", bad.size(),
                      rows.size(), worst.scene, worst.camera, worst.mode, noise_cause(worst));
 }
@@ -93,32 +87,23 @@ std::string noise_markdown(const std::vector<BenchRow>& rows) {
   return text;
 }
 
-bool is_noisy_point(const BenchRow& row) {
-  return row.ms_spread && (*row.ms_spread > kCurveTolerance * row.ms_median ||
-                           std::abs(row.drift) > kCurveTolerance);
-}
-
 std::string noisy_steps(const std::vector<BenchRow>& rows) {
-  struct Curve {
-    std::string mode;
+  constexpr double kCurveTolerance = 0.1;  // a share of the median
+  std::vector<std::string> modes, words;
+  for (const BenchRow& row : rows) add_new(modes, row.mode);
+  int most = 0;
+  for (const std::string& mode : modes) {
     int steps = 0, noisy = 0;
-  };
-  std::vector<Curve> curves;
-  for (const BenchRow& row : rows) {
-    auto curve = std::find_if(curves.begin(), curves.end(),
-                              [&](const Curve& each) { return each.mode == row.mode; });
-    if (curve == curves.end()) curve = curves.insert(curve, Curve{row.mode});
-    ++curve->steps;
-    if (is_noisy_point(row)) ++curve->noisy;
+    for (const BenchRow& row : rows) {
+      if (row.mode != mode) continue;
+      ++steps;
+      noisy += row.ms_spread && (*row.ms_spread > kCurveTolerance * row.ms_median ||
+                                 std::abs(row.drift) > kCurveTolerance);
+    }
+    most = std::max(most, steps);
+    if (noisy > 0) words.push_back(fmt::format("{} {}", mode, noisy));
   }
-  std::string text;
-  int steps = 0;
-  for (const Curve& curve : curves) {
-    steps = std::max(steps, curve.steps);
-    if (curve.noisy == 0) continue;
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", curve.mode, curve.noisy);
-  }
-  return text.empty() ? "" : fmt::format("{} of {}", text, steps);
+  return words.empty() ? "" : fmt::format("{} of {}", joined(words, ", "), most);
 }
 
 }  // namespace qs

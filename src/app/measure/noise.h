@@ -22,6 +22,11 @@ double noise(const BenchRow& row);
 /// BenchRow::ms_spread; from the rounds if it is unset. Unset for one frame.
 std::optional<double> spread_ms(const BenchRow& row);
 
+/// True if the spread is above kNoisySpread.
+inline bool is_noisy_spread(std::optional<double> spread_ms, double median_ms) {
+  return spread_ms && *spread_ms > kNoisySpread * median_ms;
+}
+
 /// True if the spread of the row is above kNoisySpread.
 bool has_noisy_time(const BenchRow& row);
 
@@ -35,14 +40,9 @@ std::string noise_sentence(const std::vector<BenchRow>& rows);
 /// noise_sentence() as a Markdown section with a table of the noisy rows; empty if no row is noisy.
 std::string noise_markdown(const std::vector<BenchRow>& rows);
 
-inline constexpr double kCurveTolerance = 0.1;  ///< a share of the median, see is_noisy_point()
-
-/// True if the row has at least two frames and half of the distance between their quartiles, or
-/// their drift, exceeds kCurveTolerance of the median.
-bool is_noisy_point(const BenchRow& row);
-
 /// The number of noisy steps per mode of a zoom: "3dgs 2, exact 1 of 12". Empty if no point is
-/// noisy.
+/// noisy. A step is noisy if its row has at least two frames, and half of the distance between
+/// their quartiles, or their drift, exceeds a tenth of the median.
 std::string noisy_steps(const std::vector<BenchRow>& rows);
 
 }  // namespace qs

@@ -16,10 +16,8 @@ GaussianCloud replicate(const GaussianCloud& cloud, glm::ivec2 copies, glm::dvec
     fail(ErrorKind::device, "--replicate: {} copies of {} Gaussians are more than 2^31", count,
          cloud.size());
   }
-  int vertical = 0;
-  for (int axis = 1; axis < 3; ++axis) {
-    if (std::abs(up[axis]) > std::abs(up[vertical])) vertical = axis;
-  }
+  int vertical = std::abs(up.y) > std::abs(up.x) ? 1 : 0;
+  if (std::abs(up.z) > std::abs(up[vertical])) vertical = 2;
   const glm::vec3 step = static_cast<float>(kGap) * core_box(cloud).size();
   GaussianCloud result;
   result.resize(cloud.size() * count, cloud.sh_degree);

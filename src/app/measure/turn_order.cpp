@@ -28,8 +28,7 @@ std::vector<std::size_t> TurnOrder::next_round() {
     const auto rank = [&](std::size_t member) {
       return std::tuple(member == last_, follows_[last_][member], places_[member][place], member);
     };
-    const auto chosen = std::min_element(
-        left.begin(), left.end(), [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
+    const auto chosen = std::ranges::min_element(left, {}, rank);
     ++follows_[last_][*chosen];
     ++places_[*chosen][place];
     last_ = *chosen;

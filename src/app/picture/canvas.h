@@ -1,19 +1,51 @@
 // SPDX-License-Identifier: MIT
 //
-// Draws filled rectangles, pictures and text on an RGB picture; stroke.h draws lines. Everything is
-// clipped to the picture. Coordinates are pixels from the top left; colours are 0..1.
+// Draws filled rectangles, pictures, text, antialiased lines and polygons on an RGB picture.
+// Everything is clipped to the picture. Colours are 0..1. Coordinates are pixels from the top left;
+// the points of lines and polygons are continuous: pixel i covers [i, i + 1].
 #pragma once
 
-#include <algorithm>
+#include <array>
+#include <memory>
+#include <span>
 #include <string_view>
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "app/picture/font.h"
 #include "raster/scene/image.h"
 
+struct ImFontAtlas;
+struct ImFont;
+
 namespace qs {
+
+/// A font of one size for drawing on pictures without a window: Roboto from the assets, rasterised
+/// by Dear ImGui's font atlas as in the viewer. If the asset is missing, ImGui's built-in pixel
+/// font is used. Covers ASCII and Latin-1.
+class Font {
+ public:
+  /// `line_height` in pixels; at least 8 is used.
+  explicit Font(int line_height);
+  ~Font();
+  Font(const Font&) = delete;
+  Font& operator=(const Font&) = delete;
+
+  int line_height() const { return line_height_; }
+
+  /// Width of one line of UTF-8 text in pixels.
+  int width(std::string_view text) const;
+
+  /// Draws one line of text with its top left at `at`.
+  void draw(Image& image, glm::ivec2 at, std::string_view text, glm::vec3 color) const;
+
+ private:
+  int line_height_;
+  std::unique_ptr<ImFontAtlas> atlas_;
+  ImFont* font_ = nullptr;                 // owned by the atlas
+  const unsigned char* texels_ = nullptr;  // owned by the atlas
+  int texture_width_ = 0, texture_height_ = 0;
+};
 
 struct PixelRect {
   int x = 0, y = 0, width = 0, height = 0;
@@ -33,17 +65,8 @@ Image picture_of(int width, int height, const Value& value) {
   return result;
 }
 
-/// Calls set(x, y, channel) for every place of `rect` that is inside of the picture.
-template <class Set>
-void for_each_value(const Image& image, PixelRect rect, const Set& set) {
-  const int x_end = std::min(rect.x + rect.width, image.width);
-  const int y_end = std::min(rect.y + rect.height, image.height);
-  for (int y = std::max(rect.y, 0); y < y_end; ++y) {
-    for (int x = std::max(rect.x, 0); x < x_end; ++x) {
-      for (int c = 0; c < 3; ++c) set(x, y, c);
-    }
-  }
-}
+/// A picture of one colour.
+Image plain_picture(int width, int height, glm::vec3 color);
 
 void fill_rect(Image& image, PixelRect rect, glm::vec3 color);
 
@@ -57,5 +80,34 @@ Image cropped(const Image& image, PixelRect part);
 /// width of the line in pixels.
 int draw_text(Image& image, const Font& font, glm::ivec2 at, std::string_view text, glm::vec3 color,
               Align align = Align::left);
+
+/// The corners of a rectangle in their order around it.
+inline std::array<glm::vec2, 4> corners_of(glm::vec2 low, glm::vec2 high) {
+  return {low, glm::vec2(high.x, low.y), high, glm::vec2(low.x, high.y)};
+}
+
+struct Pen {
+  glm::vec3 color{0.0f};
+  float width = 1;    ///< pixels
+  float opacity = 1;  ///< 0..1, applied once, also where the line crosses itself
+  float dash = 0;     ///< length of a dash and of a gap in pixels; 0 = no gaps
+};
+
+/// Draws the line through the points, with round ends.
+void stroke(Image& image, std::span<const glm::vec2> points, bool closed, const Pen& pen);
+
+/// Fills a polygon by the even-odd rule.
+void fill_polygon(Image& image, std::span<const glm::vec2> points, glm::vec3 color, float opacity);
+
+/// Size of the enlarged part, pixels.
+glm::ivec2 enlarged_size(PixelRect part, double zoom);
+
+/// A part of an RGB picture, `zoom` >= 1 times as large, interpolated linearly between pixels.
+/// `part` is inside the picture. Values are clamped to 0..1.
+Image enlarged(const Image& image, PixelRect part, double zoom);
+
+/// The picture with a frame around `part` and the enlarged part in the corner farthest from it.
+/// The enlarged part is not larger than the picture.
+Image with_inset(const Image& image, PixelRect part, double zoom);
 
 }  // namespace qs

@@ -10,10 +10,7 @@
 namespace qs {
 namespace {
 
-const char* anchor_of(Align align) {
-  if (align == Align::left) return "start";
-  return align == Align::center ? "middle" : "end";
-}
+constexpr const char* kAnchors[] = {"start", "middle", "end"};  // index = Align
 
 std::string svg_of(const FigurePicture& picture) {
   return fmt::format(
@@ -27,15 +24,14 @@ std::string svg_of(const FigureText& text) {
   const double size = text.size;
   return fmt::format(
       "<text x=\"{}\" y=\"{:.1f}\" font-size=\"{:.1f}\" fill=\"{}\" text-anchor=\"{}\">{}</text>\n",
-      text.at.x, text.at.y + 0.78 * size, size / 1.17, hex_text(text.color), anchor_of(text.align),
-      html_escaped(text.text));
+      text.at.x, text.at.y + 0.78 * size, size / 1.17, hex_text(text.color),
+      kAnchors[static_cast<int>(text.align)], html_escaped(text.text));
 }
 
 }  // namespace
 
 Image draw_figure(const Figure& figure) {
-  Image page(figure.size.x, figure.size.y, 3);
-  fill_rect(page, {0, 0, page.width, page.height}, on_white::kWhite);
+  Image page = plain_picture(figure.size.x, figure.size.y, on_white::kWhite);
   for (const FigurePicture& picture : figure.pictures) paste(page, picture.image, picture.at);
   for (const FigureText& text : figure.texts)
     draw_text(page, Font(text.size), text.at, text.text, text.color, text.align);

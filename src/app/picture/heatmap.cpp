@@ -10,16 +10,6 @@
 namespace qs {
 namespace {
 
-/// The colours of counts: the scale and the look.
-struct HeatColoring {
-  const Scale& scale;
-  const HeatStyle& style;
-
-  glm::vec3 of(std::uint32_t value) const {
-    return heat(static_cast<float>(value) / static_cast<float>(scale.maximum), style.colors);
-  }
-};
-
 float gray(const Image& image, int x, int y) {
   const float value =
       0.299f * image.at(x, y, 0) + 0.587f * image.at(x, y, 1) + 0.114f * image.at(x, y, 2);
@@ -31,8 +21,8 @@ int block_px(const Heatmap& heatmap) { return heatmap.cell_px > 1 ? heatmap.cell
 
 // The frame is drawn as its difference from the block's mean gray, so that the mean colour of a
 // block is the colour of the scale. Cells with the value 0 show the frame, dimmed.
-void draw_block(Image& result, const Image& color, const Heatmap& heatmap,
-                const HeatColoring& coloring, glm::ivec2 corner) {
+void draw_block(Image& result, const Image& color, const Heatmap& heatmap, const Scale& scale,
+                const HeatStyle& style, glm::ivec2 corner) {
   const int right = std::min(corner.x + block_px(heatmap), color.width);
   const int bottom = std::min(corner.y + block_px(heatmap), color.height);
   float mean = 0;
@@ -45,11 +35,11 @@ void draw_block(Image& result, const Image& color, const Heatmap& heatmap,
       const int cell = y / heatmap.cell_px * heatmap.columns + x / heatmap.cell_px;
       const std::uint32_t value = heatmap.values[static_cast<std::size_t>(cell)];
       const float light = gray(color, x, y);
+      const float t = static_cast<float>(value) / static_cast<float>(scale.maximum);
       const glm::vec3 shown =
-          value == 0 ? heat_of_zero(light) : with_detail(coloring.of(value), light - mean);
-      const float opacity = coloring.style.opacity;
+          value == 0 ? heat_of_zero(light) : with_detail(heat(t, style.colors), light - mean);
       for (int c = 0; c < 3; ++c)
-        result.at(x, y, c) = opacity * shown[c] + (1 - opacity) * color.at(x, y, c);
+        result.at(x, y, c) = style.opacity * shown[c] + (1 - style.opacity) * color.at(x, y, c);
     }
   }
 }
@@ -59,36 +49,26 @@ void draw_block(Image& result, const Image& color, const Heatmap& heatmap,
 std::vector<std::string> heatmap_names() {
   std::vector<std::string> names;
   for (const HeatmapRow& row : kHeatmaps) names.emplace_back(row.name);
-  names.emplace_back(kMissedHeatmap.name);
   return names;
 }
 
 Outputs outputs_for(HeatQuantity quantity) {
-  Outputs outputs;
-  outputs.pairs = quantity == HeatQuantity::pairs || quantity == HeatQuantity::false_positive;
-  outputs.evaluated = quantity == HeatQuantity::evaluated;
-  outputs.used = quantity == HeatQuantity::false_positive;
-  return outputs;
+  const bool used = quantity == HeatQuantity::false_positive;
+  return {.pairs = used || quantity == HeatQuantity::pairs,
+          .evaluated = quantity == HeatQuantity::evaluated,
+          .used = used};
 }
 
 void sum_up(Heatmap& map) {
   map.total = sum_of(map.values);
-  map.largest = map.values.empty() ? 0 : *std::max_element(map.values.begin(), map.values.end());
+  map.largest = map.values.empty() ? 0 : std::ranges::max(map.values);
 }
 
 Heatmap make_heatmap(const Frame& frame, HeatQuantity quantity, int width, int height) {
-  Heatmap map;
-  map.quantity = quantity;
-  if (quantity == HeatQuantity::evaluated) {
-    map.columns = width;
-    map.rows = height;
-    map.values = frame.evaluated;
-  } else {
-    map.columns = frame.grid.columns;
-    map.rows = frame.grid.rows;
-    map.cell_px = frame.grid.tile_px;
-    map.values = frame.pairs;
-  }
+  const TileGrid& grid = frame.grid;
+  Heatmap map = quantity == HeatQuantity::evaluated
+                    ? Heatmap{quantity, width, height, 1, frame.evaluated}
+                    : Heatmap{quantity, grid.columns, grid.rows, grid.tile_px, frame.pairs};
   if (quantity == HeatQuantity::false_positive) {
     map.whole = frame.stats.tile_pairs;
     for (std::size_t tile = 0; tile < map.values.size(); ++tile)
@@ -100,10 +80,10 @@ Heatmap make_heatmap(const Frame& frame, HeatQuantity quantity, int width, int h
 
 PairDifference pair_difference(const TileGrid& grid, std::span<const std::uint32_t> a,
                                std::span<const std::uint32_t> b) {
-  PairDifference result{grid, std::vector<std::int32_t>(a.size()), 0};
+  PairDifference result{grid, {}, 0};
   for (std::size_t tile = 0; tile < a.size(); ++tile) {
-    result.values[tile] = static_cast<std::int32_t>(std::int64_t{a[tile]} - b[tile]);
-    result.total += result.values[tile];
+    result.values.push_back(static_cast<std::int32_t>(std::int64_t{a[tile]} - b[tile]));
+    result.total += result.values.back();
   }
   return result;
 }
@@ -140,7 +120,7 @@ Image draw_over(const Image& color, const Heatmap& heatmap, const Scale& scale,
   Image result(color.width, color.height, 3);
   for (int top = 0; top < color.height; top += block_px(heatmap)) {
     for (int left = 0; left < color.width; left += block_px(heatmap))
-      draw_block(result, color, heatmap, {scale, style}, {left, top});
+      draw_block(result, color, heatmap, scale, style, {left, top});
   }
   return result;
 }

@@ -11,9 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "app/picture/colormap.h"
 #include "app/picture/legend.h"
-#include "app/picture/scale.h"
+#include "app/picture/palette.h"
 #include "raster/api/renderer.h"
 
 namespace qs {
@@ -27,25 +26,21 @@ struct HeatmapRow {
   const char* cell;  ///< "tile" or "pixel"
 };
 
-/// The quantities that one frame determines. Index = HeatQuantity.
+/// Index = HeatQuantity. One frame determines a quantity but the last, see
+/// inspect/heatmap_frame.h.
 inline constexpr std::array kHeatmaps = {
     HeatmapRow{"pairs", "Tile pairs per {0} \u00d7 {0} tile", "pairs", "tile"},
     HeatmapRow{"evaluated", "Evaluated pairs per pixel", "pairs", "pixel"},
     HeatmapRow{"false-positive",
                "False positives per {0} \u00d7 {0} tile: pairs that no pixel used", "pairs",
                "tile"},
+    HeatmapRow{"missed", "Missed contributions per pixel: what the mode drops", "contributions",
+               "pixel"},
 };
+inline constexpr std::size_t kHeatQuantities = kHeatmaps.size();
 
-/// Made from two frames, see inspect/missed_contributions.h.
-inline constexpr HeatmapRow kMissedHeatmap{
-    "missed", "Missed contributions per pixel: what the mode drops", "contributions", "pixel"};
-
-/// Number of quantities, with kMissedHeatmap.
-inline constexpr std::size_t kHeatQuantities = kHeatmaps.size() + 1;
-
-inline const HeatmapRow& heatmap_row(HeatQuantity quantity) {
-  const auto index = static_cast<std::size_t>(quantity);
-  return index < kHeatmaps.size() ? kHeatmaps[index] : kMissedHeatmap;
+constexpr const HeatmapRow& heatmap_row(HeatQuantity quantity) {
+  return kHeatmaps[static_cast<std::size_t>(quantity)];
 }
 
 /// The names of all quantities. Index = HeatQuantity.
@@ -64,7 +59,7 @@ struct Heatmap {
 /// Sets `total` and `largest` from the values.
 void sum_up(Heatmap& map);
 
-/// The outputs that make_heatmap() needs. `quantity` is one of kHeatmaps.
+/// The outputs that make_heatmap() needs. `quantity` is not `missed`.
 Outputs outputs_for(HeatQuantity quantity);
 
 /// `frame` has width x height pixels and was rendered with outputs_for(quantity).

@@ -5,7 +5,6 @@
 
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
-#include "app/picture/stroke.h"
 
 namespace qs {
 namespace {
@@ -30,12 +29,6 @@ LegendLayout layout_in(int width, const Legend& legend) {
   const int used = Font(layout.title).width(legend.title) + Font(layout.text).width(legend.facts);
   layout.two_lines = used + 4 * layout.padding > width;
   return layout;
-}
-
-void draw_bar(Image& image, PixelRect bar, const Legend& legend) {
-  const std::vector<glm::vec3> colors = bar_colors(legend, bar.width, bar.height);
-  for (int x = 0; x < bar.width; ++x)
-    fill_rect(image, {bar.x + x, bar.y, 1, bar.height}, colors[static_cast<std::size_t>(x)]);
 }
 
 // `top`: of the ticks.
@@ -64,11 +57,54 @@ void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend
     draw_text(image, text_font, {right, y + baseline_shift}, legend.facts, kFaint, Align::right);
   }
   y += (layout.two_lines ? layout.title + layout.text : layout.title) + layout.padding / 2;
-  draw_bar(image, {left, y, right - left, layout.bar}, legend);
+  int x = left;
+  for (const glm::vec3 color : bar_colors(legend, right - left, layout.bar))
+    fill_rect(image, {x++, y, 1, layout.bar}, color);
   draw_ticks(image, left, right, y + layout.bar, layout, legend.ticks);
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> Scale::ticks() const {
+  std::vector<std::uint32_t> result;
+  // A step that ends just below the maximum would collide with it.
+  for (std::uint64_t tick = 0; tick == 0 || 2 * tick + step <= 2 * std::uint64_t{maximum};
+       tick += step)
+    result.push_back(static_cast<std::uint32_t>(tick));
+  result.push_back(maximum);
+  return result;
+}
+
+Scale round_scale(std::uint32_t maximum) {
+  constexpr std::uint64_t kMostSteps = 8;
+  constexpr std::uint64_t kLargest = 4'000'000'000;
+  const std::uint64_t reach = std::clamp<std::uint64_t>(maximum, 1, kLargest);
+  const auto steps_of = [reach](std::uint64_t step) { return (reach + step - 1) / step; };
+  const auto step = static_cast<std::uint64_t>(round_step(
+      1, [&](double size) { return steps_of(static_cast<std::uint64_t>(size)) <= kMostSteps; }));
+  return {static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(steps_of(step) * step)};
+}
+
+Scale exact_scale(std::uint32_t maximum) {
+  const std::uint32_t end = std::max(maximum, 1u);
+  return {round_scale(end).step, end};
+}
+
+Scale scale_for(std::span<const std::uint32_t> values) {
+  if (values.empty()) return {};
+  std::vector<std::uint32_t> sorted(values.begin(), values.end());
+  const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) * 995 / 1000);
+  std::nth_element(sorted.begin(), nth, sorted.end());
+  return round_scale(*nth);
+}
+
+Scale scale_for_signed(std::span<const std::int32_t> values) {
+  std::vector<std::uint32_t> sizes;
+  sizes.reserve(values.size());
+  for (const std::int32_t value : values)
+    sizes.push_back(static_cast<std::uint32_t>(value < 0 ? -std::int64_t{value} : value));
+  return scale_for(sizes);
+}
 
 std::vector<glm::vec3> bar_colors(const Legend& legend, int width, int height) {
   std::vector<glm::vec3> colors;
@@ -113,9 +149,8 @@ void draw_legend_over(Image& picture, const Legend& legend) {
   shown.facts.clear();
   const LegendLayout layout = layout_in(picture.width, shown);
   if (4 * layout.height() > picture.height) return;
-  const glm::vec2 high(picture.width, layout.height());
-  const glm::vec2 plate[] = {{0, 0}, {high.x, 0}, high, {0, high.y}};
-  fill_polygon(picture, plate, on_dark::kPanel, kPlateOpacity);
+  fill_polygon(picture, corners_of({0, 0}, {picture.width, layout.height()}), on_dark::kPanel,
+               kPlateOpacity);
   draw_legend(picture, 0, layout, shown);
 }
 

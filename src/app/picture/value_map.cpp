@@ -6,10 +6,16 @@
 
 #include <fmt/format.h>
 
-#include "app/picture/colormap.h"
-#include "app/picture/scale.h"
+#include "app/picture/legend.h"
+#include "app/picture/palette.h"
+#include "base/fail.h"
 
 namespace qs {
+namespace {
+
+constexpr double kSteps = 65535;
+
+}  // namespace
 
 std::vector<std::string> quantity_names() {
   std::vector<std::string> names;
@@ -36,8 +42,8 @@ std::string ValueScale::text_of_ends() const {
 ValueScale scale_for(Quantity quantity, std::span<const float> values) {
   if (quantity == Quantity::alpha) return {};
   std::vector<float> drawn;
-  std::copy_if(values.begin(), values.end(), std::back_inserter(drawn),
-               [](float value) { return value > 0 && std::isfinite(value); });
+  std::ranges::copy_if(values, std::back_inserter(drawn),
+                       [](float value) { return value > 0 && std::isfinite(value); });
   if (drawn.empty()) return {};
   const std::size_t beyond = drawn.size() / 200;
   const auto nth = [&](std::size_t n) {
@@ -56,11 +62,7 @@ ValueScale scale_for(Quantity quantity, std::span<const float> values) {
           static_cast<float>(step)};
 }
 
-Outputs outputs_for(Quantity quantity) {
-  Outputs outputs;
-  outputs.depth = quantity != Quantity::color;
-  return outputs;
-}
+Outputs outputs_for(Quantity quantity) { return {.depth = quantity != Quantity::color}; }
 
 ValueMap map_of(const Frame& frame, Quantity quantity, int width, int height) {
   const std::vector<float>& values = frame.depth.*row_of(quantity).values;
@@ -98,6 +100,55 @@ Image colored(const ValueMap& map) {
     for (int c = 0; c < 3; ++c) image.values[3 * i + static_cast<std::size_t>(c)] = shown[c];
   }
   return image;
+}
+
+void require_value_file(const std::string& who, const std::filesystem::path& path,
+                        Quantity quantity) {
+  const std::string extension = picture_extension(path);
+  for (const char* good : {".npy", ".exr", ".pfm", ".tif", ".tiff", ".png"})
+    if (extension == good) return;
+  fail(ErrorKind::usage,
+       "{}: --picture {}: {} would keep 8 bits: use .npy, .exr, .pfm or .tif (floats), or .png (16 "
+       "bits)",
+       who, row_of(quantity).name, path.string());
+}
+
+double depth_step_for(float largest) {
+  const double least = static_cast<double>(largest) / kSteps;
+  if (!(least > 0)) return 0.001;
+  return round_step(least, [least](double step) { return step >= least; });
+}
+
+std::string write_values(const ValueMap& map, const std::filesystem::path& path,
+                         std::optional<double> step, ImageMetadata metadata,
+                         const Progress& progress) {
+  const bool is_depth = map.quantity != Quantity::alpha;
+  metadata["Picture"] = row_of(map.quantity).name;
+  Image image = values_of(map);
+  if (picture_extension(path) != ".png") {
+    metadata["Values"] = is_depth ? "units" : "0 to 1";
+    metadata[kChannelText] = is_depth ? "Z" : "A";
+    write_image(image, path, metadata, progress);
+    return metadata["Values"];
+  }
+  if (!is_depth) {
+    metadata["Values"] = "steps of 1/65535";
+  } else {
+    const float largest = map.values.empty() ? 0 : std::ranges::max(map.values);
+    const double needed = depth_step_for(largest), chosen = step.value_or(needed);
+    if (static_cast<double>(largest) > kSteps * chosen) {
+      fail(ErrorKind::usage,
+           "{}: 16 bits reach {:.6g} units in steps of {:.6g}, but the picture's depth reaches "
+           "{:.6g}: steps of {:.6g} do",
+           path.string(), kSteps * chosen, chosen, largest, needed);
+    }
+    for (float& value : image.values)
+      value = static_cast<float>(static_cast<double>(value) / (kSteps * chosen));
+    metadata["UnitsPerStep"] = fmt::format("{:.6g}", chosen);
+    metadata["Values"] = fmt::format("steps of {:.6g} units", chosen);
+  }
+  write_16_bit_png(image, path, metadata, progress);
+  return metadata["Values"];
 }
 
 }  // namespace qs

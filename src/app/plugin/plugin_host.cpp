@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: MIT
-#include "app/plugin/plugin_host.h"
-
 #include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <memory>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 
-#include "app/plugin/device_memory.h"
 #include "app/plugin/protocol.h"
 #include "app/plugin/scene_arrays.h"
-#include "app/plugin/shared_memory.h"
 #include "base/fail.h"
 
 namespace qs {
@@ -61,6 +59,99 @@ const QsPlugin& load(const std::string& library) {
     fail("lacks one of its functions open, render and close");
   return *plugin;
 }
+
+// Memory of a GPU for plugins that draw on it. It uses CUDA's driver, loaded when it is first
+// needed, so that a program built without CUDA can measure plugins that use it.
+class DeviceMemory {
+ public:
+  /// Makes the primary context of a GPU current in this thread. Throws Error(device) without a
+  /// driver or such a GPU.
+  explicit DeviceMemory(int device) {
+    check(init_(0), "cuInit");
+    check(get_device_(&device_, device), "cuDeviceGet");
+    Context context = nullptr;
+    check(retain_(&context, device_), "cuDevicePrimaryCtxRetain");
+    check(set_current_(context), "cuCtxSetCurrent");
+  }
+  /// Frees all memory.
+  ~DeviceMemory() {
+    for (const Address address : memory_) free_(address);
+    release_(device_);
+  }
+  DeviceMemory(const DeviceMemory&) = delete;
+  DeviceMemory& operator=(const DeviceMemory&) = delete;
+
+  /// Addresses in device memory, as CUDA's runtime accepts them. They throw Error(device).
+  void* allocate(std::size_t bytes) {
+    Address address = 0;
+    check(allocate_(&address, std::max<std::size_t>(bytes, 1)), "cuMemAlloc");
+    memory_.push_back(address);
+    return reinterpret_cast<void*>(address);
+  }
+  void* copied(const void* host, std::size_t bytes) {
+    void* const memory = allocate(bytes);
+    if (bytes > 0) check(to_device_(address_of(memory), host, bytes), "cuMemcpyHtoD");
+    return memory;
+  }
+  void free(void* memory) {
+    std::erase(memory_, address_of(memory));
+    check(free_(address_of(memory)), "cuMemFree");
+  }
+  void fill(void* memory, std::uint8_t value, std::size_t bytes) {
+    check(fill_(address_of(memory), value, bytes), "cuMemsetD8");
+    check(synchronise_(), "cuCtxSynchronize");
+  }
+  void copy_to_host(const void* memory, void* host, std::size_t bytes) {
+    check(synchronise_(), "cuCtxSynchronize");
+    check(to_host_(host, address_of(memory), bytes), "cuMemcpyDtoH");
+  }
+
+ private:
+  // The part of the driver's binary interface that is used here, as in its API reference.
+  using Result = int;
+  using Device = int;
+  using Context = void*;
+  using Address = unsigned long long;
+
+  /// A function of the driver, as every type of function.
+  struct Function {
+    void* address;
+    template <class Type>
+    operator Type*() const {
+      return reinterpret_cast<Type*>(address);
+    }
+  };
+
+  static void* open_library() {
+    void* const library = dlopen("libcuda.so.1", RTLD_NOW | RTLD_LOCAL);
+    if (library != nullptr) return library;
+    fail(ErrorKind::device, "needs a GPU, but CUDA's driver cannot be loaded: {}", dlerror());
+  }
+  Function find(const char* name) const {
+    void* const address = dlsym(library_.get(), name);
+    if (address == nullptr) fail(ErrorKind::device, "CUDA's driver lacks {}", name);
+    return {address};
+  }
+  static Address address_of(const void* memory) { return reinterpret_cast<Address>(memory); }
+  static void check(Result result, const char* what) {
+    if (result != 0) fail(ErrorKind::device, "CUDA's driver: {}: error {}", what, result);
+  }
+
+  std::unique_ptr<void, int (*)(void*)> library_{open_library(), dlclose};
+  Result (*init_)(unsigned) = find("cuInit");
+  Result (*get_device_)(Device*, int) = find("cuDeviceGet");
+  Result (*retain_)(Context*, Device) = find("cuDevicePrimaryCtxRetain");
+  Result (*release_)(Device) = find("cuDevicePrimaryCtxRelease_v2");
+  Result (*set_current_)(Context) = find("cuCtxSetCurrent");
+  Result (*allocate_)(Address*, std::size_t) = find("cuMemAlloc_v2");
+  Result (*free_)(Address) = find("cuMemFree_v2");
+  Result (*fill_)(Address, unsigned char, std::size_t) = find("cuMemsetD8_v2");
+  Result (*to_device_)(Address, const void*, std::size_t) = find("cuMemcpyHtoD_v2");
+  Result (*to_host_)(void*, Address, std::size_t) = find("cuMemcpyDtoH_v2");
+  Result (*synchronise_)() = find("cuCtxSynchronize");
+  Device device_ = 0;
+  std::vector<Address> memory_;
+};
 
 // The library that was loaded, with the scene that it opened.
 class Host {
@@ -110,7 +201,10 @@ class Host {
                               static_cast<std::size_t>(request.view.height);
     if (bytes != image_memory_.size()) resize_image(bytes);
     // Values that the plugin does not write are NaN.
-    if (request.wants_image != 0) fill_image(0xff);
+    if (request.wants_image != 0) {
+      if (device_) device_->fill(device_image_, 0xff, bytes);
+      std::memset(image_memory_.data(), 0xff, bytes);
+    }
     QsFrame frame = {};
     frame.image = device_ ? static_cast<float*>(device_image_) : image_memory_.floats();
     frame.mark_stages = request.mark_stages;
@@ -131,11 +225,6 @@ class Host {
     if (!device_) return;
     if (device_image_ != nullptr) device_->free(device_image_);
     device_image_ = device_->allocate(bytes);
-  }
-
-  void fill_image(std::uint8_t value) {
-    if (device_) device_->fill(device_image_, value, image_memory_.size());
-    std::memset(image_memory_.data(), value, image_memory_.size());
   }
 
   [[noreturn]] static void refuse(const char* function, std::int32_t code, const char* message) {

@@ -9,10 +9,8 @@
 #include <memory>
 #include <string>
 
-#include <fmt/format.h>
-
-#include "app/plugin/plugin_process.h"
-#include "app/plugin/shared_memory.h"
+#include "app/plugin/protocol.h"
+#include "app/plugin/scene_arrays.h"
 #include "raster/api/renderer.h"
 
 namespace qs {
@@ -23,10 +21,13 @@ struct PluginOptions {
   int timeout_s = 60;  ///< limit of every call
 };
 
+class PluginProcess;
+
 class PluginRenderer final : public Renderer {
  public:
   /// `pool` must outlive the renderer. The plugin may use as many threads as it has.
   PluginRenderer(PluginOptions options, ThreadPool& pool);
+  ~PluginRenderer() override;
 
   /// Starts the process, loads the library and opens the scene. Throws Error(device): "plugin LIB:
   /// what happened", or Error(input) if the library is not a plugin.
@@ -63,8 +64,7 @@ class PluginRenderer final : public Renderer {
   void open(const std::stop_token& stop);
   void take_image(const Camera& camera);
   void take_stats(const PluginReply& reply);
-  template <class... Args>
-  [[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) const;
+  [[noreturn]] void refuse(const std::string& what) const;
 
   PluginOptions options_;
   ThreadPool& pool_;

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "quadsplat/plugin.h"
 
@@ -14,6 +15,11 @@ namespace qs {
 
 /// The argument that makes this program a plugin's process; the library follows.
 inline constexpr const char* kPluginHostCommand = "plugin-host";
+
+/// The process of PluginRenderer: loads a plugin and calls it for every request, until the socket
+/// is closed. A crash of the plugin ends this process and nothing else. Answers the requests at
+/// kPluginSocket and returns the exit code. Throws Error(usage) if there is no such socket.
+int run_plugin_host(const std::string& library);
 
 /// The descriptors of that process.
 enum PluginDescriptor { kPluginSocket = 3, kPluginScene = 4, kPluginImage = 5 };

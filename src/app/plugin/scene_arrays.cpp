@@ -1,12 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include "app/plugin/scene_arrays.h"
 
+#include <algorithm>
+#include <cerrno>
 #include <cstring>
 
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "base/fail.h"
 #include "raster/scene/activated_cloud.h"
 
 namespace qs {
 namespace {
+
+[[noreturn]] void refuse(const char* what, std::size_t bytes) {
+  fail(ErrorKind::device, "plugin: {} bytes of shared memory: {}: {}", bytes, what,
+       std::strerror(errno));
+}
 
 constexpr std::size_t kAlignment = 64;  // alignment of arrays, which plugin.h promises
 
@@ -15,6 +27,33 @@ std::size_t bytes_of(const QsScene& scene, const SceneArray& array) {
 }
 
 }  // namespace
+
+Mapping::Mapping(int descriptor, std::size_t bytes) {
+  if (bytes == 0) return;
+  void* const data = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
+  if (data == MAP_FAILED) refuse("mmap", bytes);
+  data_ = {static_cast<std::byte*>(data), Unmap{bytes}};
+}
+
+void Mapping::Unmap::operator()(std::byte* data) const { munmap(data, bytes); }
+
+SharedMemory::SharedMemory() : file_(memfd_create("quadsplat plugin", MFD_CLOEXEC)) {
+  if (!file_) fail(ErrorKind::device, "plugin: memfd_create: {}", std::strerror(errno));
+}
+
+void SharedMemory::resize(std::size_t bytes) {
+  if (bytes == mapping_.size()) return;
+  mapping_ = {};
+  // The pages are allocated here: if the allocation of a page failed later, the process that
+  // touches the page would be killed.
+  if (ftruncate(file_.get(), 0) != 0) refuse("ftruncate", bytes);
+  const int error = bytes == 0 ? 0 : posix_fallocate(file_.get(), 0, static_cast<off_t>(bytes));
+  if (error != 0) {
+    errno = error;
+    refuse("posix_fallocate", bytes);
+  }
+  mapping_ = Mapping(file_.get(), bytes);
+}
 
 std::vector<SceneArray> scene_arrays(const QsScene& scene) {
   const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(scene.sh_degree));
@@ -68,6 +107,29 @@ QsScene fill_scene(const GaussianCloud& cloud, ThreadPool& pool, SharedMemory& m
     }
   });
   return scene;
+}
+
+QsView view_of(const Camera& camera, const RenderSettings& settings, int sh_degree,
+               bool antialiased) {
+  QsView view = {};
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column)
+      view.view_from_world[4 * row + column] = camera.view_from_world[column][row];
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    view.focal_px[axis] = camera.focal_px[axis];
+    view.center_px[axis] = camera.center_px[axis];
+  }
+  view.near_depth = camera.near_depth;
+  view.dilation_px2 = settings.dilation;
+  for (int channel = 0; channel < 3; ++channel)
+    view.background[channel] = settings.background[channel];
+  view.splat_scale = settings.splat_scale;
+  view.width = camera.width;
+  view.height = camera.height;
+  view.sh_degree = std::min(settings.sh_degree, sh_degree);
+  view.antialiased = settings.antialiased.value_or(antialiased) ? 1 : 0;
+  return view;
 }
 
 }  // namespace qs

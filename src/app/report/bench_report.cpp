@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/report/bench_report.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <type_traits>
@@ -57,14 +56,9 @@ void from_json(const ordered_json& json, std::optional<double>& value) {
   if (json.is_string()) value = std::numeric_limits<double>::infinity();
   if (json.is_number()) value = json.get<double>();
 }
-void from_json(const ordered_json& json, std::optional<std::uint64_t>& value) {
-  if (json.is_number()) value = json_value<std::uint64_t>(json);
-}
-void from_json(const ordered_json& json, std::optional<bool>& value) {
-  if (json.is_boolean()) value = json.get<bool>();
-}
-void from_json(const ordered_json& json, std::optional<std::vector<double>>& value) {
-  if (json.is_array()) json_value(json, value.emplace());
+template <class T>
+void from_json(const ordered_json& json, std::optional<T>& value) {
+  if (!json.is_null()) value = json_value<T>(json);
 }
 template <class T>
 void from_json(const ordered_json& json, T& value) {
@@ -97,10 +91,12 @@ ordered_json paper_fps_json(const BenchReport& report) {
 std::string format_csv(const std::vector<BenchRow>& rows) {
   std::string text;
   const BenchRow header;
-  for_each_column(header, [&](const char* name, const auto&) { text += name + ","s; });
+  for_each_member(kBenchColumns, header,
+                  [&](const char* name, const auto&) { text += name + ","s; });
   text.back() = '\n';
   for (const BenchRow& row : rows) {
-    for_each_column(row, [&](const char*, const auto& value) { text += cell(value) + ","; });
+    for_each_member(kBenchColumns, row,
+                    [&](const char*, const auto& value) { text += cell(value) + ","; });
     text.back() = '\n';
   }
   return text;
@@ -129,8 +125,8 @@ ordered_json rows_json(const std::vector<BenchRow>& rows) {
   for (const BenchRow& row : rows) {
     ordered_json& json = list.emplace_back(ordered_json::object());
     const auto add = [&](const char* name, const auto& value) { json[name] = to_json(value); };
-    for_each_column(row, add);
-    for_each_detail(row, add);
+    for_each_member(kBenchColumns, row, add);
+    for_each_member(kBenchDetails, row, add);
   }
   return list;
 }
@@ -144,8 +140,8 @@ std::vector<BenchRow> read_rows(const ordered_json& list) {
       if (is_optional<std::remove_reference_t<decltype(value)>> && !from.contains(name)) return;
       from_json(from.at(name), value);
     };
-    for_each_column(row, take);
-    for_each_detail(row, take);
+    for_each_member(kBenchColumns, row, take);
+    for_each_member(kBenchDetails, row, take);
   }
   return rows;
 }

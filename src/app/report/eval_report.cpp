@@ -2,10 +2,12 @@
 #include "app/report/eval_report.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
+#include <tuple>
 
-#include "app/report/stats_file.h"
+#include <fmt/format.h>
+
+#include "app/report/environment.h"
 #include "base/fail.h"
 #include "base/json_of.h"
 #include "base/text.h"
@@ -30,6 +32,10 @@ void add_lpips(const std::optional<LpipsValues>& lpips, ordered_json& entry) {
   entry["lpips"] = lpips->symmetric;
 }
 
+nlohmann::ordered_json quality_json(const PictureQuality& q) {
+  return {{"view", q.view}, {"psnr", finite_or_null(q.psnr)}, {"ssim", q.ssim}, {"flip", q.flip}};
+}
+
 }  // namespace
 
 std::string ssim_method(SsimBorder border) {
@@ -41,8 +47,7 @@ std::string ssim_method(SsimBorder border) {
 std::vector<MeanQuality> mean_qualities(const std::vector<EvaluatedView>& rows) {
   std::vector<MeanQuality> means;
   for (const EvaluatedView& row : rows) {
-    auto mean = std::find_if(means.begin(), means.end(),
-                             [&](const MeanQuality& other) { return other.mode == row.mode; });
+    auto mean = std::ranges::find(means, row.mode, &MeanQuality::mode);
     if (mean == means.end()) mean = means.insert(means.end(), {row.mode, 0, 0, 0, LpipsValues{}});
     mean->views += 1;
     mean->psnr += row.psnr;
@@ -159,6 +164,57 @@ void write_eval_report(const EvalReport& report, const std::filesystem::path& fo
     write_text(hidden / "eval.csv", format_eval_csv(report));
     write_text(hidden / "eval.json", format_eval_json(report));
   });
+}
+
+void sort_worst_first(std::vector<PictureQuality>& views) {
+  std::ranges::sort(views, {}, [](const PictureQuality& q) { return std::tie(q.psnr, q.view); });
+}
+
+std::string format_judgement_table(const Judgement& judgement) {
+  const PictureQuality mean = mean_quality(judgement.views);
+  std::size_t width = mean.view.size();
+  for (const PictureQuality& view : judgement.views) width = std::max(width, view.view.size());
+  std::string text =
+      fmt::format("{:{}}  {:>7}  {:>6}  {:>6}\n", "view", width, "PSNR dB", "SSIM", "FLIP");
+  const auto line = [&](const PictureQuality& q) {
+    text += fmt::format("{:{}}  {:>7}  {:6.4f}  {:6.4f}\n", q.view, width, decibels(q.psnr), q.ssim,
+                        q.flip);
+  };
+  for (const PictureQuality& view : judgement.views) line(view);
+  line(mean);
+  return text;
+}
+
+std::string format_judgement_csv(const Judgement& judgement) {
+  std::string text = "truth,judged,view,width,height,psnr,ssim,flip\n";
+  for (const PictureQuality& q : judgement.views) {
+    text += fmt::format("{},{},{},{},{},{:.6f},{:.8f},{:.8f}\n", csv_field(judgement.truth),
+                        csv_field(judgement.judged), csv_field(q.view), q.width, q.height, q.psnr,
+                        q.ssim, q.flip);
+  }
+  return text;
+}
+
+std::string format_judgement_json(const Judgement& judgement) {
+  auto views = nlohmann::ordered_json::array();
+  for (const PictureQuality& q : judgement.views) {
+    views.push_back(quality_json(q));
+    views.back()["width"] = q.width;
+    views.back()["height"] = q.height;
+  }
+  auto mean = quality_json(mean_quality(judgement.views));
+  mean.erase("view");
+  return json_file_text({{"truth", judgement.truth},
+                         {"judged", judgement.judged},
+                         {"environment", judgement.environment},
+                         {"method", judgement.method},
+                         {"mean", mean},
+                         {"views", views}});
+}
+
+void write_judgement(const Judgement& judgement, const std::filesystem::path& folder) {
+  write_text(folder / "judge.csv", format_judgement_csv(judgement));
+  write_text(folder / "judge.json", format_judgement_json(judgement));
 }
 
 }  // namespace qs

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // Image quality as a table, as CSV with one row per view and mode, and as JSON with everything
-// needed to repeat the evaluation. Columns and entries of LPIPS exist only if it was computed.
+// needed to repeat the evaluation. Of photographs:
 //   {"environment": {...}, "scene": {...}, "method": {...}, "view_count": 13, "means": [...],
 //    "views": [...]}
-// Means are over the views. The PSNR of equal pictures is "inf", null in JSON.
+// Columns and entries of LPIPS exist only if it was computed. Means are over the views. Of pictures
+// of many views and the true pictures, the worst view first:
+//   {"truth": "plush.spz", "judged": "plush.splat", "environment": {...}, "method": {...},
+//    "mean": {...}, "views": [{"view": "7", "psnr": 41.2, "ssim": 0.99, "flip": 0.01, ...}, ...]}
+// The PSNR of equal pictures is "inf", null in JSON.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +19,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/inspect/picture_pair.h"
 #include "raster/kernel/cull/mode.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/image_metrics.h"
@@ -68,5 +73,21 @@ EvalReport parse_eval_report(const nlohmann::ordered_json& json);
 
 /// Writes eval.csv and eval.json; creates the folder if needed.
 void write_eval_report(const EvalReport& report, const std::filesystem::path& folder);
+
+struct Judgement {
+  std::string truth, judged;                   ///< the names of the two sides
+  nlohmann::ordered_json environment, method;  ///< null without a scene; the method of comparison
+  std::vector<PictureQuality> views;
+};
+
+/// Sorts the views by PSNR, the worst first; views with equal PSNR by name.
+void sort_worst_first(std::vector<PictureQuality>& views);
+
+std::string format_judgement_table(const Judgement& judgement);
+std::string format_judgement_csv(const Judgement& judgement);
+std::string format_judgement_json(const Judgement& judgement);
+
+/// Writes judge.csv and judge.json to an existing folder.
+void write_judgement(const Judgement& judgement, const std::filesystem::path& folder);
 
 }  // namespace qs

@@ -10,9 +10,8 @@
 #include <fmt/format.h>
 
 #include "app/measure/noise.h"
-#include "app/measure/number_text.h"
-#include "app/report/clock_report.h"
-#include "app/report/plugin_report.h"
+#include "app/measure/statistics.h"
+#include "app/report/environment.h"
 #include "base/text.h"
 #include "raster/api/renderer.h"
 
@@ -37,27 +36,9 @@ std::optional<double> weighted_mean(const std::vector<const Row*>& rows, const V
   const double weight = 1.0 / static_cast<double>(rows.size());
   double sum = 0;
   for (const Row* row : rows) {
-    const std::optional<double> value = std::invoke(value_of, *row);
+    const auto value = std::invoke(value_of, *row);
     if (!value) return std::nullopt;
-    sum += weight * *value;
-  }
-  return sum;
-}
-
-std::optional<double> real(std::optional<std::uint64_t> count) {
-  return count ? std::optional(static_cast<double>(*count)) : std::nullopt;
-}
-
-bool has_noisy_time(const ModeMean& mean) {
-  return mean.ms_spread && *mean.ms_spread > kNoisySpread * mean.ms;
-}
-
-// The sum of the frames of all rows; unset if a row lacks them.
-std::optional<std::uint64_t> all_frames(const std::vector<const BenchRow*>& rows) {
-  std::uint64_t sum = 0;
-  for (const BenchRow* row : rows) {
-    if (!row->frames) return std::nullopt;
-    sum += *row->frames;
+    sum += weight * static_cast<double>(*value);
   }
   return sum;
 }
@@ -88,9 +69,9 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
     if (!row->repeats) mean.repeats.reset();
     if (mean.repeats) mean.repeats = *mean.repeats && *row->repeats;
   }
-  mean.sort_bytes = weighted_mean(rows, [](const BenchRow& row) { return real(row.sort_bytes); });
+  mean.sort_bytes = weighted_mean(rows, &BenchRow::sort_bytes);
   mean.ms_spread = weighted_mean(rows, spread_ms);
-  mean.noisy = mean_noise > kNoiseTolerance || has_noisy_time(mean);
+  mean.noisy = mean_noise > kNoiseTolerance || is_noisy_spread(mean.ms_spread, mean.ms);
   mean.enough_frames = are_enough_frames(all_frames(rows));
   mean.psnr = mean_of_column(rows, &BenchRow::psnr_vs_reference);
   mean.ssim = mean_of_column(rows, &BenchRow::ssim_vs_reference);
@@ -100,9 +81,13 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   return mean;
 }
 
+bool has_paper_fps(const std::vector<ModeMean>& means) {
+  return std::any_of(means.begin(), means.end(),
+                     [](const ModeMean& mean) { return mean.fps_paper.has_value(); });
+}
+
 std::string table(const std::vector<ModeMean>& means, const std::string& baseline) {
-  const bool paper = std::any_of(means.begin(), means.end(),
-                                 [](const ModeMean& mean) { return mean.fps_paper.has_value(); });
+  const bool paper = has_paper_fps(means);
   std::string text = fmt::format(
       "| mode | Gaussians | PSNR dB | ms | FPS |{} vs {} | pairs | sort bytes |\n"
       "|---|---:|---:|---:|---:|{}---:|---:|---:|\n",
@@ -198,21 +183,26 @@ std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::s
   return means;
 }
 
+std::vector<std::string> different(const std::vector<ModeMean>& means,
+                                   std::string ModeMean::*member) {
+  std::vector<std::string> words;
+  for (const ModeMean& mean : means) add_new(words, mean.*member);
+  return words;
+}
+
 std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
   std::vector<ModeMean> result;
-  for (const ModeMean& first : means) {
-    if (std::any_of(result.begin(), result.end(),
-                    [&](const ModeMean& other) { return other.label == first.label; }))
-      continue;
+  for (const std::string& label : different(means, &ModeMean::label)) {
     std::vector<const ModeMean*> rows;
     for (const ModeMean& row : means) {
-      if (row.label == first.label) rows.push_back(&row);
+      if (row.label == label) rows.push_back(&row);
     }
+    const ModeMean& first = *rows.front();
     ModeMean& mean = result.emplace_back();
     mean.scene = "mean";
     mean.mode = first.mode;
     mean.pipeline = first.pipeline;
-    mean.label = first.label;
+    mean.label = label;
     mean.plugin = first.plugin;
     const double weight = 1.0 / static_cast<double>(rows.size());
     std::vector<double> ratios;
@@ -246,8 +236,7 @@ std::string format_markdown(const BenchReport& report) {
       measured_on(report.environment), report.environment.value("backend", "?"),
       report.environment.value("commit", "?"), report.environment.value("utc", "?"),
       100 * kNoisySpread, 100 * kNoiseTolerance);
-  if (std::any_of(means.begin(), means.end(),
-                  [](const ModeMean& mean) { return mean.fps_paper.has_value(); })) {
+  if (has_paper_fps(means)) {
     text +=
         "\nFPS (paper) is computed as in the published script: after 5 views to warm up, every "
         "view is drawn once, and 1000 is divided by the mean time in milliseconds.\n";
@@ -261,32 +250,29 @@ std::string format_markdown(const BenchReport& report) {
         "no ratio.\n",
         baseline, kFewestFrames);
   }
-  std::size_t scenes = 0;
-  for (std::size_t begin = 0; begin < means.size(); ++scenes) {
+  const std::vector<std::string> scenes = different(means, &ModeMean::scene);
+  for (const std::string& name : scenes) {
     std::vector<ModeMean> scene;
     for (const ModeMean& mean : means) {
-      if (mean.scene == means[begin].scene) scene.push_back(mean);
+      if (mean.scene == name) scene.push_back(mean);
     }
     std::vector<std::string> cameras, sizes;
     for (const BenchRow& row : report.rows) {
-      if (row.scene != scene.front().scene) continue;
+      if (row.scene != name) continue;
       add_new(cameras, row.camera);
       add_new(sizes, fmt::format("{} x {}", row.width, row.height));
     }
-    text += fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", markdown_text(scene.front().scene),
-                        cameras.size(), cameras.size() == 1 ? "" : "s", joined(sizes, ", "),
-                        table(scene, baseline));
+    text +=
+        fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", markdown_text(name), cameras.size(),
+                    cameras.size() == 1 ? "" : "s", joined(sizes, ", "), table(scene, baseline));
     text += quality_table(scene);
-    if (report.environment.contains("baseline"))
-      text += camera_table(ratios, scene.front().scene, baseline);
-    begin += scene.size();
+    if (report.environment.contains("baseline")) text += camera_table(ratios, name, baseline);
   }
-  if (scenes > 1) {
+  if (scenes.size() > 1) {
     text += fmt::format(
         "\n## Mean of {} scenes\n\nFPS is computed from the mean time{}; the ratio is the "
-        "geometric "
-        "mean over the scenes.\n\n{}",
-        scenes,
+        "geometric mean over the scenes.\n\n{}",
+        scenes.size(),
         means.front().fps_paper ? ", FPS (paper) is the mean of the scenes' FPS (paper)" : "",
         table(over_scenes(means), baseline));
   }

@@ -38,6 +38,10 @@ struct ModeMean {
 /// One entry per scene and mode, in the order of their first rows.
 std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::string& baseline);
 
+/// The different texts of a member, in the order of their first entries.
+std::vector<std::string> different(const std::vector<ModeMean>& means,
+                                   std::string ModeMean::*member);
+
 /// Means over the scenes, one entry per label, in the order of their first entries. Values are
 /// arithmetic means. The ratio is a geometric mean without an interval, because scenes are chosen
 /// and not a random sample of all scenes.

@@ -2,15 +2,13 @@
 #include "app/report/merge.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cstdint>
 #include <set>
 #include <tuple>
 #include <vector>
 
 #include "app/report/bench_report.h"
-#include "app/report/clock_report.h"
-#include "app/report/plugin_report.h"
+#include "app/report/environment.h"
 #include "base/fail.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
@@ -55,6 +53,8 @@ constexpr Fact kFacts[] = {
      nullptr},
 };
 
+std::uint64_t view_of(const ordered_json& row) { return json_value<std::uint64_t>(row.at("view")); }
+
 void require_equal(std::span<const ReportPart> parts, const Fact& fact, bool mixed,
                    ordered_json& environment) {
   std::vector<std::string> words;
@@ -85,7 +85,7 @@ void forget_shard(ordered_json& environment) {
 ReportPart read_report_part(const std::filesystem::path& file, const char* rows) try {
   ordered_json report = parse_own_json(read_text_file(file, kMaxReportBytes));
   for (const ordered_json& row : report.at(rows)) {
-    json_value<std::uint64_t>(row.at("view"));
+    view_of(row);
     row.at("mode").get<std::string>();
   }
   for (const Fact& fact : kFacts) fact.of(report);
@@ -95,25 +95,21 @@ ReportPart read_report_part(const std::filesystem::path& file, const char* rows)
 }
 
 ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, bool mixed) {
-  assert(!parts.empty());
   ordered_json merged = parts.front().report;
   for (const Fact& fact : kFacts) require_equal(parts, fact, mixed, merged["environment"]);
   forget_shard(merged["environment"]);
   std::vector<ordered_json> environments;
   for (const ReportPart& part : parts) environments.push_back(part.report.at("environment"));
-  merge_clocks(environments, merged["environment"]);
-  merge_plugins(environments, merged["environment"]);
+  merge_environments(environments, merged["environment"]);
   std::vector<ordered_json> all;
   for (const ReportPart& part : parts) {
     const ordered_json& list = part.report.at(rows);
     all.insert(all.end(), list.begin(), list.end());
   }
-  std::stable_sort(all.begin(), all.end(), [](const ordered_json& a, const ordered_json& b) {
-    return json_value<std::uint64_t>(a["view"]) < json_value<std::uint64_t>(b["view"]);
-  });
+  std::ranges::stable_sort(all, {}, view_of);
   std::set<std::tuple<std::uint64_t, std::string, std::string>> seen;
   for (const ordered_json& row : all) {
-    const auto view = json_value<std::uint64_t>(row["view"]);
+    const std::uint64_t view = view_of(row);
     const auto mode = row["mode"].get<std::string>();
     if (!seen.emplace(view, mode, row.value("pipeline", "")).second) {
       fail("merge: view {}, mode {}, is in two of the parts", view, mode);
@@ -126,8 +122,7 @@ ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, 
 std::string missing_views(const ordered_json& report, const char* rows) {
   constexpr std::uint64_t kNamed = 8;
   std::set<std::uint64_t> measured;
-  for (const ordered_json& row : report.at(rows))
-    measured.insert(json_value<std::uint64_t>(row["view"]));
+  for (const ordered_json& row : report.at(rows)) measured.insert(view_of(row));
   const auto count = json_value<std::uint64_t>(report.at("view_count"));
   if (measured.size() >= count) return "";
   const std::uint64_t missing = count - measured.size();

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/framing/huge_gaussians.h"
+#include "app/framing/scene_box.h"
 #include "base/json_of.h"
 #include "base/text.h"
 

@@ -2,7 +2,6 @@
 #include "app/report/scene_study.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "app/measure/measure.h"
 #include "app/measure/statistics.h"
@@ -79,40 +78,6 @@ void bin_gaussians(const Frame& frame, std::size_t view, glm::ivec2 size, SceneS
   study.visible += trace.gaussians.size();
 }
 
-// Adds the frames of one view and tile size, mode by mode.
-class ModeSums {
- public:
-  ModeSums(glm::ivec2 size, ThreadPool& pool, std::stop_token stop)
-      : size_(size), pool_(pool), stop_(std::move(stop)) {}
-
-  void add(CullMode which, const Frame& frame, ModeStudy& mode) {
-    mode.pairs += frame.stats.tile_pairs;
-    const PairUses uses = uses_of(which, frame);
-    mode.uses.used += uses.used;
-    mode.uses.hidden += uses.hidden;
-    mode.uses.empty += uses.empty;
-    mode.loads.insert(mode.loads.end(), frame.pairs.begin(), frame.pairs.end());
-  }
-
- private:
-  // Lossless modes list the same pairs that reach a pixel, and draw the same picture. So they
-  // differ only in the number of empty pairs, and only one lossless mode is examined.
-  PairUses uses_of(CullMode which, const Frame& frame) {
-    if (!row_of(which).lossless) return sum_up(pair_uses(frame, size_, pool_, stop_));
-    if (!examined_) lossless_ = sum_up(pair_uses(frame, size_, pool_, stop_));
-    examined_ = true;
-    PairUses uses = lossless_;
-    uses.empty = frame.stats.tile_pairs - uses.used - uses.hidden;
-    return uses;
-  }
-
-  glm::ivec2 size_;
-  ThreadPool& pool_;
-  std::stop_token stop_;
-  bool examined_ = false;  // a lossless mode
-  PairUses lossless_;
-};
-
 void add_times(Renderer& renderer, const Camera& camera, RenderSettings settings,
                const std::stop_token& stop, SceneStudy& study) {
   const std::vector<CullMode> modes = all_modes();
@@ -140,9 +105,7 @@ SceneStudy study_scene(Renderer& cpu, std::span<const Camera> views, RenderSetti
   SceneStudy study;
   study.views = views.size();
   study.binned.resize(std::size(kGaussianQuantities));
-  Outputs outputs;
-  outputs.color = false;
-  outputs.trace = outputs.pairs = true;
+  const Outputs outputs{.color = false, .pairs = true, .trace = true};
   const std::size_t steps = views.size() * kTileSizes.size() * kCullerCount;
   std::size_t step = 0;
   for (std::size_t view = 0; view < views.size(); ++view) {
@@ -150,15 +113,28 @@ SceneStudy study_scene(Renderer& cpu, std::span<const Camera> views, RenderSetti
     add_times(cpu, camera, settings, progress.stop, study);
     for (std::size_t size = 0; size < kTileSizes.size(); ++size) {
       settings.tile_px = kTileSizes[size];
-      ModeSums sums({camera.width, camera.height}, pool, progress.stop);
+      const glm::ivec2 pixels(camera.width, camera.height);
+      std::optional<PairUses> of_lossless;
       for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode, ++step) {
         progress.update(static_cast<float>(step) / static_cast<float>(steps));
         const Frame& frame = cpu.render(camera, settings, outputs, HostImage{}, progress.stop);
         study.gaussians = frame.stats.gaussians;
         if (settings.mode == k3dgs && settings.tile_px == kTileSize)
-          bin_gaussians(frame, view, {camera.width, camera.height}, study);
-        sums.add(settings.mode, frame,
-                 study.modes[size][static_cast<std::size_t>(settings.mode - 1)]);
+          bin_gaussians(frame, view, pixels, study);
+        // Lossless modes list the same pairs that reach a pixel, and draw the same picture. So they
+        // differ only in the number of empty pairs, and only one lossless mode is examined.
+        const bool lossless = row_of(settings.mode).lossless;
+        PairUses uses = lossless && of_lossless
+                            ? *of_lossless
+                            : sum_up(pair_uses(frame, pixels, pool, progress.stop));
+        if (lossless) of_lossless = uses;
+        uses.empty = frame.stats.tile_pairs - uses.used - uses.hidden;
+        ModeStudy& mode = study.modes[size][static_cast<std::size_t>(settings.mode - 1)];
+        mode.pairs += frame.stats.tile_pairs;
+        mode.uses.used += uses.used;
+        mode.uses.hidden += uses.hidden;
+        mode.uses.empty += uses.empty;
+        mode.loads.insert(mode.loads.end(), frame.pairs.begin(), frame.pairs.end());
       }
     }
   }

@@ -2,18 +2,17 @@
 //
 // The cost of the views of a scene: the visible Gaussians, the pairs that each mode saves on them,
 // the uses of the pairs and their distribution over the tiles, for several tile sizes. All numbers
-// are sums over the views; study_page and study_plots present them. To add a quantity by which
-// Gaussians are grouped: a row in kGaussianQuantities.
+// are sums over the views; study_page presents them. To add a quantity by which Gaussians are
+// grouped: a row in kGaussianQuantities.
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "app/inspect/gaussian.h"
-#include "app/inspect/pair_use.h"
+#include "app/inspect/pixel.h"
 #include "raster/kernel/cull/table.h"
 
 namespace qs {

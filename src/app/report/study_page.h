@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A study as an HTML page for readers who do not know this program.
+// A study as an HTML page for readers who do not know this program, and its plots, see plot.h.
 #pragma once
 
 #include <string>
@@ -8,9 +8,16 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "app/report/plot.h"
 #include "app/report/scene_study.h"
 
 namespace qs {
+
+/// Their names: "uses", "sizes", "loads", and for every quantity "count_KEY" and "saved_KEY".
+std::vector<Plot> study_plots(const SceneStudy& study, const std::string& caption);
+
+/// "1.25-1.5", "20+", "<1.25": the label of a bin.
+std::string bin_label(const GaussianQuantity& quantity, std::size_t bin);
 
 struct CaptionedImage {
   Image image;

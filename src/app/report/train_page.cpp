@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/report/train_page.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -18,12 +17,6 @@ namespace {
 constexpr const char* kAxes =
     "set xlabel \"iterations\"\nset xrange [0:*]\nset format x \"%.0f\"\nset yrange [{}]\n"
     "set key off\nset ylabel {}\n";
-
-std::string caption_of(const TrainSettings& settings, const TrainLog& log) {
-  return fmt::format("{}, culling mode {}; {} iterations in {:.0f} s", settings.strategy,
-                     mode_name(settings.mode),
-                     grouped(static_cast<std::uint64_t>(log.rows.back().iteration)), log.seconds);
-}
 
 std::vector<std::vector<std::string>> evaluations(const TrainLog& log) {
   std::vector<std::vector<std::string>> table = {
@@ -69,7 +62,9 @@ std::vector<Plot> train_plots(const TrainLog& log, const std::string& caption) {
 std::string write_train_page(const std::filesystem::path& folder, const TrainSettings& settings,
                              const TrainLog& log) {
   if (log.rows.empty()) return "";
-  const std::string caption = caption_of(settings, log);
+  const std::string caption = fmt::format(
+      "{}, culling mode {}; {} iterations in {:.0f} s", settings.strategy, mode_name(settings.mode),
+      grouped(static_cast<std::uint64_t>(log.rows.back().iteration)), log.seconds);
   const std::vector<Plot> plots = train_plots(log, caption);
   const auto place = folder / "plots";
   make_folder(place);

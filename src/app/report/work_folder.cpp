@@ -7,7 +7,8 @@
 
 namespace qs {
 
-WorkFolder::WorkFolder() try : folder_(std::filesystem::temp_directory_path() / "quadsplat-") {
+WorkFolder::WorkFolder() try
+    : UnfinishedFolder(std::filesystem::temp_directory_path() / "quadsplat-") {
 } catch (const std::filesystem::filesystem_error& error) {
   fail("{}: no temporary folder can be created: {}", error.path1().string(),
        error.code().message());

@@ -3,21 +3,14 @@
 // A new folder among the system's temporary files. The destructor deletes it.
 #pragma once
 
-#include <filesystem>
-
 #include "base/temporaries.h"
 
 namespace qs {
 
-class WorkFolder {
+class WorkFolder : public UnfinishedFolder {
  public:
   /// Throws Error(input) if the folder cannot be created.
   WorkFolder();
-
-  const std::filesystem::path& path() const { return folder_.path(); }
-
- private:
-  UnfinishedFolder folder_;
 };
 
 }  // namespace qs

@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes the folder of a benchmark: bench.csv, ratios.csv, bench.json, bench.md and the plots.
+// Writes the folder of a benchmark: bench.csv, ratios.csv, bench.json, bench.md and the plots: FPS
+// per mode with the range of the rounds, stacked stage times, pairs per mode, and frame time
+// against the number of Gaussians if one scene was measured at several sizes.
 #pragma once
 
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "app/report/bench_report.h"
+#include "app/report/plot.h"
 
 namespace qs {
+
+/// `scaling`: the scenes are one scene at several sizes; adds the plot "scaling".
+std::vector<Plot> bench_plots(const BenchReport& report, bool scaling);
 
 /// Creates the folder if needed; all files appear in it or none. Returns one sentence if the plots
 /// could not be drawn, else "".

@@ -1,42 +1,114 @@
 // SPDX-License-Identifier: MIT
 #include "app/report/zoom_bundle.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "app/measure/camera_path.h"
 #include "app/measure/noise.h"
+#include "app/measure/scene_facts.h"
+#include "app/picture/legend.h"
+#include "app/report/environment.h"
 #include "base/fail.h"
 #include "base/json_of.h"
+#include "base/progress_bar.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
+#include "io/bytes/replace_file.h"
+#include "io/bytes/text_file.h"
 #include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
 
 namespace qs {
 namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json settings_json(const RenderSettings& settings) {
-  return {{"sh_degree", settings.sh_degree},
-          {"splat_scale", settings.splat_scale},
-          {"background", json_of(settings.background)},
-          {"antialiased", json_of(settings.antialiased)}};
-}
-
 template <class Vector>
 void read_vector(const ordered_json& json, Vector& vector) {
   for (int c = 0; c < 3; ++c) json.at(static_cast<std::size_t>(c)).get_to(vector[c]);
 }
 
-RenderSettings read_settings(const ordered_json& json) {
-  RenderSettings settings;
-  json_value(json.at("sh_degree"), settings.sh_degree);
-  json.at("splat_scale").get_to(settings.splat_scale);
-  read_vector(json.at("background"), settings.background);
-  if (!json.at("antialiased").is_null()) settings.antialiased = json["antialiased"].get<bool>();
-  return settings;
+constexpr double kRoundingSlack = 1e-9;  ///< relative slack when ticks are compared
+
+// Columns of a mode's data block.
+enum Column { kZoom = 1, kFps, kFpsLow, kFpsHigh, kMs, kMsLow, kMsHigh, kPairs };
+
+std::string blocks(const ZoomBundle& bundle) {
+  std::string text;
+  for (std::size_t m = 0; m < bundle.modes.size(); ++m) {
+    std::vector<std::string> lines;
+    for (std::size_t i = m; i < bundle.rows.size(); i += bundle.modes.size()) {
+      const BenchRow& row = bundle.rows[i];
+      lines.push_back(fmt::format("{} {} {} {} {} {} {} {}",
+                                  zoom_factor(row, bundle.steps, bundle.closest), row.fps_median,
+                                  1000 / row.ms_p95, 1000 / row.ms_p05, row.ms_median, row.ms_p05,
+                                  row.ms_p95, static_cast<double>(row.pairs) / 1e6));
+    }
+    text += data_block(fmt::format("mode{}", m), lines);
+  }
+  return text;
+}
+
+// Bands come first, so that all curves are drawn over them. quadbox-naive lists the same pairs as
+// quadbox: its wider curve stays visible under the other.
+std::string curves(const ZoomBundle& bundle, int column, bool band) {
+  std::vector<std::string> bands, lines;
+  for (std::size_t m = 0; m < bundle.modes.size(); ++m) {
+    const std::string mode = mode_name(bundle.modes[m]);
+    bands.push_back(fmt::format(
+        "$mode{} using {}:{}:{} with filledcurves {} fillstyle transparent solid 0.2 noborder "
+        "notitle",
+        m, static_cast<int>(kZoom), column + 1, column + 2, mode_color_option(mode)));
+    lines.push_back(
+        fmt::format("$mode{} using {}:{} with linespoints linewidth {} pointtype {} pointsize 1.3 "
+                    "pointinterval {} {}",
+                    m, static_cast<int>(kZoom), column, mode == "quadbox-naive" ? 4.0 : 1.8,
+                    mode_marker(mode), std::max(1, bundle.steps / 8), mode_options(mode, mode)));
+  }
+  if (band) lines.insert(lines.begin(), bands.begin(), bands.end());
+  return plot_command(lines);
+}
+
+// The noisy steps are named below the axis, where there is room for all modes.
+std::string x_axis(const ZoomBundle& bundle) {
+  const double most = 1 / bundle.closest;
+  std::vector<std::string> ticks;
+  for (const AxisTick& tick : zoom_ticks(most))
+    ticks.push_back(fmt::format("{} {}", quoted(tick.text), tick.value));
+  const std::string noisy = noisy_steps(bundle.rows);
+  return fmt::format(
+      "set logscale x 2\nset yrange [0:*]\nset xrange [1:{}]\nset xtics ({})\n"
+      "set xlabel \"zoom (first distance to the target / distance)\"{}\n",
+      most, joined(ticks, ", "),
+      noisy.empty() ? "" : " . \"\\n\" . " + quoted("noisy steps: " + noisy));
+}
+
+// "; medians of 20 frames"
+std::string frames_note(const std::vector<BenchRow>& rows) {
+  const std::uint64_t frames = frames_per_point(rows);
+  if (frames == 0) return "";
+  return frames == 1 ? "; single frames" : fmt::format("; medians of {} frames", frames);
+}
+
+// The distance of round ticks: 1, 2 or 5 times a power of ten, at most `steps` of them up to
+// `most`.
+double tick_step(double most, double steps) {
+  const double rough = most / steps;
+  return round_step(rough, [&](double step) { return step >= rough * (1 - kRoundingSlack); });
+}
+
+int decimals_of(double step) {
+  return std::max(0, -static_cast<int>(std::floor(std::log10(step) + kRoundingSlack)));
 }
 
 }  // namespace
 
 std::string format_zoom_json(const ZoomBundle& bundle) {
+  const RenderSettings& settings = bundle.settings;
   ordered_json modes = ordered_json::array();
   for (const CullMode mode : bundle.modes) modes.push_back(mode_name(mode));
   ordered_json json = {{"environment", bundle.environment},
@@ -47,7 +119,11 @@ std::string format_zoom_json(const ZoomBundle& bundle) {
                        {"steps", bundle.steps},
                        {"closest", bundle.closest},
                        {"modes", modes},
-                       {"settings", settings_json(bundle.settings)},
+                       {"settings",
+                        {{"sh_degree", settings.sh_degree},
+                         {"splat_scale", settings.splat_scale},
+                         {"background", json_of(settings.background)},
+                         {"antialiased", json_of(settings.antialiased)}}},
                        {"noisy_steps", noisy_steps(bundle.rows)},
                        {"rows", rows_json(bundle.rows)}};
   return json_file_text(json);
@@ -71,7 +147,12 @@ ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
     if (mode < 0) fail("{}: there is no mode {}", path.string(), json_line(name));
     bundle.modes.push_back(mode);
   }
-  bundle.settings = read_settings(json.at("settings"));
+  const ordered_json& settings = json.at("settings");
+  json_value(settings.at("sh_degree"), bundle.settings.sh_degree);
+  settings.at("splat_scale").get_to(bundle.settings.splat_scale);
+  read_vector(settings.at("background"), bundle.settings.background);
+  if (const ordered_json& antialiased = settings.at("antialiased"); !antialiased.is_null())
+    bundle.settings.antialiased = antialiased.get<bool>();
   bundle.rows = read_rows(json.at("rows"));
   return bundle;
 } catch (const nlohmann::json::exception& error) {
@@ -94,6 +175,130 @@ std::vector<std::string> count_differences(const std::vector<BenchRow>& recorded
                                     was.visible));
   }
   return sentences;
+}
+
+std::uint64_t frames_per_point(const std::vector<BenchRow>& rows) {
+  if (rows.empty()) return 0;
+  std::uint64_t fewest = rows.front().frames.value_or(0);
+  for (const BenchRow& row : rows) fewest = std::min(fewest, row.frames.value_or(0));
+  return fewest;
+}
+
+bool has_bands(const std::vector<BenchRow>& rows) {
+  return frames_per_point(rows) >= kFewestBandFrames;
+}
+
+double zoom_factor(const BenchRow& row, int steps, double closest) {
+  return std::pow(closest, -static_cast<double>(row.view) / (steps - 1));
+}
+
+std::vector<AxisTick> zoom_ticks(double most) {
+  constexpr double kFewestOctaves = 2;  // below it the distances are round, not the ratios
+  const double end = most * (1 + kRoundingSlack);
+  std::vector<AxisTick> ticks;
+  if (most < kFewestOctaves) {
+    const double step = tick_step(most - 1, 4);
+    for (int i = 0; 1 + i * step <= end; ++i)
+      ticks.push_back({1 + i * step, fmt::format("{:.{}f}x", 1 + i * step, decimals_of(step))});
+    return ticks;
+  }
+  for (double power = 1; power <= end; power *= 10) {
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      if (factor * power <= end)
+        ticks.push_back({factor * power, fmt::format("{:.0f}x", factor * power)});
+    }
+  }
+  return ticks;
+}
+
+std::vector<AxisTick> round_ticks(double most) {
+  constexpr double kMostSteps = 5;
+  const double step = tick_step(most, kMostSteps);
+  const int count = std::max(1, static_cast<int>(std::ceil(most / step * (1 - kRoundingSlack))));
+  std::vector<AxisTick> ticks;
+  for (int i = 0; i <= count; ++i)
+    ticks.push_back({i * step, fmt::format("{:.{}f}", i * step, decimals_of(step))});
+  return ticks;
+}
+
+std::vector<Plot> zoom_plots(const ZoomBundle& bundle) {
+  if (bundle.rows.empty()) return {};
+  const BenchRow& row = bundle.rows.front();
+  const std::string caption = fmt::format("{}; {} x {}; {}", row.scene, row.width, row.height,
+                                          measured_on(bundle.environment)) +
+                              pipeline_note(bundle.rows) + frames_note(bundle.rows);
+  const bool bands = has_bands(bundle.rows);
+  const std::string note = bands ? " (band: 5-95 % of the frames)" : "";
+  const auto plot = [&](const char* name, const std::string& title, const char* label, int column,
+                        bool band) {
+    return Plot{name, title, caption,
+                blocks(bundle) + x_axis(bundle) + fmt::format("set ylabel {}\n", quoted(label)) +
+                    curves(bundle, column, band)};
+  };
+  return {plot("zoom_fps", "Frames per second while zooming in" + note, "frames per second", kFps,
+               bands),
+          plot("zoom_ms", "Frame time while zooming in" + note, "time per frame (ms)", kMs, bands),
+          plot("zoom_pairs", "Tile pairs while zooming in", "pairs (millions)", kPairs, false)};
+}
+
+ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 target) {
+  ZoomBundle bundle;
+  bundle.scene = std::filesystem::absolute(session.scene->path);
+  bundle.scene_hash = file_hash(session.scene->path);
+  bundle.start = start;
+  bundle.target = target;
+  bundle.settings = session.settings;
+  bundle.environment = environment_json(session);
+  bundle.modes = all_modes();
+  return bundle;
+}
+
+std::vector<BenchRow> measure_zoom_step(Session& session, const ZoomBundle& bundle,
+                                        std::size_t step, const ViewPlan& plan,
+                                        const Progress& progress) {
+  const Camera camera = zoom_camera(bundle.start, bundle.target, bundle.steps, bundle.closest,
+                                    static_cast<int>(step));
+  ViewPlan turned = plan;
+  turned.first_round = step;
+  std::vector<BenchRow> rows = measure_view(session, bundle.modes, camera, turned, progress);
+  for (BenchRow& row : rows) {
+    row.scene = scene_name(session.scene->path);
+    row.camera = fmt::format("{}", step);
+    row.view = step;
+  }
+  return rows;
+}
+
+std::vector<BenchRow> record_zoom(Session& session, const ZoomBundle& bundle, const ViewPlan& plan,
+                                  const Progress& progress) {
+  std::vector<BenchRow> rows;
+  const auto steps = static_cast<std::size_t>(bundle.steps);
+  for (std::size_t step = 0; step < steps; ++step) {
+    const Progress part = step_of(progress, step, steps);
+    part.update(0);
+    const std::vector<BenchRow> measured = measure_zoom_step(session, bundle, step, plan, part);
+    rows.insert(rows.end(), measured.begin(), measured.end());
+  }
+  return rows;
+}
+
+std::string save_zoom(Session& session, const ZoomBundle& bundle,
+                      const std::filesystem::path& folder) {
+  const std::vector<Camera> path =
+      zoom_path(bundle.start, bundle.target, bundle.steps, bundle.closest);
+  std::string problem;
+  replace_folder(folder, [&](const std::filesystem::path& hidden) {
+    write_text(hidden / "zoom.csv", format_csv(bundle.rows));
+    write_text(hidden / "zoom.json", format_zoom_json(bundle));
+    RenderSettings settings = session.settings;
+    settings.mode = default_mode();
+    for (const std::size_t step : {std::size_t{0}, path.size() / 2, path.size() - 1}) {
+      write_image(session.renderer->render(path[step], settings).color,
+                  hidden / fmt::format("step_{:04}.png", step));
+    }
+    problem = draw_plots(hidden, zoom_plots(bundle), folder);
+  });
+  return problem;
 }
 
 }  // namespace qs

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "app/framing/huge_gaussians.h"
+#include "app/framing/scene_box.h"
 #include "app/session/exact_color.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"

@@ -101,9 +101,9 @@ struct Outputs {
   bool mode_pairs = false;
   /// The view of mode_pairs; unset: the frame's view. So a frame of reduced size can count the
   /// pairs of the full size.
-  std::optional<CountedView> counted;
+  std::optional<CountedView> counted = {};
   /// inside the image; mode reference draws only these pixels, the rest is 0
-  std::optional<PixelBox> region;
+  std::optional<PixelBox> region = {};
   bool stage_times = false;  ///< RenderStats::stage_ms; measuring them may slow the frame
 
   /// True if the frame needs the blend stage.

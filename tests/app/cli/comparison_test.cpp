@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/inspect/comparison_sheet.h"
-#include "app/inspect/variant.h"
 #include "app/support/run_program.h"
 #include "io/bytes/json_text.h"
 #include "io/picture/image_file.h"

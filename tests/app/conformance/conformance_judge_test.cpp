@@ -14,7 +14,7 @@
 
 #include "app/cli/command.h"
 #include "app/conformance/judge.h"
-#include "app/conformance/kit_folder.h"
+#include "app/conformance/kit_scenes.h"
 #include "app/plugin/plugin_renderer.h"
 #include "app/support/plugin_in_process.h"
 #include "app/support/run_program.h"

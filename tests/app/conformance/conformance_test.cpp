@@ -13,7 +13,6 @@
 
 #include "app/cli/command.h"
 #include "app/conformance/judge.h"
-#include "app/conformance/kit_folder.h"
 #include "app/conformance/kit_scenes.h"
 #include "app/support/run_program.h"
 #include "io/bytes/json_text.h"

@@ -14,7 +14,6 @@
 #include <gtest/gtest.h>
 
 #include "app/film/film_file.h"
-#include "app/film/split_screen.h"
 #include "app/framing/camera_control.h"
 #include "io/picture/image_file.h"
 #include "support/error_of.h"
@@ -210,7 +209,7 @@ TEST(FilmPath, takes_its_own_time_from_the_first_keyframe_to_the_last) {
 }
 
 TEST(FilmPath, returns_to_the_first_keyframe_in_the_mean_time_without_a_corner) {
-  const CameraTrack track = along_and_back(corners(), Ease::none);
+  const CameraTrack track = along(corners(), Ease::none, true);
   EXPECT_NEAR(track.seconds, 4 + 4 / 3.0, 1e-12);
   EXPECT_TRUE(track.closed);
   for (const Keyframe& key : corners())
@@ -240,7 +239,7 @@ TEST(FilmPath, rests_where_it_eases) {
   std::vector<Keyframe> one = corners();
   one[2].eases = true;
   EXPECT_THAT(speeds(along(one, Ease::none)), ElementsAre(false, false, true, false));
-  const CameraTrack loop = along_and_back(corners(), Ease::ends);
+  const CameraTrack loop = along(corners(), Ease::ends, true);
   EXPECT_THAT(speeds(loop), ElementsAre(true, false, false, false));
   EXPECT_LT(speed_at(loop, loop.seconds - 2e-5), 1e-2);
 }

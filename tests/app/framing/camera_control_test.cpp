@@ -10,7 +10,7 @@
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 
-#include "app/framing/framing.h"
+#include "app/framing/scene_box.h"
 
 namespace qs {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/framing/framing.h"
-
 #include <cmath>
 #include <random>
 
@@ -8,6 +6,7 @@
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 
+#include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
 
 namespace qs {
@@ -55,14 +54,14 @@ TEST(Framing, shows_scenes_of_any_size_whole) {
   for (const float size : {0.001f, 0.1f, 1.0f, 1000.0f, 1e6f}) {
     const GaussianCloud cloud = cube(size, glm::vec3(3 * size, -size, 2 * size));
     for (const glm::ivec2 picture : {glm::ivec2(1280, 720), glm::ivec2(300, 900)}) {
-      expect_framed(frame_scene(cloud, world_up(""), picture.x, picture.y), core_box(cloud));
+      expect_framed(frame_cloud(cloud, world_up(""), picture.x, picture.y), core_box(cloud));
     }
   }
 }
 
 TEST(Framing, near_plane_is_small_in_small_scenes_and_the_reference_s_in_large_ones) {
-  EXPECT_LT(frame_scene(cube(0.1f, {}), world_up(""), 640, 480).near_depth, 0.003);
-  EXPECT_EQ(frame_scene(cube(1000, {}), world_up(""), 640, 480).near_depth, 0.2);
+  EXPECT_LT(frame_cloud(cube(0.1f, {}), world_up(""), 640, 480).near_depth, 0.003);
+  EXPECT_EQ(frame_cloud(cube(1000, {}), world_up(""), 640, 480).near_depth, 0.2);
 }
 
 TEST(Framing, distance_and_height_follow_from_the_box) {
@@ -85,9 +84,9 @@ TEST(Framing, distance_and_height_follow_from_the_box) {
 
 TEST(Framing, ignores_one_far_outlier) {
   GaussianCloud cloud = cube(1, {});
-  const Camera without = frame_scene(cloud, world_up(""), 640, 480);
+  const Camera without = frame_cloud(cloud, world_up(""), 640, 480);
   cloud.positions[17] = {1e6f, -1e6f, 1e6f};
-  const Camera with = frame_scene(cloud, world_up(""), 640, 480);
+  const Camera with = frame_cloud(cloud, world_up(""), 640, 480);
   EXPECT_LT(glm::distance(with.position(), without.position()), 0.05);
 }
 
@@ -97,7 +96,7 @@ TEST(Framing, is_upright_for_every_vertical_axis) {
       {"z", {0, 0, 1}}, {"+z", {0, 0, 1}},        {"-z", {0, 0, -1}}, {"X", {1, 0, 0}}};
   const GaussianCloud cloud = cube(2, {1, 2, 3});
   for (const auto& [axis, up] : cases) {
-    const Camera camera = frame_scene(cloud, world_up(axis), 640, 480);
+    const Camera camera = frame_cloud(cloud, world_up(axis), 640, 480);
     const glm::dvec3 center(1, 2, 3);
     EXPECT_LT(project(camera, center + 0.5 * up).y, project(camera, center - 0.5 * up).y) << axis;
     EXPECT_NEAR(project(camera, center + 0.5 * up).x, camera.center_px.x, 30) << axis;
@@ -108,13 +107,13 @@ TEST(Framing, is_upright_for_every_vertical_axis) {
 TEST(Framing, one_gaussian_fills_a_part_of_the_picture) {
   GaussianCloud cloud = cube(0, {5, 5, 5}, 1);
   cloud.log_scales[0] = glm::vec3(std::log(0.01f));
-  const Camera camera = frame_scene(cloud, world_up(""), 640, 480);
+  const Camera camera = frame_cloud(cloud, world_up(""), 640, 480);
   const double distance = glm::distance(camera.position(), glm::dvec3(5));
   EXPECT_GT(distance, 0.03);
   EXPECT_LT(distance, 0.1);
   cloud.log_scales[0] = glm::vec3(-INFINITY);  // flat
-  EXPECT_TRUE(std::isfinite(frame_scene(cloud, world_up(""), 640, 480).position().x));
-  EXPECT_TRUE(std::isfinite(frame_scene(GaussianCloud{}, world_up(""), 640, 480).position().x));
+  EXPECT_TRUE(std::isfinite(frame_cloud(cloud, world_up(""), 640, 480).position().x));
+  EXPECT_TRUE(std::isfinite(frame_cloud(GaussianCloud{}, world_up(""), 640, 480).position().x));
 }
 
 }  // namespace

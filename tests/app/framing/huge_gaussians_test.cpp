@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "app/framing/huge_gaussians.h"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "app/framing/cloud_sample.h"
 #include "app/framing/first_view.h"
+#include "app/framing/scene_box.h"
+#include "app/framing/subject.h"
 #include "raster/api/renderer.h"
 #include "support/built_scenes.h"
 #include "support/pool.h"

@@ -10,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include "app/framing/first_view.h"
-#include "app/framing/principal_axes.h"
 #include "io/cloud/axes.h"
 #include "io/scene/reader.h"
 #include "support/built_scenes.h"

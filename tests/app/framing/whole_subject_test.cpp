@@ -9,7 +9,7 @@
 #include <glm/gtc/constants.hpp>
 #include <gtest/gtest.h>
 
-#include "app/film/camera_track.h"
+#include "app/film/film.h"
 #include "app/framing/camera_control.h"
 #include "app/framing/camera_rig.h"
 #include "io/camera/cameras.h"

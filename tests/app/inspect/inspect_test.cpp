@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/inspect/construction.h"
-#include "app/inspect/inspection_text.h"
+#include "app/inspect/inspection.h"
 #include "base/error.h"
 #include "support/inspector.h"
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The contributions that a mode drops.
-#include "app/inspect/missed_contributions.h"
-
 #include <cmath>
 
+#include "app/inspect/heatmap_frame.h"
 #include "support/inspector.h"
 
 namespace qs {

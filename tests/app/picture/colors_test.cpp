@@ -9,9 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "app/picture/colormap.h"
+#include "app/picture/legend.h"
 #include "app/picture/palette.h"
-#include "app/picture/scale.h"
 
 namespace qs {
 namespace {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "app/picture/canvas.h"
-#include "app/picture/colormap.h"
+#include "app/picture/palette.h"
 #include "base/text.h"
 #include "support/pool.h"
 #include "support/scenes.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "app/picture/stroke.h"
-
 #include <gtest/gtest.h>
+
+#include "app/picture/canvas.h"
 
 namespace qs {
 namespace {

@@ -8,8 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/picture/colormap.h"
-#include "app/picture/value_file.h"
+#include "app/picture/palette.h"
 #include "io/bytes/json_text.h"
 #include "support/error_of.h"
 #include "support/temporary_folder.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // The clock of the GPU in a benchmark and its reports.
-#include "app/report/clock_report.h"
-
 #include <algorithm>
 #include <fstream>
 
@@ -11,6 +9,7 @@
 
 #include "app/measure/measure_view.h"
 #include "app/report/bench_report.h"
+#include "app/report/environment.h"
 #include "app/report/markdown.h"
 #include "app/report/merge.h"
 #include "io/bytes/json_text.h"

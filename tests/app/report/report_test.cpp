@@ -11,7 +11,6 @@
 
 #include "app/report/html_page.h"
 #include "app/report/study_page.h"
-#include "app/report/study_plots.h"
 #include "app/support/run_program.h"
 #include "base/text.h"
 #include "support/pool.h"

@@ -9,15 +9,14 @@
 
 #include <gtest/gtest.h>
 
-#include "app/inspect/inspection_text.h"
-#include "app/inspect/missed_contributions.h"
+#include "app/inspect/heatmap_frame.h"
+#include "app/inspect/inspection.h"
 #include "app/inspect/reference_check.h"
-#include "app/report/bench_plots.h"
 #include "app/report/html_page.h"
 #include "app/report/markdown.h"
 #include "app/report/study_page.h"
-#include "app/report/study_plots.h"
-#include "app/report/zoom_plots.h"
+#include "app/report/write_report.h"
+#include "app/report/zoom_bundle.h"
 #include "support/golden.h"
 #include "support/random_reports.h"
 #include "support/temporary_folder.h"

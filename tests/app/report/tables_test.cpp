@@ -14,7 +14,6 @@
 #include "app/measure/noise.h"
 #include "app/report/markdown.h"
 #include "app/report/study_page.h"
-#include "app/report/study_plots.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "support/random_reports.h"

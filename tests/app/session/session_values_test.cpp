@@ -12,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include "app/framing/first_view.h"
-#include "app/framing/framing.h"
 #include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
 #include "app/session/session.h"

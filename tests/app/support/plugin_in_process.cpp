@@ -5,7 +5,6 @@
 
 #include <dlfcn.h>
 
-#include "app/plugin/plugin_view.h"
 #include "app/plugin/scene_arrays.h"
 
 namespace qs::test {

@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 
 #include "app/framing/camera_control.h"
-#include "app/picture/colormap.h"
-#include "app/picture/scale.h"
+#include "app/picture/legend.h"
+#include "app/picture/palette.h"
 #include "app/support/program_in_window.h"
 #include "app/support/virtual_display.h"
 #include "io/camera/cameras.h"

@@ -5,8 +5,7 @@
 
 #include "app/measure/measure_view.h"
 #include "app/measure/scene_facts.h"
-#include "app/report/clock_report.h"
-#include "app/report/stats_file.h"
+#include "app/report/environment.h"
 #include "app/report/write_report.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/frame_requests.h"

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "app/film/film_format.h"
+#include "app/film/film_file.h"
 #include "app/measure/scene_facts.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_file.h"
@@ -28,8 +28,7 @@ CameraTrack track_of(const RenderContext& context, const Viewer& viewer, glm::iv
     return turntable_of(session.scene->cloud, scene.cameras, scene.framing,
                         {std::nullopt, Ease::none, size}, *session.pool);
   }
-  return viewer.loops_path ? along_and_back(viewer.keyframes, Ease::none)
-                           : along(viewer.keyframes, Ease::none);
+  return along(viewer.keyframes, Ease::none, viewer.loops_path);
 }
 
 FilmedBy way_of(Renderer& renderer, RenderSettings settings, const Variant& variant,

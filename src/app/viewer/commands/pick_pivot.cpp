@@ -3,7 +3,7 @@
 // Finds the point that a pixel shows, goes to it, and orbits around it from then on.
 #include <glm/common.hpp>
 
-#include "app/measure/zoom_path.h"
+#include "app/measure/camera_path.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/render_context.h"

@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include "app/measure/camera_path.h"
 #include "app/measure/scene_facts.h"
-#include "app/measure/zoom_path.h"
-#include "app/report/clock_report.h"
-#include "app/report/zoom_recording.h"
+#include "app/report/environment.h"
+#include "app/report/zoom_bundle.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/frame_requests.h"

@@ -4,7 +4,7 @@
 // screenshots/SCENE_CAMERA_MODE_WxH_NNNN.png.
 #include <fmt/format.h>
 
-#include "app/film/split_screen.h"
+#include "app/film/film.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
 #include "app/picture/palette.h"

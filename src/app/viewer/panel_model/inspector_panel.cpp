@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 
-#include "app/inspect/frame_canvas.h"
+#include "app/inspect/construction.h"
 #include "app/viewer/panel_model/panel_rows.h"
 
 namespace qs {

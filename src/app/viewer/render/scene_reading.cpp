@@ -5,8 +5,7 @@
 #include <thread>
 #include <utility>
 
-#include "app/framing/framing.h"
-#include "app/framing/huge_gaussians.h"
+#include "app/framing/scene_box.h"
 #include "app/viewer/render/stepped_progress.h"
 #include "app/viewer/render/view_facts.h"
 #include "base/fail.h"

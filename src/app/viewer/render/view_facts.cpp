@@ -4,8 +4,7 @@
 #include <system_error>
 
 #include "app/framing/camera_rig.h"
-#include "app/framing/framing.h"
-#include "app/framing/huge_gaussians.h"
+#include "app/framing/scene_box.h"
 #include "app/framing/whole_subject.h"
 #include "app/measure/scene_facts.h"
 #include "io/camera/cameras.h"

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "app/framing/huge_gaussians.h"
+#include "app/framing/scene_box.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/first_view_actions.h"
 #include "app/viewer/state/flight.h"

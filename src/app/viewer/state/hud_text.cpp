@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/inspect/inspection_text.h"
+#include "app/inspect/inspection.h"
 #include "app/session/removal_text.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/flight.h"

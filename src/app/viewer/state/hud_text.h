@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "app/measure/number_text.h"
+#include "app/measure/statistics.h"
 #include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/panel_text.h"
 

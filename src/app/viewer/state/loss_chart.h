@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "app/report/zoom_plots.h"
+#include "app/report/zoom_bundle.h"
 #include "app/viewer/state/training.h"
 
 namespace qs {

@@ -7,7 +7,7 @@
 #include <glm/trigonometric.hpp>
 
 #include "app/framing/camera_control.h"
-#include "app/framing/huge_gaussians.h"
+#include "app/framing/scene_box.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
 #include "base/text.h"

@@ -10,7 +10,7 @@
 
 #include <glm/vec2.hpp>
 
-#include "app/report/zoom_plots.h"
+#include "app/report/zoom_bundle.h"
 #include "app/viewer/state/zoom_recorder.h"
 
 namespace qs {

@@ -12,7 +12,7 @@
 
 #include <epoxy/gl.h>
 
-#include "app/picture/colormap.h"
+#include "app/picture/palette.h"
 #include "base/assets.h"
 #include "base/fail.h"
 

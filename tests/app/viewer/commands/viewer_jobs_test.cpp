@@ -10,10 +10,9 @@
 #include <gtest/gtest.h>
 
 #include "app/framing/camera_control.h"
-#include "app/inspect/inspection_text.h"
+#include "app/inspect/inspection.h"
 #include "app/inspect/reference_check.h"
 #include "app/measure/camera_path.h"
-#include "app/measure/zoom_path.h"
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/candidate_pictures.h"

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "app/cli/options.h"
-#include "base/end_at_signal.h"
+#include "base/quit_signals.h"
 
 namespace qs {
 

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/fail.h"
-#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 

@@ -7,8 +7,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "base/assets.h"
 #include "base/fail.h"
-#include "base/program_folder.h"
 
 namespace qs {
 namespace {

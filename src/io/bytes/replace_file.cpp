@@ -96,8 +96,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 
 }  // namespace
 
-void replace_file(const std::filesystem::path& path,
-                  const std::function<void(const std::filesystem::path& temporary)>& write) {
+void replace_file(const std::filesystem::path& path, const WriteFiles& write) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::exists(status) && std::filesystem::is_other(status)) return write(path);
@@ -117,8 +116,7 @@ void replace_file(const std::filesystem::path& path,
   note_written(path, replaces);
 }
 
-void replace_folder(const fs::path& folder,
-                    const std::function<void(const fs::path& temporary)>& write) {
+void replace_folder(const fs::path& folder, const WriteFiles& write) {
   check_folder(folder);
   const FolderPlace where = place_of(folder);
   const UnfinishedFolder hidden = hidden_folder(where.above, folder);
@@ -176,8 +174,7 @@ void make_folder(const std::filesystem::path& folder) {
   if (error) fail("{}: cannot be created: {}", folder.string(), error.message());
 }
 
-void write_file(const std::filesystem::path& path,
-                const std::function<void(std::ostream& stream)>& write) {
+void write_file(const std::filesystem::path& path, const WriteStream& write) {
   replace_file(path, [&](const std::filesystem::path& temporary) {
     std::ofstream file(temporary, std::ios::binary);
     if (!file) fail("{}: cannot be written: the folder does not allow it", path.string());

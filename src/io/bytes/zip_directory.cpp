@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/bytes/zip_directory.h"
-
 #include <algorithm>
 #include <cstring>
 #include <string_view>
@@ -10,7 +8,9 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/inflate.h"
+#include "io/bytes/zip.h"
 
 namespace qs {
 namespace {
@@ -26,8 +26,7 @@ constexpr std::uint16_t kStored = 0, kDeflated = 8;
 
 class Directory {
  public:
-  Directory(std::span<const std::byte> archive, const std::string& path)
-      : archive_(archive), path_(path) {}
+  Directory(ByteSpan archive, const std::string& path) : archive_(archive), path_(path) {}
 
   std::vector<ZippedFile> read() {
     find();
@@ -166,7 +165,7 @@ class Directory {
     return data;
   }
 
-  std::span<const std::byte> archive_;
+  ByteSpan archive_;
   const std::string& path_;
   std::uint64_t entries_ = 0;
   std::uint64_t begin_ = 0, end_ = 0;  // the directory's first byte and its end
@@ -174,7 +173,7 @@ class Directory {
 
 }  // namespace
 
-std::vector<ZippedFile> zip_directory(std::span<const std::byte> archive, const std::string& path) {
+std::vector<ZippedFile> zip_directory(ByteSpan archive, const std::string& path) {
   return Directory(archive, path).read();
 }
 
@@ -190,7 +189,7 @@ Array<std::byte> unzipped(const ZippedFile& file, const std::string& path) {
     filled = std::min<std::size_t>(file.stored.size(), bytes.size());
     if (filled > 0) std::memcpy(bytes.data(), file.stored.data(), filled);
   } else {
-    Inflater inflater(file.stored, path, Inflater::Form::deflate);
+    Inflater inflater(file.stored, path, DeflateForm::deflate);
     filled = inflater.try_read(bytes);
     if (!inflater.problem().empty())
       fail("{}: {} is damaged ({})", path, file.name, inflater.problem());

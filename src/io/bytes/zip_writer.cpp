@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
 // Source of the layout: PKWARE's APPNOTE.TXT 6.3.10, sections 4.3 to 4.5.
-#include "io/bytes/zip_writer.h"
-
 #include <algorithm>
 #include <cstdint>
-#include <new>
 #include <ostream>
 #include <string_view>
 
-#include <zlib.h>
-
 #include "io/bytes/byte_writer.h"
+#include "io/bytes/inflate.h"
 #include "io/bytes/replace_file.h"
+#include "io/bytes/zip.h"
 
 namespace qs {
 namespace {
@@ -23,28 +20,12 @@ constexpr std::uint16_t kVersion = 20, kVersion64 = 45;  // the format's version
 constexpr std::uint32_t kInExtraField = 0xffffffff;
 
 std::string deflated_bytes(std::string_view content) {
-  constexpr int kBareWindow = -15, kMemory = 8;
-  constexpr std::size_t kMostAtOnce = 1u << 30;  // zlib counts in 32 bits
-  z_stream stream{};
-  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, kBareWindow, kMemory,
-                   Z_DEFAULT_STRATEGY) != Z_OK)
-    throw std::bad_alloc();
+  constexpr int kMemory = 8;
   std::string packed;
-  char block[1 << 16];
-  int result = Z_OK;
-  while (result != Z_STREAM_END) {
-    if (stream.avail_in == 0) {
-      const std::size_t piece = std::min(content.size(), kMostAtOnce);
-      stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(content.data()));
-      stream.avail_in = static_cast<uInt>(piece);
-      content.remove_prefix(piece);
-    }
-    stream.next_out = reinterpret_cast<Bytef*>(block);
-    stream.avail_out = sizeof block;
-    result = deflate(&stream, content.empty() ? Z_FINISH : Z_NO_FLUSH);
-    packed.append(block, sizeof block - stream.avail_out);
-  }
-  deflateEnd(&stream);
+  Deflater deflater(DeflateForm::deflate, Z_BEST_COMPRESSION, kMemory,
+                    [&](std::string_view bytes) { packed += bytes; });
+  deflater.write(content);
+  deflater.finish();
   return packed;
 }
 

@@ -12,20 +12,38 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_text.h"
-#include "io/bytes/json_kind.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 
 namespace qs {
+
 namespace {
 
+// The "frames" of transforms.json may follow after the first bytes of the file.
 constexpr std::array kFormats = {
-    CameraFormat{"cameras.json", "cameras.json", recognises_cameras_json, read_cameras_json},
-    CameraFormat{"COLMAP binary", "sparse/0/images.bin", recognises_colmap_binary,
+    CameraFormat{"cameras.json",
+                 "cameras.json",
+                 {},
+                 {JsonKind::cameras, JsonKind::camera_path},
+                 read_cameras_json},
+    CameraFormat{"COLMAP binary",
+                 "sparse/0/images.bin",
+                 {"images.bin", "cameras.bin"},
+                 {},
                  read_colmap_binary},
-    CameraFormat{"COLMAP text", "sparse/0/images.txt", recognises_colmap_text, read_colmap_text},
-    CameraFormat{"transforms.json", "transforms.json", recognises_transforms_json,
+    CameraFormat{
+        "COLMAP text", "sparse/0/images.txt", {"images.txt", "cameras.txt"}, {}, read_colmap_text},
+    CameraFormat{"transforms.json",
+                 "transforms.json",
+                 {},
+                 {JsonKind::transforms, JsonKind::other},
                  read_transforms_json},
 };
+
+template <class Value>
+bool holds(const std::array<Value, 2>& values, const Value& value) {
+  return std::find(values.begin(), values.end(), value) != values.end();
+}
 
 std::string start_of(const std::filesystem::path& file) {
   std::string start(4096, '\0');
@@ -49,6 +67,19 @@ std::filesystem::path file_in(const std::filesystem::path& folder) {
        folder.string());
 }
 
+std::optional<std::filesystem::path> find_beside(const std::filesystem::path& scene_file,
+                                                 const char* name) {
+  std::error_code error;
+  std::filesystem::path folder =
+      std::filesystem::absolute(scene_file, error).lexically_normal().parent_path();
+  for (int level = 0; level <= 3; ++level) {
+    if (std::filesystem::is_regular_file(folder / name, error)) return folder / name;
+    if (folder == folder.parent_path()) break;
+    folder = folder.parent_path();
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::span<const CameraFormat> camera_formats() { return kFormats; }
@@ -62,11 +93,13 @@ std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) fail("{}: cannot be read: no such file", path.string());
   const auto file = std::filesystem::is_directory(status) ? file_in(path) : path;
-  const std::string start = start_of(file);
+  const JsonKind kind = json_kind(start_of(file));
+  const std::string name = file.filename().string();
   const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const CameraFormat& row) {
-    return row.recognises(file, start);
+    return holds(row.names, std::string_view(name)) ||
+           (kind != JsonKind::none && holds(row.kinds, kind));
   });
-  if (format == kFormats.end() && json_kind(start) == JsonKind::none) {
+  if (format == kFormats.end() && kind == JsonKind::none) {
     fail(
         "{}: not a file of cameras: these are cameras.json, transforms.json, and images.bin and "
         "images.txt of COLMAP",
@@ -114,6 +147,21 @@ double rotation_error(const glm::dmat3& matrix) {
     for (int k = 0; k < 3; ++k) error = std::max(error, std::abs(product[i][k] - (i == k ? 1 : 0)));
   }
   return error;
+}
+
+std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file) {
+  for (const CameraFormat& format : camera_formats()) {
+    if (auto found = find_beside(scene_file, format.place)) return found;
+  }
+  return std::nullopt;
+}
+
+bool model_wants_white_background(const std::filesystem::path& scene_file) {
+  constexpr std::size_t kMaxBytes = 1 << 20;
+  const auto path = find_beside(scene_file, "cfg_args");
+  // A Python Namespace(...) in one line.
+  return path &&
+         read_text_file(*path, kMaxBytes).find("white_background=True") != std::string::npos;
 }
 
 }  // namespace qs

@@ -30,37 +30,30 @@ constexpr std::array kModels = {
 
 constexpr std::uint64_t kMaxSide = 65535;
 
-void check_size(const ColmapLens& lens, const std::string& where) {
-  if (lens.width < 1 || lens.height < 1 || lens.width > kMaxSide || lens.height > kMaxSide) {
-    fail("{}: a picture of {} x {} pixels is not between 1 x 1 and {} x {}", where, lens.width,
-         lens.height, kMaxSide, kMaxSide);
-  }
-}
-
-void check_numbers(const ColmapLens& lens, const std::string& where) {
-  for (const double value : lens.parameters) {
-    if (!std::isfinite(value)) fail("{}: a parameter is not finite", where);
-  }
+// The first model for which `is_wanted` is true; nullptr if there is none.
+template <class F>
+const ColmapModel* find_model(const F& is_wanted) {
+  const auto found = std::find_if(kModels.begin(), kModels.end(), is_wanted);
+  return found == kModels.end() ? nullptr : &*found;
 }
 
 }  // namespace
 
 const ColmapModel* find_colmap_model(int id) {
-  const auto found = std::find_if(kModels.begin(), kModels.end(),
-                                  [&](const ColmapModel& model) { return model.id == id; });
-  return found == kModels.end() ? nullptr : &*found;
+  return find_model([&](const ColmapModel& model) { return model.id == id; });
 }
 
 const ColmapModel* find_colmap_model(std::string_view name) {
-  const auto found = std::find_if(kModels.begin(), kModels.end(),
-                                  [&](const ColmapModel& model) { return model.name == name; });
-  return found == kModels.end() ? nullptr : &*found;
+  return find_model([&](const ColmapModel& model) { return model.name == name; });
 }
 
 void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::string& where) {
   const auto& [id, model, width, height, parameters] = stored;
-  check_size(stored, where);
-  check_numbers(stored, where);
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
+    fail("{}: a picture of {} x {} pixels is not between 1 x 1 and {} x {}", where, width, height,
+         kMaxSide, kMaxSide);
+  for (const double value : parameters)
+    if (!std::isfinite(value)) fail("{}: a parameter is not finite", where);
   // The parameters are focal lengths, the principal point and the distortion.
   const auto focal_lengths = static_cast<std::size_t>(model.focal_lengths);
   const auto distortion = parameters.subspan(focal_lengths + 2);
@@ -82,8 +75,7 @@ void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::
   camera.camera.focal_px = lens.focal_px;
   camera.camera.center_px = lens.center_px;
   if (distorts) {
-    double* const values[] = {&lens.k1, &lens.k2, &lens.p1, &lens.p2};
-    for (std::size_t i = 0; i < distortion.size(); ++i) *values[i] = distortion[i];
+    for (std::size_t i = 0; i < distortion.size(); ++i) lens.*kDistortion[i].second = distortion[i];
     camera = undistorted_camera(size, lens, where);
   }
   if (!lenses.emplace(id, camera).second) fail("{}: there is another camera {}", where, id);

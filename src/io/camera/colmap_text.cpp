@@ -106,10 +106,6 @@ void skip_points(Line line) {
 
 }  // namespace
 
-bool recognises_colmap_text(const std::filesystem::path& file, std::string_view) {
-  return file.filename() == "images.txt" || file.filename() == "cameras.txt";
-}
-
 std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file) {
   ColmapLenses lenses;
   for (Lines lines(file.parent_path() / "cameras.txt"); !lines.at_end();) {

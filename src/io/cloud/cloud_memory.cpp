@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "io/cloud/cloud_memory.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <utility>
 
 #include <sys/mman.h>
 
@@ -26,6 +28,19 @@ GaussianCloud make_cloud(std::size_t count, int sh_degree) {
   advise(cloud.rotations);
   advise(cloud.opacity_logits);
   advise(cloud.sh);
+  return cloud;
+}
+
+GaussianCloud with_sh_degree(GaussianCloud cloud, int degree) {
+  if (degree >= cloud.sh_degree) return cloud;
+  const auto before = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  const auto after = static_cast<std::size_t>(sh_coefficient_count(degree));
+  Array<glm::vec3> sh(cloud.size() * after);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    std::copy_n(&cloud.sh[i * before], after, &sh[i * after]);
+  }
+  cloud.sh = std::move(sh);
+  cloud.sh_degree = degree;
   return cloud;
 }
 

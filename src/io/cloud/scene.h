@@ -10,7 +10,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "base/progress.h"
 #include "raster/field/color_field.h"
@@ -48,6 +51,11 @@ struct Scene {
   std::vector<FilePart> parts;   ///< set by formats that consist of arrays
   double unpack_ms = 0;          ///< headers, decompression and allocation
   double fill_ms = 0;            ///< conversion of the values into the cloud, with checks
+
+  template <class... Args>
+  void warn(fmt::format_string<Args...> sentence, Args&&... args) {
+    warnings.push_back(fmt::format(sentence, std::forward<Args>(args)...));
+  }
 };
 
 /// Some Gaussians of a scene that is being read, for a picture before the rest is read.
@@ -78,5 +86,16 @@ struct ReadOptions {
   Progress progress = {};
   Sampling sampling = {};
 };
+
+// Samples of scenes that are being read; see Sampling.
+
+/// True if `sampling` requests a sample of a scene with `count` Gaussians.
+bool is_sampled(std::size_t count, const Sampling& sampling);
+
+/// A sample of `count` Gaussians of the scene, with its places and without its values.
+SceneSample make_sample(const Scene& scene, std::size_t count, const Sampling& sampling);
+
+/// The sample of a complete scene.
+SceneSample sample_of(const Scene& scene, const Sampling& sampling);
 
 }  // namespace qs

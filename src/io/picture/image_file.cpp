@@ -37,6 +37,15 @@ const PictureFormat& format_of(const std::filesystem::path& path) {
   return found == kFormats.end() ? kModule : *found;
 }
 
+void write_by(decltype(PictureFormat::write) write, const Image& image,
+              const std::filesystem::path& path, const ImageMetadata& metadata,
+              const Progress& progress) {
+  assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
+  replace_file(path, [&](const std::filesystem::path& temporary) {
+    write(image, {temporary, path, progress}, with_software(metadata));
+  });
+}
+
 }  // namespace
 
 std::span<const PictureFormat> picture_formats() { return kFormats; }
@@ -104,19 +113,13 @@ void check_picture_name(const std::filesystem::path& path) {
 
 void write_image(const Image& image, const std::filesystem::path& path,
                  const ImageMetadata& metadata, const Progress& progress) {
-  assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
   check_picture_name(path);
-  replace_file(path, [&](const std::filesystem::path& temporary) {
-    format_of(path).write(image, {temporary, path, progress}, with_software(metadata));
-  });
+  write_by(format_of(path).write, image, path, metadata, progress);
 }
 
 void write_16_bit_png(const Image& image, const std::filesystem::path& path,
                       const ImageMetadata& metadata, const Progress& progress) {
-  assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
-  replace_file(path, [&](const std::filesystem::path& temporary) {
-    write_png_16(image, {temporary, path, progress}, with_software(metadata));
-  });
+  write_by(write_png_16, image, path, metadata, progress);
 }
 
 }  // namespace qs

@@ -9,8 +9,8 @@
 
 #include <dlfcn.h>
 
+#include "base/assets.h"
 #include "base/fail.h"
-#include "base/program_folder.h"
 #include "io/picture/oiio/module.h"
 #include "io/picture/picture_formats.h"
 

@@ -80,7 +80,7 @@ T swapped(T value) {
   return std::bit_cast<T>(bytes);
 }
 
-constexpr bool kLittleEndian = std::endian::native == std::endian::little;
+static_assert(std::endian::native == std::endian::little);
 
 }  // namespace
 
@@ -126,7 +126,7 @@ Image read_pfm(const std::filesystem::path& path) {
   if (scale == 0 || !std::isfinite(scale))
     fail("{}: a scale of {} is not allowed", path.string(), scale);
   Image image = make_image(header, content, path, color ? 3 : 1, 4);
-  const bool swap = (scale < 0) != kLittleEndian;
+
   const std::size_t row_bytes = static_cast<std::size_t>(image.width * image.channels) * 4;
   const std::size_t needed = row_bytes * static_cast<std::size_t>(image.height);
   if (content.size() - header.end != needed) {  // a PPM may hold several pictures, a PFM one
@@ -137,7 +137,7 @@ Image read_pfm(const std::filesystem::path& path) {
     const std::size_t stored_row = static_cast<std::size_t>(image.height - 1 - y);
     std::memcpy(image.row(y), content.data() + header.end + stored_row * row_bytes, row_bytes);
   }
-  if (swap)
+  if (scale > 0)
     std::transform(image.values.begin(), image.values.end(), image.values.begin(), swapped<float>);
   return image;
 }
@@ -147,12 +147,9 @@ void write_pfm(const Image& image, const PictureTarget& target, const ImageMetad
   std::ofstream file = open_picture(target);
   file << (image.channels == 3 ? "PF\n" : "Pf\n") << image.width << ' ' << image.height
        << "\n-1.0\n";
-  std::vector<float> row(static_cast<std::size_t>(image.width * image.channels));
-  for (int y = image.height - 1; y >= 0; --y) {
-    std::copy_n(image.row(y), row.size(), row.begin());
-    if (!kLittleEndian) std::transform(row.begin(), row.end(), row.begin(), swapped<float>);
-    write_values(file, row);
-  }
+  const auto row_values = static_cast<std::size_t>(image.width * image.channels);
+  for (int y = image.height - 1; y >= 0; --y)
+    write_values(file, std::span(image.row(y), row_values));
   close_picture(file, target);
 }
 

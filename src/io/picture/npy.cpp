@@ -14,11 +14,7 @@
 #include "io/picture/picture_formats.h"
 
 namespace qs {
-namespace {
-
 constexpr std::string_view kType = "<f4";
-
-}  // namespace
 
 Image read_npy(const std::filesystem::path& path) {
   const std::string content = read_picture_bytes(path);

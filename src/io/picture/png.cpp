@@ -15,6 +15,7 @@
 #include <png.h>
 
 #include "base/fail.h"
+#include "base/not_copied.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
 
@@ -32,15 +33,12 @@ extern "C" void ignore_warning(png_structp, png_const_charp) {}
 
 // ---- reading ------------------------------------------------------------------------------------
 
-struct PngReader {
+struct PngReader : NotCopied {
   char message[kMessageSize] = "";
   png_structp png =
       png_create_read_struct(PNG_LIBPNG_VER_STRING, message, keep_message, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
 
-  PngReader() = default;
-  PngReader(const PngReader&) = delete;
-  PngReader& operator=(const PngReader&) = delete;
   ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
@@ -87,15 +85,12 @@ extern "C" void report_row(png_structp png, png_uint_32 row, int) {
     state.progress->report(static_cast<float>(row) / static_cast<float>(state.height));
 }
 
-struct Writer {
+struct Writer : NotCopied {
   WriterState state;
   png_structp png =
       png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, keep_message, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
 
-  Writer() = default;
-  Writer(const Writer&) = delete;
-  Writer& operator=(const Writer&) = delete;
   ~Writer() { png_destroy_write_struct(&png, &info); }
 };
 
@@ -170,6 +165,17 @@ std::string encode(const Image& image, int bits, std::FILE* file, const ImageMet
   return write_all(writer, file, pixels) ? "" : writer.state.message;
 }
 
+void write_file(const Image& image, int bits, const PictureTarget& target,
+                const ImageMetadata& metadata) {
+  const File file(std::fopen(target.file.c_str(), "wb"));
+  if (!file) fail("{}: cannot be written", target.shown.string());
+  errno = 0;
+  const std::string problem = encode(image, bits, file.get(), metadata, target.progress);
+  if (problem.empty() && std::fflush(file.get()) == 0) return;
+  if (errno != 0) fail_to_write(target.shown, target.file);
+  fail("{}: cannot be written: {}", target.shown.string(), problem);
+}
+
 }  // namespace
 
 Image read_png(const std::filesystem::path& path) {
@@ -226,21 +232,6 @@ std::string encode_png(const Image& image, const ImageMetadata& metadata) {
   if (!problem.empty()) fail(ErrorKind::device, "a PNG cannot be encoded: {}", problem);
   return {bytes, size};
 }
-
-namespace {
-
-void write_file(const Image& image, int bits, const PictureTarget& target,
-                const ImageMetadata& metadata) {
-  const File file(std::fopen(target.file.c_str(), "wb"));
-  if (!file) fail("{}: cannot be written", target.shown.string());
-  errno = 0;
-  const std::string problem = encode(image, bits, file.get(), metadata, target.progress);
-  if (problem.empty() && std::fflush(file.get()) == 0) return;
-  if (errno != 0) fail_to_write(target.shown, target.file);
-  fail("{}: cannot be written: {}", target.shown.string(), problem);
-}
-
-}  // namespace
 
 void write_png(const Image& image, const PictureTarget& target, const ImageMetadata& metadata) {
   write_file(image, 8, target, metadata);

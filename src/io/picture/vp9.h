@@ -30,8 +30,6 @@ class Vp9Encoder {
   /// pixels each, and 4 are used. Throws Error(device) without libvpx and when memory runs out.
   Vp9Encoder(int width, int height, int threads = 1);
   ~Vp9Encoder();
-  Vp9Encoder(const Vp9Encoder&) = delete;
-  Vp9Encoder& operator=(const Vp9Encoder&) = delete;
 
   int width() const;
   int height() const;

@@ -13,13 +13,11 @@
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
 #include "io/cloud/axes.h"
-#include "io/cloud/sample.h"
+#include "io/cloud/scene.h"
 #include "io/scene/compact/compact.h"
 #include "io/scene/gltf/gltf.h"
-#include "io/scene/ply/compressed_ply.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/sog/sog.h"
-#include "io/scene/splat/ksplat.h"
 #include "io/scene/splat/splat.h"
 #include "io/scene/spz/spz.h"
 #include "raster/scene/transform.h"
@@ -63,8 +61,7 @@ bool has_extension_of(const ReaderRow& row, const std::filesystem::path& path) {
 
 // Chooses by content; if several rows recognise the content, the row with the file's extension. If
 // no row does, it chooses the reader of the extension, whose message names the defect.
-const ReaderRow& choose_reader(std::span<const std::byte> content,
-                               const std::filesystem::path& path) {
+const ReaderRow& choose_reader(ByteSpan content, const std::filesystem::path& path) {
   const ReaderRow* chosen = nullptr;
   for (const ReaderRow& row : kReaders) {
     if (!row.recognises(content, path)) continue;

@@ -8,11 +8,10 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_text.h"
-#include "io/scene/gltf/gltf_writer.h"
-#include "io/scene/ply/compressed_ply_writer.h"
-#include "io/scene/ply/ply_writer.h"
-#include "io/scene/splat/splat_writer.h"
-#include "io/scene/spz/spz_writer.h"
+#include "io/scene/gltf/gltf.h"
+#include "io/scene/ply/ply.h"
+#include "io/scene/splat/splat.h"
+#include "io/scene/spz/spz.h"
 
 namespace qs {
 namespace {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Writes a cloud in any writable format; writer.cpp has one row of kWriters per format. To add a
-// format: write NAME_writer.h and NAME_writer.cpp, add the row and a round-trip test.
+// format: write NAME_writer.cpp, declare its function in the header of its folder, add the row and
+// a round-trip test.
 #pragma once
 
 #include <filesystem>

@@ -8,6 +8,7 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "raster/kernel/half.h"
 
 namespace qs {
@@ -47,7 +48,7 @@ std::uint64_t item_bytes(bool halves) { return halves ? 2 : 4; }
 class StreamStorages {
  public:
   // `cursor` stands behind the object's pickle.
-  StreamStorages(const Pickle& object, ByteCursor& cursor, std::span<const std::byte> content,
+  StreamStorages(const Pickle& object, ByteCursor& cursor, ByteSpan content,
                  const std::string& source) {
     const Pickle keys(content.subspan(cursor.offset()), source);
     cursor.take(keys.size(), "the keys");
@@ -85,13 +86,12 @@ class StreamStorages {
     return types;
   }
 
-  std::map<std::string, std::pair<std::span<const std::byte>, bool>> storages_;
+  std::map<std::string, std::pair<ByteSpan, bool>> storages_;
 };
 
 // The start of a stream: its magic number, version and the sizes of the machine's integers. Returns
 // the pickle of the object, behind which the cursor stands.
-Pickle stream_object(std::span<const std::byte> content, ByteCursor& cursor,
-                     const std::string& source) {
+Pickle stream_object(ByteSpan content, ByteCursor& cursor, const std::string& source) {
   constexpr std::array kStreamMagic = {0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19};
   const auto next = [&] {
     Pickle pickle(content.subspan(cursor.offset()), source);
@@ -172,8 +172,7 @@ TorchStorage embedded_torch_storage(const Pickle& pickle, PickleRef object) {
   return StreamStorages(stream, cursor, content, source).find(id.key, source);
 }
 
-TorchFile::TorchFile(std::span<const std::byte> content, const std::filesystem::path& path)
-    : path_(path) {
+TorchFile::TorchFile(ByteSpan content, const std::filesystem::path& path) : path_(path) {
   if (is_zip(content)) {
     open_archive(content);
   } else {
@@ -183,7 +182,7 @@ TorchFile::TorchFile(std::span<const std::byte> content, const std::filesystem::
     fail("{}: holds no dictionary of tensors", path.string());
 }
 
-void TorchFile::open_archive(std::span<const std::byte> content) {
+void TorchFile::open_archive(ByteSpan content) {
   files_ = files_in_zip(content, path_, kPickleFile);
   text_ = files_->read(std::string(kPickleFile), kMaxPickleBytes);
   pickle_ = std::make_unique<Pickle>(text_, path_.string());
@@ -203,7 +202,7 @@ void TorchFile::open_archive(std::span<const std::byte> content) {
   };
 }
 
-void TorchFile::open_stream(std::span<const std::byte> content) {
+void TorchFile::open_stream(ByteSpan content) {
   const std::string source = path_.string();
   ByteCursor cursor(content, source);
   pickle_ = std::make_unique<Pickle>(stream_object(content, cursor, source));

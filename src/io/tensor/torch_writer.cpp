@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "io/tensor/torch_writer.h"
-
 #include <cstring>
 #include <functional>
 
-#include "io/bytes/zip_writer.h"
+#include "io/bytes/zip.h"
+#include "io/tensor/torch_tensor.h"
 
 namespace qs {
 namespace {

@@ -7,7 +7,9 @@
 #include "library/check/frame_memory.h"
 #include "library/check/stage_arguments.h"
 
-namespace qs::library {
+using namespace qs;
+using namespace qs::library;
+
 namespace {
 
 template <class Real>
@@ -21,29 +23,23 @@ void count_frame(const StageCall& call, const QsStageFrame& frame, double behind
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_count_pixels(QsContext* context, const QsInputs* inputs, const QsCamera* camera,
                         const QsRules* rules, const QsStageFrame* frame, double behind,
                         const QsArray* counts, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_count_pixels";
-    require(context, {kCall, "context"});
-    require(counts, {kCall, "counts"});
-    const StageCall call(kCall, inputs, camera, rules);
+  return library::call(__func__, message, [&](const char* function) {
+    require_all(function, {{"context", context}, {"counts", counts}});
+    const StageCall call(function, inputs, camera, rules);
     const QsStageFrame given = frame_of(call, frame, false);
     if (call.place.is_gpu()) {
-      refuse({kCall, "frame"}, "is in {}, but pixels are counted in host memory alone",
+      refuse({function, "frame"}, "is in {}, but pixels are counted in host memory alone",
              call.place.text());
     }
     if (!(behind >= 0 && behind < 1)) {
-      refuse({kCall, "behind"}, "{} is not at least 0 and below 1", behind);
+      refuse({function, "behind"}, "{} is not at least 0 and below 1", behind);
     }
-    check_array(*counts, {kCall, "counts"}, {call.gaussians}, 1u << QS_INT32, Access::writes);
-    const Use use(*context->context, {kCall, "context"});
+    check_array(*counts, {function, "counts"}, {call.gaussians}, 1u << QS_INT32, Access::writes);
+    const Use use(*context->context, {function, "context"});
     if (call.type() == QS_FLOAT64)
       count_frame<double>(call, given, behind, use, *counts);
     else

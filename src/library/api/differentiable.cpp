@@ -9,7 +9,9 @@
 #include "library/check/stage_arguments.h"
 #include "library/check/structs.h"
 
-namespace qs::library {
+using namespace qs;
+using namespace qs::library;
+
 namespace {
 
 std::unique_ptr<Passes> passes_of(const StageCall& call, const Use& use) {
@@ -31,61 +33,54 @@ QsBlended by_pictures_of(const StageCall& call, const QsBlended* given, const Qs
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_project(QsContext* context, const QsInputs* inputs, const QsCamera* camera,
                    const QsRules* rules, const QsMemory* memory, const QsBoundary* boundary,
                    QsStageFrame* frame, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_project";
-    clear_frame(frame, {kCall, "frame"});
-    require(context, {kCall, "context"});
-    const StageCall call(kCall, inputs, camera, rules);
+  return library::call(__func__, message, [&](const char* function) {
+    clear_frame(frame, {function, "frame"});
+    require(context, {function, "context"});
+    const StageCall call(function, inputs, camera, rules);
     const CallersMemory callers(call.where("memory"), memory);
     const QsBoundary wanted = boundary_of(call, boundary);
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     QsStageFrame made{};
     passes_of(call, use)->project(callers, wanted, made);
-    write_struct(made, frame, {kCall, "frame"});
+    write_struct(made, frame, {function, "frame"});
   });
 }
 
 int32_t qs_blend(QsContext* context, const QsInputs* inputs, const QsCamera* camera,
                  const QsRules* rules, const QsMemory* memory, const QsBlended* pictures,
                  QsStageFrame* frame, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_blend";
-    require(context, {kCall, "context"});
-    const StageCall call(kCall, inputs, camera, rules);
+  return library::call(__func__, message, [&](const char* function) {
+    require(context, {function, "context"});
+    const StageCall call(function, inputs, camera, rules);
     const CallersMemory callers(call.where("memory"), memory);
     const QsBlended wanted = blended_of(call, pictures, "pictures", Access::writes);
     QsStageFrame drawn = frame_of(call, frame, false);
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     passes_of(call, use)->blend(callers, wanted, drawn);
-    write_struct(drawn, frame, {kCall, "frame"});
+    write_struct(drawn, frame, {function, "frame"});
   });
 }
 
 int32_t qs_forward(QsContext* context, const QsInputs* inputs, const QsCamera* camera,
                    const QsRules* rules, const QsMemory* memory, const QsBoundary* boundary,
                    const QsBlended* pictures, QsStageFrame* frame, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_forward";
-    clear_frame(frame, {kCall, "frame"});
-    require(context, {kCall, "context"});
-    const StageCall call(kCall, inputs, camera, rules);
+  return library::call(__func__, message, [&](const char* function) {
+    clear_frame(frame, {function, "frame"});
+    require(context, {function, "context"});
+    const StageCall call(function, inputs, camera, rules);
     const CallersMemory callers(call.where("memory"), memory);
     const QsBoundary wanted = boundary_of(call, boundary);
     const QsBlended wanted_pictures = blended_of(call, pictures, "pictures", Access::writes);
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     QsStageFrame made{};
     const auto passes = passes_of(call, use);
     passes->project(callers, wanted, made);
     passes->blend(callers, wanted_pictures, made);
-    write_struct(made, frame, {kCall, "frame"});
+    write_struct(made, frame, {function, "frame"});
   });
 }
 
@@ -93,14 +88,13 @@ int32_t qs_blend_backward(QsContext* context, const QsInputs* inputs, const QsCa
                           const QsRules* rules, const QsStageFrame* frame,
                           const QsBlended* by_pictures, const QsBoundaryGradients* by_boundary,
                           char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_blend_backward";
-    require(context, {kCall, "context"});
-    const StageCall call(kCall, inputs, camera, rules);
+  return library::call(__func__, message, [&](const char* function) {
+    require(context, {function, "context"});
+    const StageCall call(function, inputs, camera, rules);
     const QsStageFrame given = frame_of(call, frame, true);
     const QsBlended by = by_pictures_of(call, by_pictures, given);
     const QsBoundaryGradients out = boundary_gradients_of(call, by_boundary, Access::writes);
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     passes_of(call, use)->blend_backward(given, by, out);
   });
 }
@@ -109,14 +103,13 @@ int32_t qs_project_backward(QsContext* context, const QsInputs* inputs, const Qs
                             const QsRules* rules, const QsStageFrame* frame,
                             const QsBoundaryGradients* by_boundary,
                             const QsInputGradients* by_inputs, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_project_backward";
-    require(context, {kCall, "context"});
-    const StageCall call(kCall, inputs, camera, rules);
+  return library::call(__func__, message, [&](const char* function) {
+    require(context, {function, "context"});
+    const StageCall call(function, inputs, camera, rules);
     const QsStageFrame given = frame_of(call, frame, false);
     const QsBoundaryGradients by = boundary_gradients_of(call, by_boundary, Access::reads);
     const QsInputGradients out = input_gradients_of(call, by_inputs);
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     passes_of(call, use)->project_backward(given, by, out);
   });
 }
@@ -125,17 +118,16 @@ int32_t qs_backward(QsContext* context, const QsInputs* inputs, const QsCamera* 
                     const QsRules* rules, const QsStageFrame* frame, const QsBlended* by_pictures,
                     const QsBoundaryGradients* by_boundary, const QsInputGradients* by_inputs,
                     char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_backward";
-    require(context, {kCall, "context"});
-    const StageCall call(kCall, inputs, camera, rules);
+  return library::call(__func__, message, [&](const char* function) {
+    require(context, {function, "context"});
+    const StageCall call(function, inputs, camera, rules);
     const QsStageFrame given = frame_of(call, frame, true);
     const QsBlended by = by_pictures_of(call, by_pictures, given);
     QsBoundaryGradients at_boundary{};
     if (by_boundary != nullptr)
       at_boundary = boundary_gradients_of(call, by_boundary, Access::writes);
     const QsInputGradients out = input_gradients_of(call, by_inputs);
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     passes_of(call, use)->backward(given, by, at_boundary, out);
   });
 }

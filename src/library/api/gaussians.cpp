@@ -11,7 +11,9 @@
 #include "library/check/structs.h"
 #include "raster/scene/activated_cloud.h"
 
-namespace qs::library {
+using namespace qs;
+using namespace qs::library;
+
 namespace {
 
 /// Checks everything before any element is written.
@@ -56,14 +58,11 @@ void store_rows(const QsArray& array, const Range& range, const Value& value) {
     if constexpr (std::is_floating_point_v<Element>) {
       for (std::size_t i = range.begin; i < range.end; ++i) {
         const std::optional<std::size_t> index = range.scene.index_of(i);
-        Element* const row = elements + static_cast<std::ptrdiff_t>(i) * array.strides[0];
+
         for (std::size_t j = 0; j < columns; ++j) {
           for (std::size_t k = 0; k < channels; ++k) {
-            const std::ptrdiff_t place =
-                (columns > 1 ? static_cast<std::ptrdiff_t>(j) * array.strides[1] : 0) +
-                (channels > 1 ? static_cast<std::ptrdiff_t>(k) * array.strides[2] : 0);
-            row[place] = index ? static_cast<Element>(value(*index, j, k))
-                               : std::numeric_limits<Element>::quiet_NaN();
+            elements[offset_of(array, i, j, k)] = index ? static_cast<Element>(value(*index, j, k))
+                                                        : std::numeric_limits<Element>::quiet_NaN();
           }
         }
       }
@@ -100,21 +99,16 @@ void store_gaussians(const QsGaussians& wanted, const Range& range) {
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_scene_gaussians(QsSceneHandle* scene, const QsGaussians* gaussians, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_scene_gaussians";
-    require(scene, {kCall, "scene"});
-    const Where where{kCall, "gaussians"};
+  return library::call(__func__, message, [&](const char* function) {
+    require(scene, {function, "scene"});
+    const Where where{function, "gaussians"};
     const QsGaussians wanted = read_struct(gaussians, where);
     const OpenScene& open = scene->scene;
     const QsSceneFacts facts = open.facts();
     check_wanted(wanted, facts, where);
-    const Use use(open.context(), {kCall, "scene"});
+    const Use use(open.context(), {function, "scene"});
     use.pool().for_chunks(static_cast<std::size_t>(facts.gaussians), 1024,
                           [&](std::size_t begin, std::size_t end, int) {
                             store_gaussians(wanted, {open, begin, end});

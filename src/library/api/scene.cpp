@@ -111,13 +111,12 @@ using namespace qs::library;
 
 int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, QsSceneHandle** scene,
                       char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_scene_load";
-    require(scene, {kCall, "scene"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(scene, {function, "scene"});
     *scene = nullptr;
-    require(context, {kCall, "context"});
-    require_text(path, {kCall, "path"});
-    const Use use(*context->context, {kCall, "context"});
+    require(context, {function, "context"});
+    require_text(path, {function, "path"});
+    const Use use(*context->context, {function, "context"});
     ReadOptions options;
     options.axes = axes != nullptr ? axes : "";
     options.progress.stop = use.stop();
@@ -127,10 +126,9 @@ int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, Qs
 }
 
 int32_t qs_scene_facts(const QsSceneHandle* scene, QsSceneFacts* facts, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_scene_facts";
-    require(scene, {kCall, "scene"});
-    write_struct(scene->scene.facts(), facts, {kCall, "facts"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(scene, {function, "scene"});
+    write_struct(scene->scene.facts(), facts, {function, "facts"});
   });
 }
 

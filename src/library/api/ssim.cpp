@@ -10,7 +10,9 @@
 #include "library/check/context.h"
 #include "raster/kernel/ssim.h"
 
-namespace qs::library {
+using namespace qs;
+using namespace qs::library;
+
 namespace {
 
 using cpu::train::CountedPixels;
@@ -120,22 +122,14 @@ void write_gradient(const SsimCall& call, double by_mean, const QsArray& by_a, T
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_ssim(QsContext* context, const QsArray* a, const QsArray* b, uint32_t border,
                 double* mean, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_ssim";
-    require(context, {kCall, "context"});
-    require(a, {kCall, "a"});
-    require(b, {kCall, "b"});
-    require(mean, {kCall, "mean"});
-    const SsimCall call{kCall, *a, *b, border};
+  return library::call(__func__, message, [&](const char* function) {
+    require_all(function, {{"context", context}, {"a", a}, {"b", b}, {"mean", mean}});
+    const SsimCall call{function, *a, *b, border};
     call.check();
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     const auto nothing = [](const auto&...) {};
     const double sum = a->type == QS_FLOAT64 ? for_planes<double>(call, use.pool(), nothing)
                                              : for_planes<float>(call, use.pool(), nothing);
@@ -145,16 +139,12 @@ int32_t qs_ssim(QsContext* context, const QsArray* a, const QsArray* b, uint32_t
 
 int32_t qs_ssim_backward(QsContext* context, const QsArray* a, const QsArray* b, uint32_t border,
                          double by_mean, const QsArray* by_a, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_ssim_backward";
-    require(context, {kCall, "context"});
-    require(a, {kCall, "a"});
-    require(b, {kCall, "b"});
-    require(by_a, {kCall, "by_a"});
-    const SsimCall call{kCall, *a, *b, border};
+  return library::call(__func__, message, [&](const char* function) {
+    require_all(function, {{"context", context}, {"a", a}, {"b", b}, {"by_a", by_a}});
+    const SsimCall call{function, *a, *b, border};
     call.check();
-    call.check_like_a(*by_a, {kCall, "by_a"}, 1u << a->type, Access::writes);
-    const Use use(*context->context, {kCall, "context"});
+    call.check_like_a(*by_a, {function, "by_a"}, 1u << a->type, Access::writes);
+    const Use use(*context->context, {function, "context"});
     if (a->type == QS_FLOAT64)
       write_gradient<double>(call, by_mean, *by_a, use.pool());
     else

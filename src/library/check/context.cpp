@@ -14,6 +14,18 @@ namespace {
   return true;
 }();
 
+Backend chosen_backend(std::uint32_t backend, const Where& where) {
+  switch (backend) {
+    case QS_BACKEND_AUTO:
+      return available_backends().front();
+    case QS_BACKEND_CPU:
+      return Backend::cpu;
+    case QS_BACKEND_CUDA:
+      return Backend::cuda;
+    default:
+      refuse(where, "{} is none of QS_BACKEND_AUTO, _CPU and _CUDA", backend);
+  }
+}
 }  // namespace
 
 Context::Context(Backend backend, int device, int threads)
@@ -63,22 +75,6 @@ Use::~Use() {
   context_.busy_ = false;
 }
 
-namespace {
-
-Backend chosen_backend(std::uint32_t backend, const Where& where) {
-  switch (backend) {
-    case QS_BACKEND_AUTO:
-      return available_backends().front();
-    case QS_BACKEND_CPU:
-      return Backend::cpu;
-    case QS_BACKEND_CUDA:
-      return Backend::cuda;
-    default:
-      refuse(where, "{} is none of QS_BACKEND_AUTO, _CPU and _CUDA", backend);
-  }
-}
-
-}  // namespace
 }  // namespace qs::library
 
 using namespace qs;
@@ -86,15 +82,14 @@ using namespace qs::library;
 
 int32_t qs_context_open(uint32_t backend, int32_t device, int32_t threads, QsContext** context,
                         char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_context_open";
-    require(context, {kCall, "context"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(context, {function, "context"});
     *context = nullptr;
-    if (device < QS_FIRST_GPU) refuse({kCall, "device"}, "is {}", device);
+    if (device < QS_FIRST_GPU) refuse({function, "device"}, "is {}", device);
     constexpr int kMostThreads = 1024;
     if (threads < 0 || threads > kMostThreads)
-      refuse({kCall, "threads"}, "{} is not between 0 and {}", threads, kMostThreads);
-    const Backend chosen = chosen_backend(backend, {kCall, "backend"});
+      refuse({function, "threads"}, "{} is not between 0 and {}", threads, kMostThreads);
+    const Backend chosen = chosen_backend(backend, {function, "backend"});
     *context = new QsContext{std::make_shared<Context>(chosen, device, threads)};
   });
 }

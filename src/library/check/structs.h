@@ -30,6 +30,10 @@ template <>
 inline constexpr std::size_t kFirstBytes<QsPicture> = 632;
 template <>
 inline constexpr std::size_t kFirstBytes<QsAdam> = 488;
+template <>
+inline constexpr std::size_t kFirstBytes<QsComparison> = 144;
+template <>
+inline constexpr std::size_t kFirstBytes<QsConversion> = 32;
 
 /// No struct of the interface is larger, so larger sizes were never set.
 inline constexpr std::size_t kMostBytes = 4096;

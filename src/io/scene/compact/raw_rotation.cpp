@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/compact/raw_rotation.h"
-
 #include <array>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,8 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+
+#include "io/scene/compact/compact_model.h"
 
 namespace qs {
 namespace {

@@ -10,15 +10,14 @@
 #include <vector>
 
 #include "base/fail.h"
+#include "base/text.h"
 #include "io/bytes/byte_text.h"
-#include "io/bytes/json_kind.h"
+#include "io/bytes/json_text.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/cloud_parts.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/scene/gltf/gltf_file.h"
-#include "io/scene/gltf/gltf_nodes.h"
-#include "io/scene/gltf/gltf_splats.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/spz/spz.h"
 #include "raster/scene/transform.h"
@@ -42,13 +41,12 @@ const tinygltf::Value* member(const tinygltf::Value* object, const std::string& 
 
 class GltfScene {
  public:
-  GltfScene(std::span<const std::byte> content, const std::filesystem::path& path, ThreadPool& pool,
-            Scene& scene)
+  GltfScene(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool, Scene& scene)
       : path_(path), source_(path.string()), pool_(pool), scene_(scene), file_(content, path) {
     check_required_extensions();
     for (const PlacedMesh& placed : placed_meshes(file_.model(), source_)) add_mesh(placed);
     if (instances_.empty()) complain_about_nothing();
-    warn_of_the_others();
+    warn(others_, "{} other meshes are not shown.");
   }
 
   const GltfFile& file() const { return file_; }
@@ -59,15 +57,11 @@ class GltfScene {
     scene_.cloud = make_cloud(parts_.count(), degree);
     GltfClamped clamped;
     fill_cloud(scene_, pool_, progress, 0.1f, [&](std::size_t begin, std::size_t end) {
-      parts_.for_range(
-          begin, end,
-          [&](std::size_t part, std::uint64_t offset, std::size_t from, std::size_t to) {
-            const Instance& instance = instances_[part];
-            for (std::size_t i = from; i < to; ++i) {
-              fill_gaussian(*instance.splats, offset + (i - from), scene_.cloud, i, clamped);
-              if (instance.transform) instance.transform->apply(scene_.cloud, i);
-            }
-          });
+      parts_.for_range(begin, end, [&](std::size_t part, std::uint64_t row, std::size_t i) {
+        const Instance& instance = instances_[part];
+        fill_gaussian(*instance.splats, row, scene_.cloud, i, clamped);
+        if (instance.transform) instance.transform->apply(scene_.cloud, i);
+      });
       flip_axes(scene_.cloud, begin, end, kTurnAboutZ);
     });
     warn(clamped.scales, "{} Gaussians have a negative scale, which was taken for 0.");
@@ -82,14 +76,9 @@ class GltfScene {
 
   // Appends `sentence` with {} replaced by the count, unless the count is 0.
   void warn(std::size_t count, fmt::format_string<std::size_t&> sentence) {
-    if (count > 0) scene_.warnings.push_back(fmt::format(sentence, count));
+    if (count > 0) scene_.warn(sentence, count);
   }
-  void warn_once(std::string sentence) {
-    if (std::find(scene_.warnings.begin(), scene_.warnings.end(), sentence) ==
-        scene_.warnings.end()) {
-      scene_.warnings.push_back(std::move(sentence));
-    }
-  }
+  void warn_once(const std::string& sentence) { add_new(scene_.warnings, sentence); }
 
   // Extensions of materials and textures do not matter for Gaussians.
   void check_required_extensions() const {
@@ -202,7 +191,7 @@ class GltfScene {
     if (unpacked.format != "spz, version 2") {
       warn_once(fmt::format("{} holds '{}' instead of version 2.", kSpzExtension, unpacked.format));
     }
-    for (std::string& warning : unpacked.warnings) warn_once(std::move(warning));
+    for (const std::string& warning : unpacked.warnings) warn_once(warning);
     if (const auto position = primitive.attributes.find("POSITION");
         position != primitive.attributes.end()) {
       const std::uint64_t announced = file_.count(position->second, "POSITION");
@@ -278,8 +267,6 @@ class GltfScene {
     fail("{}: not a splat file: no mesh of its scene has the extension {}", source_, kExtension);
   }
 
-  void warn_of_the_others() { warn(others_, "{} other meshes are not shown."); }
-
   std::filesystem::path path_;
   std::string source_;
   ThreadPool& pool_;
@@ -293,13 +280,13 @@ class GltfScene {
 
 }  // namespace
 
-bool recognises_gltf(std::span<const std::byte> content, const std::filesystem::path&) {
+bool recognises_gltf(ByteSpan content, const std::filesystem::path&) {
   if (is_glb(content)) return true;
   return json_kind(text_of(content)) == JsonKind::gltf;
 }
 
-void read_gltf(std::span<const std::byte> content, const std::filesystem::path& path,
-               ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_gltf(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+               const ReadOptions& options, Scene& scene) {
   GltfScene gltf(content, path, pool, scene);
   options.progress.update(0.1f);
   scene.axes = "LUF";

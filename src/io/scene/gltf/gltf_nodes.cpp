@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/gltf/gltf_nodes.h"
-
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 
 #include "base/fail.h"
+#include "io/scene/gltf/gltf_file.h"
 
 namespace qs {
 namespace {

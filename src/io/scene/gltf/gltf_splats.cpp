@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/gltf/gltf_splats.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "io/cloud/cloud_memory.h"
+#include "io/scene/gltf/gltf_file.h"
 #include "raster/kernel/constants.h"
 
 namespace qs {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/ply/ply_rows.h"
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -9,6 +7,7 @@
 
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
+#include "io/scene/ply/ply_file.h"
 
 namespace qs {
 namespace {
@@ -33,7 +32,7 @@ double load_as_double(PlyType type, const std::byte* at, bool swap) {
 // The two encodings of a stream of numbers. number() and skip() return false if the bytes end or
 // are not a number; `problem` then describes the defect.
 struct BinaryNumbers {
-  std::span<const std::byte> content;
+  ByteSpan content;
   std::uint64_t offset;
   bool swap;
   std::string problem = "the file ends";
@@ -124,8 +123,8 @@ struct Walked {
   std::string problem;  // empty if the element is complete
 };
 
-Walked walk(std::span<const std::byte> content, PlyFormat format, const PlyElement& element,
-            std::uint64_t begin, double* values, const Progress& progress) {
+Walked walk(ByteSpan content, PlyFormat format, const PlyElement& element, std::uint64_t begin,
+            double* values, const Progress& progress) {
   if (format == PlyFormat::ascii) {
     AsciiNumbers numbers{text_of(content), begin};
     std::string problem = walk(element, numbers, values, progress);
@@ -144,11 +143,10 @@ Walked walk(std::span<const std::byte> content, PlyFormat format, const PlyEleme
 
 }  // namespace
 
-const PlyColumn* PlyRows::find(std::string_view column) const {
-  for (const PlyColumn& candidate : columns) {
-    if (candidate.name == column) return &candidate;
-  }
-  return nullptr;
+const PlyColumn& PlyRows::of_vertices(std::string_view column, const std::string& path) const {
+  const PlyColumn* const found = find(column);
+  if (found == nullptr) fail("{}: the vertices have no property {}", path, column);
+  return *found;
 }
 
 double PlyRows::value(std::uint64_t row, const PlyColumn& column) const {

@@ -11,7 +11,6 @@
 
 #include "io/bytes/byte_text.h"
 #include "io/bytes/json_entry.h"
-#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/cloud_parts.h"
@@ -42,24 +41,19 @@ void fill_from(const std::vector<Part>& parts, Scene& scene, ThreadPool& pool,
   }
   scene.cloud = make_cloud(cloud_parts.count(), degree);
   fill_cloud(scene, pool, progress, 0.5f, [&](std::size_t begin, std::size_t end) {
-    cloud_parts.for_range(
-        begin, end, [&](std::size_t at, std::uint64_t offset, std::size_t from, std::size_t to) {
-          const Part& part = parts[at];
-          const std::uint64_t first = part.offset + offset;
-          for (std::size_t i = from; i < to; ++i)
-            part.decoder->fill(first + (i - from), scene.cloud, i);
-        });
+    cloud_parts.for_range(begin, end, [&](std::size_t part, std::uint64_t row, std::size_t i) {
+      parts[part].decoder->fill(parts[part].offset + row, scene.cloud, i);
+    });
   });
 }
 
 void add_warnings(const SogDecoder& decoder, Scene& scene) {
   if (decoder.unrotated() > 0) warn_of_missing_rotations(scene, decoder.unrotated());
-  if (decoder.unlabelled() > 0) {
-    scene.warnings.push_back(
-        fmt::format("{} Gaussians have only their base colour: their spherical harmonics are not "
-                    "in the palette.",
-                    decoder.unlabelled()));
-  }
+  if (decoder.unlabelled() > 0)
+    scene.warn(
+        "{} Gaussians have only their base colour: their spherical harmonics are not in the "
+        "palette.",
+        decoder.unlabelled());
 }
 
 // The part of the finest level that a leaf refers to.
@@ -184,13 +178,13 @@ class SceneFiles {
 
 }  // namespace
 
-bool recognises_sog(std::span<const std::byte> content, const std::filesystem::path&) {
+bool recognises_sog(ByteSpan content, const std::filesystem::path&) {
   if (is_zip(content)) return !is_npz(content) && !is_torch_archive(content);
   return json_kind(text_of(content).substr(0, kMaxMetaBytes)) == JsonKind::sog;
 }
 
-void read_sog(std::span<const std::byte> content, const std::filesystem::path& path,
-              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_sog(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+              const ReadOptions& options, Scene& scene) {
   const bool zipped = is_zip(content);
   const auto files = zipped ? files_in_zip(content, path, kMetaFile) : files_beside(path);
   Array<std::byte> unpacked;
@@ -202,18 +196,18 @@ void read_sog(std::span<const std::byte> content, const std::filesystem::path& p
   if (content.size() > kMaxMetaBytes) fail("{}: too long for a SOG scene's description", source);
   SogDecoder decoder(text_of(content), source, *files, "", pool);
   options.progress.update(0.5f);
-  if (files->is_folder()) scene.file_bytes += decoder.picture_bytes();
+  if (!zipped) scene.file_bytes += decoder.picture_bytes();
   scene.format = fmt::format("sog, version {}{}", decoder.version(), zipped ? "" : ", folder");
   fill_from({{&decoder, 0, decoder.count()}}, scene, pool, options.progress);
   add_warnings(decoder, scene);
 }
 
-bool recognises_streamed_sog(std::span<const std::byte> content, const std::filesystem::path&) {
+bool recognises_streamed_sog(ByteSpan content, const std::filesystem::path&) {
   return json_kind(text_of(content).substr(0, kMaxTreeBytes)) == JsonKind::streamed_sog;
 }
 
-void read_streamed_sog(std::span<const std::byte> content, const std::filesystem::path& path,
-                       ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_streamed_sog(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                       const ReadOptions& options, Scene& scene) {
   const std::string source = path.string();
   if (content.size() > kMaxTreeBytes) fail("{}: too long for a tree of scenes", source);
   const Tree tree(text_of(content), source);

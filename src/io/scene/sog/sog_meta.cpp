@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/sog/sog_meta.h"
-
 #include <cmath>
 
 #include "io/bytes/json_entry.h"
 #include "io/bytes/json_text.h"
 #include "io/cloud/quantised.h"
+#include "io/scene/sog/sog_decoder.h"
 
 namespace qs {
 namespace {

@@ -7,6 +7,7 @@
 #include <zstd.h>
 
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/inflate.h"
 #include "io/cloud/cloud_memory.h"
 
@@ -54,7 +55,7 @@ void make_blocks(SpzContent& content, std::uint64_t file_bytes, const std::strin
   }
   content.bytes.resize(total);
   prefer_huge_pages(content.bytes.data(), total);
-  std::span<const std::byte> rest = content.bytes;
+  ByteSpan rest = content.bytes;
   for (std::size_t i = 0; i < kSpzBlocks; ++i) {
     content.blocks[i] = rest.first(row_bytes[i] * header.count);
     rest = rest.subspan(content.blocks[i].size());
@@ -75,13 +76,12 @@ std::size_t inflate_into(std::span<std::byte> out, std::size_t filled, std::size
   return filled;
 }
 
-SpzContent unpack_gzip(std::span<const std::byte> file, const std::string& path,
-                       const Progress& progress, float end,
-                       const std::function<void(const SpzContent&)>& base_is_there) {
+SpzContent unpack_gzip(ByteSpan file, const std::string& path, const Progress& progress, float end,
+                       const UseSpz& base_is_there) {
   SpzContent content;
   Inflater inflater(file, path);
   std::array<std::byte, kLegacyHeaderBytes> head;
-  const std::span<const std::byte> head_bytes(head.data(), inflater.read(head));
+  const ByteSpan head_bytes(head.data(), inflater.read(head));
   ByteCursor cursor(head_bytes, path);
   content.header = read_header(cursor, path);
   cursor.read<std::uint8_t>("the header");  // reserved
@@ -113,7 +113,7 @@ SpzContent unpack_gzip(std::span<const std::byte> file, const std::string& path,
 }
 
 struct Stream {
-  std::span<const std::byte> compressed;
+  ByteSpan compressed;
   std::span<std::byte> out;
 };
 
@@ -128,8 +128,7 @@ void unpack_zstd(const Stream& stream, std::size_t number, const std::string& pa
   }
 }
 
-SpzContent unpack_plain(std::span<const std::byte> file, const std::string& path,
-                        ThreadPool& pool) {
+SpzContent unpack_plain(ByteSpan file, const std::string& path, ThreadPool& pool) {
   SpzContent content;
   ByteCursor cursor(file, path);
   content.header = read_header(cursor, path);
@@ -182,7 +181,7 @@ SpzContent unpack_plain(std::span<const std::byte> file, const std::string& path
   return content;
 }
 
-bool begins_with_magic(std::span<const std::byte> content) {
+bool begins_with_magic(ByteSpan content) {
   return content.size() >= sizeof kSpzMagic && load<std::uint32_t>(content.data()) == kSpzMagic;
 }
 
@@ -195,15 +194,14 @@ std::array<std::uint64_t, kSpzBlocks> spz_row_bytes(const SpzHeader& header) {
   return {position, 1, 3, 3, rotation, 3 * ((degree + 1) * (degree + 1) - 1)};
 }
 
-bool is_spz(std::span<const std::byte> content) {
+bool is_spz(ByteSpan content) {
   if (!is_gzip(content)) return begins_with_magic(content);
   std::array<std::byte, sizeof kSpzMagic> head;
   return begins_with_magic(std::span(head).first(Inflater(content, "").try_read(head)));
 }
 
-SpzContent unpack_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-                      ThreadPool& pool, const Progress& progress, float end,
-                      const std::function<void(const SpzContent&)>& base_is_there) {
+SpzContent unpack_spz(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                      const Progress& progress, float end, const UseSpz& base_is_there) {
   SpzContent unpacked = is_gzip(content)
                             ? unpack_gzip(content, path.string(), progress, end, base_is_there)
                             : unpack_plain(content, path.string(), pool);

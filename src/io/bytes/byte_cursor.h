@@ -49,10 +49,9 @@ class ByteCursor {
 
   /// The next `count` bytes. Throws Error(input) when fewer are left.
   ByteSpan take(std::uint64_t count, const char* what) {
-    if (count > left()) {
+    if (count > left())
       fail("{}: cut off: {} needs {} bytes at offset {}, {} are left", source_(), what, count,
            offset_, left());
-    }
     const auto part = bytes_.subspan(offset_, count);
     offset_ += count;
     return part;

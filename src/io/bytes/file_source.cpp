@@ -24,14 +24,12 @@ class FolderFiles : public FileSource {
     const std::filesystem::path path =
         scene_file_.parent_path() / checked_file_name(name, scene_file_.string());
     std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) {
+    if (!std::filesystem::is_regular_file(path, error))
       fail("{}: the file {} that it names is missing", scene_file_.string(), name);
-    }
     const MappedFile file(path);
-    if (file.content().size() > max_bytes) {
+    if (file.content().size() > max_bytes)
       fail("{}: the file {} has {} bytes, more than the {} that make sense", scene_file_.string(),
            name, file.content().size(), max_bytes);
-    }
     return {file.content().begin(), file.content().end()};
   }
 
@@ -69,13 +67,11 @@ class ZipFiles : public FileSource {
     const auto found = files_.find(full);
     if (found == files_.end()) fail("{}: the archive has no file {}", path_, full);
     const ZippedFile& file = found->second;
-    if (file.bytes > max_bytes) {
+    if (file.bytes > max_bytes)
       fail("{}: {} has {} bytes unpacked, more than the {} that make sense", path_, full,
            file.bytes, max_bytes);
-    }
-    if (file.bytes > allowed_) {
+    if (file.bytes > allowed_)
       fail("{}: its files have more bytes unpacked than make sense in such a small archive", path_);
-    }
     allowed_ -= file.bytes;
     return unzipped(file, path_);
   }

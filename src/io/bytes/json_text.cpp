@@ -134,9 +134,8 @@ JsonKind kind_of_object(std::string_view text, std::size_t begin) {
 
 nlohmann::json parse_json(std::string_view text, std::string_view source, std::size_t max_values) {
   const Shape shape = shape_of(text);
-  if (shape.depth > kMaxDepth) {
+  if (shape.depth > kMaxDepth)
     fail("{}: not valid JSON: more than {} levels of brackets", source, kMaxDepth);
-  }
   if (shape.values > max_values) fail("{}: JSON of more than {} values", source, max_values);
   try {
     return nlohmann::json::parse(text);

@@ -13,6 +13,8 @@
 #include <iosfwd>
 #include <optional>
 
+#include "base/descriptor.h"
+
 namespace qs {
 
 using WriteFiles = std::function<void(const std::filesystem::path& temporary)>;
@@ -50,5 +52,20 @@ void write_file(const std::filesystem::path& path, const WriteStream& write);
 /// bytes that were written to `file`. `path` is the name to show.
 [[noreturn]] void fail_to_write(const std::filesystem::path& path,
                                 const std::filesystem::path& file);
+
+/// Lets one process at a time write into a folder. The kernel holds the lock (flock on the folder
+/// itself), so nothing is left when the process ends, not even after kill -9.
+class FolderLock {
+ public:
+  /// Locks an existing folder until the destructor runs. Throws Error(usage) "PATH: WHO" if another
+  /// lock exists, in this process or another: `who` says who has it.
+  FolderLock(const std::filesystem::path& folder, const char* who);
+
+  /// False: the file system cannot lock folders, so nothing is locked.
+  bool held() const { return static_cast<bool>(folder_); }
+
+ private:
+  Descriptor folder_;
+};
 
 }  // namespace qs

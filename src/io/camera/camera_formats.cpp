@@ -59,9 +59,8 @@ std::filesystem::path file_in(const std::filesystem::path& folder) {
   std::error_code error;
   for (const CameraFormat& format : kFormats) {
     const std::filesystem::path place = format.place;
-    for (const auto& candidate : {place, place.filename(), "0" / place.filename()}) {
+    for (const auto& candidate : {place, place.filename(), "0" / place.filename()})
       if (std::filesystem::is_regular_file(folder / candidate, error)) return folder / candidate;
-    }
   }
   fail("{}: a folder without cameras.json, COLMAP's images.bin or images.txt, or transforms.json",
        folder.string());
@@ -99,12 +98,11 @@ std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
     return holds(row.names, std::string_view(name)) ||
            (kind != JsonKind::none && holds(row.kinds, kind));
   });
-  if (format == kFormats.end() && kind == JsonKind::none) {
+  if (format == kFormats.end() && kind == JsonKind::none)
     fail(
         "{}: not a file of cameras: these are cameras.json, transforms.json, and images.bin and "
         "images.txt of COLMAP",
         file.string());
-  }
   // Another file is passed to the reader of cameras.json, whose message names the defect.
   std::vector<LensCamera> cameras =
       format == kFormats.end() ? read_cameras_json(file) : format->read(file);
@@ -117,10 +115,9 @@ std::string photograph_name(const std::string& file_name) {
   const std::size_t dot = file_name.rfind('.');
   if (dot == std::string::npos || dot == 0) return file_name;
   const std::string ending = lower_case(file_name.substr(dot));
-  for (const char* known : {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp",
-                            ".heic", ".ppm", ".pfm"}) {
+  for (const char* known :
+       {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp", ".heic", ".ppm", ".pfm"})
     if (ending == known) return file_name.substr(0, dot);
-  }
   return file_name;
 }
 
@@ -128,31 +125,27 @@ void check_camera(const Camera& camera, const std::string& where) {
   // Frames are computed in single precision, which holds squares up to 3e38.
   constexpr double kMost = 1e15;
   const glm::dvec3 position = camera.position();
-  for (const double value : {position.x, position.y, position.z}) {
+  for (const double value : {position.x, position.y, position.z})
     if (!(std::abs(value) <= kMost))
       fail("{}: its position {:.4g} is more than {:g} from the origin", where, value, kMost);
-  }
   for (const double value : {camera.focal_px.x, camera.focal_px.y, camera.center_px.x,
-                             camera.center_px.y, camera.near_depth}) {
+                             camera.center_px.y, camera.near_depth})
     if (!(std::abs(value) <= kMost))
       fail("{}: {:.4g} for its focal length, principal point or near plane is more than {:g}",
            where, value, kMost);
-  }
 }
 
 double rotation_error(const glm::dmat3& matrix) {
   const glm::dmat3 product = matrix * glm::transpose(matrix);
   double error = std::abs(glm::determinant(matrix) - 1);
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) error = std::max(error, std::abs(product[i][k] - (i == k ? 1 : 0)));
-  }
   return error;
 }
 
 std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file) {
-  for (const CameraFormat& format : camera_formats()) {
+  for (const CameraFormat& format : camera_formats())
     if (auto found = find_beside(scene_file, format.place)) return found;
-  }
   return std::nullopt;
 }
 

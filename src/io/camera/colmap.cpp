@@ -59,10 +59,9 @@ void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::
   const auto distortion = parameters.subspan(focal_lengths + 2);
   const bool distorts = std::any_of(distortion.begin(), distortion.end(),
                                     [](double value) { return std::abs(value) > kNoDistortion; });
-  if (!model.pinhole || (distorts && !model.undistorted)) {
+  if (!model.pinhole || (distorts && !model.undistorted))
     fail("{}: a {} lens that distorts; undistort the photographs first (colmap image_undistorter)",
          where, model.name);
-  }
   Lens lens;
   lens.focal_px = {parameters[0], parameters[focal_lengths - 1]};
   lens.center_px = {parameters[focal_lengths] - 0.5, parameters[focal_lengths + 1] - 0.5};
@@ -87,9 +86,8 @@ LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
   if (lens == lenses.end()) fail("{}: there is no camera {}", where, image.lens);
   const double length = glm::length(image.rotation);
   if (!std::isfinite(length) || length < 1e-9) fail("{}: its quaternion is no rotation", where);
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     if (!std::isfinite(image.translation[i])) fail("{}: its translation is not finite", where);
-  }
   const glm::dmat3 rotation = glm::mat3_cast(image.rotation / length);
   LensCamera result = lens->second;
   Camera& camera = result.camera;

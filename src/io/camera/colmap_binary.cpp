@@ -72,10 +72,9 @@ void for_each_record(const std::filesystem::path& path, const char* kind, F read
     read(record);
     rest = rest.subspan(record.bytes());
   }
-  if (!rest.empty()) {
+  if (!rest.empty())
     fail("{}: {} bytes follow the {} {}s that it announces", path.string(), rest.size(), count,
          kind);
-  }
 }
 
 }  // namespace

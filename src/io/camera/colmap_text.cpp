@@ -99,9 +99,8 @@ class Lines {
 void skip_points(Line line) {
   int words = 0;
   for (; !line.empty(); ++words) line.word("a point");
-  if (words % 3 != 0) {
+  if (words % 3 != 0)
     fail("{}: not a list of points, but every image has such a line, even if empty", line.where());
-  }
 }
 
 }  // namespace

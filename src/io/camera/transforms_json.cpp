@@ -41,19 +41,16 @@ double focal_px(const FrameEntry& frame, const char* length, const char* angle, 
 }
 
 void require_known_lens(const FrameEntry& frame) {
-  for (const char* key : {"k3", "k4"}) {
-    if (frame.has(key) && std::abs(frame.number(key)) > kNoDistortion) {
+  for (const char* key : {"k3", "k4"})
+    if (frame.has(key) && std::abs(frame.number(key)) > kNoDistortion)
       fail("{}: {} is not 0: the lens distorts; undistort the photographs first", frame.frame.where,
            key);
-    }
-  }
   if (!frame.has("camera_model")) return;
   const std::string& model = frame.with("camera_model").text("camera_model");
   if (model.find("PINHOLE") == std::string::npos && model != "OPENCV" && model != "RADIAL" &&
-      model != "SIMPLE_RADIAL") {
+      model != "SIMPLE_RADIAL")
     fail("{}: camera_model {} is no pinhole camera; undistort the photographs first",
          frame.frame.where, model.substr(0, 40));
-  }
 }
 
 // The camera with the frame's distortion; `camera` has the intrinsics of the photograph.

@@ -36,9 +36,8 @@ GaussianCloud with_sh_degree(GaussianCloud cloud, int degree) {
   const auto before = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
   const auto after = static_cast<std::size_t>(sh_coefficient_count(degree));
   Array<glm::vec3> sh(cloud.size() * after);
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
+  for (std::size_t i = 0; i < cloud.size(); ++i)
     std::copy_n(&cloud.sh[i * before], after, &sh[i * after]);
-  }
   cloud.sh = std::move(sh);
   cloud.sh_degree = degree;
   return cloud;

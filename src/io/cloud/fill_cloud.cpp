@@ -86,26 +86,22 @@ class Sieve {
     std::array<std::size_t, kFlaws> counts{};
     for (const Dropped& dropped : dropped_) ++counts[dropped.flaw];
     for (std::size_t flaw = 0; flaw < kFlaws; ++flaw) {
-      if (counts[flaw] == count) {
+      if (counts[flaw] == count)
         fail("{}: every one of its {} Gaussians has {}", scene.path.string(), count,
              kFlawNames[flaw]);
-      }
       if (counts[flaw] == 0) continue;
       scene.warn("{} of {} Gaussians were dropped for {}.", counts[flaw], count, kFlawNames[flaw]);
     }
-    if (dropped_.size() == count) {
+    if (dropped_.size() == count)
       fail("{}: none of its {} Gaussians can be drawn: all have NaN, infinite or absurd values",
            scene.path.string(), count);
-    }
     if (!dropped_.empty()) remove_dropped();
-    if (all_scales_positive_ && count >= kEnoughToJudge) {
+    if (all_scales_positive_ && count >= kEnoughToJudge)
       scene.warn(
           "The scales look already activated: all logarithms are positive, so that every Gaussian "
           "is larger than one unit; drawing may be slow.");
-    }
-    if (all_transparent_) {
+    if (all_transparent_)
       scene.warn("Nothing will be visible: every Gaussian is fainter than 1/255.");
-    }
   }
 
   // Removes the Gaussians that inspect() rejected and returns their indices, in increasing order.

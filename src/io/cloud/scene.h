@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,8 @@
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
+
+class ThreadPool;
 
 /// A part of a scene's files.
 struct FilePart {
@@ -88,6 +91,14 @@ struct ReadOptions {
 };
 
 // Samples of scenes that are being read; see Sampling.
+
+/// The functions of a format. They get the file's whole content (memory-mapped) and its path, which
+/// is used in messages and for the extension, and work in the caller's thread pool.
+using RecogniseScene = bool(std::span<const std::byte> content, const std::filesystem::path& path);
+using ReadScene = void(std::span<const std::byte> content, const std::filesystem::path& path,
+                       ThreadPool& pool, const ReadOptions& options, Scene& scene);
+using WriteScene = void(const GaussianCloud& cloud, const std::filesystem::path& path,
+                        ThreadPool& pool, const Progress& progress);
 
 /// True if `sampling` requests a sample of a scene with `count` Gaussians.
 bool is_sampled(std::size_t count, const Sampling& sampling);

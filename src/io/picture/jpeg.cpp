@@ -102,18 +102,15 @@ constexpr std::uintmax_t kMostPixelsPerByte = 1024;
 
 void check_header(const jpeg_decompress_struct& jpeg, const std::filesystem::path& path) {
   const J_COLOR_SPACE colors = jpeg.jpeg_color_space;
-  if (colors == JCS_CMYK || colors == JCS_YCCK) {
+  if (colors == JCS_CMYK || colors == JCS_YCCK)
     fail("{}: a JPEG with CMYK colours, which are for printing: convert it to RGB", path.string());
-  }
-  if (colors != JCS_GRAYSCALE && colors != JCS_RGB && colors != JCS_YCbCr) {
+  if (colors != JCS_GRAYSCALE && colors != JCS_RGB && colors != JCS_YCbCr)
     fail("{}: a JPEG with {} components of unknown colours", path.string(), jpeg.num_components);
-  }
   check_picture_size(path, jpeg.image_width, jpeg.image_height, jpeg.num_components);
   const std::uintmax_t bytes = std::filesystem::file_size(path);
-  if (std::uintmax_t{jpeg.image_width} * jpeg.image_height / kMostPixelsPerByte > bytes) {
+  if (std::uintmax_t{jpeg.image_width} * jpeg.image_height / kMostPixelsPerByte > bytes)
     fail("{}: claims {} x {} pixels, which its {} bytes cannot hold", path.string(),
          jpeg.image_width, jpeg.image_height, bytes);
-  }
 }
 
 bool write_jpeg(JpegWriter& writer, const RgbaPixels& pixels, int quality, std::uint8_t* row) {
@@ -132,9 +129,8 @@ bool write_jpeg(JpegWriter& writer, const RgbaPixels& pixels, int quality, std::
   const std::size_t width = jpeg.image_width;
   while (jpeg.next_scanline < jpeg.image_height) {
     const std::uint8_t* from = pixels.values.data() + 4 * width * jpeg.next_scanline;
-    for (std::size_t x = 0; x < width; ++x) {
+    for (std::size_t x = 0; x < width; ++x)
       for (std::size_t c = 0; c < 3; ++c) row[3 * x + c] = from[4 * x + c];
-    }
     JSAMPROW rows[] = {row};
     jpeg_write_scanlines(&jpeg, rows, 1);
   }

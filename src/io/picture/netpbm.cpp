@@ -48,9 +48,8 @@ template <class T>
 T parse(std::string_view word, const std::filesystem::path& path) {
   T value{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) {
+  if (error != std::errc() || end != word.data() + word.size())
     fail("{}: '{}' in the picture's header is not a number", path.string(), word.substr(0, 20));
-  }
   return value;
 }
 
@@ -61,10 +60,9 @@ Image make_image(const Header& header, std::string_view content, const std::file
   const auto height = parse<std::int64_t>(header.words[2], path);
   check_picture_size(path, width, height, channels);
   const auto needed = static_cast<std::size_t>(width * height * channels * bytes_per_value);
-  if (content.size() - header.end < needed) {
+  if (content.size() - header.end < needed)
     fail("{}: truncated: {} x {} pixels need {} bytes, {} are there", path.string(), width, height,
          needed, content.size() - header.end);
-  }
   return {static_cast<int>(width), static_cast<int>(height), channels};
 }
 

@@ -154,9 +154,8 @@ std::string encode(const Image& image, int bits, std::FILE* file, const ImageMet
   std::vector<std::pair<std::string, std::string>> entries(metadata.begin(), metadata.end());
   Pixels pixels{image.width, image.height, image.channels, bits, {}, {}};
   const auto row_bytes = static_cast<std::size_t>(image.width * image.channels * bits / 8);
-  for (int y = 0; y < image.height; ++y) {
+  for (int y = 0; y < image.height; ++y)
     pixels.rows.push_back(bytes.data() + static_cast<std::size_t>(y) * row_bytes);
-  }
   for (auto& [key, value] : entries) pixels.texts.push_back(make_text(key, value));
   Writer writer;
   if (!writer.info) throw std::bad_alloc();
@@ -195,10 +194,9 @@ Image read_png(const std::filesystem::path& path) {
   check_picture_size(path, width, height, channels);
   // Deflate expands at most 1,032 times, and a 1-bit pixel may become 32 bits of RGBA.
   const std::uint64_t row_bytes = png_get_rowbytes(reader.png, reader.info);
-  if (row_bytes * height / (1032 * 32) > std::filesystem::file_size(path)) {
+  if (row_bytes * height / (1032 * 32) > std::filesystem::file_size(path))
     fail("{}: claims {} x {} pixels, which its {} bytes cannot hold", path.string(), width, height,
          std::filesystem::file_size(path));
-  }
   std::vector<png_byte> bytes(row_bytes * height);
   std::vector<png_bytep> rows(height);
   for (std::size_t y = 0; y < height; ++y) rows[y] = bytes.data() + y * row_bytes;

@@ -40,9 +40,8 @@ int goes_on(int, const WebPPicture* picture) {
 WebpSize webp_size(ByteSpan content, const std::string& where) {
   constexpr int kLossy = 1;
   WebPBitstreamFeatures features;
-  if (WebPGetFeatures(data_of(content), content.size(), &features) != VP8_STATUS_OK) {
+  if (WebPGetFeatures(data_of(content), content.size(), &features) != VP8_STATUS_OK)
     fail("{}: not a WebP picture", where);
-  }
   if (features.has_animation != 0) fail("{}: an animation instead of a picture", where);
   if (features.format == kLossy) fail("{}: a lossy picture, which cannot hold exact values", where);
   return {static_cast<std::uint64_t>(features.width), static_cast<std::uint64_t>(features.height)};
@@ -53,9 +52,8 @@ Array<std::uint8_t> decode_webp(ByteSpan content, const std::string& where) {
   Array<std::uint8_t> pixels(4 * size.pixels());
   const int stride = static_cast<int>(4 * size.width);  // at most 4 * 16383
   if (WebPDecodeRGBAInto(data_of(content), content.size(), pixels.data(), pixels.size(), stride) ==
-      nullptr) {
+      nullptr)
     fail("{}: the WebP picture is damaged", where);
-  }
   return pixels;
 }
 

@@ -19,8 +19,7 @@
 
 namespace qs {
 
-/// One file format. Both functions get the file's whole content (memory-mapped) and its path, which
-/// is used in messages and for the extension. read() works in the caller's thread pool.
+/// One file format.
 struct ReaderRow {
   const char* name;        ///< "ply"
   const char* extensions;  ///< ".ply", space separated
@@ -28,9 +27,8 @@ struct ReaderRow {
   const char* axes;        ///< default frame of its values: "RDF"
   const char* sh_degrees;  ///< SH degrees that are read: "0-3"
   const char* limits;      ///< content that is refused or lost
-  bool (*recognises)(ByteSpan content, const std::filesystem::path& path);
-  void (*read)(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-               const ReadOptions& options, Scene& scene);
+  RecogniseScene* recognises;
+  ReadScene* read;
 };
 
 /// All readable formats; content decides, the extension breaks ties.

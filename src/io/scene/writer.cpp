@@ -36,14 +36,12 @@ constexpr std::array kWriters = {
 const WriterRow& choose_writer(const std::filesystem::path& path, std::string_view format) {
   if (const WriterRow* found = find_writer(path, format)) return *found;
   std::string known;
-  for (const WriterRow& row : kWriters) {
+  for (const WriterRow& row : kWriters)
     known +=
         fmt::format("{} {}", known.empty() ? "" : ",", format.empty() ? row.extension : row.name);
-  }
-  if (format.empty()) {
+  if (format.empty())
     fail(ErrorKind::usage, "{}: cannot write '{}' files; writable are:{}", path.string(),
          path.extension().string(), known);
-  }
   fail(ErrorKind::usage, "{}: cannot write '{}'; writable are:{}", path.string(), format, known);
 }
 

@@ -11,6 +11,7 @@
 
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "io/cloud/scene.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -22,8 +23,7 @@ struct WriterRow {
   const char* axes;    ///< frame of its values: "RDF"
   int max_sh_degree;   ///< highest degree that the format stores
   const char* losses;  ///< rounding and omissions
-  void (*write)(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
-                const Progress& progress);
+  WriteScene* write;
 };
 
 std::span<const WriterRow> writers();

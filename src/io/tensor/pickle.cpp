@@ -216,9 +216,8 @@ class PickleMachine {
   void push_long(std::size_t size) {
     const auto bytes = in_.take(size, "an integer");
     if (size > kMaxLongBytes) refuse("an integer of {} bytes", size);
-    if (size > sizeof(std::int64_t)) {
+    if (size > sizeof(std::int64_t))
       return push({.kind = PickleKind::long_integer, .bytes = bytes});
-    }
     std::uint64_t value = 0;
     for (std::size_t i = 0; i < size; ++i)
       value |= std::to_integer<std::uint64_t>(bytes[i]) << 8 * i;
@@ -296,9 +295,8 @@ class PickleMachine {
 
   void add(PickleKind kind, const std::vector<PickleRef>& items) {
     PickleObject& container = top();
-    if (container.kind != kind) {
+    if (container.kind != kind)
       refuse("items are added to {} instead of {}", describe(container.kind), describe(kind));
-    }
     if (kind == PickleKind::dictionary && items.size() % 2 != 0) refuse("a key has no value");
     count_items(items.size());
     container.items.insert(container.items.end(), items.begin(), items.end());

@@ -17,7 +17,6 @@
 #include "learn/diff/cuda/device.h"
 #endif
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {
@@ -69,13 +68,11 @@ void step_row(const QsAdam& adam, const AdamShape& shape, const AdamRule& rule,
     return static_cast<float*>(array.data)[offset_of(array, row, i, j, k)];
   };
   const auto rate = static_cast<float>(adam.rate);
-  for (std::int64_t i = 0; i < shape[1]; ++i) {
-    for (std::int64_t j = 0; j < shape[2]; ++j) {
+  for (std::int64_t i = 0; i < shape[1]; ++i)
+    for (std::int64_t j = 0; j < shape[2]; ++j)
       for (std::int64_t k = 0; k < shape[3]; ++k)
         qs::adam(rule, step, rate, element(adam.gradients, i, j, k), element(adam.values, i, j, k),
                  element(adam.first, i, j, k), element(adam.second, i, j, k));
-    }
-  }
 }
 
 /// A step of a call, checked.

@@ -14,7 +14,6 @@ struct QsCameras {
   std::vector<qs::Camera> list;
 };
 
-using namespace qs;
 using namespace qs::library;
 
 int32_t qs_cameras_open(const char* path, QsCameras** cameras, uint64_t* count, char* message) {

@@ -13,7 +13,6 @@
 #include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {

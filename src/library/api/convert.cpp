@@ -17,7 +17,6 @@
 #include "raster/scene/cloud_order.h"
 #include "raster/scene/removal.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {

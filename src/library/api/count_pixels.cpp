@@ -7,7 +7,6 @@
 #include "library/check/frame_memory.h"
 #include "library/check/stage_arguments.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {
@@ -31,13 +30,11 @@ int32_t qs_count_pixels(QsContext* context, const QsInputs* inputs, const QsCame
     require_all(function, {{"context", context}, {"counts", counts}});
     const StageCall call(function, inputs, camera, rules);
     const QsStageFrame given = frame_of(call, frame, false);
-    if (call.place.is_gpu()) {
+    if (call.place.is_gpu())
       refuse({function, "frame"}, "is in {}, but pixels are counted in host memory alone",
              call.place.text());
-    }
-    if (!(behind >= 0 && behind < 1)) {
+    if (!(behind >= 0 && behind < 1))
       refuse({function, "behind"}, "{} is not at least 0 and below 1", behind);
-    }
     check_array(*counts, {function, "counts"}, {call.gaussians}, 1u << QS_INT32, Access::writes);
     const Use use(*context->context, {function, "context"});
     if (call.type() == QS_FLOAT64)

@@ -65,11 +65,10 @@ void* Temporary::allocate(std::size_t bytes) {
 template <class F>
 void for_each_element(const QsArray& array, std::size_t element_bytes, const F& f) {
   const std::int64_t columns = array.dimensions > 1 ? array.sizes[1] : 1;
-  for (std::int64_t i = 0; i < array.sizes[0]; ++i) {
+  for (std::int64_t i = 0; i < array.sizes[0]; ++i)
     for (std::int64_t j = 0; j < columns; ++j)
       f(i * columns + j, static_cast<std::byte*>(array.data) +
                              offset_of(array, i, j) * static_cast<std::int64_t>(element_bytes));
-  }
 }
 
 class CudaPasses final : public Passes {

@@ -11,7 +11,6 @@
 #include "raster/api/renderer.h"
 #include "version.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {

@@ -9,7 +9,6 @@
 #include "library/check/stage_arguments.h"
 #include "library/check/structs.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {
@@ -23,9 +22,8 @@ QsBlended by_pictures_of(const StageCall& call, const QsBlended* given, const Qs
   constexpr const char* kArgument = "by_pictures";
   const QsBlended by = blended_of(call, given, kArgument, Access::reads);
   const auto refuse_depth = [&](const QsArray& array, const char* name) {
-    if (frame.has_depth == 0 && !is_absent(array)) {
+    if (frame.has_depth == 0 && !is_absent(array))
       refuse(call.where(kArgument) / name, "is given, but the frame was drawn without depths");
-    }
   };
   refuse_depth(by.depth, "depth");
   refuse_depth(by.inverse_depth, "inverse_depth");

@@ -9,7 +9,6 @@
 #include "library/check/structs.h"
 #include "library/check/view_arguments.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {

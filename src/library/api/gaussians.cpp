@@ -11,7 +11,6 @@
 #include "library/check/structs.h"
 #include "raster/scene/activated_cloud.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {
@@ -32,12 +31,10 @@ void check_wanted(const QsGaussians& wanted, const QsSceneFacts& facts, const Wh
   arrays.optional(wanted.rotations, "rotations", {count, 4});
   arrays.optional(wanted.opacities, "opacities", {count});
   if (is_absent(wanted.colors) && is_absent(wanted.rest)) return;
-  const std::int64_t coefficients = check_sh(wanted.colors, where / "colors", wanted.rest,
-                                             where / "rest", count, kReals, Access::writes);
-  if (coefficients > sh_coefficient_count(facts.sh_degree)) {
+  const std::int64_t coefficients = arrays.sh(wanted.colors, "colors", wanted.rest, "rest", count);
+  if (coefficients > sh_coefficient_count(facts.sh_degree))
     refuse(where / "colors", "{} coefficients are more than the scene's {}", coefficients,
            sh_coefficient_count(facts.sh_degree));
-  }
 }
 
 /// The Gaussians of numbers begin .. end - 1.
@@ -59,12 +56,10 @@ void store_rows(const QsArray& array, const Range& range, const Value& value) {
       for (std::size_t i = range.begin; i < range.end; ++i) {
         const std::optional<std::size_t> index = range.scene.index_of(i);
 
-        for (std::size_t j = 0; j < columns; ++j) {
-          for (std::size_t k = 0; k < channels; ++k) {
+        for (std::size_t j = 0; j < columns; ++j)
+          for (std::size_t k = 0; k < channels; ++k)
             elements[offset_of(array, i, j, k)] = index ? static_cast<Element>(value(*index, j, k))
                                                         : std::numeric_limits<Element>::quiet_NaN();
-          }
-        }
       }
     }
   });

@@ -7,7 +7,6 @@
 #include "library/check/arrays.h"
 #include "library/check/context.h"
 
-using namespace qs;
 using namespace qs::library;
 
 int32_t qs_neighbours(QsContext* context, const QsArray* points, const QsArray* distances2,
@@ -23,11 +22,9 @@ int32_t qs_neighbours(QsContext* context, const QsArray* points, const QsArray* 
     const Use use(*context->context, {function, "context"});
     std::vector<glm::vec3> given(static_cast<std::size_t>(count));
     const auto* const elements = static_cast<const float*>(points->data);
-    for (std::int64_t i = 0; i < count; ++i) {
-      for (int axis = 0; axis < 3; ++axis) {
+    for (std::int64_t i = 0; i < count; ++i)
+      for (int axis = 0; axis < 3; ++axis)
         given[static_cast<std::size_t>(i)][axis] = elements[offset_of(*points, i, axis)];
-      }
-    }
     const std::vector<double> found = train::neighbour_distances2(given, use.pool());
     with_type(*distances2, [&](auto* to) {
       for (std::int64_t i = 0; i < count; ++i)

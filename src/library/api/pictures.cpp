@@ -10,7 +10,6 @@ struct QsPictureFile {
   qs::Image image;
 };
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {

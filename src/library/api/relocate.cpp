@@ -8,7 +8,6 @@
 #include "library/check/arrays.h"
 #include "library/check/context.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {

@@ -21,11 +21,10 @@ std::vector<std::uint32_t> kept_numbers(std::size_t kept, const std::vector<std:
   numbers.reserve(kept);
   auto next = removed.begin();
   for (std::size_t number = 0; numbers.size() < kept; ++number) {
-    if (next != removed.end() && *next == number) {
+    if (next != removed.end() && *next == number)
       ++next;
-    } else {
+    else
       numbers.push_back(static_cast<std::uint32_t>(number));
-    }
   }
   return numbers;
 }
@@ -106,7 +105,6 @@ std::optional<std::size_t> OpenScene::index_of(std::size_t number) const {
 
 }  // namespace qs::library
 
-using namespace qs;
 using namespace qs::library;
 
 int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, QsSceneHandle** scene,

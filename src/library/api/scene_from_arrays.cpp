@@ -11,7 +11,6 @@
 #include "library/check/structs.h"
 #include "raster/kernel/constants.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {
@@ -51,10 +50,8 @@ std::int64_t check_gaussians(const QsGaussians& given, const Where& where) {
   arrays.given(given.scales, "scales", {count, 3});
   arrays.given(given.rotations, "rotations", {count, 4});
   arrays.given(given.opacities, "opacities", {count});
-  if (given.colors_are != QS_COLORS_RGB) {
-    return check_sh(given.colors, where / "colors", given.rest, where / "rest", count, kReals,
-                    Access::reads, place);
-  }
+  if (given.colors_are != QS_COLORS_RGB)
+    return arrays.sh(given.colors, "colors", given.rest, "rest", count);
   arrays.absent(given.rest, "rest", "belongs to spherical harmonics, but the colours are RGB");
   arrays.given(given.colors, "colors", {count, 3});
   return 1;
@@ -86,10 +83,9 @@ void copy_gaussians(const QsGaussians& given, std::size_t begin, std::size_t end
         cloud.sh[i][c] = static_cast<float>((colors(i, channel) - 0.5) / kSh0);
         continue;
       }
-      for (std::size_t k = 0; k < coefficients; ++k) {
+      for (std::size_t k = 0; k < coefficients; ++k)
         cloud.sh[i * coefficients + k][c] =
             k < in_colors ? colors.real(i, k, channel) : rest.real(i, k - 1, channel);
-      }
     }
   }
 }

@@ -10,7 +10,6 @@
 #include "library/check/context.h"
 #include "raster/kernel/ssim.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {
@@ -34,9 +33,8 @@ struct SsimCall {
   void check() const {
     const Where of_a{name, "a"};
     check_dimensions(a, of_a, 4);
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 4; ++i)
       if (size(i) < 1) refuse(of_a, "its size of dimension {} is {}", i, size(i));
-    }
     if (std::max(size(2), size(3)) > kMostPixelsOfAChannel ||
         size(2) * size(3) > kMostPixelsOfAChannel)
       refuse(of_a, "{} x {} pixels are too many", size(3), size(2));

@@ -15,7 +15,6 @@
 #include "library/check/structs.h"
 #include "options/suggestion.h"
 
-using namespace qs;
 using namespace qs::library;
 
 namespace {
@@ -37,9 +36,8 @@ const Option& find_option(const OptionTable& table, const Where& where, const st
     if (option.name == name) return option;
     names.push_back(option.name);
   }
-  for (const char* of_context : {"--backend", "--device", "--threads"}) {
+  for (const char* of_context : {"--backend", "--device", "--threads"})
     if (name == of_context) refuse(where, "{} belongs to the context", name);
-  }
   refuse(where, "there is no option '{}'{}", name, suggestion(name, names));
 }
 

@@ -14,6 +14,8 @@
 
 namespace qs::library {
 
+using namespace qs;  // so that the files of the C functions need one directive
+
 /// The name of the option that allows overwriting, for messages.
 inline constexpr const char* kOverwriteOption = "the option overwrite";
 

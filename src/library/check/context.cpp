@@ -45,11 +45,10 @@ void Context::stop() {
 
 Use::Use(Context& context, const Where& where) : context_(context) {
   // First, because another thread may have held the mutex when the process was forked.
-  if (!context.is_of_this_process()) {
+  if (!context.is_of_this_process())
     refuse(where,
            "belongs to the process from which this process was forked: open a context here, or "
            "start processes without fork");
-  }
   const std::lock_guard lock(context.mutex_);
   if (context.closed_) refuse(where, "its context was closed");
   if (context.busy_) refuse(where, "another thread uses this context: open one for each thread");
@@ -59,12 +58,11 @@ Use::Use(Context& context, const Where& where) : context_(context) {
 }
 
 void Use::require_gpu(std::int32_t device, const Where& where) const {
-  if (backend() != Backend::cuda) {
+  if (backend() != Backend::cuda)
     refuse(where,
            "is in the memory of GPU {}, but the context has the backend cpu: open one with "
            "QS_BACKEND_CUDA",
            device);
-  }
   if (device != this->device())
     refuse(where, "is in the memory of GPU {}, but the context uses GPU {}", device,
            this->device());
@@ -77,7 +75,6 @@ Use::~Use() {
 
 }  // namespace qs::library
 
-using namespace qs;
 using namespace qs::library;
 
 int32_t qs_context_open(uint32_t backend, int32_t device, int32_t threads, QsContext** context,

@@ -112,7 +112,6 @@ RenderSettings settings_of(const QsSettings* settings, const Where& where) {
 
 }  // namespace qs::library
 
-using namespace qs;
 using namespace qs::library;
 
 int32_t qs_camera_resize(QsCamera* camera, int32_t width, int32_t height, char* message) {

@@ -71,12 +71,11 @@ bool recognises_compact(ByteSpan content, const std::filesystem::path&) {
 
 void read_compact(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
                   const ReadOptions& options, Scene& scene) {
-  if (is_torch_archive(content)) {
+  if (is_torch_archive(content))
     fail(
         "{}: a file of PyTorch, such as the network of a Compact-3DGS model: open the .ply or "
         ".npz beside it",
         path.string());
-  }
   CompactModel model = is_npz(content) ? read_compact_npz(content, path, options.progress)
                                        : read_compact_ply(content, path, options.progress);
   scene.format = "compact-3dgs, " + model.form;
@@ -112,10 +111,9 @@ ColorField make_color_field(std::vector<float> grid_values, std::vector<float> w
                             const std::string& source) {
   ColorField field;
   const std::size_t expected = field.network().weight_count();
-  if (weights.size() != expected) {
+  if (weights.size() != expected)
     fail("{}: its network has {} weights, but networks of Compact-3DGS have {}", source,
          weights.size(), expected);
-  }
   for (int log2 = kLeastLog2Entries; log2 <= kMostLog2Entries; ++log2) {
     field.grid.log2_entries = log2;
     if (grid_value_count(field.grid) != grid_values.size()) continue;

@@ -15,10 +15,8 @@
 
 namespace qs {
 
-bool recognises_compact(ByteSpan content, const std::filesystem::path& path);
-
-void read_compact(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-                  const ReadOptions& options, Scene& scene);
+RecogniseScene recognises_compact;
+ReadScene read_compact;
 
 /// The difference between spherical harmonics and network, as a sentence.
 std::string fit_sentence(const NetworkColors& network);

@@ -100,10 +100,9 @@ class Npz {
       if (found == 0) fail("{}: has no tensor {}", object.source, key);
       const Tensor tensor = read_torch_tensor(pickle, found, embedded_torch_storage, key);
       const std::size_t expected = codebook.codes() * codebook.dimensions;
-      if (tensor.values.size() != expected) {
+      if (tensor.values.size() != expected)
         fail("{}: {} has {} values instead of {}", object.source, key, tensor.values.size(),
              expected);
-      }
       codebook.values.insert(codebook.values.end(), tensor.values.begin(), tensor.values.end());
     }
   }
@@ -163,18 +162,16 @@ Array<std::uint16_t> read_codes(Npz& npz, const std::string& name, bool huffman,
   if (!huffman) {
     const Entry entry = npz.read(name, "|u1");
     const std::uint64_t expected = packed_bytes(numbers, codebook.bits);
-    if (entry.array.values.size() != expected) {
+    if (entry.array.values.size() != expected)
       fail("{}: has {} bytes instead of {} for {} Gaussians", entry.source,
            entry.array.values.size(), expected, count);
-    }
     return unpack_bits(entry.array.values, numbers, codebook.bits);
   }
   Array<std::uint16_t> codes = npz.symbols(name, numbers);
-  for (const std::uint16_t code : codes) {
+  for (const std::uint16_t code : codes)
     if (code >= codebook.codes())
       fail("{}: {}: code {} is not in the codebook of {}", npz.path(), name, code,
            codebook.codes());
-  }
   return codes;
 }
 

@@ -62,12 +62,11 @@ CompactModel read_compact_ply(ByteSpan content, const std::filesystem::path& pat
   std::filesystem::path weights = path;
   weights.replace_extension(".pth");
   std::error_code error;
-  if (!std::filesystem::is_regular_file(weights, error)) {
+  if (!std::filesystem::is_regular_file(weights, error))
     fail(
         "{}: its Gaussians have no colours (f_dc); Compact-3DGS keeps them in a network, but {} "
         "is not beside it",
         path.string(), weights.filename().string());
-  }
   const PlyHeader header = parse_ply_header(content, path);
   PlyBody body(content, header, path, progress);
   const PlyRows rows = body.rows("vertex");

@@ -97,10 +97,9 @@ std::vector<HuffmanCode> make_huffman_table(std::span<const std::uint64_t> count
     }
   };
   std::priority_queue<Tree> trees;
-  for (std::size_t symbol = 0; symbol < counts.size(); ++symbol) {
+  for (std::size_t symbol = 0; symbol < counts.size(); ++symbol)
     if (counts[symbol] > 0)
       trees.push({counts[symbol], symbol, {{static_cast<std::uint32_t>(symbol), 0, 0}}});
-  }
   trees.push({1, counts.size(), {{kHuffmanEnd, 0, 0}}});
   if (trees.size() == 1) return {{kHuffmanEnd, 1, 0}};
   const auto pop = [&trees] {

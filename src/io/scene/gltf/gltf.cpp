@@ -86,10 +86,9 @@ class GltfScene {
     for (const std::string& name : file_.model().extensionsRequired) {
       const bool known = std::find(std::begin(kKnown), std::end(kKnown), name) != std::end(kKnown);
       if (!known && !name.starts_with("KHR_materials_") && !name.starts_with("KHR_texture_") &&
-          name != kWithdrawn) {
+          name != kWithdrawn)
         fail("{}: it requires the glTF extension '{}', which cannot be read", source_,
              printable(name.substr(0, 40)));
-      }
     }
   }
 
@@ -99,16 +98,13 @@ class GltfScene {
     for (std::size_t i = 0; i < primitives.size(); ++i) {
       const auto splats = splats_of(placed.mesh, i);
       if (!splats) continue;
-      if (!transform && placed.world_from_mesh != glm::dmat4(1)) {
-        transform = transform_of(placed);
-      }
+      if (!transform && placed.world_from_mesh != glm::dmat4(1)) transform = transform_of(placed);
       // Limits amplification: many nodes may show one mesh, so few bytes can represent many
       // Gaussians.
       constexpr std::uint64_t kAlwaysAllowed = 1 << 20, kPerByte = 8;
       parts_.add(splats->count);
-      if (parts_.count() > std::max(kAlwaysAllowed, kPerByte * file_.buffer_bytes())) {
+      if (parts_.count() > std::max(kAlwaysAllowed, kPerByte * file_.buffer_bytes()))
         fail("{}: its nodes repeat meshes to more than {} Gaussians", source_, parts_.count());
-      }
       instances_.push_back({splats, transform});
     }
   }
@@ -116,16 +112,14 @@ class GltfScene {
   std::shared_ptr<const Transform> transform_of(const PlacedMesh& placed) {
     const glm::dmat4& m = placed.world_from_mesh;
     const bool affine = m[0][3] == 0 && m[1][3] == 0 && m[2][3] == 0 && m[3][3] == 1;
-    if (!affine || !Transform::is_invertible(m)) {
+    if (!affine || !Transform::is_invertible(m))
       fail("{}: node {}: its transform cannot be applied: it flattens or distorts space", source_,
            placed.node);
-    }
     auto transform = std::make_shared<Transform>(m);
-    if (!transform->is_similarity()) {
+    if (!transform->is_similarity())
       warn_once(
           "A node stretches or mirrors its Gaussians; their covariances were transformed, which "
           "the glTF extension leaves undefined.");
-    }
     return transform;
   }
 
@@ -139,9 +133,8 @@ class GltfScene {
       ++others_;
     } else {
       if (!is_draft(primitive)) check_extension(extension->second);
-      if (primitive.mode != TINYGLTF_MODE_POINTS) {
+      if (primitive.mode != TINYGLTF_MODE_POINTS)
         warn_once("A primitive with Gaussians is not marked as points; it was read all the same.");
-      }
       const tinygltf::Value* const compressed =
           member(member(&extension->second, "extensions"), kSpzExtension);
       splats = compressed != nullptr ? unpack(*compressed, primitive) : bind(primitive);
@@ -182,23 +175,20 @@ class GltfScene {
     const tinygltf::Value* const view = member(&compressed, "bufferView");
     if (view == nullptr || !view->IsInt()) fail("{}: {} has no bufferView", source_, kSpzExtension);
     const auto content = file_.view(view->Get<int>());
-    if (!recognises_spz(content, path_)) {
+    if (!recognises_spz(content, path_))
       fail("{}: the data of {} are not .spz", source_, kSpzExtension);
-    }
     Scene unpacked;
     unpacked.path = path_;
     read_spz(content, path_, pool_, {}, unpacked);
-    if (unpacked.format != "spz, version 2") {
+    if (unpacked.format != "spz, version 2")
       warn_once(fmt::format("{} holds '{}' instead of version 2.", kSpzExtension, unpacked.format));
-    }
     for (const std::string& warning : unpacked.warnings) warn_once(warning);
     if (const auto position = primitive.attributes.find("POSITION");
         position != primitive.attributes.end()) {
       const std::uint64_t announced = file_.count(position->second, "POSITION");
-      if (announced != unpacked.cloud.size()) {
+      if (announced != unpacked.cloud.size())
         fail("{}: {} holds {} Gaussians, POSITION announces {}", source_, kSpzExtension,
              unpacked.cloud.size(), announced);
-      }
     }
     flip_axes(unpacked.cloud, 0, unpacked.cloud.size(), kTurnAboutZ);
     auto splats = std::make_shared<GltfSplats>();
@@ -215,9 +205,8 @@ class GltfScene {
       if (found == primitive.attributes.end()) fail("{}: attribute {} is missing", source_, name);
       GltfNumbers result = file_.numbers(found->second, components, name);
       if (splats->count == 0) splats->count = result.count;
-      if (result.count != splats->count) {
+      if (result.count != splats->count)
         fail("{}: {} has {} elements, POSITION {}", source_, name, result.count, splats->count);
-      }
       return result;
     };
     // The name of the extension, or the name in the draft of 2024 if the file has only that.
@@ -242,28 +231,23 @@ class GltfScene {
     const auto sh_name = [](int degree, int coefficient) {
       return attribute_name(fmt::format("SH_DEGREE_{}_COEF_{}", degree, coefficient));
     };
-    while (stored < kMaxStoredDegree && primitive.attributes.count(sh_name(stored + 1, 0)) > 0) {
+    while (stored < kMaxStoredDegree && primitive.attributes.count(sh_name(stored + 1, 0)) > 0)
       ++stored;
-    }
     splats->degree = kept_sh_degree(sh_coefficient_count(stored) - 1, scene_);
-    for (int degree = draft ? 1 : 0; degree <= splats->degree; ++degree) {
+    for (int degree = draft ? 1 : 0; degree <= splats->degree; ++degree)
       for (int k = 0; k < 2 * degree + 1; ++k) splats->sh.push_back(numbers(sh_name(degree, k), 3));
-    }
     splats->scales_are_logarithms = are_logarithms(splats->scales);
-    if (splats->scales_are_logarithms) {
+    if (splats->scales_are_logarithms)
       warn_once(
           "Scales are logarithms, as in drafts of the glTF extension before it was ratified; they "
           "were read as such.");
-    }
     return splats;
   }
 
   [[noreturn]] void complain_about_nothing() const {
-    for (const std::string& name : file_.model().extensionsUsed) {
-      if (name == kWithdrawn) {
+    for (const std::string& name : file_.model().extensionsUsed)
+      if (name == kWithdrawn)
         fail("{}: Gaussians of the withdrawn draft {}, which cannot be read", source_, name);
-      }
-    }
     fail("{}: not a splat file: no mesh of its scene has the extension {}", source_, kExtension);
   }
 

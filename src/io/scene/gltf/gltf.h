@@ -17,14 +17,12 @@
 
 namespace qs {
 
-bool recognises_gltf(ByteSpan content, const std::filesystem::path& path);
-void read_gltf(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-               const ReadOptions& options, Scene& scene);
+RecogniseScene recognises_gltf;
+ReadScene read_gltf;
 
 /// Writes binary glTF with KHR_gaussian_splatting as ratified: one mesh of points, all values
 /// floats, linear scales, in glTF's frame. Lossless except for rounding when logarithms are
 /// converted to values and back.
-void write_glb(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
-               const Progress& progress);
+WriteScene write_glb;
 
 }  // namespace qs

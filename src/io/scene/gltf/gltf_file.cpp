@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
@@ -16,8 +17,11 @@
 #include "io/bytes/byte_text.h"
 #include "io/bytes/file_source.h"
 #include "io/bytes/json_text.h"
+#include "io/cloud/cloud_memory.h"
+#include "raster/kernel/constants.h"
 
 namespace qs {
+
 namespace {
 
 using json = nlohmann::json;
@@ -45,9 +49,8 @@ Chunks open_glb(ByteSpan content, const std::string& path) {
     fail("{}: the header announces {} bytes, the file has {}", path, length, content.size());
 
   const auto description_bytes = cursor.read<std::uint32_t>("the first chunk");
-  if (cursor.read<std::uint32_t>("the first chunk") != kJson) {
+  if (cursor.read<std::uint32_t>("the first chunk") != kJson)
     fail("{}: the first chunk is not JSON", path);
-  }
   Chunks chunks;
   chunks.description = text_of(cursor.take(description_bytes, "the JSON chunk"));
   while (cursor.left() >= 8) {
@@ -114,18 +117,16 @@ std::string first_line(const std::string& text) {
 
 // The model of the file's JSON, without the lists that nothing here reads.
 tinygltf::Model parse_model(json root, const std::string& path) {
-  for (const char* unused : {"buffers", "images", "textures", "samplers", "materials", "animations",
-                             "skins", "cameras"}) {
+  for (const char* unused :
+       {"buffers", "images", "textures", "samplers", "materials", "animations", "skins", "cameras"})
     root.erase(unused);
-  }
   const std::string description = root.dump(-1, ' ', false, json::error_handler_t::replace);
   tinygltf::TinyGLTF parser;
   tinygltf::Model model;
   std::string error, warning;
   if (!parser.LoadASCIIFromString(&model, &error, &warning, description.data(),
-                                  static_cast<unsigned int>(description.size()), "")) {
+                                  static_cast<unsigned int>(description.size()), ""))
     fail("{}: not valid glTF: {}", path, error.empty() ? "unknown reason" : first_line(error));
-  }
   return model;
 }
 
@@ -183,24 +184,20 @@ ByteSpan GltfFile::keep(Array<std::byte> bytes) {
 }
 
 ByteSpan GltfFile::view(int index) const {
-  if (index < 0 || static_cast<std::size_t>(index) >= model_.bufferViews.size()) {
+  if (index < 0 || static_cast<std::size_t>(index) >= model_.bufferViews.size())
     fail("{}: bufferView {} does not exist", path_, index);
-  }
   const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(index)];
-  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers_.size()) {
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers_.size())
     fail("{}: buffer {} does not exist", path_, view.buffer);
-  }
   const auto& buffer = buffers_[static_cast<std::size_t>(view.buffer)];
-  if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
+  if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset)
     fail("{}: bufferView {} reaches beyond its buffer of {} bytes", path_, index, buffer.size());
-  }
   return buffer.subspan(view.byteOffset, view.byteLength);
 }
 
 const tinygltf::Accessor& GltfFile::accessor(int index, const std::string& what) const {
-  if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size()) {
+  if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size())
     fail("{}: {}: accessor {} does not exist", path_, what, index);
-  }
   return model_.accessors[static_cast<std::size_t>(index)];
 }
 
@@ -214,9 +211,8 @@ GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::stri
   const Component component = component_of(accessor.componentType);
   if (component.bytes == 0 || accessor.type < 0 ||
       tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)) !=
-          static_cast<int>(components)) {
+          static_cast<int>(components))
     fail("{}: {}: not {} numbers of a known type", path_, what, components);
-  }
   const auto bytes = view(accessor.bufferView);
   const std::uint64_t element_bytes = components * component.bytes;
   const std::uint64_t stated =
@@ -224,10 +220,9 @@ GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::stri
   const std::uint64_t stride = stated == 0 ? element_bytes : stated;
   if (stride < element_bytes || accessor.byteOffset > bytes.size() || accessor.count == 0 ||
       bytes.size() - accessor.byteOffset < element_bytes ||
-      !fits(accessor.count - 1, stride, bytes.size() - accessor.byteOffset - element_bytes)) {
+      !fits(accessor.count - 1, stride, bytes.size() - accessor.byteOffset - element_bytes))
     fail("{}: {}: {} elements do not fit into bufferView {} of {} bytes", path_, what,
          accessor.count, accessor.bufferView, bytes.size());
-  }
   return {accessor.count,
           bytes.data() + accessor.byteOffset,
           stride,
@@ -237,5 +232,41 @@ GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::stri
 }
 
 bool is_glb(ByteSpan content) { return text_of(content).starts_with("glTF"); }
+
+void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& cloud,
+                   std::size_t to, GltfClamped& clamped) {
+  glm::vec3* const sh = sh_of(cloud, to);
+  std::fill_n(sh, sh_count(cloud), glm::vec3(0));
+  if (splats.cloud) return copy_gaussian(*splats.cloud, from, cloud, to);
+  const auto vector = [from](const GltfNumbers& numbers) {
+    return glm::vec3(numbers(from, 0), numbers(from, 1), numbers(from, 2));
+  };
+  cloud.positions[to] = vector(splats.positions);
+  const GltfNumbers& q = splats.rotations;
+  cloud.rotations[to] = glm::quat(q(from, 3), q(from, 0), q(from, 1), q(from, 2));
+  glm::vec3 scale = vector(splats.scales);
+  if (!splats.scales_are_logarithms) {
+    if (scale.x < 0 || scale.y < 0 || scale.z < 0) ++clamped.scales;
+    scale = glm::log(glm::max(scale, glm::vec3(0)));
+  }
+  cloud.log_scales[to] = scale;
+  const bool has_colors = splats.colors.count > 0;
+  const double opacity = has_colors ? splats.colors(from, 3) : splats.opacities(from, 0);
+  if (opacity < 0 || opacity > 1) ++clamped.opacities;
+  const double inside = opacity < 0 ? 0 : opacity > 1 ? 1 : opacity;  // NaN stays
+  cloud.opacity_logits[to] = static_cast<float>(std::log(inside / (1 - inside)));
+  if (has_colors) sh[0] = (vector(splats.colors) - 0.5f) / static_cast<float>(kSh0);
+  const std::size_t first = has_colors ? 1 : 0;
+  for (std::size_t k = 0; k < splats.sh.size(); ++k) sh[first + k] = vector(splats.sh[k]);
+}
+
+// In the draft most scales of trained Gaussians are negative, because they are logarithms of
+// numbers below 1. A linear writer produces only occasional negative values.
+bool are_logarithms(const GltfNumbers& scales) {
+  std::uint64_t negative = 0;
+  for (std::uint64_t i = 0; i < scales.count; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) negative += scales(i, axis) < 0 ? 1 : 0;
+  return negative > scales.count * 3 / 2;
+}
 
 }  // namespace qs

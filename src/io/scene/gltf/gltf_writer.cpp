@@ -48,12 +48,11 @@ std::vector<Attribute> attributes_of(const GaussianCloud& cloud) {
                                        {prefix + "SCALE", 3, scale},
                                        {prefix + "OPACITY", 1, opacity}};
   std::size_t number = 0;
-  for (int degree = 0; degree <= cloud.sh_degree; ++degree) {
+  for (int degree = 0; degree <= cloud.sh_degree; ++degree)
     for (int k = 0; k < 2 * degree + 1; ++k, ++number)
       attributes.push_back(
           {fmt::format("{}SH_DEGREE_{}_COEF_{}", prefix, degree, k), 3,
            [&cloud, number](std::size_t i) { return glm::vec4(sh_of(cloud, i)[number], 0); }});
-  }
   return attributes;
 }
 
@@ -121,9 +120,8 @@ void write_glb(const GaussianCloud& rdf_cloud, const std::filesystem::path& path
   std::string text = description_of(cloud, attributes).dump();
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const std::uint64_t total = 12 + 8 + text.size() + 8 + binary_bytes;
-  if (total > 0xffffffff) {
+  if (total > 0xffffffff)
     fail("{}: {} bytes are more than the 4 GiB that a .glb can have", path.string(), total);
-  }
 
   const auto bits32 = [](std::uint64_t number) { return static_cast<std::uint32_t>(number); };
   write_file(path, [&](std::ostream& file) {

@@ -60,13 +60,11 @@ std::uint32_t whole_number(const PlyRows& rows, std::uint64_t row, const PlyColu
                            std::uint32_t max, const std::string& path) {
   const std::byte* const at = rows.data + row * rows.row_bytes + column.offset;
   if (column.type == PlyType::u8) return static_cast<std::uint32_t>(*at);
-  if (column.type == PlyType::u32 && max == 0xffffffff && !rows.swap_bytes) {
+  if (column.type == PlyType::u32 && max == 0xffffffff && !rows.swap_bytes)
     return load<std::uint32_t>(at);
-  }
   const double value = rows.value(row, column);
-  if (!(value >= 0 && value <= max && value == std::floor(value))) {
+  if (!(value >= 0 && value <= max && value == std::floor(value)))
     fail("{}: row {}: {} is not a whole number from 0 to {}", path, row, column.name, max);
-  }
   return static_cast<std::uint32_t>(value);
 }
 
@@ -116,10 +114,9 @@ struct PackedGaussians {
     scale = need(rows, "packed_scale", path);
     color = need(rows, "packed_color", path);
     const std::uint64_t needed = rows.count / kChunkSize + (rows.count % kChunkSize != 0);
-    if (chunk_rows.count != needed) {
+    if (chunk_rows.count != needed)
       fail("{}: {} chunks for {} Gaussians, {} are needed", path, chunk_rows.count, rows.count,
            needed);
-    }
     chunks = read_chunks(chunk_rows, needed, path);
   }
 
@@ -132,14 +129,12 @@ struct PackedGaussians {
                  sh.columns.size());
       stored = 0;
     }
-    if (has_sh && sh.count != rows.count) {
+    if (has_sh && sh.count != rows.count)
       fail("{}: {} rows of element sh for {} Gaussians", path, sh.count, rows.count);
-    }
     const int degree = kept_sh_degree(stored, scene);
-    for (int channel = 0; channel < 3; ++channel) {
+    for (int channel = 0; channel < 3; ++channel)
       for (int k = 0; k < sh_coefficient_count(degree) - 1; ++k)
         sh_columns.push_back(need(sh, fmt::format("f_rest_{}", channel * stored + k), path));
-    }
     return degree;
   }
 

@@ -52,10 +52,9 @@ struct Bounds {
   glm::dvec3 relative(const glm::vec3& value) const {
     const glm::dvec3 size = glm::dvec3(high) - glm::dvec3(low);
     glm::dvec3 t(0);
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i)
       if (size[i] > 0)
         t[i] = (static_cast<double>(value[i]) - static_cast<double>(low[i])) / size[i];
-    }
     return t;
   }
 };
@@ -78,9 +77,8 @@ std::uint32_t pack_11_10_11(const glm::dvec3& t) {
 std::uint32_t pack_rotation(const glm::quat& q) {
   const SmallestThree three = drop_largest({q.w, q.x, q.y, q.z});
   std::uint32_t packed = three.dropped;
-  for (const double value : three.others) {
+  for (const double value : three.others)
     packed = packed << 10 | round_to_integer((value * std::sqrt(0.5) + 0.5) * 1023, 1023);
-  }
   return packed;
 }
 
@@ -126,20 +124,17 @@ void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::pat
                  pack_11_10_11(chunk.log_scale.relative(values.log_scale)),
                  pack_color(chunk.color.relative(values.color), cloud.opacity_logits[order[i]])});
     const glm::vec3* const coefficients = sh_of(cloud, order[i]);
-    for (int channel = 0; channel < 3; ++channel) {
+    for (int channel = 0; channel < 3; ++channel)
       for (std::size_t k = 1; k <= rest; ++k) sh.push_back(pack_sh(coefficients[k][channel]));
-    }
   }
   progress.update(0.6f);
 
   write_file(path, [&](std::ostream& file) {
     file << header_of(cloud, chunk_count, rest);
     std::vector<glm::vec3> bounds;
-    for (const ChunkBounds& chunk : chunks) {
-      for (const Bounds* b : {&chunk.position, &chunk.log_scale, &chunk.color}) {
+    for (const ChunkBounds& chunk : chunks)
+      for (const Bounds* b : {&chunk.position, &chunk.log_scale, &chunk.color})
         bounds.insert(bounds.end(), {b->low, b->high});
-      }
-    }
     write_values(file, bounds);
     write_values(file, rows);
     write_values(file, sh);

@@ -47,16 +47,14 @@ class SplatRows {
     // 2DGS saves two scales: its Gaussians have no thickness.
     row_.fill(-std::numeric_limits<float>::infinity());
     for (const char* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2"}) bind(name);
-    for (std::size_t channel = 0; channel < 3; ++channel) {
+    for (std::size_t channel = 0; channel < 3; ++channel)
       for (std::size_t k = 0; k < rest; ++k) bind(fmt::format("f_rest_{}", channel * stored + k));
-    }
     for (const char* name : {"opacity", "scale_0", "scale_1"}) bind(name);
     is_2d_ = rows.find("scale_2") == nullptr;
-    if (is_2d_) {
+    if (is_2d_)
       ++slot_;
-    } else {
+    else
       bind("scale_2");
-    }
     for (const char* name : {"rot_0", "rot_1", "rot_2", "rot_3"}) bind(name);
     find_runs();
   }
@@ -73,9 +71,8 @@ class SplatRows {
       glm::vec3* const sh = &cloud.sh[i * (kRestCount + 1)];
       sh[0] = {row[kDc], row[kDc + 1], row[kDc + 2]};
       const float* const rest = row.data() + kRest;
-      for (std::size_t k = 0; k < kRestCount; ++k) {
+      for (std::size_t k = 0; k < kRestCount; ++k)
         sh[1 + k] = {rest[k], rest[kRestCount + k], rest[2 * kRestCount + k]};
-      }
       const float* const tail = rest + 3 * kRestCount;
       cloud.opacity_logits[i] = tail[0];
       cloud.log_scales[i] = {tail[1], tail[2], tail[3]};
@@ -95,24 +92,21 @@ class SplatRows {
     for (const Source& source : sources_) {
       const Run* const last = runs_.empty() ? nullptr : &runs_.back();
       if (last == nullptr || source.column.offset != last->offset + last->floats * sizeof(float) ||
-          source.slot != last->slot + last->floats) {
+          source.slot != last->slot + last->floats)
         runs_.push_back({source.slot, source.column.offset, 0});
-      }
       ++runs_.back().floats;
     }
   }
 
   void gather(std::size_t i, Row& row) const {
     if (runs_.empty()) {
-      for (const Source& source : sources_) {
+      for (const Source& source : sources_)
         row[source.slot] = static_cast<float>(rows_.value(i, source.column));
-      }
       return;
     }
     const std::byte* const from = rows_.data + i * rows_.row_bytes;
-    for (const Run& run : runs_) {
+    for (const Run& run : runs_)
       std::memcpy(&row[run.slot], from + run.offset, run.floats * sizeof(float));
-    }
   }
 
   const PlyRows& rows_;
@@ -129,9 +123,8 @@ void refuse_other_contents(const PlyHeader& header, const std::string& path) {
   const PlyElement* const vertices = header.find("vertex");
   const bool has_faces = header.find("face") != nullptr;
   if (vertices == nullptr) fail("{}: not a splat file: it has no element 'vertex'", path);
-  for (const char* name : {"f_dc_0", "opacity", "scale_0", "rot_0"}) {
+  for (const char* name : {"f_dc_0", "opacity", "scale_0", "rot_0"})
     if (vertices->has(name)) return;
-  }
   fail("{}: a {}, not a splat file: its vertices have no f_dc, opacity, scale and rot properties",
        path, has_faces ? "triangle mesh" : "point cloud");
 }
@@ -142,9 +135,8 @@ int stored_rest(const PlyRows& rows, Scene& scene) {
   for (const PlyColumn& column : rows.columns) count += column.name.starts_with("f_rest_") ? 1 : 0;
   bool numbered = true;
   const int rest = sh_rest_per_channel(count);
-  for (std::size_t i = 0; rest > 0 && numbered && i < count; ++i) {
+  for (std::size_t i = 0; rest > 0 && numbered && i < count; ++i)
     numbered = rows.find(fmt::format("f_rest_{}", i)) != nullptr;
-  }
   if (rest >= 0 && numbered) return rest;
   scene.warn(
       "Only the base colour is used: {} f_rest properties are not f_rest_0 to f_rest_8, 23, 44 or "
@@ -162,9 +154,8 @@ std::string trimmed(std::string_view text) {
 }  // namespace
 
 int sh_rest_per_channel(std::size_t values) {
-  for (const int rest : {0, 3, 8, 15, 24}) {
+  for (const int rest : {0, 3, 8, 15, 24})
     if (values == 3 * static_cast<std::size_t>(rest)) return rest;
-  }
   return -1;
 }
 
@@ -186,9 +177,8 @@ void apply_ply_comments(const PlyHeader& header, Scene& scene) {
     if (text == "splatrendermode: mip" || text == "antialiased 1") scene.cloud.antialiased = true;
     if (!text.starts_with(kVerticalAxis)) continue;
     const std::string axis = trimmed(std::string_view(text).substr(kVerticalAxis.size()));
-    for (const char* known : {"x", "y", "z", "-x", "-y", "-z"}) {
+    for (const char* known : {"x", "y", "z", "-x", "-y", "-z"})
       if (axis == known) scene.vertical_axis = axis;
-    }
   }
 }
 

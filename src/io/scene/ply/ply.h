@@ -31,9 +31,8 @@ namespace qs {
 /// True for Gaussians without colours, as Compact-3DGS saves them. Point clouds and meshes are not.
 bool is_ply_without_colors(ByteSpan content);
 
-bool recognises_ply(ByteSpan content, const std::filesystem::path& path);
-void read_ply(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-              const ReadOptions& options, Scene& scene);
+RecogniseScene recognises_ply, recognises_compressed_ply;
+ReadScene read_ply, read_compressed_ply;
 
 /// SH coefficients per channel beyond DC, given the number for all channels together: 0, 3, 8, 15
 /// or 24; -1 if the number fits no degree.
@@ -46,20 +45,16 @@ int kept_sh_degree(int rest_per_channel, Scene& scene);
 /// Applies the declarations in the header's comments: antialiased training, the vertical axis.
 void apply_ply_comments(const PlyHeader& header, Scene& scene);
 
-bool recognises_compressed_ply(ByteSpan content, const std::filesystem::path& path);
 /// The properties of the element "chunk": the bounds of positions, logarithms of scales, colours.
 inline constexpr std::array kChunkProperties = {
     "min_x",       "min_y",       "min_z",       "max_x",       "max_y",       "max_z",
     "min_scale_x", "min_scale_y", "min_scale_z", "max_scale_x", "max_scale_y", "max_scale_z",
     "min_r",       "min_g",       "min_b",       "max_r",       "max_g",       "max_b"};
-void read_compressed_ply(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-                         const ReadOptions& options, Scene& scene);
 
 /// Writes the layout of INRIA's trainer, which every viewer reads: binary little endian floats x y
 /// z nx ny nz f_dc_* f_rest_* opacity scale_* rot_*, normals zero, f_rest channel-major. Lossless:
 /// reading the file returns the same cloud bit by bit.
-void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
-               const Progress& progress);
+WriteScene write_ply;
 
 /// As write_ply(), with a comment that says that this program trained the model.
 void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
@@ -87,7 +82,6 @@ bool is_trained_ply(const std::filesystem::path& path);
 
 /// Writes the Gaussians in Morton order: the 256 of a chunk are then close together, so that their
 /// bounds are tight and quantisation is fine.
-void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
-                          ThreadPool& pool, const Progress& progress);
+WriteScene write_compressed_ply;
 
 }  // namespace qs

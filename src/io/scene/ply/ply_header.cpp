@@ -166,9 +166,7 @@ bool is_ply(ByteSpan content) {
 }
 
 PlyHeader parse_ply_header(ByteSpan content, const std::filesystem::path& path) {
-  if (!is_ply(content)) {
-    fail("{}: not a .ply file: its first line is not 'ply'", path.string());
-  }
+  if (!is_ply(content)) fail("{}: not a .ply file: its first line is not 'ply'", path.string());
   const std::string_view text = beginning(content);
   return HeaderParser(text, text.size() == content.size(), path).parse();
 }

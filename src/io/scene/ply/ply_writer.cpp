@@ -42,9 +42,8 @@ void fill_row(const GaussianCloud& cloud, std::size_t i, std::size_t rest, float
   put(cloud.positions[i]);
   put(glm::vec3(0));  // the normal
   put(sh[0]);
-  for (int channel = 0; channel < 3; ++channel) {
+  for (int channel = 0; channel < 3; ++channel)
     for (std::size_t k = 1; k <= rest; ++k) *row++ = sh[k][channel];
-  }
   *row++ = cloud.opacity_logits[i];
   put(cloud.log_scales[i]);
   const glm::quat& q = cloud.rotations[i];
@@ -65,9 +64,8 @@ void write_rows(const GaussianCloud& cloud, const char* comment, ThreadPool& poo
     progress.update(static_cast<float>(first) / static_cast<float>(cloud.size()));
     const std::size_t rows = std::min(kRowsPerWrite, cloud.size() - first);
     pool.for_chunks(rows, kRowsPerChunk, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t i = begin; i < end; ++i) {
+      for (std::size_t i = begin; i < end; ++i)
         fill_row(cloud, first + i, rest, &buffer[i * values]);
-      }
     });
     write_values(file, std::span(buffer).first(rows * values));
   }

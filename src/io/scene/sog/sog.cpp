@@ -89,9 +89,8 @@ class Tree {
 
   std::uint64_t number(const json& level, const char* key) const {
     const double value = JsonEntry{level, source_}.number(level.value(key, json()), key);
-    if (!(value >= 0 && value <= 1e12 && value == std::floor(value))) {
+    if (!(value >= 0 && value <= 1e12 && value == std::floor(value)))
       fail("{}: {} is {}, but must be a whole number from 0 up", source_, key, value);
-    }
     return static_cast<std::uint64_t>(value);
   }
 
@@ -127,10 +126,9 @@ class Tree {
     for (std::size_t i = 0; i < counts.size(); ++i) totals_.try_emplace(fmt::format("{}", i), 0);
     for (const auto& [level, total] : totals_) {
       const std::uint64_t stated = stated_count(counts, level);
-      if (stated != total) {
+      if (stated != total)
         fail("{}: counts has {} Gaussians in level {}, but its tree has {}", source_, stated, level,
              total);
-      }
     }
   }
 
@@ -144,36 +142,6 @@ class Tree {
   const std::string& source_;
   json root_;
   std::map<std::string, std::uint64_t> totals_;  // Gaussians of the tree, by level
-};
-
-// Opens each SOG scene of a tree once, when it is first needed.
-class SceneFiles {
- public:
-  SceneFiles(FileSource& files, const std::string& source, ThreadPool& pool)
-      : files_(files), source_(source), pool_(pool) {}
-
-  SogDecoder& open(const std::string& stored_name) {
-    const std::string name = checked_file_name(stored_name, source_);
-    std::unique_ptr<SogDecoder>& decoder = decoders_[name];
-    if (decoder) return *decoder;
-    const auto meta = files_.read(name, kMaxMetaBytes);
-    const std::size_t slash = name.rfind('/');
-    const std::string folder = slash == std::string::npos ? "" : name.substr(0, slash + 1);
-    decoder =
-        std::make_unique<SogDecoder>(text_of(meta), source_ + ": " + name, files_, folder, pool_);
-    bytes_ += meta.size() + decoder->picture_bytes();
-    return *decoder;
-  }
-
-  std::uint64_t bytes() const { return bytes_; }
-  const auto& decoders() const { return decoders_; }
-
- private:
-  FileSource& files_;
-  const std::string& source_;
-  ThreadPool& pool_;
-  std::map<std::string, std::unique_ptr<SogDecoder>> decoders_;
-  std::uint64_t bytes_ = 0;
 };
 
 }  // namespace
@@ -212,34 +180,44 @@ void read_streamed_sog(ByteSpan content, const std::filesystem::path& path, Thre
   if (content.size() > kMaxTreeBytes) fail("{}: too long for a tree of scenes", source);
   const Tree tree(text_of(content), source);
   const auto files = files_beside(path);
-  SceneFiles scenes(*files, source, pool);
+  std::map<std::string, std::unique_ptr<SogDecoder>> decoders;
+  // Opens each SOG scene of the tree once, when it is first needed.
+  const auto open = [&](const std::string& stored_name) -> SogDecoder& {
+    const std::string name = checked_file_name(stored_name, source);
+    std::unique_ptr<SogDecoder>& decoder = decoders[name];
+    if (decoder) return *decoder;
+    const auto meta = files->read(name, kMaxMetaBytes);
+    const std::string folder = name.substr(0, name.rfind('/') + 1);  // empty without a slash
+    decoder =
+        std::make_unique<SogDecoder>(text_of(meta), source + ": " + name, *files, folder, pool);
+    scene.file_bytes += meta.size() + decoder->picture_bytes();
+    return *decoder;
+  };
   std::vector<Part> parts;
   std::map<SogDecoder*, std::uint64_t> used;
   const auto add = [&](SogDecoder& decoder, std::uint64_t offset, std::uint64_t count) {
-    if (offset > decoder.count() || count > decoder.count() - offset) {
+    if (offset > decoder.count() || count > decoder.count() - offset)
       fail("{}: a leaf names Gaussians {} to {} of a file with {}", source, offset, offset + count,
            decoder.count());
-    }
-    if ((used[&decoder] += count) > decoder.count()) {
+    if ((used[&decoder] += count) > decoder.count())
       fail("{}: its leaves name more Gaussians than their files have", source);
-    }
     if (count > 0) parts.push_back({&decoder, offset, count});
   };
   for (std::size_t i = 0; i < tree.leaves.size(); ++i) {
     const Leaf& leaf = tree.leaves[i];
-    add(scenes.open(tree.files[leaf.file]), leaf.offset, leaf.count);
+    add(open(tree.files[leaf.file]), leaf.offset, leaf.count);
     options.progress.update(0.5f * static_cast<float>(i + 1) /
                             static_cast<float>(tree.leaves.size()));
   }
   if (!tree.environment.empty()) {
-    SogDecoder& decoder = scenes.open(tree.environment);
+    SogDecoder& decoder = open(tree.environment);
     add(decoder, 0, decoder.count());
   }
   if (parts.empty()) fail("{}: holds no Gaussians", source);
-  scene.file_bytes += scenes.bytes();
+
   scene.format = "streamed sog, finest level";
   fill_from(parts, scene, pool, options.progress);
-  for (const auto& [name, decoder] : scenes.decoders()) add_warnings(*decoder, scene);
+  for (const auto& [name, decoder] : decoders) add_warnings(*decoder, scene);
 }
 
 }  // namespace qs

@@ -15,12 +15,7 @@
 
 namespace qs {
 
-bool recognises_sog(ByteSpan content, const std::filesystem::path& path);
-void read_sog(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-              const ReadOptions& options, Scene& scene);
-
-bool recognises_streamed_sog(ByteSpan content, const std::filesystem::path& path);
-void read_streamed_sog(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-                       const ReadOptions& options, Scene& scene);
+RecogniseScene recognises_sog, recognises_streamed_sog;
+ReadScene read_sog, read_streamed_sog;
 
 }  // namespace qs

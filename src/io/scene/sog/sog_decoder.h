@@ -66,8 +66,6 @@ class SogDecoder {
  private:
   using Pixels = Array<std::uint8_t>;
 
-  const std::uint8_t* coefficients_of(std::uint64_t label) const;
-
   SogMeta meta_;
   Pixels positions_low_, positions_high_, scales_, rotations_, colors_, centroids_, labels_;
   std::uint64_t centroid_columns_ = 0;  // texels in a row

@@ -89,14 +89,12 @@ class KsplatFile {
       parts_.add(sections_.back().count);
     }
     const std::uint64_t count = parts_.count();
-    if (count != header_.count) {
+    if (count != header_.count)
       fail("{}: the header announces {} Gaussians, its sections {}", path_, header_.count, count);
-    }
     if (count == 0) fail("{}: holds no Gaussians", path_);
-    if (count > header_.max_count) {
+    if (count > header_.max_count)
       fail("{}: the header announces room for {} Gaussians, there are {}", path_, header_.max_count,
            count);
-    }
   }
 
   const Header& header() const { return header_; }
@@ -117,19 +115,15 @@ class KsplatFile {
 
  private:
   void check_header() const {
-    if (header_.major != 0 || header_.minor != 1) {
+    if (header_.major != 0 || header_.minor != 1)
       fail("{}: .ksplat version {}.{}, only 0.1 exists", path_, header_.major, header_.minor);
-    }
-    if (header_.level > kMaxLevel) {
+    if (header_.level > kMaxLevel)
       fail("{}: compression level {}, 0 to {} exist", path_, header_.level, kMaxLevel);
-    }
-    if (header_.sections > header_.max_sections) {
+    if (header_.sections > header_.max_sections)
       fail("{}: {} sections where there is room for {}", path_, header_.sections,
            header_.max_sections);
-    }
-    if (!std::isfinite(header_.min_sh) || !std::isfinite(header_.max_sh)) {
+    if (!std::isfinite(header_.min_sh) || !std::isfinite(header_.max_sh))
       fail("{}: the range of its SH values is not finite", path_);
-    }
   }
 
   Section parse_section(const SectionHeader& stored) {
@@ -153,25 +147,22 @@ class KsplatFile {
       if (stored.bucket_size == 0 || stored.bucket_bytes != kBucketBytes)
         fail("{}: a section has buckets of {} rows and {} bytes", path_, stored.bucket_size,
              stored.bucket_bytes);
-      if (section.full_buckets + partial_buckets > buckets) {
+      if (section.full_buckets + partial_buckets > buckets)
         fail("{}: a section uses {} buckets and has {}", path_,
              section.full_buckets + partial_buckets, buckets);
-      }
       const auto lengths = cursor_.take(4 * partial_buckets, "the lengths of buckets");
       section.centers = cursor_.take(kBucketBytes * buckets, "the centres of buckets");
       std::uint64_t end = section.full_buckets * section.bucket_size;  // both below 2^32
       for (std::uint64_t i = 0; i < partial_buckets; ++i) {
         const auto rows = load<std::uint32_t>(lengths.data() + 4 * i);
-        if (rows > section.bucket_size) {
+        if (rows > section.bucket_size)
           fail("{}: a bucket of a section holds {} Gaussians and has room for {}", path_, rows,
                section.bucket_size);
-        }
         end += rows;
         section.partial_ends.push_back(end);
       }
-      if (end != section.count) {
+      if (end != section.count)
         fail("{}: the buckets of a section hold {} of its {} Gaussians", path_, end, section.count);
-      }
       section.range = static_cast<float>(stored.range == 0 ? 32767 : stored.range);
       section.step = stored.block_size / 2 / section.range;
     }
@@ -218,18 +209,14 @@ class KsplatFile {
 
     glm::vec3* const sh = sh_of(cloud, i);
     std::fill_n(sh, sh_count(cloud), glm::vec3(0));
-    for (int channel = 0; channel < 3; ++channel) {
+    for (int channel = 0; channel < 3; ++channel)
       sh[0][channel] = static_cast<float>((static_cast<double>(color[channel]) / 255 - 0.5) / kSh0);
-    }
     // Ordered by band, within a band by channel.
     std::size_t value = 0;
-    for (std::size_t l = 1; l <= static_cast<std::size_t>(section.degree); ++l) {
-      for (int channel = 0; channel < 3; ++channel) {
-        for (std::size_t k = l * l; k < (l + 1) * (l + 1); ++k) {
+    for (std::size_t l = 1; l <= static_cast<std::size_t>(section.degree); ++l)
+      for (int channel = 0; channel < 3; ++channel)
+        for (std::size_t k = l * l; k < (l + 1) * (l + 1); ++k)
           sh[k][channel] = sh_value(at + layout.sh, value++);
-        }
-      }
-    }
   }
 
   std::string path_;

@@ -67,9 +67,8 @@ Row row_of(const GaussianCloud& cloud, std::size_t i) {
       round_to_integer(opacity_of_logit(cloud.opacity_logits[i]) * 255, 255));
   const glm::quat& q = cloud.rotations[i];
   std::size_t at = kRotation;
-  for (const float component : {q.w, q.x, q.y, q.z}) {
+  for (const float component : {q.w, q.x, q.y, q.z})
     row[at++] = static_cast<std::uint8_t>(round_to_integer(component * 128.0 + 128, 255));
-  }
   return row;
 }
 
@@ -79,18 +78,16 @@ bool recognises_splat(ByteSpan content, const std::filesystem::path&) {
   constexpr std::size_t kLookedAt = 64;
   const std::size_t rows = std::min(content.size() / kRowBytes, kLookedAt);
   if (rows == 0 || content.size() % kRowBytes != 0) return false;
-  for (std::size_t i = 0; i < rows; ++i) {
+  for (std::size_t i = 0; i < rows; ++i)
     if (!is_plausible(content.data() + i * kRowBytes)) return false;
-  }
   return true;
 }
 
 void read_splat(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
                 const ReadOptions& options, Scene& scene) {
   const std::size_t count = content.size() / kRowBytes, rest = content.size() % kRowBytes;
-  if (count == 0) {
+  if (count == 0)
     fail("{}: cut off: {} bytes, one Gaussian needs {}", path.string(), content.size(), kRowBytes);
-  }
   if (rest != 0)
     scene.warn("The last {} bytes are no whole row of {} and were ignored.", rest, kRowBytes);
   scene.format = "splat";

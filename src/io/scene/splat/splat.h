@@ -22,17 +22,11 @@
 
 namespace qs {
 
-bool recognises_splat(ByteSpan content, const std::filesystem::path& path);
-void read_splat(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-                const ReadOptions& options, Scene& scene);
-
-bool recognises_ksplat(ByteSpan content, const std::filesystem::path& path);
-void read_ksplat(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-                 const ReadOptions& options, Scene& scene);
+RecogniseScene recognises_splat, recognises_ksplat;
+ReadScene read_splat, read_ksplat;
 
 /// Writes the largest Gaussians first, as viewers that draw a file while downloading it expect.
 /// View-dependent colour is lost; base colours are clamped to 0..1.
-void write_splat(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
-                 const Progress& progress);
+WriteScene write_splat;
 
 }  // namespace qs

@@ -124,11 +124,10 @@ class SpzDecoder {
     return {table[byte(at, 0)], table[byte(at, 1)], table[byte(at, 2)]};
   }
   glm::vec3 position(const std::byte* at) const {
-    if (content_.header.version == 1) {
+    if (content_.header.version == 1)
       return {glm::unpackHalf1x16(load<std::uint16_t>(at)),
               glm::unpackHalf1x16(load<std::uint16_t>(at + 2)),
               glm::unpackHalf1x16(load<std::uint16_t>(at + 4))};
-    }
     return {fixed_point(at, step_), fixed_point(at + 3, step_), fixed_point(at + 6, step_)};
   }
 

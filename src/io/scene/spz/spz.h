@@ -18,19 +18,16 @@
 
 namespace qs {
 
-bool recognises_spz(ByteSpan content, const std::filesystem::path& path);
-void read_spz(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-              const ReadOptions& options, Scene& scene);
+RecogniseScene recognises_spz;
+ReadScene read_spz;
 
 // The writers use the frame RUB and the precision of Niantic's own writer: positions in 1/4096
 // (coarser if a scene is larger than 2048), SH in 5 bits for degree 1 and 4 bits for the others.
 
 /// Version 3, one gzip stream: the version that nearly every reader supports.
-void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
-               const Progress& progress);
+WriteScene write_spz;
 
 /// Version 4, zstd streams that can be read in parallel.
-void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
-                  const Progress& progress);
+WriteScene write_spz_v4;
 
 }  // namespace qs

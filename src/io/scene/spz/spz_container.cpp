@@ -21,9 +21,8 @@ constexpr std::size_t kMaxExtensionBytes = 1 << 16;
 // The fields from magic to flags are the same in every version.
 SpzHeader read_header(ByteCursor& cursor, const std::string& path) {
   SpzHeader header;
-  if (cursor.read<std::uint32_t>("the header") != kSpzMagic) {
+  if (cursor.read<std::uint32_t>("the header") != kSpzMagic)
     fail("{}: not an .spz file: it does not begin with 'NGSP'", path);
-  }
   header.version = cursor.read<std::uint32_t>("the header");
   header.count = cursor.read<std::uint32_t>("the header");
   header.sh_degree = cursor.read<std::uint8_t>("the header");
@@ -35,12 +34,10 @@ SpzHeader read_header(ByteCursor& cursor, const std::string& path) {
 void check(const SpzHeader& header, const std::string& path) {
   if (header.count == 0) fail("{}: holds no Gaussians", path);
   if (header.sh_degree > 4) fail("{}: SH degree {} does not exist", path, header.sh_degree);
-  if (header.version > 1 && header.fractional_bits > 24) {
+  if (header.version > 1 && header.fractional_bits > 24)
     fail("{}: {} fractional bits in 24-bit positions", path, header.fractional_bits);
-  }
-  if ((header.flags & SpzHeader::kLodTree) != 0) {
+  if ((header.flags & SpzHeader::kLodTree) != 0)
     fail("{}: a level-of-detail tree of Spark, which cannot be read", path);
-  }
 }
 
 // Sizes `content.bytes` for the header and cuts it into blocks.
@@ -49,10 +46,9 @@ void make_blocks(SpzContent& content, std::uint64_t file_bytes, const std::strin
   const auto row_bytes = spz_row_bytes(header);
   std::uint64_t total = 0;
   for (const std::uint64_t bytes : row_bytes) total += bytes * header.count;  // < 2^40
-  if (!fits(total, 1, file_bytes * kMaxInflation)) {
+  if (!fits(total, 1, file_bytes * kMaxInflation))
     fail("{}: cut off: {} Gaussians are announced, more than {} bytes can hold", path, header.count,
          file_bytes);
-  }
   content.bytes.resize(total);
   prefer_huge_pages(content.bytes.data(), total);
   ByteSpan rest = content.bytes;
@@ -93,22 +89,19 @@ SpzContent unpack_gzip(ByteSpan file, const std::string& path, const Progress& p
   std::size_t filled = inflate_into(content.bytes, 0, base_bytes, inflater, progress, end);
   if (filled == base_bytes) base_is_there(content);
   filled = inflate_into(content.bytes, filled, content.bytes.size(), inflater, progress, end);
-  if (filled < content.bytes.size()) {
+  if (filled < content.bytes.size())
     fail("{}: cut off: too few bytes for its {} Gaussians", path, content.header.count);
-  }
   // Reading one byte more than allowed detects excess data, and reaching the end verifies the
   // checksum.
   const bool extended = (content.header.flags & SpzHeader::kExtensions) != 0;
   const std::size_t allowed = extended ? kMaxExtensionBytes : 0;
   content.extensions.resize(allowed + 1);
   content.extensions.resize(inflater.read(content.extensions));
-  if (content.extensions.size() > allowed) {
+  if (content.extensions.size() > allowed)
     fail("{}: holds more data than its {} Gaussians need", path, content.header.count);
-  }
-  if (inflater.left() > 0) {
+  if (inflater.left() > 0)
     content.warnings.push_back(
         fmt::format("{} bytes after the gzip data were ignored.", inflater.left()));
-  }
   return content;
 }
 
@@ -120,12 +113,10 @@ struct Stream {
 void unpack_zstd(const Stream& stream, std::size_t number, const std::string& path) {
   const std::size_t written = ZSTD_decompress(stream.out.data(), stream.out.size(),
                                               stream.compressed.data(), stream.compressed.size());
-  if (ZSTD_isError(written) != 0) {
+  if (ZSTD_isError(written) != 0)
     fail("{}: stream {} is damaged ({})", path, number, ZSTD_getErrorName(written));
-  }
-  if (written != stream.out.size()) {
+  if (written != stream.out.size())
     fail("{}: stream {} has {} bytes, {} are needed", path, number, written, stream.out.size());
-  }
 }
 
 SpzContent unpack_plain(ByteSpan file, const std::string& path, ThreadPool& pool) {
@@ -133,9 +124,8 @@ SpzContent unpack_plain(ByteSpan file, const std::string& path, ThreadPool& pool
   ByteCursor cursor(file, path);
   content.header = read_header(cursor, path);
   const SpzHeader& header = content.header;
-  if (header.version != 4) {
+  if (header.version != 4)
     fail("{}: .spz version {} without gzip, only 4 exists", path, header.version);
-  }
   check(header, path);
   // Extensions lie between the header and the table of streams.
   const auto stream_count = cursor.read<std::uint8_t>("the header");
@@ -149,18 +139,16 @@ SpzContent unpack_plain(ByteSpan file, const std::string& path, ThreadPool& pool
   }
 
   // Read the table of streams.
-  if (stream_count != (header.sh_degree == 0 ? 5 : 6)) {
+  if (stream_count != (header.sh_degree == 0 ? 5 : 6))
     fail("{}: {} streams for SH degree {}", path, stream_count, header.sh_degree);
-  }
   std::array<std::uint64_t, kSpzBlocks> compressed_bytes{};
   const auto row_bytes = spz_row_bytes(header);
   for (std::size_t i = 0; i < stream_count; ++i) {
     compressed_bytes[i] = cursor.read<std::uint64_t>("the table of streams");
     const auto bytes = cursor.read<std::uint64_t>("the table of streams");
-    if (bytes != row_bytes[i] * header.count) {
+    if (bytes != row_bytes[i] * header.count)
       fail("{}: stream {} announces {} bytes for {} Gaussians, {} are needed", path, i, bytes,
            header.count, row_bytes[i] * header.count);
-    }
   }
   make_blocks(content, file.size(), path);
   // Unpack each stream into its part of the content.
@@ -171,10 +159,9 @@ SpzContent unpack_plain(ByteSpan file, const std::string& path, ThreadPool& pool
                        std::span(content.bytes).subspan(offset, size)});
     offset += size;
   }
-  if (cursor.left() > 0) {
+  if (cursor.left() > 0)
     content.warnings.push_back(
         fmt::format("{} bytes after the last stream were ignored.", cursor.left()));
-  }
   pool.for_chunks(streams.size(), 1, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t i = begin; i < end; ++i) unpack_zstd(streams[i], i, path);
   });

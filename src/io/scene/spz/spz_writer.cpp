@@ -32,15 +32,13 @@ constexpr int kMaxFixedPoint = (1 << 23) - 1;
 // bits.
 int fractional_bits(const GaussianCloud& cloud, const std::string& path) {
   float largest = 0;
-  for (const glm::vec3& p : cloud.positions) {
+  for (const glm::vec3& p : cloud.positions)
     largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  }
   int bits = 12;
   while (bits >= 0 && std::ldexp(static_cast<double>(largest), bits) > kMaxFixedPoint) --bits;
-  if (bits < 0) {
+  if (bits < 0)
     fail("{}: .spz cannot hold positions beyond {}, there is one at {}", path, kMaxFixedPoint,
          largest);
-  }
   return bits;
 }
 
@@ -58,10 +56,9 @@ void put_position(const glm::vec3& position, int bits, Bytes& out) {
 void put_rotation(const glm::quat& q, Bytes& out) {
   const SmallestThree three = drop_largest({q.x, q.y, q.z, q.w});
   std::uint32_t packed = three.dropped;
-  for (const double value : three.others) {
+  for (const double value : three.others)
     packed = packed << 10 | (value < 0 ? 512u : 0u) |
              round_to_integer(std::abs(value) * std::sqrt(2.0) * 511, 511);
-  }
   for (const int shift : {0, 8, 16, 24}) out.push_back(static_cast<std::uint8_t>(packed >> shift));
 }
 
@@ -94,11 +91,8 @@ Blocks make_blocks(const GaussianCloud& cloud, int bits, const Progress& progres
         blocks[kSpzColors].push_back(byte((sh[0][c] * 0.15 + 0.5) * 255));
         blocks[kSpzScales].push_back(byte((cloud.log_scales[first + i][c] + 10.0) * 16));
       }
-      for (std::size_t k = 1; k < coefficients; ++k) {
-        for (int c = 0; c < 3; ++c) {
-          blocks[kSpzSh].push_back(sh_byte(sh[k][c], k < 4 ? 8 : 16));
-        }
-      }
+      for (std::size_t k = 1; k < coefficients; ++k)
+        for (int c = 0; c < 3; ++c) blocks[kSpzSh].push_back(sh_byte(sh[k][c], k < 4 ? 8 : 16));
     }
   }
   return blocks;

@@ -180,7 +180,6 @@ class Directory {
 constexpr std::uint16_t kDate = 1 << 5 | 1;  // 1980-01-01
 constexpr std::uint16_t kNameIsUtf8 = 1 << 11;
 constexpr std::uint16_t kVersion = 20, kVersion64 = 45;  // the format's version that a reader needs
-constexpr std::uint32_t kInExtraField = 0xffffffff;
 
 std::string deflated_bytes(std::string_view content) {
   constexpr int kMemory = 8;
@@ -194,9 +193,9 @@ std::string deflated_bytes(std::string_view content) {
 
 /// A size or offset of 32 bits, which is added to the 64-bit extra field if it does not fit.
 std::uint32_t short_value(std::uint64_t value, std::string& extra) {
-  if (value < kInExtraField) return static_cast<std::uint32_t>(value);
+  if (value < kIn64Bits) return static_cast<std::uint32_t>(value);
   put_values(extra, value);
-  return kInExtraField;
+  return kIn64Bits;
 }
 
 /// The extra field with 64-bit values; empty without values.
@@ -221,13 +220,13 @@ class Archive {
                                       [](char c) { return static_cast<unsigned char>(c) < 0x80; });
     const auto name_bytes = static_cast<std::uint16_t>(entry.name.size());
     // A file's own header has both sizes in 64 bits or none.
-    const bool is_long = entry.content.size() >= kInExtraField || stored.size() >= kInExtraField;
+    const bool is_long = entry.content.size() >= kIn64Bits || stored.size() >= kIn64Bits;
     std::string common, values;  // the part that both headers have
-    put_values(common, is_long || offset_ >= kInExtraField ? kVersion64 : kVersion,
+    put_values(common, is_long || offset_ >= kIn64Bits ? kVersion64 : kVersion,
                is_ascii ? std::uint16_t{0} : kNameIsUtf8,
                static_cast<std::uint16_t>(deflated ? 8 : 0), std::uint16_t{0}, kDate, checksum);
     if (is_long) {
-      put_values(common, kInExtraField, kInExtraField);
+      put_values(common, kIn64Bits, kIn64Bits);
       put_values(values, std::uint64_t{entry.content.size()}, std::uint64_t{stored.size()});
     } else {
       put_values(common, static_cast<std::uint32_t>(stored.size()),
@@ -255,7 +254,7 @@ class Archive {
     write(directory_);
     std::string end, unused;
     constexpr std::uint16_t kMany = 0xffff;
-    if (begin >= kInExtraField || bytes >= kInExtraField || files_ >= kMany) {
+    if (begin >= kIn64Bits || bytes >= kIn64Bits || files_ >= kMany) {
       const std::uint64_t end64 = offset_;
       end += "PK\6\6";
       put_values(end, std::uint64_t{44}, kVersion64, kVersion64, std::uint32_t{0}, std::uint32_t{0},

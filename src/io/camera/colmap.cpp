@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <system_error>
 
 #include <glm/gtc/quaternion.hpp>
 
 #include "base/fail.h"
 #include "io/camera/camera_formats.h"
+#include "io/camera/points.h"
 
 namespace qs {
+
 namespace {
 
 constexpr std::array kModels = {
@@ -94,6 +97,22 @@ LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
   camera.view_from_world = glm::dmat4x3(rotation[0], rotation[1], rotation[2], image.translation);
   camera.name = photograph_name(image.name);
   return result;
+}
+
+std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& data) {
+  std::error_code error;
+  for (const char* folder : {"sparse/0", "sparse", "0", "."}) {
+    for (const char* name : {"points3D.bin", "points3D.txt"}) {
+      const auto file = (data / folder / name).lexically_normal();
+      if (std::filesystem::is_regular_file(file, error)) return file;
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<ScenePoint> read_points(const std::filesystem::path& file) {
+  return file.extension() == ".txt" ? read_colmap_points_text(file)
+                                    : read_colmap_points_binary(file);
 }
 
 }  // namespace qs

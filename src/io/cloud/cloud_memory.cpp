@@ -20,14 +20,10 @@ void prefer_huge_pages(void* memory, std::size_t bytes) {
 GaussianCloud make_cloud(std::size_t count, int sh_degree) {
   GaussianCloud cloud;
   cloud.resize(count, sh_degree);
-  const auto advise = [](auto& array) {
-    prefer_huge_pages(array.data(), array.size() * sizeof array[0]);
+  const auto advise = [](auto&... arrays) {
+    (prefer_huge_pages(arrays.data(), arrays.size() * sizeof arrays[0]), ...);
   };
-  advise(cloud.positions);
-  advise(cloud.log_scales);
-  advise(cloud.rotations);
-  advise(cloud.opacity_logits);
-  advise(cloud.sh);
+  advise(cloud.positions, cloud.log_scales, cloud.rotations, cloud.opacity_logits, cloud.sh);
   return cloud;
 }
 

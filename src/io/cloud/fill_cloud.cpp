@@ -113,10 +113,9 @@ class Sieve {
   }
 
  private:
-  enum Flaw { position, scale, rotation, opacity, color, kFlaws };
+  static constexpr std::size_t kFlaws = kFlawNames.size();
   struct Dropped {
-    std::size_t index;
-    Flaw flaw;
+    std::size_t index, flaw;  // flaw: the first, an index into kFlawNames
   };
 
   // Computes in double precision, in which the square of 1e-30 does not underflow and the square of
@@ -141,17 +140,14 @@ class Sieve {
     const std::size_t coefficients = sh_count(cloud_);
     for (std::size_t i = begin; i < end; ++i) {
       const glm::quat& q = cloud_.rotations[i];
-      if (!all_in(&cloud_.positions[i].x, 3, -kMaxPosition, kMaxPosition)) {
-        found.push_back({i, position});
-      } else if (!all_in(&cloud_.log_scales[i].x, 3, -kInfinity, kMaxLogScale)) {
-        found.push_back({i, scale});
-      } else if (!(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z > 0.5f)) {  // NaN after 0/0
-        found.push_back({i, rotation});
-      } else if (std::isnan(cloud_.opacity_logits[i])) {
-        found.push_back({i, opacity});
-      } else if (!all_in(&cloud_.sh[i * coefficients].x, 3 * coefficients, -kMaxColor, kMaxColor)) {
-        found.push_back({i, color});
-      }
+      const bool sound[kFlaws] = {
+          all_in(&cloud_.positions[i].x, 3, -kMaxPosition, kMaxPosition),
+          all_in(&cloud_.log_scales[i].x, 3, -kInfinity, kMaxLogScale),
+          q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z > 0.5f,  // NaN after 0/0
+          !std::isnan(cloud_.opacity_logits[i]),
+          all_in(&cloud_.sh[i * coefficients].x, 3 * coefficients, -kMaxColor, kMaxColor)};
+      const auto* const flaw = std::find(sound, sound + kFlaws, false);
+      if (flaw != sound + kFlaws) found.push_back({i, static_cast<std::size_t>(flaw - sound)});
     }
   }
 

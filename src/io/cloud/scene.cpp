@@ -5,10 +5,6 @@
 
 namespace qs {
 
-bool is_sampled(std::size_t count, const Sampling& sampling) {
-  return sampling.take && count >= sampling.fewest;
-}
-
 SceneSample make_sample(const Scene& scene, std::size_t count, const Sampling& sampling) {
   SceneSample sample;
   sample.of = count;

@@ -101,7 +101,9 @@ using WriteScene = void(const GaussianCloud& cloud, const std::filesystem::path&
                         ThreadPool& pool, const Progress& progress);
 
 /// True if `sampling` requests a sample of a scene with `count` Gaussians.
-bool is_sampled(std::size_t count, const Sampling& sampling);
+inline bool is_sampled(std::size_t count, const Sampling& sampling) {
+  return sampling.take && count >= sampling.fewest;
+}
 
 /// A sample of `count` Gaussians of the scene, with its places and without its values.
 SceneSample make_sample(const Scene& scene, std::size_t count, const Sampling& sampling);

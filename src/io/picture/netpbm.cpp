@@ -71,11 +71,10 @@ void require_opaque(const Image& image, const PictureTarget& target) {
   fail("{}: this format holds gray or RGB, not {} channels", target.shown.string(), image.channels);
 }
 
-template <class T>
-T swapped(T value) {
-  auto bytes = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
+float swapped(float value) {
+  auto bytes = std::bit_cast<std::array<std::byte, sizeof value>>(value);
   std::reverse(bytes.begin(), bytes.end());
-  return std::bit_cast<T>(bytes);
+  return std::bit_cast<float>(bytes);
 }
 
 static_assert(std::endian::native == std::endian::little);
@@ -136,7 +135,7 @@ Image read_pfm(const std::filesystem::path& path) {
     std::memcpy(image.row(y), content.data() + header.end + stored_row * row_bytes, row_bytes);
   }
   if (scale > 0)
-    std::transform(image.values.begin(), image.values.end(), image.values.begin(), swapped<float>);
+    std::transform(image.values.begin(), image.values.end(), image.values.begin(), swapped);
   return image;
 }
 

@@ -13,8 +13,6 @@
 namespace qs {
 namespace {
 
-static_assert(std::endian::native == std::endian::little);
-
 constexpr std::string_view kMagic("\x93NUMPY", 6);
 constexpr std::size_t kAlign = 64;  // the values begin at a multiple of it
 

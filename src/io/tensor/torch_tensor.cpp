@@ -11,6 +11,7 @@
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
+#include "io/bytes/byte_writer.h"
 #include "io/bytes/zip.h"
 #include "raster/kernel/half.h"
 
@@ -141,10 +142,8 @@ std::string storage_stream(const std::vector<float>& values) {
   PickleWriter object;
   add_storage(object, "0", values.size(), true);
   stream += object.take() + PickleWriter().list().begin().text("0").append().take();
-  const std::uint64_t count = values.size();
-  std::string number(sizeof count, '\0');
-  std::memcpy(number.data(), &count, sizeof count);
-  return stream + number + bytes_of_floats(values);
+  put_values(stream, std::uint64_t{values.size()});
+  return stream + bytes_of_floats(values);
 }
 
 // `storage` appends the values' storage of a tensor.

@@ -58,7 +58,7 @@ Use::Use(Context& context, const Where& where) : context_(context) {
 }
 
 void Use::require_gpu(std::int32_t device, const Where& where) const {
-  if (backend() != Backend::cuda)
+  if (context_.backend() != Backend::cuda)
     refuse(where,
            "is in the memory of GPU {}, but the context has the backend cpu: open one with "
            "QS_BACKEND_CUDA",

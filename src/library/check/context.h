@@ -61,7 +61,6 @@ class Use : NotCopied {
   Use(Context& context, const Where& where);
   ~Use();
 
-  Backend backend() const { return context_.backend(); }
   /// Throws Error(usage) unless the context uses this GPU, which has the memory of `where`.
   void require_gpu(std::int32_t device, const Where& where) const;
 

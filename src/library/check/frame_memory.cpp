@@ -25,6 +25,19 @@ void check_block(const void* memory, const BlockHeader& expected, const Place& p
   if (found != expected) refuse(where, "does not hold this frame");
 }
 
+HeldSizes sizes_of(const QsStageFrame& frame) {
+  HeldSizes sizes;
+  sizes.gaussians = frame.gaussians;
+  sizes.slots = frame.listed;
+  sizes.pairs = frame.pairs;
+  sizes.width = frame.width;
+  sizes.height = frame.height;
+  sizes.channels = frame.channels;
+  sizes.has_depth = frame.has_depth;
+  sizes.bytes_of_number = frame.type == QS_FLOAT64 ? sizeof(double) : sizeof(float);
+  return sizes;
+}
+
 }  // namespace
 
 CallersMemory::CallersMemory(const Where& where, const QsMemory* memory)
@@ -44,19 +57,6 @@ void* CallersMemory::allocate(std::size_t bytes, std::uint32_t kind) const {
 
 void clear_frame(QsStageFrame* frame, const Where& where) {
   write_struct(QsStageFrame{}, frame, where);
-}
-
-HeldSizes sizes_of(const QsStageFrame& frame) {
-  HeldSizes sizes;
-  sizes.gaussians = frame.gaussians;
-  sizes.slots = frame.listed;
-  sizes.pairs = frame.pairs;
-  sizes.width = frame.width;
-  sizes.height = frame.height;
-  sizes.channels = frame.channels;
-  sizes.has_depth = frame.has_depth;
-  sizes.bytes_of_number = frame.type == QS_FLOAT64 ? sizeof(double) : sizeof(float);
-  return sizes;
 }
 
 HeldSizes sizes_on_host(const QsStageFrame& frame) {

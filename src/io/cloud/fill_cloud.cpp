@@ -36,10 +36,13 @@ constexpr std::array<const char*, 5> kFlawNames = {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// False if a value is NaN. The loop has no early exit, so that it becomes vector code.
-bool all_in(const float* values, std::size_t count, float low, float high) {
+// False for NaN. The loop has no early exit, so that it becomes vector code.
+constexpr bool kSigned = false, kAbsolute = true;
+template <bool kIsAbsolute>
+bool all_at_most(const float* values, std::size_t count, float bound) {
   int outside = 0;
-  for (std::size_t i = 0; i < count; ++i) outside |= !(values[i] >= low) | !(values[i] <= high);
+  for (std::size_t i = 0; i < count; ++i)
+    outside |= !((kIsAbsolute ? std::abs(values[i]) : values[i]) <= bound);
   return outside == 0;
 }
 
@@ -59,10 +62,11 @@ class Sieve {
     const bool rotations_sound = normalise_rotations(begin, end);
     const bool sound =
         rotations_sound &&
-        all_in(&cloud_.positions[begin].x, 3 * count, -kMaxPosition, kMaxPosition) &&
-        all_in(scales, 3 * count, -kInfinity, kMaxLogScale) &&
-        all_in(logits, count, -kInfinity, kInfinity) &&
-        all_in(&cloud_.sh[begin * coefficients].x, 3 * count * coefficients, -kMaxColor, kMaxColor);
+        all_at_most<kAbsolute>(&cloud_.positions[begin].x, 3 * count, kMaxPosition) &&
+        all_at_most<kSigned>(scales, 3 * count, kMaxLogScale) &&
+        all_at_most<kSigned>(logits, count, kInfinity) &&
+        all_at_most<kAbsolute>(&cloud_.sh[begin * coefficients].x, 3 * count * coefficients,
+                               kMaxColor);
     std::vector<Dropped> found;
     if (!sound) find_flaws(begin, end, found);
 
@@ -141,11 +145,11 @@ class Sieve {
     for (std::size_t i = begin; i < end; ++i) {
       const glm::quat& q = cloud_.rotations[i];
       const bool sound[kFlaws] = {
-          all_in(&cloud_.positions[i].x, 3, -kMaxPosition, kMaxPosition),
-          all_in(&cloud_.log_scales[i].x, 3, -kInfinity, kMaxLogScale),
+          all_at_most<kAbsolute>(&cloud_.positions[i].x, 3, kMaxPosition),
+          all_at_most<kSigned>(&cloud_.log_scales[i].x, 3, kMaxLogScale),
           q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z > 0.5f,  // NaN after 0/0
           !std::isnan(cloud_.opacity_logits[i]),
-          all_in(&cloud_.sh[i * coefficients].x, 3 * coefficients, -kMaxColor, kMaxColor)};
+          all_at_most<kAbsolute>(&cloud_.sh[i * coefficients].x, 3 * coefficients, kMaxColor)};
       const auto* const flaw = std::find(sound, sound + kFlaws, false);
       if (flaw != sound + kFlaws) found.push_back({i, static_cast<std::size_t>(flaw - sound)});
     }

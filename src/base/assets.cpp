@@ -8,8 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "base/program_folder.h"
-
 namespace qs {
 
 std::optional<std::filesystem::path> find_asset(std::string_view name) {
@@ -31,6 +29,11 @@ std::optional<std::filesystem::path> find_font() {
     });
   }
   return file;
+}
+
+std::filesystem::path program_folder() {
+  std::error_code error;
+  return std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
 }
 
 }  // namespace qs

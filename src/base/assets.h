@@ -22,4 +22,9 @@ std::optional<std::filesystem::path> find_asset(std::string_view name);
 /// the letters of Dear ImGui's own font are smaller.
 std::optional<std::filesystem::path> find_font();
 
+// Finds the folder of the running program, so that an installed tree can be moved.
+
+/// Folder of the executable; empty if the system does not report it.
+std::filesystem::path program_folder();
+
 }  // namespace qs

@@ -16,12 +16,13 @@
 #include <unistd.h>
 
 #include "base/fail.h"
+#include "base/not_copied.h"
 
 namespace qs {
 namespace {
 
 // The attributes and descriptors with which a process is started.
-class SpawnPlan {
+class SpawnPlan : NotCopied {
  public:
   explicit SpawnPlan(const ChildCommand& command) : command_(command) {
     posix_spawn_file_actions_init(&actions_);
@@ -36,8 +37,6 @@ class SpawnPlan {
     posix_spawnattr_destroy(&attributes_);
     posix_spawn_file_actions_destroy(&actions_);
   }
-  SpawnPlan(const SpawnPlan&) = delete;
-  SpawnPlan& operator=(const SpawnPlan&) = delete;
 
   // The copies have numbers that the child does not use, so none is overwritten before its turn.
   // addclosefrom_np(), because streams of the standard library open files without O_CLOEXEC.

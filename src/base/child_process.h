@@ -52,8 +52,6 @@ class ChildProcess {
   explicit ChildProcess(const ChildCommand& command);
   /// Kills the process if it runs.
   ~ChildProcess();
-  ChildProcess(const ChildProcess&) = delete;
-  ChildProcess& operator=(const ChildProcess&) = delete;
 
   /// False after the end of the process was waited for.
   bool running() const { return process_ > 0; }

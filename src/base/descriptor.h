@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include <unistd.h>
+
 namespace qs {
 
 /// Owns a file descriptor; -1 is none.
@@ -19,7 +21,10 @@ class Descriptor {
 
   int get() const { return number_; }
   explicit operator bool() const { return number_ >= 0; }
-  void reset();
+  void reset() {
+    if (number_ >= 0) close(number_);
+    number_ = -1;
+  }
 
  private:
   int number_ = -1;

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <thread>
 
+#include <fmt/chrono.h>
+
 #include "version.h"
 
 namespace qs {
@@ -20,12 +22,7 @@ std::string cpu_model() {
 }
 
 std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[sizeof "2026-01-01T00:00:00Z"];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
 }
 
 }  // namespace

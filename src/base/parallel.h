@@ -17,8 +17,6 @@ class ThreadPool {
   /// `threads` counts the calling thread; 0 means one per hardware thread.
   explicit ThreadPool(int threads);
   ~ThreadPool();
-  ThreadPool(const ThreadPool&) = delete;
-  ThreadPool& operator=(const ThreadPool&) = delete;
 
   int size() const;
 

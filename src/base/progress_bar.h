@@ -9,6 +9,7 @@
 #include <functional>
 #include <string>
 
+#include "base/not_copied.h"
 #include "base/progress.h"
 
 namespace qs {
@@ -23,14 +24,12 @@ Progress part_of(const Progress& progress, float begin, float end);
 /// Reports 0..1 as step `step` of `steps` of another progress.
 Progress step_of(const Progress& progress, std::size_t step, std::size_t steps);
 
-class ProgressBar {
+class ProgressBar : NotCopied {
  public:
   using Clock = std::chrono::steady_clock;
 
   explicit ProgressBar(std::string label, std::function<Clock::time_point()> now = usual_clock());
   ~ProgressBar();
-  ProgressBar(const ProgressBar&) = delete;
-  ProgressBar& operator=(const ProgressBar&) = delete;
 
   /// The clock of bars that get none. Tests replace it, so that short work shows its bar.
   static std::function<Clock::time_point()>& usual_clock();

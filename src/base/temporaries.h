@@ -6,19 +6,19 @@
 #include <filesystem>
 #include <functional>
 
+#include "base/not_copied.h"
+
 namespace qs {
 
 /// A new, empty folder. The destructor deletes it with all that is left in it. Unfinished files
 /// lie in such a folder, because a file that is opened after delete_temporaries() would come back;
 /// in a folder that is gone it cannot be created.
-class UnfinishedFolder {
+class UnfinishedFolder : NotCopied {
  public:
   /// Six random characters complete the name. Throws std::filesystem::filesystem_error if the
   /// folder cannot be created.
   explicit UnfinishedFolder(const std::filesystem::path& beginning);
   ~UnfinishedFolder();
-  UnfinishedFolder(const UnfinishedFolder&) = delete;
-  UnfinishedFolder& operator=(const UnfinishedFolder&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
 

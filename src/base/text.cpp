@@ -34,17 +34,15 @@ bool parse_vector(std::string_view text, char separator, Vector& vector) {
 
 int parse_integer(std::string_view what, std::string_view text, int low, int high) {
   int value = 0;
-  if (!parse_all(text, value) || value < low || value > high) {
+  if (!parse_all(text, value) || value < low || value > high)
     fail(ErrorKind::usage, "{}: '{}' is not a whole number from {} to {}", what, text, low, high);
-  }
   return value;
 }
 
 double parse_real(std::string_view what, std::string_view text, double low, double high) {
   double value = 0;
-  if (!parse_all(text, value) || !(value >= low && value <= high)) {
+  if (!parse_all(text, value) || !(value >= low && value <= high))
     fail(ErrorKind::usage, "{}: '{}' is not a number from {} to {}", what, text, low, high);
-  }
   return value;
 }
 
@@ -58,9 +56,8 @@ std::uint64_t parse_bytes(std::string_view what, std::string_view text) {
       unit.empty() ? 1 : std::pow(base, static_cast<double>(kUnits.find(unit[0])) + 1);
   double value = 0;
   if (!known || !parse_all(text.substr(0, end), value) ||
-      !(value * factor >= 1 && value * factor <= 1e18)) {
+      !(value * factor >= 1 && value * factor <= 1e18))
     fail(ErrorKind::usage, "{}: '{}' is not a number of bytes such as 800M or 1.5G", what, text);
-  }
   return static_cast<std::uint64_t>(std::llround(value * factor));
 }
 
@@ -68,10 +65,9 @@ glm::ivec2 parse_size(std::string_view what, std::string_view text, std::string_
   constexpr int kMaxSide = 32768;
   glm::ivec2 size{0};
   if (!parse_vector(text, 'x', size) || size.x < 1 || size.y < 1 ||
-      std::max(size.x, size.y) > kMaxSide) {
+      std::max(size.x, size.y) > kMaxSide)
     fail(ErrorKind::usage, "{}: '{}' is not {} with sides from 1 to {}", what, text, shape,
          kMaxSide);
-  }
   return size;
 }
 
@@ -86,16 +82,14 @@ glm::vec3 parse_color(std::string_view what, std::string_view text) {
 glm::dvec3 parse_direction(std::string_view what, std::string_view text) {
   constexpr std::string_view kAxisNames[] = {"x", "y", "z", "-x", "-y", "-z"};
   glm::dvec3 direction{0.0};
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < 6; ++i)
     if (text == kAxisNames[i]) direction[i % 3] = i < 3 ? 1 : -1;
-  }
   if (direction != glm::dvec3(0)) return direction;
   const bool good = parse_vector(text, ',', direction);
   const double length = glm::length(direction);
-  if (!good || !(length > 0) || !std::isfinite(length)) {
+  if (!good || !(length > 0) || !std::isfinite(length))
     fail(ErrorKind::usage, "{}: '{}' is neither x, -x, y, -y, z, -z nor a direction X,Y,Z", what,
          text);
-  }
   return direction / length;
 }
 

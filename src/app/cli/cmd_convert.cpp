@@ -19,7 +19,7 @@
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
-#include "io/cloud/sh_degree.h"
+#include "io/cloud/cloud_memory.h"
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
 #include "options/suggestion.h"

@@ -18,7 +18,6 @@
 #include "base/child_process.h"
 #include "base/fail.h"
 #include "base/json_of.h"
-#include "base/program_folder.h"
 #include "base/quit_signals.h"
 #include "io/bytes/json_text.h"
 #include "raster/api/renderer.h"

@@ -10,12 +10,12 @@
 #include <string>
 
 #include "app/cli/options.h"
-#include "base/end_at_signal.h"
+#include "base/quit_signals.h"
 
 namespace qs {
 
 /// The exit code of the process. Error(kind) ends the process with the kind's number, and a signal
-/// with kExitInterrupted (base/end_at_signal.h).
+/// with kExitInterrupted (base/quit_signals.h).
 enum ExitCode { kExitOk = 0, kExitUsage = 1, kExitInput = 2, kExitDevice = 3, kExitComparison = 4 };
 
 /// Words of a command line.

@@ -11,7 +11,6 @@
 
 #include "app/framing/camera_control.h"
 #include "base/fail.h"
-#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 

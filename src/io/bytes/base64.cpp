@@ -17,9 +17,8 @@ constexpr std::uint8_t kNoDigit = 64;
 constexpr std::array<std::uint8_t, 256> make_values() {
   std::array<std::uint8_t, 256> values{};
   for (auto& value : values) value = kNoDigit;
-  for (std::size_t i = 0; i < kDigits.size(); ++i) {
+  for (std::size_t i = 0; i < kDigits.size(); ++i)
     values[static_cast<unsigned char>(kDigits[i])] = static_cast<std::uint8_t>(i);
-  }
   return values;
 }
 constexpr std::array<std::uint8_t, 256> kValues = make_values();
@@ -31,12 +30,10 @@ std::string base64(std::string_view bytes) {
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
     std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k)
       word = word << 8 | (k < left ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t k = 0; k < 4; ++k)
       text += k <= left ? kDigits[word >> (18 - 6 * k) & 63] : '=';
-    }
   }
   return text;
 }

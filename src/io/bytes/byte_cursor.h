@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 
 namespace qs {
 
@@ -36,22 +37,21 @@ constexpr bool fits(std::uint64_t count, std::uint64_t item_bytes, std::uint64_t
 /// Reads `bytes` from the front. Messages begin with the source and name the value that was read.
 class ByteCursor {
  public:
-  ByteCursor(std::span<const std::byte> bytes, std::string source)
+  ByteCursor(ByteSpan bytes, std::string source)
       : ByteCursor(bytes, [source = std::move(source)] { return source; }) {}
 
   /// `source` is called only if something is wrong, so readers of many records format no names.
-  ByteCursor(std::span<const std::byte> bytes, std::function<std::string()> source)
+  ByteCursor(ByteSpan bytes, std::function<std::string()> source)
       : bytes_(bytes), source_(std::move(source)) {}
 
   std::uint64_t offset() const { return offset_; }
   std::uint64_t left() const { return bytes_.size() - offset_; }
 
   /// The next `count` bytes. Throws Error(input) when fewer are left.
-  std::span<const std::byte> take(std::uint64_t count, const char* what) {
-    if (count > left()) {
+  ByteSpan take(std::uint64_t count, const char* what) {
+    if (count > left())
       fail("{}: cut off: {} needs {} bytes at offset {}, {} are left", source_(), what, count,
            offset_, left());
-    }
     const auto part = bytes_.subspan(offset_, count);
     offset_ += count;
     return part;
@@ -63,7 +63,7 @@ class ByteCursor {
   }
 
  private:
-  std::span<const std::byte> bytes_;
+  ByteSpan bytes_;
   std::function<std::string()> source_;
   std::uint64_t offset_ = 0;
 };

@@ -12,7 +12,10 @@
 
 namespace qs {
 
-inline std::string_view text_of(std::span<const std::byte> bytes) {
+/// The bytes of a file or of a part of it.
+using ByteSpan = std::span<const std::byte>;
+
+inline std::string_view text_of(ByteSpan bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 

@@ -163,10 +163,9 @@ bool check_target(const fs::path& path) {
   const std::optional<FileId> id = id_of(path);
   if (!id) return false;
   const bool own = is_own(path, *id);
-  if (!holds_file(current()->own, *id) && holds_file(current()->inputs, *id)) {
+  if (!holds_file(current()->own, *id) && holds_file(current()->inputs, *id))
     fail(ErrorKind::usage, "{}: is an input of this command, which never writes onto its inputs",
          path.string());
-  }
   if (own) return false;
   if (current()->overwrite || is_own_report(path)) return true;
   fail(ErrorKind::usage, "{}: exists already: choose another name, or replace it with {}",
@@ -194,10 +193,9 @@ void require_new_folder(const fs::path& folder, bool overwrite) {
 fs::path own_name(const fs::path& path) {
   std::error_code error;
   fs::path name = path;
-  for (int n = 1; fs::exists(fs::symlink_status(name, error)) && !is_own_report(name); ++n) {
+  for (int n = 1; fs::exists(fs::symlink_status(name, error)) && !is_own_report(name); ++n)
     name = path.parent_path() /
            fmt::format("{}_{:04}{}", path.stem().string(), n, path.extension().string());
-  }
   return name;
 }
 

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <string>
 
+#include "base/not_copied.h"
+
 namespace qs {
 
 /// The threads for which a guard holds: all of them, or only its maker, as for a call of
@@ -18,14 +20,12 @@ enum class GuardScope { process, thread };
 
 /// The rule holds while an object exists, one at a time in a scope. Without one, such as in the
 /// window, which gives its files new names, every file may be written.
-class FileGuard {
+class FileGuard : NotCopied {
  public:
   /// `overwrite`: existing files may be replaced, except inputs. `option`: its name in messages.
   explicit FileGuard(bool overwrite, std::string option = "--overwrite",
                      GuardScope scope = GuardScope::process);
   ~FileGuard();
-  FileGuard(const FileGuard&) = delete;
-  FileGuard& operator=(const FileGuard&) = delete;
 
   /// Number of files of earlier runs that were replaced.
   std::size_t replaced() const;

@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 
+#include "io/bytes/byte_text.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -30,10 +31,6 @@ class FileSource {
 
   /// Bytes that an existing file takes: in an archive as it is compressed there, without headers.
   virtual std::uint64_t stored_bytes(const std::string& name) const = 0;
-
-  /// True if the files are separate from the scene file, so that their sizes must be added to the
-  /// scene's.
-  virtual bool is_folder() const = 0;
 };
 
 /// Files in the folder of `scene_file` and below.
@@ -41,17 +38,17 @@ std::unique_ptr<FileSource> files_beside(const std::filesystem::path& scene_file
 
 /// Entries of a zip archive, relative to the file `root`, which is in the top folder or else in
 /// exactly one folder. `content` must outlive the result.
-std::unique_ptr<FileSource> files_in_zip(std::span<const std::byte> content,
-                                         const std::filesystem::path& path, std::string_view root);
+std::unique_ptr<FileSource> files_in_zip(ByteSpan content, const std::filesystem::path& path,
+                                         std::string_view root);
 
-bool is_zip(std::span<const std::byte> content);
+bool is_zip(ByteSpan content);
 
 /// The name of the first file in a zip archive, as its own header states it; empty if it has none.
-std::string_view first_name_in_zip(std::span<const std::byte> content);
+std::string_view first_name_in_zip(ByteSpan content);
 
 /// True for zip archives of NumPy (.npz) and PyTorch (.pth).
-bool is_npz(std::span<const std::byte> content);
-bool is_torch_archive(std::span<const std::byte> content);
+bool is_npz(ByteSpan content);
+bool is_torch_archive(ByteSpan content);
 
 /// The normalised `name`, so that different spellings are recognised as one file. Throws
 /// Error(input) "source: unsafe file name ..." unless it is a plain relative path.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 
 namespace qs {
 namespace {
@@ -13,15 +14,19 @@ namespace {
 // zlib counts in 32 bits, and files may be longer.
 constexpr std::size_t kPiece = 1u << 30;
 
+// zlib's number for the form: 32 KiB; 16 more: with a gzip header; negative: without a header.
+int window_of(DeflateForm form) {
+  constexpr int kWindow = 15;
+  return form == DeflateForm::gzip ? kWindow + 16 : -kWindow;
+}
+
 }  // namespace
 
-Inflater::Inflater(std::span<const std::byte> compressed, std::string source, Form form)
+Inflater::Inflater(ByteSpan compressed, std::string source, DeflateForm form)
     : compressed_(compressed),
       source_(std::move(source)),
-      form_(form == Form::gzip ? "gzip" : "deflate") {
-  constexpr int kWindow = 15;  // 32 KiB; 16 more: with a gzip header; negative: without a header
-  if (inflateInit2(&stream_, form == Form::gzip ? kWindow + 16 : -kWindow) != Z_OK)
-    throw std::bad_alloc();
+      form_(form == DeflateForm::gzip ? "gzip" : "deflate") {
+  if (inflateInit2(&stream_, window_of(form)) != Z_OK) throw std::bad_alloc();
 }
 
 Inflater::~Inflater() { inflateEnd(&stream_); }
@@ -57,7 +62,37 @@ std::size_t Inflater::try_read(std::span<std::byte> out) {
   return filled;
 }
 
-bool is_gzip(std::span<const std::byte> content) {
+Deflater::Deflater(DeflateForm form, int level, int memory,
+                   std::function<void(std::string_view packed)> take)
+    : take_(std::move(take)) {
+  if (deflateInit2(&stream_, level, Z_DEFLATED, window_of(form), memory, Z_DEFAULT_STRATEGY) !=
+      Z_OK)
+    throw std::bad_alloc();
+}
+
+Deflater::~Deflater() { deflateEnd(&stream_); }
+
+void Deflater::write(std::string_view bytes) {
+  stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  while (!bytes.empty()) {
+    const std::size_t piece = std::min(bytes.size(), kPiece);
+    stream_.avail_in = static_cast<uInt>(piece);
+    run(Z_NO_FLUSH);
+    bytes.remove_prefix(piece);
+  }
+}
+
+void Deflater::run(int flush) {
+  char block[1 << 16];
+  do {
+    stream_.next_out = reinterpret_cast<Bytef*>(block);
+    stream_.avail_out = sizeof block;
+    deflate(&stream_, flush);
+    take_({block, sizeof block - stream_.avail_out});
+  } while (stream_.avail_out == 0);
+}
+
+bool is_gzip(ByteSpan content) {
   return content.size() >= 2 && content[0] == std::byte{0x1f} && content[1] == std::byte{0x8b};
 }
 

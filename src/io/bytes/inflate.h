@@ -1,31 +1,34 @@
 // SPDX-License-Identifier: MIT
 //
-// Decompresses a gzip member, or the bare deflate data of a zip archive, into buffers of sizes that
-// the caller chose, so that a small file cannot make the program allocate more than the caller
-// allows. A member's checksum is verified at the end.
+// Gzip members, and the bare deflate data of zip archives.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include <zlib.h>
+
+#include "base/not_copied.h"
+#include "io/bytes/byte_text.h"
 
 namespace qs {
 
 /// The highest compression ratio of deflate; a header that implies more is wrong.
 constexpr std::uint64_t kMaxInflation = 1032;
 
-class Inflater {
- public:
-  enum class Form { gzip, deflate };
+enum class DeflateForm { gzip, deflate };
 
+/// Decompresses into buffers of sizes that the caller chose, so that a small file cannot make the
+/// program allocate more than the caller allows. A member's checksum is verified at the end.
+class Inflater : NotCopied {
+ public:
   /// `source` names the file in messages. `compressed` must outlive this.
-  Inflater(std::span<const std::byte> compressed, std::string source, Form form = Form::gzip);
+  Inflater(ByteSpan compressed, std::string source, DeflateForm form = DeflateForm::gzip);
   ~Inflater();
-  Inflater(const Inflater&) = delete;
-  Inflater& operator=(const Inflater&) = delete;
 
   /// Fills `out` up to the end of the member and returns the number of bytes. Throws Error(input)
   /// if the data is damaged or ends before the member does.
@@ -39,7 +42,7 @@ class Inflater {
   std::uint64_t left() const { return compressed_.size() + stream_.avail_in; }
 
  private:
-  std::span<const std::byte> compressed_;  // not passed to zlib yet
+  ByteSpan compressed_;  // not passed to zlib yet
   std::string source_;
   const char* form_;  ///< its name
   z_stream stream_{};
@@ -47,6 +50,24 @@ class Inflater {
   std::string problem_;
 };
 
-bool is_gzip(std::span<const std::byte> content);
+/// Compresses piece by piece. The packed bytes depend on the pieces' content alone.
+class Deflater : NotCopied {
+ public:
+  /// `level` and `memory` as in zlib. `take` receives the packed bytes.
+  Deflater(DeflateForm form, int level, int memory,
+           std::function<void(std::string_view packed)> take);
+  ~Deflater();
+
+  void write(std::string_view bytes);
+  void finish() { run(Z_FINISH); }
+
+ private:
+  void run(int flush);
+
+  z_stream stream_{};
+  std::function<void(std::string_view packed)> take_;
+};
+
+bool is_gzip(ByteSpan content);
 
 }  // namespace qs

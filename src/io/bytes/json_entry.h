@@ -46,9 +46,8 @@ struct JsonEntry {
   int side(const char* key) const {
     constexpr int kMaxSide = 65535;
     const double value = number(key);
-    if (value < 1 || value > kMaxSide || value != std::floor(value)) {
+    if (value < 1 || value > kMaxSide || value != std::floor(value))
       fail("{}: {} is {}, but must be a whole number from 1 to {}", where, key, value, kMaxSide);
-    }
     return static_cast<int>(value);
   }
 

@@ -24,13 +24,12 @@ T json_value(const nlohmann::ordered_json& json) {
                       : json.is_number_integer() ? std::in_range<T>(json.get<std::int64_t>())
                                                  : false;
     using Limits = std::numeric_limits<T>;
-    if (!fits) {
+    if (!fits)
       throw nlohmann::json::out_of_range::create(
           406,
           fmt::format("{} is not a whole number from {} to {}", json_line(json), Limits::min(),
                       Limits::max()),
           &json);
-    }
   }
   return json.get<T>();
 }

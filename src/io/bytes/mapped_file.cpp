@@ -25,10 +25,9 @@ void read_bytes(int file, const std::filesystem::path& path, std::span<std::byte
         pread(file, bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) fail("{}: cannot be read: {}", path.string(), std::strerror(errno));
-    if (count == 0) {
+    if (count == 0)
       fail("{}: another program truncated it during reading: {} of {} bytes are left",
            path.string(), done, bytes.size());
-    }
     done += static_cast<std::size_t>(count);
   }
 }
@@ -42,9 +41,8 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!file) fail("{}: cannot be opened: {}", path.string(), std::strerror(errno));
   struct stat status = {};
-  if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) {
+  if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode))
     fail("{}: is not a regular file", path.string());
-  }
   note_input(path);
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size == 0) return;
@@ -61,9 +59,7 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
 }
 
 MappedFile::~MappedFile() {
-  if (!content_.empty() && !copy_) {
-    munmap(const_cast<std::byte*>(content_.data()), content_.size());
-  }
+  if (!content_.empty() && !copy_) munmap(const_cast<std::byte*>(content_.data()), content_.size());
 }
 
 }  // namespace qs

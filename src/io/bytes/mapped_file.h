@@ -10,6 +10,8 @@
 #include <memory>
 #include <span>
 
+#include "io/bytes/byte_text.h"
+
 namespace qs {
 
 class MappedFile {
@@ -18,16 +20,14 @@ class MappedFile {
   /// program truncates it while it is copied.
   explicit MappedFile(const std::filesystem::path& path);
   ~MappedFile();
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
 
-  std::span<const std::byte> content() const { return content_; }
+  ByteSpan content() const { return content_; }
 
   /// `copies`: from now on this process copies the files that it opens. At first it maps them.
   static void copy_files(bool copies);
 
  private:
-  std::span<const std::byte> content_;
+  ByteSpan content_;
   std::unique_ptr<std::byte[]> copy_;  // null: the content is mapped
 };
 

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <ostream>
 #include <set>
 #include <string>
 #include <system_error>
@@ -12,13 +13,16 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include "base/fail.h"
 #include "base/temporaries.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/text_file.h"
 
 namespace qs {
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -96,8 +100,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 
 }  // namespace
 
-void replace_file(const std::filesystem::path& path,
-                  const std::function<void(const std::filesystem::path& temporary)>& write) {
+void replace_file(const std::filesystem::path& path, const WriteFiles& write) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::exists(status) && std::filesystem::is_other(status)) return write(path);
@@ -117,8 +120,7 @@ void replace_file(const std::filesystem::path& path,
   note_written(path, replaces);
 }
 
-void replace_folder(const fs::path& folder,
-                    const std::function<void(const fs::path& temporary)>& write) {
+void replace_folder(const fs::path& folder, const WriteFiles& write) {
   check_folder(folder);
   const FolderPlace where = place_of(folder);
   const UnfinishedFolder hidden = hidden_folder(where.above, folder);
@@ -152,10 +154,9 @@ void check_targets(std::initializer_list<std::optional<fs::path>> files) {
     require_place(*file);
     check_target(*file);
     names.push_back(fs::weakly_canonical(fs::absolute(*file), error));
-    if (std::find(names.begin(), names.end() - 1, names.back()) != names.end() - 1) {
+    if (std::find(names.begin(), names.end() - 1, names.back()) != names.end() - 1)
       fail(ErrorKind::usage, "{}: two results would have this name: choose another for one of them",
            file->string());
-    }
   }
 }
 
@@ -176,8 +177,7 @@ void make_folder(const std::filesystem::path& folder) {
   if (error) fail("{}: cannot be created: {}", folder.string(), error.message());
 }
 
-void write_file(const std::filesystem::path& path,
-                const std::function<void(std::ostream& stream)>& write) {
+void write_file(const std::filesystem::path& path, const WriteStream& write) {
   replace_file(path, [&](const std::filesystem::path& temporary) {
     std::ofstream file(temporary, std::ios::binary);
     if (!file) fail("{}: cannot be written: the folder does not allow it", path.string());
@@ -194,6 +194,26 @@ void fail_to_write(const std::filesystem::path& path, const std::filesystem::pat
   const std::uintmax_t bytes = std::filesystem::file_size(file, error);
   const std::string after = error ? "" : fmt::format(" after {} bytes", bytes);
   fail("{}: cannot be written: {}{}", path.string(), reason_of(reason), after);
+}
+
+FolderLock::FolderLock(const std::filesystem::path& folder, const char* who)
+    : folder_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (!folder_) return;
+  int result = 0;
+  do {
+    result = flock(folder_.get(), LOCK_EX | LOCK_NB);
+  } while (result != 0 && errno == EINTR);
+  if (result == 0) return;
+  if (errno == EWOULDBLOCK) fail(ErrorKind::usage, "{}: {}", folder.string(), who);
+  folder_.reset();
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  if (path == "-") {
+    fmt::print("{}", text);
+    return;
+  }
+  write_file(path, [&](std::ostream& file) { file << text; });
 }
 
 }  // namespace qs

@@ -13,21 +13,24 @@
 #include <iosfwd>
 #include <optional>
 
+#include "base/descriptor.h"
+
 namespace qs {
+
+using WriteFiles = std::function<void(const std::filesystem::path& temporary)>;
+using WriteStream = std::function<void(std::ostream& stream)>;
 
 /// Calls write(temporary) and moves the written file to `path`. A symbolic link is followed: its
 /// target is replaced. Anything but a regular file, such as /dev/stdout or a pipe, is written
 /// directly. Throws what `write` throws, and Error(input) when the folder does not exist or the
 /// file cannot be moved to it.
-void replace_file(const std::filesystem::path& path,
-                  const std::function<void(const std::filesystem::path& temporary)>& write);
+void replace_file(const std::filesystem::path& path, const WriteFiles& write);
 
 /// Calls write(temporary) with an empty folder, and moves the files that it wrote there to
 /// `folder`, which is created with its parents if needed: all files or none. Other files of
 /// `folder` stay. Throws what `write` throws, with `folder` in the place of the temporary folder in
 /// messages, and as replace_file().
-void replace_folder(const std::filesystem::path& folder,
-                    const std::function<void(const std::filesystem::path& temporary)>& write);
+void replace_folder(const std::filesystem::path& folder, const WriteFiles& write);
 
 /// Throws Error unless a command may write all these results: their folders exist, no two have the
 /// same name, and file_guard.h allows each. Long commands ask before they work. Unset names and "-"
@@ -43,12 +46,26 @@ void make_folder(const std::filesystem::path& folder);
 
 /// As replace_file(), for a binary stream. Also throws Error(input) if it cannot be opened
 /// or the disk is full.
-void write_file(const std::filesystem::path& path,
-                const std::function<void(std::ostream& stream)>& write);
+void write_file(const std::filesystem::path& path, const WriteStream& write);
 
 /// Throws Error(input) "PATH: cannot be written: ..." with the reason that errno gives and the
 /// bytes that were written to `file`. `path` is the name to show.
 [[noreturn]] void fail_to_write(const std::filesystem::path& path,
                                 const std::filesystem::path& file);
+
+/// Lets one process at a time write into a folder. The kernel holds the lock (flock on the folder
+/// itself), so nothing is left when the process ends, not even after kill -9.
+class FolderLock {
+ public:
+  /// Locks an existing folder until the destructor runs. Throws Error(usage) "PATH: WHO" if another
+  /// lock exists, in this process or another: `who` says who has it.
+  FolderLock(const std::filesystem::path& folder, const char* who);
+
+  /// False: the file system cannot lock folders, so nothing is locked.
+  bool held() const { return static_cast<bool>(folder_); }
+
+ private:
+  Descriptor folder_;
+};
 
 }  // namespace qs

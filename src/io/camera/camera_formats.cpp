@@ -12,20 +12,38 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_text.h"
-#include "io/bytes/json_kind.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 
 namespace qs {
+
 namespace {
 
+// The "frames" of transforms.json may follow after the first bytes of the file.
 constexpr std::array kFormats = {
-    CameraFormat{"cameras.json", "cameras.json", recognises_cameras_json, read_cameras_json},
-    CameraFormat{"COLMAP binary", "sparse/0/images.bin", recognises_colmap_binary,
+    CameraFormat{"cameras.json",
+                 "cameras.json",
+                 {},
+                 {JsonKind::cameras, JsonKind::camera_path},
+                 read_cameras_json},
+    CameraFormat{"COLMAP binary",
+                 "sparse/0/images.bin",
+                 {"images.bin", "cameras.bin"},
+                 {},
                  read_colmap_binary},
-    CameraFormat{"COLMAP text", "sparse/0/images.txt", recognises_colmap_text, read_colmap_text},
-    CameraFormat{"transforms.json", "transforms.json", recognises_transforms_json,
+    CameraFormat{
+        "COLMAP text", "sparse/0/images.txt", {"images.txt", "cameras.txt"}, {}, read_colmap_text},
+    CameraFormat{"transforms.json",
+                 "transforms.json",
+                 {},
+                 {JsonKind::transforms, JsonKind::other},
                  read_transforms_json},
 };
+
+template <class Value>
+bool holds(const std::array<Value, 2>& values, const Value& value) {
+  return std::find(values.begin(), values.end(), value) != values.end();
+}
 
 std::string start_of(const std::filesystem::path& file) {
   std::string start(4096, '\0');
@@ -41,12 +59,24 @@ std::filesystem::path file_in(const std::filesystem::path& folder) {
   std::error_code error;
   for (const CameraFormat& format : kFormats) {
     const std::filesystem::path place = format.place;
-    for (const auto& candidate : {place, place.filename(), "0" / place.filename()}) {
+    for (const auto& candidate : {place, place.filename(), "0" / place.filename()})
       if (std::filesystem::is_regular_file(folder / candidate, error)) return folder / candidate;
-    }
   }
   fail("{}: a folder without cameras.json, COLMAP's images.bin or images.txt, or transforms.json",
        folder.string());
+}
+
+std::optional<std::filesystem::path> find_beside(const std::filesystem::path& scene_file,
+                                                 const char* name) {
+  std::error_code error;
+  std::filesystem::path folder =
+      std::filesystem::absolute(scene_file, error).lexically_normal().parent_path();
+  for (int level = 0; level <= 3; ++level) {
+    if (std::filesystem::is_regular_file(folder / name, error)) return folder / name;
+    if (folder == folder.parent_path()) break;
+    folder = folder.parent_path();
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -62,16 +92,17 @@ std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) fail("{}: cannot be read: no such file", path.string());
   const auto file = std::filesystem::is_directory(status) ? file_in(path) : path;
-  const std::string start = start_of(file);
+  const JsonKind kind = json_kind(start_of(file));
+  const std::string name = file.filename().string();
   const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const CameraFormat& row) {
-    return row.recognises(file, start);
+    return holds(row.names, std::string_view(name)) ||
+           (kind != JsonKind::none && holds(row.kinds, kind));
   });
-  if (format == kFormats.end() && json_kind(start) == JsonKind::none) {
+  if (format == kFormats.end() && kind == JsonKind::none)
     fail(
         "{}: not a file of cameras: these are cameras.json, transforms.json, and images.bin and "
         "images.txt of COLMAP",
         file.string());
-  }
   // Another file is passed to the reader of cameras.json, whose message names the defect.
   std::vector<LensCamera> cameras =
       format == kFormats.end() ? read_cameras_json(file) : format->read(file);
@@ -84,10 +115,9 @@ std::string photograph_name(const std::string& file_name) {
   const std::size_t dot = file_name.rfind('.');
   if (dot == std::string::npos || dot == 0) return file_name;
   const std::string ending = lower_case(file_name.substr(dot));
-  for (const char* known : {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp",
-                            ".heic", ".ppm", ".pfm"}) {
+  for (const char* known :
+       {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp", ".heic", ".ppm", ".pfm"})
     if (ending == known) return file_name.substr(0, dot);
-  }
   return file_name;
 }
 
@@ -95,25 +125,36 @@ void check_camera(const Camera& camera, const std::string& where) {
   // Frames are computed in single precision, which holds squares up to 3e38.
   constexpr double kMost = 1e15;
   const glm::dvec3 position = camera.position();
-  for (const double value : {position.x, position.y, position.z}) {
+  for (const double value : {position.x, position.y, position.z})
     if (!(std::abs(value) <= kMost))
       fail("{}: its position {:.4g} is more than {:g} from the origin", where, value, kMost);
-  }
   for (const double value : {camera.focal_px.x, camera.focal_px.y, camera.center_px.x,
-                             camera.center_px.y, camera.near_depth}) {
+                             camera.center_px.y, camera.near_depth})
     if (!(std::abs(value) <= kMost))
       fail("{}: {:.4g} for its focal length, principal point or near plane is more than {:g}",
            where, value, kMost);
-  }
 }
 
 double rotation_error(const glm::dmat3& matrix) {
   const glm::dmat3 product = matrix * glm::transpose(matrix);
   double error = std::abs(glm::determinant(matrix) - 1);
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) error = std::max(error, std::abs(product[i][k] - (i == k ? 1 : 0)));
-  }
   return error;
+}
+
+std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file) {
+  for (const CameraFormat& format : camera_formats())
+    if (auto found = find_beside(scene_file, format.place)) return found;
+  return std::nullopt;
+}
+
+bool model_wants_white_background(const std::filesystem::path& scene_file) {
+  constexpr std::size_t kMaxBytes = 1 << 20;
+  const auto path = find_beside(scene_file, "cfg_args");
+  // A Python Namespace(...) in one line.
+  return path &&
+         read_text_file(*path, kMaxBytes).find("white_background=True") != std::string::npos;
 }
 
 }  // namespace qs

@@ -2,11 +2,11 @@
 //
 // The formats of dataset cameras that read_cameras() accepts; camera_formats.cpp has one row per
 // format. A data set is identified by the file `place`; for a folder, the first existing one of
-// these files is read. To add a format: write NAME.cpp with a recognise and a read function,
-// declare them here, add the row and a test that reads the same cameras from it and from
-// cameras.json.
+// these files is read. To add a format: write NAME.cpp with a read function, declare it here, add
+// the row and a test that reads the same cameras from it and from cameras.json.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -15,6 +15,7 @@
 
 #include <glm/mat3x3.hpp>
 
+#include "io/bytes/json_text.h"
 #include "io/camera/lens.h"
 
 namespace qs {
@@ -22,8 +23,9 @@ namespace qs {
 struct CameraFormat {
   const char* name;
   const char* place;  ///< the identifying file, relative to the data set's folder
-  /// True if `file` has this format; `start` holds its first bytes, at most 4096.
-  bool (*recognises)(const std::filesystem::path& file, std::string_view start);
+  // It is recognised by the name of the file, or by the kind of JSON.
+  std::array<std::string_view, 2> names;
+  std::array<JsonKind, 2> kinds;
   std::vector<LensCamera> (*read)(const std::filesystem::path& file);  ///< throws Error(input)
 };
 
@@ -34,18 +36,17 @@ std::span<const CameraFormat> camera_formats();
 inline constexpr std::size_t kMaxCameraFileBytes = std::size_t{256} << 20;
 
 /// INRIA's cameras.json: a list.
-bool recognises_cameras_json(const std::filesystem::path& file, std::string_view start);
+
 std::vector<LensCamera> read_cameras_json(const std::filesystem::path& file);
 
 /// COLMAP's images.bin or images.txt (or cameras.*) with its sibling, sorted by image name because
 /// COLMAP writes images in arbitrary order.
-bool recognises_colmap_binary(const std::filesystem::path& file, std::string_view start);
-bool recognises_colmap_text(const std::filesystem::path& file, std::string_view start);
+
 std::vector<LensCamera> read_colmap_binary(const std::filesystem::path& file);
 std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file);
 
 /// NeRF's transforms.json: an object with "frames".
-bool recognises_transforms_json(const std::filesystem::path& file, std::string_view start);
+
 std::vector<LensCamera> read_transforms_json(const std::filesystem::path& file);
 
 /// The name without its extension if the extension is a picture format's, else the whole name.

@@ -15,7 +15,6 @@
 
 #include "base/fail.h"
 #include "io/bytes/json_entry.h"
-#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/camera_formats.h"
 
@@ -68,47 +67,23 @@ Camera parse_object(const json& object, const std::string& where) {
   return camera;
 }
 
-std::optional<Lens> parse_lens(const json& object, const std::string& where) {
-  if (!object.contains("lens")) return std::nullopt;
-  if (!object["lens"].is_object()) fail("{}: lens is not an object", where);
-  const JsonEntry entry{object["lens"], where};
-  return Lens{{entry.positive("fx"), entry.positive("fy")},
-              {entry.number("cx") - 0.5, entry.number("cy") - 0.5},
-              entry.number("k1"),
-              entry.number("k2"),
-              entry.number("p1"),
-              entry.number("p2")};
-}
-
-json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }
-
-}  // namespace
-
-bool recognises_cameras_json(const std::filesystem::path&, std::string_view start) {
-  const JsonKind kind = json_kind(start);
-  return kind == JsonKind::cameras || kind == JsonKind::camera_path;
-}
-
-std::vector<LensCamera> read_cameras_json(const std::filesystem::path& path) {
-  const std::string source = path.string();
-  const json file = parse_json(read_text_file(path, kMaxCameraFileBytes), source);
-  if (!file.is_array()) fail("{}: not a list of cameras", source);
-  std::vector<LensCamera> cameras;
-  for (const json& object : file) {
-    const std::string where = fmt::format("{}: camera {}", source, cameras.size());
-    cameras.push_back({parse_object(object, where), parse_lens(object, where), {}});
-  }
-  return cameras;
-}
-
-Camera parse_camera(std::string_view text, std::string_view source) {
-  const std::string where(source);
-  const Camera camera = parse_object(parse_json(text, source), where);
+Camera checked_camera(const json& object, const std::string& where) {
+  const Camera camera = parse_object(object, where);
   check_camera(camera, where);
   return camera;
 }
 
-namespace {
+std::optional<Lens> parse_lens(const json& object, const std::string& where) {
+  if (!object.contains("lens")) return std::nullopt;
+  if (!object["lens"].is_object()) fail("{}: lens is not an object", where);
+  const JsonEntry entry{object["lens"], where};
+  Lens lens{{entry.positive("fx"), entry.positive("fy")},
+            {entry.number("cx") - 0.5, entry.number("cy") - 0.5}};
+  for (const auto& [key, member] : kDistortion) lens.*member = entry.number(key);
+  return lens;
+}
+
+json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 
 json object_of(const Camera& camera) {
   const glm::dmat4x3& view = camera.view_from_world;
@@ -135,6 +110,22 @@ json object_of(const Camera& camera) {
 
 }  // namespace
 
+std::vector<LensCamera> read_cameras_json(const std::filesystem::path& path) {
+  const std::string source = path.string();
+  const json file = parse_json(read_text_file(path, kMaxCameraFileBytes), source);
+  if (!file.is_array()) fail("{}: not a list of cameras", source);
+  std::vector<LensCamera> cameras;
+  for (const json& object : file) {
+    const std::string where = fmt::format("{}: camera {}", source, cameras.size());
+    cameras.push_back({parse_object(object, where), parse_lens(object, where), {}});
+  }
+  return cameras;
+}
+
+Camera parse_camera(std::string_view text, std::string_view source) {
+  return checked_camera(parse_json(text, source), std::string(source));
+}
+
 std::string format_camera(const Camera& camera) { return json_line(object_of(camera)); }
 
 std::string format_cameras(const std::vector<LensCamera>& cameras) {
@@ -145,11 +136,8 @@ std::string format_cameras(const std::vector<LensCamera>& cameras) {
       object["lens"] = {{"fx", lens->focal_px.x},
                         {"fy", lens->focal_px.y},
                         {"cx", lens->center_px.x + 0.5},
-                        {"cy", lens->center_px.y + 0.5},
-                        {"k1", lens->k1},
-                        {"k2", lens->k2},
-                        {"p1", lens->p1},
-                        {"p2", lens->p2}};
+                        {"cy", lens->center_px.y + 0.5}};
+      for (const auto& [key, member] : kDistortion) object["lens"][key] = (*lens).*member;
     }
     text += (text.empty() ? "[\n" : ",\n") + json_line(object);
   }
@@ -159,10 +147,7 @@ std::string format_cameras(const std::vector<LensCamera>& cameras) {
 nlohmann::ordered_json camera_json(const Camera& camera) { return object_of(camera); }
 
 Camera camera_of(const nlohmann::ordered_json& object, std::string_view source) {
-  const std::string where(source);
-  const Camera camera = parse_object(object, where);
-  check_camera(camera, where);
-  return camera;
+  return checked_camera(object, std::string(source));
 }
 
 }  // namespace qs

@@ -10,7 +10,9 @@
 #include <array>
 #include <functional>
 
+#include "base/not_copied.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/colmap.h"
@@ -23,12 +25,10 @@ constexpr std::uint64_t kPointBytes = 24;
 constexpr std::uint64_t kTrackBytes = 8;
 
 // A file may have millions of records, so nothing is formatted before an error.
-class Record {
+class Record : NotCopied {
  public:
-  Record(std::span<const std::byte> bytes, const std::string& name, std::uint64_t number)
+  Record(ByteSpan bytes, const std::string& name, std::uint64_t number)
       : name_(name), number_(number), cursor_(bytes, [this] { return where(); }) {}
-  Record(const Record&) = delete;
-  Record& operator=(const Record&) = delete;
 
   std::string where() const { return fmt::format("{} {}", name_, number_); }
   std::uint64_t bytes() const { return cursor_.offset(); }
@@ -72,17 +72,12 @@ void for_each_record(const std::filesystem::path& path, const char* kind, F read
     read(record);
     rest = rest.subspan(record.bytes());
   }
-  if (!rest.empty()) {
+  if (!rest.empty())
     fail("{}: {} bytes follow the {} {}s that it announces", path.string(), rest.size(), count,
          kind);
-  }
 }
 
 }  // namespace
-
-bool recognises_colmap_binary(const std::filesystem::path& file, std::string_view) {
-  return file.filename() == "images.bin" || file.filename() == "cameras.bin";
-}
 
 std::vector<LensCamera> read_colmap_binary(const std::filesystem::path& file) {
   ColmapLenses lenses;

@@ -99,16 +99,11 @@ class Lines {
 void skip_points(Line line) {
   int words = 0;
   for (; !line.empty(); ++words) line.word("a point");
-  if (words % 3 != 0) {
+  if (words % 3 != 0)
     fail("{}: not a list of points, but every image has such a line, even if empty", line.where());
-  }
 }
 
 }  // namespace
-
-bool recognises_colmap_text(const std::filesystem::path& file, std::string_view) {
-  return file.filename() == "images.txt" || file.filename() == "cameras.txt";
-}
 
 std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file) {
   ColmapLenses lenses;

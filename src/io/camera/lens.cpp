@@ -83,12 +83,11 @@ LensCamera undistorted_camera(const Camera& size, const Lens& lens, const std::s
     return camera;
   };
   double low = kLeastFactor, high = kMostFactor;
-  if (!fills(at(high), lens)) {
+  if (!fills(at(high), lens))
     fail(
         "{}: the lens distorts too strongly; undistort the photographs first (colmap "
         "image_undistorter)",
         where);
-  }
   for (int i = 0; i < 50; ++i) {
     const double middle = 0.5 * (low + high);
     (fills(at(middle), lens) ? high : low) = middle;

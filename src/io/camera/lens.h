@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glm/vec2.hpp>
@@ -30,6 +31,10 @@ struct Lens {
   ///   y (1 + k1 r^2 + k2 r^4) + 2 p2 x y + p1 (r^2 + 2 y^2)
   glm::dvec2 distort(glm::dvec2 slope) const;
 };
+
+/// The coefficients of a lens with their names in files, in COLMAP's order.
+inline constexpr std::pair<const char*, double Lens::*> kDistortion[] = {
+    {"k1", &Lens::k1}, {"k2", &Lens::k2}, {"p1", &Lens::p1}, {"p2", &Lens::p2}};
 
 /// The camera of a photograph.
 struct LensCamera {

@@ -19,9 +19,8 @@ Image as_rgb(const Image& image, glm::vec3 background) {
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       const float alpha = transparent ? image.at(x, y, image.channels - 1) : 1.0f;
-      for (int c = 0; c < 3; ++c) {
+      for (int c = 0; c < 3; ++c)
         rgb.at(x, y, c) = image.at(x, y, gray ? 0 : c) * alpha + background[c] * (1 - alpha);
-      }
     }
   }
   return rgb;

@@ -12,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include "io/bytes/json_entry.h"
-#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/camera_formats.h"
 #include "io/picture/image_file.h"
@@ -42,30 +41,25 @@ double focal_px(const FrameEntry& frame, const char* length, const char* angle, 
 }
 
 void require_known_lens(const FrameEntry& frame) {
-  for (const char* key : {"k3", "k4"}) {
-    if (frame.has(key) && std::abs(frame.number(key)) > kNoDistortion) {
+  for (const char* key : {"k3", "k4"})
+    if (frame.has(key) && std::abs(frame.number(key)) > kNoDistortion)
       fail("{}: {} is not 0: the lens distorts; undistort the photographs first", frame.frame.where,
            key);
-    }
-  }
   if (!frame.has("camera_model")) return;
   const std::string& model = frame.with("camera_model").text("camera_model");
   if (model.find("PINHOLE") == std::string::npos && model != "OPENCV" && model != "RADIAL" &&
-      model != "SIMPLE_RADIAL") {
+      model != "SIMPLE_RADIAL")
     fail("{}: camera_model {} is no pinhole camera; undistort the photographs first",
          frame.frame.where, model.substr(0, 40));
-  }
 }
 
 // The camera with the frame's distortion; `camera` has the intrinsics of the photograph.
 LensCamera with_lens(const Camera& camera, const FrameEntry& frame) {
   Lens lens{camera.focal_px, camera.center_px};
   bool distorts = false;
-  const std::pair<const char*, double*> values[] = {
-      {"k1", &lens.k1}, {"k2", &lens.k2}, {"p1", &lens.p1}, {"p2", &lens.p2}};
-  for (const auto& [key, value] : values) {
-    if (frame.has(key)) *value = frame.number(key);
-    distorts = distorts || std::abs(*value) > kNoDistortion;
+  for (const auto& [key, member] : kDistortion) {
+    if (frame.has(key)) lens.*member = frame.number(key);
+    distorts = distorts || std::abs(lens.*member) > kNoDistortion;
   }
   return distorts ? undistorted_camera(camera, lens, frame.frame.where)
                   : LensCamera{camera, std::nullopt, {}};
@@ -104,12 +98,6 @@ glm::ivec2 photograph_size(const JsonEntry& frame, const std::filesystem::path& 
 }
 
 }  // namespace
-
-bool recognises_transforms_json(const std::filesystem::path&, std::string_view start) {
-  // "frames" may follow after the start; the reader's message names a wrong object's defect.
-  const JsonKind kind = json_kind(start);
-  return kind == JsonKind::transforms || kind == JsonKind::other;
-}
 
 std::vector<LensCamera> read_transforms_json(const std::filesystem::path& path) {
   const std::string source = path.string();

@@ -28,9 +28,8 @@ bool is_axes(std::string_view name) {
 std::string turned_over(std::string_view name) {
   constexpr std::string_view kLetters = "DUFB", kOpposite = "UDBF";
   std::string turned(name);
-  for (char& letter : turned) {
+  for (char& letter : turned)
     if (const auto at = kLetters.find(letter); at != kLetters.npos) letter = kOpposite[at];
-  }
   return turned;
 }
 

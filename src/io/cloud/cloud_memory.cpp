@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "io/cloud/cloud_memory.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <utility>
 
 #include <sys/mman.h>
 
@@ -18,14 +20,22 @@ void prefer_huge_pages(void* memory, std::size_t bytes) {
 GaussianCloud make_cloud(std::size_t count, int sh_degree) {
   GaussianCloud cloud;
   cloud.resize(count, sh_degree);
-  const auto advise = [](auto& array) {
-    prefer_huge_pages(array.data(), array.size() * sizeof array[0]);
+  const auto advise = [](auto&... arrays) {
+    (prefer_huge_pages(arrays.data(), arrays.size() * sizeof arrays[0]), ...);
   };
-  advise(cloud.positions);
-  advise(cloud.log_scales);
-  advise(cloud.rotations);
-  advise(cloud.opacity_logits);
-  advise(cloud.sh);
+  advise(cloud.positions, cloud.log_scales, cloud.rotations, cloud.opacity_logits, cloud.sh);
+  return cloud;
+}
+
+GaussianCloud with_sh_degree(GaussianCloud cloud, int degree) {
+  if (degree >= cloud.sh_degree) return cloud;
+  const auto before = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  const auto after = static_cast<std::size_t>(sh_coefficient_count(degree));
+  Array<glm::vec3> sh(cloud.size() * after);
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    std::copy_n(&cloud.sh[i * before], after, &sh[i * after]);
+  cloud.sh = std::move(sh);
+  cloud.sh_degree = degree;
   return cloud;
 }
 

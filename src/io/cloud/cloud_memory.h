@@ -39,4 +39,9 @@ inline void copy_gaussian(const GaussianCloud& from, std::size_t i, GaussianClou
   std::copy_n(sh_of(from, i), std::min(sh_count(from), sh_count(to)), sh_of(to, k));
 }
 
+// Reduces the SH degree: less memory and faster rendering, with less view dependence.
+
+/// The cloud with SH up to `degree` (0..3); unchanged if its degree is not higher.
+GaussianCloud with_sh_degree(GaussianCloud cloud, int degree);
+
 }  // namespace qs

@@ -17,17 +17,16 @@ class CloudParts {
 
   std::uint64_t count() const { return ends_.empty() ? 0 : ends_.back(); }
 
-  /// Splits the cloud's range [begin, end) at part boundaries and calls visit(part, offset, from,
-  /// to) for each piece: Gaussian `from` of the cloud is Gaussian `offset` of the part.
+  /// Calls visit(part, row, i) for the Gaussians [begin, end) of the cloud: Gaussian `i` of it is
+  /// Gaussian `row` of the part.
   template <class Visit>
   void for_range(std::size_t begin, std::size_t end, const Visit& visit) const {
     auto part = static_cast<std::size_t>(std::upper_bound(ends_.begin(), ends_.end(), begin) -
                                          ends_.begin());
     for (; begin < end && part < ends_.size(); ++part) {
       const std::uint64_t start = part == 0 ? 0 : ends_[part - 1];
-      const auto to = std::min<std::uint64_t>(end, ends_[part]);
-      if (begin < to) visit(part, begin - start, begin, static_cast<std::size_t>(to));
-      begin = std::max<std::size_t>(begin, to);
+      for (; begin < std::min<std::uint64_t>(end, ends_[part]); ++begin)
+        visit(part, begin - start, begin);
     }
   }
 

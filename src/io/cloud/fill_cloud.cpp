@@ -34,15 +34,15 @@ constexpr std::array<const char*, 5> kFlawNames = {
     "a colour that is NaN, infinite or beyond 1e6",
 };
 
-// Both are false for NaN. The loops have no early exit, so that they become vector code.
-bool all_within(const float* values, std::size_t count, float bound) {
-  int outside = 0;
-  for (std::size_t i = 0; i < count; ++i) outside |= !(std::abs(values[i]) <= bound);
-  return outside == 0;
-}
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// False for NaN. The loop has no early exit, so that it becomes vector code.
+constexpr bool kSigned = false, kAbsolute = true;
+template <bool kIsAbsolute>
 bool all_at_most(const float* values, std::size_t count, float bound) {
   int outside = 0;
-  for (std::size_t i = 0; i < count; ++i) outside |= !(values[i] <= bound);
+  for (std::size_t i = 0; i < count; ++i)
+    outside |= !((kIsAbsolute ? std::abs(values[i]) : values[i]) <= bound);
   return outside == 0;
 }
 
@@ -52,25 +52,124 @@ class Sieve {
 
   // Checks the Gaussians [begin, end) right after they were filled, while they are in the cache.
   // May be called from several threads for disjoint ranges.
-  void inspect(std::size_t begin, std::size_t end);
+  void inspect(std::size_t begin, std::size_t end) {
+    const std::size_t count = end - begin;
+    if (count == 0) return;
+    const std::size_t coefficients = sh_count(cloud_);
+    const float* const scales = &cloud_.log_scales[begin].x;
+    const float* const logits = &cloud_.opacity_logits[begin];
+
+    const bool rotations_sound = normalise_rotations(begin, end);
+    const bool sound =
+        rotations_sound &&
+        all_at_most<kAbsolute>(&cloud_.positions[begin].x, 3 * count, kMaxPosition) &&
+        all_at_most<kSigned>(scales, 3 * count, kMaxLogScale) &&
+        all_at_most<kSigned>(logits, count, kInfinity) &&
+        all_at_most<kAbsolute>(&cloud_.sh[begin * coefficients].x, 3 * count * coefficients,
+                               kMaxColor);
+    std::vector<Dropped> found;
+    if (!sound) find_flaws(begin, end, found);
+
+    // In most scenes these loops end at the first element.
+    const bool scales_positive =
+        std::all_of(scales, scales + 3 * count, [](float value) { return value > 0; });
+    const bool transparent =
+        std::all_of(logits, logits + count, [](float value) { return value < kFaintestLogit; });
+
+    const std::lock_guard lock(mutex_);
+    dropped_.insert(dropped_.end(), found.begin(), found.end());
+    all_scales_positive_ = all_scales_positive_ && scales_positive;
+    all_transparent_ = all_transparent_ && transparent;
+  }
 
   // Removes the Gaussians that inspect() rejected and adds the warnings to `scene`, which owns the
   // cloud.
-  void finish(Scene& scene);
+  void finish(Scene& scene) {
+    const std::size_t count = cloud_.size();
+    if (count == 0) fail("{}: holds no Gaussians", scene.path.string());
+    std::array<std::size_t, kFlaws> counts{};
+    for (const Dropped& dropped : dropped_) ++counts[dropped.flaw];
+    for (std::size_t flaw = 0; flaw < kFlaws; ++flaw) {
+      if (counts[flaw] == count)
+        fail("{}: every one of its {} Gaussians has {}", scene.path.string(), count,
+             kFlawNames[flaw]);
+      if (counts[flaw] == 0) continue;
+      scene.warn("{} of {} Gaussians were dropped for {}.", counts[flaw], count, kFlawNames[flaw]);
+    }
+    if (dropped_.size() == count)
+      fail("{}: none of its {} Gaussians can be drawn: all have NaN, infinite or absurd values",
+           scene.path.string(), count);
+    if (!dropped_.empty()) remove_dropped();
+    if (all_scales_positive_ && count >= kEnoughToJudge)
+      scene.warn(
+          "The scales look already activated: all logarithms are positive, so that every Gaussian "
+          "is larger than one unit; drawing may be slow.");
+    if (all_transparent_)
+      scene.warn("Nothing will be visible: every Gaussian is fainter than 1/255.");
+  }
 
   // Removes the Gaussians that inspect() rejected and returns their indices, in increasing order.
-  std::vector<std::size_t> remove();
+  std::vector<std::size_t> remove() {
+    if (!dropped_.empty()) remove_dropped();
+    std::vector<std::size_t> removed;
+    for (const Dropped& dropped : dropped_) removed.push_back(dropped.index);
+    return removed;
+  }
 
  private:
-  enum Flaw { position, scale, rotation, opacity, color, kFlaws };
+  static constexpr std::size_t kFlaws = kFlawNames.size();
   struct Dropped {
-    std::size_t index;
-    Flaw flaw;
+    std::size_t index, flaw;  // flaw: the first, an index into kFlawNames
   };
 
-  bool normalise_rotations(std::size_t begin, std::size_t end);
-  void find_flaws(std::size_t begin, std::size_t end, std::vector<Dropped>& found) const;
-  void remove_dropped();  // sorts dropped_
+  // Computes in double precision, in which the square of 1e-30 does not underflow and the square of
+  // 1e30 does not overflow. Quaternions that are unit length up to float rounding are not changed:
+  // writing and reading them is exact.
+  bool normalise_rotations(std::size_t begin, std::size_t end) {
+    bool sound = true;
+    for (std::size_t i = begin; i < end; ++i) {
+      glm::quat& q = cloud_.rotations[i];
+      const double w = q.w, x = q.x, y = q.y, z = q.z;
+      const double square = w * w + x * x + y * y + z * z;
+      if (std::abs(square - 1) <= 3e-7) continue;
+      const double factor = 1 / std::sqrt(square);
+      sound = sound && square > 0 && std::isfinite(square);
+      q = glm::quat(static_cast<float>(w * factor), static_cast<float>(x * factor),
+                    static_cast<float>(y * factor), static_cast<float>(z * factor));
+    }
+    return sound;
+  }
+
+  void find_flaws(std::size_t begin, std::size_t end, std::vector<Dropped>& found) const {
+    const std::size_t coefficients = sh_count(cloud_);
+    for (std::size_t i = begin; i < end; ++i) {
+      const glm::quat& q = cloud_.rotations[i];
+      const bool sound[kFlaws] = {
+          all_at_most<kAbsolute>(&cloud_.positions[i].x, 3, kMaxPosition),
+          all_at_most<kSigned>(&cloud_.log_scales[i].x, 3, kMaxLogScale),
+          q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z > 0.5f,  // NaN after 0/0
+          !std::isnan(cloud_.opacity_logits[i]),
+          all_at_most<kAbsolute>(&cloud_.sh[i * coefficients].x, 3 * coefficients, kMaxColor)};
+      const auto* const flaw = std::find(sound, sound + kFlaws, false);
+      if (flaw != sound + kFlaws) found.push_back({i, static_cast<std::size_t>(flaw - sound)});
+    }
+  }
+
+  // Sorts dropped_.
+  void remove_dropped() {
+    std::sort(dropped_.begin(), dropped_.end(),
+              [](const Dropped& a, const Dropped& b) { return a.index < b.index; });
+    std::size_t kept = 0;
+    auto next = dropped_.begin();
+    for (std::size_t i = 0; i < cloud_.size(); ++i) {
+      if (next != dropped_.end() && next->index == i) {
+        ++next;
+        continue;
+      }
+      copy_gaussian(cloud_, i, cloud_, kept++);
+    }
+    cloud_.resize(kept, cloud_.sh_degree);
+  }
 
   GaussianCloud& cloud_;
   std::mutex mutex_;
@@ -78,121 +177,6 @@ class Sieve {
   bool all_scales_positive_ = true;
   bool all_transparent_ = true;
 };
-
-// Computes in double precision, in which the square of 1e-30 does not underflow and the square of
-// 1e30 does not overflow. Quaternions that are unit length up to float rounding are not changed:
-// writing and reading them is exact.
-bool Sieve::normalise_rotations(std::size_t begin, std::size_t end) {
-  bool sound = true;
-  for (std::size_t i = begin; i < end; ++i) {
-    glm::quat& q = cloud_.rotations[i];
-    const double w = q.w, x = q.x, y = q.y, z = q.z;
-    const double square = w * w + x * x + y * y + z * z;
-    if (std::abs(square - 1) <= 3e-7) continue;
-    const double factor = 1 / std::sqrt(square);
-    sound = sound && square > 0 && std::isfinite(square);
-    q = glm::quat(static_cast<float>(w * factor), static_cast<float>(x * factor),
-                  static_cast<float>(y * factor), static_cast<float>(z * factor));
-  }
-  return sound;
-}
-
-void Sieve::find_flaws(std::size_t begin, std::size_t end, std::vector<Dropped>& found) const {
-  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud_.sh_degree));
-  for (std::size_t i = begin; i < end; ++i) {
-    const glm::quat& q = cloud_.rotations[i];
-    if (!all_within(&cloud_.positions[i].x, 3, kMaxPosition)) {
-      found.push_back({i, position});
-    } else if (!all_at_most(&cloud_.log_scales[i].x, 3, kMaxLogScale)) {
-      found.push_back({i, scale});
-    } else if (!(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z > 0.5f)) {  // NaN after 0/0
-      found.push_back({i, rotation});
-    } else if (std::isnan(cloud_.opacity_logits[i])) {
-      found.push_back({i, opacity});
-    } else if (!all_within(&cloud_.sh[i * coefficients].x, 3 * coefficients, kMaxColor)) {
-      found.push_back({i, color});
-    }
-  }
-}
-
-void Sieve::inspect(std::size_t begin, std::size_t end) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const std::size_t count = end - begin;
-  if (count == 0) return;
-  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud_.sh_degree));
-  const float* const scales = &cloud_.log_scales[begin].x;
-  const float* const logits = &cloud_.opacity_logits[begin];
-
-  const bool rotations_sound = normalise_rotations(begin, end);
-  const bool sound =
-      rotations_sound && all_within(&cloud_.positions[begin].x, 3 * count, kMaxPosition) &&
-      all_at_most(scales, 3 * count, kMaxLogScale) && all_at_most(logits, count, kInfinity) &&
-      all_within(&cloud_.sh[begin * coefficients].x, 3 * count * coefficients, kMaxColor);
-  std::vector<Dropped> found;
-  if (!sound) find_flaws(begin, end, found);
-
-  // In most scenes these loops end at the first element.
-  const bool scales_positive =
-      std::all_of(scales, scales + 3 * count, [](float value) { return value > 0; });
-  const bool transparent =
-      std::all_of(logits, logits + count, [](float value) { return value < kFaintestLogit; });
-
-  const std::lock_guard lock(mutex_);
-  dropped_.insert(dropped_.end(), found.begin(), found.end());
-  all_scales_positive_ = all_scales_positive_ && scales_positive;
-  all_transparent_ = all_transparent_ && transparent;
-}
-
-void Sieve::remove_dropped() {
-  std::sort(dropped_.begin(), dropped_.end(),
-            [](const Dropped& a, const Dropped& b) { return a.index < b.index; });
-  std::size_t kept = 0;
-  auto next = dropped_.begin();
-  for (std::size_t i = 0; i < cloud_.size(); ++i) {
-    if (next != dropped_.end() && next->index == i) {
-      ++next;
-      continue;
-    }
-    copy_gaussian(cloud_, i, cloud_, kept++);
-  }
-  cloud_.resize(kept, cloud_.sh_degree);
-}
-
-void Sieve::finish(Scene& scene) {
-  const std::size_t count = cloud_.size();
-  if (count == 0) fail("{}: holds no Gaussians", scene.path.string());
-  std::array<std::size_t, kFlaws> counts{};
-  for (const Dropped& dropped : dropped_) ++counts[dropped.flaw];
-  for (std::size_t flaw = 0; flaw < kFlaws; ++flaw) {
-    if (counts[flaw] == count) {
-      fail("{}: every one of its {} Gaussians has {}", scene.path.string(), count,
-           kFlawNames[flaw]);
-    }
-    if (counts[flaw] == 0) continue;
-    scene.warnings.push_back(fmt::format("{} of {} Gaussians were dropped for {}.", counts[flaw],
-                                         count, kFlawNames[flaw]));
-  }
-  if (dropped_.size() == count) {
-    fail("{}: none of its {} Gaussians can be drawn: all have NaN, infinite or absurd values",
-         scene.path.string(), count);
-  }
-  if (!dropped_.empty()) remove_dropped();
-  if (all_scales_positive_ && count >= kEnoughToJudge) {
-    scene.warnings.push_back(
-        "The scales look already activated: all logarithms are positive, so that every Gaussian is "
-        "larger than one unit; drawing may be slow.");
-  }
-  if (all_transparent_) {
-    scene.warnings.push_back("Nothing will be visible: every Gaussian is fainter than 1/255.");
-  }
-}
-
-std::vector<std::size_t> Sieve::remove() {
-  if (!dropped_.empty()) remove_dropped();
-  std::vector<std::size_t> removed;
-  for (const Dropped& dropped : dropped_) removed.push_back(dropped.index);
-  return removed;
-}
 
 // Hands out chunks. Each worker first takes the chunks of its own contiguous stretch, then helps
 // with the other stretches: if two threads filled neighbouring chunks, both would clear the same
@@ -222,8 +206,6 @@ class Stretches {
   std::vector<Stretch> stretches_;
 };
 
-using Fill = std::function<void(std::size_t begin, std::size_t end)>;
-
 // Fills the cloud and lets `sieve` inspect it.
 void fill_and_inspect(const GaussianCloud& cloud, Sieve& sieve, ThreadPool& pool,
                       const Progress& progress, float start, const Fill& fill) {
@@ -246,7 +228,7 @@ void fill_and_inspect(const GaussianCloud& cloud, Sieve& sieve, ThreadPool& pool
 }  // namespace
 
 void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float start,
-                const std::function<void(std::size_t begin, std::size_t end)>& fill) {
+                const Fill& fill) {
   const auto start_time = std::chrono::steady_clock::now();
   Sieve sieve(scene.cloud);
   fill_and_inspect(scene.cloud, sieve, pool, progress, start, fill);
@@ -256,18 +238,16 @@ void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float 
           .count();
 }
 
-std::vector<std::size_t> fill_drawable(
-    GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
-    const std::function<void(std::size_t begin, std::size_t end)>& fill) {
+std::vector<std::size_t> fill_drawable(GaussianCloud& cloud, ThreadPool& pool,
+                                       const Progress& progress, const Fill& fill) {
   Sieve sieve(cloud);
   fill_and_inspect(cloud, sieve, pool, progress, 0, fill);
   return sieve.remove();
 }
 
 void warn_of_missing_rotations(Scene& scene, std::size_t count) {
-  scene.warnings.push_back(
-      fmt::format("{} of {} Gaussians have no valid rotation and were left unrotated.", count,
-                  scene.cloud.size()));
+  scene.warn("{} of {} Gaussians have no valid rotation and were left unrotated.", count,
+             scene.cloud.size());
 }
 
 }  // namespace qs

@@ -15,18 +15,19 @@
 
 namespace qs {
 
+using Fill = std::function<void(std::size_t begin, std::size_t end)>;
+
 /// Calls fill(begin, end) from several threads for disjoint ranges that cover scene.cloud, which
 /// already has its size. Reports progress from `start` to 1. Throws Error(input) if no Gaussian is
 /// left, Cancelled, and anything that `fill` throws.
 void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float start,
-                const std::function<void(std::size_t begin, std::size_t end)>& fill);
+                const Fill& fill);
 
 /// As fill_cloud(), for values that come from no file: adds no warnings, and may leave no Gaussian.
 /// Returns the indices of the removed Gaussians, in increasing order. Throws Cancelled, and
 /// anything that `fill` throws.
-std::vector<std::size_t> fill_drawable(
-    GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
-    const std::function<void(std::size_t begin, std::size_t end)>& fill);
+std::vector<std::size_t> fill_drawable(GaussianCloud& cloud, ThreadPool& pool,
+                                       const Progress& progress, const Fill& fill);
 
 /// Adds a warning that `count` Gaussians have no valid rotation and got the identity.
 void warn_of_missing_rotations(Scene& scene, std::size_t count);

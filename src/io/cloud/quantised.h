@@ -29,13 +29,11 @@ struct SmallestThree {
 
 inline SmallestThree drop_largest(const std::array<double, 4>& q) {
   SmallestThree result;
-  for (std::uint32_t i = 1; i < 4; ++i) {
+  for (std::uint32_t i = 1; i < 4; ++i)
     if (std::abs(q[i]) > std::abs(q[result.dropped])) result.dropped = i;
-  }
   const double sign = q[result.dropped] < 0 ? -1 : 1;
-  for (std::size_t i = 0, next = 0; i < 4; ++i) {
+  for (std::size_t i = 0, next = 0; i < 4; ++i)
     if (i != result.dropped) result.others[next++] = sign * q[i];
-  }
   return result;
 }
 

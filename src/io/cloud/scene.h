@@ -9,14 +9,20 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "base/progress.h"
 #include "raster/field/color_field.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
+
+class ThreadPool;
 
 /// A part of a scene's files.
 struct FilePart {
@@ -48,6 +54,11 @@ struct Scene {
   std::vector<FilePart> parts;   ///< set by formats that consist of arrays
   double unpack_ms = 0;          ///< headers, decompression and allocation
   double fill_ms = 0;            ///< conversion of the values into the cloud, with checks
+
+  template <class... Args>
+  void warn(fmt::format_string<Args...> sentence, Args&&... args) {
+    warnings.push_back(fmt::format(sentence, std::forward<Args>(args)...));
+  }
 };
 
 /// Some Gaussians of a scene that is being read, for a picture before the rest is read.
@@ -78,5 +89,26 @@ struct ReadOptions {
   Progress progress = {};
   Sampling sampling = {};
 };
+
+// Samples of scenes that are being read; see Sampling.
+
+/// The functions of a format. They get the file's whole content (memory-mapped) and its path, which
+/// is used in messages and for the extension, and work in the caller's thread pool.
+using RecogniseScene = bool(std::span<const std::byte> content, const std::filesystem::path& path);
+using ReadScene = void(std::span<const std::byte> content, const std::filesystem::path& path,
+                       ThreadPool& pool, const ReadOptions& options, Scene& scene);
+using WriteScene = void(const GaussianCloud& cloud, const std::filesystem::path& path,
+                        ThreadPool& pool, const Progress& progress);
+
+/// True if `sampling` requests a sample of a scene with `count` Gaussians.
+inline bool is_sampled(std::size_t count, const Sampling& sampling) {
+  return sampling.take && count >= sampling.fewest;
+}
+
+/// A sample of `count` Gaussians of the scene, with its places and without its values.
+SceneSample make_sample(const Scene& scene, std::size_t count, const Sampling& sampling);
+
+/// The sample of a complete scene.
+SceneSample sample_of(const Scene& scene, const Sampling& sampling);
 
 }  // namespace qs

@@ -2,9 +2,9 @@
 //
 // BT.601's coefficients for 8-bit colours, times 256. The coefficients of a chroma
 // have the sum 0, so greys stay grey.
-#include "io/picture/i420.h"
-
 #include <algorithm>
+
+#include "io/picture/vp9.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "io/picture/i420.cpp"

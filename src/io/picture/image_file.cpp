@@ -37,6 +37,14 @@ const PictureFormat& format_of(const std::filesystem::path& path) {
   return found == kFormats.end() ? kModule : *found;
 }
 
+void write_by(WritePicture* write, const Image& image, const std::filesystem::path& path,
+              const ImageMetadata& metadata, const Progress& progress) {
+  assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
+  replace_file(path, [&](const std::filesystem::path& temporary) {
+    write(image, {temporary, path, progress}, with_software(metadata));
+  });
+}
+
 }  // namespace
 
 std::span<const PictureFormat> picture_formats() { return kFormats; }
@@ -75,16 +83,13 @@ void check_picture_size(const std::filesystem::path& path, std::int64_t width, s
                         std::int64_t channels) {
   constexpr std::int64_t kMaxSide = 65535;
   constexpr std::int64_t kMaxValues = std::int64_t{1} << 29;
-  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
     fail("{}: a picture of {} x {} pixels is not between 1 x 1 and {} x {}", path.string(), width,
          height, kMaxSide, kMaxSide);
-  }
-  if (channels < 1 || channels > 4) {
+  if (channels < 1 || channels > 4)
     fail("{}: {} channels, but 1 to 4 are supported", path.string(), channels);
-  }
-  if (width * height * channels > kMaxValues) {
+  if (width * height * channels > kMaxValues)
     fail("{}: a picture of {} x {} pixels is too large", path.string(), width, height);
-  }
 }
 
 Image read_image(const std::filesystem::path& path) {
@@ -96,27 +101,20 @@ Image read_image(const std::filesystem::path& path) {
 }
 
 void check_picture_name(const std::filesystem::path& path) {
-  if (path.extension().empty()) {
+  if (path.extension().empty())
     fail(ErrorKind::usage, "{}: the name needs an ending such as .png that tells the format",
          path.string());
-  }
 }
 
 void write_image(const Image& image, const std::filesystem::path& path,
                  const ImageMetadata& metadata, const Progress& progress) {
-  assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
   check_picture_name(path);
-  replace_file(path, [&](const std::filesystem::path& temporary) {
-    format_of(path).write(image, {temporary, path, progress}, with_software(metadata));
-  });
+  write_by(format_of(path).write, image, path, metadata, progress);
 }
 
 void write_16_bit_png(const Image& image, const std::filesystem::path& path,
                       const ImageMetadata& metadata, const Progress& progress) {
-  assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
-  replace_file(path, [&](const std::filesystem::path& temporary) {
-    write_png_16(image, {temporary, path, progress}, with_software(metadata));
-  });
+  write_by(write_png_16, image, path, metadata, progress);
 }
 
 }  // namespace qs

@@ -9,8 +9,8 @@
 
 #include <dlfcn.h>
 
+#include "base/assets.h"
 #include "base/fail.h"
-#include "base/program_folder.h"
 #include "io/picture/oiio/module.h"
 #include "io/picture/picture_formats.h"
 
@@ -33,10 +33,9 @@ const OiioModule& load(const std::filesystem::path& picture) {
     }
     const auto entry =
         reinterpret_cast<decltype(&quadsplat_oiio_module)>(dlsym(library, kOiioModuleEntry));
-    if (!entry || entry()->version != kOiioModuleVersion) {
+    if (!entry || entry()->version != kOiioModuleVersion)
       fail(ErrorKind::device, "{}, but {} belongs to another version of quadsplat", wanted,
            file.string());
-    }
     return *entry();
   }
   fail(ErrorKind::device,
@@ -71,9 +70,8 @@ void write_with_module(const Image& image, const PictureTarget& target,
                        const ImageMetadata& metadata) {
   const OiioModule& module = module_for(target.shown);
   std::vector<OiioText> texts;
-  for (const auto& [key, value] : metadata) {
+  for (const auto& [key, value] : metadata)
     if (key != kChannelText) texts.push_back({key.c_str(), value.c_str()});
-  }
   const auto channel = metadata.find(kChannelText);
   const bool named = channel != metadata.end() && image.channels == 1;
   // The module does not write through `values`.
@@ -82,9 +80,8 @@ void write_with_module(const Image& image, const PictureTarget& target,
                             named ? channel->second.c_str() : nullptr};
   OiioMessage message{};
   if (!module.write(target.file.c_str(), &picture, texts.data(), static_cast<int>(texts.size()),
-                    &message)) {
+                    &message))
     fail("{}: cannot be written: {}", target.shown.string(), message.text);
-  }
 }
 
 }  // namespace qs

@@ -48,9 +48,8 @@ template <class T>
 T parse(std::string_view word, const std::filesystem::path& path) {
   T value{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) {
+  if (error != std::errc() || end != word.data() + word.size())
     fail("{}: '{}' in the picture's header is not a number", path.string(), word.substr(0, 20));
-  }
   return value;
 }
 
@@ -61,10 +60,9 @@ Image make_image(const Header& header, std::string_view content, const std::file
   const auto height = parse<std::int64_t>(header.words[2], path);
   check_picture_size(path, width, height, channels);
   const auto needed = static_cast<std::size_t>(width * height * channels * bytes_per_value);
-  if (content.size() - header.end < needed) {
+  if (content.size() - header.end < needed)
     fail("{}: truncated: {} x {} pixels need {} bytes, {} are there", path.string(), width, height,
          needed, content.size() - header.end);
-  }
   return {static_cast<int>(width), static_cast<int>(height), channels};
 }
 
@@ -73,14 +71,13 @@ void require_opaque(const Image& image, const PictureTarget& target) {
   fail("{}: this format holds gray or RGB, not {} channels", target.shown.string(), image.channels);
 }
 
-template <class T>
-T swapped(T value) {
-  auto bytes = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
+float swapped(float value) {
+  auto bytes = std::bit_cast<std::array<std::byte, sizeof value>>(value);
   std::reverse(bytes.begin(), bytes.end());
-  return std::bit_cast<T>(bytes);
+  return std::bit_cast<float>(bytes);
 }
 
-constexpr bool kLittleEndian = std::endian::native == std::endian::little;
+static_assert(std::endian::native == std::endian::little);
 
 }  // namespace
 
@@ -126,7 +123,7 @@ Image read_pfm(const std::filesystem::path& path) {
   if (scale == 0 || !std::isfinite(scale))
     fail("{}: a scale of {} is not allowed", path.string(), scale);
   Image image = make_image(header, content, path, color ? 3 : 1, 4);
-  const bool swap = (scale < 0) != kLittleEndian;
+
   const std::size_t row_bytes = static_cast<std::size_t>(image.width * image.channels) * 4;
   const std::size_t needed = row_bytes * static_cast<std::size_t>(image.height);
   if (content.size() - header.end != needed) {  // a PPM may hold several pictures, a PFM one
@@ -137,8 +134,8 @@ Image read_pfm(const std::filesystem::path& path) {
     const std::size_t stored_row = static_cast<std::size_t>(image.height - 1 - y);
     std::memcpy(image.row(y), content.data() + header.end + stored_row * row_bytes, row_bytes);
   }
-  if (swap)
-    std::transform(image.values.begin(), image.values.end(), image.values.begin(), swapped<float>);
+  if (scale > 0)
+    std::transform(image.values.begin(), image.values.end(), image.values.begin(), swapped);
   return image;
 }
 
@@ -147,12 +144,9 @@ void write_pfm(const Image& image, const PictureTarget& target, const ImageMetad
   std::ofstream file = open_picture(target);
   file << (image.channels == 3 ? "PF\n" : "Pf\n") << image.width << ' ' << image.height
        << "\n-1.0\n";
-  std::vector<float> row(static_cast<std::size_t>(image.width * image.channels));
-  for (int y = image.height - 1; y >= 0; --y) {
-    std::copy_n(image.row(y), row.size(), row.begin());
-    if (!kLittleEndian) std::transform(row.begin(), row.end(), row.begin(), swapped<float>);
-    write_values(file, row);
-  }
+  const auto row_values = static_cast<std::size_t>(image.width * image.channels);
+  for (int y = image.height - 1; y >= 0; --y)
+    write_values(file, std::span(image.row(y), row_values));
   close_picture(file, target);
 }
 

@@ -14,11 +14,7 @@
 #include "io/picture/picture_formats.h"
 
 namespace qs {
-namespace {
-
 constexpr std::string_view kType = "<f4";
-
-}  // namespace
 
 Image read_npy(const std::filesystem::path& path) {
   const std::string content = read_picture_bytes(path);
@@ -34,10 +30,9 @@ Image read_npy(const std::filesystem::path& path) {
   check_picture_size(path, shape[1], shape[0], shape[2]);
   Image image(static_cast<int>(shape[1]), static_cast<int>(shape[0]), static_cast<int>(shape[2]));
   const std::size_t needed = image.values.size() * sizeof(float);
-  if (const std::size_t there = content.size() - begin; there != needed) {
+  if (const std::size_t there = content.size() - begin; there != needed)
     fail("{}: {}{} x {} pixels need {} bytes, {} are there", path.string(),
          there < needed ? "truncated: " : "", shape[1], shape[0], needed, there);
-  }
   std::memcpy(image.values.data(), content.data() + begin, needed);
   return image;
 }

@@ -30,12 +30,16 @@ struct PictureTarget {
   const Progress& progress;  ///< reported by formats that take long
 };
 
+using ReadPicture = Image(const std::filesystem::path& path);
+using WritePicture = void(const Image& image, const PictureTarget& target,
+                          const ImageMetadata& metadata);
+
 /// A format that is read without the module; image_file.cpp has one row per format. To add a
 /// format: write NAME.cpp with both functions, declare them here, add the row.
 struct PictureFormat {
   const char* extension;  ///< ".png", lower case
-  Image (*read)(const std::filesystem::path& path);
-  void (*write)(const Image& image, const PictureTarget& target, const ImageMetadata& metadata);
+  ReadPicture* read;
+  WritePicture* write;
 };
 
 std::span<const PictureFormat> picture_formats();
@@ -49,24 +53,11 @@ std::ofstream open_picture(const PictureTarget& target);
 /// Throws Error(input) unless everything was written.
 void close_picture(std::ofstream& file, const PictureTarget& target);
 
-Image read_png(const std::filesystem::path& path);
-void write_png(const Image& image, const PictureTarget& target, const ImageMetadata& metadata);
-void write_png_16(const Image& image, const PictureTarget& target, const ImageMetadata& metadata);
-
-Image read_jpeg(const std::filesystem::path& path);
-
-Image read_ppm(const std::filesystem::path& path);
-void write_ppm(const Image& image, const PictureTarget& target, const ImageMetadata&);
-Image read_pfm(const std::filesystem::path& path);
-void write_pfm(const Image& image, const PictureTarget& target, const ImageMetadata&);
-
-Image read_npy(const std::filesystem::path& path);
-void write_npy(const Image& image, const PictureTarget& target, const ImageMetadata&);
-
+ReadPicture read_png, read_jpeg, read_ppm, read_pfm, read_npy;
+WritePicture write_png, write_png_16, write_ppm, write_pfm, write_npy;
 /// With the OpenImageIO module: every other format, and writing JPEG.
-Image read_with_module(const std::filesystem::path& path);
-void write_with_module(const Image& image, const PictureTarget& target,
-                       const ImageMetadata& metadata);
+ReadPicture read_with_module;
+WritePicture write_with_module;
 
 /// Throws Error(input) unless 1 <= width, height <= 65,535, 1 <= channels <= 4 and the values fit
 /// into 2 GiB.

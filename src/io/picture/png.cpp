@@ -15,6 +15,7 @@
 #include <png.h>
 
 #include "base/fail.h"
+#include "base/not_copied.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
 
@@ -32,15 +33,12 @@ extern "C" void ignore_warning(png_structp, png_const_charp) {}
 
 // ---- reading ------------------------------------------------------------------------------------
 
-struct PngReader {
+struct PngReader : NotCopied {
   char message[kMessageSize] = "";
   png_structp png =
       png_create_read_struct(PNG_LIBPNG_VER_STRING, message, keep_message, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
 
-  PngReader() = default;
-  PngReader(const PngReader&) = delete;
-  PngReader& operator=(const PngReader&) = delete;
   ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
@@ -87,15 +85,12 @@ extern "C" void report_row(png_structp png, png_uint_32 row, int) {
     state.progress->report(static_cast<float>(row) / static_cast<float>(state.height));
 }
 
-struct Writer {
+struct Writer : NotCopied {
   WriterState state;
   png_structp png =
       png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, keep_message, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
 
-  Writer() = default;
-  Writer(const Writer&) = delete;
-  Writer& operator=(const Writer&) = delete;
   ~Writer() { png_destroy_write_struct(&png, &info); }
 };
 
@@ -159,15 +154,25 @@ std::string encode(const Image& image, int bits, std::FILE* file, const ImageMet
   std::vector<std::pair<std::string, std::string>> entries(metadata.begin(), metadata.end());
   Pixels pixels{image.width, image.height, image.channels, bits, {}, {}};
   const auto row_bytes = static_cast<std::size_t>(image.width * image.channels * bits / 8);
-  for (int y = 0; y < image.height; ++y) {
+  for (int y = 0; y < image.height; ++y)
     pixels.rows.push_back(bytes.data() + static_cast<std::size_t>(y) * row_bytes);
-  }
   for (auto& [key, value] : entries) pixels.texts.push_back(make_text(key, value));
   Writer writer;
   if (!writer.info) throw std::bad_alloc();
   writer.state.progress = &progress;
   writer.state.height = image.height;
   return write_all(writer, file, pixels) ? "" : writer.state.message;
+}
+
+void write_file(const Image& image, int bits, const PictureTarget& target,
+                const ImageMetadata& metadata) {
+  const File file(std::fopen(target.file.c_str(), "wb"));
+  if (!file) fail("{}: cannot be written", target.shown.string());
+  errno = 0;
+  const std::string problem = encode(image, bits, file.get(), metadata, target.progress);
+  if (problem.empty() && std::fflush(file.get()) == 0) return;
+  if (errno != 0) fail_to_write(target.shown, target.file);
+  fail("{}: cannot be written: {}", target.shown.string(), problem);
 }
 
 }  // namespace
@@ -189,10 +194,9 @@ Image read_png(const std::filesystem::path& path) {
   check_picture_size(path, width, height, channels);
   // Deflate expands at most 1,032 times, and a 1-bit pixel may become 32 bits of RGBA.
   const std::uint64_t row_bytes = png_get_rowbytes(reader.png, reader.info);
-  if (row_bytes * height / (1032 * 32) > std::filesystem::file_size(path)) {
+  if (row_bytes * height / (1032 * 32) > std::filesystem::file_size(path))
     fail("{}: claims {} x {} pixels, which its {} bytes cannot hold", path.string(), width, height,
          std::filesystem::file_size(path));
-  }
   std::vector<png_byte> bytes(row_bytes * height);
   std::vector<png_bytep> rows(height);
   for (std::size_t y = 0; y < height; ++y) rows[y] = bytes.data() + y * row_bytes;
@@ -226,21 +230,6 @@ std::string encode_png(const Image& image, const ImageMetadata& metadata) {
   if (!problem.empty()) fail(ErrorKind::device, "a PNG cannot be encoded: {}", problem);
   return {bytes, size};
 }
-
-namespace {
-
-void write_file(const Image& image, int bits, const PictureTarget& target,
-                const ImageMetadata& metadata) {
-  const File file(std::fopen(target.file.c_str(), "wb"));
-  if (!file) fail("{}: cannot be written", target.shown.string());
-  errno = 0;
-  const std::string problem = encode(image, bits, file.get(), metadata, target.progress);
-  if (problem.empty() && std::fflush(file.get()) == 0) return;
-  if (errno != 0) fail_to_write(target.shown, target.file);
-  fail("{}: cannot be written: {}", target.shown.string(), problem);
-}
-
-}  // namespace
 
 void write_png(const Image& image, const PictureTarget& target, const ImageMetadata& metadata) {
   write_file(image, 8, target, metadata);

@@ -11,6 +11,7 @@
 #endif
 
 #include "base/fail.h"
+#include "base/not_copied.h"
 
 namespace qs {
 
@@ -57,18 +58,15 @@ int tile_bits(int width, int threads) {
 
 }  // namespace
 
-struct Vp9Encoder::Codec {
+struct Vp9Encoder::Codec : NotCopied {
   vpx_codec_ctx_t context{};
   vpx_codec_enc_cfg_t config{};
   vpx_codec_pts_t time = 0;
   bool is_open = false;
 
-  Codec() = default;
   ~Codec() {
     if (is_open) vpx_codec_destroy(&context);
   }
-  Codec(const Codec&) = delete;
-  Codec& operator=(const Codec&) = delete;
 
   void open(int width, int height, int threads) {
     const int bits = tile_bits(width, threads);

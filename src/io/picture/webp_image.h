@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 
+#include "io/bytes/byte_text.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -20,9 +21,9 @@ struct WebpSize {
 };
 
 /// Throws Error(input) "where: ..." for data that is not a still, lossless WebP picture.
-WebpSize webp_size(std::span<const std::byte> content, const std::string& where);
+WebpSize webp_size(ByteSpan content, const std::string& where);
 
 /// The pixels, 4 bytes each, rows from the top. Throws Error(input).
-Array<std::uint8_t> decode_webp(std::span<const std::byte> content, const std::string& where);
+Array<std::uint8_t> decode_webp(ByteSpan content, const std::string& where);
 
 }  // namespace qs

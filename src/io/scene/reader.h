@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Reads any splat file or model directory. reader.cpp has one row of kReaders per format. To add a
-// format: write NAME.h and NAME.cpp with a recognise and a read function, add the row and a test;
+// format: write NAME.cpp with a recognise and a read function, declare them in the header of its
+// folder, add the row and a test;
 // command line, help, tests and fuzzing walk the table. Every size is checked in 64 bits against
 // the bytes left before anything is allocated.
 #pragma once
@@ -13,12 +14,12 @@
 #include <string_view>
 
 #include "base/parallel.h"
+#include "io/bytes/byte_text.h"
 #include "io/cloud/scene.h"
 
 namespace qs {
 
-/// One file format. Both functions get the file's whole content (memory-mapped) and its path, which
-/// is used in messages and for the extension. read() works in the caller's thread pool.
+/// One file format.
 struct ReaderRow {
   const char* name;        ///< "ply"
   const char* extensions;  ///< ".ply", space separated
@@ -26,9 +27,8 @@ struct ReaderRow {
   const char* axes;        ///< default frame of its values: "RDF"
   const char* sh_degrees;  ///< SH degrees that are read: "0-3"
   const char* limits;      ///< content that is refused or lost
-  bool (*recognises)(std::span<const std::byte> content, const std::filesystem::path& path);
-  void (*read)(std::span<const std::byte> content, const std::filesystem::path& path,
-               ThreadPool& pool, const ReadOptions& options, Scene& scene);
+  RecogniseScene* recognises;
+  ReadScene* read;
 };
 
 /// All readable formats; content decides, the extension breaks ties.

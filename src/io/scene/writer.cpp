@@ -8,11 +8,10 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_text.h"
-#include "io/scene/gltf/gltf_writer.h"
-#include "io/scene/ply/compressed_ply_writer.h"
-#include "io/scene/ply/ply_writer.h"
-#include "io/scene/splat/splat_writer.h"
-#include "io/scene/spz/spz_writer.h"
+#include "io/scene/gltf/gltf.h"
+#include "io/scene/ply/ply.h"
+#include "io/scene/splat/splat.h"
+#include "io/scene/spz/spz.h"
 
 namespace qs {
 namespace {
@@ -37,14 +36,12 @@ constexpr std::array kWriters = {
 const WriterRow& choose_writer(const std::filesystem::path& path, std::string_view format) {
   if (const WriterRow* found = find_writer(path, format)) return *found;
   std::string known;
-  for (const WriterRow& row : kWriters) {
+  for (const WriterRow& row : kWriters)
     known +=
         fmt::format("{} {}", known.empty() ? "" : ",", format.empty() ? row.extension : row.name);
-  }
-  if (format.empty()) {
+  if (format.empty())
     fail(ErrorKind::usage, "{}: cannot write '{}' files; writable are:{}", path.string(),
          path.extension().string(), known);
-  }
   fail(ErrorKind::usage, "{}: cannot write '{}'; writable are:{}", path.string(), format, known);
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Writes a cloud in any writable format; writer.cpp has one row of kWriters per format. To add a
-// format: write NAME_writer.h and NAME_writer.cpp, add the row and a round-trip test.
+// format: write NAME_writer.cpp, declare its function in the header of its folder, add the row and
+// a round-trip test.
 #pragma once
 
 #include <filesystem>
@@ -10,6 +11,7 @@
 
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "io/cloud/scene.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -21,8 +23,7 @@ struct WriterRow {
   const char* axes;    ///< frame of its values: "RDF"
   int max_sh_degree;   ///< highest degree that the format stores
   const char* losses;  ///< rounding and omissions
-  void (*write)(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
-                const Progress& progress);
+  WriteScene* write;
 };
 
 std::span<const WriterRow> writers();

@@ -13,8 +13,6 @@
 namespace qs {
 namespace {
 
-static_assert(std::endian::native == std::endian::little);
-
 constexpr std::string_view kMagic("\x93NUMPY", 6);
 constexpr std::size_t kAlign = 64;  // the values begin at a multiple of it
 
@@ -46,14 +44,9 @@ std::optional<std::vector<std::int64_t>> numbers_of(std::string_view tuple) {
 
 // Bytes of a value of a type such as "<f4"; 0 if it is not known.
 std::uint64_t item_bytes(std::string_view type) {
-  if (type.size() != 3 || (type[0] != '<' && type[0] != '|')) return 0;
-  const char kind = type[1], size = type[2];
-  const bool is_integer = kind == 'i' || kind == 'u';
-  if (type[0] == '|') return is_integer && size == '1' ? 1 : 0;
-  if (is_integer && (size == '2' || size == '4' || size == '8'))
-    return static_cast<std::uint64_t>(size - '0');
-  if (kind == 'f' && (size == '2' || size == '4' || size == '8'))
-    return static_cast<std::uint64_t>(size - '0');
+  for (const std::string_view known :
+       {"|i1", "|u1", "<i2", "<u2", "<f2", "<i4", "<u4", "<f4", "<i8", "<u8", "<f8"})
+    if (type == known) return static_cast<std::uint64_t>(known[2] - '0');
   return 0;
 }
 
@@ -95,7 +88,7 @@ std::uint64_t NpyArray::count() const {
   return count;
 }
 
-NpyArray parse_npy(std::span<const std::byte> content, const std::string& source) {
+NpyArray parse_npy(ByteSpan content, const std::string& source) {
   const NpyHeader header = parse_npy_header(text_of(content), source);
   if (!header.shape) fail("{}: its shape is not a tuple of whole numbers", source);
   NpyArray array{header.type, {}, content.subspan(header.size)};

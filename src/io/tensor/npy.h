@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "io/bytes/byte_text.h"
+
 namespace qs {
 
 struct NpyHeader {
@@ -31,13 +33,13 @@ std::string npy_header(std::string_view type, std::string_view shape);
 struct NpyArray {
   std::string_view type;
   std::vector<std::uint64_t> shape;
-  std::span<const std::byte> values;  ///< fill the shape; a pickle if the type is "|O"
+  ByteSpan values;  ///< fill the shape; a pickle if the type is "|O"
 
   std::uint64_t count() const;  ///< number of values
 };
 
 /// The array of a whole file, in C order. `content` must outlive it. Throws Error(input), one
 /// sentence that begins with `source`, also if the values do not fill the shape.
-NpyArray parse_npy(std::span<const std::byte> content, const std::string& source);
+NpyArray parse_npy(ByteSpan content, const std::string& source);
 
 }  // namespace qs

@@ -43,45 +43,29 @@ constexpr std::array kNames = {
     KnownName{"dahuffman.huffmancodec._EndOfFileSymbol", NameUse::made},
 };
 
-// The operations of all protocols that are refused, for messages.
-struct RefusedOperation {
-  unsigned char code;
-  const char* name;
-};
-constexpr RefusedOperation kRefused[] = {{'0', "POP"},
-                                         {'1', "POP_MARK"},
-                                         {'2', "DUP"},
-                                         {'F', "FLOAT"},
-                                         {'I', "INT"},
-                                         {'L', "LONG"},
-                                         {'P', "PERSID"},
-                                         {'S', "STRING"},
-                                         {'T', "BINSTRING"},
-                                         {'U', "SHORT_BINSTRING"},
-                                         {'V', "UNICODE"},
-                                         {'d', "DICT"},
-                                         {'g', "GET"},
-                                         {'i', "INST"},
-                                         {'l', "LIST"},
-                                         {'o', "OBJ"},
-                                         {'p', "PUT"},
-                                         {0x82, "EXT1"},
-                                         {0x83, "EXT2"},
-                                         {0x84, "EXT4"},
-                                         {0x8b, "LONG4"},
-                                         {0x8d, "BINUNICODE8"},
-                                         {0x8f, "EMPTY_SET"},
-                                         {0x90, "ADDITEMS"},
-                                         {0x91, "FROZENSET"},
-                                         {0x92, "NEWOBJ_EX"},
-                                         {0x96, "BYTEARRAY8"},
-                                         {0x97, "NEXT_BUFFER"},
-                                         {0x98, "READONLY_BUFFER"}};
+// The operations of all protocols that are refused, for messages. The codes and the names have the
+// same order.
+constexpr std::string_view kRefusedCodes =
+    "012FILPSTUVdgilop\x82\x83\x84\x8b\x8d\x8f\x90\x91\x92\x96\x97\x98";
+constexpr const char* kRefusedNames[] = {
+    "POP",       "POP_MARK",    "DUP",         "FLOAT",          "INT",
+    "LONG",      "PERSID",      "STRING",      "BINSTRING",      "SHORT_BINSTRING",
+    "UNICODE",   "DICT",        "GET",         "INST",           "LIST",
+    "OBJ",       "PUT",         "EXT1",        "EXT2",           "EXT4",
+    "LONG4",     "BINUNICODE8", "EMPTY_SET",   "ADDITEMS",       "FROZENSET",
+    "NEWOBJ_EX", "BYTEARRAY8",  "NEXT_BUFFER", "READONLY_BUFFER"};
+static_assert(kRefusedCodes.size() == std::size(kRefusedNames));
 
 // Index: PickleKind.
 constexpr const char* kKindNames[] = {
     "None",    "a boolean", "an integer",   "an integer", "a real number", "a text",   "bytes",
     "a tuple", "a list",    "a dictionary", "a name",     "an object",     "a storage"};
+
+const KnownName* find_name(std::string_view name) {
+  const auto found = std::find_if(kNames.begin(), kNames.end(),
+                                  [&](const KnownName& known) { return known.name == name; });
+  return found == kNames.end() ? nullptr : &*found;
+}
 
 const char* describe(PickleKind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
 
@@ -210,10 +194,8 @@ class PickleMachine {
       case 0x8e:  // BINBYTES8
         return push_bytes(in_.read<std::uint64_t>("a length"));
       default:
-        for (const RefusedOperation& operation : kRefused) {
-          if (operation.code == code)
-            refuse("the operation {} is not needed by any model and was refused", operation.name);
-        }
+        if (const auto at = kRefusedCodes.find(static_cast<char>(code)); at != kRefusedCodes.npos)
+          refuse("the operation {} is not needed by any model and was refused", kRefusedNames[at]);
         refuse("the operation {:#04x} is unknown", code);
     }
   }
@@ -234,9 +216,8 @@ class PickleMachine {
   void push_long(std::size_t size) {
     const auto bytes = in_.take(size, "an integer");
     if (size > kMaxLongBytes) refuse("an integer of {} bytes", size);
-    if (size > sizeof(std::int64_t)) {
+    if (size > sizeof(std::int64_t))
       return push({.kind = PickleKind::long_integer, .bytes = bytes});
-    }
     std::uint64_t value = 0;
     for (std::size_t i = 0; i < size; ++i)
       value |= std::to_integer<std::uint64_t>(bytes[i]) << 8 * i;
@@ -269,12 +250,8 @@ class PickleMachine {
   }
 
   void push_name(std::string_view module, std::string_view name) {
-    for (const KnownName& known : kNames) {
-      if (known.name.size() == module.size() + 1 + name.size() && known.name.starts_with(module) &&
-          known.name[module.size()] == '.' && known.name.ends_with(name)) {
-        return push({.kind = PickleKind::name, .text = known.name});
-      }
-    }
+    if (const KnownName* const known = find_name(fmt::format("{}.{}", module, name)))
+      return push({.kind = PickleKind::name, .text = known->name});
     refuse("the name {}.{} is not needed by any model and was refused", printable(module),
            printable(name));
   }
@@ -283,9 +260,7 @@ class PickleMachine {
   std::string_view used_name(PickleRef object, NameUse use) const {
     const PickleObject& name = pickle_[object];
     if (name.kind != PickleKind::name) refuse("{} is called", describe(name.kind));
-    for (const KnownName& known : kNames) {
-      if (known.name == name.text && known.use == use) return known.name;
-    }
+    if (find_name(name.text)->use == use) return name.text;
     refuse("{} is called, but must only be mentioned", name.text);
   }
 
@@ -320,9 +295,8 @@ class PickleMachine {
 
   void add(PickleKind kind, const std::vector<PickleRef>& items) {
     PickleObject& container = top();
-    if (container.kind != kind) {
+    if (container.kind != kind)
       refuse("items are added to {} instead of {}", describe(container.kind), describe(kind));
-    }
     if (kind == PickleKind::dictionary && items.size() % 2 != 0) refuse("a key has no value");
     count_items(items.size());
     container.items.insert(container.items.end(), items.begin(), items.end());
@@ -372,27 +346,16 @@ class PickleMachine {
   std::size_t items_ = 0;
 };
 
-Pickle::Pickle(std::span<const std::byte> content, std::string source)
+Pickle::Pickle(ByteSpan content, std::string source)
     : content_(content), source_(std::move(source)) {
   PickleMachine(*this).run();
 }
 
-std::int64_t Pickle::integer(PickleRef object, const char* what) const {
+const PickleObject& Pickle::expect(PickleKind kind, PickleRef object, const char* what) const {
   const PickleObject& found = objects_[object];
-  if (found.kind == PickleKind::integer) return found.integer;
-  fail("{}: its pickle: {} is {} instead of an integer", source_, what, describe(found.kind));
-}
-
-std::string_view Pickle::text(PickleRef object, const char* what) const {
-  const PickleObject& found = objects_[object];
-  if (found.kind == PickleKind::text) return found.text;
-  fail("{}: its pickle: {} is {} instead of a text", source_, what, describe(found.kind));
-}
-
-std::span<const PickleRef> Pickle::tuple(PickleRef object, const char* what) const {
-  const PickleObject& found = objects_[object];
-  if (found.kind == PickleKind::tuple) return found.items;
-  fail("{}: its pickle: {} is {} instead of a tuple", source_, what, describe(found.kind));
+  if (found.kind == kind) return found;
+  fail("{}: its pickle: {} is {} instead of {}", source_, what, describe(found.kind),
+       describe(kind));
 }
 
 std::span<const PickleRef> Pickle::tuple(PickleRef object, std::size_t count,

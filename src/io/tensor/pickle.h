@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "io/bytes/byte_text.h"
+
 namespace qs {
 
 /// An object is its number in a Pickle. Objects may be shared, and a list may hold itself.
@@ -39,9 +41,9 @@ struct PickleObject {
   PickleKind kind = PickleKind::none;
   std::int64_t integer = 0;  ///< also the value of a boolean
   double real = 0;
-  std::string_view text = {};             ///< a text, or the name of a name or call
-  std::span<const std::byte> bytes = {};  ///< a bytes or long_integer
-  std::vector<PickleRef> items = {};      ///< the items of containers, `call` and `persistent`
+  std::string_view text = {};         ///< a text, or the name of a name or call
+  ByteSpan bytes = {};                ///< a bytes or long_integer
+  std::vector<PickleRef> items = {};  ///< the items of containers, `call` and `persistent`
   PickleRef state = 0;  ///< the state that the object of a call would be given; 0 if none
 };
 
@@ -49,13 +51,13 @@ class Pickle {
  public:
   /// Interprets the pickle at the front of `content`, which must outlive this. `source` begins
   /// messages. Throws Error(input).
-  Pickle(std::span<const std::byte> content, std::string source);
+  Pickle(ByteSpan content, std::string source);
 
   PickleRef root() const { return root_; }
   /// Bytes of the pickle; more may follow.
   std::size_t size() const { return size_; }
   const std::string& source() const { return source_; }
-  std::span<const std::byte> content() const { return content_; }
+  ByteSpan content() const { return content_; }
 
   const PickleObject& operator[](PickleRef object) const { return objects_[object]; }
   /// Objects are numbered from 1 to object_count() - 1.
@@ -63,11 +65,17 @@ class Pickle {
 
   // Each of these throws Error(input) "SOURCE: its pickle: WHAT is ..." if the object is not as
   // expected.
-  std::int64_t integer(PickleRef object, const char* what) const;
-  std::string_view text(PickleRef object, const char* what) const;
+  std::int64_t integer(PickleRef object, const char* what) const {
+    return expect(PickleKind::integer, object, what).integer;
+  }
+  std::string_view text(PickleRef object, const char* what) const {
+    return expect(PickleKind::text, object, what).text;
+  }
   /// The items of a tuple with `count` of them.
   std::span<const PickleRef> tuple(PickleRef object, std::size_t count, const char* what) const;
-  std::span<const PickleRef> tuple(PickleRef object, const char* what) const;
+  std::span<const PickleRef> tuple(PickleRef object, const char* what) const {
+    return expect(PickleKind::tuple, object, what).items;
+  }
   /// The arguments of the call of `name`, at least `count` of them.
   std::span<const PickleRef> call(PickleRef object, std::string_view name, std::size_t count,
                                   const char* what) const;
@@ -78,11 +86,58 @@ class Pickle {
  private:
   friend class PickleMachine;
 
-  std::span<const std::byte> content_;
+  const PickleObject& expect(PickleKind kind, PickleRef object, const char* what) const;
+
+  ByteSpan content_;
   std::string source_;
   std::vector<PickleObject> objects_;  // object 0 stands for "no object"
   PickleRef root_ = 0;
   std::size_t size_ = 0;
+};
+
+// Writes pickles, operation by operation, in protocol 3. Nothing is remembered, so objects are not
+// shared. pickle.h reads them.
+
+class PickleWriter {
+ public:
+  // Values.
+  PickleWriter& text(std::string_view value);
+  PickleWriter& bytes(std::string_view value);
+  PickleWriter& integer(std::int64_t value);
+  PickleWriter& real(double value);
+  PickleWriter& boolean(bool value) { return put(value ? "\x88" : "\x89"); }
+  PickleWriter& none() { return put("N"); }
+
+  // Containers: begin() and a number of values, then what they become. list() and dictionary()
+  // come before begin().
+  PickleWriter& begin() { return put("("); }
+  PickleWriter& tuple() { return put("t"); }
+  PickleWriter& list() { return put("]"); }
+  PickleWriter& append() { return put("e"); }
+  PickleWriter& dictionary() { return put("}"); }
+  PickleWriter& set_items() { return put("u"); }
+
+  /// A class or function.
+  PickleWriter& name(std::string_view module, std::string_view name);
+  /// The result of a call: after its name and a tuple of arguments.
+  PickleWriter& call() { return put("R"); }
+  /// An object of a class without arguments: after its name.
+  PickleWriter& make() { return put(")\x81"); }
+  /// Gives a state to the object before.
+  PickleWriter& state() { return put("b"); }
+  /// An object outside of the pickle: after its description.
+  PickleWriter& persistent() { return put("Q"); }
+
+  /// The pickle, whose object is the last value.
+  std::string take();
+
+ private:
+  PickleWriter& put(std::string_view operation) {
+    out_ += operation;
+    return *this;
+  }
+
+  std::string out_ = "\x80\x03";
 };
 
 }  // namespace qs

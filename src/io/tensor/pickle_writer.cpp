@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "io/tensor/pickle_writer.h"
-
 #include <bit>
 #include <limits>
 #include <utility>
+
+#include "io/tensor/pickle.h"
 
 namespace qs {
 namespace {

@@ -39,7 +39,7 @@ std::optional<std::vector<std::uint64_t>> whole_numbers(const json& tensor, cons
   return numbers;
 }
 
-Tensor read_tensor(const json& entry, std::span<const std::byte> data, const std::string& where) {
+Tensor read_tensor(const json& entry, ByteSpan data, const std::string& where) {
   if (!entry.is_object()) fail("{}: is not an object", where);
   const auto type = entry.find("dtype");
   if (type == entry.end() || !type->is_string()) fail("{}: dtype is missing", where);
@@ -68,7 +68,7 @@ Tensor read_tensor(const json& entry, std::span<const std::byte> data, const std
 
 }  // namespace
 
-TensorFile parse_safetensors(std::span<const std::byte> content, const std::string& source) {
+TensorFile parse_safetensors(ByteSpan content, const std::string& source) {
   ByteCursor cursor(content, source);
   const auto header_bytes = cursor.read<std::uint64_t>("the length of the header");
   const auto header = cursor.take(header_bytes, "the header");

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 
+#include "io/bytes/byte_text.h"
 #include "io/tensor/tensor.h"
 
 namespace qs {
@@ -20,7 +21,7 @@ struct TensorFile {
 };
 
 /// Throws Error(input), one sentence that begins with `source`. Other types than F32 are refused.
-TensorFile parse_safetensors(std::span<const std::byte> content, const std::string& source);
+TensorFile parse_safetensors(ByteSpan content, const std::string& source);
 
 /// parse_safetensors() of a file.
 TensorFile read_safetensors(const std::filesystem::path& path);

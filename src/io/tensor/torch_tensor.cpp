@@ -3,14 +3,20 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
+#include <functional>
 #include <map>
 #include <utility>
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
+#include "io/bytes/byte_writer.h"
+#include "io/bytes/zip.h"
 #include "raster/kernel/half.h"
 
 namespace qs {
+
 namespace {
 
 constexpr std::uint64_t kMaxPickleBytes = 16u << 20;
@@ -44,54 +50,50 @@ std::uint64_t item_bytes(bool halves) { return halves ? 2 : 4; }
 
 // The storages behind the pickles of a stream: per key a 64-bit count and the values. A storage
 // that was saved alone is the stream's object itself.
-class StreamStorages {
- public:
-  // `cursor` stands behind the object's pickle.
-  StreamStorages(const Pickle& object, ByteCursor& cursor, std::span<const std::byte> content,
-                 const std::string& source) {
-    const Pickle keys(content.subspan(cursor.offset()), source);
-    cursor.take(keys.size(), "the keys");
-    const PickleObject& list = keys[keys.root()];
-    if (list.kind != PickleKind::list) fail("{}: lists no storages", source);
-    const std::map<std::string, bool> types = types_of(object);
-    for (const PickleRef item : list.items) {
-      const std::string key(keys.text(item, "a storage's key"));
-      const auto type = types.find(key);
-      if (type == types.end()) fail("{}: lists a storage that no tensor has", source);
-      const auto count = cursor.read<std::uint64_t>("the size of a storage");
-      if (!fits(count, item_bytes(type->second), cursor.left()))
-        fail("{}: cut off: a storage has {} values, {} bytes are left", source, count,
-             cursor.left());
-      const auto bytes = cursor.take(count * item_bytes(type->second), "a storage");
-      storages_[key] = {bytes, type->second};
-    }
-  }
+using StreamStorages = std::map<std::string, TorchStorage>;
 
-  TorchStorage find(const std::string& key, const std::string& source) const {
-    const auto found = storages_.find(key);
-    if (found == storages_.end()) fail("{}: a storage is missing", source);
-    return {found->second.first, found->second.second};
+// By key: of halves?
+std::map<std::string, bool> types_of(const Pickle& pickle) {
+  std::map<std::string, bool> types;
+  for (PickleRef object = 1; object < pickle.object_count(); ++object) {
+    if (pickle[object].kind != PickleKind::persistent) continue;
+    const StorageId id = read_storage_id(pickle, object);
+    types[id.key] = id.halves;
   }
+  return types;
+}
 
- private:
-  // By key: of halves?
-  static std::map<std::string, bool> types_of(const Pickle& pickle) {
-    std::map<std::string, bool> types;
-    for (PickleRef object = 1; object < pickle.object_count(); ++object) {
-      if (pickle[object].kind != PickleKind::persistent) continue;
-      const StorageId id = read_storage_id(pickle, object);
-      types[id.key] = id.halves;
-    }
-    return types;
+// `cursor` stands behind the object's pickle.
+StreamStorages read_storages(const Pickle& object, ByteCursor& cursor, ByteSpan content,
+                             const std::string& source) {
+  StreamStorages storages;
+  const Pickle keys(content.subspan(cursor.offset()), source);
+  cursor.take(keys.size(), "the keys");
+  const PickleObject& list = keys[keys.root()];
+  if (list.kind != PickleKind::list) fail("{}: lists no storages", source);
+  const std::map<std::string, bool> types = types_of(object);
+  for (const PickleRef item : list.items) {
+    const std::string key(keys.text(item, "a storage's key"));
+    const auto type = types.find(key);
+    if (type == types.end()) fail("{}: lists a storage that no tensor has", source);
+    const auto count = cursor.read<std::uint64_t>("the size of a storage");
+    if (!fits(count, item_bytes(type->second), cursor.left()))
+      fail("{}: cut off: a storage has {} values, {} bytes are left", source, count, cursor.left());
+    storages[key] = {cursor.take(count * item_bytes(type->second), "a storage"), type->second};
   }
+  return storages;
+}
 
-  std::map<std::string, std::pair<std::span<const std::byte>, bool>> storages_;
-};
+TorchStorage find_storage(const StreamStorages& storages, const std::string& key,
+                          const std::string& source) {
+  const auto found = storages.find(key);
+  if (found == storages.end()) fail("{}: a storage is missing", source);
+  return found->second;
+}
 
 // The start of a stream: its magic number, version and the sizes of the machine's integers. Returns
 // the pickle of the object, behind which the cursor stands.
-Pickle stream_object(std::span<const std::byte> content, ByteCursor& cursor,
-                     const std::string& source) {
+Pickle stream_object(ByteSpan content, ByteCursor& cursor, const std::string& source) {
   constexpr std::array kStreamMagic = {0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19};
   const auto next = [&] {
     Pickle pickle(content.subspan(cursor.offset()), source);
@@ -110,6 +112,60 @@ Pickle stream_object(std::span<const std::byte> content, ByteCursor& cursor,
     fail("{}: an unknown version of PyTorch's files", source);
   next();
   return next();
+}
+
+std::string bytes_of_floats(const std::vector<float>& values) {
+  std::string bytes(values.size() * sizeof(float), '\0');
+  if (!values.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
+  return bytes;
+}
+
+// Describes a storage outside of the pickle. Old streams have one more field, the view.
+void add_storage(PickleWriter& pickle, const std::string& key, std::size_t count, bool old) {
+  pickle.begin().text("storage").name("torch", "FloatStorage").text(key).text("cpu");
+  pickle.integer(static_cast<std::int64_t>(count));
+  if (old) pickle.none();
+  pickle.tuple().persistent();
+}
+
+// A stream of PyTorch before 1.6 that holds one storage: its magic number, version, the machine's
+// integers, the object and the keys of storages are pickles; the number of values and they follow.
+std::string storage_stream(const std::vector<float>& values) {
+  std::string stream("\x80\x02\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.", 15);
+  stream += PickleWriter().integer(1001).take();
+  PickleWriter machine;
+  machine.dictionary().begin().text("protocol_version").integer(1001).text("little_endian");
+  machine.boolean(true).text("type_sizes").dictionary().begin();
+  for (const char* type : {"short", "int", "long"})
+    machine.text(type).integer(type[0] == 's' ? 2 : 4);
+  stream += machine.set_items().set_items().take();
+  PickleWriter object;
+  add_storage(object, "0", values.size(), true);
+  stream += object.take() + PickleWriter().list().begin().text("0").append().take();
+  put_values(stream, std::uint64_t{values.size()});
+  return stream + bytes_of_floats(values);
+}
+
+// `storage` appends the values' storage of a tensor.
+void add_tensors(PickleWriter& pickle, std::span<const NamedTensor> tensors,
+                 const std::function<void(std::size_t number)>& storage) {
+  pickle.name("collections", "OrderedDict").begin().tuple().call().begin();
+  for (std::size_t i = 0; i < tensors.size(); ++i) {
+    const std::vector<std::uint64_t>& shape = tensors[i].tensor.shape;
+    pickle.text(tensors[i].name).name("torch._utils", "_rebuild_tensor_v2").begin();
+    storage(i);
+    pickle.integer(0).begin();
+    for (const std::uint64_t side : shape) pickle.integer(static_cast<std::int64_t>(side));
+    pickle.tuple().begin();
+    for (std::size_t axis = 0; axis < shape.size(); ++axis) {
+      std::uint64_t stride = 1;
+      for (std::size_t inner = axis + 1; inner < shape.size(); ++inner) stride *= shape[inner];
+      pickle.integer(static_cast<std::int64_t>(stride));
+    }
+    pickle.tuple().boolean(false).name("collections", "OrderedDict").begin().tuple().call();
+    pickle.tuple().call();
+  }
+  pickle.set_items();
 }
 
 }  // namespace
@@ -144,10 +200,9 @@ Tensor read_torch_tensor(const Pickle& pickle, PickleRef object, const TorchStor
     expected_stride *= tensor.shape[i];
   }
   if (offset < 0 || static_cast<std::uint64_t>(offset) > stored ||
-      count > stored - static_cast<std::uint64_t>(offset)) {
+      count > stored - static_cast<std::uint64_t>(offset))
     fail("{}: {} has {} values from {} on, but its storage has {}", source, what, count, offset,
          stored);
-  }
   tensor.values.resize(count);
   const std::byte* const from = storage.bytes.data() + static_cast<std::uint64_t>(offset) * item;
   if (storage.halves) {
@@ -169,21 +224,19 @@ TorchStorage embedded_torch_storage(const Pickle& pickle, PickleRef object) {
   ByteCursor cursor(content, source);
   const Pickle stream = stream_object(content, cursor, source);
   const StorageId id = read_storage_id(stream, stream.root());
-  return StreamStorages(stream, cursor, content, source).find(id.key, source);
+  return find_storage(read_storages(stream, cursor, content, source), id.key, source);
 }
 
-TorchFile::TorchFile(std::span<const std::byte> content, const std::filesystem::path& path)
-    : path_(path) {
-  if (is_zip(content)) {
+TorchFile::TorchFile(ByteSpan content, const std::filesystem::path& path) : path_(path) {
+  if (is_zip(content))
     open_archive(content);
-  } else {
+  else
     open_stream(content);
-  }
   if ((*pickle_)[pickle_->root()].kind != PickleKind::dictionary)
     fail("{}: holds no dictionary of tensors", path.string());
 }
 
-void TorchFile::open_archive(std::span<const std::byte> content) {
+void TorchFile::open_archive(ByteSpan content) {
   files_ = files_in_zip(content, path_, kPickleFile);
   text_ = files_->read(std::string(kPickleFile), kMaxPickleBytes);
   pickle_ = std::make_unique<Pickle>(text_, path_.string());
@@ -195,21 +248,20 @@ void TorchFile::open_archive(std::span<const std::byte> content) {
     const std::uint64_t bytes = id.count * item_bytes(id.halves);
     TorchStorage storage{{}, id.halves, files->read("data/" + id.key, bytes)};
     storage.bytes = storage.owned;
-    if (storage.owned.size() != bytes) {
+    if (storage.owned.size() != bytes)
       fail("{}: cut off: storage {} has {} bytes instead of {}", pickle.source(), id.key,
            storage.owned.size(), bytes);
-    }
     return storage;
   };
 }
 
-void TorchFile::open_stream(std::span<const std::byte> content) {
+void TorchFile::open_stream(ByteSpan content) {
   const std::string source = path_.string();
   ByteCursor cursor(content, source);
   pickle_ = std::make_unique<Pickle>(stream_object(content, cursor, source));
-  auto found = std::make_shared<StreamStorages>(*pickle_, cursor, content, source);
-  storages_ = [found](const Pickle& pickle, PickleRef object) {
-    return found->find(read_storage_id(pickle, object).key, pickle.source());
+  storages_ = [found = read_storages(*pickle_, cursor, content, source)](const Pickle& pickle,
+                                                                         PickleRef object) {
+    return find_storage(found, read_storage_id(pickle, object).key, pickle.source());
   };
 }
 
@@ -217,6 +269,27 @@ Tensor TorchFile::tensor(std::string_view name) const {
   const PickleRef object = pickle_->find(pickle_->root(), name);
   if (object == 0) fail("{}: has no tensor {}", path_.string(), name);
   return read_torch_tensor(*pickle_, object, storages_, std::string(name));
+}
+
+void add_embedded_tensors(PickleWriter& pickle, std::span<const NamedTensor> tensors) {
+  add_tensors(pickle, tensors, [&](std::size_t i) {
+    pickle.name("torch.storage", "_load_from_bytes").begin();
+    pickle.bytes(storage_stream(tensors[i].tensor.values)).tuple().call();
+  });
+}
+
+void write_torch_file(const std::filesystem::path& path, std::span<const NamedTensor> tensors) {
+  const std::string folder = path.stem().string();
+  PickleWriter pickle;
+  add_tensors(pickle, tensors, [&](std::size_t i) {
+    add_storage(pickle, std::to_string(i), tensors[i].tensor.values.size(), false);
+  });
+  std::vector<ZipEntry> entries = {{folder + "/data.pkl", pickle.take()}};
+  for (std::size_t i = 0; i < tensors.size(); ++i)
+    entries.push_back(
+        {folder + "/data/" + std::to_string(i), bytes_of_floats(tensors[i].tensor.values)});
+  entries.push_back({folder + "/version", "3\n"});
+  write_zip(path, entries, false);
 }
 
 }  // namespace qs

@@ -6,13 +6,16 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "io/bytes/byte_text.h"
 #include "io/bytes/file_source.h"
 #include "io/tensor/pickle.h"
 #include "io/tensor/tensor.h"
@@ -21,7 +24,7 @@ namespace qs {
 
 /// The values behind a tensor.
 struct TorchStorage {
-  std::span<const std::byte> bytes;
+  ByteSpan bytes;
   bool halves = false;          ///< 16-bit floats, else 32-bit floats
   Array<std::byte> owned = {};  ///< backing storage of `bytes` if it is unpacked
 };
@@ -42,7 +45,7 @@ TorchStorage embedded_torch_storage(const Pickle& pickle, PickleRef object);
 class TorchFile {
  public:
   /// `content` must outlive this. Throws Error(input).
-  TorchFile(std::span<const std::byte> content, const std::filesystem::path& path);
+  TorchFile(ByteSpan content, const std::filesystem::path& path);
 
   /// True if the dictionary has this key.
   bool has(std::string_view name) const { return pickle_->find(pickle_->root(), name) != 0; }
@@ -51,8 +54,8 @@ class TorchFile {
   Tensor tensor(std::string_view name) const;
 
  private:
-  void open_archive(std::span<const std::byte> content);
-  void open_stream(std::span<const std::byte> content);
+  void open_archive(ByteSpan content);
+  void open_stream(ByteSpan content);
 
   std::filesystem::path path_;
   std::unique_ptr<FileSource> files_;  // the files of an archive
@@ -60,5 +63,20 @@ class TorchFile {
   std::unique_ptr<Pickle> pickle_;
   TorchStorages storages_;
 };
+
+// Writes tensors as PyTorch saves them; torch_tensor.h reads them. Values are 32-bit floats.
+
+struct NamedTensor {
+  std::string name;
+  Tensor tensor;
+};
+
+/// Appends the dictionary (state_dict) of tensors to a pickle of another library, such as an array
+/// of NumPy: their values are inside.
+void add_embedded_tensors(PickleWriter& pickle, std::span<const NamedTensor> tensors);
+
+/// Writes a .pth file of this dictionary, in the zip format of PyTorch 1.6 and later. Throws
+/// Error(input).
+void write_torch_file(const std::filesystem::path& path, std::span<const NamedTensor> tensors);
 
 }  // namespace qs

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "io/bytes/folder_lock.h"
+#include "io/bytes/replace_file.h"
 #include "learn/run/checkpoint.h"
 #include "learn/run/data_set.h"
 

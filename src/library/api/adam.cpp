@@ -17,7 +17,8 @@
 #include "learn/diff/cuda/device.h"
 #endif
 
-namespace qs::library {
+using namespace qs::library;
+
 namespace {
 
 /// Four dimensions, of which the array has the first.
@@ -64,20 +65,14 @@ void step_row(const QsAdam& adam, const AdamShape& shape, const AdamRule& rule,
               const AdamStep& step, std::int64_t row) {
   const auto element = [&](const QsArray& array, std::int64_t i, std::int64_t j,
                            std::int64_t k) -> float& {
-    std::int64_t at = row * array.strides[0];
-    if (array.dimensions > 1) at += i * array.strides[1];
-    if (array.dimensions > 2) at += j * array.strides[2];
-    if (array.dimensions > 3) at += k * array.strides[3];
-    return static_cast<float*>(array.data)[at];
+    return static_cast<float*>(array.data)[offset_of(array, row, i, j, k)];
   };
   const auto rate = static_cast<float>(adam.rate);
-  for (std::int64_t i = 0; i < shape[1]; ++i) {
-    for (std::int64_t j = 0; j < shape[2]; ++j) {
+  for (std::int64_t i = 0; i < shape[1]; ++i)
+    for (std::int64_t j = 0; j < shape[2]; ++j)
       for (std::int64_t k = 0; k < shape[3]; ++k)
         qs::adam(rule, step, rate, element(adam.gradients, i, j, k), element(adam.values, i, j, k),
                  element(adam.first, i, j, k), element(adam.second, i, j, k));
-    }
-  }
 }
 
 /// A step of a call, checked.
@@ -132,23 +127,18 @@ void step_on_gpu(const CheckedStep&, const Use&) {}  // no context has a GPU
 #endif
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_adam(QsContext* context, const QsAdam* adam, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_adam";
-    require(context, {kCall, "context"});
-    const QsAdam given = read_struct(adam, {kCall, "adam"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(context, {function, "context"});
+    const QsAdam given = read_struct(adam, {function, "adam"});
     const AdamShape shape = check_adam(given);
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     const CheckedStep checked{
         given, shape, AdamRule::of(given.beta1, given.beta2, given.epsilon),
         given.step == 0 ? AdamStep{1, 1} : AdamStep::number(given.step, given.beta1, given.beta2)};
     if (given.values.memory == QS_MEMORY_CUDA) {
-      use.require_gpu(given.values.device, {kCall, "adam", -1, "values"});
+      use.require_gpu(given.values.device, {function, "adam", -1, "values"});
       step_on_gpu(checked, use);
     } else {
       step_on_host(checked, use);

@@ -14,16 +14,14 @@ struct QsCameras {
   std::vector<qs::Camera> list;
 };
 
-using namespace qs;
 using namespace qs::library;
 
 int32_t qs_cameras_open(const char* path, QsCameras** cameras, uint64_t* count, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_cameras_open";
-    require(cameras, {kCall, "cameras"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(cameras, {function, "cameras"});
     *cameras = nullptr;
-    require_text(path, {kCall, "path"});
-    require(count, {kCall, "count"});
+    require_text(path, {function, "path"});
+    require(count, {function, "count"});
     *cameras = new QsCameras{read_cameras(path)};
     *count = (*cameras)->list.size();
   });
@@ -31,13 +29,12 @@ int32_t qs_cameras_open(const char* path, QsCameras** cameras, uint64_t* count, 
 
 int32_t qs_cameras_get(const QsCameras* cameras, uint64_t number, QsCamera* camera,
                        const char** name, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_cameras_get";
-    require(cameras, {kCall, "cameras"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(cameras, {function, "cameras"});
     if (number >= cameras->list.size())
-      refuse({kCall, "number"}, "{} is not below {}", number, cameras->list.size());
+      refuse({function, "number"}, "{} is not below {}", number, cameras->list.size());
     const Camera& found = cameras->list[number];
-    write_struct(camera_struct(found), camera, {kCall, "camera"});
+    write_struct(camera_struct(found), camera, {function, "camera"});
     if (name != nullptr) *name = found.name.c_str();
   });
 }

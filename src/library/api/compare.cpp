@@ -12,11 +12,7 @@
 #include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
 
-namespace qs::library {
-
-/// It grew by LPIPS.
-template <>
-inline constexpr std::size_t kFirstBytes<QsComparison> = 144;
+using namespace qs::library;
 
 namespace {
 
@@ -78,21 +74,13 @@ void compare_features(Context& context, const Image& a, const Image& b, QsCompar
 
 }  // namespace
 
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
-
 int32_t qs_compare(QsContext* context, const QsArray* a, const QsArray* b, QsComparison* comparison,
                    char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_compare";
-    require(context, {kCall, "context"});
-    require(a, {kCall, "a"});
-    require(b, {kCall, "b"});
-    QsComparison result = read_struct(comparison, {kCall, "comparison"});
+  return library::call(__func__, message, [&](const char* function) {
+    require_all(function, {{"context", context}, {"a", a}, {"b", b}});
+    QsComparison result = read_struct(comparison, {function, "comparison"});
     check_pictures(*a, *b, result);
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     ThreadPool& pool = use.pool();
     const Image first = unit_image_of(*a, pool), second = unit_image_of(*b, pool);
     std::vector<std::uint8_t> mask;
@@ -109,6 +97,6 @@ int32_t qs_compare(QsContext* context, const QsArray* a, const QsArray* b, QsCom
     result.ssim = wants(QS_METRIC_SSIM) ? ssim(first, second, pool, border, mask) : 0;
     result.flip = wants(QS_METRIC_FLIP) ? flip(first, second, pool) : 0;
     compare_features(*context->context, first, second, result);
-    write_struct(result, comparison, {kCall, "comparison"});
+    write_struct(result, comparison, {function, "comparison"});
   });
 }

@@ -9,19 +9,15 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include "io/bytes/file_guard.h"
-#include "io/cloud/sh_degree.h"
+#include "io/bytes/replace_file.h"
+#include "io/cloud/cloud_memory.h"
 #include "io/scene/writer.h"
 #include "library/api/scene.h"
 #include "library/check/structs.h"
-#include "library/check/write_guard.h"
 #include "raster/scene/cloud_order.h"
 #include "raster/scene/removal.h"
 
-namespace qs::library {
-
-/// It grew by the box.
-template <>
-inline constexpr std::size_t kFirstBytes<QsConversion> = 32;
+using namespace qs::library;
 
 namespace {
 
@@ -49,11 +45,11 @@ std::optional<CropBox> box_of(const QsConversion& conversion) {
   return box == CropBox{} ? std::nullopt : std::optional(box);
 }
 
-void write(const OpenScene& scene, const std::filesystem::path& path,
-           const QsConversion& conversion, const Use& use) {
-  const WriteGuard guard(conversion.overwrite == 1);
+void write_converted(const OpenScene& scene, const std::filesystem::path& path,
+                     const QsConversion& conversion, const Use& use) {
+  const FileGuard guard(conversion.overwrite == 1, kOverwriteOption, GuardScope::thread);
   if (!scene.path().empty()) note_input(scene.path());
-  guard.check(path);
+  check_targets({path});
   const std::string format = conversion.format != nullptr ? conversion.format : "";
   const Progress progress{{}, use.stop()};
   const std::optional<CropBox> box = box_of(conversion);
@@ -79,20 +75,14 @@ void write(const OpenScene& scene, const std::filesystem::path& path,
 
 }  // namespace
 
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
-
 int32_t qs_convert(QsSceneHandle* scene, const char* path, const QsConversion* conversion,
                    char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_convert";
-    require(scene, {kCall, "scene"});
-    require_text(path, {kCall, "path"});
-    const QsConversion chosen = conversion_of(conversion, {kCall, "conversion"});
-    const Use use(scene->scene.context(), {kCall, "scene"});
-    if (scene->scene.cloud().empty()) refuse({kCall, "scene"}, "has no Gaussian to write");
-    library::write(scene->scene, path, chosen, use);
+  return library::call(__func__, message, [&](const char* function) {
+    require(scene, {function, "scene"});
+    require_text(path, {function, "path"});
+    const QsConversion chosen = conversion_of(conversion, {function, "conversion"});
+    const Use use(scene->scene.context(), {function, "scene"});
+    if (scene->scene.cloud().empty()) refuse({function, "scene"}, "has no Gaussian to write");
+    write_converted(scene->scene, path, chosen, use);
   });
 }

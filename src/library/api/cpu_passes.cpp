@@ -15,31 +15,6 @@ namespace {
 using namespace cpu::diff;
 using cpu::diff::sizes_of;
 
-/// Derivatives by the boundary: in the caller's arrays, else in arrays of its own.
-template <class Real>
-class BoundaryStore {
- public:
-  BoundaryStore(const QsBoundaryGradients& given, std::size_t gaussians)
-      : rows_(boundary_rows_of<Real>(given)) {
-    complete(rows_.mean_px, gaussians, 2);
-    complete(rows_.conic, gaussians, 3);
-    complete(rows_.depth, gaussians, 1);
-    complete(rows_.opacity, gaussians, 1);
-    complete(rows_.color, gaussians, 3);
-  }
-  const Boundary<Real>& rows() const { return rows_; }
-
- private:
-  void complete(Rows<Real>& rows, std::size_t gaussians, int numbers) {
-    if (rows) return;
-    own_.emplace_back(gaussians * static_cast<std::size_t>(numbers));
-    rows = Rows<Real>::packed(own_.back().data(), numbers);
-  }
-
-  Boundary<Real> rows_;
-  std::vector<std::vector<Real>> own_;
-};
-
 template <class Real>
 class CpuPasses final : public Passes {
  public:
@@ -90,9 +65,21 @@ class CpuPasses final : public Passes {
   }
   void backward(const QsStageFrame& frame, const QsBlended& by,
                 const QsBoundaryGradients& at_boundary, const QsInputGradients& out) override {
-    const BoundaryStore<Real> store(at_boundary, gaussians());
-    blend_back(frame, by, at_boundary, store.rows());
-    project_back(frame, store.rows(), out);
+    // In the caller's arrays, else in arrays of its own.
+    Boundary<Real> rows = boundary_rows_of<Real>(at_boundary);
+    std::vector<std::vector<Real>> own;
+    const auto complete = [&](Rows<Real>& missing, int numbers) {
+      if (missing) return;
+      own.emplace_back(gaussians() * static_cast<std::size_t>(numbers));
+      missing = Rows<Real>::packed(own.back().data(), numbers);
+    };
+    complete(rows.mean_px, 2);
+    complete(rows.conic, 3);
+    complete(rows.depth, 1);
+    complete(rows.opacity, 1);
+    complete(rows.color, 3);
+    blend_back(frame, by, at_boundary, rows);
+    project_back(frame, rows, out);
   }
 
  private:

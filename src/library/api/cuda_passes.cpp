@@ -2,6 +2,7 @@
 //
 // The passes of the differentiable rasterizer on the GPU of a context. Everything is enqueued in
 // the caller's stream.
+#include "base/not_copied.h"
 #include "library/api/passes.h"
 #ifdef QUADSPLAT_HAVE_CUDA
 #include <array>
@@ -22,7 +23,7 @@ namespace {
 namespace gpu = cuda::diff;
 
 /// Temporary memory of a call: from the caller, or of the library until the call returns.
-class Temporary {
+class Temporary : NotCopied {
  public:
   Temporary(const StageCall& call, const gpu::Queue& queue) : queue_(queue) {
     if (call.inputs.temporary != nullptr)
@@ -31,8 +32,6 @@ class Temporary {
   ~Temporary() {
     for (void* const memory : own_) gpu::free(memory, queue_);
   }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
 
   /// Null for 0 bytes.
   void* allocate(std::size_t bytes);
@@ -66,11 +65,10 @@ void* Temporary::allocate(std::size_t bytes) {
 template <class F>
 void for_each_element(const QsArray& array, std::size_t element_bytes, const F& f) {
   const std::int64_t columns = array.dimensions > 1 ? array.sizes[1] : 1;
-  for (std::int64_t i = 0; i < array.sizes[0]; ++i) {
+  for (std::int64_t i = 0; i < array.sizes[0]; ++i)
     for (std::int64_t j = 0; j < columns; ++j)
       f(i * columns + j, static_cast<std::byte*>(array.data) +
                              offset_of(array, i, j) * static_cast<std::int64_t>(element_bytes));
-  }
 }
 
 class CudaPasses final : public Passes {

@@ -11,7 +11,8 @@
 #include "raster/api/renderer.h"
 #include "version.h"
 
-namespace qs::library {
+using namespace qs::library;
+
 namespace {
 
 QsGpu gpu_struct(const Gpu& gpu) {
@@ -37,10 +38,6 @@ QsReport report_struct(const GpuReport& found) {
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_version(const char** text) {
   static const std::string kText = fmt::format("{} ({})", kVersion, kCommit);
@@ -49,12 +46,12 @@ int32_t qs_version(const char** text) {
 }
 
 int32_t qs_report(QsReport* report, QsGpu* gpus, uint64_t capacity, char* message) {
-  return library::call(message, [&] {
-    const Where of_gpus{"qs_report", "gpus"};
-    checked_size(report, {"qs_report", "report"});
+  return library::call(__func__, message, [&](const char* function) {
+    const Where of_gpus{function, "gpus"};
+    checked_size(report, {function, "report"});
     if (capacity > 0) checked_size(gpus, of_gpus);
     const GpuReport found = gpu_report();
-    write_struct(report_struct(found), report, {"qs_report", "report"});
+    write_struct(report_struct(found), report, {function, "report"});
     const auto filled = std::min<std::uint64_t>(capacity, found.gpus.size());
     for (std::uint64_t i = 0; i < filled; ++i)
       write_struct(gpu_struct(found.gpus[i]), element(gpus, i, of_gpus), of_gpus);
@@ -62,13 +59,13 @@ int32_t qs_report(QsReport* report, QsGpu* gpus, uint64_t capacity, char* messag
 }
 
 int32_t qs_mode(uint32_t number, QsMode* mode, uint32_t* count, char* message) {
-  return library::call(message, [&] {
+  return library::call(__func__, message, [&](const char* function) {
     const auto modes = static_cast<std::uint32_t>(mode_count()) + 1;
     if (count != nullptr) *count = modes;
-    if (number >= modes) refuse({"qs_mode", "number"}, "{} is not below {}", number, modes);
+    if (number >= modes) refuse({function, "number"}, "{} is not below {}", number, modes);
     const CullerRow& row = row_of(static_cast<CullMode>(number));
     write_struct(QsMode{0, row.family == CullerFamily::peers ? 1u : 0u, row.lossless ? 1u : 0u,
                         row.keeps_faint ? 1u : 0u, row.name, row.summary},
-                 mode, {"qs_mode", "mode"});
+                 mode, {function, "mode"});
   });
 }

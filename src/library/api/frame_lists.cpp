@@ -9,7 +9,8 @@
 #include "library/check/structs.h"
 #include "library/check/view_arguments.h"
 
-namespace qs::library {
+using namespace qs::library;
+
 namespace {
 
 /// A member of every element of a vector of structs of floats, as an array.
@@ -57,41 +58,35 @@ QsLists lists_of(const Frame& frame, OpenScene& scene) {
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_lists(QsSceneHandle* scene, const QsCamera* camera, const QsSettings* settings,
                  QsLists* lists, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_lists";
-    require(scene, {kCall, "scene"});
-    const Camera view = camera_of(camera, {kCall, "camera"});
-    const RenderSettings chosen = settings_of(settings, {kCall, "settings"});
-    checked_size(lists, {kCall, "lists"});
-    const Use use(scene->scene.context(), {kCall, "scene"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(scene, {function, "scene"});
+    const Camera view = camera_of(camera, {function, "camera"});
+    const RenderSettings chosen = settings_of(settings, {function, "settings"});
+    checked_size(lists, {function, "lists"});
+    const Use use(scene->scene.context(), {function, "scene"});
     Outputs outputs;
     outputs.trace = true;
     const Frame& frame = frame_without_picture(scene->scene, view, chosen, outputs, use);
-    write_struct(lists_of(frame, scene->scene), lists, {kCall, "lists"});
+    write_struct(lists_of(frame, scene->scene), lists, {function, "lists"});
   });
 }
 
 int32_t qs_count_modes(QsSceneHandle* scene, const QsCamera* camera, const QsSettings* settings,
                        QsModeCounts* counts, uint64_t capacity, uint64_t* count, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_count_modes";
-    const Where of_counts{kCall, "counts"};
-    require(scene, {kCall, "scene"});
-    const Camera view = camera_of(camera, {kCall, "camera"});
-    RenderSettings chosen = settings_of(settings, {kCall, "settings"});
+  return library::call(__func__, message, [&](const char* function) {
+    const Where of_counts{function, "counts"};
+    require(scene, {function, "scene"});
+    const Camera view = camera_of(camera, {function, "camera"});
+    RenderSettings chosen = settings_of(settings, {function, "settings"});
     chosen.mode = default_mode();
     const auto modes = static_cast<std::uint64_t>(culler_count());
     const std::uint64_t filled = std::min(capacity, modes);
     for (std::uint64_t i = 0; i < filled; ++i)
       checked_size(element(counts, i, of_counts), of_counts);
-    const Use use(scene->scene.context(), {kCall, "scene"});
+    const Use use(scene->scene.context(), {function, "scene"});
     if (count != nullptr) *count = modes;
     if (filled == 0) return;
     Outputs outputs;

@@ -11,7 +11,8 @@
 #include "library/check/structs.h"
 #include "raster/scene/activated_cloud.h"
 
-namespace qs::library {
+using namespace qs::library;
+
 namespace {
 
 /// Checks everything before any element is written.
@@ -30,12 +31,10 @@ void check_wanted(const QsGaussians& wanted, const QsSceneFacts& facts, const Wh
   arrays.optional(wanted.rotations, "rotations", {count, 4});
   arrays.optional(wanted.opacities, "opacities", {count});
   if (is_absent(wanted.colors) && is_absent(wanted.rest)) return;
-  const std::int64_t coefficients = check_sh(wanted.colors, where / "colors", wanted.rest,
-                                             where / "rest", count, kReals, Access::writes);
-  if (coefficients > sh_coefficient_count(facts.sh_degree)) {
+  const std::int64_t coefficients = arrays.sh(wanted.colors, "colors", wanted.rest, "rest", count);
+  if (coefficients > sh_coefficient_count(facts.sh_degree))
     refuse(where / "colors", "{} coefficients are more than the scene's {}", coefficients,
            sh_coefficient_count(facts.sh_degree));
-  }
 }
 
 /// The Gaussians of numbers begin .. end - 1.
@@ -56,16 +55,11 @@ void store_rows(const QsArray& array, const Range& range, const Value& value) {
     if constexpr (std::is_floating_point_v<Element>) {
       for (std::size_t i = range.begin; i < range.end; ++i) {
         const std::optional<std::size_t> index = range.scene.index_of(i);
-        Element* const row = elements + static_cast<std::ptrdiff_t>(i) * array.strides[0];
-        for (std::size_t j = 0; j < columns; ++j) {
-          for (std::size_t k = 0; k < channels; ++k) {
-            const std::ptrdiff_t place =
-                (columns > 1 ? static_cast<std::ptrdiff_t>(j) * array.strides[1] : 0) +
-                (channels > 1 ? static_cast<std::ptrdiff_t>(k) * array.strides[2] : 0);
-            row[place] = index ? static_cast<Element>(value(*index, j, k))
-                               : std::numeric_limits<Element>::quiet_NaN();
-          }
-        }
+
+        for (std::size_t j = 0; j < columns; ++j)
+          for (std::size_t k = 0; k < channels; ++k)
+            elements[offset_of(array, i, j, k)] = index ? static_cast<Element>(value(*index, j, k))
+                                                        : std::numeric_limits<Element>::quiet_NaN();
       }
     }
   });
@@ -100,21 +94,16 @@ void store_gaussians(const QsGaussians& wanted, const Range& range) {
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_scene_gaussians(QsSceneHandle* scene, const QsGaussians* gaussians, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_scene_gaussians";
-    require(scene, {kCall, "scene"});
-    const Where where{kCall, "gaussians"};
+  return library::call(__func__, message, [&](const char* function) {
+    require(scene, {function, "scene"});
+    const Where where{function, "gaussians"};
     const QsGaussians wanted = read_struct(gaussians, where);
     const OpenScene& open = scene->scene;
     const QsSceneFacts facts = open.facts();
     check_wanted(wanted, facts, where);
-    const Use use(open.context(), {kCall, "scene"});
+    const Use use(open.context(), {function, "scene"});
     use.pool().for_chunks(static_cast<std::size_t>(facts.gaussians), 1024,
                           [&](std::size_t begin, std::size_t end, int) {
                             store_gaussians(wanted, {open, begin, end});

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
 // Files of pictures.
+#include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
 #include "library/check/arrays.h"
-#include "library/check/write_guard.h"
 
 struct QsPictureFile {
   qs::Image image;
 };
 
-namespace qs::library {
+using namespace qs::library;
+
 namespace {
 
 constexpr std::int64_t kMostChannels = 4;
@@ -31,18 +33,12 @@ Image image_to_save(const QsArray& array, const Where& where) {
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_picture_open(const char* path, QsPictureFile** picture, QsArray* values, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_picture_open";
-    require(picture, {kCall, "picture"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(picture, {function, "picture"});
     *picture = nullptr;
-    require(path, {kCall, "path"});
-    require(values, {kCall, "values"});
+    require_all(function, {{"path", path}, {"values", values}});
     *picture = new QsPictureFile{read_image(path)};
     const Image& image = (*picture)->image;
     *values = view_of(image.values.data(), static_cast<std::size_t>(image.height), QS_FLOAT32,
@@ -58,15 +54,13 @@ void qs_picture_close(QsPictureFile* picture) { delete picture; }
 
 int32_t qs_picture_save(const QsArray* values, const char* path, uint32_t overwrite,
                         char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_picture_save";
-    require(values, {kCall, "values"});
-    require(path, {kCall, "path"});
-    if (overwrite > 1) refuse({kCall, "overwrite"}, "is {}", overwrite);
-    const Image image = image_to_save(*values, {kCall, "values"});
-    const WriteGuard guard(overwrite == 1);
+  return library::call(__func__, message, [&](const char* function) {
+    require_all(function, {{"values", values}, {"path", path}});
+    if (overwrite > 1) refuse({function, "overwrite"}, "is {}", overwrite);
+    const Image image = image_to_save(*values, {function, "values"});
+    const FileGuard guard(overwrite == 1, kOverwriteOption, GuardScope::thread);
     check_picture_name(path);
-    guard.check(path);
+    check_targets({path});
     write_image(image, path);
   });
 }

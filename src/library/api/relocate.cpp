@@ -8,7 +8,8 @@
 #include "library/check/arrays.h"
 #include "library/check/context.h"
 
-namespace qs::library {
+using namespace qs::library;
+
 namespace {
 
 static_assert(QS_MOST_COPIES == train::kMostCopies);
@@ -66,25 +67,20 @@ void relocate(const RelocationArrays& given, std::int64_t i) {
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_relocate(QsContext* context, const QsArray* opacities, const QsArray* scales,
                     const QsArray* counts, const QsArray* new_opacities, const QsArray* new_scales,
                     char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_relocate";
-    require(context, {kCall, "context"});
-    require(opacities, {kCall, "opacities"});
-    require(scales, {kCall, "scales"});
-    require(counts, {kCall, "counts"});
-    require(new_opacities, {kCall, "new_opacities"});
-    require(new_scales, {kCall, "new_scales"});
+  return library::call(__func__, message, [&](const char* function) {
+    require_all(function, {{"context", context},
+                           {"opacities", opacities},
+                           {"scales", scales},
+                           {"counts", counts},
+                           {"new_opacities", new_opacities},
+                           {"new_scales", new_scales}});
     const RelocationArrays given{*opacities, *scales, *counts, *new_opacities, *new_scales};
     const std::int64_t count = check_relocation(given);
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     use.pool().for_chunks(static_cast<std::size_t>(count), 64,
                           [&](std::size_t begin, std::size_t end, int) {
                             for (std::size_t i = begin; i < end; ++i)

@@ -9,7 +9,8 @@
 #include "library/check/structs.h"
 #include "library/check/view_arguments.h"
 
-namespace qs::library {
+using namespace qs::library;
+
 namespace {
 
 /// The memory of the maps that may be on a GPU. The first of them decides it.
@@ -120,18 +121,13 @@ CheckedView view_at(const QsCamera* cameras, const QsPicture* pictures, std::uin
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_render(QsSceneHandle* scene, const QsCamera* cameras, uint64_t views,
                   const QsSettings* settings, const QsPicture* pictures, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_render";
-    require(scene, {kCall, "scene"});
-    const RenderSettings chosen = settings_of(settings, {kCall, "settings"});
-    const Use use(scene->scene.context(), {kCall, "scene"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(scene, {function, "scene"});
+    const RenderSettings chosen = settings_of(settings, {function, "settings"});
+    const Use use(scene->scene.context(), {function, "scene"});
     for (std::uint64_t i = 0; i < views; ++i) {
       const CheckedView view = view_at(cameras, pictures, i, chosen);
       const Place& place = view.of_maps;

@@ -21,11 +21,10 @@ std::vector<std::uint32_t> kept_numbers(std::size_t kept, const std::vector<std:
   numbers.reserve(kept);
   auto next = removed.begin();
   for (std::size_t number = 0; numbers.size() < kept; ++number) {
-    if (next != removed.end() && *next == number) {
+    if (next != removed.end() && *next == number)
       ++next;
-    } else {
+    else
       numbers.push_back(static_cast<std::uint32_t>(number));
-    }
   }
   return numbers;
 }
@@ -106,18 +105,16 @@ std::optional<std::size_t> OpenScene::index_of(std::size_t number) const {
 
 }  // namespace qs::library
 
-using namespace qs;
 using namespace qs::library;
 
 int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, QsSceneHandle** scene,
                       char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_scene_load";
-    require(scene, {kCall, "scene"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(scene, {function, "scene"});
     *scene = nullptr;
-    require(context, {kCall, "context"});
-    require_text(path, {kCall, "path"});
-    const Use use(*context->context, {kCall, "context"});
+    require(context, {function, "context"});
+    require_text(path, {function, "path"});
+    const Use use(*context->context, {function, "context"});
     ReadOptions options;
     options.axes = axes != nullptr ? axes : "";
     options.progress.stop = use.stop();
@@ -127,10 +124,9 @@ int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, Qs
 }
 
 int32_t qs_scene_facts(const QsSceneHandle* scene, QsSceneFacts* facts, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_scene_facts";
-    require(scene, {kCall, "scene"});
-    write_struct(scene->scene.facts(), facts, {kCall, "facts"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(scene, {function, "scene"});
+    write_struct(scene->scene.facts(), facts, {function, "facts"});
   });
 }
 

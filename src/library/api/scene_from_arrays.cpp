@@ -11,7 +11,8 @@
 #include "library/check/structs.h"
 #include "raster/kernel/constants.h"
 
-namespace qs::library {
+using namespace qs::library;
+
 namespace {
 
 /// Element (i, j, k) of an array of real numbers, in double precision.
@@ -20,10 +21,7 @@ class Reals {
   explicit Reals(const QsArray& array) : array_(array) {}
 
   double operator()(std::size_t i, std::size_t j = 0, std::size_t k = 0) const {
-    const std::ptrdiff_t place =
-        static_cast<std::ptrdiff_t>(i) * array_.strides[0] +
-        (array_.dimensions > 1 ? static_cast<std::ptrdiff_t>(j) * array_.strides[1] : 0) +
-        (array_.dimensions > 2 ? static_cast<std::ptrdiff_t>(k) * array_.strides[2] : 0);
+    const std::ptrdiff_t place = offset_of(array_, i, j, k);
     if (array_.type == QS_FLOAT64) return static_cast<const double*>(array_.data)[place];
     return static_cast<double>(static_cast<const float*>(array_.data)[place]);
   }
@@ -52,10 +50,8 @@ std::int64_t check_gaussians(const QsGaussians& given, const Where& where) {
   arrays.given(given.scales, "scales", {count, 3});
   arrays.given(given.rotations, "rotations", {count, 4});
   arrays.given(given.opacities, "opacities", {count});
-  if (given.colors_are != QS_COLORS_RGB) {
-    return check_sh(given.colors, where / "colors", given.rest, where / "rest", count, kReals,
-                    Access::reads, place);
-  }
+  if (given.colors_are != QS_COLORS_RGB)
+    return arrays.sh(given.colors, "colors", given.rest, "rest", count);
   arrays.absent(given.rest, "rest", "belongs to spherical harmonics, but the colours are RGB");
   arrays.given(given.colors, "colors", {count, 3});
   return 1;
@@ -87,31 +83,25 @@ void copy_gaussians(const QsGaussians& given, std::size_t begin, std::size_t end
         cloud.sh[i][c] = static_cast<float>((colors(i, channel) - 0.5) / kSh0);
         continue;
       }
-      for (std::size_t k = 0; k < coefficients; ++k) {
+      for (std::size_t k = 0; k < coefficients; ++k)
         cloud.sh[i * coefficients + k][c] =
             k < in_colors ? colors.real(i, k, channel) : rest.real(i, k - 1, channel);
-      }
     }
   }
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_scene_wrap(QsContext* context, const QsGaussians* gaussians, QsSceneHandle** scene,
                       char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_scene_wrap";
-    require(scene, {kCall, "scene"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(scene, {function, "scene"});
     *scene = nullptr;
-    require(context, {kCall, "context"});
-    const Where where{kCall, "gaussians"};
+    require(context, {function, "context"});
+    const Where where{function, "gaussians"};
     QsGaussians given = read_struct(gaussians, where);
     const std::int64_t coefficients = check_gaussians(given, where);
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     HostCopies copies(use, given.stream);
     if (given.means.memory == QS_MEMORY_CUDA) {
       use.require_gpu(given.means.device, where / "means");

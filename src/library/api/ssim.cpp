@@ -11,7 +11,8 @@
 #include "library/check/arrays.h"
 #include "library/check/context.h"
 
-namespace qs::library {
+using namespace qs::library;
+
 namespace {
 
 using cpu::train::CountedPixels;
@@ -33,9 +34,8 @@ struct SsimCall {
   void check() const {
     const Where of_a{name, "a"};
     check_dimensions(a, of_a, 4);
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 4; ++i)
       if (size(i) < 1) refuse(of_a, "its size of dimension {} is {}", i, size(i));
-    }
     if (std::max(size(2), size(3)) > kMostPixelsOfAChannel ||
         size(2) * size(3) > kMostPixelsOfAChannel)
       refuse(of_a, "{} x {} pixels are too many", size(3), size(2));
@@ -121,22 +121,14 @@ void write_gradient(const SsimCall& call, double by_mean, const QsArray& by_a, T
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_ssim(QsContext* context, const QsArray* a, const QsArray* b, uint32_t border,
                 double* mean, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_ssim";
-    require(context, {kCall, "context"});
-    require(a, {kCall, "a"});
-    require(b, {kCall, "b"});
-    require(mean, {kCall, "mean"});
-    const SsimCall call{kCall, *a, *b, border};
+  return library::call(__func__, message, [&](const char* function) {
+    require_all(function, {{"context", context}, {"a", a}, {"b", b}, {"mean", mean}});
+    const SsimCall call{function, *a, *b, border};
     call.check();
-    const Use use(*context->context, {kCall, "context"});
+    const Use use(*context->context, {function, "context"});
     const auto nothing = [](const auto&...) {};
     const double sum = a->type == QS_FLOAT64 ? for_planes<double>(call, use.pool(), nothing)
                                              : for_planes<float>(call, use.pool(), nothing);
@@ -146,16 +138,12 @@ int32_t qs_ssim(QsContext* context, const QsArray* a, const QsArray* b, uint32_t
 
 int32_t qs_ssim_backward(QsContext* context, const QsArray* a, const QsArray* b, uint32_t border,
                          double by_mean, const QsArray* by_a, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_ssim_backward";
-    require(context, {kCall, "context"});
-    require(a, {kCall, "a"});
-    require(b, {kCall, "b"});
-    require(by_a, {kCall, "by_a"});
-    const SsimCall call{kCall, *a, *b, border};
+  return library::call(__func__, message, [&](const char* function) {
+    require_all(function, {{"context", context}, {"a", a}, {"b", b}, {"by_a", by_a}});
+    const SsimCall call{function, *a, *b, border};
     call.check();
-    call.check_like_a(*by_a, {kCall, "by_a"}, 1u << a->type, Access::writes);
-    const Use use(*context->context, {kCall, "context"});
+    call.check_like_a(*by_a, {function, "by_a"}, 1u << a->type, Access::writes);
+    const Use use(*context->context, {function, "context"});
     if (a->type == QS_FLOAT64)
       write_gradient<double>(call, by_mean, *by_a, use.pool());
     else

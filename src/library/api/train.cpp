@@ -7,15 +7,16 @@
 #include <string_view>
 #include <vector>
 
+#include "io/bytes/file_guard.h"
 #include "learn/run/train_options.h"
 #include "learn/run/trainer.h"
 #include "learn/step/training_model.h"
 #include "library/check/context.h"
 #include "library/check/structs.h"
-#include "library/check/write_guard.h"
 #include "options/suggestion.h"
 
-namespace qs::library {
+using namespace qs::library;
+
 namespace {
 
 const Where kTraining{"qs_train", "training"};
@@ -35,9 +36,8 @@ const Option& find_option(const OptionTable& table, const Where& where, const st
     if (option.name == name) return option;
     names.push_back(option.name);
   }
-  for (const char* of_context : {"--backend", "--device", "--threads"}) {
+  for (const char* of_context : {"--backend", "--device", "--threads"})
     if (name == of_context) refuse(where, "{} belongs to the context", name);
-  }
   refuse(where, "there is no option '{}'{}", name, suggestion(name, names));
 }
 
@@ -99,28 +99,23 @@ train::RunText text_of(const QsTraining& training) {
 }
 
 }  // namespace
-}  // namespace qs::library
-
-using namespace qs;
-using namespace qs::library;
 
 int32_t qs_train(QsContext* context, const QsTraining* training, QsTrainingState* state,
                  char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_train";
-    require(context, {kCall, "context"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(context, {function, "context"});
     const QsTraining given = read_struct(training, kTraining);
     if (given.reserved != 0) refuse(kTraining / "reserved", "is not 0");
     require_text(given.data, kTraining / "data");
     require_text(given.model, kTraining / "model");
-    if (state != nullptr) checked_size(state, {kCall, "state"});
+    if (state != nullptr) checked_size(state, {function, "state"});
     train::TrainOptions options;
     OptionTable table;
     train::declare_train_options(table, options);
     accept_options(table, given);
 
-    const Use use(*context->context, {kCall, "context"});
-    const WriteGuard guard(options.run.overwrite, "--overwrite");
+    const Use use(*context->context, {function, "context"});
+    const FileGuard guard(options.run.overwrite, "--overwrite", GuardScope::thread);
     QsTrainingState last{};
     options.run.text = text_of(given);
     options.run.stop = use.stop();
@@ -133,7 +128,7 @@ int32_t qs_train(QsContext* context, const QsTraining* training, QsTrainingState
                                         context->context->device(), use.pool(), {{}, use.stop()});
     const train::RunEnd end =
         train::run_training(options.settings, data, options.run, std::move(model), use.pool());
-    if (state != nullptr) write_struct(last, state, {kCall, "state"});
+    if (state != nullptr) write_struct(last, state, {function, "state"});
     if (end == train::RunEnd::interrupted) throw Cancelled{};
   });
 }

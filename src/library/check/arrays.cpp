@@ -27,10 +27,9 @@ constexpr std::array kElementTypes = {ElementType{"float32", 4}, ElementType{"fl
 
 std::string names_of(Types types) {
   std::string names;
-  for (std::size_t type = 0; type < kElementTypes.size(); ++type) {
+  for (std::size_t type = 0; type < kElementTypes.size(); ++type)
     if ((types >> type & 1) != 0)
       names += fmt::format("{}{}", names.empty() ? "" : " or ", kElementTypes[type].name);
-  }
   return names;
 }
 
@@ -84,18 +83,16 @@ void check_dimensions(const QsArray& array, const Where& where, std::uint32_t di
   if (is_absent(array)) refuse(where, "is absent: it needs {} dimensions", dimensions);
   if (array.dimensions != dimensions)
     refuse(where, "has {} dimensions instead of {}", array.dimensions, dimensions);
-  for (std::uint32_t i = 0; i < dimensions; ++i) {
+  for (std::uint32_t i = 0; i < dimensions; ++i)
     if (array.sizes[i] < 0) refuse(where, "its size of dimension {} is {}", i, array.sizes[i]);
-  }
 }
 
 void check_array(const QsArray& array, const Where& where, std::span<const std::int64_t> sizes,
                  Types types, Access access, const Place& place) {
   check_dimensions(array, where, static_cast<std::uint32_t>(sizes.size()));
-  if (!std::equal(sizes.begin(), sizes.end(), array.sizes)) {
+  if (!std::equal(sizes.begin(), sizes.end(), array.sizes))
     refuse(where, "has {} elements instead of {}", shape_of(array.sizes, sizes.size()),
            shape_of(sizes, sizes.size()));
-  }
   check_place(array, where, place);
   if (array.type >= kElementTypes.size()) refuse(where, "its type {} is unknown", array.type);
   const ElementType& type = kElementTypes[array.type];
@@ -115,22 +112,22 @@ int sh_degree_of(std::int64_t coefficients) {
   return degree;
 }
 
-std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray& rest,
-                      const Where& of_rest, std::int64_t count, Types types, Access access,
-                      const Place& place) {
-  check_dimensions(first, of_first, 3);
+std::int64_t ArrayChecks::sh(const QsArray& first, const char* name, const QsArray& rest,
+                             const char* name_of_rest, std::int64_t count) const {
+  check_dimensions(first, where / name, 3);
   const bool split = !is_absent(rest);
   const std::int64_t in_first = first.sizes[1];
   if (split) {
-    check_dimensions(rest, of_rest, 3);
-    if (in_first != 1) refuse(of_first, "has {} coefficients instead of the DC alone", in_first);
+    check_dimensions(rest, where / name_of_rest, 3);
+    if (in_first != 1)
+      refuse(where / name, "has {} coefficients instead of the DC alone", in_first);
   }
   const std::int64_t coefficients = split ? 1 + rest.sizes[1] : in_first;
-  if (sh_coefficient_count(sh_degree_of(coefficients)) != coefficients) {
-    refuse(of_first, "{} coefficients of spherical harmonics are not 1, 4, 9 or 16", coefficients);
-  }
-  check_array(first, of_first, {count, in_first, 3}, types, access, place);
-  if (split) check_array(rest, of_rest, {count, coefficients - 1, 3}, types, access, place);
+  if (sh_coefficient_count(sh_degree_of(coefficients)) != coefficients)
+    refuse(where / name, "{} coefficients of spherical harmonics are not 1, 4, 9 or 16",
+           coefficients);
+  given(first, name, {count, in_first, 3});
+  if (split) given(rest, name_of_rest, {count, coefficients - 1, 3});
   return coefficients;
 }
 

@@ -80,16 +80,13 @@ struct ArrayChecks {
   void absent(const QsArray& array, const char* name, const char* reason) const {
     if (!is_absent(array)) refuse(where / name, "{}", reason);
   }
+  /// Returns the coefficients of spherical harmonics per channel, 1, 4, 9 or 16, of `count`
+  /// Gaussians: `first` is count x K x 3, or count x 1 x 3 and `rest` count x (K - 1) x 3.
+  std::int64_t sh(const QsArray& first, const char* name, const QsArray& rest,
+                  const char* name_of_rest, std::int64_t count) const;
 };
 
 inline constexpr std::int64_t kMostGaussians = INT32_MAX;
-
-/// Coefficients of spherical harmonics per channel, 1, 4, 9 or 16, of `count` Gaussians: `first` is
-/// count x K x 3, or count x 1 x 3 and `rest` count x (K - 1) x 3. Throws Error(usage) like
-/// check_array().
-std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray& rest,
-                      const Where& of_rest, std::int64_t count, Types types, Access access,
-                      const Place& place = {});
 
 /// The offset of an element from `data`. Indices of dimensions that the array does not have count
 /// nothing.

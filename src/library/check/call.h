@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -12,6 +13,11 @@
 #include "base/fail.h"
 
 namespace qs::library {
+
+using namespace qs;  // so that the files of the C functions need one directive
+
+/// The name of the option that allows overwriting, for messages.
+inline constexpr const char* kOverwriteOption = "the option overwrite";
 
 /// The argument that a sentence is about: "qs_render: pictures[2].color".
 struct Where {
@@ -42,12 +48,12 @@ void copy_text(std::string_view text, char* target, std::size_t bytes) noexcept;
 /// be null.
 std::int32_t result_of_exception(char* message) noexcept;
 
-/// Runs work() and returns its result for C.
+/// Runs work(function), with the name of a qs_ function, and returns its result for C.
 template <class Work>
-std::int32_t call(char* message, const Work& work) noexcept {
+std::int32_t call(const char* function, char* message, const Work& work) noexcept {
   try {
     if (message != nullptr) *message = 0;
-    work();
+    work(function);
     return 0;
   } catch (...) {
     return result_of_exception(message);
@@ -59,6 +65,11 @@ inline void require(const void* pointer, const Where& where) {
   if (pointer == nullptr) refuse(where, "is null");
 }
 
+/// Throws Error(usage) if one of these arguments of a function is null.
+inline void require_all(const char* function,
+                        std::initializer_list<std::pair<const char*, const void*>> arguments) {
+  for (const auto& [name, pointer] : arguments) require(pointer, {function, name});
+}
 /// Throws Error(usage) if a text is null or empty.
 inline void require_text(const char* text, const Where& where) {
   require(text, where);

@@ -14,6 +14,18 @@ namespace {
   return true;
 }();
 
+Backend chosen_backend(std::uint32_t backend, const Where& where) {
+  switch (backend) {
+    case QS_BACKEND_AUTO:
+      return available_backends().front();
+    case QS_BACKEND_CPU:
+      return Backend::cpu;
+    case QS_BACKEND_CUDA:
+      return Backend::cuda;
+    default:
+      refuse(where, "{} is none of QS_BACKEND_AUTO, _CPU and _CUDA", backend);
+  }
+}
 }  // namespace
 
 Context::Context(Backend backend, int device, int threads)
@@ -33,11 +45,10 @@ void Context::stop() {
 
 Use::Use(Context& context, const Where& where) : context_(context) {
   // First, because another thread may have held the mutex when the process was forked.
-  if (!context.is_of_this_process()) {
+  if (!context.is_of_this_process())
     refuse(where,
            "belongs to the process from which this process was forked: open a context here, or "
            "start processes without fork");
-  }
   const std::lock_guard lock(context.mutex_);
   if (context.closed_) refuse(where, "its context was closed");
   if (context.busy_) refuse(where, "another thread uses this context: open one for each thread");
@@ -47,12 +58,11 @@ Use::Use(Context& context, const Where& where) : context_(context) {
 }
 
 void Use::require_gpu(std::int32_t device, const Where& where) const {
-  if (backend() != Backend::cuda) {
+  if (context_.backend() != Backend::cuda)
     refuse(where,
            "is in the memory of GPU {}, but the context has the backend cpu: open one with "
            "QS_BACKEND_CUDA",
            device);
-  }
   if (device != this->device())
     refuse(where, "is in the memory of GPU {}, but the context uses GPU {}", device,
            this->device());
@@ -63,38 +73,20 @@ Use::~Use() {
   context_.busy_ = false;
 }
 
-namespace {
-
-Backend chosen_backend(std::uint32_t backend, const Where& where) {
-  switch (backend) {
-    case QS_BACKEND_AUTO:
-      return available_backends().front();
-    case QS_BACKEND_CPU:
-      return Backend::cpu;
-    case QS_BACKEND_CUDA:
-      return Backend::cuda;
-    default:
-      refuse(where, "{} is none of QS_BACKEND_AUTO, _CPU and _CUDA", backend);
-  }
-}
-
-}  // namespace
 }  // namespace qs::library
 
-using namespace qs;
 using namespace qs::library;
 
 int32_t qs_context_open(uint32_t backend, int32_t device, int32_t threads, QsContext** context,
                         char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_context_open";
-    require(context, {kCall, "context"});
+  return library::call(__func__, message, [&](const char* function) {
+    require(context, {function, "context"});
     *context = nullptr;
-    if (device < QS_FIRST_GPU) refuse({kCall, "device"}, "is {}", device);
+    if (device < QS_FIRST_GPU) refuse({function, "device"}, "is {}", device);
     constexpr int kMostThreads = 1024;
     if (threads < 0 || threads > kMostThreads)
-      refuse({kCall, "threads"}, "{} is not between 0 and {}", threads, kMostThreads);
-    const Backend chosen = chosen_backend(backend, {kCall, "backend"});
+      refuse({function, "threads"}, "{} is not between 0 and {}", threads, kMostThreads);
+    const Backend chosen = chosen_backend(backend, {function, "backend"});
     *context = new QsContext{std::make_shared<Context>(chosen, device, threads)};
   });
 }

@@ -11,6 +11,7 @@
 
 #include <sys/types.h>
 
+#include "base/not_copied.h"
 #include "base/parallel.h"
 #include "library/check/call.h"
 #include "quadsplat/quadsplat.h"
@@ -54,15 +55,12 @@ class Context {
 };
 
 /// The use of a context by a call, for the lifetime of the object.
-class Use {
+class Use : NotCopied {
  public:
   /// Throws Error(usage) if the context was closed, belongs to another process or is being used.
   Use(Context& context, const Where& where);
   ~Use();
-  Use(const Use&) = delete;
-  Use& operator=(const Use&) = delete;
 
-  Backend backend() const { return context_.backend(); }
   /// Throws Error(usage) unless the context uses this GPU, which has the memory of `where`.
   void require_gpu(std::int32_t device, const Where& where) const;
 

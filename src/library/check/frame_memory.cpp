@@ -25,28 +25,6 @@ void check_block(const void* memory, const BlockHeader& expected, const Place& p
   if (found != expected) refuse(where, "does not hold this frame");
 }
 
-}  // namespace
-
-CallersMemory::CallersMemory(const Where& where, const QsMemory* memory)
-    : where_(where), memory_(read_struct(memory, where_)) {
-  if (memory_.reserved != 0) refuse(where_ / "reserved", "is not 0");
-  if (memory_.allocate == nullptr) refuse(where_ / "allocate", "is null");
-}
-
-void* CallersMemory::allocate(std::size_t bytes, std::uint32_t kind) const {
-  void* const memory = memory_.allocate(memory_.user, bytes, kind);
-  if (memory == nullptr) {
-    fail(ErrorKind::device, "{}: returned null for {} bytes", (where_ / "allocate").text(), bytes);
-  }
-  if (!is_aligned(memory))
-    refuse(where_ / "allocate", "returned memory that is not aligned to {} bytes", kBlockAlignment);
-  return memory;
-}
-
-void clear_frame(QsStageFrame* frame, const Where& where) {
-  write_struct(QsStageFrame{}, frame, where);
-}
-
 HeldSizes sizes_of(const QsStageFrame& frame) {
   HeldSizes sizes;
   sizes.gaussians = frame.gaussians;
@@ -60,11 +38,31 @@ HeldSizes sizes_of(const QsStageFrame& frame) {
   return sizes;
 }
 
+}  // namespace
+
+CallersMemory::CallersMemory(const Where& where, const QsMemory* memory)
+    : where_(where), memory_(read_struct(memory, where_)) {
+  if (memory_.reserved != 0) refuse(where_ / "reserved", "is not 0");
+  if (memory_.allocate == nullptr) refuse(where_ / "allocate", "is null");
+}
+
+void* CallersMemory::allocate(std::size_t bytes, std::uint32_t kind) const {
+  void* const memory = memory_.allocate(memory_.user, bytes, kind);
+  if (memory == nullptr)
+    fail(ErrorKind::device, "{}: returned null for {} bytes", (where_ / "allocate").text(), bytes);
+  if (!is_aligned(memory))
+    refuse(where_ / "allocate", "returned memory that is not aligned to {} bytes", kBlockAlignment);
+  return memory;
+}
+
+void clear_frame(QsStageFrame* frame, const Where& where) {
+  write_struct(QsStageFrame{}, frame, where);
+}
+
 HeldSizes sizes_on_host(const QsStageFrame& frame) {
-  if (frame.memory != QS_MEMORY_HOST) {
+  if (frame.memory != QS_MEMORY_HOST)
     fail(ErrorKind::usage,
          "the frame is in the memory of a GPU, which this function does not support yet");
-  }
   return sizes_of(frame);
 }
 
@@ -77,15 +75,13 @@ QsStageFrame frame_of(const StageCall& call, const QsStageFrame* frame, bool is_
     refuse(where, "is in {}, but the inputs are in {}", place.text(), call.place.text());
   if (given.type != call.type())
     refuse(where, "belongs to arrays of float{}", given.type == QS_FLOAT64 ? 64 : 32);
-  if (given.gaussians != static_cast<std::uint64_t>(call.gaussians)) {
+  if (given.gaussians != static_cast<std::uint64_t>(call.gaussians))
     refuse(where, "belongs to {} Gaussians, but the inputs have {}", given.gaussians,
            call.gaussians);
-  }
   const Camera& camera = call.view.camera;
-  if (given.width != camera.width || given.height != camera.height) {
+  if (given.width != camera.width || given.height != camera.height)
     refuse(where, "belongs to {} x {} pixels, but the camera has {} x {}", given.width,
            given.height, camera.width, camera.height);
-  }
   const HeldSizes sizes = sizes_of(given), projected = sizes.projected();
   // The blocks of both types have the same marks.
   check_block(given.per_gaussian, {GaussianBlock<float>::kMark, projected}, place,
@@ -93,9 +89,8 @@ QsStageFrame frame_of(const StageCall& call, const QsStageFrame* frame, bool is_
   check_block(given.per_pair, {PairBlock::kMark, projected}, place, where / "per_pair");
   if (!is_blended) return given;
   if (given.per_pixel == nullptr) refuse(where, "has no pixels: qs_blend() draws them");
-  if (given.channels != static_cast<std::uint32_t>(call.channels)) {
+  if (given.channels != static_cast<std::uint32_t>(call.channels))
     refuse(where, "belongs to {} channels, but the inputs have {}", given.channels, call.channels);
-  }
   check_block(given.per_pixel, {PixelBlock<float>::kMark, sizes}, place, where / "per_pixel");
   return given;
 }

@@ -40,8 +40,7 @@ void clear_frame(QsStageFrame* frame, const Where& where);
 /// Throws Error(usage).
 QsStageFrame frame_of(const StageCall& call, const QsStageFrame* frame, bool is_blended);
 
-cpu::diff::HeldSizes sizes_of(const QsStageFrame& frame);
-/// Like sizes_of(). Throws Error(usage) for a frame on a GPU.
+/// Throws Error(usage) for a frame on a GPU.
 cpu::diff::HeldSizes sizes_on_host(const QsStageFrame& frame);
 
 /// A checked frame as the stages read it.

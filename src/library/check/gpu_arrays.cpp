@@ -62,11 +62,10 @@ void store_on_gpu(const DeviceMaps& maps, const QsPicture& picture, const Camera
   const auto save = [&](const QsArray& to, const float* values, int channels) {
     if (is_absent(to)) return;
     const gpu::PackedMap map{values, camera.height, camera.width, channels};
-    if (to.type == QS_UINT8) {
+    if (to.type == QS_UINT8)
       gpu::store_map(map, pixels_of<std::uint8_t>(to), queue);
-    } else {
+    else
       gpu::store_map(map, pixels_of<float>(to), queue);
-    }
   };
   save(picture.color, maps.color, 3);
   save(picture.alpha, maps.alpha, 1);

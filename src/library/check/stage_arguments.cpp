@@ -56,8 +56,7 @@ void check_inputs(const QsInputs& given, const Where& where, const Place& place,
   }
   arrays.given(given.opacities, "opacities", {count});
   if (is_absent(given.channels)) {
-    coefficients = check_sh(given.sh, where / "sh", given.sh_rest, where / "sh_rest", count,
-                            arrays.types, Access::reads, place);
+    coefficients = arrays.sh(given.sh, "sh", given.sh_rest, "sh_rest", count);
     channels = 3;
   } else {
     arrays.absent(given.sh, "sh", "is given, and so are channels");
@@ -65,10 +64,9 @@ void check_inputs(const QsInputs& given, const Where& where, const Place& place,
     check_dimensions(given.channels, where / "channels", 2);
     coefficients = 0;
     channels = given.channels.sizes[1];
-    if (channels < 1 || channels > diff::kMostChannels) {
+    if (channels < 1 || channels > diff::kMostChannels)
       refuse(where / "channels", "{} channels are not between 1 and {}", channels,
              diff::kMostChannels);
-    }
     arrays.given(given.channels, "channels", {count, channels});
   }
   arrays.optional_small(given.background, "background", {channels});
@@ -185,12 +183,10 @@ QsInputGradients input_gradients_of(const StageCall& call, const QsInputGradient
     arrays.absent(by.sh, "sh", "belongs to sh, but the inputs have channels");
     arrays.absent(by.sh_rest, "sh_rest", "belongs to sh, but the inputs have channels");
   } else if (!is_absent(by.sh) || !is_absent(by.sh_rest)) {
-    const std::int64_t coefficients = check_sh(by.sh, where / "sh", by.sh_rest, where / "sh_rest",
-                                               count, call.real(), Access::writes, call.place);
-    if (coefficients != call.coefficients) {
+    const std::int64_t coefficients = arrays.sh(by.sh, "sh", by.sh_rest, "sh_rest", count);
+    if (coefficients != call.coefficients)
       refuse(where / "sh", "has {} coefficients, but the inputs have {}", coefficients,
              call.coefficients);
-    }
   }
   const ArrayChecks of_pose{where, kReals, Access::writes, call.place};
   of_pose.optional_small(by.view_from_world, "view_from_world", {3, 4});

@@ -129,11 +129,10 @@ void store_numbers(const QsArray& array, const Value& value) {
   if (is_absent(array)) return;
   const std::int64_t columns = array.dimensions > 1 ? array.sizes[1] : 1;
   with_type(array, [&](auto* elements) {
-    for (std::int64_t i = 0; i < array.sizes[0]; ++i) {
+    for (std::int64_t i = 0; i < array.sizes[0]; ++i)
       for (std::int64_t j = 0; j < columns; ++j)
         elements[offset_of(array, i, j)] =
             static_cast<std::remove_pointer_t<decltype(elements)>>(value(i, j));
-    }
   });
 }
 

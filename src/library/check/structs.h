@@ -15,21 +15,21 @@
 
 namespace qs::library {
 
-/// The bytes that a struct had in version 1 of the interface. A struct that grew gets a
-/// specialisation with its first size.
+/// The bytes that a struct had in version 1 of the interface. A struct that grew gets a row with
+/// its first size.
 template <class T>
-inline constexpr std::size_t kFirstBytes = sizeof(T);
-
-template <>
-inline constexpr std::size_t kFirstBytes<QsInputs> = 888;
-template <>
-inline constexpr std::size_t kFirstBytes<QsStageFrame> = 72;
-template <>
-inline constexpr std::size_t kFirstBytes<QsGaussians> = 544;
-template <>
-inline constexpr std::size_t kFirstBytes<QsPicture> = 632;
-template <>
-inline constexpr std::size_t kFirstBytes<QsAdam> = 488;
+constexpr std::size_t first_bytes() {
+  if (std::is_same_v<T, QsInputs>) return 888;
+  if (std::is_same_v<T, QsStageFrame>) return 72;
+  if (std::is_same_v<T, QsGaussians>) return 544;
+  if (std::is_same_v<T, QsPicture>) return 632;
+  if (std::is_same_v<T, QsAdam>) return 488;
+  if (std::is_same_v<T, QsComparison>) return 144;
+  if (std::is_same_v<T, QsConversion>) return 32;
+  return sizeof(T);
+}
+template <class T>
+inline constexpr std::size_t kFirstBytes = first_bytes<T>();
 
 /// No struct of the interface is larger, so larger sizes were never set.
 inline constexpr std::size_t kMostBytes = 4096;
@@ -41,17 +41,15 @@ std::size_t checked_size(const T* given, const Where& where) {
   require(given, where);
   std::uint32_t size = 0;
   std::memcpy(&size, given, sizeof(size));
-  if (size < kFirstBytes<T> || size > kMostBytes) {
+  if (size < kFirstBytes<T> || size > kMostBytes)
     refuse(where / "size", "is {}: set it to the size of the struct, {} bytes in this library",
            size, sizeof(T));
-  }
   const auto* bytes = reinterpret_cast<const unsigned char*>(given);
   if (size > sizeof(T) &&
-      std::any_of(bytes + sizeof(T), bytes + size, [](unsigned char byte) { return byte != 0; })) {
+      std::any_of(bytes + sizeof(T), bytes + size, [](unsigned char byte) { return byte != 0; }))
     refuse(where,
            "has members that this library does not have, and they are not 0: it needs a newer "
            "libquadsplat");
-  }
   return size;
 }
 

@@ -112,15 +112,13 @@ RenderSettings settings_of(const QsSettings* settings, const Where& where) {
 
 }  // namespace qs::library
 
-using namespace qs;
 using namespace qs::library;
 
 int32_t qs_camera_resize(QsCamera* camera, int32_t width, int32_t height, char* message) {
-  return library::call(message, [&] {
-    constexpr const char* kCall = "qs_camera_resize";
-    const Camera given = camera_of(camera, {kCall, "camera"});
-    check_side(width, {kCall, "width"});
-    check_side(height, {kCall, "height"});
-    write_struct(camera_struct(given.resized(width, height)), camera, {kCall, "camera"});
+  return library::call(__func__, message, [&](const char* function) {
+    const Camera given = camera_of(camera, {function, "camera"});
+    check_side(width, {function, "width"});
+    check_side(height, {function, "height"});
+    write_struct(camera_struct(given.resized(width, height)), camera, {function, "camera"});
   });
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // JSON formats are told apart by the keys of their outermost object, not by words anywhere.
-#include "io/bytes/json_kind.h"
-
 #include <string>
 
 #include <gtest/gtest.h>
+
+#include "io/bytes/json_text.h"
 
 namespace qs {
 namespace {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Zip archives, against libzip.
+#include "io/bytes/zip.h"
+
 #include <cstring>
 #include <filesystem>
 
@@ -8,8 +10,6 @@
 #include <gtest/gtest.h>
 
 #include "base/fail.h"
-#include "io/bytes/zip_directory.h"
-#include "io/bytes/zip_writer.h"
 #include "io/support/zip_archive.h"
 #include "support/corpus.h"
 #include "support/error_of.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // Pictures for video codecs: colours against BT.601 in double precision, and VP9 there and back.
-#include "io/picture/i420.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
+
+#include "io/picture/vp9.h"
 
 namespace qs {
 namespace {

@@ -11,8 +11,6 @@
 #include <vpx/vp8dx.h>
 #include <vpx/vpx_decoder.h>
 
-#include "io/picture/i420.h"
-
 namespace qs {
 namespace {
 

@@ -11,7 +11,7 @@
 
 #include "base/error.h"
 #include "io/scene/reader.h"
-#include "io/scene/splat/ksplat.h"
+#include "io/scene/splat/splat.h"
 #include "io/scene/writer.h"
 #include "io/support/limits.h"
 #include "support/corpus.h"

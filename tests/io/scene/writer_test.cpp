@@ -15,7 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "io/cloud/sh_degree.h"
+#include "io/cloud/cloud_memory.h"
 #include "io/scene/reader.h"
 #include "raster/scene/cloud_order.h"
 #include "support/corpus.h"

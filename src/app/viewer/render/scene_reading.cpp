@@ -9,7 +9,6 @@
 #include "app/viewer/render/stepped_progress.h"
 #include "app/viewer/render/view_facts.h"
 #include "base/fail.h"
-#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 

@@ -9,15 +9,16 @@
 #include <vector>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/file_source.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/scene/compact/compact_model.h"
-#include "io/scene/compact/raw_rotation.h"
 #include "io/scene/ply/ply.h"
 #include "raster/field/field_evaluator.h"
 
 namespace qs {
+
 namespace {
 
 float logit(float opacity) {
@@ -59,20 +60,22 @@ NetworkColors measured(std::vector<float> rms) {
   return network;
 }
 
+// Option --max_hashmap of Compact-3DGS, 19 by default.
+constexpr int kLeastLog2Entries = 3, kMostLog2Entries = 21;
+
 }  // namespace
 
-bool recognises_compact(std::span<const std::byte> content, const std::filesystem::path&) {
+bool recognises_compact(ByteSpan content, const std::filesystem::path&) {
   return is_npz(content) || is_torch_archive(content) || is_ply_without_colors(content);
 }
 
-void read_compact(std::span<const std::byte> content, const std::filesystem::path& path,
-                  ThreadPool& pool, const ReadOptions& options, Scene& scene) {
-  if (is_torch_archive(content)) {
+void read_compact(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                  const ReadOptions& options, Scene& scene) {
+  if (is_torch_archive(content))
     fail(
         "{}: a file of PyTorch, such as the network of a Compact-3DGS model: open the .ply or "
         ".npz beside it",
         path.string());
-  }
   CompactModel model = is_npz(content) ? read_compact_npz(content, path, options.progress)
                                        : read_compact_ply(content, path, options.progress);
   scene.format = "compact-3dgs, " + model.form;
@@ -102,6 +105,24 @@ std::string fit_sentence(const NetworkColors& network) {
       "The network's colours became spherical harmonics of degree 3: in the 24 directions of the "
       "fit they differ by {:.2g} rms (of 0 to 1), in 99 % of the Gaussians by at most {:.2g}.",
       network.rms, network.rms_of_99);
+}
+
+ColorField make_color_field(std::vector<float> grid_values, std::vector<float> weights,
+                            const std::string& source) {
+  ColorField field;
+  const std::size_t expected = field.network().weight_count();
+  if (weights.size() != expected)
+    fail("{}: its network has {} weights, but networks of Compact-3DGS have {}", source,
+         weights.size(), expected);
+  for (int log2 = kLeastLog2Entries; log2 <= kMostLog2Entries; ++log2) {
+    field.grid.log2_entries = log2;
+    if (grid_value_count(field.grid) != grid_values.size()) continue;
+    field.grid_values = std::move(grid_values);
+    field.weights = std::move(weights);
+    return field;
+  }
+  fail("{}: its hash grid has {} values, which fit no grid of Compact-3DGS", source,
+       grid_values.size());
 }
 
 }  // namespace qs

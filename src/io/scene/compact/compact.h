@@ -10,14 +10,13 @@
 #include <span>
 
 #include "base/parallel.h"
+#include "io/bytes/byte_text.h"
 #include "io/cloud/scene.h"
 
 namespace qs {
 
-bool recognises_compact(std::span<const std::byte> content, const std::filesystem::path& path);
-
-void read_compact(std::span<const std::byte> content, const std::filesystem::path& path,
-                  ThreadPool& pool, const ReadOptions& options, Scene& scene);
+RecogniseScene recognises_compact;
+ReadScene read_compact;
 
 /// The difference between spherical harmonics and network, as a sentence.
 std::string fit_sentence(const NetworkColors& network);

@@ -12,10 +12,12 @@
 #include <string>
 #include <vector>
 
+#include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
 #include "base/progress.h"
+#include "io/bytes/byte_text.h"
 #include "io/cloud/scene.h"
 #include "raster/field/color_field.h"
 
@@ -40,16 +42,30 @@ struct CompactModel {
 };
 
 /// The form of a .ply, whose .pth lies beside it. Throws Error(input), Cancelled.
-CompactModel read_compact_ply(std::span<const std::byte> content, const std::filesystem::path& path,
+CompactModel read_compact_ply(ByteSpan content, const std::filesystem::path& path,
                               const Progress& progress);
 
 /// Either form of an .npz. Throws Error(input), Cancelled.
-CompactModel read_compact_npz(std::span<const std::byte> content, const std::filesystem::path& path,
+CompactModel read_compact_npz(ByteSpan content, const std::filesystem::path& path,
                               const Progress& progress);
 
 /// The field with these parameters. Files do not state its shape: the number of values determines
 /// the entries of a level. Throws Error(input) if no field has these numbers of parameters.
 ColorField make_color_field(std::vector<float> grid_values, std::vector<float> weights,
                             const std::string& source);
+
+// Gaussians whose quaternion is used as it is stored, of a length that is not 1. The published
+// renderers of 3DGS build a matrix from it that is no rotation: for q = s u with a unit u it is
+// (1 - s^2) I + s^2 R(u).
+
+struct ShapeOfGaussian {
+  glm::quat rotation{1, 0, 0, 0};  ///< unit
+  glm::vec3 log_scale{0};          ///< -inf = flat
+};
+
+/// The rotation and the scales with the covariance that `quaternion` (w, x, y, z) and the standard
+/// deviations `scale`, of any sign, give in these renderers. If a value is infinite or NaN, so is
+/// the rotation.
+ShapeOfGaussian shape_of_raw_rotation(const glm::vec4& quaternion, const glm::vec3& scale);
 
 }  // namespace qs

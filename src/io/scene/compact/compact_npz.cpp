@@ -6,8 +6,8 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/file_source.h"
-#include "io/scene/compact/code_bits.h"
 #include "io/scene/compact/compact_model.h"
 #include "io/scene/compact/huffman.h"
 #include "io/tensor/npy.h"
@@ -29,9 +29,13 @@ struct Entry {
   std::string source;  // messages begin with it
 };
 
+float half_at(const Entry& entry, std::size_t i) {
+  return float_of_any_half(load<std::uint16_t>(entry.array.values.data() + 2 * i));
+}
+
 class Npz {
  public:
-  Npz(std::span<const std::byte> content, const std::filesystem::path& path)
+  Npz(ByteSpan content, const std::filesystem::path& path)
       : path_(path.string()), files_(files_in_zip(content, path, "xyz.npy")) {}
 
   const std::string& path() const { return path_; }
@@ -56,8 +60,7 @@ class Npz {
     if (count && entry.array.count() != *count)
       fail("{}: has {} values instead of {}", entry.source, entry.array.count(), *count);
     std::vector<float> values(entry.array.count());
-    for (std::size_t i = 0; i < values.size(); ++i)
-      values[i] = float_of_any_half(load<std::uint16_t>(entry.array.values.data() + 2 * i));
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = half_at(entry, i);
     return values;
   }
 
@@ -97,10 +100,9 @@ class Npz {
       if (found == 0) fail("{}: has no tensor {}", object.source, key);
       const Tensor tensor = read_torch_tensor(pickle, found, embedded_torch_storage, key);
       const std::size_t expected = codebook.codes() * codebook.dimensions;
-      if (tensor.values.size() != expected) {
+      if (tensor.values.size() != expected)
         fail("{}: {} has {} values instead of {}", object.source, key, tensor.values.size(),
              expected);
-      }
       codebook.values.insert(codebook.values.end(), tensor.values.begin(), tensor.values.end());
     }
   }
@@ -135,13 +137,8 @@ void read_means(Npz& npz, CompactModel& model) {
   if (entry.array.shape.size() != 2 || entry.array.shape[1] != 3)
     fail("{}: has not the shape (N, 3)", entry.source);
   model.means.resize(entry.array.shape[0]);
-  for (std::size_t i = 0; i < model.means.size(); ++i) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const std::byte* const at =
-          entry.array.values.data() + 6 * i + 2 * static_cast<std::size_t>(axis);
-      model.means[i][axis] = float_of_any_half(load<std::uint16_t>(at));
-    }
-  }
+  for (std::size_t i = 0; i < model.means.size(); ++i)
+    model.means[i] = {half_at(entry, 3 * i), half_at(entry, 3 * i + 1), half_at(entry, 3 * i + 2)};
 }
 
 // Layers and bits of both codebooks.
@@ -165,18 +162,16 @@ Array<std::uint16_t> read_codes(Npz& npz, const std::string& name, bool huffman,
   if (!huffman) {
     const Entry entry = npz.read(name, "|u1");
     const std::uint64_t expected = packed_bytes(numbers, codebook.bits);
-    if (entry.array.values.size() != expected) {
+    if (entry.array.values.size() != expected)
       fail("{}: has {} bytes instead of {} for {} Gaussians", entry.source,
            entry.array.values.size(), expected, count);
-    }
     return unpack_bits(entry.array.values, numbers, codebook.bits);
   }
   Array<std::uint16_t> codes = npz.symbols(name, numbers);
-  for (const std::uint16_t code : codes) {
+  for (const std::uint16_t code : codes)
     if (code >= codebook.codes())
       fail("{}: {}: code {} is not in the codebook of {}", npz.path(), name, code,
            codebook.codes());
-  }
   return codes;
 }
 
@@ -196,7 +191,7 @@ void read_vectors(Npz& npz, const std::string& name, bool huffman, std::size_t c
 
 }  // namespace
 
-CompactModel read_compact_npz(std::span<const std::byte> content, const std::filesystem::path& path,
+CompactModel read_compact_npz(ByteSpan content, const std::filesystem::path& path,
                               const Progress& progress) {
   Npz npz(content, path);
   const bool huffman = npz.has("huftable_hash");

@@ -4,9 +4,10 @@
 #include <system_error>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
 #include "io/scene/compact/compact_model.h"
-#include "io/scene/ply/ply_rows.h"
+#include "io/scene/ply/ply_file.h"
 #include "io/tensor/torch_tensor.h"
 
 namespace qs {
@@ -15,38 +16,23 @@ namespace {
 constexpr const char* kGrid = "0.params";
 constexpr const char* kNetwork = "1.params";
 
-// The columns of a property with several components.
-template <std::size_t kCount>
-std::array<PlyColumn, kCount> columns_of(const PlyRows& rows,
-                                         const std::array<const char*, kCount>& names,
-                                         const std::string& path) {
-  std::array<PlyColumn, kCount> columns;
-  for (std::size_t i = 0; i < kCount; ++i) {
-    const PlyColumn* const column = rows.find(names[i]);
-    if (column == nullptr) fail("{}: the vertices have no property {}", path, names[i]);
-    columns[i] = *column;
-  }
-  return columns;
-}
-
 void read_gaussians(const PlyRows& rows, const std::string& path, CompactModel& model) {
-  const auto means = columns_of<3>(rows, {"x", "y", "z"}, path);
-  const auto scales = columns_of<3>(rows, {"scale_0", "scale_1", "scale_2"}, path);
-  const auto rotations = columns_of<4>(rows, {"rot_0", "rot_1", "rot_2", "rot_3"}, path);
-  const auto opacities = columns_of<1>(rows, {"opacity"}, path);
+  std::vector<PlyColumn> columns;
+  for (const char* name : {"x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1",
+                           "rot_2", "rot_3", "opacity"})
+    columns.push_back(rows.of_vertices(name, path));
   model.means.resize(rows.count);
   model.scales.resize(rows.count);
   model.rotations.resize(rows.count);
   model.opacities.resize(rows.count);
   for (std::size_t i = 0; i < rows.count; ++i) {
-    const auto value = [&](const PlyColumn& column) {
-      return static_cast<float>(rows.value(i, column));
+    const auto value = [&](std::size_t column) {
+      return static_cast<float>(rows.value(i, columns[column]));
     };
-    model.means[i] = {value(means[0]), value(means[1]), value(means[2])};
-    model.scales[i] = {value(scales[0]), value(scales[1]), value(scales[2])};
-    model.rotations[i] = {value(rotations[0]), value(rotations[1]), value(rotations[2]),
-                          value(rotations[3])};
-    model.opacities[i] = value(opacities[0]);
+    model.means[i] = {value(0), value(1), value(2)};
+    model.scales[i] = {value(3), value(4), value(5)};
+    model.rotations[i] = {value(6), value(7), value(8), value(9)};
+    model.opacities[i] = value(10);
   }
 }
 
@@ -71,17 +57,16 @@ FilePart tensor_part(const char* name, const Tensor& tensor) {
 
 }  // namespace
 
-CompactModel read_compact_ply(std::span<const std::byte> content, const std::filesystem::path& path,
+CompactModel read_compact_ply(ByteSpan content, const std::filesystem::path& path,
                               const Progress& progress) {
   std::filesystem::path weights = path;
   weights.replace_extension(".pth");
   std::error_code error;
-  if (!std::filesystem::is_regular_file(weights, error)) {
+  if (!std::filesystem::is_regular_file(weights, error))
     fail(
         "{}: its Gaussians have no colours (f_dc); Compact-3DGS keeps them in a network, but {} "
         "is not beside it",
         path.string(), weights.filename().string());
-  }
   const PlyHeader header = parse_ply_header(content, path);
   PlyBody body(content, header, path, progress);
   const PlyRows rows = body.rows("vertex");

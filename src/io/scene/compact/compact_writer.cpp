@@ -9,13 +9,13 @@
 #include <string>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/zip_writer.h"
-#include "io/scene/compact/code_bits.h"
+#include "io/bytes/zip.h"
 #include "io/scene/compact/huffman.h"
-#include "io/scene/ply/ply_writer.h"
+#include "io/scene/ply/ply.h"
 #include "io/tensor/npy.h"
-#include "io/tensor/torch_writer.h"
+#include "io/tensor/torch_tensor.h"
 #include "raster/kernel/half.h"
 
 namespace qs {
@@ -36,7 +36,7 @@ ZipEntry array(const std::string& name, const char* type, const std::string& sha
 
 std::string row_of(std::size_t count) { return fmt::format("({},)", count); }
 
-ZipEntry bytes_entry(const std::string& name, std::span<const std::byte> bytes) {
+ZipEntry bytes_entry(const std::string& name, ByteSpan bytes) {
   return array(name, "|u1", row_of(bytes.size()), raw(bytes));
 }
 
@@ -132,11 +132,10 @@ ZipEntry weights_entry(const CompactModel& model) {
 }  // namespace
 
 void write_compact_ply(const CompactModel& model, const std::filesystem::path& path, bool trained) {
-  std::string header =
-      fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", model.means.size());
-  for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "opacity", "scale_0", "scale_1",
-                           "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
-    header += fmt::format("property float {}\n", name);
+  constexpr std::array kNames = {"x",     "y",       "z",       "nx",      "ny",
+                                 "nz",    "opacity", "scale_0", "scale_1", "scale_2",
+                                 "rot_0", "rot_1",   "rot_2",   "rot_3"};
+  std::string header = kPlyStart + ply_element("vertex", model.means.size(), "float", kNames);
   if (trained) header += kTrainedComment;
   write_file(path, [&](std::ostream& file) {
     file << header << "end_header\n";

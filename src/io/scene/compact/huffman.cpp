@@ -2,14 +2,17 @@
 #include "io/scene/compact/huffman.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <map>
 #include <queue>
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 
 namespace qs {
+
 namespace {
 
 constexpr int kMaxBits = 64;
@@ -29,7 +32,7 @@ std::uint32_t symbol_of(const PickleObject& object, const std::string& source) {
 // The bits of a stream, highest first, as a window of 64 of them; zeros follow the end.
 class BitWindow {
  public:
-  explicit BitWindow(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  explicit BitWindow(ByteSpan bytes) : bytes_(bytes) {}
 
   // The next `bits` bits, at most 32, without reading them.
   std::uint32_t peek(int bits) {
@@ -53,7 +56,7 @@ class BitWindow {
   std::uint64_t read() const { return read_; }
 
  private:
-  std::span<const std::byte> bytes_;
+  ByteSpan bytes_;
   std::size_t next_ = 0;
   std::uint64_t window_ = 0, read_ = 0;
   int ready_ = 0;
@@ -94,10 +97,9 @@ std::vector<HuffmanCode> make_huffman_table(std::span<const std::uint64_t> count
     }
   };
   std::priority_queue<Tree> trees;
-  for (std::size_t symbol = 0; symbol < counts.size(); ++symbol) {
+  for (std::size_t symbol = 0; symbol < counts.size(); ++symbol)
     if (counts[symbol] > 0)
       trees.push({counts[symbol], symbol, {{static_cast<std::uint32_t>(symbol), 0, 0}}});
-  }
   trees.push({1, counts.size(), {{kHuffmanEnd, 0, 0}}});
   if (trees.size() == 1) return {{kHuffmanEnd, 1, 0}};
   const auto pop = [&trees] {
@@ -180,8 +182,7 @@ void HuffmanDecoder::fill_fast() {
   }
 }
 
-Array<std::uint16_t> HuffmanDecoder::decode(std::span<const std::byte> stream,
-                                            std::uint64_t most) const {
+Array<std::uint16_t> HuffmanDecoder::decode(ByteSpan stream, std::uint64_t most) const {
   const std::uint64_t bits = stream.size() * 8;
   Array<std::uint16_t> symbols;
   symbols.reserve(std::min(bits, most));
@@ -208,6 +209,33 @@ Array<std::uint16_t> HuffmanDecoder::decode(std::span<const std::byte> stream,
   if (end <= bits && bits - end >= 8)
     fail("{}: {} bytes follow its {} symbols", source_, (bits - end) / 8, symbols.size());
   return symbols;
+}
+
+Array<std::uint16_t> unpack_bits(ByteSpan packed, std::size_t count, int bits) {
+  assert(packed.size() >= packed_bytes(count, bits));
+  Array<std::uint16_t> numbers(count);
+  std::size_t next = 0;
+  for (std::uint16_t& number : numbers) {
+    unsigned value = 0;
+    for (int bit = 0; bit < bits; ++bit, ++next) {
+      const unsigned set = std::to_integer<unsigned>(packed[next / 8]) >> (7 - next % 8) & 1;
+      value |= set << bit;
+    }
+    number = static_cast<std::uint16_t>(value);
+  }
+  return numbers;
+}
+
+std::vector<std::byte> pack_bits(std::span<const std::uint16_t> numbers, int bits) {
+  std::vector<std::byte> packed(packed_bytes(numbers.size(), bits));
+  std::size_t next = 0;
+  for (const std::uint16_t number : numbers) {
+    for (int bit = 0; bit < bits; ++bit, ++next) {
+      if ((number >> bit & 1) != 0)
+        packed[next / 8] |= std::byte{0x80} >> static_cast<int>(next % 8);
+    }
+  }
+  return packed;
 }
 
 }  // namespace qs

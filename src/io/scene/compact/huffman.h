@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/bytes/byte_text.h"
 #include "io/tensor/pickle.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -46,7 +47,7 @@ class HuffmanDecoder {
   HuffmanDecoder(std::span<const HuffmanCode> table, std::string source);
 
   /// All symbols of a stream. Throws Error(input) if it has more than `most` or is damaged.
-  Array<std::uint16_t> decode(std::span<const std::byte> stream, std::uint64_t most) const;
+  Array<std::uint16_t> decode(ByteSpan stream, std::uint64_t most) const;
 
  private:
   static constexpr int kFastBits = 11;
@@ -65,5 +66,19 @@ class HuffmanDecoder {
   std::vector<std::array<std::uint32_t, 2>> nodes_;  // children as Step::to; node 0 is the root
   std::vector<Step> fast_;                           // index: the next kFastBits bits
 };
+
+// Numbers of a few bits in consecutive bytes, as Compact-3DGS packs the codes of its Gaussians:
+// each number's lowest bit first, each byte's highest bit first, zeros at the end.
+
+/// Bytes that `count` numbers of `bits` bits take. `count * bits` does not overflow.
+constexpr std::uint64_t packed_bytes(std::uint64_t count, int bits) {
+  return (count * static_cast<std::uint64_t>(bits) + 7) / 8;
+}
+
+/// Every number of `packed`, which has packed_bytes(count, bits) bytes. bits: 1..16.
+Array<std::uint16_t> unpack_bits(ByteSpan packed, std::size_t count, int bits);
+
+/// Its inverse. Numbers are below 2^bits.
+std::vector<std::byte> pack_bits(std::span<const std::uint16_t> numbers, int bits);
 
 }  // namespace qs

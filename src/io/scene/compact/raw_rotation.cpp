@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/compact/raw_rotation.h"
-
 #include <array>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,8 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+
+#include "io/scene/compact/compact_model.h"
 
 namespace qs {
 namespace {
@@ -66,11 +66,10 @@ ShapeOfGaussian shape_of_raw_rotation(const glm::vec4& quaternion, const glm::ve
   std::size_t flats = 0;
   for (int axis = 0; axis < 3; ++axis) {
     shape.log_scale[axis] = static_cast<float>(std::log(lengths[axis]));
-    if (lengths[axis] > 0) {
+    if (lengths[axis] > 0)
       axes[axis] = m[axis] / lengths[axis];
-    } else {
+    else
       flat[flats++] = axis;
-    }
   }
   // Directions without extent are any that complete the axes.
   if (flats == 3) return shape;

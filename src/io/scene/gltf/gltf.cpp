@@ -10,15 +10,14 @@
 #include <vector>
 
 #include "base/fail.h"
+#include "base/text.h"
 #include "io/bytes/byte_text.h"
-#include "io/bytes/json_kind.h"
+#include "io/bytes/json_text.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/cloud_parts.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/scene/gltf/gltf_file.h"
-#include "io/scene/gltf/gltf_nodes.h"
-#include "io/scene/gltf/gltf_splats.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/spz/spz.h"
 #include "raster/scene/transform.h"
@@ -42,13 +41,12 @@ const tinygltf::Value* member(const tinygltf::Value* object, const std::string& 
 
 class GltfScene {
  public:
-  GltfScene(std::span<const std::byte> content, const std::filesystem::path& path, ThreadPool& pool,
-            Scene& scene)
+  GltfScene(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool, Scene& scene)
       : path_(path), source_(path.string()), pool_(pool), scene_(scene), file_(content, path) {
     check_required_extensions();
     for (const PlacedMesh& placed : placed_meshes(file_.model(), source_)) add_mesh(placed);
     if (instances_.empty()) complain_about_nothing();
-    warn_of_the_others();
+    warn(others_, "{} other meshes are not shown.");
   }
 
   const GltfFile& file() const { return file_; }
@@ -59,15 +57,11 @@ class GltfScene {
     scene_.cloud = make_cloud(parts_.count(), degree);
     GltfClamped clamped;
     fill_cloud(scene_, pool_, progress, 0.1f, [&](std::size_t begin, std::size_t end) {
-      parts_.for_range(
-          begin, end,
-          [&](std::size_t part, std::uint64_t offset, std::size_t from, std::size_t to) {
-            const Instance& instance = instances_[part];
-            for (std::size_t i = from; i < to; ++i) {
-              fill_gaussian(*instance.splats, offset + (i - from), scene_.cloud, i, clamped);
-              if (instance.transform) instance.transform->apply(scene_.cloud, i);
-            }
-          });
+      parts_.for_range(begin, end, [&](std::size_t part, std::uint64_t row, std::size_t i) {
+        const Instance& instance = instances_[part];
+        fill_gaussian(*instance.splats, row, scene_.cloud, i, clamped);
+        if (instance.transform) instance.transform->apply(scene_.cloud, i);
+      });
       flip_axes(scene_.cloud, begin, end, kTurnAboutZ);
     });
     warn(clamped.scales, "{} Gaussians have a negative scale, which was taken for 0.");
@@ -82,14 +76,9 @@ class GltfScene {
 
   // Appends `sentence` with {} replaced by the count, unless the count is 0.
   void warn(std::size_t count, fmt::format_string<std::size_t&> sentence) {
-    if (count > 0) scene_.warnings.push_back(fmt::format(sentence, count));
+    if (count > 0) scene_.warn(sentence, count);
   }
-  void warn_once(std::string sentence) {
-    if (std::find(scene_.warnings.begin(), scene_.warnings.end(), sentence) ==
-        scene_.warnings.end()) {
-      scene_.warnings.push_back(std::move(sentence));
-    }
-  }
+  void warn_once(const std::string& sentence) { add_new(scene_.warnings, sentence); }
 
   // Extensions of materials and textures do not matter for Gaussians.
   void check_required_extensions() const {
@@ -97,10 +86,9 @@ class GltfScene {
     for (const std::string& name : file_.model().extensionsRequired) {
       const bool known = std::find(std::begin(kKnown), std::end(kKnown), name) != std::end(kKnown);
       if (!known && !name.starts_with("KHR_materials_") && !name.starts_with("KHR_texture_") &&
-          name != kWithdrawn) {
+          name != kWithdrawn)
         fail("{}: it requires the glTF extension '{}', which cannot be read", source_,
              printable(name.substr(0, 40)));
-      }
     }
   }
 
@@ -110,16 +98,13 @@ class GltfScene {
     for (std::size_t i = 0; i < primitives.size(); ++i) {
       const auto splats = splats_of(placed.mesh, i);
       if (!splats) continue;
-      if (!transform && placed.world_from_mesh != glm::dmat4(1)) {
-        transform = transform_of(placed);
-      }
+      if (!transform && placed.world_from_mesh != glm::dmat4(1)) transform = transform_of(placed);
       // Limits amplification: many nodes may show one mesh, so few bytes can represent many
       // Gaussians.
       constexpr std::uint64_t kAlwaysAllowed = 1 << 20, kPerByte = 8;
       parts_.add(splats->count);
-      if (parts_.count() > std::max(kAlwaysAllowed, kPerByte * file_.buffer_bytes())) {
+      if (parts_.count() > std::max(kAlwaysAllowed, kPerByte * file_.buffer_bytes()))
         fail("{}: its nodes repeat meshes to more than {} Gaussians", source_, parts_.count());
-      }
       instances_.push_back({splats, transform});
     }
   }
@@ -127,16 +112,14 @@ class GltfScene {
   std::shared_ptr<const Transform> transform_of(const PlacedMesh& placed) {
     const glm::dmat4& m = placed.world_from_mesh;
     const bool affine = m[0][3] == 0 && m[1][3] == 0 && m[2][3] == 0 && m[3][3] == 1;
-    if (!affine || !Transform::is_invertible(m)) {
+    if (!affine || !Transform::is_invertible(m))
       fail("{}: node {}: its transform cannot be applied: it flattens or distorts space", source_,
            placed.node);
-    }
     auto transform = std::make_shared<Transform>(m);
-    if (!transform->is_similarity()) {
+    if (!transform->is_similarity())
       warn_once(
           "A node stretches or mirrors its Gaussians; their covariances were transformed, which "
           "the glTF extension leaves undefined.");
-    }
     return transform;
   }
 
@@ -150,9 +133,8 @@ class GltfScene {
       ++others_;
     } else {
       if (!is_draft(primitive)) check_extension(extension->second);
-      if (primitive.mode != TINYGLTF_MODE_POINTS) {
+      if (primitive.mode != TINYGLTF_MODE_POINTS)
         warn_once("A primitive with Gaussians is not marked as points; it was read all the same.");
-      }
       const tinygltf::Value* const compressed =
           member(member(&extension->second, "extensions"), kSpzExtension);
       splats = compressed != nullptr ? unpack(*compressed, primitive) : bind(primitive);
@@ -193,23 +175,20 @@ class GltfScene {
     const tinygltf::Value* const view = member(&compressed, "bufferView");
     if (view == nullptr || !view->IsInt()) fail("{}: {} has no bufferView", source_, kSpzExtension);
     const auto content = file_.view(view->Get<int>());
-    if (!recognises_spz(content, path_)) {
+    if (!recognises_spz(content, path_))
       fail("{}: the data of {} are not .spz", source_, kSpzExtension);
-    }
     Scene unpacked;
     unpacked.path = path_;
     read_spz(content, path_, pool_, {}, unpacked);
-    if (unpacked.format != "spz, version 2") {
+    if (unpacked.format != "spz, version 2")
       warn_once(fmt::format("{} holds '{}' instead of version 2.", kSpzExtension, unpacked.format));
-    }
-    for (std::string& warning : unpacked.warnings) warn_once(std::move(warning));
+    for (const std::string& warning : unpacked.warnings) warn_once(warning);
     if (const auto position = primitive.attributes.find("POSITION");
         position != primitive.attributes.end()) {
       const std::uint64_t announced = file_.count(position->second, "POSITION");
-      if (announced != unpacked.cloud.size()) {
+      if (announced != unpacked.cloud.size())
         fail("{}: {} holds {} Gaussians, POSITION announces {}", source_, kSpzExtension,
              unpacked.cloud.size(), announced);
-      }
     }
     flip_axes(unpacked.cloud, 0, unpacked.cloud.size(), kTurnAboutZ);
     auto splats = std::make_shared<GltfSplats>();
@@ -226,9 +205,8 @@ class GltfScene {
       if (found == primitive.attributes.end()) fail("{}: attribute {} is missing", source_, name);
       GltfNumbers result = file_.numbers(found->second, components, name);
       if (splats->count == 0) splats->count = result.count;
-      if (result.count != splats->count) {
+      if (result.count != splats->count)
         fail("{}: {} has {} elements, POSITION {}", source_, name, result.count, splats->count);
-      }
       return result;
     };
     // The name of the extension, or the name in the draft of 2024 if the file has only that.
@@ -253,32 +231,25 @@ class GltfScene {
     const auto sh_name = [](int degree, int coefficient) {
       return attribute_name(fmt::format("SH_DEGREE_{}_COEF_{}", degree, coefficient));
     };
-    while (stored < kMaxStoredDegree && primitive.attributes.count(sh_name(stored + 1, 0)) > 0) {
+    while (stored < kMaxStoredDegree && primitive.attributes.count(sh_name(stored + 1, 0)) > 0)
       ++stored;
-    }
     splats->degree = kept_sh_degree(sh_coefficient_count(stored) - 1, scene_);
-    for (int degree = draft ? 1 : 0; degree <= splats->degree; ++degree) {
+    for (int degree = draft ? 1 : 0; degree <= splats->degree; ++degree)
       for (int k = 0; k < 2 * degree + 1; ++k) splats->sh.push_back(numbers(sh_name(degree, k), 3));
-    }
     splats->scales_are_logarithms = are_logarithms(splats->scales);
-    if (splats->scales_are_logarithms) {
+    if (splats->scales_are_logarithms)
       warn_once(
           "Scales are logarithms, as in drafts of the glTF extension before it was ratified; they "
           "were read as such.");
-    }
     return splats;
   }
 
   [[noreturn]] void complain_about_nothing() const {
-    for (const std::string& name : file_.model().extensionsUsed) {
-      if (name == kWithdrawn) {
+    for (const std::string& name : file_.model().extensionsUsed)
+      if (name == kWithdrawn)
         fail("{}: Gaussians of the withdrawn draft {}, which cannot be read", source_, name);
-      }
-    }
     fail("{}: not a splat file: no mesh of its scene has the extension {}", source_, kExtension);
   }
-
-  void warn_of_the_others() { warn(others_, "{} other meshes are not shown."); }
 
   std::filesystem::path path_;
   std::string source_;
@@ -293,13 +264,13 @@ class GltfScene {
 
 }  // namespace
 
-bool recognises_gltf(std::span<const std::byte> content, const std::filesystem::path&) {
+bool recognises_gltf(ByteSpan content, const std::filesystem::path&) {
   if (is_glb(content)) return true;
   return json_kind(text_of(content)) == JsonKind::gltf;
 }
 
-void read_gltf(std::span<const std::byte> content, const std::filesystem::path& path,
-               ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_gltf(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+               const ReadOptions& options, Scene& scene) {
   GltfScene gltf(content, path, pool, scene);
   options.progress.update(0.1f);
   scene.axes = "LUF";

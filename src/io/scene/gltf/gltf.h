@@ -10,12 +10,19 @@
 #include <span>
 
 #include "base/parallel.h"
+#include "base/progress.h"
+#include "io/bytes/byte_text.h"
 #include "io/cloud/scene.h"
+#include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 
-bool recognises_gltf(std::span<const std::byte> content, const std::filesystem::path& path);
-void read_gltf(std::span<const std::byte> content, const std::filesystem::path& path,
-               ThreadPool& pool, const ReadOptions& options, Scene& scene);
+RecogniseScene recognises_gltf;
+ReadScene read_gltf;
+
+/// Writes binary glTF with KHR_gaussian_splatting as ratified: one mesh of points, all values
+/// floats, linear scales, in glTF's frame. Lossless except for rounding when logarithms are
+/// converted to values and back.
+WriteScene write_glb;
 
 }  // namespace qs

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
@@ -16,8 +17,11 @@
 #include "io/bytes/byte_text.h"
 #include "io/bytes/file_source.h"
 #include "io/bytes/json_text.h"
+#include "io/cloud/cloud_memory.h"
+#include "raster/kernel/constants.h"
 
 namespace qs {
+
 namespace {
 
 using json = nlohmann::json;
@@ -28,10 +32,10 @@ constexpr std::uint64_t kMaxBufferBytes = std::uint64_t{1} << 36;
 // The two chunks of a .glb.
 struct Chunks {
   std::string_view description;
-  std::span<const std::byte> binary;
+  ByteSpan binary;
 };
 
-Chunks open_glb(std::span<const std::byte> content, const std::string& path) {
+Chunks open_glb(ByteSpan content, const std::string& path) {
   constexpr std::uint32_t kJson = 0x4E4F534A, kBinary = 0x004E4942;
   ByteCursor whole(content, path);
   whole.read<std::uint32_t>("the header");  // magic
@@ -45,9 +49,8 @@ Chunks open_glb(std::span<const std::byte> content, const std::string& path) {
     fail("{}: the header announces {} bytes, the file has {}", path, length, content.size());
 
   const auto description_bytes = cursor.read<std::uint32_t>("the first chunk");
-  if (cursor.read<std::uint32_t>("the first chunk") != kJson) {
+  if (cursor.read<std::uint32_t>("the first chunk") != kJson)
     fail("{}: the first chunk is not JSON", path);
-  }
   Chunks chunks;
   chunks.description = text_of(cursor.take(description_bytes, "the JSON chunk"));
   while (cursor.left() >= 8) {
@@ -112,88 +115,25 @@ std::string first_line(const std::string& text) {
   return text.substr(0, std::min(text.find_first_of("\r\n"), std::size_t{200}));
 }
 
-// Reads buffers: the binary chunk of a .glb, data URIs, and files beside the scene.
-class BufferReader {
- public:
-  BufferReader(const std::filesystem::path& path,
-               std::optional<std::span<const std::byte>> binary_chunk)
-      : path_(path), name_(path.string()), binary_chunk_(binary_chunk) {
-    if (binary_chunk) result_.bytes = binary_chunk->size();
-  }
-
-  // Adds buffer `i` of the file. Throws Error(input).
-  void add(const json& buffer, std::size_t i) {
-    const std::string where = fmt::format("{}: buffer {}", name_, i);
-    if (!buffer.is_object() || !buffer.contains("byteLength") ||
-        !buffer["byteLength"].is_number_unsigned()) {
-      fail("{} has no byteLength", where);
-    }
-    const auto length = buffer["byteLength"].get<std::uint64_t>();
-    const auto uri = buffer.find("uri");
-    if (uri == buffer.end() && (i != 0 || !binary_chunk_))
-      fail("{} has no bytes: neither a uri nor a binary chunk", where);
-    const auto bytes = uri == buffer.end() ? *binary_chunk_ : bytes_at(*uri, where);
-    if (length > bytes.size()) {
-      fail("{}: cut off: {} bytes are announced, there are {}", where, length, bytes.size());
-    }
-    result_.buffers.push_back(bytes.first(length));
-  }
-
-  GltfBuffers take() { return std::move(result_); }
-
- private:
-  std::span<const std::byte> bytes_at(const json& uri, const std::string& where) {
-    if (!uri.is_string()) fail("{} has a uri that is no text", where);
-    const auto& name = uri.get_ref<const std::string&>();
-    if (name.starts_with("data:")) return keep(decode_data_uri(name, where));
-    if (name.find('%') != name.npos) {
-      fail("{}: unsafe file name '{}': no file name may have a %", where, name.substr(0, 80));
-    }
-    return file_named(name);
-  }
-
-  std::span<const std::byte> file_named(const std::string& stored_name) {
-    const std::string name = checked_file_name(stored_name, name_);
-    if (const auto known = files_.find(name); known != files_.end()) return known->second;
-    const auto bytes = keep(files_beside(path_)->read(name, kMaxBufferBytes));
-    result_.bytes_outside += bytes.size();
-    return files_[name] = bytes;
-  }
-
-  std::span<const std::byte> keep(Array<std::byte> bytes) {
-    result_.bytes += bytes.size();
-    return result_.unpacked.emplace_back(std::move(bytes));
-  }
-
-  const std::filesystem::path& path_;
-  std::string name_;
-  std::optional<std::span<const std::byte>> binary_chunk_;
-  // Many buffers may name one file, which is read only once.
-  std::map<std::string, std::span<const std::byte>> files_;
-  GltfBuffers result_;
-};
-
 // The model of the file's JSON, without the lists that nothing here reads.
 tinygltf::Model parse_model(json root, const std::string& path) {
-  for (const char* unused : {"buffers", "images", "textures", "samplers", "materials", "animations",
-                             "skins", "cameras"}) {
+  for (const char* unused :
+       {"buffers", "images", "textures", "samplers", "materials", "animations", "skins", "cameras"})
     root.erase(unused);
-  }
   const std::string description = root.dump(-1, ' ', false, json::error_handler_t::replace);
   tinygltf::TinyGLTF parser;
   tinygltf::Model model;
   std::string error, warning;
   if (!parser.LoadASCIIFromString(&model, &error, &warning, description.data(),
-                                  static_cast<unsigned int>(description.size()), "")) {
+                                  static_cast<unsigned int>(description.size()), ""))
     fail("{}: not valid glTF: {}", path, error.empty() ? "unknown reason" : first_line(error));
-  }
   return model;
 }
 
 }  // namespace
 
-GltfFile::GltfFile(std::span<const std::byte> content, const std::filesystem::path& path)
-    : path_(path.string()), is_binary_(is_glb(content)) {
+GltfFile::GltfFile(ByteSpan content, const std::filesystem::path& path)
+    : file_(path), path_(path.string()), is_binary_(is_glb(content)) {
   const Chunks chunks = is_binary_ ? open_glb(content, path_) : Chunks{text_of(content), {}};
   json root = parse_json(chunks.description, path_, kMaxValues);
   if (!root.is_object()) fail("{}: not a glTF file: its JSON is not an object", path_);
@@ -203,31 +143,61 @@ GltfFile::GltfFile(std::span<const std::byte> content, const std::filesystem::pa
   json buffers = json::array();
   if (root.contains("buffers")) buffers.swap(root["buffers"]);
   if (!buffers.is_array()) fail("{}: buffers is not a list", path_);
-  BufferReader reader(path, is_binary_ ? std::optional(chunks.binary) : std::nullopt);
-  for (std::size_t i = 0; i < buffers.size(); ++i) reader.add(buffers[i], i);
-  buffers_ = reader.take();
+  buffer_bytes_ = chunks.binary.size();
+  const auto chunk = is_binary_ ? std::optional(chunks.binary) : std::nullopt;
+  for (const json& buffer : buffers) add_buffer(buffer, chunk);
   model_ = parse_model(std::move(root), path_);
 }
 
-std::span<const std::byte> GltfFile::view(int index) const {
-  if (index < 0 || static_cast<std::size_t>(index) >= model_.bufferViews.size()) {
+// The bytes are the binary chunk of a .glb, in a data URI, or in a file beside the scene.
+void GltfFile::add_buffer(const json& buffer, std::optional<ByteSpan> binary_chunk) {
+  const std::string where = fmt::format("{}: buffer {}", path_, buffers_.size());
+  if (!buffer.is_object() || !buffer.contains("byteLength") ||
+      !buffer["byteLength"].is_number_unsigned())
+    fail("{} has no byteLength", where);
+  const auto length = buffer["byteLength"].get<std::uint64_t>();
+  const auto uri = buffer.find("uri");
+  if (uri == buffer.end() && (!buffers_.empty() || !binary_chunk))
+    fail("{} has no bytes: neither a uri nor a binary chunk", where);
+  const auto bytes = uri == buffer.end() ? *binary_chunk : bytes_at(*uri, where);
+  if (length > bytes.size())
+    fail("{}: cut off: {} bytes are announced, there are {}", where, length, bytes.size());
+  buffers_.push_back(bytes.first(length));
+}
+
+ByteSpan GltfFile::bytes_at(const json& uri, const std::string& where) {
+  if (!uri.is_string()) fail("{} has a uri that is no text", where);
+  const auto& stored_name = uri.get_ref<const std::string&>();
+  if (stored_name.starts_with("data:")) return keep(decode_data_uri(stored_name, where));
+  if (stored_name.find('%') != stored_name.npos)
+    fail("{}: unsafe file name '{}': no file name may have a %", where, stored_name.substr(0, 80));
+  const std::string name = checked_file_name(stored_name, path_);
+  if (const auto known = outside_.find(name); known != outside_.end()) return known->second;
+  const ByteSpan bytes = keep(files_beside(file_)->read(name, kMaxBufferBytes));
+  bytes_outside_ += bytes.size();
+  return outside_[name] = bytes;
+}
+
+ByteSpan GltfFile::keep(Array<std::byte> bytes) {
+  buffer_bytes_ += bytes.size();
+  return unpacked_.emplace_back(std::move(bytes));
+}
+
+ByteSpan GltfFile::view(int index) const {
+  if (index < 0 || static_cast<std::size_t>(index) >= model_.bufferViews.size())
     fail("{}: bufferView {} does not exist", path_, index);
-  }
   const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(index)];
-  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers_.buffers.size()) {
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers_.size())
     fail("{}: buffer {} does not exist", path_, view.buffer);
-  }
-  const auto& buffer = buffers_.buffers[static_cast<std::size_t>(view.buffer)];
-  if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
+  const auto& buffer = buffers_[static_cast<std::size_t>(view.buffer)];
+  if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset)
     fail("{}: bufferView {} reaches beyond its buffer of {} bytes", path_, index, buffer.size());
-  }
   return buffer.subspan(view.byteOffset, view.byteLength);
 }
 
 const tinygltf::Accessor& GltfFile::accessor(int index, const std::string& what) const {
-  if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size()) {
+  if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size())
     fail("{}: {}: accessor {} does not exist", path_, what, index);
-  }
   return model_.accessors[static_cast<std::size_t>(index)];
 }
 
@@ -238,33 +208,65 @@ std::uint64_t GltfFile::count(int index, const std::string& what) const {
 GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::string& what) const {
   const tinygltf::Accessor& accessor = this->accessor(index, what);
   if (accessor.sparse.isSparse) fail("{}: {}: sparse accessors cannot be read", path_, what);
-  GltfNumbers numbers;
   const Component component = component_of(accessor.componentType);
-  numbers.component_bytes_ = component.bytes;
-  if (numbers.component_bytes_ == 0 || accessor.type < 0 ||
+  if (component.bytes == 0 || accessor.type < 0 ||
       tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)) !=
-          static_cast<int>(components)) {
+          static_cast<int>(components))
     fail("{}: {}: not {} numbers of a known type", path_, what, components);
-  }
   const auto bytes = view(accessor.bufferView);
-  const std::uint64_t element_bytes = components * numbers.component_bytes_;
-  const std::uint64_t stride =
+  const std::uint64_t element_bytes = components * component.bytes;
+  const std::uint64_t stated =
       model_.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
-  numbers.stride_ = stride == 0 ? element_bytes : stride;
-  if (numbers.stride_ < element_bytes || accessor.byteOffset > bytes.size() ||
-      accessor.count == 0 || bytes.size() - accessor.byteOffset < element_bytes ||
-      !fits(accessor.count - 1, numbers.stride_,
-            bytes.size() - accessor.byteOffset - element_bytes)) {
+  const std::uint64_t stride = stated == 0 ? element_bytes : stated;
+  if (stride < element_bytes || accessor.byteOffset > bytes.size() || accessor.count == 0 ||
+      bytes.size() - accessor.byteOffset < element_bytes ||
+      !fits(accessor.count - 1, stride, bytes.size() - accessor.byteOffset - element_bytes))
     fail("{}: {}: {} elements do not fit into bufferView {} of {} bytes", path_, what,
          accessor.count, accessor.bufferView, bytes.size());
-  }
-  numbers.count = accessor.count;
-  numbers.data_ = bytes.data() + accessor.byteOffset;
-  numbers.convert_ = component.convert;
-  numbers.normalized_ = accessor.normalized;
-  return numbers;
+  return {accessor.count,
+          bytes.data() + accessor.byteOffset,
+          stride,
+          component.bytes,
+          component.convert,
+          accessor.normalized};
 }
 
-bool is_glb(std::span<const std::byte> content) { return text_of(content).starts_with("glTF"); }
+bool is_glb(ByteSpan content) { return text_of(content).starts_with("glTF"); }
+
+void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& cloud,
+                   std::size_t to, GltfClamped& clamped) {
+  glm::vec3* const sh = sh_of(cloud, to);
+  std::fill_n(sh, sh_count(cloud), glm::vec3(0));
+  if (splats.cloud) return copy_gaussian(*splats.cloud, from, cloud, to);
+  const auto vector = [from](const GltfNumbers& numbers) {
+    return glm::vec3(numbers(from, 0), numbers(from, 1), numbers(from, 2));
+  };
+  cloud.positions[to] = vector(splats.positions);
+  const GltfNumbers& q = splats.rotations;
+  cloud.rotations[to] = glm::quat(q(from, 3), q(from, 0), q(from, 1), q(from, 2));
+  glm::vec3 scale = vector(splats.scales);
+  if (!splats.scales_are_logarithms) {
+    if (scale.x < 0 || scale.y < 0 || scale.z < 0) ++clamped.scales;
+    scale = glm::log(glm::max(scale, glm::vec3(0)));
+  }
+  cloud.log_scales[to] = scale;
+  const bool has_colors = splats.colors.count > 0;
+  const double opacity = has_colors ? splats.colors(from, 3) : splats.opacities(from, 0);
+  if (opacity < 0 || opacity > 1) ++clamped.opacities;
+  const double inside = opacity < 0 ? 0 : opacity > 1 ? 1 : opacity;  // NaN stays
+  cloud.opacity_logits[to] = static_cast<float>(std::log(inside / (1 - inside)));
+  if (has_colors) sh[0] = (vector(splats.colors) - 0.5f) / static_cast<float>(kSh0);
+  const std::size_t first = has_colors ? 1 : 0;
+  for (std::size_t k = 0; k < splats.sh.size(); ++k) sh[first + k] = vector(splats.sh[k]);
+}
+
+// In the draft most scales of trained Gaussians are negative, because they are logarithms of
+// numbers below 1. A linear writer produces only occasional negative values.
+bool are_logarithms(const GltfNumbers& scales) {
+  std::uint64_t negative = 0;
+  for (std::uint64_t i = 0; i < scales.count; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) negative += scales(i, axis) < 0 ? 1 : 0;
+  return negative > scales.count * 3 / 2;
+}
 
 }  // namespace qs

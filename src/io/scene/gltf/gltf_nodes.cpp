@@ -1,27 +1,24 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/gltf/gltf_nodes.h"
-
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 
 #include "base/fail.h"
+#include "io/scene/gltf/gltf_file.h"
 
 namespace qs {
 namespace {
 
 std::size_t checked(int index, std::size_t count, const char* what, const std::string& source) {
-  if (index < 0 || static_cast<std::size_t>(index) >= count) {
+  if (index < 0 || static_cast<std::size_t>(index) >= count)
     fail("{}: {} {} does not exist", source, what, index);
-  }
   return static_cast<std::size_t>(index);
 }
 
 glm::dmat4 parent_from_node(const tinygltf::Node& node, int number, const std::string& source) {
   const auto has = [&](const std::vector<double>& values, std::size_t count, const char* what) {
-    if (!values.empty() && values.size() != count) {
+    if (!values.empty() && values.size() != count)
       fail("{}: node {}: {} has {} numbers instead of {}", source, number, what, values.size(),
            count);
-    }
     return !values.empty();
   };
   glm::dmat4 matrix(1);
@@ -52,15 +49,12 @@ std::vector<int> root_nodes(const tinygltf::Model& model, const std::string& sou
     return model.scenes[checked(scene, model.scenes.size(), "scene", source)].nodes;
   }
   std::vector<bool> is_child(model.nodes.size());
-  for (const tinygltf::Node& node : model.nodes) {
-    for (const int child : node.children) {
+  for (const tinygltf::Node& node : model.nodes)
+    for (const int child : node.children)
       is_child[checked(child, model.nodes.size(), "node", source)] = true;
-    }
-  }
   std::vector<int> roots;
-  for (std::size_t i = 0; i < is_child.size(); ++i) {
+  for (std::size_t i = 0; i < is_child.size(); ++i)
     if (!is_child[i]) roots.push_back(static_cast<int>(i));
-  }
   return roots;
 }
 
@@ -87,10 +81,9 @@ std::vector<PlacedMesh> placed_meshes(const tinygltf::Model& model, const std::s
     visited[index] = true;
     const tinygltf::Node& node = model.nodes[index];
     const glm::dmat4 world = visit.world_from_parent * parent_from_node(node, visit.node, source);
-    if (node.mesh >= 0) {
+    if (node.mesh >= 0)
       placed.push_back(
           {checked(node.mesh, model.meshes.size(), "mesh", source), visit.node, world});
-    }
     for (const int child : node.children) pending.push_back({child, world});
   }
   return placed;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/gltf/gltf_writer.h"
-
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -16,6 +14,7 @@
 #include "io/bytes/replace_file.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"
+#include "io/scene/gltf/gltf.h"
 #include "raster/scene/activated_cloud.h"
 
 namespace qs {
@@ -23,47 +22,42 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// One accessor: `components` floats of a Gaussian.
+// One accessor: the first `components` floats of value(i) for every Gaussian i.
 struct Attribute {
   std::string name;
-  std::size_t components;
-  std::function<void(const GaussianCloud& cloud, std::size_t i, float* out)> get;
+  glm::length_t components;
+  std::function<glm::vec4(std::size_t i)> value;
 };
 
-void put(const glm::vec3& v, float* out) {
-  out[0] = v.x;
-  out[1] = v.y;
-  out[2] = v.z;
+// The attributes of a cloud that outlives them.
+std::vector<Attribute> attributes_of(const GaussianCloud& cloud) {
+  const std::string prefix = "KHR_gaussian_splatting:";
+  const auto position = [&](std::size_t i) { return glm::vec4(cloud.positions[i], 0); };
+  const auto rotation = [&](std::size_t i) {
+    const glm::quat& q = cloud.rotations[i];
+    return glm::vec4(q.x, q.y, q.z, q.w);
+  };
+  const auto scale = [&](std::size_t i) {
+    return glm::vec4(glm::vec3(glm::exp(glm::dvec3(cloud.log_scales[i]))), 0);
+  };
+  const auto opacity = [&](std::size_t i) {
+    return glm::vec4(static_cast<float>(opacity_of_logit(cloud.opacity_logits[i])));
+  };
+  std::vector<Attribute> attributes = {{"POSITION", 3, position},
+                                       {prefix + "ROTATION", 4, rotation},
+                                       {prefix + "SCALE", 3, scale},
+                                       {prefix + "OPACITY", 1, opacity}};
+  std::size_t number = 0;
+  for (int degree = 0; degree <= cloud.sh_degree; ++degree)
+    for (int k = 0; k < 2 * degree + 1; ++k, ++number)
+      attributes.push_back(
+          {fmt::format("{}SH_DEGREE_{}_COEF_{}", prefix, degree, k), 3,
+           [&cloud, number](std::size_t i) { return glm::vec4(sh_of(cloud, i)[number], 0); }});
+  return attributes;
 }
 
-std::vector<Attribute> attributes_of(int sh_degree) {
-  const std::string prefix = "KHR_gaussian_splatting:";
-  std::vector<Attribute> attributes = {
-      {"POSITION", 3,
-       [](const GaussianCloud& cloud, std::size_t i, float* out) { put(cloud.positions[i], out); }},
-      {prefix + "ROTATION", 4,
-       [](const GaussianCloud& cloud, std::size_t i, float* out) {
-         const glm::quat& q = cloud.rotations[i];
-         put({q.x, q.y, q.z}, out);
-         out[3] = q.w;
-       }},
-      {prefix + "SCALE", 3,
-       [](const GaussianCloud& cloud, std::size_t i, float* out) {
-         put(glm::vec3(glm::exp(glm::dvec3(cloud.log_scales[i]))), out);
-       }},
-      {prefix + "OPACITY", 1, [](const GaussianCloud& cloud, std::size_t i, float* out) {
-         *out = static_cast<float>(opacity_of_logit(cloud.opacity_logits[i]));
-       }}};
-  std::size_t number = 0;
-  for (int degree = 0; degree <= sh_degree; ++degree) {
-    for (int k = 0; k < 2 * degree + 1; ++k, ++number) {
-      attributes.push_back({fmt::format("{}SH_DEGREE_{}_COEF_{}", prefix, degree, k), 3,
-                            [number](const GaussianCloud& cloud, std::size_t i, float* out) {
-                              put(sh_of(cloud, i)[number], out);
-                            }});
-    }
-  }
-  return attributes;
+std::uint64_t bytes_of(const Attribute& attribute, const GaussianCloud& cloud) {
+  return cloud.size() * static_cast<std::size_t>(attribute.components) * sizeof(float);
 }
 
 ordered_json description_of(const GaussianCloud& cloud, const std::vector<Attribute>& attributes) {
@@ -77,7 +71,7 @@ ordered_json description_of(const GaussianCloud& cloud, const std::vector<Attrib
                names = ordered_json::object();
   std::uint64_t offset = 0;
   for (const Attribute& attribute : attributes) {
-    const std::uint64_t bytes = cloud.size() * attribute.components * sizeof(float);
+    const std::uint64_t bytes = bytes_of(attribute, cloud);
     const char* const type = attribute.components == 1   ? "SCALAR"
                              : attribute.components == 3 ? "VEC3"
                                                          : "VEC4";
@@ -120,17 +114,14 @@ void write_glb(const GaussianCloud& rdf_cloud, const std::filesystem::path& path
   constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBinary = 0x004E4942;
   GaussianCloud cloud = rdf_cloud;
   flip_axes(cloud, 0, cloud.size(), kTurnAboutZ);
-  const std::vector<Attribute> attributes = attributes_of(cloud.sh_degree);
+  const std::vector<Attribute> attributes = attributes_of(cloud);
   std::uint64_t binary_bytes = 0;
-  for (const Attribute& attribute : attributes) {
-    binary_bytes += cloud.size() * attribute.components * sizeof(float);
-  }
+  for (const Attribute& attribute : attributes) binary_bytes += bytes_of(attribute, cloud);
   std::string text = description_of(cloud, attributes).dump();
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const std::uint64_t total = 12 + 8 + text.size() + 8 + binary_bytes;
-  if (total > 0xffffffff) {
+  if (total > 0xffffffff)
     fail("{}: {} bytes are more than the 4 GiB that a .glb can have", path.string(), total);
-  }
 
   const auto bits32 = [](std::uint64_t number) { return static_cast<std::uint32_t>(number); };
   write_file(path, [&](std::ostream& file) {
@@ -140,10 +131,10 @@ void write_glb(const GaussianCloud& rdf_cloud, const std::filesystem::path& path
     std::vector<float> values;
     for (std::size_t a = 0; a < attributes.size(); ++a) {
       progress.update(static_cast<float>(a) / static_cast<float>(attributes.size()));
-      const std::size_t components = attributes[a].components;
-      values.resize(cloud.size() * components);
+      values.clear();
       for (std::size_t i = 0; i < cloud.size(); ++i) {
-        attributes[a].get(cloud, i, &values[i * components]);
+        const glm::vec4 value = attributes[a].value(i);
+        values.insert(values.end(), &value.x, &value.x + attributes[a].components);
       }
       write_values(file, values);
     }

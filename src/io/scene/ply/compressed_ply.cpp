@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/ply/compressed_ply.h"
 
 #include <array>
 #include <cmath>
@@ -9,11 +8,12 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/cloud/quantised.h"
 #include "io/scene/ply/ply.h"
-#include "io/scene/ply/ply_rows.h"
+#include "io/scene/ply/ply_file.h"
 #include "raster/kernel/constants.h"
 
 namespace qs {
@@ -21,10 +21,14 @@ namespace {
 
 constexpr std::uint64_t kChunkSize = 256;
 
+struct ChunkRange {
+  glm::dvec3 low{0}, high{1};
+  // `t`: 0..1 within the bounds.
+  glm::dvec3 at(const glm::dvec3& t) const { return low * (1.0 - t) + high * t; }
+};
+
 struct Chunk {
-  glm::dvec3 min_position, max_position;
-  glm::dvec3 min_scale, max_scale;  // logarithms
-  glm::dvec3 min_color{0}, max_color{1};
+  ChunkRange position, scale, color;  // scale: logarithms
 };
 
 const PlyColumn& need(const PlyRows& rows, const std::string& name, const std::string& path) {
@@ -35,28 +39,17 @@ const PlyColumn& need(const PlyRows& rows, const std::string& name, const std::s
 
 // The first `count` chunks; there are at least `count` rows.
 Array<Chunk> read_chunks(const PlyRows& rows, std::uint64_t count, const std::string& path) {
-  const auto columns = [&](const char* a, const char* b, const char* c) {
-    return std::array{need(rows, a, path), need(rows, b, path), need(rows, c, path)};
-  };
-  const auto vector = [&](std::uint64_t row, const std::array<PlyColumn, 3>& xyz) {
-    return glm::dvec3(rows.value(row, xyz[0]), rows.value(row, xyz[1]), rows.value(row, xyz[2]));
-  };
-  const auto min_position = columns("min_x", "min_y", "min_z");
-  const auto max_position = columns("max_x", "max_y", "max_z");
-  const auto min_scale = columns("min_scale_x", "min_scale_y", "min_scale_z");
-  const auto max_scale = columns("max_scale_x", "max_scale_y", "max_scale_z");
-  const bool has_color = rows.find("min_r") != nullptr;  // since 2024; older files use 0..1
+  // Files have bounds of colours since 2024; in older files the bounds are 0 and 1.
+  const std::size_t stored = rows.find("min_r") != nullptr ? kChunkProperties.size() : 12;
+  std::vector<PlyColumn> columns;
+  for (std::size_t i = 0; i < stored; ++i) columns.push_back(need(rows, kChunkProperties[i], path));
   Array<Chunk> chunks(count);
   for (std::uint64_t i = 0; i < count; ++i) {
-    chunks[i] = {vector(i, min_position), vector(i, max_position), vector(i, min_scale),
-                 vector(i, max_scale)};
-  }
-  if (!has_color) return chunks;
-  const auto min_color = columns("min_r", "min_g", "min_b");
-  const auto max_color = columns("max_r", "max_g", "max_b");
-  for (std::uint64_t i = 0; i < count; ++i) {
-    chunks[i].min_color = vector(i, min_color);
-    chunks[i].max_color = vector(i, max_color);
+    Chunk& chunk = chunks[i];
+    glm::dvec3* const bounds[] = {&chunk.position.low, &chunk.position.high, &chunk.scale.low,
+                                  &chunk.scale.high,   &chunk.color.low,     &chunk.color.high};
+    for (std::size_t k = 0; k < stored; ++k)
+      (*bounds[k / 3])[static_cast<int>(k % 3)] = rows.value(i, columns[k]);
   }
   return chunks;
 }
@@ -67,13 +60,11 @@ std::uint32_t whole_number(const PlyRows& rows, std::uint64_t row, const PlyColu
                            std::uint32_t max, const std::string& path) {
   const std::byte* const at = rows.data + row * rows.row_bytes + column.offset;
   if (column.type == PlyType::u8) return static_cast<std::uint32_t>(*at);
-  if (column.type == PlyType::u32 && max == 0xffffffff && !rows.swap_bytes) {
+  if (column.type == PlyType::u32 && max == 0xffffffff && !rows.swap_bytes)
     return load<std::uint32_t>(at);
-  }
   const double value = rows.value(row, column);
-  if (!(value >= 0 && value <= max && value == std::floor(value))) {
+  if (!(value >= 0 && value <= max && value == std::floor(value)))
     fail("{}: row {}: {} is not a whole number from 0 to {}", path, row, column.name, max);
-  }
   return static_cast<std::uint32_t>(value);
 }
 
@@ -83,9 +74,8 @@ double unit(std::uint32_t packed, int shift, int bits) {
   return ((packed >> shift) & mask) / static_cast<double>(mask);
 }
 
-glm::vec3 unpack_11_10_11(std::uint32_t packed, const glm::dvec3& min, const glm::dvec3& max) {
-  const glm::dvec3 t(unit(packed, 21, 11), unit(packed, 11, 10), unit(packed, 0, 11));
-  return {min * (1.0 - t) + max * t};
+glm::vec3 unpack_11_10_11(std::uint32_t packed, const ChunkRange& bounds) {
+  return {bounds.at({unit(packed, 21, 11), unit(packed, 11, 10), unit(packed, 0, 11)})};
 }
 
 glm::quat unpack_rotation(std::uint32_t packed) {
@@ -97,8 +87,8 @@ glm::quat unpack_rotation(std::uint32_t packed) {
 }
 
 glm::vec3 unpack_color(std::uint32_t packed, const Chunk& chunk) {
-  const glm::dvec3 t(unit(packed, 24, 8), unit(packed, 16, 8), unit(packed, 8, 8));
-  const glm::dvec3 color = chunk.min_color * (1.0 - t) + chunk.max_color * t;
+  const glm::dvec3 color =
+      chunk.color.at({unit(packed, 24, 8), unit(packed, 16, 8), unit(packed, 8, 8)});
   return {(color - 0.5) / kSh0};
 }
 
@@ -124,10 +114,9 @@ struct PackedGaussians {
     scale = need(rows, "packed_scale", path);
     color = need(rows, "packed_color", path);
     const std::uint64_t needed = rows.count / kChunkSize + (rows.count % kChunkSize != 0);
-    if (chunk_rows.count != needed) {
+    if (chunk_rows.count != needed)
       fail("{}: {} chunks for {} Gaussians, {} are needed", path, chunk_rows.count, rows.count,
            needed);
-    }
     chunks = read_chunks(chunk_rows, needed, path);
   }
 
@@ -136,19 +125,16 @@ struct PackedGaussians {
     if (has_sh) sh = body.rows("sh");
     int stored = sh_rest_per_channel(sh.columns.size());
     if (stored < 0) {
-      scene.warnings.push_back(fmt::format(
-          "Only the base colour is used: {} values per row of element sh fit no degree.",
-          sh.columns.size()));
+      scene.warn("Only the base colour is used: {} values per row of element sh fit no degree.",
+                 sh.columns.size());
       stored = 0;
     }
-    if (has_sh && sh.count != rows.count) {
+    if (has_sh && sh.count != rows.count)
       fail("{}: {} rows of element sh for {} Gaussians", path, sh.count, rows.count);
-    }
     const int degree = kept_sh_degree(stored, scene);
-    for (int channel = 0; channel < 3; ++channel) {
+    for (int channel = 0; channel < 3; ++channel)
       for (int k = 0; k < sh_coefficient_count(degree) - 1; ++k)
         sh_columns.push_back(need(sh, fmt::format("f_rest_{}", channel * stored + k), path));
-    }
     return degree;
   }
 
@@ -158,8 +144,8 @@ struct PackedGaussians {
     };
     const Chunk& chunk = chunks[i / kChunkSize];
     const std::uint32_t packed_color = packed(color);
-    cloud.positions[i] = unpack_11_10_11(packed(position), chunk.min_position, chunk.max_position);
-    cloud.log_scales[i] = unpack_11_10_11(packed(scale), chunk.min_scale, chunk.max_scale);
+    cloud.positions[i] = unpack_11_10_11(packed(position), chunk.position);
+    cloud.log_scales[i] = unpack_11_10_11(packed(scale), chunk.scale);
     cloud.rotations[i] = unpack_rotation(packed(rotation));
     cloud.opacity_logits[i] = logit_of_byte(static_cast<std::uint8_t>(packed_color));
     const std::size_t rest = sh_columns.size() / 3;
@@ -176,12 +162,12 @@ struct PackedGaussians {
 
 }  // namespace
 
-bool recognises_compressed_ply(std::span<const std::byte> content, const std::filesystem::path&) {
+bool recognises_compressed_ply(ByteSpan content, const std::filesystem::path&) {
   return is_ply(content) && ply_header_text(content).find(" packed_position") != std::string::npos;
 }
 
-void read_compressed_ply(std::span<const std::byte> content, const std::filesystem::path& path,
-                         ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_compressed_ply(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                         const ReadOptions& options, Scene& scene) {
   const PlyHeader header = parse_ply_header(content, path);
   PlyBody body(content, header, path, options.progress);
   PackedGaussians packed(path.string(), body);

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/ply/compressed_ply_writer.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,7 +12,9 @@
 
 #include "io/bytes/byte_writer.h"
 #include "io/bytes/replace_file.h"
+#include "io/cloud/cloud_memory.h"
 #include "io/cloud/quantised.h"
+#include "io/scene/ply/ply.h"
 #include "raster/kernel/constants.h"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/cloud_order.h"
@@ -26,19 +26,11 @@ constexpr std::size_t kChunkGaussians = 256;
 constexpr float kMaxLogScale = 20;  // readers and writers agree on it; flat Gaussians get -20
 
 std::string header_of(const GaussianCloud& cloud, std::size_t chunks, std::size_t rest) {
-  std::string header =
-      fmt::format("ply\nformat binary_little_endian 1.0\nelement chunk {}\n", chunks);
-  for (const char* name : {"min_x", "min_y", "min_z", "max_x", "max_y", "max_z", "min_scale_x",
-                           "min_scale_y", "min_scale_z", "max_scale_x", "max_scale_y",
-                           "max_scale_z", "min_r", "min_g", "min_b", "max_r", "max_g", "max_b"}) {
-    header += fmt::format("property float {}\n", name);
-  }
-  header += fmt::format("element vertex {}\n", cloud.size());
-  for (const char* name : {"position", "rotation", "scale", "color"}) {
-    header += fmt::format("property uint packed_{}\n", name);
-  }
-  if (rest > 0) header += fmt::format("element sh {}\n", cloud.size());
-  for (std::size_t i = 0; i < 3 * rest; ++i) header += fmt::format("property uchar f_rest_{}\n", i);
+  constexpr std::array kPacked = {"packed_position", "packed_rotation", "packed_scale",
+                                  "packed_color"};
+  std::string header = kPlyStart + ply_element("chunk", chunks, "float", kChunkProperties) +
+                       ply_element("vertex", cloud.size(), "uint", kPacked);
+  if (rest > 0) header += ply_element("sh", cloud.size(), "uchar", ply_rest_names(3 * rest));
   if (cloud.antialiased) header += "comment SplatRenderMode: mip\n";
   return header + "end_header\n";
 }
@@ -60,10 +52,9 @@ struct Bounds {
   glm::dvec3 relative(const glm::vec3& value) const {
     const glm::dvec3 size = glm::dvec3(high) - glm::dvec3(low);
     glm::dvec3 t(0);
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i)
       if (size[i] > 0)
         t[i] = (static_cast<double>(value[i]) - static_cast<double>(low[i])) / size[i];
-    }
     return t;
   }
 };
@@ -73,10 +64,9 @@ struct ChunkBounds {
 };
 
 Values values_of(const GaussianCloud& cloud, std::size_t i) {
-  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
   return {cloud.positions[i],
           glm::clamp(cloud.log_scales[i], glm::vec3(-kMaxLogScale), glm::vec3(kMaxLogScale)),
-          glm::vec3(0.5 + kSh0 * glm::dvec3(cloud.sh[i * coefficients]))};
+          glm::vec3(0.5 + kSh0 * glm::dvec3(*sh_of(cloud, i)))};
 }
 
 std::uint32_t pack_11_10_11(const glm::dvec3& t) {
@@ -87,9 +77,8 @@ std::uint32_t pack_11_10_11(const glm::dvec3& t) {
 std::uint32_t pack_rotation(const glm::quat& q) {
   const SmallestThree three = drop_largest({q.w, q.x, q.y, q.z});
   std::uint32_t packed = three.dropped;
-  for (const double value : three.others) {
+  for (const double value : three.others)
     packed = packed << 10 | round_to_integer((value * std::sqrt(0.5) + 0.5) * 1023, 1023);
-  }
   return packed;
 }
 
@@ -134,21 +123,18 @@ void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::pat
                  pack_rotation(cloud.rotations[order[i]]),
                  pack_11_10_11(chunk.log_scale.relative(values.log_scale)),
                  pack_color(chunk.color.relative(values.color), cloud.opacity_logits[order[i]])});
-    const glm::vec3* const coefficients = &cloud.sh[order[i] * (rest + 1)];
-    for (int channel = 0; channel < 3; ++channel) {
+    const glm::vec3* const coefficients = sh_of(cloud, order[i]);
+    for (int channel = 0; channel < 3; ++channel)
       for (std::size_t k = 1; k <= rest; ++k) sh.push_back(pack_sh(coefficients[k][channel]));
-    }
   }
   progress.update(0.6f);
 
   write_file(path, [&](std::ostream& file) {
     file << header_of(cloud, chunk_count, rest);
     std::vector<glm::vec3> bounds;
-    for (const ChunkBounds& chunk : chunks) {
-      for (const Bounds* b : {&chunk.position, &chunk.log_scale, &chunk.color}) {
+    for (const ChunkBounds& chunk : chunks)
+      for (const Bounds* b : {&chunk.position, &chunk.log_scale, &chunk.color})
         bounds.insert(bounds.end(), {b->low, b->high});
-      }
-    }
     write_values(file, bounds);
     write_values(file, rows);
     write_values(file, sh);

@@ -14,8 +14,7 @@
 #include "io/bytes/byte_text.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
-#include "io/scene/ply/compressed_ply.h"
-#include "io/scene/ply/ply_rows.h"
+#include "io/scene/ply/ply_file.h"
 
 namespace qs {
 namespace {
@@ -47,20 +46,15 @@ class SplatRows {
       : rows_(rows), path_(path) {
     // 2DGS saves two scales: its Gaussians have no thickness.
     row_.fill(-std::numeric_limits<float>::infinity());
-    for (const char* name : {"x", "y", "z"}) bind(name);
-    for (const char* name : {"f_dc_0", "f_dc_1", "f_dc_2"}) bind(name);
-    for (std::size_t channel = 0; channel < 3; ++channel) {
+    for (const char* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2"}) bind(name);
+    for (std::size_t channel = 0; channel < 3; ++channel)
       for (std::size_t k = 0; k < rest; ++k) bind(fmt::format("f_rest_{}", channel * stored + k));
-    }
-    bind("opacity");
-    bind("scale_0");
-    bind("scale_1");
+    for (const char* name : {"opacity", "scale_0", "scale_1"}) bind(name);
     is_2d_ = rows.find("scale_2") == nullptr;
-    if (is_2d_) {
+    if (is_2d_)
       ++slot_;
-    } else {
+    else
       bind("scale_2");
-    }
     for (const char* name : {"rot_0", "rot_1", "rot_2", "rot_3"}) bind(name);
     find_runs();
   }
@@ -77,9 +71,8 @@ class SplatRows {
       glm::vec3* const sh = &cloud.sh[i * (kRestCount + 1)];
       sh[0] = {row[kDc], row[kDc + 1], row[kDc + 2]};
       const float* const rest = row.data() + kRest;
-      for (std::size_t k = 0; k < kRestCount; ++k) {
+      for (std::size_t k = 0; k < kRestCount; ++k)
         sh[1 + k] = {rest[k], rest[kRestCount + k], rest[2 * kRestCount + k]};
-      }
       const float* const tail = rest + 3 * kRestCount;
       cloud.opacity_logits[i] = tail[0];
       cloud.log_scales[i] = {tail[1], tail[2], tail[3]};
@@ -89,9 +82,7 @@ class SplatRows {
 
  private:
   void bind(const std::string& name) {
-    const PlyColumn* const column = rows_.find(name);
-    if (column == nullptr) fail("{}: the vertices have no property {}", path_, name);
-    sources_.push_back({slot_++, *column});
+    sources_.push_back({slot_++, rows_.of_vertices(name, path_)});
   }
 
   // Filled only if every value is a float in this machine's byte order.
@@ -101,24 +92,21 @@ class SplatRows {
     for (const Source& source : sources_) {
       const Run* const last = runs_.empty() ? nullptr : &runs_.back();
       if (last == nullptr || source.column.offset != last->offset + last->floats * sizeof(float) ||
-          source.slot != last->slot + last->floats) {
+          source.slot != last->slot + last->floats)
         runs_.push_back({source.slot, source.column.offset, 0});
-      }
       ++runs_.back().floats;
     }
   }
 
   void gather(std::size_t i, Row& row) const {
     if (runs_.empty()) {
-      for (const Source& source : sources_) {
+      for (const Source& source : sources_)
         row[source.slot] = static_cast<float>(rows_.value(i, source.column));
-      }
       return;
     }
     const std::byte* const from = rows_.data + i * rows_.row_bytes;
-    for (const Run& run : runs_) {
+    for (const Run& run : runs_)
       std::memcpy(&row[run.slot], from + run.offset, run.floats * sizeof(float));
-    }
   }
 
   const PlyRows& rows_;
@@ -135,9 +123,8 @@ void refuse_other_contents(const PlyHeader& header, const std::string& path) {
   const PlyElement* const vertices = header.find("vertex");
   const bool has_faces = header.find("face") != nullptr;
   if (vertices == nullptr) fail("{}: not a splat file: it has no element 'vertex'", path);
-  for (const char* name : {"f_dc_0", "opacity", "scale_0", "rot_0"}) {
+  for (const char* name : {"f_dc_0", "opacity", "scale_0", "rot_0"})
     if (vertices->has(name)) return;
-  }
   fail("{}: a {}, not a splat file: its vertices have no f_dc, opacity, scale and rot properties",
        path, has_faces ? "triangle mesh" : "point cloud");
 }
@@ -148,14 +135,13 @@ int stored_rest(const PlyRows& rows, Scene& scene) {
   for (const PlyColumn& column : rows.columns) count += column.name.starts_with("f_rest_") ? 1 : 0;
   bool numbered = true;
   const int rest = sh_rest_per_channel(count);
-  for (std::size_t i = 0; rest > 0 && numbered && i < count; ++i) {
+  for (std::size_t i = 0; rest > 0 && numbered && i < count; ++i)
     numbered = rows.find(fmt::format("f_rest_{}", i)) != nullptr;
-  }
   if (rest >= 0 && numbered) return rest;
-  scene.warnings.push_back(fmt::format(
+  scene.warn(
       "Only the base colour is used: {} f_rest properties are not f_rest_0 to f_rest_8, 23, 44 or "
       "71.",
-      count));
+      count);
   return 0;
 }
 
@@ -168,15 +154,14 @@ std::string trimmed(std::string_view text) {
 }  // namespace
 
 int sh_rest_per_channel(std::size_t values) {
-  for (const int rest : {0, 3, 8, 15, 24}) {
+  for (const int rest : {0, 3, 8, 15, 24})
     if (values == 3 * static_cast<std::size_t>(rest)) return rest;
-  }
   return -1;
 }
 
 int kept_sh_degree(int rest_per_channel, Scene& scene) {
   if (rest_per_channel == 24) {
-    scene.warnings.push_back("Spherical harmonics of degree 4 were cut to degree 3.");
+    scene.warn("Spherical harmonics of degree 4 were cut to degree 3.");
     return kMaxShDegree;
   }
   int degree = 0;
@@ -192,13 +177,12 @@ void apply_ply_comments(const PlyHeader& header, Scene& scene) {
     if (text == "splatrendermode: mip" || text == "antialiased 1") scene.cloud.antialiased = true;
     if (!text.starts_with(kVerticalAxis)) continue;
     const std::string axis = trimmed(std::string_view(text).substr(kVerticalAxis.size()));
-    for (const char* known : {"x", "y", "z", "-x", "-y", "-z"}) {
+    for (const char* known : {"x", "y", "z", "-x", "-y", "-z"})
       if (axis == known) scene.vertical_axis = axis;
-    }
   }
 }
 
-bool is_ply_without_colors(std::span<const std::byte> content) {
+bool is_ply_without_colors(ByteSpan content) {
   if (!is_ply(content)) return false;
   const std::string_view header = ply_header_text(content);
   const auto has = [&](std::string_view property) {
@@ -207,13 +191,13 @@ bool is_ply_without_colors(std::span<const std::byte> content) {
   return has(" opacity") && has(" rot_0") && !has(" f_dc_") && !has(" packed_position");
 }
 
-bool recognises_ply(std::span<const std::byte> content, const std::filesystem::path& path) {
+bool recognises_ply(ByteSpan content, const std::filesystem::path& path) {
   return is_ply(content) && !recognises_compressed_ply(content, path) &&
          !is_ply_without_colors(content);
 }
 
-void read_ply(std::span<const std::byte> content, const std::filesystem::path& path,
-              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_ply(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+              const ReadOptions& options, Scene& scene) {
   const PlyHeader header = parse_ply_header(content, path);
   refuse_other_contents(header, path.string());
   PlyBody body(content, header, path, options.progress);
@@ -229,18 +213,11 @@ void read_ply(std::span<const std::byte> content, const std::filesystem::path& p
   apply_ply_comments(header, scene);
 
   const float start = rows.decoded.empty() ? 0 : 0.5f;  // PlyBody has reported up to here
-  fill_cloud(scene, pool, options.progress, start, [&](std::size_t begin, std::size_t end) {
-    switch (degree) {
-      case 0:
-        return splats.fill<0>(scene.cloud, begin, end);
-      case 1:
-        return splats.fill<3>(scene.cloud, begin, end);
-      case 2:
-        return splats.fill<8>(scene.cloud, begin, end);
-      default:
-        return splats.fill<15>(scene.cloud, begin, end);
-    }
-  });
+  constexpr decltype(&SplatRows::fill<0>) kFills[] = {&SplatRows::fill<0>, &SplatRows::fill<3>,
+                                                      &SplatRows::fill<8>, &SplatRows::fill<15>};
+  const auto fill = kFills[degree];
+  fill_cloud(scene, pool, options.progress, start,
+             [&](std::size_t begin, std::size_t end) { (splats.*fill)(scene.cloud, begin, end); });
   for (std::string& warning : body.leftovers()) scene.warnings.push_back(std::move(warning));
 }
 

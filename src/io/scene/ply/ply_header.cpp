@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/ply/ply_header.h"
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -10,6 +8,7 @@
 
 #include "base/fail.h"
 #include "io/bytes/byte_text.h"
+#include "io/scene/ply/ply_file.h"
 
 namespace qs {
 namespace {
@@ -144,9 +143,7 @@ class HeaderParser {
   PlyHeader header_;
 };
 
-std::string_view beginning(std::span<const std::byte> content) {
-  return text_of(content).substr(0, kMaxHeaderBytes);
-}
+std::string_view beginning(ByteSpan content) { return text_of(content).substr(0, kMaxHeaderBytes); }
 
 }  // namespace
 
@@ -163,32 +160,18 @@ std::uint64_t size_of(PlyType type) {
   return kSizes[static_cast<std::size_t>(type)];
 }
 
-bool PlyElement::has(std::string_view property) const {
-  return std::any_of(properties.begin(), properties.end(),
-                     [&](const PlyProperty& candidate) { return candidate.name == property; });
-}
-
-const PlyElement* PlyHeader::find(std::string_view element) const {
-  for (const PlyElement& candidate : elements) {
-    if (candidate.name == element) return &candidate;
-  }
-  return nullptr;
-}
-
-bool is_ply(std::span<const std::byte> content) {
+bool is_ply(ByteSpan content) {
   const std::string_view text = beginning(content);
   return text.starts_with("ply\n") || text.starts_with("ply\r\n");
 }
 
-PlyHeader parse_ply_header(std::span<const std::byte> content, const std::filesystem::path& path) {
-  if (!is_ply(content)) {
-    fail("{}: not a .ply file: its first line is not 'ply'", path.string());
-  }
+PlyHeader parse_ply_header(ByteSpan content, const std::filesystem::path& path) {
+  if (!is_ply(content)) fail("{}: not a .ply file: its first line is not 'ply'", path.string());
   const std::string_view text = beginning(content);
   return HeaderParser(text, text.size() == content.size(), path).parse();
 }
 
-std::string_view ply_header_text(std::span<const std::byte> content) {
+std::string_view ply_header_text(ByteSpan content) {
   const std::string_view text = beginning(content);
   return text.substr(0, text.find("end_header"));
 }

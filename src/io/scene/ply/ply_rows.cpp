@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/ply/ply_rows.h"
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -9,6 +7,7 @@
 
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
+#include "io/scene/ply/ply_file.h"
 
 namespace qs {
 namespace {
@@ -33,7 +32,7 @@ double load_as_double(PlyType type, const std::byte* at, bool swap) {
 // The two encodings of a stream of numbers. number() and skip() return false if the bytes end or
 // are not a number; `problem` then describes the defect.
 struct BinaryNumbers {
-  std::span<const std::byte> content;
+  ByteSpan content;
   std::uint64_t offset;
   bool swap;
   std::string problem = "the file ends";
@@ -91,17 +90,15 @@ std::string walk(const PlyElement& element, Numbers& numbers, double* values,
   constexpr std::uint64_t kRowsPerReport = 1 << 16;
   if (element.properties.empty()) return {};
   for (std::uint64_t row = 0; row < element.count; ++row) {
-    if (row % kRowsPerReport == 0) {
+    if (row % kRowsPerReport == 0)
       progress.update(static_cast<float>(row) / static_cast<float>(element.count) / 2);
-    }
     for (const PlyProperty& property : element.properties) {
       double length = 0;
       bool whole = false;
       if (property.is_list) {
         whole = numbers.number(property.length_type, length);
-        if (whole && !(length >= 0 && length <= std::numeric_limits<std::uint32_t>::max())) {
+        if (whole && !(length >= 0 && length <= std::numeric_limits<std::uint32_t>::max()))
           return fmt::format("row {}: a list of length {}", row, length);
-        }
         whole = whole && numbers.skip(property.type, static_cast<std::uint64_t>(length));
       } else if (values == nullptr) {
         whole = numbers.skip(property.type, 1);
@@ -124,17 +121,16 @@ struct Walked {
   std::string problem;  // empty if the element is complete
 };
 
-Walked walk(std::span<const std::byte> content, PlyFormat format, const PlyElement& element,
-            std::uint64_t begin, double* values, const Progress& progress) {
+Walked walk(ByteSpan content, PlyFormat format, const PlyElement& element, std::uint64_t begin,
+            double* values, const Progress& progress) {
   if (format == PlyFormat::ascii) {
     AsciiNumbers numbers{text_of(content), begin};
     std::string problem = walk(element, numbers, values, progress);
     return {numbers.offset, std::move(problem)};
   }
   if (!element.has_list && values == nullptr) {
-    if (!fits(element.count, element.row_bytes, content.size() - begin)) {
+    if (!fits(element.count, element.row_bytes, content.size() - begin))
       return {begin, announced(element.count, element.row_bytes, content.size() - begin)};
-    }
     return {begin + element.count * element.row_bytes, {}};
   }
   BinaryNumbers numbers{content, begin, format == PlyFormat::binary_big_endian};
@@ -144,11 +140,10 @@ Walked walk(std::span<const std::byte> content, PlyFormat format, const PlyEleme
 
 }  // namespace
 
-const PlyColumn* PlyRows::find(std::string_view column) const {
-  for (const PlyColumn& candidate : columns) {
-    if (candidate.name == column) return &candidate;
-  }
-  return nullptr;
+const PlyColumn& PlyRows::of_vertices(std::string_view column, const std::string& path) const {
+  const PlyColumn* const found = find(column);
+  if (found == nullptr) fail("{}: the vertices have no property {}", path, column);
+  return *found;
 }
 
 double PlyRows::value(std::uint64_t row, const PlyColumn& column) const {
@@ -181,9 +176,8 @@ PlyRows PlyBody::rows(std::string_view name) {
 
   PlyRows rows;
   rows.count = element->count;
-  for (const PlyProperty& property : element->properties) {
+  for (const PlyProperty& property : element->properties)
     if (!property.is_list) rows.columns.push_back({property.name, property.type, property.offset});
-  }
   if (header_.format != PlyFormat::ascii && !element->has_list) {
     begin_of(index + 1);  // checks that no row is missing
     rows.data = content_.data() + begin;
@@ -194,9 +188,8 @@ PlyRows PlyBody::rows(std::string_view name) {
   // A number takes at least one byte, and in ascii also a blank.
   const std::uint64_t row_bytes =
       element->properties.size() * (header_.format == PlyFormat::ascii ? 2 : 1);
-  if (!fits(element->count, row_bytes, left + 1)) {
+  if (!fits(element->count, row_bytes, left + 1))
     refuse(*element, announced(element->count, row_bytes, left));
-  }
   for (std::size_t i = 0; i < rows.columns.size(); ++i) {
     rows.columns[i].type = PlyType::f64;
     rows.columns[i].offset = i * sizeof(double);
@@ -218,16 +211,14 @@ std::vector<std::string> PlyBody::leftovers() {
   for (std::size_t i = begins_.empty() ? 0 : begins_.size() - 1; i < header_.elements.size(); ++i) {
     const PlyElement& element = header_.elements[i];
     const auto [end, problem] = walk(content_, header_.format, element, offset, nullptr, progress_);
-    if (!problem.empty()) {
+    if (!problem.empty())
       return {fmt::format("Element {}, which is not needed, is cut off or damaged.",
                           quoted_for_message(element.name))};
-    }
     offset = end;
   }
   std::uint64_t rest = content_.size() - offset;
-  if (header_.format == PlyFormat::ascii) {
+  if (header_.format == PlyFormat::ascii)
     if (AsciiNumbers{text_of(content_), offset}.word().empty()) rest = 0;
-  }
   if (rest == 0) return {};
   return {fmt::format("{} bytes after the last element were ignored.", rest)};
 }

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/ply/ply_writer.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <fstream>
 #include <ostream>
 #include <string>
+#include <vector>
 
 #include "base/fail.h"
 #include "base/parallel.h"
 #include "io/bytes/byte_writer.h"
 #include "io/bytes/replace_file.h"
+#include "io/cloud/cloud_memory.h"
+#include "io/scene/ply/ply.h"
 
 namespace qs {
 namespace {
@@ -19,19 +20,13 @@ namespace {
 constexpr std::size_t kFixedValues = 17;
 
 std::string header_of(const GaussianCloud& cloud, std::size_t rest, const char* comment) {
-  std::string names = "x y z nx ny nz f_dc_0 f_dc_1 f_dc_2";
-  for (std::size_t i = 0; i < 3 * rest; ++i) names += fmt::format(" f_rest_{}", i);
-  names += " opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3 ";
-
+  std::vector<std::string> names = {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"};
+  for (std::string& name : ply_rest_names(3 * rest)) names.push_back(std::move(name));
+  for (const char* name :
+       {"opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
+    names.emplace_back(name);
   // INRIA's viewer expects the element in the third line, so comments come after it.
-  std::string header =
-      fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", cloud.size());
-  for (std::size_t begin = 0; begin < names.size();) {
-    const std::size_t end = names.find(' ', begin);
-    header += "property float " + names.substr(begin, end - begin) + "\n";
-    begin = end + 1;
-  }
-  header += comment;
+  std::string header = kPlyStart + ply_element("vertex", cloud.size(), "float", names) + comment;
   if (cloud.antialiased) header += "comment SplatRenderMode: mip\n";
   return header + "end_header\n";
 }
@@ -43,13 +38,12 @@ void fill_row(const GaussianCloud& cloud, std::size_t i, std::size_t rest, float
     row[2] = v.z;
     row += 3;
   };
-  const glm::vec3* const sh = &cloud.sh[i * (rest + 1)];
+  const glm::vec3* const sh = sh_of(cloud, i);
   put(cloud.positions[i]);
   put(glm::vec3(0));  // the normal
   put(sh[0]);
-  for (int channel = 0; channel < 3; ++channel) {
+  for (int channel = 0; channel < 3; ++channel)
     for (std::size_t k = 1; k <= rest; ++k) *row++ = sh[k][channel];
-  }
   *row++ = cloud.opacity_logits[i];
   put(cloud.log_scales[i]);
   const glm::quat& q = cloud.rotations[i];
@@ -70,9 +64,8 @@ void write_rows(const GaussianCloud& cloud, const char* comment, ThreadPool& poo
     progress.update(static_cast<float>(first) / static_cast<float>(cloud.size()));
     const std::size_t rows = std::min(kRowsPerWrite, cloud.size() - first);
     pool.for_chunks(rows, kRowsPerChunk, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t i = begin; i < end; ++i) {
+      for (std::size_t i = begin; i < end; ++i)
         fill_row(cloud, first + i, rest, &buffer[i * values]);
-      }
     });
     write_values(file, std::span(buffer).first(rows * values));
   }
@@ -80,6 +73,12 @@ void write_rows(const GaussianCloud& cloud, const char* comment, ThreadPool& poo
 }
 
 }  // namespace
+
+std::vector<std::string> ply_rest_names(std::size_t count) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < count; ++i) names.push_back(fmt::format("f_rest_{}", i));
+  return names;
+}
 
 void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress) {

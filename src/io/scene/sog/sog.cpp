@@ -11,7 +11,6 @@
 
 #include "io/bytes/byte_text.h"
 #include "io/bytes/json_entry.h"
-#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/cloud_parts.h"
@@ -42,24 +41,19 @@ void fill_from(const std::vector<Part>& parts, Scene& scene, ThreadPool& pool,
   }
   scene.cloud = make_cloud(cloud_parts.count(), degree);
   fill_cloud(scene, pool, progress, 0.5f, [&](std::size_t begin, std::size_t end) {
-    cloud_parts.for_range(
-        begin, end, [&](std::size_t at, std::uint64_t offset, std::size_t from, std::size_t to) {
-          const Part& part = parts[at];
-          const std::uint64_t first = part.offset + offset;
-          for (std::size_t i = from; i < to; ++i)
-            part.decoder->fill(first + (i - from), scene.cloud, i);
-        });
+    cloud_parts.for_range(begin, end, [&](std::size_t part, std::uint64_t row, std::size_t i) {
+      parts[part].decoder->fill(parts[part].offset + row, scene.cloud, i);
+    });
   });
 }
 
 void add_warnings(const SogDecoder& decoder, Scene& scene) {
   if (decoder.unrotated() > 0) warn_of_missing_rotations(scene, decoder.unrotated());
-  if (decoder.unlabelled() > 0) {
-    scene.warnings.push_back(
-        fmt::format("{} Gaussians have only their base colour: their spherical harmonics are not "
-                    "in the palette.",
-                    decoder.unlabelled()));
-  }
+  if (decoder.unlabelled() > 0)
+    scene.warn(
+        "{} Gaussians have only their base colour: their spherical harmonics are not in the "
+        "palette.",
+        decoder.unlabelled());
 }
 
 // The part of the finest level that a leaf refers to.
@@ -95,9 +89,8 @@ class Tree {
 
   std::uint64_t number(const json& level, const char* key) const {
     const double value = JsonEntry{level, source_}.number(level.value(key, json()), key);
-    if (!(value >= 0 && value <= 1e12 && value == std::floor(value))) {
+    if (!(value >= 0 && value <= 1e12 && value == std::floor(value)))
       fail("{}: {} is {}, but must be a whole number from 0 up", source_, key, value);
-    }
     return static_cast<std::uint64_t>(value);
   }
 
@@ -133,10 +126,9 @@ class Tree {
     for (std::size_t i = 0; i < counts.size(); ++i) totals_.try_emplace(fmt::format("{}", i), 0);
     for (const auto& [level, total] : totals_) {
       const std::uint64_t stated = stated_count(counts, level);
-      if (stated != total) {
+      if (stated != total)
         fail("{}: counts has {} Gaussians in level {}, but its tree has {}", source_, stated, level,
              total);
-      }
     }
   }
 
@@ -152,45 +144,15 @@ class Tree {
   std::map<std::string, std::uint64_t> totals_;  // Gaussians of the tree, by level
 };
 
-// Opens each SOG scene of a tree once, when it is first needed.
-class SceneFiles {
- public:
-  SceneFiles(FileSource& files, const std::string& source, ThreadPool& pool)
-      : files_(files), source_(source), pool_(pool) {}
-
-  SogDecoder& open(const std::string& stored_name) {
-    const std::string name = checked_file_name(stored_name, source_);
-    std::unique_ptr<SogDecoder>& decoder = decoders_[name];
-    if (decoder) return *decoder;
-    const auto meta = files_.read(name, kMaxMetaBytes);
-    const std::size_t slash = name.rfind('/');
-    const std::string folder = slash == std::string::npos ? "" : name.substr(0, slash + 1);
-    decoder =
-        std::make_unique<SogDecoder>(text_of(meta), source_ + ": " + name, files_, folder, pool_);
-    bytes_ += meta.size() + decoder->picture_bytes();
-    return *decoder;
-  }
-
-  std::uint64_t bytes() const { return bytes_; }
-  const auto& decoders() const { return decoders_; }
-
- private:
-  FileSource& files_;
-  const std::string& source_;
-  ThreadPool& pool_;
-  std::map<std::string, std::unique_ptr<SogDecoder>> decoders_;
-  std::uint64_t bytes_ = 0;
-};
-
 }  // namespace
 
-bool recognises_sog(std::span<const std::byte> content, const std::filesystem::path&) {
+bool recognises_sog(ByteSpan content, const std::filesystem::path&) {
   if (is_zip(content)) return !is_npz(content) && !is_torch_archive(content);
   return json_kind(text_of(content).substr(0, kMaxMetaBytes)) == JsonKind::sog;
 }
 
-void read_sog(std::span<const std::byte> content, const std::filesystem::path& path,
-              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_sog(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+              const ReadOptions& options, Scene& scene) {
   const bool zipped = is_zip(content);
   const auto files = zipped ? files_in_zip(content, path, kMetaFile) : files_beside(path);
   Array<std::byte> unpacked;
@@ -202,50 +164,60 @@ void read_sog(std::span<const std::byte> content, const std::filesystem::path& p
   if (content.size() > kMaxMetaBytes) fail("{}: too long for a SOG scene's description", source);
   SogDecoder decoder(text_of(content), source, *files, "", pool);
   options.progress.update(0.5f);
-  if (files->is_folder()) scene.file_bytes += decoder.picture_bytes();
+  if (!zipped) scene.file_bytes += decoder.picture_bytes();
   scene.format = fmt::format("sog, version {}{}", decoder.version(), zipped ? "" : ", folder");
   fill_from({{&decoder, 0, decoder.count()}}, scene, pool, options.progress);
   add_warnings(decoder, scene);
 }
 
-bool recognises_streamed_sog(std::span<const std::byte> content, const std::filesystem::path&) {
+bool recognises_streamed_sog(ByteSpan content, const std::filesystem::path&) {
   return json_kind(text_of(content).substr(0, kMaxTreeBytes)) == JsonKind::streamed_sog;
 }
 
-void read_streamed_sog(std::span<const std::byte> content, const std::filesystem::path& path,
-                       ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_streamed_sog(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                       const ReadOptions& options, Scene& scene) {
   const std::string source = path.string();
   if (content.size() > kMaxTreeBytes) fail("{}: too long for a tree of scenes", source);
   const Tree tree(text_of(content), source);
   const auto files = files_beside(path);
-  SceneFiles scenes(*files, source, pool);
+  std::map<std::string, std::unique_ptr<SogDecoder>> decoders;
+  // Opens each SOG scene of the tree once, when it is first needed.
+  const auto open = [&](const std::string& stored_name) -> SogDecoder& {
+    const std::string name = checked_file_name(stored_name, source);
+    std::unique_ptr<SogDecoder>& decoder = decoders[name];
+    if (decoder) return *decoder;
+    const auto meta = files->read(name, kMaxMetaBytes);
+    const std::string folder = name.substr(0, name.rfind('/') + 1);  // empty without a slash
+    decoder =
+        std::make_unique<SogDecoder>(text_of(meta), source + ": " + name, *files, folder, pool);
+    scene.file_bytes += meta.size() + decoder->picture_bytes();
+    return *decoder;
+  };
   std::vector<Part> parts;
   std::map<SogDecoder*, std::uint64_t> used;
   const auto add = [&](SogDecoder& decoder, std::uint64_t offset, std::uint64_t count) {
-    if (offset > decoder.count() || count > decoder.count() - offset) {
+    if (offset > decoder.count() || count > decoder.count() - offset)
       fail("{}: a leaf names Gaussians {} to {} of a file with {}", source, offset, offset + count,
            decoder.count());
-    }
-    if ((used[&decoder] += count) > decoder.count()) {
+    if ((used[&decoder] += count) > decoder.count())
       fail("{}: its leaves name more Gaussians than their files have", source);
-    }
     if (count > 0) parts.push_back({&decoder, offset, count});
   };
   for (std::size_t i = 0; i < tree.leaves.size(); ++i) {
     const Leaf& leaf = tree.leaves[i];
-    add(scenes.open(tree.files[leaf.file]), leaf.offset, leaf.count);
+    add(open(tree.files[leaf.file]), leaf.offset, leaf.count);
     options.progress.update(0.5f * static_cast<float>(i + 1) /
                             static_cast<float>(tree.leaves.size()));
   }
   if (!tree.environment.empty()) {
-    SogDecoder& decoder = scenes.open(tree.environment);
+    SogDecoder& decoder = open(tree.environment);
     add(decoder, 0, decoder.count());
   }
   if (parts.empty()) fail("{}: holds no Gaussians", source);
-  scene.file_bytes += scenes.bytes();
+
   scene.format = "streamed sog, finest level";
   fill_from(parts, scene, pool, options.progress);
-  for (const auto& [name, decoder] : scenes.decoders()) add_warnings(*decoder, scene);
+  for (const auto& [name, decoder] : decoders) add_warnings(*decoder, scene);
 }
 
 }  // namespace qs

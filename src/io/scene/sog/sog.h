@@ -10,16 +10,12 @@
 #include <span>
 
 #include "base/parallel.h"
+#include "io/bytes/byte_text.h"
 #include "io/cloud/scene.h"
 
 namespace qs {
 
-bool recognises_sog(std::span<const std::byte> content, const std::filesystem::path& path);
-void read_sog(std::span<const std::byte> content, const std::filesystem::path& path,
-              ThreadPool& pool, const ReadOptions& options, Scene& scene);
-
-bool recognises_streamed_sog(std::span<const std::byte> content, const std::filesystem::path& path);
-void read_streamed_sog(std::span<const std::byte> content, const std::filesystem::path& path,
-                       ThreadPool& pool, const ReadOptions& options, Scene& scene);
+RecogniseScene recognises_sog, recognises_streamed_sog;
+ReadScene read_sog, read_streamed_sog;
 
 }  // namespace qs

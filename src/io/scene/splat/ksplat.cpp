@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/splat/ksplat.h"
-
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include <glm/gtc/packing.hpp>
 
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/cloud_parts.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/cloud/quantised.h"
+#include "io/scene/splat/splat.h"
 #include "raster/kernel/constants.h"
 
 namespace qs {
@@ -22,25 +23,25 @@ constexpr std::size_t kHeaderBytes = 4096, kSectionHeaderBytes = 1024;
 constexpr std::size_t kBucketBytes = 12;
 constexpr int kMaxDegree = 2, kMaxLevel = 2;
 
+// The header and the header of a section, as they are stored.
 struct Header {
   std::uint8_t major, minor;
   std::uint32_t max_sections, sections, max_count, count;
   std::uint16_t level;
+  std::uint8_t unused[14];
   float min_sh, max_sh;  // range of the SH values of level 2
 };
-
-Header parse_header(std::span<const std::byte> bytes) {
-  const std::byte* const at = bytes.data();
-  Header header{};
-  header.major = load<std::uint8_t>(at);
-  header.minor = load<std::uint8_t>(at + 1);
-  header.max_sections = load<std::uint32_t>(at + 4);
-  header.sections = load<std::uint32_t>(at + 8);
-  header.max_count = load<std::uint32_t>(at + 12);
-  header.count = load<std::uint32_t>(at + 16);
-  header.level = load<std::uint16_t>(at + 20);
-  header.min_sh = load<float>(at + 36);
-  header.max_sh = load<float>(at + 40);
+static_assert(offsetof(Header, max_sections) == 4 && offsetof(Header, min_sh) == 36);
+struct SectionHeader {
+  std::uint32_t count, max_count, bucket_size, buckets;
+  float block_size;
+  std::uint16_t bucket_bytes;
+  std::uint32_t range, bytes, full_buckets, partial_buckets;
+  std::uint16_t degree;
+};
+static_assert(offsetof(SectionHeader, range) == 24 && offsetof(SectionHeader, degree) == 40);
+Header parse_header(ByteSpan bytes) {
+  auto header = load<Header>(bytes.data());
   if (header.min_sh == 0) header.min_sh = -1.5f;
   if (header.max_sh == 0) header.max_sh = 1.5f;
   return header;
@@ -56,12 +57,12 @@ struct Section {
   std::uint64_t count = 0;  // Gaussians
   int degree = 0;
   std::uint64_t row_bytes = 0;
-  std::span<const std::byte> rows;
+  ByteSpan rows;
   // Positions of levels 1 and 2 are relative to buckets: first full buckets, then partial buckets
   // with fewer rows.
   std::uint64_t bucket_size = 1, full_buckets = 0;
   std::vector<std::uint64_t> partial_ends;  // end row of each partial bucket
-  std::span<const std::byte> centers;
+  ByteSpan centers;
   float step = 0, range = 0;
 
   glm::vec3 bucket_center(std::uint64_t row) const {
@@ -77,25 +78,23 @@ struct Section {
 
 class KsplatFile {
  public:
-  KsplatFile(std::span<const std::byte> content, std::string path)
-      : path_(std::move(path)), cursor_(content, path_) {
+  KsplatFile(ByteSpan content, std::string path) : path_(std::move(path)), cursor_(content, path_) {
     header_ = parse_header(cursor_.take(kHeaderBytes, "the header"));
     check_header();
     const auto headers =
         cursor_.take(header_.max_sections * kSectionHeaderBytes, "section headers");
     for (std::uint32_t i = 0; i < header_.sections; ++i) {
-      sections_.push_back(parse_section(headers.subspan(i * kSectionHeaderBytes).data()));
+      const auto* const at = headers.data() + i * kSectionHeaderBytes;
+      sections_.push_back(parse_section(load<SectionHeader>(at)));
       parts_.add(sections_.back().count);
     }
     const std::uint64_t count = parts_.count();
-    if (count != header_.count) {
+    if (count != header_.count)
       fail("{}: the header announces {} Gaussians, its sections {}", path_, header_.count, count);
-    }
     if (count == 0) fail("{}: holds no Gaussians", path_);
-    if (count > header_.max_count) {
+    if (count > header_.max_count)
       fail("{}: the header announces room for {} Gaussians, there are {}", path_, header_.max_count,
            count);
-    }
   }
 
   const Header& header() const { return header_; }
@@ -109,89 +108,70 @@ class KsplatFile {
   }
 
   void fill(GaussianCloud& cloud, std::size_t begin, std::size_t end) const {
-    parts_.for_range(begin, end,
-                     [&](std::size_t part, std::uint64_t offset, std::size_t from, std::size_t to) {
-                       for (std::size_t i = from; i < to; ++i) {
-                         fill_row(sections_[part], offset + (i - from), cloud, i);
-                       }
-                     });
+    parts_.for_range(begin, end, [&](std::size_t part, std::uint64_t row, std::size_t i) {
+      fill_row(sections_[part], row, cloud, i);
+    });
   }
 
  private:
   void check_header() const {
-    if (header_.major != 0 || header_.minor != 1) {
+    if (header_.major != 0 || header_.minor != 1)
       fail("{}: .ksplat version {}.{}, only 0.1 exists", path_, header_.major, header_.minor);
-    }
-    if (header_.level > kMaxLevel) {
+    if (header_.level > kMaxLevel)
       fail("{}: compression level {}, 0 to {} exist", path_, header_.level, kMaxLevel);
-    }
-    if (header_.sections > header_.max_sections) {
+    if (header_.sections > header_.max_sections)
       fail("{}: {} sections where there is room for {}", path_, header_.sections,
            header_.max_sections);
-    }
-    if (!std::isfinite(header_.min_sh) || !std::isfinite(header_.max_sh)) {
+    if (!std::isfinite(header_.min_sh) || !std::isfinite(header_.max_sh))
       fail("{}: the range of its SH values is not finite", path_);
-    }
   }
 
-  Section parse_section(const std::byte* at) {
+  Section parse_section(const SectionHeader& stored) {
     Section section;
-    section.count = load<std::uint32_t>(at);
-    const std::uint64_t max_count = load<std::uint32_t>(at + 4);
-    section.bucket_size = load<std::uint32_t>(at + 8);
-    const std::uint64_t buckets = load<std::uint32_t>(at + 12);
-    const auto block_size = load<float>(at + 16);
-    const auto bucket_bytes = load<std::uint16_t>(at + 20);
-    const auto range = load<std::uint32_t>(at + 24);
-    const auto announced_bytes = load<std::uint32_t>(at + 28);
-    section.full_buckets = load<std::uint32_t>(at + 32);
-    const std::uint64_t partial_buckets = load<std::uint32_t>(at + 36);
-    const auto degree = load<std::uint16_t>(at + 40);
-
+    section.count = stored.count;
+    section.bucket_size = stored.bucket_size;
+    section.full_buckets = stored.full_buckets;
+    section.degree = stored.degree;
+    const std::uint64_t buckets = stored.buckets, partial_buckets = stored.partial_buckets;
     // Check the numbers.
-    if (degree > kMaxDegree) fail("{}: SH degree {} does not exist in .ksplat", path_, degree);
-    if (section.count > max_count) {
-      fail("{}: a section has {} Gaussians and room for {}", path_, section.count, max_count);
-    }
-    section.degree = degree;
+    if (stored.degree > kMaxDegree)
+      fail("{}: SH degree {} does not exist in .ksplat", path_, stored.degree);
+    if (stored.count > stored.max_count)
+      fail("{}: a section has {} Gaussians and room for {}", path_, stored.count, stored.max_count);
     const std::uint64_t begin = cursor_.offset();
     const RowLayout& layout = kLayouts[header_.level];
-    const auto rest = static_cast<std::size_t>(sh_coefficient_count(degree) - 1);
+    const auto rest = static_cast<std::size_t>(sh_coefficient_count(section.degree) - 1);
     section.row_bytes = layout.sh + 3 * rest * layout.sh_value_bytes;
     // Compressed positions are relative to the centres of buckets.
     if (header_.level > 0) {
-      if (section.bucket_size == 0 || bucket_bytes != kBucketBytes) {
-        fail("{}: a section has buckets of {} rows and {} bytes", path_, section.bucket_size,
-             bucket_bytes);
-      }
-      if (section.full_buckets + partial_buckets > buckets) {
+      if (stored.bucket_size == 0 || stored.bucket_bytes != kBucketBytes)
+        fail("{}: a section has buckets of {} rows and {} bytes", path_, stored.bucket_size,
+             stored.bucket_bytes);
+      if (section.full_buckets + partial_buckets > buckets)
         fail("{}: a section uses {} buckets and has {}", path_,
              section.full_buckets + partial_buckets, buckets);
-      }
       const auto lengths = cursor_.take(4 * partial_buckets, "the lengths of buckets");
       section.centers = cursor_.take(kBucketBytes * buckets, "the centres of buckets");
       std::uint64_t end = section.full_buckets * section.bucket_size;  // both below 2^32
       for (std::uint64_t i = 0; i < partial_buckets; ++i) {
         const auto rows = load<std::uint32_t>(lengths.data() + 4 * i);
-        if (rows > section.bucket_size) {
+        if (rows > section.bucket_size)
           fail("{}: a bucket of a section holds {} Gaussians and has room for {}", path_, rows,
                section.bucket_size);
-        }
         end += rows;
         section.partial_ends.push_back(end);
       }
-      if (end != section.count) {
+      if (end != section.count)
         fail("{}: the buckets of a section hold {} of its {} Gaussians", path_, end, section.count);
-      }
-      section.range = static_cast<float>(range == 0 ? 32767 : range);
-      section.step = block_size / 2 / section.range;
+      section.range = static_cast<float>(stored.range == 0 ? 32767 : stored.range);
+      section.step = stored.block_size / 2 / section.range;
     }
-    section.rows = cursor_.take(section.row_bytes * max_count, "a section");  // below 2^32 * 140
+    // Below 2^32 * 140.
+    section.rows = cursor_.take(section.row_bytes * stored.max_count, "a section");
     const std::uint64_t bytes = cursor_.offset() - begin;
     // The field has 32 bits; old files have 0.
-    if (announced_bytes != 0 && announced_bytes != static_cast<std::uint32_t>(bytes)) {
-      fail("{}: a section announces {} bytes, its parts have {}", path_, announced_bytes, bytes);
-    }
+    if (stored.bytes != 0 && stored.bytes != static_cast<std::uint32_t>(bytes))
+      fail("{}: a section announces {} bytes, its parts have {}", path_, stored.bytes, bytes);
     return section;
   }
 
@@ -229,18 +209,14 @@ class KsplatFile {
 
     glm::vec3* const sh = sh_of(cloud, i);
     std::fill_n(sh, sh_count(cloud), glm::vec3(0));
-    for (int channel = 0; channel < 3; ++channel) {
+    for (int channel = 0; channel < 3; ++channel)
       sh[0][channel] = static_cast<float>((static_cast<double>(color[channel]) / 255 - 0.5) / kSh0);
-    }
     // Ordered by band, within a band by channel.
     std::size_t value = 0;
-    for (std::size_t l = 1; l <= static_cast<std::size_t>(section.degree); ++l) {
-      for (int channel = 0; channel < 3; ++channel) {
-        for (std::size_t k = l * l; k < (l + 1) * (l + 1); ++k) {
+    for (std::size_t l = 1; l <= static_cast<std::size_t>(section.degree); ++l)
+      for (int channel = 0; channel < 3; ++channel)
+        for (std::size_t k = l * l; k < (l + 1) * (l + 1); ++k)
           sh[k][channel] = sh_value(at + layout.sh, value++);
-        }
-      }
-    }
   }
 
   std::string path_;
@@ -252,7 +228,7 @@ class KsplatFile {
 
 }  // namespace
 
-bool recognises_ksplat(std::span<const std::byte> content, const std::filesystem::path&) {
+bool recognises_ksplat(ByteSpan content, const std::filesystem::path&) {
   if (content.size() < kHeaderBytes + kSectionHeaderBytes) return false;
   const Header header = parse_header(content);
   return header.major == 0 && header.minor == 1 && header.level <= kMaxLevel &&
@@ -260,17 +236,15 @@ bool recognises_ksplat(std::span<const std::byte> content, const std::filesystem
          fits(header.max_sections, kSectionHeaderBytes, content.size()) && header.count > 0;
 }
 
-void read_ksplat(std::span<const std::byte> content, const std::filesystem::path& path,
-                 ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_ksplat(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                 const ReadOptions& options, Scene& scene) {
   const KsplatFile file(content, path.string());
   scene.format = fmt::format("ksplat, level {}", file.header().level);
   scene.cloud = make_cloud(file.count(), file.degree());
   fill_cloud(scene, pool, options.progress, 0,
              [&](std::size_t begin, std::size_t end) { file.fill(scene.cloud, begin, end); });
-  if (file.bytes_left() > 0) {
-    scene.warnings.push_back(
-        fmt::format("{} bytes after the last section were ignored.", file.bytes_left()));
-  }
+  if (file.bytes_left() > 0)
+    scene.warn("{} bytes after the last section were ignored.", file.bytes_left());
 }
 
 }  // namespace qs

@@ -2,16 +2,25 @@
 #include "io/scene/splat/splat.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <cstring>
+#include <ostream>
 
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
+#include "io/bytes/byte_writer.h"
+#include "io/bytes/replace_file.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/cloud/quantised.h"
 #include "raster/kernel/constants.h"
+#include "raster/scene/activated_cloud.h"
+#include "raster/scene/cloud_order.h"
 
 namespace qs {
+
 namespace {
 
 constexpr std::size_t kRowBytes = 32;
@@ -42,28 +51,45 @@ bool is_plausible(const std::byte* row) {
   return length > 0.95 && length < 1.05;
 }
 
+using Row = std::array<std::uint8_t, kRowBytes>;
+
+Row row_of(const GaussianCloud& cloud, std::size_t i) {
+  Row row;
+  const glm::vec3 scale = glm::exp(cloud.log_scales[i]);
+  std::memcpy(row.data(), &cloud.positions[i], 12);
+  std::memcpy(row.data() + kScale, &scale, 12);
+  const glm::vec3& dc = *sh_of(cloud, i);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double color = 0.5 + kSh0 * static_cast<double>(dc[static_cast<int>(c)]);
+    row[kColor + c] = static_cast<std::uint8_t>(round_to_integer(color * 255, 255));
+  }
+  row[kOpacity] = static_cast<std::uint8_t>(
+      round_to_integer(opacity_of_logit(cloud.opacity_logits[i]) * 255, 255));
+  const glm::quat& q = cloud.rotations[i];
+  std::size_t at = kRotation;
+  for (const float component : {q.w, q.x, q.y, q.z})
+    row[at++] = static_cast<std::uint8_t>(round_to_integer(component * 128.0 + 128, 255));
+  return row;
+}
+
 }  // namespace
 
-bool recognises_splat(std::span<const std::byte> content, const std::filesystem::path&) {
+bool recognises_splat(ByteSpan content, const std::filesystem::path&) {
   constexpr std::size_t kLookedAt = 64;
   const std::size_t rows = std::min(content.size() / kRowBytes, kLookedAt);
   if (rows == 0 || content.size() % kRowBytes != 0) return false;
-  for (std::size_t i = 0; i < rows; ++i) {
+  for (std::size_t i = 0; i < rows; ++i)
     if (!is_plausible(content.data() + i * kRowBytes)) return false;
-  }
   return true;
 }
 
-void read_splat(std::span<const std::byte> content, const std::filesystem::path& path,
-                ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_splat(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                const ReadOptions& options, Scene& scene) {
   const std::size_t count = content.size() / kRowBytes, rest = content.size() % kRowBytes;
-  if (count == 0) {
+  if (count == 0)
     fail("{}: cut off: {} bytes, one Gaussian needs {}", path.string(), content.size(), kRowBytes);
-  }
-  if (rest != 0) {
-    scene.warnings.push_back(
-        fmt::format("The last {} bytes are no whole row of {} and were ignored.", rest, kRowBytes));
-  }
+  if (rest != 0)
+    scene.warn("The last {} bytes are no whole row of {} and were ignored.", rest, kRowBytes);
   scene.format = "splat";
   scene.cloud = make_cloud(count, 0);
   GaussianCloud& cloud = scene.cloud;
@@ -90,6 +116,22 @@ void read_splat(std::span<const std::byte> content, const std::filesystem::path&
     for (std::size_t i = begin; i < end; ++i) fill(i);
   });
   if (unrotated > 0) warn_of_missing_rotations(scene, unrotated);
+}
+
+void write_splat(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool&,
+                 const Progress& progress) {
+  constexpr std::size_t kRowsPerWrite = 1 << 15;
+  const auto order = largest_first(cloud);
+  write_file(path, [&](std::ostream& file) {
+    std::vector<Row> rows;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      rows.push_back(row_of(cloud, order[i]));
+      if (rows.size() < kRowsPerWrite && i + 1 < order.size()) continue;
+      write_values(file, rows);
+      rows.clear();
+      progress.update(static_cast<float>(i + 1) / static_cast<float>(order.size()));
+    }
+  });
 }
 
 }  // namespace qs

@@ -9,12 +9,13 @@
 #include <glm/gtc/packing.hpp>
 
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/inflate.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/cloud/quantised.h"
-#include "io/cloud/sample.h"
+#include "io/cloud/scene.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/spz/spz_container.h"
 
@@ -30,30 +31,23 @@ std::size_t stored_frame(SpzContent& content) {
   constexpr std::uint32_t kCoordinateSystem = 0xADBE0003;
   constexpr std::uint64_t kRecordHeader = 8;
   if ((content.header.flags & SpzHeader::kExtensions) == 0) return kRub;
-  std::span<const std::byte> rest = content.extensions;
-  bool sound = !rest.empty();
-  while (!rest.empty()) {
-    if (rest.size() < kRecordHeader) {
-      sound = false;
+  ByteSpan rest = content.extensions;
+  do {
+    const std::uint64_t length =
+        rest.size() < kRecordHeader ? rest.size() : load<std::uint32_t>(rest.data() + 4);
+    if (kRecordHeader + length > rest.size()) {
+      content.warnings.push_back("The .spz extensions are damaged and were ignored.");
       break;
     }
-    const auto type = load<std::uint32_t>(rest.data());
-    const auto length = load<std::uint32_t>(rest.data() + 4);
-    rest = rest.subspan(kRecordHeader);
-    if (length > rest.size()) {
-      sound = false;
-      break;
-    }
-    if (type == kCoordinateSystem && length == 4) {
-      const auto number = load<std::uint32_t>(rest.data());
+    if (load<std::uint32_t>(rest.data()) == kCoordinateSystem && length == 4) {
+      const auto number = load<std::uint32_t>(rest.data() + kRecordHeader);
       if (number >= 1 && number <= kAxes.size()) return number - 1;
       content.warnings.push_back(
           fmt::format("Coordinate system {} is not supported; RUB was assumed.", number));
-      return kRub;
+      break;
     }
-    rest = rest.subspan(length);
-  }
-  if (!sound) content.warnings.push_back("The .spz extensions are damaged and were ignored.");
+    rest = rest.subspan(kRecordHeader + length);
+  } while (!rest.empty());
   return kRub;
 }
 
@@ -112,10 +106,10 @@ class SpzDecoder {
     cloud_.rotations[k] = content_.header.version <= 2
                               ? rotation_of_bytes(rotation)
                               : rotation_of_bits(load<std::uint32_t>(rotation));
-    const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud_.sh_degree));
-    glm::vec3* const sh = &cloud_.sh[k * coefficients];
+    glm::vec3* const sh = sh_of(cloud_, k);
     sh[0] = triple(tables_.dc, row(kSpzColors, i));
     const std::byte* const rest = row(kSpzSh, i);
+    const std::size_t coefficients = sh_count(cloud_);
     for (std::size_t c = 1; c < coefficients; ++c) sh[c] = triple(tables_.sh, rest + 3 * (c - 1));
   }
 
@@ -130,11 +124,10 @@ class SpzDecoder {
     return {table[byte(at, 0)], table[byte(at, 1)], table[byte(at, 2)]};
   }
   glm::vec3 position(const std::byte* at) const {
-    if (content_.header.version == 1) {
+    if (content_.header.version == 1)
       return {glm::unpackHalf1x16(load<std::uint16_t>(at)),
               glm::unpackHalf1x16(load<std::uint16_t>(at + 2)),
               glm::unpackHalf1x16(load<std::uint16_t>(at + 4))};
-    }
     return {fixed_point(at, step_), fixed_point(at + 3, step_), fixed_point(at + 6, step_)};
   }
 
@@ -154,12 +147,7 @@ void describe(const SpzHeader& header, std::size_t frame, Scene& scene) {
 // The sample of content whose SH are not unpacked yet.
 SceneSample sample_of(const SpzContent& content, const Scene& scene, ThreadPool& pool,
                       const Sampling& sampling) {
-  SceneSample sample;
-  sample.of = content.header.count;
-  sample.step = sample_step(sample.of, sampling.most);
-  sample.scene.path = scene.path;
-  sample.scene.file_bytes = scene.file_bytes;
-  sample.scene.cloud.resize((sample.of + sample.step - 1) / sample.step, 0);
+  SceneSample sample = make_sample(scene, content.header.count, sampling);
   describe(content.header, kRub, sample.scene);
   const SpzDecoder decoder(content, sample.scene.cloud);
   fill_cloud(sample.scene, pool, {}, 0, [&](std::size_t begin, std::size_t end) {
@@ -173,12 +161,12 @@ SceneSample sample_of(const SpzContent& content, const Scene& scene, ThreadPool&
 }  // namespace
 
 // Damaged gzip data is recognised by the extension, so that the reader's message names the defect.
-bool recognises_spz(std::span<const std::byte> content, const std::filesystem::path& path) {
+bool recognises_spz(ByteSpan content, const std::filesystem::path& path) {
   return is_spz(content) || (is_gzip(content) && path.extension() == ".spz");
 }
 
-void read_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+void read_spz(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+              const ReadOptions& options, Scene& scene) {
   constexpr float kUnpacked = 0.5f;  // share of the progress
   const auto take_sample = [&](const SpzContent& base) {
     // Extensions, which may declare other axes, come last.

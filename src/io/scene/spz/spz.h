@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Reads .spz (Niantic), versions 1 to 4: quantised attributes in six blocks, compressed as one gzip
+// .spz (Niantic), versions 1 to 4: quantised attributes in six blocks, compressed as one gzip
 // member (1-3) or one zstd frame per block (4). Files store RUB axes unless an extension names
 // another frame; files that store RDF without declaring it cannot be detected. Source: README.md
 // and load-spz.cc of nianticlabs/spz; the code is our own.
@@ -11,12 +11,23 @@
 #include <span>
 
 #include "base/parallel.h"
+#include "base/progress.h"
+#include "io/bytes/byte_text.h"
 #include "io/cloud/scene.h"
+#include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 
-bool recognises_spz(std::span<const std::byte> content, const std::filesystem::path& path);
-void read_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-              ThreadPool& pool, const ReadOptions& options, Scene& scene);
+RecogniseScene recognises_spz;
+ReadScene read_spz;
+
+// The writers use the frame RUB and the precision of Niantic's own writer: positions in 1/4096
+// (coarser if a scene is larger than 2048), SH in 5 bits for degree 1 and 4 bits for the others.
+
+/// Version 3, one gzip stream: the version that nearly every reader supports.
+WriteScene write_spz;
+
+/// Version 4, zstd streams that can be read in parallel.
+WriteScene write_spz_v4;
 
 }  // namespace qs

@@ -16,6 +16,7 @@
 
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "io/bytes/byte_text.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -48,20 +49,21 @@ std::array<std::uint64_t, kSpzBlocks> spz_row_bytes(const SpzHeader& header);
 
 struct SpzContent {
   SpzHeader header;
-  Array<std::byte> bytes;                                     ///< all blocks
-  std::array<std::span<const std::byte>, kSpzBlocks> blocks;  ///< into `bytes`
-  Array<std::byte> extensions;                                ///< records, see spz.cpp
+  Array<std::byte> bytes;                   ///< all blocks
+  std::array<ByteSpan, kSpzBlocks> blocks;  ///< into `bytes`
+  Array<std::byte> extensions;              ///< records, see spz.cpp
   std::vector<std::string> warnings;
 };
 
 /// True for the plain container of version 4 and for gzip data that begins with the .spz magic.
-bool is_spz(std::span<const std::byte> content);
+bool is_spz(ByteSpan content);
+
+using UseSpz = std::function<void(const SpzContent& content)>;
 
 /// Reports progress from 0 to `end`. Data in gzip is unpacked in the order of its blocks:
 /// `base_is_there` is called once all blocks but the last, kSpzSh, are unpacked. Throws
 /// Error(input), Cancelled.
-SpzContent unpack_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-                      ThreadPool& pool, const Progress& progress, float end,
-                      const std::function<void(const SpzContent& content)>& base_is_there);
+SpzContent unpack_spz(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                      const Progress& progress, float end, const UseSpz& base_is_there);
 
 }  // namespace qs

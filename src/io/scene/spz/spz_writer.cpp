@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/spz/spz_writer.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <memory>
 #include <new>
 #include <ostream>
 #include <string>
 #include <vector>
 
-#include <zlib.h>
 #include <zstd.h>
 
 #include "base/fail.h"
 #include "io/bytes/byte_writer.h"
+#include "io/bytes/inflate.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/axes.h"
+#include "io/cloud/cloud_memory.h"
 #include "io/cloud/quantised.h"
+#include "io/scene/spz/spz.h"
 #include "io/scene/spz/spz_container.h"
 #include "raster/scene/activated_cloud.h"
 
@@ -34,15 +32,13 @@ constexpr int kMaxFixedPoint = (1 << 23) - 1;
 // bits.
 int fractional_bits(const GaussianCloud& cloud, const std::string& path) {
   float largest = 0;
-  for (const glm::vec3& p : cloud.positions) {
+  for (const glm::vec3& p : cloud.positions)
     largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  }
   int bits = 12;
   while (bits >= 0 && std::ldexp(static_cast<double>(largest), bits) > kMaxFixedPoint) --bits;
-  if (bits < 0) {
+  if (bits < 0)
     fail("{}: .spz cannot hold positions beyond {}, there is one at {}", path, kMaxFixedPoint,
          largest);
-  }
   return bits;
 }
 
@@ -60,10 +56,9 @@ void put_position(const glm::vec3& position, int bits, Bytes& out) {
 void put_rotation(const glm::quat& q, Bytes& out) {
   const SmallestThree three = drop_largest({q.x, q.y, q.z, q.w});
   std::uint32_t packed = three.dropped;
-  for (const double value : three.others) {
+  for (const double value : three.others)
     packed = packed << 10 | (value < 0 ? 512u : 0u) |
              round_to_integer(std::abs(value) * std::sqrt(2.0) * 511, 511);
-  }
   for (const int shift : {0, 8, 16, 24}) out.push_back(static_cast<std::uint8_t>(packed >> shift));
 }
 
@@ -76,7 +71,7 @@ std::uint8_t sh_byte(float value, int step) {
 Blocks make_blocks(const GaussianCloud& cloud, int bits, const Progress& progress) {
   constexpr std::size_t kStep = 1 << 14;
   Blocks blocks;
-  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  const std::size_t coefficients = sh_count(cloud);
   for (std::size_t first = 0; first < cloud.size(); first += kStep) {
     progress.update(0.5f * static_cast<float>(first) / static_cast<float>(cloud.size()));
     // Converts to RUB in parts, to save memory.
@@ -96,11 +91,8 @@ Blocks make_blocks(const GaussianCloud& cloud, int bits, const Progress& progres
         blocks[kSpzColors].push_back(byte((sh[0][c] * 0.15 + 0.5) * 255));
         blocks[kSpzScales].push_back(byte((cloud.log_scales[first + i][c] + 10.0) * 16));
       }
-      for (std::size_t k = 1; k < coefficients; ++k) {
-        for (int c = 0; c < 3; ++c) {
-          blocks[kSpzSh].push_back(sh_byte(sh[k][c], k < 4 ? 8 : 16));
-        }
-      }
+      for (std::size_t k = 1; k < coefficients; ++k)
+        for (int c = 0; c < 3; ++c) blocks[kSpzSh].push_back(sh_byte(sh[k][c], k < 4 ? 8 : 16));
     }
   }
   return blocks;
@@ -115,62 +107,23 @@ std::string start_of_header(const GaussianCloud& cloud, std::uint32_t version, i
   return header;
 }
 
-// One gzip member, written piece by piece.
-class Deflater {
- public:
-  explicit Deflater(std::ostream& file) : file_(file) {
-    constexpr int kGzipWindow = 15 + 16, kMemory = 9;
-    if (deflateInit2(&stream_, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzipWindow, kMemory,
-                     Z_DEFAULT_STRATEGY) != Z_OK) {
-      throw std::bad_alloc();
-    }
-  }
-  ~Deflater() { deflateEnd(&stream_); }
-  Deflater(const Deflater&) = delete;
-  Deflater& operator=(const Deflater&) = delete;
-
-  void write(const void* data, std::size_t bytes) {
-    constexpr std::size_t kPiece = 1u << 30;  // zlib counts in 32 bits
-    stream_.next_in = static_cast<Bytef*>(const_cast<void*>(data));
-    while (bytes > 0) {
-      const std::size_t piece = std::min(bytes, kPiece);
-      stream_.avail_in = static_cast<uInt>(piece);
-      run(Z_NO_FLUSH);
-      bytes -= piece;
-    }
-  }
-  void finish() { run(Z_FINISH); }
-
- private:
-  void run(int flush) {
-    do {
-      stream_.next_out = buffer_.data();
-      stream_.avail_out = static_cast<uInt>(buffer_.size());
-      deflate(&stream_, flush);
-      write_values(file_, std::span(buffer_).first(buffer_.size() - stream_.avail_out));
-    } while (stream_.avail_out == 0);
-  }
-
-  std::ostream& file_;
-  z_stream stream_{};
-  std::array<std::uint8_t, 1 << 16> buffer_;
-};
-
 }  // namespace
 
 void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool&,
                const Progress& progress) {
+  constexpr int kMemory = 9;
   const int bits = fractional_bits(cloud, path.string());
   const Blocks blocks = make_blocks(cloud, bits, progress);
   std::string header = start_of_header(cloud, 3, bits);
   put_values(header, std::uint8_t{0});  // reserved
   write_file(path, [&](std::ostream& file) {
-    Deflater deflater(file);
-    deflater.write(header.data(), header.size());
+    Deflater deflater(DeflateForm::gzip, Z_DEFAULT_COMPRESSION, kMemory,
+                      [&](std::string_view packed) { file << packed; });
+    deflater.write(header);
     float done = 0.5f;
     for (const Bytes& block : blocks) {
       progress.update(done += 0.08f);
-      deflater.write(block.data(), block.size());
+      deflater.write({reinterpret_cast<const char*>(block.data()), block.size()});
     }
     deflater.finish();
   });

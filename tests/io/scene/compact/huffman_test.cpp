@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/scene/compact/code_bits.h"
 #include "support/corpus.h"
 #include "support/error_of.h"
 #include "support/shared.h"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/compact/raw_rotation.h"
-
 #include <cmath>
 #include <limits>
 #include <random>
@@ -9,6 +7,7 @@
 #include <glm/matrix.hpp>
 #include <gtest/gtest.h>
 
+#include "io/scene/compact/compact_model.h"
 #include "support/oracle.h"
 
 namespace qs::test {

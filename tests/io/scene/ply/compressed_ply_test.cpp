@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // A case that is not in the corpus: SH of degree 4.
-#include "io/scene/ply/compressed_ply.h"
-
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "io/scene/ply/ply.h"
 #include "io/scene/writer.h"
 #include "support/corpus.h"
 #include "support/error_of.h"

@@ -2,8 +2,6 @@
 //
 // .ksplat files built here from GaussianSplats3D's definition: every level and degree, several
 // sections, full and partial buckets, and every limit with its message.
-#include "io/scene/splat/ksplat.h"
-
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -15,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "io/scene/splat/splat.h"
 #include "support/corpus.h"
 #include "support/error_of.h"
 

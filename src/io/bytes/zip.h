@@ -7,30 +7,43 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "io/bytes/byte_text.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 
 /// A file in an archive.
 struct ZippedFile {
-  std::string name;                   ///< as its bytes are in the archive
-  std::span<const std::byte> stored;  ///< in the archive
-  std::uint64_t bytes = 0;            ///< unpacked, as the archive announces
-  std::uint32_t checksum = 0;         ///< CRC-32 of the unpacked bytes
-  std::uint16_t method = 0;           ///< 0 (stored) and 8 (deflate) can be unpacked
+  std::string name;            ///< as its bytes are in the archive
+  ByteSpan stored;             ///< in the archive
+  std::uint64_t bytes = 0;     ///< unpacked, as the archive announces
+  std::uint32_t checksum = 0;  ///< CRC-32 of the unpacked bytes
+  std::uint16_t method = 0;    ///< 0 (stored) and 8 (deflate) can be unpacked
   bool encrypted = false;
 };
 
 /// The files of the archive, in the order of its directory. `path` names it in messages. Throws
 /// Error(input) "PATH: not a sound zip archive (REASON)".
-std::vector<ZippedFile> zip_directory(std::span<const std::byte> archive, const std::string& path);
+std::vector<ZippedFile> zip_directory(ByteSpan archive, const std::string& path);
 
 /// The unpacked bytes. Allocates file.bytes and one more. Throws Error(input) if the file is
 /// damaged, encrypted, or compressed by another method.
 Array<std::byte> unzipped(const ZippedFile& file, const std::string& path);
+
+/// A file for a zip archive.
+struct ZipEntry {
+  std::string name;
+  std::string content;
+};
+
+/// Writes a zip archive with these files in their order, as replace_file(). `deflated`: compressed.
+/// Equal entries give equal archives, because all have the time 1980-01-01. Throws Error(input).
+void write_zip(const std::filesystem::path& path, const std::vector<ZipEntry>& entries,
+               bool deflated);
 
 }  // namespace qs

@@ -12,7 +12,7 @@
 #include "app/inspect/reference_check.h"
 #include "app/inspect/variant.h"
 #include "app/measure/scene_facts.h"
-#include "app/session/frame_metadata.h"
+#include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "io/bytes/replace_file.h"

@@ -11,7 +11,7 @@
 #include "app/inspect/construction.h"
 #include "app/inspect/inspection_text.h"
 #include "app/measure/scene_facts.h"
-#include "app/session/frame_metadata.h"
+#include "app/session/shot.h"
 #include "base/fail.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"

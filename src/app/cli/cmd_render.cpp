@@ -15,7 +15,7 @@
 #include "app/picture/inset.h"
 #include "app/picture/value_file.h"
 #include "app/report/stats_file.h"
-#include "app/session/frame_metadata.h"
+#include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"

@@ -6,11 +6,13 @@
 #include "app/cli/command.h"
 #include "app/cli/serve_options.h"
 #include "app/cli/shared_options.h"
-#include "app/cli/train_in_browser.h"
-#include "app/cli/train_in_window.h"
+#include "app/cli/shown_run.h"
 #include "app/report/train_page.h"
+#include "app/serve/served_training.h"
+#include "app/viewer/view_loop.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
+#include "base/quit_signals.h"
 #include "base/text.h"
 #include "learn/run/train_options.h"
 #include "learn/step/training_model.h"
@@ -62,33 +64,62 @@ std::optional<ServeOptions> serve_options(const TrainCommand& command) {
   return {};
 }
 
+// Returns after the window was closed and the model was saved.
+train::RunEnd train_in_window(TrainCommand& command, ShownRun& run) {
+  ViewOptions& view = command.view;
+  view.frame.modes = {command.settings.mode};
+  view.frame.threads = command.threads;
+  view.train = [&](TrainingThread& thread) { return run.train(thread); };
+  view.train_request = train_request_in_window;
+  run_viewer(view);
+  return run.end();
+}
+
+// Returns after the run has ended. `interrupted`: by a signal.
+train::RunEnd train_in_browser(const TrainCommand& command, ShownRun& run, Server& server,
+                               const ServeOptions& serve) {
+  {
+    const QuitSignals signals;
+    TrainingThread thread([] {}, [&](TrainingThread& own) { return run.train(own); });
+    ServedTraining training(thread);
+    ServedScenes scenes;
+    const auto pass_on_signal = [&] {
+      if (QuitSignals::arrived()) thread.command(TrainingCommand::stop);
+    };
+    const auto serve_page = [&] {
+      auto scene = training.open(page_of(command), QuitSignals::arrived);
+      if (!scene) return;
+      scenes.push_back(std::move(scene));
+      print_address(serve, server.port(), "the training");
+      const auto ends = [&] {
+        pass_on_signal();
+        return training.has_ended();
+      };
+      server.run(scenes, ends, &training);
+    };
+    const auto tell = [](const std::string& sentence) { warn("train: --serve: " + sentence); };
+    training.outlive(serve_page, tell, pass_on_signal);
+  }
+  return run.end();
+}
+
 int run(TrainCommand& command, Arguments arguments) {
   const std::optional<ServeOptions> serve = serve_options(command);
   std::optional<Server> server;  // listens before the photographs are read
   if (serve) print_warnings(server.emplace(*serve));
   ThreadPool pool(command.threads);
   ProgressBar bar("reading photographs");
-  auto [model, data] = prepare(command, pool, bar.progress());
+  train::PreparedRun prepared = prepare(command, pool, bar.progress());
   bar.hide();
-  if (command.in_window) {
-    ViewOptions& view = command.view;
-    view.frame.modes = {command.settings.mode};
-    view.frame.threads = command.threads;
-    view.train_request = train_request_in_window;
-    if (train_in_window(command.settings, data, command.run, std::move(model), pool, view) ==
-        train::RunEnd::interrupted)
-      print_continuation("stopped", arguments);
-    return kExitOk;
-  }
-  const train::RunEnd end =
-      server ? train_in_browser(command.settings, data, command.run, std::move(model), pool,
-                                *server, *serve, page_of(command))
-             : run_training(command.settings, data, command.run, std::move(model), pool);
-  if (end == train::RunEnd::interrupted) {
-    print_continuation("interrupted", arguments);
-    throw Cancelled{};
-  }
-  return kExitOk;
+  ShownRun shown(command, prepared, pool);
+  const train::RunEnd end = command.in_window ? train_in_window(command, shown)
+                            : server          ? train_in_browser(command, shown, *server, *serve)
+                                     : run_training(command.settings, prepared.data, command.run,
+                                                    std::move(prepared.model), pool);
+  if (end == train::RunEnd::finished) return kExitOk;
+  print_continuation(command.in_window ? "stopped" : "interrupted", arguments);
+  if (command.in_window) return kExitOk;
+  throw Cancelled{};
 }
 
 void declare_options(Options& options, TrainCommand& command) {
@@ -126,9 +157,8 @@ std::string train_request_in_window(TrainingThread& thread, const TrainingReques
   declare_options(options, command);
   if (!options.parse(words)) fail(ErrorKind::usage, "train: --help is printed in the terminal");
   ThreadPool pool(command.threads);
-  auto [model, data] = prepare(command, pool, thread.reading(command.data.data));
-  return sentence_of(
-      train_beside_window(thread, command.settings, data, command.run, std::move(model), pool));
+  train::PreparedRun prepared = prepare(command, pool, thread.reading(command.data.data));
+  return ShownRun(command, prepared, pool).train(thread);
 }
 
 }  // namespace qs

@@ -6,7 +6,7 @@
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
-#include "app/cli/train_in_window.h"
+#include "app/cli/shown_run.h"
 #include "app/remote/tcp.h"
 #include "app/viewer/view_loop.h"
 #include "base/fail.h"

@@ -18,7 +18,6 @@
 #include <vector>
 
 #include "app/remote/remote_run.h"
-#include "app/remote/sibr_stream.h"
 #include "app/remote/tcp.h"
 
 namespace qs {

@@ -27,11 +27,9 @@ struct AwaitedPicture {
   std::string rgb;  // empty after a failure
 
   void set(std::string pixels) {
-    {
-      const std::lock_guard lock(mutex);
-      rgb = std::move(pixels);
-      done = true;
-    }
+    const std::lock_guard lock(mutex);
+    rgb = std::move(pixels);
+    done = true;
     changed.notify_all();
   }
 };

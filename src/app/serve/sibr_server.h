@@ -13,7 +13,7 @@
 #include <string>
 #include <thread>
 
-#include "app/remote/sibr_stream.h"
+#include "app/remote/sibr_message.h"
 #include "app/remote/tcp.h"
 #include "app/serve/pictures.h"
 

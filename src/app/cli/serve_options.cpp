@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "app/serve/token.h"
+#include "app/serve/requests.h"
 #include "base/fail.h"
 #include "base/warn.h"
 

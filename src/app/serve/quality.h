@@ -4,7 +4,7 @@
 // without delay. It learns from the line's rate and from finished pictures; without clocks.
 #pragma once
 
-#include "app/serve/line_rate.h"
+#include "app/serve/flow.h"
 #include "app/serve/picture_encoder.h"
 
 namespace qs {

@@ -3,15 +3,7 @@
 #include "app/serve/server.h"
 
 #ifdef QUADSPLAT_SERVE
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <fmt/format.h>
-
-#include "app/serve/hub.h"
-#include "app/serve/live.h"
 #include "app/serve/request.h"
-#include "app/serve/served_training.h"
 #endif
 
 #include "base/fail.h"
@@ -41,10 +33,7 @@ void Server::run(ServedScenes&, const std::function<bool()>&, ServedTraining*) {
 
 namespace {
 
-namespace asio = boost::asio;
-using boost::system::error_code;
 using Tcp = asio::ip::tcp;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kEndTurn{100};  ///< between two questions whether to end
 
@@ -134,7 +123,7 @@ class Server::Network {
               if (reported_by_training(visitor, actions)) return;
               to_live(visitor, [actions = std::move(actions)](Live& live) {
                 live.handle_visitor([&](Visitor& one, double now) {
-                  if (actions.empty()) one.job_ended();
+                  if (actions.empty()) one.host().job_ended();
                   one.apply(actions, now);
                 });
               });
@@ -182,7 +171,7 @@ class Server::Network {
     socket.set_option(Tcp::no_delay(true), error);
     Place place = hub_.connections.enter(remote.address().to_string());
     if (!place) return;
-    begin_request(hub_, std::move(socket), std::move(place));
+    std::make_shared<Request>(hub_, std::move(socket), std::move(place))->begin();
   }
 
   // All visitors share the model of a training. The thread of the renderer calls this too.
@@ -213,7 +202,7 @@ class Server::Network {
   void await_end(const std::function<bool()>& ends) {
     bool is_over = false;
     guarded(*this, [&] {
-      hub_.connections.prune(Clock::now());
+      hub_.connections.prune(SteadyClock::now());
       follow_training();
       is_over = ends();
     });

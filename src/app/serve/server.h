@@ -5,21 +5,28 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/serve/limits.h"
+#include "app/serve/connections.h"
 #include "app/serve/picture_message.h"
 #include "app/serve/served_scene.h"
 #include "app/serve/sibr_server.h"
-#include "app/serve/tls_files.h"
 
 namespace qs {
 
 class ServedTraining;
+
+/// The files in PEM format with which the server encrypts its connections. Both may be the same
+/// file.
+struct TlsFiles {
+  std::filesystem::path certificate;  ///< a chain, the server's first
+  std::filesystem::path key;          ///< of the server's certificate, without a password
+};
 
 struct ServeOptions {
   std::string command = "serve";      ///< that messages name

@@ -283,9 +283,9 @@ void Visitor::picture_ready(const Picture& picture, double now) {
 }
 
 void pass_on_work(Visitor& visitor, int number, Pictures& pictures) {
-  if (visitor.take_stop()) pictures.stop_long(number);
+  if (visitor.host().take_stop()) pictures.stop_long(number);
   const std::size_t scene = visitor.scene();
-  for (VisitorJob& work : visitor.take_jobs()) {
+  for (VisitorJob& work : visitor.host().take_jobs()) {
     if (work.is_long) {
       pictures.run_long(number, scene, std::move(work.job));
     } else {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "app/serve/token.h"
+#include "app/serve/requests.h"
 
 namespace qs {
 namespace {
@@ -109,7 +109,7 @@ VisitorLink::Step VisitorLink::advance(double now, const std::function<void(Visi
   if (visitor() != nullptr) {
     tick_if_due(now);
     pass_on(*visitor_);
-    for (SentFile& file : visitor_->take_files()) files_.push_back(std::move(file));
+    for (SentFile& file : visitor_->host().take_files()) files_.push_back(std::move(file));
     step.cancels_lossless = visitor_->has_moved_on() && in_work_ > 0;
     if (visitor_->has_moved_on()) drop_lossless();
     step.order = next_order(now);

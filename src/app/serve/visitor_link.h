@@ -15,9 +15,8 @@
 #include <string_view>
 #include <vector>
 
+#include "app/serve/connections.h"
 #include "app/serve/flow.h"
-#include "app/serve/limits.h"
-#include "app/serve/picture_message.h"
 #include "app/serve/state_json.h"
 #include "app/serve/visitor.h"
 

@@ -22,7 +22,7 @@ namespace {
 
 struct TrainCommand : train::TrainOptions {
   ViewOptions view;
-  ServeChoice serve;
+  ServeOptions serve;
   bool in_window = false, in_browser = false;
   std::optional<Backend> backend;  // unset: the best backend that works
   int device = kFirstGpu, threads = 0;
@@ -38,10 +38,7 @@ train::PreparedRun prepare(TrainCommand& command, ThreadPool& pool, const Progre
 }
 
 PageFacts page_of(const TrainCommand& command) {
-  PageFacts page;
-  page.backend = backend_of(command);
-  page.device = command.device;
-  page.threads = command.threads;
+  PageFacts page{backend_of(command), command.device, command.threads, {}};
   page.settings.mode = command.settings.mode;
   return page;
 }
@@ -54,14 +51,18 @@ void print_continuation(const char* what, Arguments arguments) {
   fmt::print("{}; to continue: {} --resume\n", what, again);
 }
 
-// The options of --serve; unset without it.
-std::optional<ServeOptions> serve_options(const TrainCommand& command) {
+// Null without --serve.
+std::unique_ptr<Server> make_server(TrainCommand& command, Arguments arguments) {
   if (command.in_browser && command.in_window)
     fail(ErrorKind::usage, "train: --serve and --view exclude each other");
-  if (command.in_browser) return serve_options(command.serve, "train");
-  if (const char* const option = command.serve.given())
+  const char* const option = given_option(arguments, kServeOptions);
+  if (option != nullptr && !command.in_browser)
     fail(ErrorKind::usage, "train: {}: needs --serve", option);
-  return {};
+  if (!command.in_browser) return nullptr;
+  complete(command.serve);
+  auto server = make_server(command.serve);
+  print_warnings(*server);
+  return server;
 }
 
 // Returns after the window was closed and the model was saved.
@@ -76,8 +77,7 @@ train::RunEnd train_in_window(TrainCommand& command, ShownRun& run) {
 }
 
 // Returns after the run has ended. `interrupted`: by a signal.
-train::RunEnd train_in_browser(const TrainCommand& command, ShownRun& run, Server& server,
-                               const ServeOptions& serve) {
+train::RunEnd train_in_browser(const TrainCommand& command, ShownRun& run, Server& server) {
   {
     const QuitSignals signals;
     TrainingThread thread([] {}, [&](TrainingThread& own) { return run.train(own); });
@@ -90,7 +90,7 @@ train::RunEnd train_in_browser(const TrainCommand& command, ShownRun& run, Serve
       auto scene = training.open(page_of(command), QuitSignals::arrived);
       if (!scene) return;
       scenes.push_back(std::move(scene));
-      print_address(serve, server.port(), "the training");
+      print_address(command.serve, server.port(), "the training");
       const auto ends = [&] {
         pass_on_signal();
         return training.has_ended();
@@ -104,16 +104,14 @@ train::RunEnd train_in_browser(const TrainCommand& command, ShownRun& run, Serve
 }
 
 int run(TrainCommand& command, Arguments arguments) {
-  const std::optional<ServeOptions> serve = serve_options(command);
-  std::optional<Server> server;  // listens before the photographs are read
-  if (serve) print_warnings(server.emplace(*serve));
+  const auto server = make_server(command, arguments);  // before the photographs are read
   ThreadPool pool(command.threads);
   ProgressBar bar("reading photographs");
   train::PreparedRun prepared = prepare(command, pool, bar.progress());
   bar.hide();
   ShownRun shown(command, prepared, pool);
   const train::RunEnd end = command.in_window ? train_in_window(command, shown)
-                            : server          ? train_in_browser(command, shown, *server, *serve)
+                            : server          ? train_in_browser(command, shown, *server)
                                      : run_training(command.settings, prepared.data, command.run,
                                                     std::move(prepared.model), pool);
   if (end == train::RunEnd::finished) return kExitOk;
@@ -133,6 +131,7 @@ void declare_options(Options& options, TrainCommand& command) {
   declare_window_options(options, command.view);
   options.flag("--serve", command.in_browser,
                "shows the model in a browser while it is trained, as quadsplat serve does");
+  command.serve.command = "train";
   declare_serve_options(options, command.serve, {"127.0.0.1"});
   options.example("quadsplat train garden/ --images images_4 --out-dir garden_model",
                   "a model of 30,000 iterations");

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 #include <boost/asio/io_context.hpp>
@@ -98,20 +99,18 @@ class Live : public std::enable_shared_from_this<Live> {
   void go_on() {
     guarded(*this, [&] { proceed(); });
   }
-  /// Reports an event to the link by `tell(link, now)`, and then does the work that is due.
+  /// Reports an event by `tell(link, now)` or `tell(visitor, now)`, and then does the work that is
+  /// due.
   template <class Tell>
   void handle(Tell&& tell) {
     if (stopped_) return;
     guarded(*this, [&] {
-      tell(link_, seconds_now());
+      if constexpr (std::is_invocable_v<Tell, VisitorLink&, double>) {
+        tell(link_, seconds_now());
+      } else if (Visitor* const visitor = link_.visitor()) {
+        tell(*visitor, seconds_now());
+      }
       proceed();
-    });
-  }
-  /// The same for an event of a visitor, by `tell(visitor, now)`.
-  template <class Tell>
-  void handle_visitor(Tell&& tell) {
-    handle([&](VisitorLink& link, double now) {
-      if (Visitor* const visitor = link.visitor()) tell(*visitor, now);
     });
   }
   /// An exception ended a handler.

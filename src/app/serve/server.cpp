@@ -12,22 +12,11 @@ namespace qs {
 
 #ifndef QUADSPLAT_SERVE
 
-class Server::Network {};
-
-Server::Server(const ServeOptions& options) {
+std::unique_ptr<Server> make_server(const ServeOptions& options) {
   fail(ErrorKind::device,
        "{}: this program was built without its web server: install libboost-dev and build it again",
        options.command);
 }
-Server::~Server() = default;
-int Server::port() const { return 0; }
-std::vector<std::string> Server::warnings() const { return {}; }
-int Server::sibr_port() const { return 0; }
-const std::array<SentPictures, 4>& Server::sent() const {
-  static const std::array<SentPictures, 4> kNone;
-  return kNone;
-}
-void Server::run(ServedScenes&, const std::function<bool()>&, ServedTraining*) {}
 
 #else
 
@@ -37,14 +26,12 @@ using Tcp = asio::ip::tcp;
 
 constexpr std::chrono::milliseconds kEndTurn{100};  ///< between two questions whether to end
 
-}  // namespace
-
-class Server::Network {
+class BeastServer : public Server {
  public:
-  explicit Network(const ServeOptions& options)
+  explicit BeastServer(const ServeOptions& options)
       : acceptor_(hub_.io), end_timer_(hub_.io), accept_timer_(hub_.io) {
     hub_.options = options;
-    if (options.tls) hub_.tls.emplace(make_tls_context(*options.tls, options.command));
+    if (!options.tls.key.empty()) hub_.tls.emplace(make_tls_context(options.tls, options.command));
     hub_.names = HostNames(options.address, options.name);
     error_code error;
     const auto address = asio::ip::make_address(options.address, error);
@@ -63,8 +50,8 @@ class Server::Network {
     if (options.sibr) sibr_listener_ = listen_for_sibr(*options.sibr);
   }
 
-  int port() const { return acceptor_.local_endpoint().port(); }
-  std::vector<std::string> warnings() const {
+  int port() const override { return acceptor_.local_endpoint().port(); }
+  std::vector<std::string> warnings() const override {
     std::vector<std::string> sentences;
     const ServeOptions& options = hub_.options;
     if (!hub_.tls && !acceptor_.local_endpoint().address().is_loopback()) {
@@ -77,14 +64,15 @@ class Server::Network {
     const std::string problem = certificate_problem(*hub_.tls);
     if (!problem.empty()) {
       sentences.push_back(fmt::format("{}: --certificate {}: {}; browsers refuse it",
-                                      options.command, options.tls->certificate.string(), problem));
+                                      options.command, options.tls.certificate.string(), problem));
     }
     return sentences;
   }
-  int sibr_port() const { return sibr_listener_.port(); }
-  const std::array<SentPictures, 4>& sent() const { return hub_.sent; }
+  int sibr_port() const override { return sibr_listener_.port(); }
+  const std::array<SentPictures, 4>& sent() const override { return hub_.sent; }
 
-  void run(ServedScenes& scenes, const std::function<bool()>& ends, ServedTraining* training) {
+  void run(ServedScenes& scenes, const std::function<bool()>& ends,
+           ServedTraining* training) override {
     hub_.training = training;
     for (const auto& scene : scenes) hub_.scenes.push_back(&scene->opened);
     {
@@ -108,42 +96,34 @@ class Server::Network {
   // The threads of Pictures report to the thread of the network.
   Pictures::Receiver receiver() {
     return {[this](int visitor) {
-              to_live(visitor, [](Live& live) {
-                live.handle([](VisitorLink& link, double now) { link.picture_drawn(now); });
-              });
+              tell(visitor, [](VisitorLink& link, double now) { link.picture_drawn(now); });
             },
             [this](int visitor, Picture picture) {
-              to_live(visitor, [picture = std::move(picture)](Live& live) mutable {
-                live.handle([&](VisitorLink& link, double now) {
-                  link.picture_ready(std::move(picture), now);
-                });
+              tell(visitor, [picture = std::move(picture)](VisitorLink& link, double now) mutable {
+                link.picture_ready(std::move(picture), now);
               });
             },
             [this](int visitor, Actions actions) {
               if (reported_by_training(visitor, actions)) return;
-              to_live(visitor, [actions = std::move(actions)](Live& live) {
-                live.handle_visitor([&](Visitor& one, double now) {
-                  if (actions.empty()) one.host().job_ended();
-                  one.apply(actions, now);
-                });
+              tell(visitor, [actions = std::move(actions)](Visitor& one, double now) {
+                if (actions.empty()) one.host().job_ended();
+                one.apply(actions, now);
               });
             },
             [this](int visitor, int version, Measuring state) {
-              to_live(visitor, [version, state](Live& live) {
-                live.handle_visitor(
-                    [&](Visitor& one, double now) { one.measuring_changed(version, state, now); });
+              tell(visitor, [version, state](Visitor& one, double now) {
+                one.measuring_changed(version, state, now);
               });
             }};
   }
 
-  // Calls the function with the visitor's connection on the thread of the network, if it still
-  // exists.
-  template <class Function>
-  void to_live(int visitor, Function function) {
-    asio::post(hub_.io, [this, visitor, function = std::move(function)]() mutable {
+  // Reports an event to the visitor's connection on the thread of the network, if it still exists.
+  template <class Tell>
+  void tell(int visitor, Tell tell) {
+    asio::post(hub_.io, [this, visitor, tell = std::move(tell)]() mutable {
       const auto found = hub_.live.find(visitor);
       if (found == hub_.live.end()) return;
-      if (const std::shared_ptr<Live> live = found->second.lock()) function(*live);
+      if (const std::shared_ptr<Live> live = found->second.lock()) live->handle(tell);
     });
   }
 
@@ -189,9 +169,8 @@ class Server::Network {
     if (actions.empty()) return;
     const auto all = hub_.live;  // a visitor may leave meanwhile
     for (const auto& [number, weak] : all) {
-      const std::shared_ptr<Live> live = weak.lock();
-      if (!live) continue;
-      live->handle_visitor([&](Visitor& visitor, double now) { visitor.apply(actions, now); });
+      if (const std::shared_ptr<Live> live = weak.lock())
+        live->handle([&](Visitor& visitor, double now) { visitor.apply(actions, now); });
     }
   }
   void follow_training() {
@@ -224,15 +203,10 @@ class Server::Network {
   asio::steady_timer end_timer_, accept_timer_;
 };
 
-Server::Server(const ServeOptions& options) : network_(std::make_unique<Network>(options)) {}
-Server::~Server() = default;
-int Server::port() const { return network_->port(); }
-std::vector<std::string> Server::warnings() const { return network_->warnings(); }
-int Server::sibr_port() const { return network_->sibr_port(); }
-const std::array<SentPictures, 4>& Server::sent() const { return network_->sent(); }
-void Server::run(ServedScenes& scenes, const std::function<bool()>& ends,
-                 ServedTraining* training) {
-  network_->run(scenes, ends, training);
+}  // namespace
+
+std::unique_ptr<Server> make_server(const ServeOptions& options) {
+  return std::make_unique<BeastServer>(options);
 }
 
 #endif

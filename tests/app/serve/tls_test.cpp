@@ -282,7 +282,7 @@ class ServeTlsFiles : public testing::Test {
     ServeOptions options;
     options.port = 0;
     options.tls = files;
-    return test::error_of([&] { Server server(options); }, folder_.path());
+    return test::error_of([&] { make_server(options); }, folder_.path());
   }
 };
 

@@ -65,8 +65,7 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
   if (choice.json) require_json_text(*choice.json);
   if (choice.json) return {{parse_camera(*choice.json, "--camera-json"), -1, "--camera-json"}};
   if (choice.path) return path_shots(*choice.path, choice.steps.value_or(kPathSteps));
-  const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
-  if (file) {
+  if (const auto file = cameras_file(frame, scene.path)) {
     const std::vector<Camera> cameras = read_cameras(*file);
     const int count = static_cast<int>(cameras.size());
     if (count == 0) fail("{}: holds no camera", file->string());
@@ -99,18 +98,14 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
 
 }  // namespace
 
-bool has_cameras(const FrameOptions& frame, const Scene& scene) {
-  return frame.cameras || find_cameras_file(scene.path);
-}
-
 CameraChoice or_all_cameras(CameraChoice choice, const FrameOptions& frame, const Scene& scene) {
   if (choice.indices.empty() && !choice.json && !choice.several())
-    choice.all = has_cameras(frame, scene);
+    choice.all = cameras_file(frame, scene.path).has_value();
   return choice;
 }
 
 std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene) {
-  const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
+  const auto file = cameras_file(frame, scene.path);
   return file ? read_cameras(*file) : std::vector<Camera>();
 }
 

@@ -40,9 +40,6 @@ void declare_camera_choice(Options& options, CameraChoice& choice);
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
                                const Scene& scene, ThreadPool& pool);
 
-/// True if the scene has a cameras file: given with --cameras or found beside the scene.
-bool has_cameras(const FrameOptions& frame, const Scene& scene);
-
 /// The choice, or every camera of the cameras file if nothing was chosen and there is such a file.
 CameraChoice or_all_cameras(CameraChoice choice, const FrameOptions& frame, const Scene& scene);
 

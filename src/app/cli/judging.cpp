@@ -244,18 +244,16 @@ class Judging {
     fmt::print(to_stdout ? stderr : stdout, "{}", format_judgement_table(result_));
     if (options_.csv) write_text(*options_.csv, format_judgement_csv(result_));
     if (options_.json) write_text(*options_.json, format_judgement_json(result_));
-    if (options_.sheet) write_sheet(*options_.sheet);
+    if (options_.sheet) {
+      write_image(sheet(), *options_.sheet);
+      fmt::print(stderr, "wrote {}\n", options_.sheet->string());
+    }
     if (!options_.out_dir) return;
     replace_folder(*options_.out_dir, [&](const std::filesystem::path& hidden) {
       write_judgement(result_, hidden);
       write_image(sheet(), hidden / "sheet.png");
     });
     fmt::print(stderr, "wrote {}\n", options_.out_dir->string());
-  }
-
-  void write_sheet(const std::filesystem::path& path) const {
-    write_image(sheet(), path);
-    fmt::print(stderr, "wrote {}\n", path.string());
   }
 
   Image sheet() const {

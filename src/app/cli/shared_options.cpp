@@ -49,11 +49,15 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
 
 }  // namespace
 
+std::optional<std::filesystem::path> cameras_file(const FrameOptions& frame,
+                                                  const std::filesystem::path& scene) {
+  return frame.cameras ? frame.cameras : find_cameras_file(scene);
+}
+
 void note_inputs(const FrameOptions& frame) {
   const std::filesystem::path scene = find_scene_file(frame.scene, frame.iteration);
   note_input(scene);
-  const auto cameras = frame.cameras ? frame.cameras : find_cameras_file(scene);
-  if (cameras) note_input(*cameras);
+  if (const auto cameras = cameras_file(frame, scene)) note_input(*cameras);
 }
 
 void require_folder(const char* command, const std::filesystem::path& folder) {

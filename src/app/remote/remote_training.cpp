@@ -29,8 +29,6 @@ RemoteTraining::RemoteTraining(TcpAddress address, std::function<void()> wake,
   thread_ = std::jthread([this](const std::stop_token& stop) { loop(stop); });
 }
 
-RemoteTraining::~RemoteTraining() = default;
-
 void RemoteTraining::show(const RemoteView& view) {
   const std::lock_guard lock(mutex_);
   view_ = view;

@@ -88,7 +88,6 @@ class Connections {
     std::vector<Time> wrong_tokens;  // of the last minute
   };
 
-  const ConnectionLimit& limit_of(ConnectionKind kind) const;
   bool has_room(const std::string& address, ConnectionKind kind) const;
   void count(const std::string& address, ConnectionKind kind, int change);
   static void forget_old(Address& address, Time now);

@@ -40,9 +40,7 @@ void LineRate::round_trip(double seconds, bool alone) {
   if (trips_.size() > kTrips) trips_.pop_front();
 }
 
-double LineRate::least() const {
-  return trips_.empty() ? 0 : *std::min_element(trips_.begin(), trips_.end());
-}
+double LineRate::least() const { return trips_.empty() ? 0 : std::ranges::min(trips_); }
 
 void LineRate::confirmed(double sent, double confirmed, std::size_t bytes) {
   const double began = std::max(sent + least(), last_confirmed_);
@@ -137,9 +135,8 @@ bool PictureFlow::received(std::uint32_t count, double held, double now) {
 
 std::optional<double> PictureFlow::next_room(int coming) const {
   if (pictures_ == 0 || pictures_ + coming != window_ || trips_.empty()) return {};
-  const auto oldest = std::find_if(in_transit_.begin(), in_transit_.end(),
-                                   [](const InTransit& one) { return !one.is_part; });
-  return oldest->sent + *std::max_element(trips_.begin(), trips_.end());
+  const auto oldest = std::ranges::find(in_transit_, false, &InTransit::is_part);
+  return oldest->sent + std::ranges::max(trips_);
 }
 
 bool PictureFlow::has_room_for_part(std::size_t bytes) const {

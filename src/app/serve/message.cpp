@@ -153,8 +153,7 @@ int key_of_code(std::string_view code) {
   if (ends_with("Digit", '0', '9')) return GLFW_KEY_0 + (code.back() - '0');
   if (ends_with("Numpad", '0', '9')) return GLFW_KEY_KP_0 + (code.back() - '0');
   if (ends_with("F", '1', '9')) return GLFW_KEY_F1 + (code.back() - '1');
-  const auto found = std::find_if(kKeyCodes.begin(), kKeyCodes.end(),
-                                  [&](const KeyCode& row) { return row.code == code; });
+  const auto found = std::ranges::find(kKeyCodes, code, &KeyCode::code);
   return found == kKeyCodes.end() ? 0 : found->key;
 }
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <limits>
 #include <new>
+#include <ranges>
 #include <utility>
 
 #include "app/serve/paint.h"
@@ -60,10 +61,9 @@ Pictures::Pictures(ServedScenes& scenes, Receiver receiver)
 void MeasuringTurns::want(const Turn& turn) {
   if (!spent_ms_.contains(turn.visitor)) {
     // Time before the visitor came is no claim.
-    const auto least =
-        std::min_element(spent_ms_.begin(), spent_ms_.end(),
-                         [](const auto& a, const auto& b) { return a.second < b.second; });
-    spent_ms_[turn.visitor] = least == spent_ms_.end() ? 0 : least->second;
+    const auto spent = std::views::values(spent_ms_);
+    const double least = spent.empty() ? 0 : std::ranges::min(spent);
+    spent_ms_[turn.visitor] = least;
   }
   wanted_[turn.visitor] = turn;
 }
@@ -76,9 +76,8 @@ void MeasuringTurns::forget(int visitor) {
 }
 
 std::optional<MeasuringTurns::Turn> MeasuringTurns::next() const {
-  const auto found = std::min_element(
-      wanted_.begin(), wanted_.end(),
-      [&](const auto& a, const auto& b) { return spent_ms_.at(a.first) < spent_ms_.at(b.first); });
+  const auto found = std::ranges::min_element(
+      wanted_, {}, [&](const auto& entry) { return spent_ms_.at(entry.first); });
   return found == wanted_.end() ? std::nullopt : std::optional(found->second);
 }
 

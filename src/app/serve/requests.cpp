@@ -52,7 +52,7 @@ std::string in_lower_case(std::string_view text) {
 }
 
 bool are_all(std::string_view text, bool (*is_one)(char c)) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), is_one);
+  return !text.empty() && std::ranges::all_of(text, is_one);
 }
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -67,8 +67,7 @@ std::span<const PageFile> page_files() { return kPageFiles; }
 std::span<const HeaderField> security_fields() { return kSecurityFields; }
 
 const PageFile* page_file(std::string_view target) {
-  const auto found = std::find_if(kPageFiles.begin(), kPageFiles.end(),
-                                  [&](const PageFile& file) { return file.target == target; });
+  const auto found = std::ranges::find(kPageFiles, target, &PageFile::target);
   return found == kPageFiles.end() ? nullptr : &*found;
 }
 
@@ -97,7 +96,7 @@ HostNames::HostNames(const std::string& address, const std::string& name)
 
 bool HostNames::has(std::string_view host) const {
   const std::string name = name_in_host(host);
-  return !name.empty() && std::find(names_.begin(), names_.end(), name) != names_.end();
+  return !name.empty() && std::ranges::find(names_, name) != names_.end();
 }
 
 unsigned status_of(const RequestHead& head, std::string_view scheme, const HostNames& names,

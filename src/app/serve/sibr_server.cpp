@@ -54,10 +54,6 @@ std::string plain_picture(const SibrRequest& request, const glm::vec3& color) {
   return rgb;
 }
 
-std::span<const std::byte> bytes_of(const std::string& text) {
-  return std::as_bytes(std::span(text));
-}
-
 }  // namespace
 
 TcpSocket listen_for_sibr(const SibrOptions& options) {
@@ -106,7 +102,8 @@ void SibrServer::answer_all(TcpSocket& socket, const std::stop_token& stop) {
       std::optional<std::string> answer = picture_of(*request, visitor, stop);
       if (!answer) break;
       *answer += with_length(options_.name);
-      if (socket.write(bytes_of(*answer), patience(options_.silence, stop)) != TcpEnd::done) break;
+      const auto bytes = std::as_bytes(std::span(*answer));
+      if (socket.write(bytes, patience(options_.silence, stop)) != TcpEnd::done) break;
     }
   } catch (const std::exception&) {  // the viewer is closed
   }

@@ -37,9 +37,6 @@ class SibrServer {
   /// outlive it. `number`: the scene's in Pictures.
   SibrServer(TcpSocket& listener, const SibrOptions& options, Pictures& pictures,
              const OpenedScene& scene, std::size_t number = 0);
-  ~SibrServer() = default;
-  SibrServer(const SibrServer&) = delete;
-  SibrServer& operator=(const SibrServer&) = delete;
 
  private:
   struct SibrViewer {

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "app/viewer/render/training_thread.h"
-#include "app/viewer/state/host.h"
 #include "learn/run/train_options.h"
 
 namespace qs {

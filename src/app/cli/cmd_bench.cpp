@@ -163,10 +163,8 @@ class Bench {
   }
 
   std::vector<Shot> choose_views(const FrameOptions& frame, const Session& session) const {
-    const Scene& scene = *session.scene;
-    if (command_.scaling > 0) return {overview_shot(frame, scene)};
-    return choose_shots(or_all_cameras(command_.cameras, frame, scene), frame, scene,
-                        *session.pool);
+    if (command_.scaling > 0) return {overview_shot(frame, *session.scene)};
+    return choose_shots_or_all(command_.cameras, frame, session);
   }
 
   // Renders again, because measured images stay on the device. The row of a plugin that fails here

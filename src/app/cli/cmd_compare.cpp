@@ -52,7 +52,7 @@ class Compare {
  public:
   explicit Compare(const CompareCommand& command)
       : command_(command), session_(open_session(command.frame)) {
-    shot_ = choose_shots(command.cameras, command.frame, *session_.scene, *session_.pool).front();
+    shot_ = choose_shots(command.cameras, command.frame, session_).front();
     if (command.crop) require_part_inside(rect_of(*command.crop), shot_.camera);
   }
 

@@ -57,8 +57,7 @@ int run(const InspectCommand& command) {
   check_targets({command.output, command.json});
   if (command.output) check_picture_name(*command.output);
   Session session = open_session(command.frame);
-  const Shot shot =
-      choose_shots(command.cameras, command.frame, *session.scene, *session.pool).front();
+  const Shot shot = choose_shots(command.cameras, command.frame, session).front();
   const Frame& frame =
       session.renderer->render(shot.camera, session.settings, inspection_outputs());
   const glm::ivec2 size(shot.camera.width, shot.camera.height);

@@ -91,8 +91,7 @@ class RenderRun {
       : command_(command), session_(open_session(command.frame)) {}
 
   int all_shots() {
-    const std::vector<Shot> shots =
-        choose_shots(command_.cameras, command_.frame, *session_.scene, *session_.pool);
+    const std::vector<Shot> shots = choose_shots(command_.cameras, command_.frame, session_);
     const Shard shard = command_.shard.value_or(Shard());
     for (std::size_t view = 0; view < shots.size(); ++view) {
       progress_ = step_of(bar_.progress(), view, shots.size());

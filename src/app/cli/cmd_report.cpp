@@ -34,9 +34,7 @@ struct ReportCommand {
 };
 
 std::vector<Shot> choose_views(const ReportCommand& command, const Session& session) {
-  const Scene& scene = *session.scene;
-  const std::vector<Shot> all = choose_shots(or_all_cameras(command.cameras, command.frame, scene),
-                                             command.frame, scene, *session.pool);
+  const std::vector<Shot> all = choose_shots_or_all(command.cameras, command.frame, session);
   const std::size_t count = std::min(all.size(), static_cast<std::size_t>(command.views));
   std::vector<Shot> shots;
   for (std::size_t i = 0; i < count; ++i) shots.push_back(all[i * all.size() / count]);

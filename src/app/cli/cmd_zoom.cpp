@@ -113,8 +113,7 @@ int run(ZoomCommand& command, Arguments arguments) {
   Session session = open_session(command.frame);
   CameraChoice choice;
   if (command.from_camera) choice.indices = {*command.from_camera};
-  const Camera start =
-      choose_shots(choice, command.frame, *session.scene, *session.pool).front().camera;
+  const Camera start = choose_shots(choice, command.frame, session).front().camera;
   ZoomBundle bundle =
       start_zoom(session, start, command.target ? *command.target : find_target(session, start));
   bundle.steps = command.steps;

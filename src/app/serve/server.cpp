@@ -28,8 +28,7 @@ constexpr std::chrono::milliseconds kEndTurn{100};  ///< between two questions w
 
 class BeastServer : public Server {
  public:
-  explicit BeastServer(const ServeOptions& options)
-      : acceptor_(hub_.io), end_timer_(hub_.io), accept_timer_(hub_.io) {
+  explicit BeastServer(const ServeOptions& options) : acceptor_(hub_.io), end_timer_(hub_.io) {
     hub_.options = options;
     if (!options.tls.key.empty()) hub_.tls.emplace(make_tls_context(options.tls, options.command));
     hub_.names = HostNames(options.address, options.name);
@@ -82,7 +81,6 @@ class BeastServer : public Server {
       if (hub_.options.sibr)
         sibr.emplace(sibr_listener_, *hub_.options.sibr, pictures, *hub_.scenes.front());
       await_end(ends);
-      accept();
       hub_.io.run();
       hub_.pictures = nullptr;
     }
@@ -128,19 +126,12 @@ class BeastServer : public Server {
   }
 
   void accept() {
+    accepts_ = true;
     acceptor_.async_accept([this](error_code error, Tcp::socket socket) {
-      if (!acceptor_.is_open()) return;
-      if (error) return accept_later();
+      accepts_ = !error;  // for example without file descriptors: the next turn tries again
+      if (error) return;
       guarded(*this, [&] { begin(std::move(socket)); });
       accept();
-    });
-  }
-
-  // For example without file descriptors.
-  void accept_later() {
-    accept_timer_.expires_after(kEndTurn);
-    accept_timer_.async_wait([this](error_code error) {
-      if (!error) accept();
     });
   }
 
@@ -184,6 +175,7 @@ class BeastServer : public Server {
       hub_.connections.prune(SteadyClock::now());
       follow_training();
       is_over = ends();
+      if (!is_over && !accepts_) accept();
     });
     if (is_over) {
       error_code ignored;
@@ -200,7 +192,8 @@ class BeastServer : public Server {
   Hub hub_;
   Tcp::acceptor acceptor_;
   TcpSocket sibr_listener_;
-  asio::steady_timer end_timer_, accept_timer_;
+  asio::steady_timer end_timer_;
+  bool accepts_ = false;
 };
 
 }  // namespace

@@ -73,13 +73,9 @@ SibrServer::SibrServer(TcpSocket& listener, const SibrOptions& options, Pictures
 void SibrServer::accept(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     TcpSocket socket = listener_.accept(patience(kAcceptTime, stop));
-    std::list<SibrViewer> ended;  // their threads are joined outside of the lock
     const std::lock_guard lock(mutex_);
-    for (auto viewer = viewers_.begin(); viewer != viewers_.end();) {
-      const auto next = std::next(viewer);
-      if (viewer->ended) ended.splice(ended.end(), viewers_, viewer);
-      viewer = next;
-    }
+    // An ended thread does not need the lock any more.
+    std::erase_if(viewers_, [](const SibrViewer& viewer) { return viewer.ended; });
     if (!socket.is_open() || std::ssize(viewers_) >= options_.viewers) continue;
     SibrViewer& viewer = viewers_.emplace_back(std::move(socket));
     try {

@@ -144,10 +144,10 @@ TEST_F(ServeServer, all_connections_are_counted) {
 TEST_F(ServeServer, addresses_that_cannot_be_used_are_named) {
   ServeOptions taken = options_;
   taken.port = running_.port();
-  EXPECT_THAT(test::error_of([&] { Server second(taken); }, ErrorKind::device),
+  EXPECT_THAT(test::error_of([&] { make_server(taken); }, ErrorKind::device),
               HasSubstr("cannot be used: Address already in use"));
   taken.address = "nowhere";
-  EXPECT_THAT(test::error_of([&] { Server third(taken); }, ErrorKind::usage),
+  EXPECT_THAT(test::error_of([&] { make_server(taken); }, ErrorKind::usage),
               HasSubstr("--address nowhere"));
 }
 

@@ -29,11 +29,11 @@ struct ServeCommand {
 };
 
 void check(const FrameOptions& frame) {
-  if (frame.size)
-    fail(ErrorKind::usage, "serve: --size: pictures have the size of the browser's window");
-  const auto& modes = frame.modes;
-  if (std::find(modes.begin(), modes.end(), kReferenceMode) != modes.end())
-    fail(ErrorKind::usage, "serve: --cull reference takes seconds a picture: use quadsplat render");
+  const bool draws_reference = std::ranges::count(frame.modes, kReferenceMode) > 0;
+  check_rules(
+      "serve",
+      {{frame.size.has_value(), "--size: pictures have the size of the browser's window"},
+       {draws_reference, "--cull reference takes seconds a picture: use quadsplat render"}});
 }
 
 // SIBR's protocol has no token, so its port listens at 127.0.0.1 only.

@@ -40,13 +40,9 @@ void take_scene_beside(ViewOptions& view) {
 // A window that shows a training in another program.
 void connect(ViewCommand& command) {
   ViewOptions& view = command.view;
-  const auto refuse = [](bool given, const char* what) {
-    if (given)
-      fail(ErrorKind::usage, "view: --connect shows a training in another program: leave out {}",
-           what);
-  };
-  refuse(!command.scenes.empty(), "SCENE");
-  refuse(view.beside.has_value(), "--beside");
+  const std::string shows = "--connect shows a training in another program: leave out ";
+  check_rules("view", {{!command.scenes.empty(), shows + "SCENE"},
+                       {view.beside.has_value(), shows + "--beside"}});
   view.connect = resolve(*command.connect, "view: --connect");
   if (view.frame.cameras) view.remote_cameras = read_cameras(*view.frame.cameras);
 }

@@ -203,11 +203,11 @@ std::size_t Pictures::watchers() const {
 
 bool Pictures::is_quiet() const { return next_visitor() < 0 && drawn_.empty() && encoding_ == 0; }
 
-bool Pictures::may_measure() const { return is_quiet() && turns_.next().has_value(); }
-
 void Pictures::render(const std::stop_token& stop) {
   Lock lock(mutex_);
-  const auto has_work = [&] { return next_visitor() >= 0 || !long_jobs_.empty() || may_measure(); };
+  const auto has_work = [&] {
+    return next_visitor() >= 0 || !long_jobs_.empty() || (is_quiet() && turns_.next());
+  };
   while (changed_.wait(lock, stop, has_work)) {
     if (const int visitor = next_visitor(); visitor >= 0) {
       serve(lock, visitor);

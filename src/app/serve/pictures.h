@@ -158,7 +158,6 @@ class Pictures {
   void answer(PictureEncoder* encoder, Drawn& drawn);
   int next_visitor() const;  // -1: none
   bool is_quiet() const;     // nobody waits for a picture or a short job
-  bool may_measure() const;
   void note_request();
   std::size_t watchers() const;
   void serve(Lock& lock, int visitor);

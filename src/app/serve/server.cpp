@@ -38,13 +38,11 @@ class BeastServer : public Server {
       fail(ErrorKind::usage, "{}: --address {}: not an address such as 127.0.0.1 or ::1",
            options.command, options.address);
     const Tcp::endpoint endpoint(address, static_cast<unsigned short>(options.port));
-    acceptor_.open(endpoint.protocol(), error);
-    if (!error) acceptor_.set_option(Tcp::acceptor::reuse_address(true), error);
-    if (!error) acceptor_.bind(endpoint, error);
-    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
-    if (error) {
+    try {
+      acceptor_ = Tcp::acceptor(hub_.io, endpoint);
+    } catch (const boost::system::system_error& problem) {
       fail(ErrorKind::device, "{}: {} port {} cannot be used: {}", options.command, options.address,
-           options.port, error.message());
+           options.port, problem.code().message());
     }
     if (options.sibr) sibr_listener_ = listen_for_sibr(*options.sibr);
   }
@@ -164,16 +162,13 @@ class BeastServer : public Server {
         live->handle([&](Visitor& visitor, double now) { visitor.apply(actions, now); });
     }
   }
-  void follow_training() {
-    if (hub_.training != nullptr)
-      tell_all(hub_.training->follow(*hub_.pictures, !hub_.live.empty(), seconds_now()));
-  }
 
   void await_end(const std::function<bool()>& ends) {
     bool is_over = false;
     guarded(*this, [&] {
       hub_.connections.prune(SteadyClock::now());
-      follow_training();
+      if (hub_.training != nullptr)
+        tell_all(hub_.training->follow(*hub_.pictures, !hub_.live.empty(), seconds_now()));
       is_over = ends();
       if (!is_over && !accepts_) accept();
     });

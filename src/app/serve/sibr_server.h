@@ -48,8 +48,7 @@ class SibrServer {
   void accept(const std::stop_token& stop);
   void answer_all(TcpSocket& socket, const std::stop_token& stop);
   std::optional<SibrRequest> read_request(TcpSocket& socket, const std::stop_token& stop) const;
-  std::optional<std::string> picture_of(const SibrRequest& request, int visitor,
-                                        const std::stop_token& stop);
+  std::string picture_of(const SibrRequest& request, int visitor, const std::stop_token& stop);
 
   TcpSocket& listener_;
   SibrOptions options_;

@@ -132,9 +132,6 @@ class Visitor {
   void stop_long_jobs();
   void show_view(const message::ShowView& view);
   void do_all(const Actions& actions);
-  Actions actions_of(const message::SetControl& set) const;
-  Actions actions_of(const message::DragHandle& drag) const;
-  Actions actions_of(const message::ShowPanels& panels) const;
   bool waits_for_rest() const;
   bool rests() const;
   bool is_moved() const;  // by the visitor, by a flight or by playback

@@ -114,7 +114,9 @@ VisitorLink::Step VisitorLink::advance(double now, const std::function<void(Visi
     if (visitor_->has_moved_on()) drop_lossless();
     step.order = next_order(now);
     step.pings = version_ == 0 && pings_now(now);  // before the state, which takes its time
-    if (!writing_) step.message = next_message(step, now);
+    if (!writing_) step.message = next_state(now);
+    if (!writing_ && !step.message)
+      step.message = outgoing_.empty() ? next_file_part(now) : next_part(step, now);
     if (!turn_at_ && visitor_->is_busy()) turn_at_ = now + kTurn;
   }
   if (closing_ && !writing_) step.close = closing_;
@@ -162,12 +164,6 @@ std::optional<PictureOrder> VisitorLink::next_order(double now) {
     ++in_work_;
   }
   return order;
-}
-
-std::optional<VisitorLink::Message> VisitorLink::next_message(Step& step, double now) {
-  if (std::optional<Message> state = next_state(now)) return state;
-  if (outgoing_.empty()) return next_file_part(now);
-  return next_part(step, now);
 }
 
 std::optional<VisitorLink::Message> VisitorLink::next_state(double now) {

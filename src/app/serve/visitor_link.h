@@ -96,7 +96,6 @@ class VisitorLink {
   void tick_if_due(double now);
   void drop_lossless();
   std::optional<PictureOrder> next_order(double now);
-  std::optional<Message> next_message(Step& step, double now);
   std::optional<Message> next_state(double now);
   std::optional<Message> next_part(Step& step, double now);
   std::optional<Message> next_file_part(double now);

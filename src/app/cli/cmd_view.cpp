@@ -60,9 +60,9 @@ int run(ViewCommand& command) {
     if (command.scenes.size() > 1)
       fail(ErrorKind::usage, "view: the window shows one scene: name only one");
   }
-  if (view.frame.tile_px != kTileSize) {
+  if (view.frame.settings.tile_px != kTileSize) {
     fail(ErrorKind::usage, "view: --tile-size {}: the window draws tiles of {} pixels only",
-         view.frame.tile_px, kTileSize);
+         view.frame.settings.tile_px, kTileSize);
   }
   take_scene_beside(view);
   view.vsync = !command.no_vsync;

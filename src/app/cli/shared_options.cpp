@@ -109,7 +109,7 @@ void declare_renderer(Options& options, FrameOptions& frame) {
   options.offers(mode_list());
   declare_backend_option(options, frame.backend, "what renders");
   options.enumerated(
-      "--pipeline", kPipelineNames, frame.pipeline,
+      "--pipeline", kPipelineNames, frame.settings.pipeline,
       fmt::format("implementation: classic follows the published 3DGS code, fast is optimised; "
                   "both draw the same images (default: {})",
                   kPipelineNames[static_cast<int>(kDefaultPipeline)]));
@@ -117,14 +117,16 @@ void declare_renderer(Options& options, FrameOptions& frame) {
   declare_threads_option(options, frame.threads);
   options.choice(
       "--tile-size", {"8", "16", "32"},
-      [&frame](int chosen) { frame.tile_px = kTileSizes[static_cast<std::size_t>(chosen)]; },
+      [&frame](int chosen) {
+        frame.settings.tile_px = kTileSizes[static_cast<std::size_t>(chosen)];
+      },
       "side of a tile in pixels; 8 and 32 need the CPU backend (default: 16)");
 }
 
 // The options that change the picture.
 void declare_look(Options& options, FrameOptions& frame) {
-  declare_sh_degree_option(options, frame.sh_degree, "the scene's");
-  options.real("--splat-scale", "X", 1e-6, 1e6, frame.splat_scale,
+  declare_sh_degree_option(options, frame.settings.sh_degree, "the scene's");
+  options.real("--splat-scale", "X", 1e-6, 1e6, frame.settings.splat_scale,
                "factor on the size of every Gaussian (default: 1)");
   declare_background_option(
       options, [&frame](const glm::vec3& color) { frame.background = color; },
@@ -132,7 +134,7 @@ void declare_look(Options& options, FrameOptions& frame) {
   options.choice(
       "--antialiased", {"on", "off", "auto"},
       [&frame](int chosen) {
-        frame.antialiased = chosen == 2 ? std::nullopt : std::optional(chosen == 0);
+        frame.settings.antialiased = chosen == 2 ? std::nullopt : std::optional(chosen == 0);
       },
       "opacity compensation of small Gaussians (default: auto, as the scene was trained)");
   options.flag("--skip-huge", frame.skip_huge,

@@ -13,7 +13,7 @@
 
 namespace qs {
 
-/// The list of `json_of(one)` of each element, without those that are null.
+/// The list of `json_of(one)` of each element; null is left out.
 template <class Range, class JsonOf>
 nlohmann::json json_list(const Range& range, const JsonOf& json_of) {
   nlohmann::json list = nlohmann::json::array();

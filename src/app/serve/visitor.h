@@ -117,7 +117,7 @@ class Visitor {
   void measuring_changed(int version, Measuring state, double now);
   Measuring measuring() const { return measuring_; }
 
-  /// What the visitor's actions have asked for.
+  /// Jobs, files and commands for the owner to take.
   VisitorHost& host() { return host_; }
 
   /// The shared parts at the last Sharing::meet().

@@ -13,9 +13,9 @@ namespace qs {
 
 /// A file of the page.
 struct PageFile {
-  std::string_view target;  ///< in requests
-  const char* asset;        ///< for find_asset()
-  const char* type;         ///< Content-Type
+  const char* target;  ///< in requests
+  const char* asset;   ///< for find_asset()
+  const char* type;    ///< Content-Type
 };
 
 /// All files that can be asked for. No other path of a request reaches the file system.

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "app/remote/sibr_stream.h"
+#include "app/remote/sibr_message.h"
 #include "app/serve/message.h"
 #include "app/viewer/preferences.h"
 #include "base/error.h"

@@ -13,21 +13,16 @@ BenchPlugins::BenchPlugins(const std::vector<std::filesystem::path>& libraries, 
                            const Session& session, std::string scene,
                            nlohmann::ordered_json& environment)
     : scene_(std::move(scene)), environment_(environment) {
-  for (const std::filesystem::path& library : libraries) open(library, timeout_s, session);
-}
-
-void BenchPlugins::open(const std::filesystem::path& library, int timeout_s,
-                        const Session& session) {
-  auto renderer = std::make_unique<PluginRenderer>(
-      PluginOptions{library, session.device, timeout_s}, *session.pool);
-  try {
-    renderer->upload(cloud_of(session.scene), {});
-  } catch (const Error& error) {
-    add_problem(fmt::format("{}: {}", scene_, error.what()));
-    return;
+  for (const std::filesystem::path& library : libraries) {
+    auto renderer = std::make_unique<PluginRenderer>(
+        PluginOptions{library, session.device, timeout_s}, *session.pool);
+    try {
+      renderer->upload(cloud_of(session.scene), {});
+      plugins_.push_back({unique(renderer->name()), library, std::move(renderer)});
+    } catch (const Error& error) {
+      add_problem(fmt::format("{}: {}", scene_, error.what()));
+    }
   }
-  const std::string name = unique(renderer->name());
-  plugins_.push_back({name, library, std::move(renderer)});
 }
 
 // A row is found by its name. So plugins of the same name are numbered, and no plugin has the name

@@ -42,7 +42,6 @@ class BenchPlugins {
     std::unique_ptr<PluginRenderer> renderer;
   };
 
-  void open(const std::filesystem::path& library, int timeout_s, const Session& session);
   std::string unique(const std::string& name) const;
   void add_problem(const std::string& sentence);
 

@@ -61,12 +61,12 @@ void require_json_text(const std::string& given) {
 }
 
 std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& frame,
-                                const Scene& scene, ThreadPool& pool) {
+                                const Session& session) {
+  const Scene& scene = *session.scene;
   if (choice.json) require_json_text(*choice.json);
   if (choice.json) return {{parse_camera(*choice.json, "--camera-json"), -1, "--camera-json"}};
   if (choice.path) return path_shots(*choice.path, choice.steps.value_or(kPathSteps));
-  const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
-  if (file) {
+  if (const auto file = cameras_file(frame, scene.path)) {
     const std::vector<Camera> cameras = read_cameras(*file);
     const int count = static_cast<int>(cameras.size());
     if (count == 0) fail("{}: holds no camera", file->string());
@@ -88,7 +88,7 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
         scene.path.string());
   }
   const Framing framing =
-      choose_framing(scene.cloud, declared_up(frame.up, scene.vertical_axis), pool);
+      choose_framing(scene.cloud, declared_up(frame.up, scene.vertical_axis), *session.pool);
   if (framing.upside_down) {
     warn(fmt::format("{} seems to be upside down: try --axes {}", scene.path.filename().string(),
                      turned_over(scene.axes)));
@@ -99,18 +99,8 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
 
 }  // namespace
 
-bool has_cameras(const FrameOptions& frame, const Scene& scene) {
-  return frame.cameras || find_cameras_file(scene.path);
-}
-
-CameraChoice or_all_cameras(CameraChoice choice, const FrameOptions& frame, const Scene& scene) {
-  if (choice.indices.empty() && !choice.json && !choice.several())
-    choice.all = has_cameras(frame, scene);
-  return choice;
-}
-
 std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene) {
-  const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
+  const auto file = cameras_file(frame, scene.path);
   return file ? read_cameras(*file) : std::vector<Camera>();
 }
 
@@ -147,18 +137,25 @@ void declare_camera_choice(Options& options, CameraChoice& choice) {
 }
 
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
-                               const Scene& scene, ThreadPool& pool) {
+                               const Session& session) {
   if (!choice.indices.empty() + choice.json.has_value() + choice.all + choice.path.has_value() >
       1) {
     fail(ErrorKind::usage,
          "--camera-index, --camera-json, --all-cameras and --camera-path exclude each other");
   }
   if (choice.steps && !choice.path) fail(ErrorKind::usage, "--path-steps needs a --camera-path");
-  std::vector<Shot> shots = unsized_shots(choice, frame, scene, pool);
+  std::vector<Shot> shots = unsized_shots(choice, frame, session);
   if (frame.size) {
     for (Shot& shot : shots) shot.camera = shot.camera.resized(frame.size->x, frame.size->y);
   }
   return shots;
+}
+
+std::vector<Shot> choose_shots_or_all(CameraChoice choice, const FrameOptions& frame,
+                                      const Session& session) {
+  if (choice.indices.empty() && !choice.json && !choice.several())
+    choice.all = cameras_file(frame, session.scene->path).has_value();
+  return choose_shots(choice, frame, session);
 }
 
 }  // namespace qs

@@ -38,13 +38,11 @@ void declare_camera_choice(Options& options, CameraChoice& choice);
 /// At least one shot, resized to frame.size. Without a choice: the first camera of the cameras
 /// file, or choose_framing() in 1280 x 720 pixels if there is no file. Throws Error.
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
-                               const Scene& scene, ThreadPool& pool);
+                               const Session& session);
 
-/// True if the scene has a cameras file: given with --cameras or found beside the scene.
-bool has_cameras(const FrameOptions& frame, const Scene& scene);
-
-/// The choice, or every camera of the cameras file if nothing was chosen and there is such a file.
-CameraChoice or_all_cameras(CameraChoice choice, const FrameOptions& frame, const Scene& scene);
+/// The same, but every camera of the cameras file if nothing was chosen and there is such a file.
+std::vector<Shot> choose_shots_or_all(CameraChoice choice, const FrameOptions& frame,
+                                      const Session& session);
 
 /// The cameras of the cameras file; empty without a file. Throws Error.
 std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene);

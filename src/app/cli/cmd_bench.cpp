@@ -57,9 +57,8 @@ int run_load_bench(const BenchCommand& command) {
 
 class Bench {
  public:
-  Bench(const BenchCommand& command, Arguments arguments) : command_(command) {
-    for (const std::string& word : arguments) flags_.push_back(word);
-  }
+  Bench(const BenchCommand& command, Arguments arguments)
+      : command_(command), flags_(arguments.begin(), arguments.end()) {}
 
   int run() {
     const int sizes = std::max(command_.scaling, 1);
@@ -148,35 +147,27 @@ class Bench {
     const float measured = command_.judges_images() ? 0.6f : 1.0f;
     std::vector<BenchRow> rows = measure_view(session, command_.frame.modes, view.camera, plan,
                                               part_of(progress, 0, measured));
-    if (command_.judges_images()) {
-      const Image truth = reference_image(session, view.camera, part_of(progress, measured, 0.95f));
-      judge_images({session, plugins, truth}, view.camera, camera, rows);
-    }
     for (BenchRow& row : rows) {
       row.scene = name;
       row.camera = camera;
       row.view = view_;
-      report_.rows.push_back(row);
     }
+    if (command_.judges_images()) {
+      const Image truth = reference_image(session, view.camera, part_of(progress, measured, 0.95f));
+      judge_images(session, plugins, view.camera, truth, rows);
+    }
+    report_.rows.insert(report_.rows.end(), rows.begin(), rows.end());
   }
 
   std::vector<Shot> choose_views(const FrameOptions& frame, const Session& session) const {
-    const Scene& scene = *session.scene;
-    if (command_.scaling > 0) return {overview_shot(frame, scene)};
-    return choose_shots(or_all_cameras(command_.cameras, frame, scene), frame, scene,
-                        *session.pool);
+    if (command_.scaling > 0) return {overview_shot(frame, *session.scene)};
+    return choose_shots_or_all(command_.cameras, frame, session);
   }
 
   // Renders again, because measured images stay on the device. The row of a plugin that fails here
   // is removed, because its times belong to another picture.
-  struct Judged {
-    Session& session;
-    BenchPlugins& plugins;
-    const Image& truth;
-  };
-  void judge_images(const Judged& judged, const Camera& camera, const std::string& camera_name,
-                    std::vector<BenchRow>& rows) const {
-    const auto& [session, plugins, truth] = judged;
+  void judge_images(Session& session, BenchPlugins& plugins, const Camera& camera,
+                    const Image& truth, std::vector<BenchRow>& rows) const {
     RenderSettings settings = session.settings;
     std::erase_if(rows, [&](BenchRow& row) {
       Renderer* const guest = plugins.find(row.mode);
@@ -186,7 +177,7 @@ class Bench {
         judge_quality(renderer, camera, settings, truth, *session.pool, row);
       } catch (const Error& error) {
         if (guest == nullptr) throw;
-        plugins.note(camera_name, error.what());
+        plugins.note(row.camera, error.what());
         return true;
       }
       return false;

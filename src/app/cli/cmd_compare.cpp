@@ -11,7 +11,7 @@
 #include "app/inspect/comparison_sheet.h"
 #include "app/inspect/reference_check.h"
 #include "app/measure/scene_facts.h"
-#include "app/session/frame_metadata.h"
+#include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "io/bytes/replace_file.h"
@@ -51,7 +51,7 @@ class Compare {
  public:
   explicit Compare(const CompareCommand& command)
       : command_(command), session_(open_session(command.frame)) {
-    shot_ = choose_shots(command.cameras, command.frame, *session_.scene, *session_.pool).front();
+    shot_ = choose_shots(command.cameras, command.frame, session_).front();
     if (command.crop) require_part_inside(rect_of(*command.crop), shot_.camera);
   }
 

@@ -56,13 +56,11 @@ struct Views {
 
 // The views to evaluate, sorted by name.
 Views choose_views(const EvalCommand& command) {
-  const auto file =
-      command.frame.cameras
-          ? command.frame.cameras
-          : find_cameras_file(find_scene_file(command.frame.scene, command.frame.iteration));
+  const FrameOptions& frame = command.frame;
+  const auto file = cameras_file(frame, find_scene_file(frame.scene, frame.iteration));
   if (!file) {
     fail("{}: no cameras were found beside it: name their file with --cameras",
-         command.frame.scene.string());
+         frame.scene.string());
   }
   std::vector<LensCamera> cameras = read_lens_cameras(*file);
   sort_by_name(cameras);
@@ -71,7 +69,7 @@ Views choose_views(const EvalCommand& command) {
   Views views{*file, {}, 0};
   for (std::size_t i = 0; i < cameras.size(); i += step) {
     Camera camera = cameras[i].camera;
-    if (command.frame.size) camera = camera.resized(command.frame.size->x, command.frame.size->y);
+    if (frame.size) camera = camera.resized(frame.size->x, frame.size->y);
     if (const auto photograph = photographs.find(camera.name)) {
       note_input(*photograph);  // some are read after pictures are written
       views.list.push_back({camera, cameras[i], *photograph});

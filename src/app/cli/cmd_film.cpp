@@ -23,9 +23,8 @@ struct FilmCommand {
   std::optional<std::filesystem::path> path;
   std::optional<double> seconds, arc;
   std::optional<bool> numbers;
-  double fps = 30;
   Ease ease = Ease::none;
-  Quantity quantity = Quantity::color;
+  FilmPlan plan;  // fps and quantity
   HeatOptions heat;
   bool turntable = false, loop = false;
 };
@@ -61,7 +60,7 @@ void check(const FilmCommand& command) {
        {command.arc && command.path, "--arc is the angle of a turntable, not of a --camera-path"},
        {command.loop && !command.path,
         "--loop needs a --camera-path; a turntable is a loop already"}});
-  require_colors("film", command.heat, command.quantity);
+  require_colors("film", command.heat, command.plan.quantity);
   require_heatmaps("film", command.heat, command.frame.modes);
 }
 
@@ -78,14 +77,12 @@ void choose_scales(const FilmCommand& command, const Session& session, FilmPlan&
 
 int film(const FilmCommand& command) {
   check(command);
-  FilmPlan plan;
+  FilmPlan plan = command.plan;
   plan.size = command.frame.size.value_or(plan.size);
-  plan.fps = command.fps;
   check_film(command.output, plan.size, plan.fps);  // throws before the scene is read
   Session session = open_session(command.frame);
   plan.track = choose_track(command, session, plan.size);
   plan.seconds = command.seconds.value_or(plan.track.seconds);
-  plan.quantity = command.quantity;
   plan.numbers = command.numbers.value_or(command.frame.modes.size() > 1);
   for (const CullMode mode : command.frame.modes) {
     plan.ways.push_back({session.renderer.get(), session.settings, mode_name(mode)});
@@ -140,11 +137,11 @@ CommandAction film_command(Options& options) {
   options.real("--seconds", "S", 0.01, 36000, command->seconds,
                "duration (default: 10 for a turntable, else that of the path)", {"0.1", "0.25"});
   declare_quantity_option(
-      options, command->quantity,
+      options, command->plan.quantity,
       "what the film shows (default: color); alpha and depths by a colour map with one scale");
   declare_heatmap_options(options, command->heat,
                           "fits 3dgs in pictures spread over the film, and all modes share it");
-  options.real("--fps", "N", 1, 240, command->fps, "pictures per second (default: 30)");
+  options.real("--fps", "N", 1, 240, command->plan.fps, "pictures per second (default: 30)");
   options.enumerated(
       "--ease", kEaseNames, command->ease,
       "where the camera slows down to a stop: at the ends of the film or at all keyframes "

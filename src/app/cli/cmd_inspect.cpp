@@ -11,7 +11,7 @@
 #include "app/inspect/construction.h"
 #include "app/inspect/inspection.h"
 #include "app/measure/scene_facts.h"
-#include "app/session/frame_metadata.h"
+#include "app/session/shot.h"
 #include "base/fail.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
@@ -57,8 +57,7 @@ int run(const InspectCommand& command) {
   check_targets({command.output, command.json});
   if (command.output) check_picture_name(*command.output);
   Session session = open_session(command.frame);
-  const Shot shot =
-      choose_shots(command.cameras, command.frame, *session.scene, *session.pool).front();
+  const Shot shot = choose_shots(command.cameras, command.frame, session).front();
   const Frame& frame =
       session.renderer->render(shot.camera, session.settings, inspection_outputs());
   const glm::ivec2 size(shot.camera.width, shot.camera.height);

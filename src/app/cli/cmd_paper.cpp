@@ -13,6 +13,7 @@
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
+#include "app/measure/measure_view.h"
 #include "app/measure/shard.h"
 #include "base/assets.h"
 #include "base/child_process.h"
@@ -37,7 +38,8 @@ struct PaperCommand {
   std::string profile = "local";
   Pipeline pipeline = Pipeline::classic;
   std::optional<Backend> backend;
-  int seeds = 1, iterations = 30'000, frames = 100, warmup = 20, rounds = 3;
+  int seeds = 1, iterations = 30'000;
+  ViewPlan plan{100, 20, 3};
   std::optional<int> jobs, resolution_scale;
   Shard shard;
   bool yes = false, partial = false;
@@ -61,9 +63,9 @@ ordered_json request_of(const PaperCommand& c) {
           {"backend", c.backend ? kBackendNames[static_cast<int>(*c.backend)] : "auto"},
           {"seeds", c.seeds},
           {"iterations", c.iterations},
-          {"frames", c.frames},
-          {"warmup", c.warmup},
-          {"rounds", c.rounds},
+          {"frames", c.plan.frames},
+          {"warmup", c.plan.warmup},
+          {"rounds", c.plan.rounds},
           {"jobs", json_of(c.jobs)},
           {"resolution_scale", json_of(c.resolution_scale)},
           {"shard", {c.shard.index, c.shard.count}},
@@ -124,11 +126,8 @@ void declare_training(Options& options, PaperCommand& c) {
 void declare_measuring(Options& options, PaperCommand& c) {
   options.enumerated("--pipeline", kPipelineNames, c.pipeline,
                      "pipeline of the measured frames (default: classic, as in the paper)");
-  options.integer("--frames", "N", 1, 100000, c.frames,
-                  "measured frames per mode and view (default: 100)");
-  options.integer("--warmup", "N", 0, 100000, c.warmup,
-                  "warm-up frames per mode and view (default: 20)");
-  options.integer("--rounds", "N", 1, 1000, c.rounds, "of every measurement (default: 3)");
+  declare_plan_options(options, c.plan, "view");
+  options.integer("--rounds", "N", 1, 1000, c.plan.rounds, "of every measurement (default: 3)");
   options.text("--lpips", "FILE", c.lpips,
                "weights of LPIPS, see eval --lpips: adds LPIPS to the tables", {"missing"});
 }

@@ -15,7 +15,7 @@
 #include "app/picture/image_difference.h"
 #include "app/picture/value_map.h"
 #include "app/report/environment.h"
-#include "app/session/frame_metadata.h"
+#include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
@@ -91,8 +91,7 @@ class RenderRun {
       : command_(command), session_(open_session(command.frame)) {}
 
   int all_shots() {
-    const std::vector<Shot> shots =
-        choose_shots(command_.cameras, command_.frame, *session_.scene, *session_.pool);
+    const std::vector<Shot> shots = choose_shots(command_.cameras, command_.frame, session_);
     const Shard shard = command_.shard.value_or(Shard());
     for (std::size_t view = 0; view < shots.size(); ++view) {
       progress_ = step_of(bar_.progress(), view, shots.size());

@@ -34,9 +34,7 @@ struct ReportCommand {
 };
 
 std::vector<Shot> choose_views(const ReportCommand& command, const Session& session) {
-  const Scene& scene = *session.scene;
-  const std::vector<Shot> all = choose_shots(or_all_cameras(command.cameras, command.frame, scene),
-                                             command.frame, scene, *session.pool);
+  const std::vector<Shot> all = choose_shots_or_all(command.cameras, command.frame, session);
   const std::size_t count = std::min(all.size(), static_cast<std::size_t>(command.views));
   std::vector<Shot> shots;
   for (std::size_t i = 0; i < count; ++i) shots.push_back(all[i * all.size() / count]);
@@ -127,15 +125,6 @@ class Report {
     Heatmap heatmap = {};
   };
 
-  void render(Map& map) {
-    RenderSettings settings = session_.settings;
-    settings.mode = map.mode;
-    HeatmapFrame mapped = render_with_heatmap(*session_.renderer, shots_.front().camera, settings,
-                                              map.quantity, *session_.pool);
-    map.color = mapped.frame.color;
-    map.heatmap = std::move(mapped.heatmap);
-  }
-
   std::vector<CaptionedImage> pictures() {
     const CullMode square = find_culler("3dgs"), dual = find_culler("dualbox");
     Map maps[] = {
@@ -151,7 +140,12 @@ class Report {
     ProgressBar bar("drawing heat maps");
     const Progress progress = bar.progress();
     for (Map& map : maps) {
-      render(map);
+      RenderSettings settings = session_.settings;
+      settings.mode = map.mode;
+      HeatmapFrame drawn = render_with_heatmap(*session_.renderer, shots_.front().camera, settings,
+                                               map.quantity, *session_.pool);
+      map.color = drawn.frame.color;
+      map.heatmap = std::move(drawn.heatmap);
       progress.update(static_cast<float>(&map - maps + 1) / static_cast<float>(std::size(maps)));
       std::vector<std::uint32_t>& all = values[map.quantity];
       all.insert(all.end(), map.heatmap.values.begin(), map.heatmap.values.end());

@@ -23,44 +23,37 @@ constexpr std::size_t kMostSibrName = 1024;
 struct ServeCommand {
   FrameOptions frame;
   std::vector<std::filesystem::path> scenes;
-  bool sibr = false;
-  std::optional<int> sibr_port;
-  std::optional<std::string> sibr_name;
-  ServeChoice serve;
+  bool answers_sibr = false;
+  SibrOptions sibr;
+  ServeOptions serve;
 };
 
 void check(const FrameOptions& frame) {
-  if (frame.size)
-    fail(ErrorKind::usage, "serve: --size: pictures have the size of the browser's window");
-  const auto& modes = frame.modes;
-  if (std::find(modes.begin(), modes.end(), kReferenceMode) != modes.end())
-    fail(ErrorKind::usage, "serve: --cull reference takes seconds a picture: use quadsplat render");
+  const bool draws_reference = std::ranges::count(frame.modes, kReferenceMode) > 0;
+  check_rules(
+      "serve",
+      {{frame.size.has_value(), "--size: pictures have the size of the browser's window"},
+       {draws_reference, "--cull reference takes seconds a picture: use quadsplat render"}});
 }
 
 // SIBR's protocol has no token, so its port listens at 127.0.0.1 only.
-std::optional<SibrOptions> sibr_options(const ServeCommand& command, const std::string& address) {
-  const auto needs_sibr = [](bool given, const char* option) {
-    if (given) fail(ErrorKind::usage, "serve: {}: needs --sibr", option);
-  };
-  if (!command.sibr) {
-    needs_sibr(command.sibr_port.has_value(), "--sibr-port");
-    needs_sibr(command.sibr_name.has_value(), "--sibr-name");
-    return {};
-  }
+std::optional<SibrOptions> sibr_options(const ServeCommand& command, Arguments arguments) {
+  constexpr const char* kOptions[] = {"--sibr-port", "--sibr-name"};
+  const char* const option = given_option(arguments, kOptions);
+  if (option != nullptr && !command.answers_sibr)
+    fail(ErrorKind::usage, "serve: {}: needs --sibr", option);
+  if (!command.answers_sibr) return {};
+  const std::string &address = command.serve.address, &name = command.sibr.name;
   if (address != "127.0.0.1" && address != "::1") {
     fail(ErrorKind::usage,
          "serve: --address {}: --sibr asks nobody for a token, so it works at 127.0.0.1 only",
          address);
   }
-  SibrOptions options;
-  options.port = command.sibr_port.value_or(options.port);
-  options.name = command.sibr_name.value_or("");
   const auto is_plain = [](char c) { return c >= ' ' && c <= '~'; };
-  if (options.name.size() > kMostSibrName ||
-      !std::all_of(options.name.begin(), options.name.end(), is_plain))
+  if (name.size() > kMostSibrName || !std::ranges::all_of(name, is_plain))
     fail(ErrorKind::usage, "serve: --sibr-name: must be ASCII text of at most {} letters",
          kMostSibrName);
-  return options;
+  return command.sibr;
 }
 
 void print_sibr_address(int port) {
@@ -85,22 +78,23 @@ void print_sent(const Server& server) {
   }
 }
 
-int serve_scenes(ServeCommand& command) {
+int serve_scenes(ServeCommand& command, Arguments arguments) {
   check(command.frame);
-  ServeOptions serve = serve_options(command.serve, "serve");
-  serve.sibr = sibr_options(command, serve.address);
-  Server server(serve);  // throws before the scenes are read
-  print_warnings(server);
+  ServeOptions& serve = command.serve;
+  complete(serve);
+  serve.sibr = sibr_options(command, arguments);
+  const auto server = make_server(serve);  // throws before the scenes are read
+  print_warnings(*server);
   ServedScenes scenes;
   for (const std::filesystem::path& path : command.scenes) {
     command.frame.scene = path;
     scenes.push_back(open_served_scene(command.frame));
   }
   const std::size_t count = scenes.size();
-  print_address(serve, server.port(), fmt::format("{} scene{}", count, count == 1 ? "" : "s"));
-  if (serve.sibr) print_sibr_address(server.sibr_port());
-  server.run(scenes, QuitSignals::arrived);
-  print_sent(server);
+  print_address(serve, server->port(), fmt::format("{} scene{}", count, count == 1 ? "" : "s"));
+  if (serve.sibr) print_sibr_address(server->sibr_port());
+  server->run(scenes, QuitSignals::arrived, nullptr);
+  print_sent(*server);
   throw Cancelled();  // only a signal ends it
 }
 
@@ -111,18 +105,18 @@ CommandAction serve_command(Options& options) {
   options.positionals("SCENE", command->scenes, 1, kSceneHelp, kSceneSamples);
   declare_common_options(options, command->frame);
   declare_serve_options(options, command->serve, {"192.0.2.1", "nowhere"});
-  options.flag("--sibr", command->sibr,
+  options.flag("--sibr", command->answers_sibr,
                "also answers INRIA's remote viewer (SIBR_remoteGaussian) on this machine");
-  options.integer("--sibr-port", "N", 0, 65535, command->sibr_port,
+  options.integer("--sibr-port", "N", 0, 65535, command->sibr.port,
                   "port for that viewer; 0 = any free one (default: 6009)");
-  options.text("--sibr-name", "TEXT", command->sibr_name,
+  options.text("--sibr-name", "TEXT", command->sibr.name,
                "the folder of the data set at the viewer's machine, which that viewer opens "
                "(default: none)",
                {"/data/garden"});
   options.example("quadsplat serve garden/", "prints the address to open in a browser");
   options.example("quadsplat serve plush.spz garden/ --port 8080",
                   "two scenes, at another port, for ssh -L 8080:127.0.0.1:8080");
-  return [command](Arguments) { return serve_scenes(*command); };
+  return [command](Arguments arguments) { return serve_scenes(*command, arguments); };
 }
 
 }  // namespace qs

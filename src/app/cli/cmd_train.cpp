@@ -6,11 +6,13 @@
 #include "app/cli/command.h"
 #include "app/cli/serve_options.h"
 #include "app/cli/shared_options.h"
-#include "app/cli/train_in_browser.h"
-#include "app/cli/train_in_window.h"
+#include "app/cli/shown_run.h"
 #include "app/report/train_page.h"
+#include "app/serve/served_training.h"
+#include "app/viewer/view_loop.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
+#include "base/quit_signals.h"
 #include "base/text.h"
 #include "learn/run/train_options.h"
 #include "learn/step/training_model.h"
@@ -20,7 +22,7 @@ namespace {
 
 struct TrainCommand : train::TrainOptions {
   ViewOptions view;
-  ServeChoice serve;
+  ServeOptions serve;
   bool in_window = false, in_browser = false;
   std::optional<Backend> backend;  // unset: the best backend that works
   int device = kFirstGpu, threads = 0;
@@ -36,10 +38,7 @@ train::PreparedRun prepare(TrainCommand& command, ThreadPool& pool, const Progre
 }
 
 PageFacts page_of(const TrainCommand& command) {
-  PageFacts page;
-  page.backend = backend_of(command);
-  page.device = command.device;
-  page.threads = command.threads;
+  PageFacts page{backend_of(command), command.device, command.threads, {}};
   page.settings.mode = command.settings.mode;
   return page;
 }
@@ -52,43 +51,73 @@ void print_continuation(const char* what, Arguments arguments) {
   fmt::print("{}; to continue: {} --resume\n", what, again);
 }
 
-// The options of --serve; unset without it.
-std::optional<ServeOptions> serve_options(const TrainCommand& command) {
+// Null without --serve.
+std::unique_ptr<Server> make_server(TrainCommand& command, Arguments arguments) {
   if (command.in_browser && command.in_window)
     fail(ErrorKind::usage, "train: --serve and --view exclude each other");
-  if (command.in_browser) return serve_options(command.serve, "train");
-  if (const char* const option = command.serve.given())
+  const char* const option = given_option(arguments, kServeOptions);
+  if (option != nullptr && !command.in_browser)
     fail(ErrorKind::usage, "train: {}: needs --serve", option);
-  return {};
+  if (!command.in_browser) return nullptr;
+  complete(command.serve);
+  auto server = make_server(command.serve);
+  print_warnings(*server);
+  return server;
+}
+
+// Returns after the window was closed and the model was saved.
+train::RunEnd train_in_window(TrainCommand& command, ShownRun& run) {
+  ViewOptions& view = command.view;
+  view.frame.modes = {command.settings.mode};
+  view.frame.threads = command.threads;
+  view.train = [&](TrainingThread& thread) { return run.train(thread); };
+  view.train_request = train_request_in_window;
+  run_viewer(view);
+  return run.end();
+}
+
+// Returns after the run has ended. `interrupted`: by a signal.
+train::RunEnd train_in_browser(const TrainCommand& command, ShownRun& run, Server& server) {
+  {
+    const QuitSignals signals;
+    TrainingThread thread([] {}, [&](TrainingThread& own) { return run.train(own); });
+    ServedTraining training(thread);
+    ServedScenes scenes;
+    const auto pass_on_signal = [&] {
+      if (QuitSignals::arrived()) thread.command(TrainingCommand::stop);
+    };
+    const auto serve_page = [&] {
+      auto scene = training.open(page_of(command), QuitSignals::arrived);
+      if (!scene) return;
+      scenes.push_back(std::move(scene));
+      print_address(command.serve, server.port(), "the training");
+      const auto ends = [&] {
+        pass_on_signal();
+        return training.has_ended();
+      };
+      server.run(scenes, ends, &training);
+    };
+    const auto tell = [](const std::string& sentence) { warn("train: --serve: " + sentence); };
+    training.outlive(serve_page, tell, pass_on_signal);
+  }
+  return run.end();
 }
 
 int run(TrainCommand& command, Arguments arguments) {
-  const std::optional<ServeOptions> serve = serve_options(command);
-  std::optional<Server> server;  // listens before the photographs are read
-  if (serve) print_warnings(server.emplace(*serve));
+  const auto server = make_server(command, arguments);  // before the photographs are read
   ThreadPool pool(command.threads);
   ProgressBar bar("reading photographs");
-  auto [model, data] = prepare(command, pool, bar.progress());
+  train::PreparedRun prepared = prepare(command, pool, bar.progress());
   bar.hide();
-  if (command.in_window) {
-    ViewOptions& view = command.view;
-    view.frame.modes = {command.settings.mode};
-    view.frame.threads = command.threads;
-    view.train_request = train_request_in_window;
-    if (train_in_window(command.settings, data, command.run, std::move(model), pool, view) ==
-        train::RunEnd::interrupted)
-      print_continuation("stopped", arguments);
-    return kExitOk;
-  }
-  const train::RunEnd end =
-      server ? train_in_browser(command.settings, data, command.run, std::move(model), pool,
-                                *server, *serve, page_of(command))
-             : run_training(command.settings, data, command.run, std::move(model), pool);
-  if (end == train::RunEnd::interrupted) {
-    print_continuation("interrupted", arguments);
-    throw Cancelled{};
-  }
-  return kExitOk;
+  ShownRun shown(command, prepared, pool);
+  const train::RunEnd end = command.in_window ? train_in_window(command, shown)
+                            : server          ? train_in_browser(command, shown, *server)
+                                     : run_training(command.settings, prepared.data, command.run,
+                                                    std::move(prepared.model), pool);
+  if (end == train::RunEnd::finished) return kExitOk;
+  print_continuation(command.in_window ? "stopped" : "interrupted", arguments);
+  if (command.in_window) return kExitOk;
+  throw Cancelled{};
 }
 
 void declare_options(Options& options, TrainCommand& command) {
@@ -102,6 +131,7 @@ void declare_options(Options& options, TrainCommand& command) {
   declare_window_options(options, command.view);
   options.flag("--serve", command.in_browser,
                "shows the model in a browser while it is trained, as quadsplat serve does");
+  command.serve.command = "train";
   declare_serve_options(options, command.serve, {"127.0.0.1"});
   options.example("quadsplat train garden/ --images images_4 --out-dir garden_model",
                   "a model of 30,000 iterations");
@@ -126,9 +156,8 @@ std::string train_request_in_window(TrainingThread& thread, const TrainingReques
   declare_options(options, command);
   if (!options.parse(words)) fail(ErrorKind::usage, "train: --help is printed in the terminal");
   ThreadPool pool(command.threads);
-  auto [model, data] = prepare(command, pool, thread.reading(command.data.data));
-  return sentence_of(
-      train_beside_window(thread, command.settings, data, command.run, std::move(model), pool));
+  train::PreparedRun prepared = prepare(command, pool, thread.reading(command.data.data));
+  return ShownRun(command, prepared, pool).train(thread);
 }
 
 }  // namespace qs

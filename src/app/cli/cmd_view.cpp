@@ -6,7 +6,7 @@
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
-#include "app/cli/train_in_window.h"
+#include "app/cli/shown_run.h"
 #include "app/remote/tcp.h"
 #include "app/viewer/view_loop.h"
 #include "base/fail.h"
@@ -40,13 +40,9 @@ void take_scene_beside(ViewOptions& view) {
 // A window that shows a training in another program.
 void connect(ViewCommand& command) {
   ViewOptions& view = command.view;
-  const auto refuse = [](bool given, const char* what) {
-    if (given)
-      fail(ErrorKind::usage, "view: --connect shows a training in another program: leave out {}",
-           what);
-  };
-  refuse(!command.scenes.empty(), "SCENE");
-  refuse(view.beside.has_value(), "--beside");
+  const std::string shows = "--connect shows a training in another program: leave out ";
+  check_rules("view", {{!command.scenes.empty(), shows + "SCENE"},
+                       {view.beside.has_value(), shows + "--beside"}});
   view.connect = resolve(*command.connect, "view: --connect");
   if (view.frame.cameras) view.remote_cameras = read_cameras(*view.frame.cameras);
 }
@@ -64,9 +60,9 @@ int run(ViewCommand& command) {
     if (command.scenes.size() > 1)
       fail(ErrorKind::usage, "view: the window shows one scene: name only one");
   }
-  if (view.frame.tile_px != kTileSize) {
+  if (view.frame.settings.tile_px != kTileSize) {
     fail(ErrorKind::usage, "view: --tile-size {}: the window draws tiles of {} pixels only",
-         view.frame.tile_px, kTileSize);
+         view.frame.settings.tile_px, kTileSize);
   }
   take_scene_beside(view);
   view.vsync = !command.no_vsync;

@@ -32,15 +32,11 @@ struct ZoomCommand {
 
 std::optional<glm::dvec3> parse_target(const std::string& name, const std::string& text) {
   if (text == "auto") return std::nullopt;
+  const std::vector<std::string> words = separated(text);
+  if (words.size() != 3) fail(ErrorKind::usage, "{}: '{}' is neither X,Y,Z nor auto", name, text);
   glm::dvec3 target{0.0};
-  std::size_t begin = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::size_t end = axis < 2 ? text.find(',', begin) : text.size();
-    if (end == std::string::npos)
-      fail(ErrorKind::usage, "{}: '{}' is neither X,Y,Z nor auto", name, text);
-    target[axis] = parse_real(name, text.substr(begin, end - begin), -1e9, 1e9);
-    begin = end + 1;
-  }
+  for (int axis = 0; axis < 3; ++axis)
+    target[axis] = parse_real(name, words[static_cast<std::size_t>(axis)], -1e9, 1e9);
   return target;
 }
 
@@ -116,8 +112,7 @@ int run(ZoomCommand& command, Arguments arguments) {
   Session session = open_session(command.frame);
   CameraChoice choice;
   if (command.from_camera) choice.indices = {*command.from_camera};
-  const Camera start =
-      choose_shots(choice, command.frame, *session.scene, *session.pool).front().camera;
+  const Camera start = choose_shots(choice, command.frame, session).front().camera;
   ZoomBundle bundle =
       start_zoom(session, start, command.target ? *command.target : find_target(session, start));
   bundle.steps = command.steps;

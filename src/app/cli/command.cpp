@@ -10,7 +10,6 @@
 
 #include <fmt/format.h>
 
-#include "app/cli/format_list.h"
 #include "app/cli/manual.h"
 #include "app/plugin/protocol.h"
 #include "base/fail.h"

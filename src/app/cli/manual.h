@@ -13,4 +13,8 @@ std::string man_page();
 /// A script for bash-completion: commands, options, their values, and files.
 std::string bash_completion();
 
+/// The scene formats as Markdown tables, made of the tables of readers and writers. docs/formats.md
+/// has the same text, which a test checks.
+std::string format_list();
+
 }  // namespace qs

@@ -85,6 +85,17 @@ void check_rules(const char* command, std::initializer_list<OptionRule> rules) {
     if (rule.broken) fail(ErrorKind::usage, "{}: {}", command, rule.sentence);
 }
 
+const char* given_option(std::span<const std::string> arguments,
+                         std::span<const char* const> names) {
+  const auto is_given = [&](const std::string& name) {
+    return std::ranges::any_of(arguments, [&](const std::string& word) {
+      return word == name || word.starts_with(name + "=");
+    });
+  };
+  const auto found = std::ranges::find_if(names, is_given);
+  return found == names.end() ? nullptr : *found;
+}
+
 std::string Options::usage() const {
   std::string text;
   for (const Option& option : table()) {

@@ -49,4 +49,8 @@ struct OptionRule {
 /// Throws Error(usage) "COMMAND: SENTENCE" for the first rule that is broken.
 void check_rules(const char* command, std::initializer_list<OptionRule> rules);
 
+/// The first of these options that was given: WORD or WORD=VALUE. Null if none was.
+const char* given_option(std::span<const std::string> arguments,
+                         std::span<const char* const> names);
+
 }  // namespace qs

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "app/serve/token.h"
+#include "app/serve/requests.h"
 #include "base/fail.h"
 #include "base/warn.h"
 
@@ -19,48 +19,33 @@ std::string host_text(const std::string& address) {
 
 }  // namespace
 
-const char* ServeChoice::given() const {
-  if (port) return "--port";
-  if (address) return "--address";
-  if (name) return "--name";
-  if (certificate) return "--certificate";
-  return key ? "--key" : nullptr;
-}
-
-void declare_serve_options(Options& options, ServeChoice& choice,
+void declare_serve_options(Options& options, ServeOptions& serve,
                            const Options::Samples& addresses) {
-  options.integer("--port", "N", 0, 65535, choice.port,
+  options.integer("--port", "N", 0, 65535, serve.port,
                   "port to listen at; 0 = any free one (default: 7007)");
-  options.text("--address", "ADDRESS", choice.address,
+  options.text("--address", "ADDRESS", serve.address,
                "address to listen at (default: 127.0.0.1, which only this machine reaches)",
                addresses);
-  options.text("--name", "HOST", choice.name,
+  options.text("--name", "HOST", serve.name,
                "name by which browsers may address this machine, beside localhost and --address",
                {"gpu7", "gpu7.example.org"});
-  options.text("--certificate", "FILE", choice.certificate,
+  options.text("--certificate", "FILE", serve.tls.certificate,
                "PEM file with the certificates for https://; needs --key", {"missing.pem"});
-  options.text("--key", "FILE", choice.key, "PEM file with the key of --certificate",
+  options.text("--key", "FILE", serve.tls.key, "PEM file with the key of --certificate",
                {"missing.pem"});
 }
 
-ServeOptions serve_options(const ServeChoice& choice, const std::string& command) {
-  if (choice.certificate.has_value() != choice.key.has_value())
-    fail(ErrorKind::usage, "{}: --certificate and --key need each other", command);
-  ServeOptions serve;
-  serve.command = command;
-  serve.port = choice.port.value_or(serve.port);
-  serve.address = choice.address.value_or(serve.address);
-  serve.name = choice.name.value_or(serve.name);
-  if (choice.key) serve.tls = TlsFiles{*choice.certificate, *choice.key};
+void complete(ServeOptions& serve) {
+  if (serve.tls.certificate.empty() != serve.tls.key.empty())
+    fail(ErrorKind::usage, "{}: --certificate and --key need each other", serve.command);
   serve.token = make_token();
-  return serve;
 }
 
 void print_address(const ServeOptions& serve, int port, const std::string& what) {
   const std::string host = serve.name.empty() ? host_text(serve.address) : serve.name;
   const bool everywhere = serve.address == "0.0.0.0" || serve.address == "::";
   const std::string shown = everywhere && serve.name.empty() ? "localhost" : host;
-  const char* const scheme = serve.tls ? "https" : "http";
+  const char* const scheme = serve.tls.key.empty() ? "http" : "https";
   fmt::print("{}://{}:{}/#token={}\n", scheme, shown, port, serve.token);
   std::fflush(stdout);
   fmt::print(stderr,

@@ -3,8 +3,6 @@
 // The options of the web server that `serve` and `train --serve` share.
 #pragma once
 
-#include <filesystem>
-#include <optional>
 #include <string>
 
 #include "app/cli/options.h"
@@ -12,23 +10,14 @@
 
 namespace qs {
 
-/// As they were given; unset ones have the defaults of ServeOptions.
-struct ServeChoice {
-  std::optional<int> port;
-  std::optional<std::string> address, name;
-  std::optional<std::filesystem::path> certificate, key;
-
-  /// The name of an option that was given; null if none was.
-  const char* given() const;
-};
-
 /// --port, --address, --name, --certificate and --key. `addresses`: samples of --address.
-void declare_serve_options(Options& options, ServeChoice& choice,
+void declare_serve_options(Options& options, ServeOptions& serve,
                            const Options::Samples& addresses);
+inline constexpr const char* kServeOptions[] = {"--port", "--address", "--name", "--certificate",
+                                                "--key"};
 
-/// The options of the server of this command, with a new token. Throws Error(usage) if one of
-/// --certificate and --key is missing.
-ServeOptions serve_options(const ServeChoice& choice, const std::string& command);
+/// Makes a token. Throws Error(usage) if one of --certificate and --key is missing.
+void complete(ServeOptions& serve);
 
 /// Prints the address of the page, and that `what` is served.
 void print_address(const ServeOptions& serve, int port, const std::string& what);

@@ -49,11 +49,15 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
 
 }  // namespace
 
+std::optional<std::filesystem::path> cameras_file(const FrameOptions& frame,
+                                                  const std::filesystem::path& scene) {
+  return frame.cameras ? frame.cameras : find_cameras_file(scene);
+}
+
 void note_inputs(const FrameOptions& frame) {
   const std::filesystem::path scene = find_scene_file(frame.scene, frame.iteration);
   note_input(scene);
-  const auto cameras = frame.cameras ? frame.cameras : find_cameras_file(scene);
-  if (cameras) note_input(*cameras);
+  if (const auto cameras = cameras_file(frame, scene)) note_input(*cameras);
 }
 
 void require_folder(const char* command, const std::filesystem::path& folder) {
@@ -105,7 +109,7 @@ void declare_renderer(Options& options, FrameOptions& frame) {
   options.offers(mode_list());
   declare_backend_option(options, frame.backend, "what renders");
   options.enumerated(
-      "--pipeline", kPipelineNames, frame.pipeline,
+      "--pipeline", kPipelineNames, frame.settings.pipeline,
       fmt::format("implementation: classic follows the published 3DGS code, fast is optimised; "
                   "both draw the same images (default: {})",
                   kPipelineNames[static_cast<int>(kDefaultPipeline)]));
@@ -113,14 +117,16 @@ void declare_renderer(Options& options, FrameOptions& frame) {
   declare_threads_option(options, frame.threads);
   options.choice(
       "--tile-size", {"8", "16", "32"},
-      [&frame](int chosen) { frame.tile_px = kTileSizes[static_cast<std::size_t>(chosen)]; },
+      [&frame](int chosen) {
+        frame.settings.tile_px = kTileSizes[static_cast<std::size_t>(chosen)];
+      },
       "side of a tile in pixels; 8 and 32 need the CPU backend (default: 16)");
 }
 
 // The options that change the picture.
 void declare_look(Options& options, FrameOptions& frame) {
-  declare_sh_degree_option(options, frame.sh_degree, "the scene's");
-  options.real("--splat-scale", "X", 1e-6, 1e6, frame.splat_scale,
+  declare_sh_degree_option(options, frame.settings.sh_degree, "the scene's");
+  options.real("--splat-scale", "X", 1e-6, 1e6, frame.settings.splat_scale,
                "factor on the size of every Gaussian (default: 1)");
   declare_background_option(
       options, [&frame](const glm::vec3& color) { frame.background = color; },
@@ -128,7 +134,7 @@ void declare_look(Options& options, FrameOptions& frame) {
   options.choice(
       "--antialiased", {"on", "off", "auto"},
       [&frame](int chosen) {
-        frame.antialiased = chosen == 2 ? std::nullopt : std::optional(chosen == 0);
+        frame.settings.antialiased = chosen == 2 ? std::nullopt : std::optional(chosen == 0);
       },
       "opacity compensation of small Gaussians (default: auto, as the scene was trained)");
   options.flag("--skip-huge", frame.skip_huge,

@@ -25,6 +25,10 @@ struct ViewPlan;
 inline const Options::Samples kSceneSamples = {"scene.ply", "model"};
 inline constexpr const char* kSceneHelp = "splat file or model folder";
 
+/// The cameras file: given with --cameras or found beside the scene's file; unset without.
+std::optional<std::filesystem::path> cameras_file(const FrameOptions& frame,
+                                                  const std::filesystem::path& scene);
+
 /// Notes the scene's file and its cameras' as inputs, so that check_targets() refuses to write onto
 /// them before any work. Throws Error(input) if there is no such scene.
 void note_inputs(const FrameOptions& frame);

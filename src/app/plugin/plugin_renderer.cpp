@@ -12,7 +12,7 @@
 #include "app/plugin/scene_arrays.h"
 #include "base/child_process.h"
 #include "base/fail.h"
-#include "base/program_folder.h"
+#include "base/assets.h"
 
 namespace qs {
 namespace {

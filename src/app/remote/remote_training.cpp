@@ -29,21 +29,15 @@ RemoteTraining::RemoteTraining(TcpAddress address, std::function<void()> wake,
   thread_ = std::jthread([this](const std::stop_token& stop) { loop(stop); });
 }
 
-RemoteTraining::~RemoteTraining() = default;
-
 void RemoteTraining::show(const RemoteView& view) {
-  {
-    const std::lock_guard lock(mutex_);
-    view_ = view;
-  }
+  const std::lock_guard lock(mutex_);
+  view_ = view;
   changed_.notify_all();
 }
 
 void RemoteTraining::pause(bool paused) {
-  {
-    const std::lock_guard lock(mutex_);
-    run_.paused = paused;
-  }
+  const std::lock_guard lock(mutex_);
+  run_.paused = paused;
   changed_.notify_all();
 }
 
@@ -84,7 +78,7 @@ void RemoteTraining::loop(const std::stop_token& stop) {
     try {
       visit(stop);
     } catch (const std::bad_alloc&) {
-      close_with(fmt::format("{}: there is not enough memory for a picture", address_.text));
+      close_with("there is not enough memory for a picture");
     }
   }
 }
@@ -106,7 +100,7 @@ bool RemoteTraining::open(const std::stop_token& stop) {
   socket_ = connect(address_, patience(times_.connecting, stop), problem);
   if (stop.stop_requested()) return false;
   if (!socket_.is_open()) {
-    close_with(fmt::format("{}: the training does not answer: {}", address_.text,
+    close_with(fmt::format("the training does not answer: {}",
                            problem == 0 ? "no connection" : std::strerror(problem)));
     return false;
   }
@@ -133,8 +127,7 @@ bool RemoteTraining::ask(const std::stop_token& stop) {
   const std::string message = sibr_message(request);
   if (socket_.write(std::as_bytes(std::span(message)), patience(times_.silence, stop)) !=
       TcpEnd::done) {
-    if (!stop.stop_requested())
-      close_with(fmt::format("{}: the training has closed the connection", address_.text));
+    if (!stop.stop_requested()) close_with("the training has closed the connection");
     return false;
   }
   SibrAnswer answer;
@@ -173,10 +166,8 @@ bool RemoteTraining::read(std::span<std::byte> bytes, const std::stop_token& sto
   if (end == TcpEnd::done) end = socket_.read(bytes, patience(times_.silence, stop));
   if (end == TcpEnd::done) return true;
   if (end == TcpEnd::stopped) return false;
-  close_with(
-      end == TcpEnd::late
-          ? fmt::format("{}: the training has stopped in the middle of an answer", address_.text)
-          : fmt::format("{}: the training has closed the connection", address_.text));
+  close_with(end == TcpEnd::late ? "the training has stopped in the middle of an answer"
+                                 : "the training has closed the connection");
   return false;
 }
 
@@ -185,10 +176,8 @@ ReadBytes RemoteTraining::reader(const std::stop_token& stop) {
 }
 
 bool RemoteTraining::is_sound(SibrEnd end) {
-  if (end == SibrEnd::foreign) {
-    close_with(fmt::format("{}: the answer is not a training's: does another program listen there?",
-                           address_.text));
-  }
+  if (end == SibrEnd::foreign)
+    close_with("the answer is not a training's: does another program listen there?");
   return end == SibrEnd::done;
 }
 
@@ -197,7 +186,7 @@ void RemoteTraining::close_with(const std::string& problem) {
   dialect_ = SibrDialect::unknown;
   change([&] {
     run_.is_answering = false;
-    run_.problem = problem;
+    run_.problem = fmt::format("{}: {}", address_.text, problem);
     next_visit_ = Clock::now() + times_.visit;
   });
 }

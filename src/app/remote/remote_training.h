@@ -18,7 +18,6 @@
 #include <vector>
 
 #include "app/remote/remote_run.h"
-#include "app/remote/sibr_stream.h"
 #include "app/remote/tcp.h"
 
 namespace qs {
@@ -48,12 +47,9 @@ struct RemoteTimes {
 
 class RemoteTraining {
  public:
-  /// Connects on a thread of its own. `wake` is called there when there is something to take.
+  /// Connects on a thread of its own. `wake` is called there when there is something to take. The
+  /// end of this object closes the connection, which takes at most 50 ms.
   RemoteTraining(TcpAddress address, std::function<void()> wake, const RemoteTimes& times = {});
-  /// Closes the connection; takes at most 50 ms.
-  ~RemoteTraining();
-  RemoteTraining(const RemoteTraining&) = delete;
-  RemoteTraining& operator=(const RemoteTraining&) = delete;
 
   void show(const RemoteView& view);
   void pause(bool paused);

@@ -60,24 +60,10 @@ Patience patience(std::chrono::milliseconds time, std::stop_token stop) {
   return {TcpClock::now() + time, std::move(stop)};
 }
 
-TcpSocket::TcpSocket(TcpSocket&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-TcpSocket& TcpSocket::operator=(TcpSocket&& other) noexcept {
-  if (this == &other) return *this;
-  close();
-  descriptor_ = std::exchange(other.descriptor_, -1);
-  return *this;
-}
-
-void TcpSocket::close() {
-  if (is_open()) ::close(std::exchange(descriptor_, -1));
-}
-
 TcpEnd TcpSocket::read(std::span<std::byte> bytes, const Patience& patience) {
   while (!bytes.empty()) {
-    if (const TcpEnd end = await(descriptor_, POLLIN, patience); end != TcpEnd::done) return end;
-    const ssize_t count = ::recv(descriptor_, bytes.data(), bytes.size(), 0);
+    if (const TcpEnd end = await(descriptor(), POLLIN, patience); end != TcpEnd::done) return end;
+    const ssize_t count = ::recv(descriptor(), bytes.data(), bytes.size(), 0);
     if (count < 0 && is_again(errno)) continue;
     if (count <= 0) return TcpEnd::closed;
     bytes = bytes.subspan(static_cast<std::size_t>(count));
@@ -86,13 +72,13 @@ TcpEnd TcpSocket::read(std::span<std::byte> bytes, const Patience& patience) {
 }
 
 TcpEnd TcpSocket::await_bytes(const Patience& patience) {
-  return await(descriptor_, POLLIN, patience);
+  return await(descriptor(), POLLIN, patience);
 }
 
 TcpEnd TcpSocket::write(std::span<const std::byte> bytes, const Patience& patience) {
   while (!bytes.empty()) {
-    if (const TcpEnd end = await(descriptor_, POLLOUT, patience); end != TcpEnd::done) return end;
-    const ssize_t count = ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (const TcpEnd end = await(descriptor(), POLLOUT, patience); end != TcpEnd::done) return end;
+    const ssize_t count = ::send(descriptor(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (count < 0 && is_again(errno)) continue;
     if (count < 0) return TcpEnd::closed;
     bytes = bytes.subspan(static_cast<std::size_t>(count));
@@ -101,8 +87,8 @@ TcpEnd TcpSocket::write(std::span<const std::byte> bytes, const Patience& patien
 }
 
 TcpSocket TcpSocket::accept(const Patience& patience) {
-  while (await(descriptor_, POLLIN, patience) == TcpEnd::done) {
-    TcpSocket socket = prepared(::accept4(descriptor_, nullptr, nullptr, SOCK_CLOEXEC));
+  while (await(descriptor(), POLLIN, patience) == TcpEnd::done) {
+    TcpSocket socket = prepared(::accept4(descriptor(), nullptr, nullptr, SOCK_CLOEXEC));
     if (socket.is_open()) return socket;
     // Without file descriptors the connection waits, so poll() would return immediately.
     if (TcpClock::now() >= patience.end) break;
@@ -114,7 +100,7 @@ TcpSocket TcpSocket::accept(const Patience& patience) {
 int TcpSocket::port() const {
   sockaddr_in name{};
   socklen_t size = sizeof(name);
-  if (!is_open() || ::getsockname(descriptor_, reinterpret_cast<sockaddr*>(&name), &size) != 0)
+  if (!is_open() || ::getsockname(descriptor(), reinterpret_cast<sockaddr*>(&name), &size) != 0)
     return 0;
   return ntohs(name.sin_port);
 }

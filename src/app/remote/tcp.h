@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "base/descriptor.h"
+
 namespace qs {
 
 /// The end of a wait. A stop is noticed within 50 ms.
@@ -31,13 +33,10 @@ class TcpSocket {
  public:
   TcpSocket() = default;
   explicit TcpSocket(int descriptor) : descriptor_(descriptor) {}
-  ~TcpSocket() { close(); }
-  TcpSocket(TcpSocket&& other) noexcept;
-  TcpSocket& operator=(TcpSocket&& other) noexcept;
 
-  bool is_open() const { return descriptor_ >= 0; }
-  int descriptor() const { return descriptor_; }
-  void close();
+  bool is_open() const { return static_cast<bool>(descriptor_); }
+  int descriptor() const { return descriptor_.get(); }
+  void close() { descriptor_.reset(); }
 
   /// Fills `bytes`.
   TcpEnd read(std::span<std::byte> bytes, const Patience& patience);
@@ -52,7 +51,7 @@ class TcpSocket {
   int port() const;
 
  private:
-  int descriptor_ = -1;
+  Descriptor descriptor_;
 };
 
 /// A little-endian length in front of a message.

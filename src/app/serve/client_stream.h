@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The bytes of a client's connection, encrypted or not: an AsyncStream of Boost.Beast over a
-// tcp_stream, whose timeouts hold for both. Only live.h and request.cpp
-// include it.
+// tcp_stream, whose timeouts hold for both. Part of server.cpp.
 #pragma once
 
 #include <utility>  // Asio 1.74 uses std::exchange without it
@@ -21,18 +20,21 @@
 
 namespace qs {
 
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+using boost::system::error_code;
+
 class ClientStream {
  public:
-  using Plain = boost::beast::tcp_stream;
+  using Plain = beast::tcp_stream;
 #ifdef QUADSPLAT_TLS
-  using Encrypted = boost::beast::ssl_stream<Plain>;
+  using Encrypted = beast::ssl_stream<Plain>;
 #endif
   using executor_type = Plain::executor_type;
   using next_layer_type = Plain;
-  using error_code = boost::system::error_code;
 
   /// Without a context the bytes are not encrypted. The context must outlive the stream.
-  ClientStream(boost::asio::ip::tcp::socket socket, [[maybe_unused]] TlsContext* context)
+  ClientStream(asio::ip::tcp::socket socket, [[maybe_unused]] TlsContext* context)
       : stream_(std::in_place_type<Plain>, std::move(socket)) {
 #ifdef QUADSPLAT_TLS
     if (context != nullptr) replace<Encrypted>(*context);
@@ -46,10 +48,9 @@ class ClientStream {
 #ifdef QUADSPLAT_TLS
     if (auto* const encrypted = std::get_if<Encrypted>(&stream_)) {
       return encrypted->async_handshake(
-          boost::asio::ssl::stream_base::server,
-          [this, done = std::move(done)](error_code error) mutable {
+          asio::ssl::stream_base::server, [this, done = std::move(done)](error_code error) mutable {
             const bool is_http =
-                error.category() == boost::asio::error::get_ssl_category() &&
+                error.category() == asio::error::get_ssl_category() &&
                 ERR_GET_REASON(static_cast<unsigned long>(error.value())) == SSL_R_HTTP_REQUEST;
             if (is_http) replace<Plain>();
             done(error, is_http);
@@ -70,8 +71,8 @@ class ClientStream {
   }
 
   template <class Handler>
-  void async_teardown(boost::beast::role_type role, Handler&& handler) {
-    using boost::beast::websocket::async_teardown;
+  void async_teardown(beast::role_type role, Handler&& handler) {
+    using beast::websocket::async_teardown;
 #ifdef QUADSPLAT_TLS
     if (auto* const encrypted = std::get_if<Encrypted>(&stream_))
       return encrypted->async_shutdown(std::forward<Handler>(handler));
@@ -81,7 +82,7 @@ class ClientStream {
 
   executor_type get_executor() noexcept { return next_layer().get_executor(); }
   Plain& next_layer() noexcept {
-    return std::visit([](auto& stream) -> Plain& { return boost::beast::get_lowest_layer(stream); },
+    return std::visit([](auto& stream) -> Plain& { return beast::get_lowest_layer(stream); },
                       stream_);
   }
 
@@ -116,7 +117,7 @@ class ClientStream {
 
 /// Called by Beast at the end of a WebSocket.
 template <class Handler>
-void async_teardown(boost::beast::role_type role, ClientStream& stream, Handler&& handler) {
+void async_teardown(beast::role_type role, ClientStream& stream, Handler&& handler) {
   stream.async_teardown(role, std::forward<Handler>(handler));
 }
 

@@ -7,7 +7,9 @@
 namespace qs {
 namespace {
 
-constexpr std::chrono::minutes kMemory{1};  ///< for wrong tokens
+constexpr std::chrono::minutes kMemory{1};             ///< for wrong tokens
+constexpr ConnectionLimit ServeLimits::*kLimits[] = {  // index = ConnectionKind
+    &ServeLimits::requests, &ServeLimits::visitors, &ServeLimits::leaving};
 
 std::size_t index_of(ConnectionKind kind) { return static_cast<std::size_t>(kind); }
 
@@ -53,19 +55,8 @@ void Connections::prune(Time now) {
   });
 }
 
-const ConnectionLimit& Connections::limit_of(ConnectionKind kind) const {
-  switch (kind) {
-    case ConnectionKind::request:
-      return limits_.requests;
-    case ConnectionKind::visitor:
-      return limits_.visitors;
-    default:
-      return limits_.leaving;
-  }
-}
-
 bool Connections::has_room(const std::string& address, ConnectionKind kind) const {
-  const ConnectionLimit& limit = limit_of(kind);
+  const ConnectionLimit& limit = limits_.*kLimits[index_of(kind)];
   const auto found = addresses_.find(address);
   const int here = found == addresses_.end() ? 0 : found->second.connections[index_of(kind)];
   return counts_[index_of(kind)] < limit.all && here < limit.per_address;

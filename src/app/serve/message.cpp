@@ -10,8 +10,6 @@
 #include <GLFW/glfw3.h>
 #include <nlohmann/json.hpp>
 
-#include "app/serve/key_codes.h"
-
 namespace qs {
 namespace {
 
@@ -93,84 +91,80 @@ struct MessageReader {
   }
 };
 
-using Body = decltype(ClientMessage::body);
+// A message of an unknown type is not sound.
+decltype(ClientMessage::body) body_of(std::string_view type, MessageReader& r) {
+  if (type == "hello") return message::Hello{r.text("token"), r.size()};
+  if (type == "resize") return message::Resize{r.size()};
+  if (type == "key")
+    return message::Key{key_of_code(r.text("code")), r.flag("down"), r.set("repeat"), r.mods()};
+  if (type == "button") {
+    const auto button = static_cast<int>(r.whole("button", 0, 2));
+    return message::Button{button, r.flag("down"), r.place()};
+  }
+  if (type == "cursor") return message::Cursor{r.place()};
+  if (type == "wheel") return message::Wheel{r.real("notches", kMostNotches), r.mods()};
+  if (type == "command") return message::Command{r.text("command")};
+  if (type == "scene") return message::ShowScene{r.whole("scene", 0, kMostScene)};
+  if (type == "set") {
+    const std::uint32_t index = r.object.contains("index") ? r.whole("index", 0, ~0u) : 0;
+    return message::SetControl{r.text("control"), r.real("value", kMostValue), index};
+  }
+  if (type == "handle")
+    return message::DragHandle{static_cast<int>(r.whole("face", 0, 5)), r.place()};
+  if (type == "view") {
+    const std::size_t scene = r.whole("scene", 0, kMostScene);
+    return message::ShowView{scene, r.text("camera", kMostCamera), r.text("mode")};
+  }
+  if (type == "panels") return message::ShowPanels{r.texts("open", kMostPanels)};
+  if (type == "stop") return message::Stop{};
+  if (type == "received") return message::Received{r.whole("count", 0, ~0u), r.held()};
+  if (type == "video") return message::Video{r.flag("decodes")};
+  r.sound = r.sound && type == "blur";
+  return message::Blur{};
+}
 
-struct MessageRow {
-  std::string_view type;
-  Body (*read)(MessageReader& reader);
+struct KeyCode {
+  std::string_view code;
+  int key;
 };
 
-constexpr std::array kMessages = {
-    MessageRow{"hello",
-               [](MessageReader& r) -> Body {
-                 return message::Hello{r.text("token"), r.size()};
-               }},
-    MessageRow{"resize", [](MessageReader& r) -> Body { return message::Resize{r.size()}; }},
-    MessageRow{"key",
-               [](MessageReader& r) -> Body {
-                 return message::Key{key_of_code(r.text("code")), r.flag("down"), r.set("repeat"),
-                                     r.mods()};
-               }},
-    MessageRow{"button",
-               [](MessageReader& r) -> Body {
-                 const auto button = static_cast<int>(r.whole("button", 0, 2));
-                 return message::Button{button, r.flag("down"), r.place()};
-               }},
-    MessageRow{"cursor", [](MessageReader& r) -> Body { return message::Cursor{r.place()}; }},
-    MessageRow{"wheel",
-               [](MessageReader& r) -> Body {
-                 return message::Wheel{r.real("notches", kMostNotches), r.mods()};
-               }},
-    MessageRow{"command",
-               [](MessageReader& r) -> Body { return message::Command{r.text("command")}; }},
-    MessageRow{"scene",
-               [](MessageReader& r) -> Body {
-                 return message::ShowScene{r.whole("scene", 0, kMostScene)};
-               }},
-    MessageRow{"set",
-               [](MessageReader& r) -> Body {
-                 message::SetControl set{r.text("control"), r.real("value", kMostValue)};
-                 if (r.object.contains("index")) set.index = r.whole("index", 0, ~0u);
-                 return set;
-               }},
-    MessageRow{"handle",
-               [](MessageReader& r) -> Body {
-                 const auto face = static_cast<int>(r.whole("face", 0, 5));
-                 return message::DragHandle{face, r.place()};
-               }},
-    MessageRow{"view",
-               [](MessageReader& r) -> Body {
-                 const std::size_t scene = r.whole("scene", 0, kMostScene);
-                 std::string camera = r.text("camera", kMostCamera);
-                 return message::ShowView{scene, std::move(camera), r.text("mode")};
-               }},
-    MessageRow{
-        "panels",
-        [](MessageReader& r) -> Body { return message::ShowPanels{r.texts("open", kMostPanels)}; }},
-    MessageRow{"stop", [](MessageReader&) -> Body { return message::Stop{}; }},
-    MessageRow{"received",
-               [](MessageReader& r) -> Body {
-                 return message::Received{r.whole("count", 0, ~0u), r.held()};
-               }},
-    MessageRow{"video", [](MessageReader& r) -> Body { return message::Video{r.flag("decodes")}; }},
-    MessageRow{"blur", [](MessageReader&) -> Body { return message::Blur{}; }},
+constexpr std::array kKeyCodes = {
+    KeyCode{"Space", GLFW_KEY_SPACE},
+    KeyCode{"Minus", GLFW_KEY_MINUS},
+    KeyCode{"Equal", GLFW_KEY_EQUAL},
+    KeyCode{"BracketLeft", GLFW_KEY_LEFT_BRACKET},
+    KeyCode{"BracketRight", GLFW_KEY_RIGHT_BRACKET},
+    KeyCode{"Backquote", GLFW_KEY_GRAVE_ACCENT},
+    KeyCode{"Home", GLFW_KEY_HOME},
+    KeyCode{"Backspace", GLFW_KEY_BACKSPACE},
+    KeyCode{"F10", GLFW_KEY_F10},
+    KeyCode{"NumpadAdd", GLFW_KEY_KP_ADD},
+    KeyCode{"NumpadSubtract", GLFW_KEY_KP_SUBTRACT},
 };
 
 }  // namespace
+
+int key_of_code(std::string_view code) {
+  const auto ends_with = [&](std::string_view start, char first, char last) {
+    return code.size() == start.size() + 1 && code.starts_with(start) && code.back() >= first &&
+           code.back() <= last;
+  };
+  if (ends_with("Key", 'A', 'Z')) return GLFW_KEY_A + (code.back() - 'A');
+  if (ends_with("Digit", '0', '9')) return GLFW_KEY_0 + (code.back() - '0');
+  if (ends_with("Numpad", '0', '9')) return GLFW_KEY_KP_0 + (code.back() - '0');
+  if (ends_with("F", '1', '9')) return GLFW_KEY_F1 + (code.back() - '1');
+  const auto found = std::ranges::find(kKeyCodes, code, &KeyCode::code);
+  return found == kKeyCodes.end() ? 0 : found->key;
+}
 
 std::optional<ClientMessage> parse_message(std::string_view text) {
   const Json object = Json::parse(text, nullptr, false);
   if (!object.is_object()) return {};
   MessageReader reader{object};
-  const std::string type = reader.text("type");
-  const auto row = std::find_if(kMessages.begin(), kMessages.end(),
-                                [&](const MessageRow& one) { return one.type == type; });
-  if (row == kMessages.end()) return {};
   ClientMessage parsed;
   if (object.contains("input")) parsed.input = reader.whole("input", 0, ~0u);
-  parsed.body = row->read(reader);
-  if (!reader.sound) return {};
-  return parsed;
+  parsed.body = body_of(reader.text("type"), reader);
+  return reader.sound ? std::optional(parsed) : std::nullopt;
 }
 
 }  // namespace qs

@@ -111,6 +111,9 @@ struct ClientMessage {
       body;
 };
 
+/// The GLFW_KEY_* of a KeyboardEvent.code such as "KeyW"; 0 if no command can have this key.
+int key_of_code(std::string_view code);
+
 /// Unset for a text that is not one of these messages: no JSON, an unknown type, a missing value, a
 /// number that is not finite or out of its range. Does not throw.
 std::optional<ClientMessage> parse_message(std::string_view text);

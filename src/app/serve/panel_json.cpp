@@ -22,31 +22,28 @@ namespace {
 
 using Json = nlohmann::json;
 
+// Null for a panel of the window alone.
 const KeyCommand* command_of(const PanelRow& row) {
   const auto served = served_commands();
-  const auto found = std::find_if(served.begin(), served.end(), [&](const KeyCommand* command) {
-    return command->panel == row.open;
-  });
+  const auto found = std::ranges::find(served, row.open, &KeyCommand::panel);
   return found == served.end() ? nullptr : *found;
 }
 
-// A panel without a served command is the window's alone, and most need a scene.
+// Most panels need a scene.
 bool is_offered(const Viewer& v, const PanelRow& row) {
   if (command_of(row) == nullptr) return false;
   return row.open == &Panels::training ? v.training.has_value() : v.scene.has_value();
 }
 
 Json panels_json(const Viewer& v, std::span<const PanelRow> panels) {
-  Json rows = Json::array();
-  for (const PanelRow& row : panels) {
-    if (!is_offered(v, row)) continue;
+  return json_list(panels, [&](const PanelRow& row) -> Json {
+    if (!is_offered(v, row)) return nullptr;
     const KeyCommand& command = *command_of(row);
-    rows.push_back({{"name", row.name},
-                    {"title", command.help},
-                    {"key", key_name(command.key, command.mods)},
-                    {"open", v.panels.*row.open}});
-  }
-  return rows;
+    return {{"name", row.name},
+            {"title", command.help},
+            {"key", key_name(command.key, command.mods)},
+            {"open", v.panels.*row.open}};
+  });
 }
 
 // ---- controls ----------------------------------------------------------------------------------
@@ -85,17 +82,20 @@ constexpr const char* kTones[] = {"", "faint", "caution"};
 
 Json ink_json(const Ink& ink) { return {hex_text(ink.dark), hex_text(ink.light)}; }
 
-Json keys_json(const std::vector<block::Key>& keys) {
-  Json rows = Json::array();
-  for (const block::Key& key : keys)
-    rows.push_back({{"text", key.text}, {"ink", ink_json(key.ink)}});
-  return rows;
+Json key_json(const block::Key& key) { return {{"text", key.text}, {"ink", ink_json(key.ink)}}; }
+
+Json tick_json(const BarTick& tick) { return {tick.at, tick.text}; }
+
+Json column_json(const block::Column& column) {
+  return {{"title", column.title},
+          {"letters", column.letters},
+          {"rank", column.rank},
+          {"orders", column.is_ordering},
+          {"descends", column.descends}};
 }
 
-Json ticks_json(const std::vector<BarTick>& ticks) {
-  Json rows = Json::array();
-  for (const BarTick& tick : ticks) rows.push_back({tick.at, tick.text});
-  return rows;
+Json bar_json(const block::Bar& bar) {
+  return {{"value", bar.value}, {"low", bar.low}, {"high", bar.high}, {"ink", ink_json(bar.ink)}};
 }
 
 Json cell_json(const block::Cell& cell) {
@@ -103,29 +103,53 @@ Json cell_json(const block::Cell& cell) {
       {"text", cell.text}, {"tone", kTones[static_cast<int>(cell.tone)]}, {"value", cell.value}};
   if (!cell.tooltip.empty()) json["title"] = cell.tooltip;
   if (cell.use) json["use"] = {cell.use->control, cell.use->value, cell.use->index};
-  if (cell.bar)
-    json["bar"] = {{"value", cell.bar->value},
-                   {"low", cell.bar->low},
-                   {"high", cell.bar->high},
-                   {"ink", ink_json(cell.bar->ink)}};
+  if (cell.bar) json["bar"] = bar_json(*cell.bar);
   if (!cell.parts.empty()) json["parts"] = cell.parts;
   if (cell.swatch) json["swatch"] = hex_text(*cell.swatch);
   return json;
 }
 
+Json row_json(const block::Row& row) {
+  return {{"here", row.is_here}, {"cells", json_list(row.cells, cell_json)}};
+}
+
+Json item_json(const block::Item& item) {
+  return {{"kind", kKinds[static_cast<int>(item.kind)]},
+          {"control", item.control},
+          {"label", item.label},
+          {"help", find_control(item.control)->help},
+          {"value", item.value},
+          {"least", item.least},
+          {"most", item.most}};
+}
+
 Json reading_json(const block::Reading& reading) {
-  Json rows = Json::array();
-  for (const block::Reading::Row& row : reading.rows) rows.push_back({row.name, row.value});
-  return {{"at", reading.x}, {"title", reading.title}, {"rows", rows}};
+  const auto row_of = [](const auto& row) { return Json::array({row.name, row.value}); };
+  return {{"at", reading.x}, {"title", reading.title}, {"rows", json_list(reading.rows, row_of)}};
 }
 
 Json curve_json(const block::Curve& curve) {
-  Json points = Json::array();
-  for (const block::ChartPoint& point : curve.points)
-    points.push_back({point.x, point.y, point.low, point.high});
-  return {{"name", curve.name},      {"ink", ink_json(curve.ink)}, {"dashed", curve.is_dashed},
-          {"band", curve.is_banded}, {"marked", curve.is_marked},  {"width", curve.width},
-          {"points", points}};
+  const auto point_of = [](const auto& at) -> Json { return {at.x, at.y, at.low, at.high}; };
+  return {{"name", curve.name},
+          {"ink", ink_json(curve.ink)},
+          {"dashed", curve.is_dashed},
+          {"band", curve.is_banded},
+          {"marked", curve.is_marked},
+          {"width", curve.width},
+          {"points", json_list(curve.points, point_of)}};
+}
+
+Json chart_column_json(const block::ChartColumn& column) {
+  return {column.x0, column.x1, column.y, hex_text(column.color)};
+}
+
+Json shape_json(const block::Shape& shape) {
+  const auto point_of = [](glm::vec2 point) -> Json { return {point.x, point.y}; };
+  return {{"points", json_list(shape.points, point_of)},
+          {"ink", ink_json(shape.ink)},
+          {"opacity", shape.opacity},
+          {"width", shape.width},
+          {"box", shape.is_box}};
 }
 
 // The content of each kind of block.
@@ -139,10 +163,10 @@ struct BlockJson {
   }
   Json operator()(const block::Line&) const { return nullptr; }
   Json operator()(const block::Facts& block) const {
-    Json rows = Json::array();
-    for (const Fact& fact : block.facts)
-      rows.push_back({fact.label, public_text(viewer, fact.value)});
-    return {{"kind", "facts"}, {"facts", rows}};
+    const auto row_of = [&](const Fact& fact) {
+      return Json::array({fact.label, public_text(viewer, fact.value)});
+    };
+    return {{"kind", "facts"}, {"facts", json_list(block.facts, row_of)}};
   }
   Json operator()(const block::Progress& block) const {
     return {{"kind", "progress"}, {"what", block.what}, {"share", block.share}};
@@ -159,7 +183,7 @@ struct BlockJson {
     return {{"kind", "controls"}, {"rows", rows}};
   }
   Json operator()(const block::Keys& block) const {
-    return {{"kind", "keys"}, {"keys", keys_json(block.keys)}};
+    return {{"kind", "keys"}, {"keys", json_list(block.keys, key_json)}};
   }
   Json operator()(const block::ColorBar& block) const {
     constexpr int kColors = 33;
@@ -168,27 +192,15 @@ struct BlockJson {
       colors.push_back(hex_text(block.legend.color(static_cast<float>(i) / (kColors - 1))));
     return {{"kind", "colorbar"},
             {"title", block.legend.title},
-            {"ticks", ticks_json(block.legend.ticks)},
+            {"ticks", json_list(block.legend.ticks, tick_json)},
             {"colors", colors}};
   }
   Json operator()(const block::Table& block) const {
-    Json columns = Json::array(), rows = Json::array();
-    for (const block::Column& column : block.columns)
-      columns.push_back({{"title", column.title},
-                         {"letters", column.letters},
-                         {"rank", column.rank},
-                         {"orders", column.is_ordering},
-                         {"descends", column.descends}});
-    for (const block::Row& row : block.rows) {
-      Json cells = Json::array();
-      for (const block::Cell& cell : row.cells) cells.push_back(cell_json(cell));
-      rows.push_back({{"here", row.is_here}, {"cells", cells}});
-    }
     return {{"kind", "table"},
             {"name", block.name},
-            {"columns", columns},
-            {"rows", rows},
-            {"keys", keys_json(block.keys)},
+            {"columns", json_list(block.columns, column_json)},
+            {"rows", json_list(block.rows, row_json)},
+            {"keys", json_list(block.keys, key_json)},
             {"caption", block.caption},
             {"head", block.has_head},
             {"scrolls", block.most_lines > 0},
@@ -204,57 +216,33 @@ struct BlockJson {
             {"control", block.control}};
   }
   Json operator()(const block::Items& block) const {
-    Json rows = Json::array();
-    for (const std::vector<block::Item>& from : block.rows) {
-      Json items = Json::array();
-      for (const block::Item& item : from)
-        items.push_back({{"kind", kKinds[static_cast<int>(item.kind)]},
-                         {"control", item.control},
-                         {"label", item.label},
-                         {"help", find_control(item.control)->help},
-                         {"value", item.value},
-                         {"least", item.least},
-                         {"most", item.most}});
-      rows.push_back(items);
-    }
-    return {{"kind", "items"}, {"rows", rows}};
+    const auto row_of = [](const auto& items) { return json_list(items, item_json); };
+    return {{"kind", "items"}, {"rows", json_list(block.rows, row_of)}};
   }
   Json operator()(const block::Chart& block) const {
-    Json curves = Json::array(), columns = Json::array(), readings = Json::array();
-    for (const block::Curve& curve : block.curves) curves.push_back(curve_json(curve));
-    for (const block::ChartColumn& column : block.columns)
-      columns.push_back({column.x0, column.x1, column.y, hex_text(column.color)});
-    if (block.reading && !block.curves.empty()) {
-      for (const block::ChartPoint& point : block.curves.back().points) {
-        if (const auto reading = block.reading(point.x)) readings.push_back(reading_json(*reading));
-      }
-    }
+    const auto reading_at = [&](const block::ChartPoint& point) -> Json {
+      const auto reading = block.reading(point.x);
+      return reading ? reading_json(*reading) : Json();
+    };
+    Json readings = Json::array();
+    if (block.reading && !block.curves.empty())
+      readings = json_list(block.curves.back().points, reading_at);
     return {{"kind", "chart"},
             {"title", block.title},
             {"axis", block.axis},
             {"letters", block.letters},
-            {"across", ticks_json(block.across)},
-            {"up", ticks_json(block.up)},
-            {"curves", curves},
-            {"columns", columns},
+            {"across", json_list(block.across, tick_json)},
+            {"up", json_list(block.up, tick_json)},
+            {"curves", json_list(block.curves, curve_json)},
+            {"columns", json_list(block.columns, chart_column_json)},
             {"readings", readings}};
   }
   Json operator()(const block::Figure& block) const {
-    Json shapes = Json::array();
-    for (const block::Shape& shape : block.shapes) {
-      Json points = Json::array();
-      for (const glm::vec2 point : shape.points) points.push_back({point.x, point.y});
-      shapes.push_back({{"points", points},
-                        {"ink", ink_json(shape.ink)},
-                        {"opacity", shape.opacity},
-                        {"width", shape.width},
-                        {"box", shape.is_box}});
-    }
     return {{"kind", "figure"},
             {"name", block.name},
             {"low", {block.low.x, block.low.y}},
             {"high", {block.high.x, block.high.y}},
-            {"shapes", shapes}};
+            {"shapes", json_list(block.shapes, shape_json)}};
   }
   Json operator()(const block::Plot& block) const {
     return {{"kind", "plot"}, {"values", block.values}, {"caption", block.caption}};

@@ -13,6 +13,16 @@
 
 namespace qs {
 
+/// The list of `json_of(one)` of each element; null is left out.
+template <class Range, class JsonOf>
+nlohmann::json json_list(const Range& range, const JsonOf& json_of) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& one : range) {
+    if (nlohmann::json json = json_of(one); !json.is_null()) list.push_back(std::move(json));
+  }
+  return list;
+}
+
 /// The content of a block; null for what only the window draws.
 nlohmann::json to_json(const Block& block, const Viewer& viewer);
 

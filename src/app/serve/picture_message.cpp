@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <string_view>
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -19,6 +20,12 @@ void put(std::string& message, T value) {
   char bytes[sizeof(T)];
   std::memcpy(bytes, &value, sizeof(T));
   message.append(bytes, sizeof(T));
+}
+
+bool is_harmless(char c) {
+  const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+  return letter || std::string_view("._- ").find(c) != std::string_view::npos ||
+         static_cast<unsigned char>(c) >= 0x80;
 }
 
 }  // namespace
@@ -60,6 +67,28 @@ std::string picture_message(const Picture& picture, const PictureNumbers& number
   put(message, static_cast<float>(camera.focal_px.y));
   message.append(picture.encoded.bytes, begin, end - begin);
   return message;
+}
+
+std::string harmless_name(const std::string& name) {
+  std::string result = name.substr(name.find_last_of("/\\") + 1);
+  std::replace_if(
+      result.begin(), result.end(), [](char c) { return !is_harmless(c); }, '_');
+  result.erase(0, result.find_first_not_of(". "));
+  constexpr std::size_t kMost = 200;
+  if (result.size() > kMost) result.erase(0, result.size() - kMost);
+  return result.empty() ? "file" : result;
+}
+
+std::string file_message(const SentFile& file, std::uint32_t number, std::size_t begin) {
+  const std::string& bytes = *file.bytes;
+  const std::size_t count = std::min(kFilePart, bytes.size() - begin);
+  std::string message;
+  put(message, std::uint8_t{2});
+  put(message, static_cast<std::uint8_t>(begin + count == bytes.size() ? 4 : 0));
+  put(message, static_cast<std::uint16_t>(file.name.size()));
+  put(message, number);
+  put(message, std::uint64_t{bytes.size()});
+  return message + file.name + bytes.substr(begin, count);
 }
 
 }  // namespace qs

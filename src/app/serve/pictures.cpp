@@ -5,6 +5,7 @@
 #include <chrono>
 #include <limits>
 #include <new>
+#include <ranges>
 #include <utility>
 
 #include "app/serve/paint.h"
@@ -20,10 +21,6 @@ constexpr int kStripPixels = 1 << 18;  ///< about 12 ms of encoding, and half a 
 
 int strip_rows(int width) { return std::max(16, kStripPixels / std::max(1, width)); }
 
-double steady_seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 // The sentence of an exception; nothing for Cancelled.
 std::string sentence_of(const std::exception_ptr& exception) {
   try {
@@ -38,6 +35,10 @@ std::string sentence_of(const std::exception_ptr& exception) {
 }
 
 }  // namespace
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 Pictures::Pictures(ServedScenes& scenes, Receiver receiver)
     : scenes_(scenes),
@@ -56,6 +57,39 @@ Pictures::Pictures(ServedScenes& scenes, Receiver receiver)
   renderer_ = std::jthread([this](const std::stop_token& stop) { render(stop); });
 }
 
+// ---- whose table is measured next ---------------------------------------------------------------
+void MeasuringTurns::want(const Turn& turn) {
+  if (!spent_ms_.contains(turn.visitor)) {
+    // Time before the visitor came is no claim.
+    const auto spent = std::views::values(spent_ms_);
+    const double least = spent.empty() ? 0 : std::ranges::min(spent);
+    spent_ms_[turn.visitor] = least;
+  }
+  wanted_[turn.visitor] = turn;
+}
+
+void MeasuringTurns::drop(int visitor) { wanted_.erase(visitor); }
+
+void MeasuringTurns::forget(int visitor) {
+  wanted_.erase(visitor);
+  spent_ms_.erase(visitor);
+}
+
+std::optional<MeasuringTurns::Turn> MeasuringTurns::next() const {
+  const auto found = std::ranges::min_element(
+      wanted_, {}, [&](const auto& entry) { return spent_ms_.at(entry.first); });
+  return found == wanted_.end() ? std::nullopt : std::optional(found->second);
+}
+
+void MeasuringTurns::measured(int visitor, int version, double ms, bool answered) {
+  const auto spent = spent_ms_.find(visitor);
+  if (spent != spent_ms_.end()) spent->second += ms;
+  const auto found = wanted_.find(visitor);
+  if (answered && found != wanted_.end() && found->second.request.version == version)
+    wanted_.erase(found);
+}
+
+// ---- pictures and jobs --------------------------------------------------------------------------
 Pictures::~Pictures() {
   all_.request_stop();
   renderer_.request_stop();
@@ -69,54 +103,56 @@ Pictures::~Pictures() {
   changed_.notify_all();
 }
 
+template <class Change>
+void Pictures::change(Change&& change) {
+  const std::lock_guard lock(mutex_);
+  change();
+  changed_.notify_all();
+}
+
+Pictures::Work* Pictures::find(int visitor) {
+  const auto found = work_.find(visitor);
+  return found == work_.end() ? nullptr : &found->second;
+}
+
+// The work of a visitor who wants a picture or a short job now.
+Pictures::Work& Pictures::requested(int visitor) {
+  Work& work = work_[visitor];
+  work.used_ms = std::max(work.used_ms, served_ms_);  // time without orders is no claim
+  note_request();
+  return work;
+}
+
 void Pictures::order(int visitor, PictureOrder order) {
-  {
-    const std::lock_guard lock(mutex_);
-    Work& work = work_[visitor];
-    work.used_ms = std::max(work.used_ms, served_ms_);  // time without orders is no claim
+  change([&] {
+    Work& work = requested(visitor);
     work.order = std::move(order);
     work.watches = true;
-    note_request();
-  }
-  changed_.notify_all();
+  });
 }
 
 void Pictures::run(int visitor, std::size_t scene, Job job) {
-  {
-    const std::lock_guard lock(mutex_);
-    Work& work = work_[visitor];
-    work.used_ms = std::max(work.used_ms, served_ms_);
-    work.jobs.emplace_back(scene, std::move(job));
-    note_request();
-  }
-  changed_.notify_all();
+  change([&] { requested(visitor).jobs.emplace_back(scene, std::move(job)); });
 }
 
 void Pictures::run_long(int visitor, std::size_t scene, Job job) {
-  {
-    const std::lock_guard lock(mutex_);
+  change([&] {
     long_jobs_.push_back({visitor, scene, std::move(job)});
     measuring_stop_.request_stop();
-  }
-  changed_.notify_all();
+  });
 }
 
 void Pictures::stop_long(int visitor) {
   std::size_t dropped = 0;
-  {
-    const std::lock_guard lock(mutex_);
+  change([&] {
     dropped = std::erase_if(long_jobs_, [&](const LongJob& job) { return job.visitor == visitor; });
     if (long_visitor_ == visitor) long_stop_.request_stop();
-  }
+  });
   for (; dropped > 0; --dropped) receiver_.report(visitor, {});
 }
 
 void Pictures::measure(const MeasuringTurns::Turn& turn) {
-  {
-    const std::lock_guard lock(mutex_);
-    turns_.want(turn);
-  }
-  changed_.notify_all();
+  change([&] { turns_.want(turn); });
 }
 
 void Pictures::stop_measuring(int visitor) {
@@ -136,8 +172,8 @@ void Pictures::note_request() {
 
 void Pictures::cancel_lossless(int visitor) {
   const std::lock_guard lock(mutex_);
-  const auto found = work_.find(visitor);
-  if (found != work_.end() && found->second.lossless) found->second.stop.request_stop();
+  if (Work* const work = find(visitor); work != nullptr && work->lossless)
+    work->stop.request_stop();
 }
 
 void Pictures::forget(int visitor) {
@@ -145,10 +181,8 @@ void Pictures::forget(int visitor) {
   stop_measuring(visitor);
   const std::lock_guard lock(mutex_);
   turns_.forget(visitor);
-  const auto found = work_.find(visitor);
-  if (found == work_.end()) return;
-  found->second.stop.request_stop();
-  work_.erase(found);
+  if (Work* const work = find(visitor)) work->stop.request_stop();
+  work_.erase(visitor);
 }
 
 int Pictures::next_visitor() const {
@@ -163,18 +197,17 @@ int Pictures::next_visitor() const {
 
 // The visitors who share the threads of video.
 std::size_t Pictures::watchers() const {
-  const auto count = std::count_if(work_.begin(), work_.end(),
-                                   [](const auto& entry) { return entry.second.watches; });
-  return static_cast<std::size_t>(count);
+  return static_cast<std::size_t>(
+      std::ranges::count_if(work_, [](const auto& entry) { return entry.second.watches; }));
 }
 
 bool Pictures::is_quiet() const { return next_visitor() < 0 && drawn_.empty() && encoding_ == 0; }
 
-bool Pictures::may_measure() const { return is_quiet() && turns_.next().has_value(); }
-
 void Pictures::render(const std::stop_token& stop) {
   Lock lock(mutex_);
-  const auto has_work = [&] { return next_visitor() >= 0 || !long_jobs_.empty() || may_measure(); };
+  const auto has_work = [&] {
+    return next_visitor() >= 0 || !long_jobs_.empty() || (is_quiet() && turns_.next());
+  };
   while (changed_.wait(lock, stop, has_work)) {
     if (const int visitor = next_visitor(); visitor >= 0) {
       serve(lock, visitor);
@@ -211,8 +244,7 @@ void Pictures::serve(Lock& lock, int visitor) {
   }
   const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - began;
   lock.lock();
-  const auto found = work_.find(visitor);
-  if (found != work_.end()) found->second.used_ms += spent.count();
+  if (Work* const still = find(visitor)) still->used_ms += spent.count();
 }
 
 // Between two parts of a long job: everybody who waits gets one picture or short job.
@@ -280,19 +312,16 @@ void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
     drawn.picture.width = frame.width;
     drawn.picture.height = frame.height;
     drawn.rgba = painted(scaled, drawn.picture.order.split, std::move(frame));
-    drawn.now = steady_seconds();
+    drawn.now = seconds_now();
   } catch (...) {
     drawn.picture.error = sentence_of(std::current_exception());
     drawn.rgba.clear();
   }
   context.stop = outer_stop;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto found = work_.find(visitor);
-    if (found != work_.end()) found->second.heat_scale = context.heat_scale;
+  change([&] {
+    if (Work* const work = find(visitor)) work->heat_scale = context.heat_scale;
     drawn_.push_back(std::move(drawn));
-  }
-  changed_.notify_all();
+  });
   receiver_.drawn(visitor);
 }
 
@@ -313,13 +342,12 @@ void Pictures::run_job(int visitor, std::size_t scene, const Job& job, std::stop
 // Moving pictures first: a picture at rest takes several times as long.
 std::deque<Pictures::Drawn>::iterator Pictures::next_drawn() {
   const auto is_free = [&](const Drawn& drawn) {
-    const auto found = work_.find(drawn.visitor);
-    return found == work_.end() || !found->second.encodes;
+    const Work* const work = find(drawn.visitor);
+    return work == nullptr || !work->encodes;
   };
-  const auto moving = std::find_if(drawn_.begin(), drawn_.end(), [&](const Drawn& drawn) {
-    return is_free(drawn) && !drawn.picture.order.lossless;
-  });
-  return moving != drawn_.end() ? moving : std::find_if(drawn_.begin(), drawn_.end(), is_free);
+  const auto moving = std::ranges::find_if(
+      drawn_, [&](const Drawn& drawn) { return is_free(drawn) && !drawn.picture.order.lossless; });
+  return moving != drawn_.end() ? moving : std::ranges::find_if(drawn_, is_free);
 }
 
 void Pictures::encode(const std::stop_token& stop) {
@@ -329,18 +357,16 @@ void Pictures::encode(const std::stop_token& stop) {
     Drawn drawn = std::move(*next);
     drawn_.erase(next);
     ++encoding_;
-    const auto before = work_.find(drawn.visitor);
     std::shared_ptr<PictureEncoder> encoder;  // none if the visitor has left
-    if (before != work_.end()) {
-      encoder = before->second.encoder;
-      before->second.encodes = true;
+    if (Work* const work = find(drawn.visitor)) {
+      encoder = work->encoder;
+      work->encodes = true;
     }
     drawn.picture.order.encoding.threads = video_threads(processors_, watchers());
     lock.unlock();
     answer(encoder.get(), drawn);
     lock.lock();
-    const auto after = work_.find(drawn.visitor);
-    if (after != work_.end()) after->second.encodes = false;
+    if (Work* const work = find(drawn.visitor)) work->encodes = false;
     --encoding_;
     changed_.notify_all();
   }

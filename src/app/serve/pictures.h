@@ -20,11 +20,14 @@
 #include <thread>
 #include <vector>
 
-#include "app/serve/measuring_turns.h"
 #include "app/serve/picture_encoder.h"
 #include "app/serve/served_scene.h"
+#include "app/viewer/render/measure_modes.h"
 
 namespace qs {
+
+/// The clock of the server.
+double seconds_now();
 
 struct PictureOrder {
   std::size_t scene = 0;  ///< number
@@ -50,6 +53,33 @@ struct Picture {
 
 /// The state of a visitor's request to measure all modes.
 enum class Measuring { none, waits, runs };
+
+/// Whose table of modes is measured next, without threads: each visitor has at most one request,
+/// and the visitor who was measured least is next.
+class MeasuringTurns {
+ public:
+  struct Turn {
+    int visitor = 0;
+    std::size_t scene = 0;
+    NumbersRequest request;
+  };
+
+  /// Replaces the visitor's request.
+  void want(const Turn& turn);
+  /// The visitor wants nothing more.
+  void drop(int visitor);
+  /// Forgets the visitor and the time.
+  void forget(int visitor);
+
+  std::optional<Turn> next() const;
+  /// The visitor was measured for so long. `version`: NumbersRequest::version; the request is
+  /// dropped if `answered` and it was not replaced meanwhile.
+  void measured(int visitor, int version, double ms, bool answered);
+
+ private:
+  std::map<int, Turn> wanted_;      // by visitor
+  std::map<int, double> spent_ms_;  // by visitor
+};
 
 class Pictures {
  public:
@@ -118,13 +148,16 @@ class Pictures {
   };
   using Lock = std::unique_lock<std::mutex>;
 
+  template <class Change>
+  void change(Change&& change);  // with the lock, and wakes the threads
+  Work* find(int visitor);
+  Work& requested(int visitor);
   void render(const std::stop_token& stop);
   void encode(const std::stop_token& stop);
   std::deque<Drawn>::iterator next_drawn();  // of a visitor whose encoder is free
   void answer(PictureEncoder* encoder, Drawn& drawn);
   int next_visitor() const;  // -1: none
   bool is_quiet() const;     // nobody waits for a picture or a short job
-  bool may_measure() const;
   void note_request();
   std::size_t watchers() const;
   void serve(Lock& lock, int visitor);

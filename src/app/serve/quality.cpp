@@ -60,13 +60,11 @@ void Quality::learn(const EncodedPicture& picture, int divisor) {
   if (divisor < divisor_) return;  // it was ordered before the size shrank
   ++since_growth_;
   if (picture.codec == PictureCodec::vp9) {
-    choose_size(picture.quantizer >= kMostQuantizer, picture.quantizer <= kEasyQuantizer, divisor);
-  } else if (line_rate_ > 0) {
-    learn_jpeg(static_cast<double>(picture.bytes.size()), divisor);
+    return choose_size(picture.quantizer >= kMostQuantizer, picture.quantizer <= kEasyQuantizer,
+                       divisor);
   }
-}
-
-void Quality::learn_jpeg(double bytes, int divisor) {
+  if (line_rate_ <= 0) return;
+  const auto bytes = static_cast<double>(picture.bytes.size());
   const double budget = kShare * line_rate_ / 8 / kJpegRate;
   const bool is_large = bytes > budget;
   const double larger = static_cast<double>(divisor) / std::max(1, divisor - 1);

@@ -4,7 +4,7 @@
 // without delay. It learns from the line's rate and from finished pictures; without clocks.
 #pragma once
 
-#include "app/serve/line_rate.h"
+#include "app/serve/flow.h"
 #include "app/serve/picture_encoder.h"
 
 namespace qs {
@@ -24,7 +24,6 @@ class Quality {
   void learn(const EncodedPicture& picture, int divisor);
 
  private:
-  void learn_jpeg(double bytes, int divisor);
   void choose_codec(const LineSpeed& line);
   // `is_worst`: the coarsest picture of this size. `is_easy`: the next larger size would do.
   void choose_size(bool is_worst, bool is_easy, int divisor);

@@ -5,6 +5,11 @@
 #include <array>
 #include <cctype>
 #include <cstddef>
+#include <cstdint>
+
+#include <sys/random.h>
+
+#include "base/fail.h"
 
 namespace qs {
 namespace {
@@ -47,7 +52,7 @@ std::string in_lower_case(std::string_view text) {
 }
 
 bool are_all(std::string_view text, bool (*is_one)(char c)) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), is_one);
+  return !text.empty() && std::ranges::all_of(text, is_one);
 }
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -62,8 +67,7 @@ std::span<const PageFile> page_files() { return kPageFiles; }
 std::span<const HeaderField> security_fields() { return kSecurityFields; }
 
 const PageFile* page_file(std::string_view target) {
-  const auto found = std::find_if(kPageFiles.begin(), kPageFiles.end(),
-                                  [&](const PageFile& file) { return file.target == target; });
+  const auto found = std::ranges::find(kPageFiles, target, &PageFile::target);
   return found == kPageFiles.end() ? nullptr : &*found;
 }
 
@@ -92,7 +96,7 @@ HostNames::HostNames(const std::string& address, const std::string& name)
 
 bool HostNames::has(std::string_view host) const {
   const std::string name = name_in_host(host);
-  return !name.empty() && std::find(names_.begin(), names_.end(), name) != names_.end();
+  return !name.empty() && std::ranges::find(names_, name) != names_.end();
 }
 
 unsigned status_of(const RequestHead& head, std::string_view scheme, const HostNames& names,
@@ -106,6 +110,23 @@ unsigned status_of(const RequestHead& head, std::string_view scheme, const HostN
   const std::string own = std::string(scheme) + "://" + head.hosts.front();
   const bool own_page = head.origins.size() == 1 && head.origins.front() == own;
   return own_page ? 101 : 403;
+}
+
+std::string make_token() {
+  std::array<std::uint8_t, 16> bits{};
+  if (getrandom(bits.data(), bits.size(), 0) != static_cast<ssize_t>(bits.size()))
+    fail(ErrorKind::device, "serve: the system has no random numbers");
+  std::string token;
+  for (const std::uint8_t byte : bits) token += fmt::format("{:02x}", byte);
+  return token;
+}
+
+bool same_token(std::string_view token, std::string_view given) {
+  if (token.size() != given.size()) return false;
+  volatile unsigned char difference = 0;
+  for (std::size_t i = 0; i < token.size(); ++i)
+    difference = static_cast<unsigned char>(difference | (token[i] ^ given[i]));
+  return difference == 0;
 }
 
 }  // namespace qs

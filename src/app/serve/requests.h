@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The rules for HTTP requests, without sockets: which files there are, and who may ask for them.
+// The rules for HTTP requests, without sockets: which files there are, and who may ask for them;
+// and the token of visitors.
 #pragma once
 
 #include <span>
@@ -60,5 +61,15 @@ struct HeaderField {
   const char *name, *value;
 };
 std::span<const HeaderField> security_fields();
+
+// ---- the token ----------------------------------------------------------------------------------
+// The secret that a visitor of the server must know. It is in the fragment of the printed address,
+// which browsers send to nobody; the page sends it in its first message.
+
+/// 128 random bits of the system as 32 hexadecimal digits. Throws Error(device) without them.
+std::string make_token();
+
+/// True if both are equal. Takes the same time wherever they differ.
+bool same_token(std::string_view token, std::string_view given);
 
 }  // namespace qs

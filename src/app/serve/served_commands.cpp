@@ -47,12 +47,10 @@ constexpr std::string_view kServed[] = {
 };
 
 bool is_served(const KeyCommand& command) {
-  const auto is_name = [&](std::string_view name) { return name == command.help; };
-  if (std::any_of(std::begin(kServed), std::end(kServed), is_name)) return true;
-  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-    if (command.menu == Menu::mode && is_name(mode_name(mode))) return true;
-  }
-  return false;
+  const std::string_view name = command.help;
+  const CullMode mode = command.menu == Menu::mode ? find_culler(command.help) : -1;
+  return std::ranges::find(kServed, name) != std::end(kServed) ||
+         (mode >= 1 && mode <= culler_count());
 }
 
 }  // namespace
@@ -60,9 +58,8 @@ bool is_served(const KeyCommand& command) {
 std::span<const KeyCommand* const> served_commands() {
   static const std::vector<const KeyCommand*> kCommands = [] {
     std::vector<const KeyCommand*> served;
-    for (const KeyCommand& command : key_commands()) {
+    for (const KeyCommand& command : key_commands())
       if (is_served(command)) served.push_back(&command);
-    }
     return served;
   }();
   return kCommands;
@@ -70,8 +67,7 @@ std::span<const KeyCommand* const> served_commands() {
 
 const KeyCommand* find_served_command(std::string_view help) {
   const auto served = served_commands();
-  const auto found = std::find_if(served.begin(), served.end(),
-                                  [&](const KeyCommand* command) { return command->help == help; });
+  const auto found = std::ranges::find(served, help, &KeyCommand::help);
   return found == served.end() ? nullptr : *found;
 }
 

@@ -9,9 +9,8 @@ std::unique_ptr<ServedScene> open_served_scene(const FrameOptions& frame) {
   auto served = std::make_unique<ServedScene>();
   Session& session = served->context.session;
   session = open_session(frame);
-  served->opened.facts = view_facts(*session.scene, frame.cameras, *session.pool, frame.up);
-  served->opened.settings = session.settings;
-  served->opened.backend = session.backend;
+  served->opened = {view_facts(*session.scene, frame.cameras, *session.pool, frame.up),
+                    session.settings, session.backend};
   return served;
 }
 

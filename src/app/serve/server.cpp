@@ -3,15 +3,7 @@
 #include "app/serve/server.h"
 
 #ifdef QUADSPLAT_SERVE
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <fmt/format.h>
-
-#include "app/serve/hub.h"
-#include "app/serve/live.h"
 #include "app/serve/request.h"
-#include "app/serve/served_training.h"
 #endif
 
 #include "base/fail.h"
@@ -20,42 +12,25 @@ namespace qs {
 
 #ifndef QUADSPLAT_SERVE
 
-class Server::Network {};
-
-Server::Server(const ServeOptions& options) {
+std::unique_ptr<Server> make_server(const ServeOptions& options) {
   fail(ErrorKind::device,
        "{}: this program was built without its web server: install libboost-dev and build it again",
        options.command);
 }
-Server::~Server() = default;
-int Server::port() const { return 0; }
-std::vector<std::string> Server::warnings() const { return {}; }
-int Server::sibr_port() const { return 0; }
-const std::array<SentPictures, 4>& Server::sent() const {
-  static const std::array<SentPictures, 4> kNone;
-  return kNone;
-}
-void Server::run(ServedScenes&, const std::function<bool()>&, ServedTraining*) {}
 
 #else
 
 namespace {
 
-namespace asio = boost::asio;
-using boost::system::error_code;
 using Tcp = asio::ip::tcp;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kEndTurn{100};  ///< between two questions whether to end
 
-}  // namespace
-
-class Server::Network {
+class BeastServer : public Server {
  public:
-  explicit Network(const ServeOptions& options)
-      : acceptor_(hub_.io), end_timer_(hub_.io), accept_timer_(hub_.io) {
+  explicit BeastServer(const ServeOptions& options) : acceptor_(hub_.io), end_timer_(hub_.io) {
     hub_.options = options;
-    if (options.tls) hub_.tls.emplace(make_tls_context(*options.tls, options.command));
+    if (!options.tls.key.empty()) hub_.tls.emplace(make_tls_context(options.tls, options.command));
     hub_.names = HostNames(options.address, options.name);
     error_code error;
     const auto address = asio::ip::make_address(options.address, error);
@@ -63,19 +38,17 @@ class Server::Network {
       fail(ErrorKind::usage, "{}: --address {}: not an address such as 127.0.0.1 or ::1",
            options.command, options.address);
     const Tcp::endpoint endpoint(address, static_cast<unsigned short>(options.port));
-    acceptor_.open(endpoint.protocol(), error);
-    if (!error) acceptor_.set_option(Tcp::acceptor::reuse_address(true), error);
-    if (!error) acceptor_.bind(endpoint, error);
-    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
-    if (error) {
+    try {
+      acceptor_ = Tcp::acceptor(hub_.io, endpoint);
+    } catch (const boost::system::system_error& problem) {
       fail(ErrorKind::device, "{}: {} port {} cannot be used: {}", options.command, options.address,
-           options.port, error.message());
+           options.port, problem.code().message());
     }
     if (options.sibr) sibr_listener_ = listen_for_sibr(*options.sibr);
   }
 
-  int port() const { return acceptor_.local_endpoint().port(); }
-  std::vector<std::string> warnings() const {
+  int port() const override { return acceptor_.local_endpoint().port(); }
+  std::vector<std::string> warnings() const override {
     std::vector<std::string> sentences;
     const ServeOptions& options = hub_.options;
     if (!hub_.tls && !acceptor_.local_endpoint().address().is_loopback()) {
@@ -88,14 +61,15 @@ class Server::Network {
     const std::string problem = certificate_problem(*hub_.tls);
     if (!problem.empty()) {
       sentences.push_back(fmt::format("{}: --certificate {}: {}; browsers refuse it",
-                                      options.command, options.tls->certificate.string(), problem));
+                                      options.command, options.tls.certificate.string(), problem));
     }
     return sentences;
   }
-  int sibr_port() const { return sibr_listener_.port(); }
-  const std::array<SentPictures, 4>& sent() const { return hub_.sent; }
+  int sibr_port() const override { return sibr_listener_.port(); }
+  const std::array<SentPictures, 4>& sent() const override { return hub_.sent; }
 
-  void run(ServedScenes& scenes, const std::function<bool()>& ends, ServedTraining* training) {
+  void run(ServedScenes& scenes, const std::function<bool()>& ends,
+           ServedTraining* training) override {
     hub_.training = training;
     for (const auto& scene : scenes) hub_.scenes.push_back(&scene->opened);
     {
@@ -105,7 +79,6 @@ class Server::Network {
       if (hub_.options.sibr)
         sibr.emplace(sibr_listener_, *hub_.options.sibr, pictures, *hub_.scenes.front());
       await_end(ends);
-      accept();
       hub_.io.run();
       hub_.pictures = nullptr;
     }
@@ -119,59 +92,44 @@ class Server::Network {
   // The threads of Pictures report to the thread of the network.
   Pictures::Receiver receiver() {
     return {[this](int visitor) {
-              to_live(visitor, [](Live& live) {
-                live.handle([](VisitorLink& link, double now) { link.picture_drawn(now); });
-              });
+              tell(visitor, [](VisitorLink& link, double now) { link.picture_drawn(now); });
             },
             [this](int visitor, Picture picture) {
-              to_live(visitor, [picture = std::move(picture)](Live& live) mutable {
-                live.handle([&](VisitorLink& link, double now) {
-                  link.picture_ready(std::move(picture), now);
-                });
+              tell(visitor, [picture = std::move(picture)](VisitorLink& link, double now) mutable {
+                link.picture_ready(std::move(picture), now);
               });
             },
             [this](int visitor, Actions actions) {
               if (reported_by_training(visitor, actions)) return;
-              to_live(visitor, [actions = std::move(actions)](Live& live) {
-                live.handle_visitor([&](Visitor& one, double now) {
-                  if (actions.empty()) one.job_ended();
-                  one.apply(actions, now);
-                });
+              tell(visitor, [actions = std::move(actions)](Visitor& one, double now) {
+                if (actions.empty()) one.host().job_ended();
+                one.apply(actions, now);
               });
             },
             [this](int visitor, int version, Measuring state) {
-              to_live(visitor, [version, state](Live& live) {
-                live.handle_visitor(
-                    [&](Visitor& one, double now) { one.measuring_changed(version, state, now); });
+              tell(visitor, [version, state](Visitor& one, double now) {
+                one.measuring_changed(version, state, now);
               });
             }};
   }
 
-  // Calls the function with the visitor's connection on the thread of the network, if it still
-  // exists.
-  template <class Function>
-  void to_live(int visitor, Function function) {
-    asio::post(hub_.io, [this, visitor, function = std::move(function)]() mutable {
+  // Reports an event to the visitor's connection on the thread of the network, if it still exists.
+  template <class Tell>
+  void tell(int visitor, Tell tell) {
+    asio::post(hub_.io, [this, visitor, tell = std::move(tell)]() mutable {
       const auto found = hub_.live.find(visitor);
       if (found == hub_.live.end()) return;
-      if (const std::shared_ptr<Live> live = found->second.lock()) function(*live);
+      if (const std::shared_ptr<Live> live = found->second.lock()) live->handle(tell);
     });
   }
 
   void accept() {
+    accepts_ = true;
     acceptor_.async_accept([this](error_code error, Tcp::socket socket) {
-      if (!acceptor_.is_open()) return;
-      if (error) return accept_later();
+      accepts_ = !error;  // for example without file descriptors: the next turn tries again
+      if (error) return;
       guarded(*this, [&] { begin(std::move(socket)); });
       accept();
-    });
-  }
-
-  // For example without file descriptors.
-  void accept_later() {
-    accept_timer_.expires_after(kEndTurn);
-    accept_timer_.async_wait([this](error_code error) {
-      if (!error) accept();
     });
   }
 
@@ -182,7 +140,7 @@ class Server::Network {
     socket.set_option(Tcp::no_delay(true), error);
     Place place = hub_.connections.enter(remote.address().to_string());
     if (!place) return;
-    begin_request(hub_, std::move(socket), std::move(place));
+    std::make_shared<Request>(hub_, std::move(socket), std::move(place))->begin();
   }
 
   // All visitors share the model of a training. The thread of the renderer calls this too.
@@ -200,22 +158,19 @@ class Server::Network {
     if (actions.empty()) return;
     const auto all = hub_.live;  // a visitor may leave meanwhile
     for (const auto& [number, weak] : all) {
-      const std::shared_ptr<Live> live = weak.lock();
-      if (!live) continue;
-      live->handle_visitor([&](Visitor& visitor, double now) { visitor.apply(actions, now); });
+      if (const std::shared_ptr<Live> live = weak.lock())
+        live->handle([&](Visitor& visitor, double now) { visitor.apply(actions, now); });
     }
-  }
-  void follow_training() {
-    if (hub_.training != nullptr)
-      tell_all(hub_.training->follow(*hub_.pictures, !hub_.live.empty(), seconds_now()));
   }
 
   void await_end(const std::function<bool()>& ends) {
     bool is_over = false;
     guarded(*this, [&] {
-      hub_.connections.prune(Clock::now());
-      follow_training();
+      hub_.connections.prune(SteadyClock::now());
+      if (hub_.training != nullptr)
+        tell_all(hub_.training->follow(*hub_.pictures, !hub_.live.empty(), seconds_now()));
       is_over = ends();
+      if (!is_over && !accepts_) accept();
     });
     if (is_over) {
       error_code ignored;
@@ -232,18 +187,14 @@ class Server::Network {
   Hub hub_;
   Tcp::acceptor acceptor_;
   TcpSocket sibr_listener_;
-  asio::steady_timer end_timer_, accept_timer_;
+  asio::steady_timer end_timer_;
+  bool accepts_ = false;
 };
 
-Server::Server(const ServeOptions& options) : network_(std::make_unique<Network>(options)) {}
-Server::~Server() = default;
-int Server::port() const { return network_->port(); }
-std::vector<std::string> Server::warnings() const { return network_->warnings(); }
-int Server::sibr_port() const { return network_->sibr_port(); }
-const std::array<SentPictures, 4>& Server::sent() const { return network_->sent(); }
-void Server::run(ServedScenes& scenes, const std::function<bool()>& ends,
-                 ServedTraining* training) {
-  network_->run(scenes, ends, training);
+}  // namespace
+
+std::unique_ptr<Server> make_server(const ServeOptions& options) {
+  return std::make_unique<BeastServer>(options);
 }
 
 #endif

@@ -2,9 +2,8 @@
 #include "app/serve/sibr_server.h"
 
 #include <algorithm>
-#include <condition_variable>
+#include <future>
 #include <memory>
-#include <new>
 #include <system_error>
 #include <utility>
 
@@ -17,24 +16,8 @@ namespace qs {
 namespace {
 
 constexpr std::chrono::milliseconds kAcceptTime{200};  ///< between two looks for ended viewers
+constexpr std::chrono::milliseconds kStopTime{50};     ///< between two looks for a stop
 constexpr double kLeastSplatScale = 0.01, kMostSplatScale = 10;
-
-/// A picture that is being made. The renderer's thread and the viewer's share it.
-struct AwaitedPicture {
-  std::mutex mutex;
-  std::condition_variable_any changed;
-  bool done = false;
-  std::string rgb;  // empty after a failure
-
-  void set(std::string pixels) {
-    {
-      const std::lock_guard lock(mutex);
-      rgb = std::move(pixels);
-      done = true;
-    }
-    changed.notify_all();
-  }
-};
 
 std::string rgb_of(const std::vector<std::uint8_t>& rgba) {
   std::string rgb;
@@ -56,10 +39,6 @@ std::string plain_picture(const SibrRequest& request, const glm::vec3& color) {
   return rgb;
 }
 
-std::span<const std::byte> bytes_of(const std::string& text) {
-  return std::as_bytes(std::span(text));
-}
-
 }  // namespace
 
 TcpSocket listen_for_sibr(const SibrOptions& options) {
@@ -79,13 +58,9 @@ SibrServer::SibrServer(TcpSocket& listener, const SibrOptions& options, Pictures
 void SibrServer::accept(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     TcpSocket socket = listener_.accept(patience(kAcceptTime, stop));
-    std::list<SibrViewer> ended;  // their threads are joined outside of the lock
     const std::lock_guard lock(mutex_);
-    for (auto viewer = viewers_.begin(); viewer != viewers_.end();) {
-      const auto next = std::next(viewer);
-      if (viewer->ended) ended.splice(ended.end(), viewers_, viewer);
-      viewer = next;
-    }
+    // An ended thread does not need the lock any more.
+    std::erase_if(viewers_, [](const SibrViewer& viewer) { return viewer.ended; });
     if (!socket.is_open() || std::ssize(viewers_) >= options_.viewers) continue;
     SibrViewer& viewer = viewers_.emplace_back(std::move(socket));
     try {
@@ -105,12 +80,11 @@ void SibrServer::answer_all(TcpSocket& socket, const std::stop_token& stop) {
   const int visitor = pictures_.new_visitor();
   try {
     while (const std::optional<SibrRequest> request = read_request(socket, stop)) {
-      std::optional<std::string> answer = picture_of(*request, visitor, stop);
-      if (!answer) break;
-      *answer += with_length(options_.name);
-      if (socket.write(bytes_of(*answer), patience(options_.silence, stop)) != TcpEnd::done) break;
+      const std::string answer = picture_of(*request, visitor, stop) + with_length(options_.name);
+      const auto bytes = std::as_bytes(std::span(answer));
+      if (socket.write(bytes, patience(options_.silence, stop)) != TcpEnd::done) break;
     }
-  } catch (const std::exception&) {  // the viewer is closed
+  } catch (...) {  // the viewer is closed
   }
   pictures_.forget(visitor);
 }
@@ -122,10 +96,10 @@ std::optional<SibrRequest> SibrServer::read_request(TcpSocket& socket,
       [&](std::span<std::byte> bytes) { return socket.read(bytes, whole) == TcpEnd::done; });
 }
 
-// Unset if the viewer cannot be answered.
-std::optional<std::string> SibrServer::picture_of(const SibrRequest& wish, int visitor,
-                                                  const std::stop_token& stop) {
-  if (wish.width == 0 || wish.height == 0) return std::string();
+// Throws if the viewer cannot be answered.
+std::string SibrServer::picture_of(const SibrRequest& wish, int visitor,
+                                   const std::stop_token& stop) {
+  if (wish.width == 0 || wish.height == 0) return {};
   const std::optional<Camera> camera = camera_of(wish);
   if (!camera) return plain_picture(wish, scene_.settings.background);
   FrameRequest request;
@@ -134,18 +108,15 @@ std::optional<std::string> SibrServer::picture_of(const SibrRequest& wish, int v
   const double scale = wish.splat_scale > 0 ? wish.splat_scale : 1;  // NaN: 1
   request.settings.splat_scale =
       static_cast<float>(std::clamp(scale, kLeastSplatScale, kMostSplatScale));
-  const auto picture = std::make_shared<AwaitedPicture>();
-  pictures_.run(visitor, number_, [request, picture](RenderContext& context) {
-    try {
-      picture->set(rgb_of(draw_on_host(context, request, request.camera).rgba));
-    } catch (...) {
-      picture->set({});
-      throw;
-    }
-  });
-  std::unique_lock lock(picture->mutex);
-  picture->changed.wait(lock, stop, [&] { return picture->done; });
-  return picture->rgb.empty() ? std::nullopt : std::optional(std::move(picture->rgb));
+  const auto drawing = std::make_shared<std::packaged_task<std::string(RenderContext&)>>(
+      [request](RenderContext& context) {
+        return rgb_of(draw_on_host(context, request, request.camera).rgba);
+      });
+  std::future<std::string> rgb = drawing->get_future();
+  pictures_.run(visitor, number_, [drawing](RenderContext& context) { (*drawing)(context); });
+  while (rgb.wait_for(kStopTime) != std::future_status::ready)
+    if (stop.stop_requested()) throw Cancelled();
+  return rgb.get();
 }
 
 }  // namespace qs

@@ -13,7 +13,7 @@
 #include <string>
 #include <thread>
 
-#include "app/remote/sibr_stream.h"
+#include "app/remote/sibr_message.h"
 #include "app/remote/tcp.h"
 #include "app/serve/pictures.h"
 
@@ -37,9 +37,6 @@ class SibrServer {
   /// outlive it. `number`: the scene's in Pictures.
   SibrServer(TcpSocket& listener, const SibrOptions& options, Pictures& pictures,
              const OpenedScene& scene, std::size_t number = 0);
-  ~SibrServer() = default;
-  SibrServer(const SibrServer&) = delete;
-  SibrServer& operator=(const SibrServer&) = delete;
 
  private:
   struct SibrViewer {
@@ -51,8 +48,7 @@ class SibrServer {
   void accept(const std::stop_token& stop);
   void answer_all(TcpSocket& socket, const std::stop_token& stop);
   std::optional<SibrRequest> read_request(TcpSocket& socket, const std::stop_token& stop) const;
-  std::optional<std::string> picture_of(const SibrRequest& request, int visitor,
-                                        const std::stop_token& stop);
+  std::string picture_of(const SibrRequest& request, int visitor, const std::stop_token& stop);
 
   TcpSocket& listener_;
   SibrOptions options_;

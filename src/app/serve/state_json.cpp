@@ -17,69 +17,55 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Files cannot be dropped on a page.
-bool works_in_browsers(const Gesture& gesture) {
-  return std::string_view(gesture.keys) != "Drop a file";
-}
-
 Json commands_json(bool trains) {
-  Json rows = Json::array();
-  for (const KeyCommand* command : served_commands()) {
-    if (is_of_training(*command) && !trains) continue;
-    rows.push_back(
-        {{"menu",
-          command->menu == Menu::none ? "" : kMenuNames[static_cast<std::size_t>(command->menu)]},
-         {"help", command->help},
-         {"key", key_name(command->key, command->mods)},
-         {"held", static_cast<bool>(command->on_release)},
-         {"tooltip", command->tooltip == nullptr ? "" : command->tooltip}});
-  }
-  return rows;
+  return json_list(served_commands(), [&](const KeyCommand* command) -> Json {
+    if (is_of_training(*command) && !trains) return nullptr;
+    const bool has_menu = command->menu != Menu::none;
+    return {{"menu", has_menu ? kMenuNames[static_cast<std::size_t>(command->menu)] : ""},
+            {"help", command->help},
+            {"key", key_name(command->key, command->mods)},
+            {"held", static_cast<bool>(command->on_release)},
+            {"tooltip", command->tooltip == nullptr ? "" : command->tooltip}};
+  });
 }
 
 Json help_json() {
   Json rows = Json::array();
   for (const Gesture& gesture : gestures()) {
-    if (works_in_browsers(gesture)) rows.push_back({gesture.keys, gesture.help});
+    if (gesture.keys != std::string_view("Drop a file"))  // not on a page
+      rows.push_back({gesture.keys, gesture.help});
   }
   for (const FlyKey& key : fly_keys()) rows.push_back({key_name(key.key), key.help});
   return rows;
 }
 
-Json scenes_json(const std::vector<const OpenedScene*>& scenes) {
-  Json rows = Json::array();
-  for (const OpenedScene* scene : scenes)
-    rows.push_back({{"name", scene->facts.name}, {"gaussians", scene->facts.gaussians}});
-  return rows;
+Json scene_json(const OpenedScene* scene) {
+  return {{"name", scene->facts.name}, {"gaussians", scene->facts.gaussians}};
 }
 
 Json view_json(const Visitor& visitor) {
   const Viewer& v = visitor.viewer();
-  Json checked = Json::array();
-  for (const KeyCommand* command : served_commands()) {
-    if (command->is_checked && command->is_checked(v)) checked.push_back(command->help);
-  }
-  const std::string map = v.heatmap ? heatmap_row(*v.heatmap).name : "";
+  const auto if_checked = [&](const KeyCommand* command) {
+    return command->is_checked && command->is_checked(v) ? Json(command->help) : Json();
+  };
   return {{"scene", visitor.scene()},
           {"navigation", v.navigation == Navigation::orbit ? "orbit" : "fly"},
           {"mode", mode_name(v.mode())},
-          {"heatmap", map},
+          {"heatmap", v.heatmap ? heatmap_row(*v.heatmap).name : ""},
           {"quantity", row_of(v.quantity).name},
           {"camera", v.dataset_camera},
           {"cameras", v.scene->cameras.size()},
           {"pose", format_camera(v.camera)},
-          {"checked", checked}};
+          {"checked", json_list(served_commands(), if_checked)}};
 }
 
 Json messages_json(const Viewer& v) {
-  constexpr std::ptrdiff_t kMost = 6;  // the newest
-  Json rows = Json::array();
-  for (const Toast& toast :
-       std::span(v.toasts).last(static_cast<std::size_t>(std::min(kMost, std::ssize(v.toasts))))) {
-    if (toast.path.empty())
-      rows.push_back({{"text", public_text(v, toast.text)}, {"error", toast.error}});
-  }
-  return rows;
+  constexpr std::size_t kMost = 6;  // the newest
+  const auto newest = std::span(v.toasts).last(std::min(kMost, v.toasts.size()));
+  return json_list(newest, [&](const Toast& toast) -> Json {
+    if (!toast.path.empty()) return nullptr;
+    return {{"text", public_text(v, toast.text)}, {"error", toast.error}};
+  });
 }
 
 }  // namespace
@@ -93,7 +79,7 @@ StateSections state_sections(const Visitor& visitor,
                            kHelp = text(help_json());
   StateSections sections = {{"commands", kCommands[visitor.viewer().training ? 1 : 0]},
                             {"help", kHelp},
-                            {"scenes", text(scenes_json(scenes))},
+                            {"scenes", text(json_list(scenes, scene_json))},
                             {"view", text(view_json(visitor))},
                             {"messages", text(messages_json(visitor.viewer()))}};
   const Json panels = panel_sections(visitor);

@@ -38,35 +38,33 @@ using boost::system::error_code;
 
 constexpr std::size_t kMostBytes = 1 << 20;  ///< of a file
 
-// `who`: the command and the option, for messages.
-std::string pem_of(const std::string& who, const std::filesystem::path& path) {
+// A file of PEM blocks, of which one is `block`: `what`. `who`: the command and the option.
+std::string pem_of(const std::string& who, const std::filesystem::path& path, const char* block,
+                   const char* what) {
+  std::string pem;
   try {
-    return read_text_file(path, kMostBytes);
+    pem = read_text_file(path, kMostBytes);
   } catch (const Error& error) {
     fail("{} {}", who, error.what());
   }
-}
-
-bool has_block(const std::string& pem, const char* kind) {
   const std::size_t begin = pem.find("-----BEGIN ");
-  return begin != pem.npos && pem.find(kind, begin) != pem.npos;
+  if (begin == pem.npos || pem.find(block, begin) == pem.npos)
+    fail("{} {}: has no {} in PEM format", who, path.string(), what);
+  return pem;
 }
 
 void use_certificate(ssl::context& context, const TlsFiles& files, const std::string& command) {
-  const std::string who = command + ": --certificate", path = files.certificate.string();
-  const std::string pem = pem_of(who, path);
-  if (!has_block(pem, "CERTIFICATE-----"))
-    fail("{} {}: has no certificate in PEM format", who, path);
+  const std::string who = command + ": --certificate";
+  const std::string pem = pem_of(who, files.certificate, "CERTIFICATE-----", "certificate");
   error_code error;
   context.use_certificate_chain(boost::asio::buffer(pem), error);
-  if (error) fail("{} {}: OpenSSL refuses it: {}", who, path, error.message());
+  if (error)
+    fail("{} {}: OpenSSL refuses it: {}", who, files.certificate.string(), error.message());
 }
 
 void use_key(ssl::context& context, const TlsFiles& files, const std::string& command) {
   const std::string who = command + ": --key", path = files.key.string();
-  const std::string pem = pem_of(who, path);
-  if (!has_block(pem, "PRIVATE KEY-----"))
-    fail("{} {}: has no private key in PEM format", who, path);
+  const std::string pem = pem_of(who, path, "PRIVATE KEY-----", "private key");
   SSL_CTX* const handle = context.native_handle();
   bool is_encrypted = false;
   SSL_CTX_set_default_passwd_cb(handle, [](char*, int, int, void* asked) {

@@ -12,7 +12,7 @@
 
 #include <string>
 
-#include "app/serve/tls_files.h"
+#include "app/serve/server.h"
 
 namespace qs {
 

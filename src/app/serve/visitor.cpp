@@ -44,6 +44,32 @@ int video_divisor(const Camera& camera) {
   return static_cast<int>(std::ceil(std::sqrt(pixels / kMostVideoPixels)));
 }
 
+Actions actions_of(const Viewer& v, const message::SetControl& set) {
+  const Control* const control = find_control(set.control);
+  if (control == nullptr) return {};
+  const auto action = set_control(v, *control, set.value, set.index);
+  return action ? Actions{*action} : Actions{};
+}
+
+Actions actions_of(const Viewer& v, const message::DragHandle& drag) {
+  if (!v.panels.crop || !v.crop.wish.boxed || v.crop.applied) return {};
+  CropWish moved = v.crop.wish;
+  const auto box = dragged(moved.box, drag.face, v.camera, drag.at);
+  if (!box) return {};
+  moved.box = *box;
+  return {call(action::change_crop, moved)};
+}
+
+Actions actions_of(const Viewer& v, const message::ShowPanels& panels) {
+  Actions actions;
+  for (const KeyCommand* command : served_commands()) {
+    if (command->panel == nullptr) continue;
+    const bool opens = std::ranges::count(panels.open, command->help) > 0;
+    if (opens != v.panels.*command->panel) actions.push_back(command->action);
+  }
+  return actions;
+}
+
 }  // namespace
 
 bool VisitorHost::has_room() const { return jobs_.size() + open_ < kMostJobs; }
@@ -101,34 +127,6 @@ void Visitor::show_view(const message::ShowView& view) {
       host_);
 }
 
-Actions Visitor::actions_of(const message::SetControl& set) const {
-  const Control* const control = find_control(set.control);
-  if (control == nullptr) return {};
-  const auto action = set_control(viewer(), *control, set.value, set.index);
-  return action ? Actions{*action} : Actions{};
-}
-
-Actions Visitor::actions_of(const message::DragHandle& drag) const {
-  const Viewer& v = viewer();
-  if (!v.panels.crop || !v.crop.wish.boxed || v.crop.applied) return {};
-  CropWish moved = v.crop.wish;
-  const auto box = dragged(moved.box, drag.face, v.camera, drag.at);
-  if (!box) return {};
-  moved.box = *box;
-  return {call(action::change_crop, moved)};
-}
-
-Actions Visitor::actions_of(const message::ShowPanels& panels) const {
-  Actions actions;
-  for (const KeyCommand* command : served_commands()) {
-    if (command->panel == nullptr) continue;
-    const bool opens =
-        std::find(panels.open.begin(), panels.open.end(), command->help) != panels.open.end();
-    if (opens != viewer().panels.*command->panel) actions.push_back(command->action);
-  }
-  return actions;
-}
-
 // The actions, and the jobs that a change of the crop needs.
 void Visitor::do_all(const Actions& actions) {
   for (const Action& action : actions) store_.apply(action, host_);
@@ -182,13 +180,13 @@ void Visitor::take(const ClientMessage& message, double now) {
   } else if (const auto* video = std::get_if<message::Video>(&message.body)) {
     quality_.decodes_video(video->decodes);
   } else if (const auto* set = std::get_if<message::SetControl>(&message.body)) {
-    actions = actions_of(*set);
+    actions = actions_of(viewer(), *set);
   } else if (const auto* drag = std::get_if<message::DragHandle>(&message.body)) {
-    actions = actions_of(*drag);
+    actions = actions_of(viewer(), *drag);
   } else if (const auto* view = std::get_if<message::ShowView>(&message.body)) {
     show_view(*view);
   } else if (const auto* panels = std::get_if<message::ShowPanels>(&message.body)) {
-    actions = actions_of(*panels);
+    actions = actions_of(viewer(), *panels);
   } else if (std::holds_alternative<message::Stop>(message.body)) {
     stop_long_jobs();
   } else if (std::holds_alternative<message::Blur>(message.body)) {
@@ -283,9 +281,9 @@ void Visitor::picture_ready(const Picture& picture, double now) {
 }
 
 void pass_on_work(Visitor& visitor, int number, Pictures& pictures) {
-  if (visitor.take_stop()) pictures.stop_long(number);
+  if (visitor.host().take_stop()) pictures.stop_long(number);
   const std::size_t scene = visitor.scene();
-  for (VisitorJob& work : visitor.take_jobs()) {
+  for (VisitorJob& work : visitor.host().take_jobs()) {
     if (work.is_long) {
       pictures.run_long(number, scene, std::move(work.job));
     } else {

@@ -9,9 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "app/serve/file_message.h"
 #include "app/serve/message.h"
-#include "app/serve/pictures.h"
+#include "app/serve/picture_message.h"
 #include "app/serve/quality.h"
 #include "app/viewer/commands/input.h"
 #include "app/viewer/render/counting_pace.h"
@@ -118,11 +117,8 @@ class Visitor {
   void measuring_changed(int version, Measuring state, double now);
   Measuring measuring() const { return measuring_; }
 
-  std::vector<VisitorJob> take_jobs() { return host_.take_jobs(); }
-  void job_ended() { host_.job_ended(); }
-  bool take_stop() { return host_.take_stop(); }
-  std::vector<SentFile> take_files() { return host_.take_files(); }
-  std::vector<TrainingCommand> take_training_commands() { return host_.take_training_commands(); }
+  /// Jobs, files and commands for the owner to take.
+  VisitorHost& host() { return host_; }
 
   /// The shared parts at the last Sharing::meet().
   const Met& met() const { return met_; }
@@ -136,9 +132,6 @@ class Visitor {
   void stop_long_jobs();
   void show_view(const message::ShowView& view);
   void do_all(const Actions& actions);
-  Actions actions_of(const message::SetControl& set) const;
-  Actions actions_of(const message::DragHandle& drag) const;
-  Actions actions_of(const message::ShowPanels& panels) const;
   bool waits_for_rest() const;
   bool rests() const;
   bool is_moved() const;  // by the visitor, by a flight or by playback

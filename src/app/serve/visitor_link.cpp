@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "app/serve/token.h"
+#include "app/serve/requests.h"
 
 namespace qs {
 namespace {
@@ -109,12 +109,14 @@ VisitorLink::Step VisitorLink::advance(double now, const std::function<void(Visi
   if (visitor() != nullptr) {
     tick_if_due(now);
     pass_on(*visitor_);
-    for (SentFile& file : visitor_->take_files()) files_.push_back(std::move(file));
+    for (SentFile& file : visitor_->host().take_files()) files_.push_back(std::move(file));
     step.cancels_lossless = visitor_->has_moved_on() && in_work_ > 0;
     if (visitor_->has_moved_on()) drop_lossless();
     step.order = next_order(now);
     step.pings = version_ == 0 && pings_now(now);  // before the state, which takes its time
-    if (!writing_) step.message = next_message(step, now);
+    if (!writing_) step.message = next_state(now);
+    if (!writing_ && !step.message)
+      step.message = outgoing_.empty() ? next_file_part(now) : next_part(step, now);
     if (!turn_at_ && visitor_->is_busy()) turn_at_ = now + kTurn;
   }
   if (closing_ && !writing_) step.close = closing_;
@@ -162,12 +164,6 @@ std::optional<PictureOrder> VisitorLink::next_order(double now) {
     ++in_work_;
   }
   return order;
-}
-
-std::optional<VisitorLink::Message> VisitorLink::next_message(Step& step, double now) {
-  if (std::optional<Message> state = next_state(now)) return state;
-  if (outgoing_.empty()) return next_file_part(now);
-  return next_part(step, now);
 }
 
 std::optional<VisitorLink::Message> VisitorLink::next_state(double now) {

@@ -15,9 +15,8 @@
 #include <string_view>
 #include <vector>
 
+#include "app/serve/connections.h"
 #include "app/serve/flow.h"
-#include "app/serve/limits.h"
-#include "app/serve/picture_message.h"
 #include "app/serve/state_json.h"
 #include "app/serve/visitor.h"
 
@@ -97,7 +96,6 @@ class VisitorLink {
   void tick_if_due(double now);
   void drop_lossless();
   std::optional<PictureOrder> next_order(double now);
-  std::optional<Message> next_message(Step& step, double now);
   std::optional<Message> next_state(double now);
   std::optional<Message> next_part(Step& step, double now);
   std::optional<Message> next_file_part(double now);

@@ -19,12 +19,12 @@ namespace {
 
 Backend choose_backend(const FrameOptions& frame) {
   const bool reference = std::count(frame.modes.begin(), frame.modes.end(), kReferenceMode) > 0;
-  const bool other_tiles = frame.tile_px != kTileSize;
+  const bool other_tiles = frame.settings.tile_px != kTileSize;
   if (!frame.backend) {
     return reference || other_tiles ? Backend::cpu : available_backends().front();
   }
   if (other_tiles && *frame.backend != Backend::cpu) {
-    fail(ErrorKind::usage, "--tile-size {} runs with --backend cpu only", frame.tile_px);
+    fail(ErrorKind::usage, "--tile-size {} runs with --backend cpu only", frame.settings.tile_px);
   }
   if (reference && *frame.backend != Backend::cpu) {
     fail(ErrorKind::usage, "--cull reference runs with --backend cpu only");
@@ -131,13 +131,9 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.scene = std::make_shared<const Scene>(std::move(scene));
   session.renderer = upload(session, session.backend, draws_network(session), {});
   const bool white = !frame.background && model_wants_white_background(session.scene->path);
+  session.settings = frame.settings;
   session.settings.mode = frame.modes.front();
-  session.settings.pipeline = frame.pipeline;
-  session.settings.sh_degree = frame.sh_degree;
-  session.settings.splat_scale = frame.splat_scale;
   session.settings.background = frame.background.value_or(glm::vec3(white ? 1.0f : 0.0f));
-  session.settings.antialiased = frame.antialiased;
-  session.settings.tile_px = frame.tile_px;
   return session;
 }
 

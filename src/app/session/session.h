@@ -41,13 +41,9 @@ struct FrameOptions {
   std::optional<Backend> backend;  ///< unset: the best backend that can render these modes
   int threads = 0;                 ///< threads of the session's pool; 0 = one per hardware thread
   int device = kFirstGpu;          ///< index into GpuReport::gpus, or kFirstGpu
-  Pipeline pipeline = kDefaultPipeline;
-  int sh_degree = kMaxShDegree;
-  float splat_scale = 1;
+  RenderSettings settings;         ///< but for the mode and the background
   /// unset: white if the model was trained with white, else black
   std::optional<glm::vec3> background;
-  std::optional<bool> antialiased;  ///< unset: as the scene was trained
-  int tile_px = kTileSize;
   bool skip_huge = false;  ///< leaves out the Gaussians of drop_huge()
   NetworkUse network = NetworkUse::never;
 };

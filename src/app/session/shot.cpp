@@ -5,6 +5,9 @@
 
 #include <fmt/format.h>
 
+#include "io/camera/cameras.h"
+#include "version.h"
+
 namespace qs {
 
 std::string safe_file_name(std::string name) {
@@ -26,6 +29,15 @@ std::filesystem::path with_shot(const std::filesystem::path& path, const Shot& s
   if (shot.number < 0) return path;
   const std::filesystem::path numbered = with_word(path, fmt::format("{:04}", shot.number));
   return shot.camera.name.empty() ? numbered : with_word(numbered, shot.camera.name);
+}
+
+ImageMetadata frame_metadata(const std::filesystem::path& scene, const Camera& camera,
+                             CullMode mode, const RenderStats& stats) {
+  return {{"Software", fmt::format("quadsplat {} ({})", kVersion, kCommit)},
+          {"Scene", scene.filename().string()},
+          {"Camera", format_camera(camera)},
+          {"Mode", mode_name(mode)},
+          {"TilePairs", fmt::format("{}", stats.tile_pairs)}};
 }
 
 }  // namespace qs

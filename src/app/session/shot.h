@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// A view that a command renders, and the names of its files.
+// A view that a command renders, and the names and the metadata of its files.
 #pragma once
 
 #include <filesystem>
 #include <string>
 
-#include "raster/scene/camera.h"
+#include "io/picture/image_file.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 
@@ -24,5 +25,9 @@ std::string safe_file_name(std::string name);
 
 /// OUT.png -> OUT_WORD.png, with a safe_file_name().
 std::filesystem::path with_word(const std::filesystem::path& path, const std::string& word);
+
+/// Metadata of every picture of a scene: enough to render it again.
+ImageMetadata frame_metadata(const std::filesystem::path& scene, const Camera& camera,
+                             CullMode mode, const RenderStats& stats);
 
 }  // namespace qs

@@ -26,14 +26,11 @@ Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
   viewer.restores_views = !frame.cameras;
   viewer.offers_views = !options.script;
   viewer.backend = frame.backend.value_or(available_backends().front());
+  viewer.settings = frame.settings;
   viewer.settings.mode =
       frame.modes.front() == kReferenceMode ? default_mode() : frame.modes.front();
   viewer.skips_huge = frame.skip_huge;
-  viewer.settings.pipeline = frame.pipeline;
-  viewer.settings.sh_degree = frame.sh_degree;
-  viewer.settings.splat_scale = frame.splat_scale;
   viewer.settings.background = frame.background.value_or(glm::vec3(0));
-  viewer.settings.antialiased = frame.antialiased;
   viewer.previous_mode = find_culler("3dgs");
   const auto other =
       find_variant(options.beside.value_or(mode_name(viewer.previous_mode)), viewer.variant());

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/cli/format_list.h"
+#include "app/cli/manual.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "support/paths.h"

@@ -192,17 +192,17 @@ TEST(OptionTable, choices_set_what_they_name) {
     EXPECT_TRUE(options.parse(words));
     return frame;
   };
-  EXPECT_EQ(parsed({"--antialiased", "on"}).antialiased, true);
-  EXPECT_EQ(parsed({"--antialiased", "off"}).antialiased, false);
-  EXPECT_EQ(parsed({"--antialiased", "auto"}).antialiased, std::nullopt);
-  EXPECT_EQ(parsed({"--tile-size", "8"}).tile_px, 8);
-  EXPECT_EQ(parsed({"--tile-size", "32"}).tile_px, 32);
-  EXPECT_EQ(parsed({"--pipeline", "classic"}).pipeline, Pipeline::classic);
+  EXPECT_EQ(parsed({"--antialiased", "on"}).settings.antialiased, true);
+  EXPECT_EQ(parsed({"--antialiased", "off"}).settings.antialiased, false);
+  EXPECT_EQ(parsed({"--antialiased", "auto"}).settings.antialiased, std::nullopt);
+  EXPECT_EQ(parsed({"--tile-size", "8"}).settings.tile_px, 8);
+  EXPECT_EQ(parsed({"--tile-size", "32"}).settings.tile_px, 32);
+  EXPECT_EQ(parsed({"--pipeline", "classic"}).settings.pipeline, Pipeline::classic);
   EXPECT_EQ(parsed({"--backend", "cuda"}).backend, Backend::cuda);
   EXPECT_EQ(parsed({"--axes", "RUB"}).axes, "RUB");
   EXPECT_EQ(parsed({"--cull", "exact,adr,exact"}).modes,
             (std::vector<CullMode>{find_culler("exact"), find_culler("adr")}));
-  EXPECT_EQ(parsed({}).antialiased, std::nullopt);
+  EXPECT_EQ(parsed({}).settings.antialiased, std::nullopt);
 }
 
 TEST(Options, of_cull_add_the_peers_to_the_named_modes_or_to_the_usual_ones) {

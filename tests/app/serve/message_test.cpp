@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "app/serve/key_codes.h"
 #include "app/serve/served_commands.h"
 #include "app/viewer/commands/keys.h"
 

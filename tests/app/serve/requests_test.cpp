@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/serve/token.h"
 #include "base/assets.h"
 
 namespace qs {

@@ -33,7 +33,7 @@ class RunningServer {
   }
   /// Serves other scenes, which outlive the server as the training does.
   void start(ServedScenes& scenes, ServedTraining* training = nullptr) {
-    server_ = std::make_unique<Server>(options);
+    server_ = make_server(options);
     thread_ = std::thread([this, &scenes, training] {
       server_->run(
           scenes, [this] { return ends_.load(); }, training);

@@ -645,13 +645,13 @@ TEST(ServePanels, a_visitor_cannot_ask_for_endless_work) {
   ServedRoom room;
   room.command(kInspector);
   for (int i = 0; i < 100; ++i) click(room, {32, 24});
-  EXPECT_LE(room.of(1).take_jobs().size(), 8u);
+  EXPECT_LE(room.of(1).host().take_jobs().size(), 8u);
   for (int i = 0; i < 100; ++i) click(room, {32, 24});
-  EXPECT_TRUE(room.of(1).take_jobs().empty()) << "none of them has ended";
+  EXPECT_TRUE(room.of(1).host().take_jobs().empty()) << "none of them has ended";
   EXPECT_TRUE(room.viewer().log.back().error);
-  room.of(1).job_ended();
+  room.of(1).host().job_ended();
   click(room, {32, 24});
-  EXPECT_EQ(room.of(1).take_jobs().size(), 1u);
+  EXPECT_EQ(room.of(1).host().take_jobs().size(), 1u);
   for (int i = 0; i < 1000; ++i) room.set("Set here", 0);
   EXPECT_EQ(room.viewer().keyframes.size(), 500u);
 }

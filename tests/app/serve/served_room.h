@@ -84,7 +84,7 @@ class ServedRoom {
       visitor.tick(now);
       sharing.meet(visitor, now);
       pass_on_work(visitor, number, *pictures_);
-      for (SentFile& file : visitor.take_files()) files.push_back(std::move(file));
+      for (SentFile& file : visitor.host().take_files()) files.push_back(std::move(file));
       if (ordered_.contains(number)) continue;
       if (auto order = visitor.next_order()) {
         ordered_.insert(number);

@@ -144,10 +144,10 @@ TEST_F(ServeServer, all_connections_are_counted) {
 TEST_F(ServeServer, addresses_that_cannot_be_used_are_named) {
   ServeOptions taken = options_;
   taken.port = running_.port();
-  EXPECT_THAT(test::error_of([&] { Server second(taken); }, ErrorKind::device),
+  EXPECT_THAT(test::error_of([&] { make_server(taken); }, ErrorKind::device),
               HasSubstr("cannot be used: Address already in use"));
   taken.address = "nowhere";
-  EXPECT_THAT(test::error_of([&] { Server third(taken); }, ErrorKind::usage),
+  EXPECT_THAT(test::error_of([&] { make_server(taken); }, ErrorKind::usage),
               HasSubstr("--address nowhere"));
 }
 
@@ -160,7 +160,7 @@ TEST_F(ServeServer, an_answered_connection_does_not_count) {
 
 TEST_F(ServeServer, the_files_of_tls_are_needed_at_the_start) {
   options_.tls = TlsFiles{"missing.pem", "missing.pem"};
-  const std::string sentence = test::error_of([&] { Server server(options_); });
+  const std::string sentence = test::error_of([&] { make_server(options_); });
   EXPECT_TRUE(sentence == "serve: --certificate missing.pem: cannot be read: no such file" ||
               sentence.find("built without OpenSSL") != sentence.npos)
       << sentence;
@@ -723,19 +723,57 @@ TEST_F(ServeLive, the_server_ends_with_visitors) {
 }
 
 TEST_F(ServeLive, an_exception_of_a_handler_does_not_end_the_server) {
-  Server server(options_);
+  const auto server = make_server(options_);
   std::atomic<bool> ends = false;
   std::atomic<int> asked = 0;
   std::thread network([&] {
-    server.run(running_.small.scenes, [&] {
+    const auto ends_later = [&] {
       if (++asked == 1) throw std::bad_alloc();
       return ends.load();
-    });
+    };
+    server->run(running_.small.scenes, ends_later, nullptr);
   });
   for (int i = 0; i < 500 && asked < 2; ++i) std::this_thread::sleep_for(10ms);
   EXPECT_GE(asked, 2);
   ends = true;
   network.join();
+}
+
+// While the modes are measured, each picture makes the visitor's own handler throw.
+class ThrowingRenderer : public Renderer {
+ public:
+  explicit ThrowingRenderer(RenderContext& context)
+      : context_(context), inner_(std::move(context.session.renderer)) {}
+
+  void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
+    inner_->upload(std::move(cloud), progress);
+  }
+  const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
+                      const Target& target, std::stop_token stop) override {
+    if (context_.measuring) context_.report([](Viewer&) { throw std::bad_alloc(); });
+    return inner_->render(camera, settings, outputs, target, stop);
+  }
+
+ private:
+  RenderContext& context_;
+  std::unique_ptr<Renderer> inner_;
+};
+
+TEST_F(ServeLive, an_exception_of_a_visitors_handler_ends_that_visitor_alone) {
+  RenderContext& context = running_.small.scenes.front()->context;
+  context.session.renderer = std::make_unique<ThrowingRenderer>(context);
+  Socket other = open();
+  greet(other);
+  EXPECT_NE(exact_picture(other), "");
+  received_ = 0;
+  Socket socket = open();
+  greet(socket);
+  EXPECT_NE(exact_picture(socket), "");
+  say(socket, R"({"type":"command","command":"Numbers of all modes"})");
+  EXPECT_EQ(code_at_end(socket), 1011);
+  say(other, R"({"type":"resize","width":32,"height":24})");
+  EXPECT_NE(read(other).bytes, "") << "the others are still served";
+  EXPECT_TRUE(admits_another());
 }
 
 // ---- the program --------------------------------------------------------------------------------

@@ -282,7 +282,7 @@ class ServeTlsFiles : public testing::Test {
     ServeOptions options;
     options.port = 0;
     options.tls = files;
-    return test::error_of([&] { Server server(options); }, folder_.path());
+    return test::error_of([&] { make_server(options); }, folder_.path());
   }
 };
 
@@ -348,7 +348,7 @@ TEST_F(ServeTlsFiles, a_certificate_of_another_time_serves_with_a_warning) {
     ServeOptions options;
     options.port = 0;
     options.tls = TlsFiles{folder_ / "c.pem", folder_ / "k.pem"};
-    return Server(options).warnings();
+    return make_server(options)->warnings();
   };
   constexpr long kDay = 86400;
   EXPECT_THAT(warnings({}), IsEmpty());

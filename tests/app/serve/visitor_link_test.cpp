@@ -63,7 +63,7 @@ class ServeLink : public testing::Test {
   }
   Step advance(double seconds = 0) {
     now_ += seconds;
-    return link_.advance(now_, [](Visitor& visitor) { visitor.take_jobs(); });
+    return link_.advance(now_, [](Visitor& visitor) { visitor.host().take_jobs(); });
   }
   // Passes time. Messages leave at once, and pictures are ready after kMaking.
   void pass(double seconds) {

@@ -212,7 +212,7 @@ TEST_F(ServeVisitor, commands_that_are_not_served_have_no_effect) {
   EXPECT_EQ(viewer().version, version);
   EXPECT_FALSE(viewer().panels.open);
   EXPECT_TRUE(viewer().toasts.empty());
-  EXPECT_TRUE(visitor_.take_jobs().empty());
+  EXPECT_TRUE(visitor_.host().take_jobs().empty());
 }
 
 TEST_F(ServeVisitor, no_served_command_is_refused) {

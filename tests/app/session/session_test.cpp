@@ -31,12 +31,12 @@ class SessionTest : public testing::Test {
 TEST_F(SessionTest, has_the_settings_that_were_asked_for) {
   frame_.modes = {find_culler("adr"), find_culler("exact")};
   frame_.backend = Backend::cpu;
-  frame_.pipeline = Pipeline::classic;
-  frame_.sh_degree = 1;
-  frame_.splat_scale = 0.75f;
+  frame_.settings.pipeline = Pipeline::classic;
+  frame_.settings.sh_degree = 1;
+  frame_.settings.splat_scale = 0.75f;
   frame_.background = glm::vec3(0.25f, 0.5f, 0.75f);
-  frame_.antialiased = true;
-  frame_.tile_px = 32;
+  frame_.settings.antialiased = true;
+  frame_.settings.tile_px = 32;
   frame_.device = 7;
   const Session session = open_session(frame_, [](Scene& scene) { scene.cloud.sh[0].x = 5; });
   EXPECT_EQ(session.backend, Backend::cpu);
@@ -58,7 +58,7 @@ TEST_F(SessionTest, only_the_cpu_draws_the_reference_and_other_tile_sizes) {
   frame_.backend = Backend::cuda;
   EXPECT_THROW(open_session(frame_), Error);
   frame_.modes = {default_mode()};
-  frame_.tile_px = 8;
+  frame_.settings.tile_px = 8;
   EXPECT_THROW(open_session(frame_), Error);
   frame_.backend.reset();
   EXPECT_EQ(open_session(frame_).backend, Backend::cpu);

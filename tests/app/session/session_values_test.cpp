@@ -286,9 +286,9 @@ TEST(SessionMessages, say_what_runs_on_the_cpu_only) {
   frame.scene = folder / "scene.ply";
   test::write_scene(test::random_cloud(5, 0, 1), frame.scene);
   frame.backend = Backend::cuda;
-  frame.tile_px = 32;
+  frame.settings.tile_px = 32;
   EXPECT_EQ(error_of([&] { open_session(frame); }), "--tile-size 32 runs with --backend cpu only");
-  frame.tile_px = kTileSize;
+  frame.settings.tile_px = kTileSize;
   frame.modes = {1, kReferenceMode};
   EXPECT_EQ(error_of([&] { open_session(frame); }),
             "--cull reference runs with --backend cpu only");

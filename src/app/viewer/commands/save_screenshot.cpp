@@ -8,7 +8,6 @@
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
 #include "app/picture/palette.h"
-#include "app/session/frame_metadata.h"
 #include "app/session/shot.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/frame_requests.h"

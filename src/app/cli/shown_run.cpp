@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "app/cli/train_in_window.h"
+#include "app/cli/shown_run.h"
 
-#include <exception>
 #include <utility>
 
-#include "app/viewer/render/training_thread.h"
-#include "app/viewer/view_loop.h"
 #include "learn/run/overfitting.h"
 #include "learn/run/trainer.h"
 
@@ -54,40 +51,25 @@ std::shared_ptr<const TestViews> views_for_panel(const train::TrainSettings& set
 
 }  // namespace
 
-std::string sentence_of(train::RunEnd end) {
-  return end == train::RunEnd::finished ? "finished and saved" : "stopped and saved";
-}
-
-train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSettings& settings,
-                                  const train::DataSet& data, train::RunOptions options,
-                                  std::unique_ptr<train::TrainingModel> model, ThreadPool& pool) {
-  thread.began(options.out_dir, data.folder, views_for_panel(settings, data));
-  options.text.note = [&thread](const std::string& sentence) { thread.tell(sentence); };
-  options.watch = [&](const train::RunStatus& status) {
-    return thread.after_iteration(progress_of(status, settings.iterations, options.out_dir),
+std::string ShownRun::train(TrainingThread& thread) try {
+  const train::TrainSettings& settings = options_.settings;
+  train::RunOptions run = options_.run;
+  thread.began(run.out_dir, prepared_.data.folder, views_for_panel(settings, prepared_.data));
+  run.text.note = [&thread](const std::string& sentence) { thread.tell(sentence); };
+  run.watch = [&](const train::RunStatus& status) {
+    return thread.after_iteration(progress_of(status, settings.iterations, run.out_dir),
                                   [&] { return status.trainer.cloud(); });
   };
-  return train::run_training(settings, data, options, std::move(model), pool);
+  end_ = train::run_training(settings, prepared_.data, run, std::move(prepared_.model), pool_);
+  return end_ == train::RunEnd::finished ? "finished and saved" : "stopped and saved";
+} catch (...) {
+  error_ = std::current_exception();
+  throw;
 }
 
-train::RunEnd train_in_window(const train::TrainSettings& settings, const train::DataSet& data,
-                              train::RunOptions options,
-                              std::unique_ptr<train::TrainingModel> model, ThreadPool& pool,
-                              ViewOptions view) {
-  std::exception_ptr error;
-  train::RunEnd end = train::RunEnd::interrupted;
-  view.train = [&](TrainingThread& thread) {
-    try {
-      end = train_beside_window(thread, settings, data, options, std::move(model), pool);
-      return sentence_of(end);
-    } catch (...) {
-      error = std::current_exception();
-      throw;
-    }
-  };
-  run_viewer(view);
-  if (error) std::rethrow_exception(error);
-  return end;
+train::RunEnd ShownRun::end() const {
+  if (error_) std::rethrow_exception(error_);
+  return end_;
 }
 
 }  // namespace qs

@@ -11,7 +11,7 @@
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
-#include "app/viewer/state/live_counts.h"
+#include "app/viewer/state/samples.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"

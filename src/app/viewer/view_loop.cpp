@@ -19,7 +19,7 @@
 #include "app/viewer/render/training_thread.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/interface_scale.h"
+#include "app/viewer/state/layout.h"
 #include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/window/desktop_dialog.h"

@@ -12,13 +12,11 @@
 #include "app/session/shot.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/keys.h"
-#include "app/viewer/commands/output_names.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
-#include "app/viewer/state/first_view_actions.h"
-#include "app/viewer/state/interface_scale.h"
-#include "app/viewer/state/next_axes.h"
+#include "app/viewer/state/layout.h"
 #include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/bytes/replace_file.h"
@@ -110,6 +108,12 @@ void paste_camera(Viewer& v, Host& host) {
   set_camera(v, parse_camera(host.clipboard(), "clipboard"));
 }
 
+// Shows the pictures of all modes side by side, or the picture of one mode again.
+void toggle_grid(Viewer& v) {
+  v.shows_grid = !v.shows_grid;
+  picture_changed(v);
+}
+
 void next_split_view(Viewer& v) {
   const auto next = (static_cast<std::size_t>(v.split.view) + 1) % std::size(kSplitViews);
   v.split.view = static_cast<SplitView>(next);
@@ -174,129 +178,107 @@ KeyCommand mode_row(CullMode mode) {
   return command;
 }
 
-std::vector<KeyCommand> file_commands() {
-  using enum Menu;
-  return {
-      always(
-          checked(row(GLFW_KEY_O, kCtrl, file, "Open a file", toggle_open_dialog, Choosing::scene),
-                  [](const Viewer& v) { return v.panels.open && v.choosing == Choosing::scene; })),
-      checked(row(GLFW_KEY_O, kCtrl | kShift, file, "Open or close a scene beside", toggle_beside),
-              [](const Viewer& v) { return v.beside.has_value(); }),
-      always(panel(GLFW_KEY_T, kCtrl | kShift, file, "Train from photographs", &Panels::train)),
-      row(GLFW_KEY_R, kCtrl, file, "Save the cropped scene", save_crop, std::filesystem::path()),
-      row(GLFW_KEY_F5, 0, file, "Reload", reload),
-      row(GLFW_KEY_Y, 0, file, "Turn upright: read with other axes", next_axes),
-      row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
-      row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", save_screenshot),
-      last(always(row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }))),
-  };
-}
-
-std::vector<KeyCommand> view_commands() {
-  using enum Menu;
-  return {
-      panel(GLFW_KEY_F10, 0, view, "Numbers of all modes", &Panels::hud),
-      panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
-      panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
-      panel(GLFW_KEY_R, 0, view, "Crop and clean", &Panels::crop),
-      checked(row(GLFW_KEY_R, kShift, view, "Apply or undo the crop", toggle_crop),
-              [](const Viewer& v) { return v.crop.applied; }),
-      panel(GLFW_KEY_M, 0, view, "Messages", &Panels::messages),
-      panel(GLFW_KEY_T, 0, view, "Training", &Panels::training),
-      row(GLFW_KEY_T, kShift, view, "Pause or resume training", toggle_training),
-      row(GLFW_KEY_T, kCtrl, view, "One iteration of training", command_training,
-          TrainingCommand::step),
-      always(panel(GLFW_KEY_TAB, 0, view, "All windows", &Panels::all)),
-      drawn_here(row(GLFW_KEY_H, 0, view, "Heat map", toggle_heatmap)),
-      drawn_here(row(GLFW_KEY_H, kShift, view, "Next heat map", next_heatmap)),
-      drawn_here(
-          checked(row(GLFW_KEY_J, 0, view, "Depth or alpha instead of colours", toggle_quantity),
-                  [](const Viewer& v) { return v.quantity != Quantity::color; })),
-      drawn_here(
-          row(GLFW_KEY_J, kShift, view, "Next of depth, median depth and alpha", next_quantity)),
-      row(GLFW_KEY_EQUAL, 0, view, "Larger splats", scale_splats, 1.1f),
-      row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
-      row(GLFW_KEY_Y, kShift, view, "Turn the scene over, and back", turn_over),
-      always(row(GLFW_KEY_EQUAL, kCtrl, view, "Larger interface", step_interface_scale, 1)),
-      always(row(GLFW_KEY_MINUS, kCtrl, view, "Smaller interface", step_interface_scale, -1)),
-      always(row(GLFW_KEY_0, kCtrl, view, "Interface at 100 %", set_interface_scale, 1.0f)),
-      always(row(GLFW_KEY_F11, 0, view, "Full screen",
-                 [](Viewer&, Host& host) { host.toggle_fullscreen(); })),
-  };
-}
-
-std::vector<KeyCommand> camera_commands() {
-  using enum Menu;
-  return {
-      panel(GLFW_KEY_L, 0, camera, "Cameras and path", &Panels::cameras),
-      row(GLFW_KEY_LEFT_BRACKET, 0, camera, "Previous camera", step_camera, CameraStep::previous),
-      row(GLFW_KEY_RIGHT_BRACKET, 0, camera, "Next camera", step_camera, CameraStep::next),
-      row(GLFW_KEY_LEFT_BRACKET, kShift, camera, "First camera", step_camera, CameraStep::first),
-      row(GLFW_KEY_RIGHT_BRACKET, kShift, camera, "Last camera", step_camera, CameraStep::last),
-      row(GLFW_KEY_N, 0, camera, "Nearest camera", step_camera, CameraStep::nearest),
-      row(GLFW_KEY_G, 0, camera, "Photograph of this camera", toggle_photograph),
-      panel(GLFW_KEY_O, 0, camera, "Cameras in the scene", &Panels::frusta),
-      row(GLFW_KEY_F, 0, camera, "Frame the scene", frame_scene),
-      row(GLFW_KEY_HOME, 0, camera, "First view", go_home),
-      row(GLFW_KEY_HOME, kShift, camera, "Choose the first view", ask_for_views),
-      row(GLFW_KEY_BACKSPACE, 0, camera, "Back to the view before", undo_move),
-      row(GLFW_KEY_BACKSPACE, kShift, camera, "Forward to the next view", redo_move),
-      row(GLFW_KEY_U, 0, camera, "This view is upright", make_upright),
-      row(GLFW_KEY_V, 0, camera, "Orbit or fly", toggle_navigation),
-      row(GLFW_KEY_C, kCtrl, camera, "Copy the camera as JSON", copy_camera),
-      row(GLFW_KEY_V, kCtrl, camera, "Paste a camera", paste_camera),
-      row(GLFW_KEY_K, 0, camera, "Set a keyframe", add_keyframe),
-      row(GLFW_KEY_SPACE, 0, camera, "Play the path", toggle_playback),
-      row(GLFW_KEY_K, kCtrl, camera, "Film of the path, or round the scene", film),
-  };
-}
-
-std::vector<KeyCommand> mode_commands() {
-  using enum Menu;
-  std::vector<KeyCommand> rows = {
-      drawn_here(held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode))};
-  for (CullMode number = 1; number <= culler_count(); ++number) rows.push_back(mode_row(number));
-  rows.push_back(checked(row(GLFW_KEY_I, kShift, mode, "Mode and numbers over the picture",
-                             toggle_option, &Viewer::shows_badge),
-                         [](const Viewer& v) { return v.shows_badge; }));
-  rows.push_back(
-      drawn_here(checked(row(GLFW_KEY_F9, 0, mode, "All modes side by side", toggle_grid),
-                         [](const Viewer& v) { return v.shows_grid; })));
-  rows.push_back(job_row(GLFW_KEY_F9, kCtrl, mode, "Figure of all modes", job::save_grid));
-  rows.push_back(drawn_here(
-      panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split)));
-  rows.push_back(
-      drawn_here(row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view)));
-  rows.push_back(drawn_here(row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split)));
-  return rows;
-}
-
-std::vector<KeyCommand> measure_commands() {
-  using enum Menu;
-  return {
-      panel(GLFW_KEY_Z, 0, measure, "Zoom recorder", &Panels::recorder),
-      checked(row(GLFW_KEY_Z, kShift, measure, "Record a zoom", toggle_zoom_recording),
-              [](const Viewer& v) { return v.zoom.running; }),
-      job_row(GLFW_KEY_P, 0, measure, "Bench this view", job::bench_view),
-      job_row(GLFW_KEY_0, 0, measure, "Compare with the reference", job::compare_with_reference),
-      job_row(GLFW_KEY_0, kShift, measure, "The same around the cursor",
-              job::compare_around_cursor),
-  };
-}
-
 std::vector<KeyCommand> make_commands() {
+  using enum Menu;
   std::vector<KeyCommand> rows;
-  for (const auto& part :
-       {file_commands(), view_commands(), camera_commands(), mode_commands(), measure_commands()}) {
-    rows.insert(rows.end(), part.begin(), part.end());
-  }
-  rows.push_back(always(panel(GLFW_KEY_F1, 0, Menu::help, "Keys and mouse", &Panels::help)));
+  for (CullMode number = 1; number <= culler_count(); ++number) rows.push_back(mode_row(number));
+  rows.insert(
+      rows.end(),
+      {
+          always(checked(
+              row(GLFW_KEY_O, kCtrl, file, "Open a file", toggle_open_dialog, Choosing::scene),
+              [](const Viewer& v) { return v.panels.open && v.choosing == Choosing::scene; })),
+          checked(
+              row(GLFW_KEY_O, kCtrl | kShift, file, "Open or close a scene beside", toggle_beside),
+              [](const Viewer& v) { return v.beside.has_value(); }),
+          always(panel(GLFW_KEY_T, kCtrl | kShift, file, "Train from photographs", &Panels::train)),
+          row(GLFW_KEY_R, kCtrl, file, "Save the cropped scene", save_crop,
+              std::filesystem::path()),
+          row(GLFW_KEY_F5, 0, file, "Reload", reload),
+          row(GLFW_KEY_Y, 0, file, "Turn upright: read with other axes", next_axes),
+          row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
+          row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", save_screenshot),
+          last(always(
+              row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }))),
+
+          panel(GLFW_KEY_F10, 0, view, "Numbers of all modes", &Panels::hud),
+          panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
+          panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
+          panel(GLFW_KEY_R, 0, view, "Crop and clean", &Panels::crop),
+          checked(row(GLFW_KEY_R, kShift, view, "Apply or undo the crop", toggle_crop),
+                  [](const Viewer& v) { return v.crop.applied; }),
+          panel(GLFW_KEY_M, 0, view, "Messages", &Panels::messages),
+          panel(GLFW_KEY_T, 0, view, "Training", &Panels::training),
+          row(GLFW_KEY_T, kShift, view, "Pause or resume training", toggle_training),
+          row(GLFW_KEY_T, kCtrl, view, "One iteration of training", command_training,
+              TrainingCommand::step),
+          always(panel(GLFW_KEY_TAB, 0, view, "All windows", &Panels::all)),
+          drawn_here(row(GLFW_KEY_H, 0, view, "Heat map", toggle_heatmap)),
+          drawn_here(row(GLFW_KEY_H, kShift, view, "Next heat map", next_heatmap)),
+          drawn_here(checked(
+              row(GLFW_KEY_J, 0, view, "Depth or alpha instead of colours", toggle_quantity),
+              [](const Viewer& v) { return v.quantity != Quantity::color; })),
+          drawn_here(row(GLFW_KEY_J, kShift, view, "Next of depth, median depth and alpha",
+                         next_quantity)),
+          row(GLFW_KEY_EQUAL, 0, view, "Larger splats", scale_splats, 1.1f),
+          row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
+          row(GLFW_KEY_Y, kShift, view, "Turn the scene over, and back", turn_over),
+          always(row(GLFW_KEY_EQUAL, kCtrl, view, "Larger interface", step_interface_scale, 1)),
+          always(row(GLFW_KEY_MINUS, kCtrl, view, "Smaller interface", step_interface_scale, -1)),
+          always(row(GLFW_KEY_0, kCtrl, view, "Interface at 100 %", set_interface_scale, 1.0f)),
+          always(row(GLFW_KEY_F11, 0, view, "Full screen",
+                     [](Viewer&, Host& host) { host.toggle_fullscreen(); })),
+
+          panel(GLFW_KEY_L, 0, camera, "Cameras and path", &Panels::cameras),
+          row(GLFW_KEY_LEFT_BRACKET, 0, camera, "Previous camera", step_camera,
+              CameraStep::previous),
+          row(GLFW_KEY_RIGHT_BRACKET, 0, camera, "Next camera", step_camera, CameraStep::next),
+          row(GLFW_KEY_LEFT_BRACKET, kShift, camera, "First camera", step_camera,
+              CameraStep::first),
+          row(GLFW_KEY_RIGHT_BRACKET, kShift, camera, "Last camera", step_camera, CameraStep::last),
+          row(GLFW_KEY_N, 0, camera, "Nearest camera", step_camera, CameraStep::nearest),
+          row(GLFW_KEY_G, 0, camera, "Photograph of this camera", toggle_photograph),
+          panel(GLFW_KEY_O, 0, camera, "Cameras in the scene", &Panels::frusta),
+          row(GLFW_KEY_F, 0, camera, "Frame the scene", frame_scene),
+          row(GLFW_KEY_HOME, 0, camera, "First view", go_home),
+          row(GLFW_KEY_HOME, kShift, camera, "Choose the first view", ask_for_views),
+          row(GLFW_KEY_BACKSPACE, 0, camera, "Back to the view before", undo_move),
+          row(GLFW_KEY_BACKSPACE, kShift, camera, "Forward to the next view", redo_move),
+          row(GLFW_KEY_U, 0, camera, "This view is upright", make_upright),
+          row(GLFW_KEY_V, 0, camera, "Orbit or fly", toggle_navigation),
+          row(GLFW_KEY_C, kCtrl, camera, "Copy the camera as JSON", copy_camera),
+          row(GLFW_KEY_V, kCtrl, camera, "Paste a camera", paste_camera),
+          row(GLFW_KEY_K, 0, camera, "Set a keyframe", add_keyframe),
+          row(GLFW_KEY_SPACE, 0, camera, "Play the path", toggle_playback),
+          row(GLFW_KEY_K, kCtrl, camera, "Film of the path, or round the scene", film),
+
+          drawn_here(
+              held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode)),
+          checked(row(GLFW_KEY_I, kShift, mode, "Mode and numbers over the picture", toggle_option,
+                      &Viewer::shows_badge),
+                  [](const Viewer& v) { return v.shows_badge; }),
+          drawn_here(checked(row(GLFW_KEY_F9, 0, mode, "All modes side by side", toggle_grid),
+                             [](const Viewer& v) { return v.shows_grid; })),
+          job_row(GLFW_KEY_F9, kCtrl, mode, "Figure of all modes", job::save_grid),
+          drawn_here(
+              panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split)),
+          drawn_here(row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view)),
+          drawn_here(row(GLFW_KEY_X, 0, mode, "Flip the split",
+                         [](Viewer& v) { v.split.flipped = !v.split.flipped; })),
+
+          panel(GLFW_KEY_Z, 0, measure, "Zoom recorder", &Panels::recorder),
+          checked(row(GLFW_KEY_Z, kShift, measure, "Record a zoom", toggle_zoom_recording),
+                  [](const Viewer& v) { return v.zoom.running; }),
+          job_row(GLFW_KEY_P, 0, measure, "Bench this view", job::bench_view),
+          job_row(GLFW_KEY_0, 0, measure, "Compare with the reference",
+                  job::compare_with_reference),
+          job_row(GLFW_KEY_0, kShift, measure, "The same around the cursor",
+                  job::compare_around_cursor),
+
+          always(panel(GLFW_KEY_F1, 0, help, "Keys and mouse", &Panels::help)),
+      });
   return rows;
 }
-
-}  // namespace
-
-namespace {
 
 // Digits, plus and minus of the keypad count as the keys of the main row.
 int key_of_main_row(int key) {

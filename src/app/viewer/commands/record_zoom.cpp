@@ -11,7 +11,7 @@
 #include "app/report/clock_report.h"
 #include "app/report/zoom_recording.h"
 #include "app/viewer/commands/jobs.h"
-#include "app/viewer/commands/output_names.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/undisturbed.h"
 #include "app/viewer/state/actions.h"

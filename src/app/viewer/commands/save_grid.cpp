@@ -11,7 +11,7 @@
 #include "app/picture/figure.h"
 #include "app/picture/grid_places.h"
 #include "app/session/shot.h"
-#include "app/viewer/commands/output_names.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/heat_scale.h"
 #include "app/viewer/render/mode_grid.h"

@@ -10,7 +10,7 @@
 #include "app/picture/palette.h"
 #include "app/session/frame_metadata.h"
 #include "app/session/shot.h"
-#include "app/viewer/commands/output_names.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/heat_scale.h"
 #include "app/viewer/render/render_context.h"

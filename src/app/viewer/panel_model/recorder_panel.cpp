@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/viewer/panel_model/panel_rows.h"
-#include "app/viewer/state/zoom_chart.h"
+#include "app/viewer/state/charts.h"
 #include "app/viewer/state/zoom_text.h"
 
 namespace qs {

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "app/viewer/panel_model/panel_rows.h"
+#include "app/viewer/state/charts.h"
 #include "app/viewer/state/crop_actions.h"
-#include "app/viewer/state/loss_chart.h"
 #include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/training_actions.h"
 
@@ -71,6 +71,34 @@ std::vector<block::Item> keyframe_items(const Viewer& v, std::size_t i) {
   return items;
 }
 
+block::Chart loss_curve(const Viewer& v) {
+  const std::vector<LossPoint>& losses = v.training->losses;
+  const LossChart from = loss_chart(losses);
+  block::Chart chart{kLossTitle, kIterationTitle, {}, {}, {}};
+  chart.letters = 10;
+  for (const AxisTick& tick : from.iteration_ticks)
+    chart.across.push_back({static_cast<float>(tick.value / from.most_iteration), tick.text});
+  for (const AxisTick& tick : from.loss_ticks)
+    chart.up.push_back({static_cast<float>(tick.value / from.most_loss), tick.text});
+  block::Curve curve{"", {kSkyBlue, kBlue}, {}};
+  curve.is_marked = false;
+  curve.width = 1.5f;
+  for (const LossPoint& point : losses) {
+    if (std::isfinite(point.loss))
+      curve.points.push_back({point.iteration / from.most_iteration,
+                              static_cast<double>(point.loss) / from.most_loss});
+  }
+  chart.curves.push_back(std::move(curve));
+  if (v.is_remote) return chart;  // hundreds of readings would be sent again with every report
+  chart.reading = [&losses, most = from.most_iteration](double x) {
+    const LossPoint& near = loss_near(losses, x * most);
+    return block::Reading{near.iteration / most,
+                          fmt::format("iteration {}: loss {:.4f}", near.iteration, near.loss),
+                          {}};
+  };
+  return chart;
+}
+
 }  // namespace
 
 Blocks camera_blocks(const Viewer& v) {
@@ -105,37 +133,6 @@ Blocks camera_blocks(const Viewer& v) {
 }
 
 // ---- training ----------------------------------------------------------------------------------
-namespace {
-
-block::Chart loss_curve(const Viewer& v) {
-  const std::vector<LossPoint>& losses = v.training->losses;
-  const LossChart from = loss_chart(losses);
-  block::Chart chart{kLossTitle, kIterationTitle, {}, {}, {}};
-  chart.letters = 10;
-  for (const AxisTick& tick : from.iteration_ticks)
-    chart.across.push_back({static_cast<float>(tick.value / from.most_iteration), tick.text});
-  for (const AxisTick& tick : from.loss_ticks)
-    chart.up.push_back({static_cast<float>(tick.value / from.most_loss), tick.text});
-  block::Curve curve{"", {kSkyBlue, kBlue}, {}};
-  curve.is_marked = false;
-  curve.width = 1.5f;
-  for (const LossPoint& point : losses) {
-    if (std::isfinite(point.loss))
-      curve.points.push_back({point.iteration / from.most_iteration,
-                              static_cast<double>(point.loss) / from.most_loss});
-  }
-  chart.curves.push_back(std::move(curve));
-  if (v.is_remote) return chart;  // hundreds of readings would be sent again with every report
-  chart.reading = [&losses, most = from.most_iteration](double x) {
-    const LossPoint& near = loss_near(losses, x * most);
-    return block::Reading{near.iteration / most,
-                          fmt::format("iteration {}: loss {:.4f}", near.iteration, near.loss),
-                          {}};
-  };
-  return chart;
-}
-
-}  // namespace
 
 Blocks training_blocks(const Viewer& v) {
   if (v.remote) return {in_line({{"Pause training"}}), block::Facts{remote_facts(v)}};

@@ -26,7 +26,7 @@ double sum_of(const std::array<double, kStageCount>& stages) {
 TableScale table_scale(const Viewer& v, const std::vector<HudRow>& rows) {
   TableScale scale{0, 0, numbers_are_current(v)};
   for (const HudRow& row : rows) {
-    scale.fps = std::max({scale.fps, 1.05 * row.fps_value, 1.05 * row.fps_high});
+    scale.fps = std::max({scale.fps, 1.05 * row.fps.value, 1.05 * row.fps_high});
     if (const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline))
       scale.ms = std::max(scale.ms, sum_of(stages_of(*measured)));
   }
@@ -35,21 +35,19 @@ TableScale table_scale(const Viewer& v, const std::vector<HudRow>& rows) {
 
 block::Cell table_cell(const Viewer& v, const HudRow& row, const TableColumn& column,
                        const TableScale& scale) {
-  const bool noisy = column.noisy != nullptr && row.*column.noisy;
-  const bool live = column.value == &HudRow::pairs_value && row.pairs_live;
+  const HudCell number = column.cell == nullptr ? HudCell{""} : row.*column.cell;
+  const bool live = column.cell == &HudRow::pairs && row.pairs_live;
   const bool sampled = column.kind == CellKind::bar && row.fps_sampled;  // "~" marks it
-  block::Cell cell;
-  if (!live && !sampled && (!scale.current || noisy)) cell.tone = Tone::faint;
-  if (column.value != nullptr) cell.value = row.*column.value;
-  if (column.text != nullptr) cell.text = row.*column.text;
+  const bool faint = !live && !sampled && (!scale.current || number.noisy);
+  block::Cell cell{number.text, faint ? Tone::faint : Tone::plain, number.value};
   const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline);
   if (column.kind == CellKind::mode) {
-    cell.text = v.is_remote ? row.name : fmt::format("{} {}", row.mode, row.name);
+    if (!v.is_remote) cell.text = fmt::format("{} {}", row.mode, number.text);
     cell.use = Use{"mode", 0, static_cast<std::size_t>(row.mode)};
     cell.tooltip = fmt::format("{}\n{}", row_of(row.mode).summary, trust_text(v, row.mode));
     if (!v.is_remote) cell.tooltip += "\nright click: copy the table, or ratios to this mode";
   } else if (column.kind == CellKind::bar && scale.fps > 0) {
-    cell.bar = block::Bar{row.fps_value / scale.fps, row.fps_low / scale.fps,
+    cell.bar = block::Bar{row.fps.value / scale.fps, row.fps_low / scale.fps,
                           row.fps_high / scale.fps, ink_of(row.mode)};
   } else if (column.kind == CellKind::stages && measured != nullptr && scale.ms > 0) {
     for (const double ms : stages_of(*measured)) cell.parts.push_back(ms / scale.ms);
@@ -66,7 +64,7 @@ std::vector<std::string> table_buttons() {
 
 std::vector<Use> row_menu(const HudRow& row) {
   std::vector<Use> menu = {
-      {"ratios to", row.mode_value - 1, 0, fmt::format("Ratios to {}", row.name)}};
+      {"ratios to", row.name.value - 1, 0, fmt::format("Ratios to {}", row.name.text)}};
   for (const std::string& name : table_buttons())
     menu.push_back({name, 0, 0, fmt::format("Copy t{}", name.substr(1))});
   return menu;
@@ -82,7 +80,7 @@ block::Table mode_table(const Viewer& v) {
   for (const TableColumn& column : columns) {
     const bool is_bar = column.kind == CellKind::bar;
     table.columns.push_back({column.title, column.letters, is_bar ? 1.0f : 0.0f, column.rank,
-                             column.kind == CellKind::mode, column.value != nullptr, is_bar});
+                             column.kind == CellKind::mode, column.cell != nullptr, is_bar});
   }
   for (const HudRow& row : rows) {
     block::Row& line = table.rows.emplace_back();

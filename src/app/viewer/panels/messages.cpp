@@ -10,7 +10,7 @@
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/message_text.h"
-#include "app/viewer/state/next_axes.h"
+#include "app/viewer/state/camera_actions.h"
 
 namespace qs {
 namespace {
@@ -51,7 +51,7 @@ std::string fitted_text(const Toast& toast, float width) {
 }
 
 void draw_file_buttons(const std::filesystem::path& path, Actions& actions) {
-  if (ImGui::Button("Open")) actions.push_back(call(action::open_with_desktop, path));
+  if (ImGui::Button("Open")) actions.push_back(call(&Host::open_with_desktop, path));
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("In the desktop's program for it");
   ImGui::SameLine();
   if (ImGui::Button("Copy")) actions.push_back(call(action::copy_text, path.string()));
@@ -127,7 +127,7 @@ void draw_entry_menu(const LogEntry& entry, Actions& actions) {
   if (!ImGui::BeginPopupContextItem("entry")) return;
   if (!entry.path.empty()) {
     if (ImGui::MenuItem("Open the file"))
-      actions.push_back(call(action::open_with_desktop, entry.path));
+      actions.push_back(call(&Host::open_with_desktop, entry.path));
     if (ImGui::MenuItem("Copy the path"))
       actions.push_back(call(action::copy_text, entry.path.string()));
   }

@@ -18,7 +18,6 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
-#include "app/viewer/state/first_view_actions.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/panel_text.h"
 

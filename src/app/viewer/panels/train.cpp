@@ -101,7 +101,7 @@ void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
   const bool starts = (ImGui::Button("Train") || entered) && !form.data.empty();
   ImGui::SameLine();
   if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open = false;
-  if (form != viewer.train_form) actions.push_back(call(action::change_train_form, form));
+  if (form != viewer.train_form) actions.push_back([form](Viewer& v, Host&) { v.train_form = form; });
   if (starts) actions.push_back(call(action::start_training, request_of(form)));
   if (starts || !open) actions.push_back(call(action::toggle_panel, &Panels::train));
   if (chooses) actions.push_back(call(action::toggle_open_dialog, Choosing::photographs));

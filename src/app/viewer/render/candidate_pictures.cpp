@@ -5,8 +5,8 @@
 #include <cmath>
 #include <memory>
 
-#include "app/viewer/state/first_view_actions.h"
-#include "app/viewer/state/interface_scale.h"
+#include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/layout.h"
 
 namespace qs {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/viewer/state/live_counts.h"
+#include "app/viewer/state/samples.h"
 
 namespace qs {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/render/frame_requests.h"
 
-#include "app/viewer/state/live_counts.h"
+#include "app/viewer/state/samples.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/training_actions.h"
 

@@ -58,6 +58,15 @@ bool free_renderers(RenderContext& context, const Renderer* kept) {
   return any;
 }
 
+// As upload_to(), but frees the other renderers if memory is short.
+std::unique_ptr<Renderer> make_room_and_upload(RenderContext& context,
+                                               const std::shared_ptr<const Scene>& scene,
+                                               Backend backend, const Progress& progress) {
+  auto renderer = context.make_renderer(backend, context.session);
+  upload_making_room(context, *renderer, scene, progress);
+  return renderer;
+}
+
 }  // namespace
 
 void upload_making_room(RenderContext& context, Renderer& renderer,
@@ -69,19 +78,6 @@ void upload_making_room(RenderContext& context, Renderer& renderer,
     renderer.upload(cloud_of(scene), progress);
   }
 }
-
-namespace {
-
-// As upload_to(), but frees the other renderers if memory is short.
-std::unique_ptr<Renderer> make_room_and_upload(RenderContext& context,
-                                               const std::shared_ptr<const Scene>& scene,
-                                               Backend backend, const Progress& progress) {
-  auto renderer = context.make_renderer(backend, context.session);
-  upload_making_room(context, *renderer, scene, progress);
-  return renderer;
-}
-
-}  // namespace
 
 OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const Progress& progress) {
   Session& session = context.session;

@@ -8,8 +8,6 @@
 
 #include "app/framing/huge_gaussians.h"
 #include "app/viewer/state/camera_actions.h"
-#include "app/viewer/state/first_view_actions.h"
-#include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/remote_actions.h"
@@ -55,6 +53,60 @@ void restore_view(Viewer& v) {
   notify(v, "restored the last view of this scene; Home goes to the first view");
 }
 
+void play_on(Viewer& v, double seconds) {
+  if (!v.playback.running || v.keyframes.size() < 2) return;
+  seek(v, v.playback.time + seconds);
+  if (v.playback.time < v.path_end()) return;
+  if (v.loops_path) v.playback.time = v.keyframes.front().time;
+  v.playback.running = v.loops_path;
+}
+
+// Messages about oddities that a user can correct with a key or a switch.
+// `is_new`: this file was never open before.
+void say_what_is_odd(Viewer& v, bool is_new) {
+  if (v.scene->framing.upside_down) {
+    notify(v, "The scene seems to be upside down: press Y to turn it");
+    v.toasts.back().offer = ToastOffer::next_axes;
+  } else if (is_new && v.offers_views && v.scene->framing.up_is_assumed) {
+    notify(v, "Without a floor nothing shows which side is up: Shift+Y turns the scene over");
+    v.toasts.back().offer = ToastOffer::turn_over;
+  }
+  if (v.scene->huge > 0) {
+    notify(v, huge_text(v.scene->huge) +
+                  " and may cover it: the panel Scene and render settings (I) leaves them out");
+    v.toasts.back().offer = ToastOffer::skip_huge;
+  }
+}
+
+/// One function for each result of an opening.
+struct EndOfOpening {
+  Viewer& v;
+  Host& host;
+
+  void operator()(const OpenedScene& opened) const { scene_opened(v, host, opened); }
+  void operator()(const SceneBeside& scene) const { beside_opened(v, scene); }
+  void operator()(const OpenedCameras& opened) const { cameras_opened(v, host, opened); }
+  void operator()(const OpenedPath& opened) const { set_keyframes(v, opened.keyframes); }
+  void operator()(const OpeningFailed& failed) const {
+    notify_error(v, failed.sentence);
+    v.toasts.back().about_opening = true;
+  }
+  void operator()(const OpeningCancelled& cancelled) const {
+    if (!cancelled.sentence.empty()) notify(v, cancelled.sentence);
+  }
+};
+
+// Keeps the statistics of a frame for the comparison with other modes. A frame with a map or a
+// second frame takes longer, so only its counts are kept.
+void remember_seen(Viewer& v, const ShownFrame& frame) {
+  if (frame.view_version != v.view_version) return;
+  if (v.seen.view_version != v.view_version) v.seen = {v.view_version, {}};
+  RenderStats& seen = v.seen.stats[frame.mode];
+  const float before = seen.frame_ms;
+  seen = frame.stats;
+  if (!shows_colors_alone(frame)) seen.frame_ms = before;
+}
+
 }  // namespace
 
 void notify(Viewer& v, std::string text) {
@@ -85,10 +137,6 @@ void hold_toasts(Viewer& v, bool held) {
   v.toasts_held = held;
   if (held) return;
   for (Toast& toast : v.toasts) toast.until = std::max(toast.until, v.now + kReleasedSeconds);
-}
-
-void open_with_desktop(Viewer&, Host& host, const std::filesystem::path& path) {
-  host.open_with_desktop(path);
 }
 
 void copy_text(Viewer& v, Host& host, const std::string& text) {
@@ -134,26 +182,6 @@ void set_baseline(Viewer& v, CullMode mode) {
   if (v.heatmap) picture_changed(v);  // it gives heat maps their scale
 }
 
-void set_measured_size(Viewer& v, std::size_t index) {
-  if (index >= std::size(kMeasuredSizes) || index == v.measured_size) return;
-  v.measured_size = index;
-  v.numbers = {};
-  v.counts = {};
-  picture_changed(v);  // the next frame counts at this size
-}
-
-void toggle_grid(Viewer& v) {
-  v.shows_grid = !v.shows_grid;
-  picture_changed(v);
-}
-
-void copy_table(Viewer& v, Host& host, TableFormat format) {
-  if (v.numbers.rows.empty()) return notify(v, "there is nothing to copy: no mode is measured yet");
-  host.set_clipboard(table_text(v, format));
-  notify(v, fmt::format("copied the table of modes as {}: {}",
-                        kTableFormats[static_cast<int>(format)], table_caption(v)));
-}
-
 void show_heatmap(Viewer& v, HeatQuantity quantity) {
   v.hints.map = false;
   v.last_heatmap = quantity;
@@ -169,8 +197,6 @@ void change_heat_view(Viewer& v, const HeatView& heat_view) {
   v.heat_view.style.opacity = std::clamp(heat_view.style.opacity, 0.0f, 1.0f);
   if (redraws && v.heatmap) picture_changed(v);
 }
-
-void flip_split(Viewer& v) { v.split.flipped = !v.split.flipped; }
 
 void change_settings(Viewer& v, const RenderSettings& settings) {
   v.settings = settings;
@@ -226,24 +252,10 @@ void path_chosen(Viewer& v, Host& host, const std::filesystem::path& path, Choos
   }
 }
 
-void change_train_form(Viewer& v, const TrainForm& form) { v.train_form = form; }
-
 void cancel_loading(Viewer& v, Host& host) {
   host.cancel_loading();
   end_progress(v);
 }
-
-namespace {
-
-void play_on(Viewer& v, double seconds) {
-  if (!v.playback.running || v.keyframes.size() < 2) return;
-  seek(v, v.playback.time + seconds);
-  if (v.playback.time < v.path_end()) return;
-  if (v.loops_path) v.playback.time = v.keyframes.front().time;
-  v.playback.running = v.loops_path;
-}
-
-}  // namespace
 
 void tick(Viewer& v, const Turn& turn, double seconds) {
   static_cast<Turn&>(v) = turn;
@@ -260,27 +272,6 @@ void tick(Viewer& v, const Turn& turn, double seconds) {
 
 void show_progress(Viewer& v, const Loading& loading) { v.loading = loading; }
 void end_progress(Viewer& v) { v.loading.reset(); }
-
-namespace {
-
-// Messages about oddities that a user can correct with a key or a switch.
-// `is_new`: this file was never open before.
-void say_what_is_odd(Viewer& v, bool is_new) {
-  if (v.scene->framing.upside_down) {
-    notify(v, "The scene seems to be upside down: press Y to turn it");
-    v.toasts.back().offer = ToastOffer::next_axes;
-  } else if (is_new && v.offers_views && v.scene->framing.up_is_assumed) {
-    notify(v, "Without a floor nothing shows which side is up: Shift+Y turns the scene over");
-    v.toasts.back().offer = ToastOffer::turn_over;
-  }
-  if (v.scene->huge > 0) {
-    notify(v, huge_text(v.scene->huge) +
-                  " and may cover it: the panel Scene and render settings (I) leaves them out");
-    v.toasts.back().offer = ToastOffer::skip_huge;
-  }
-}
-
-}  // namespace
 
 void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
   const ViewedScene& scene = opened.facts;
@@ -338,28 +329,6 @@ void cameras_opened(Viewer& v, Host& host, const OpenedCameras& opened) {
          fmt::format("{} cameras from {}", opened.cameras.size(), opened.file.filename().string()));
 }
 
-namespace {
-
-/// One function for each result of an opening.
-struct EndOfOpening {
-  Viewer& v;
-  Host& host;
-
-  void operator()(const OpenedScene& opened) const { scene_opened(v, host, opened); }
-  void operator()(const SceneBeside& scene) const { beside_opened(v, scene); }
-  void operator()(const OpenedCameras& opened) const { cameras_opened(v, host, opened); }
-  void operator()(const OpenedPath& opened) const { set_keyframes(v, opened.keyframes); }
-  void operator()(const OpeningFailed& failed) const {
-    notify_error(v, failed.sentence);
-    v.toasts.back().about_opening = true;
-  }
-  void operator()(const OpeningCancelled& cancelled) const {
-    if (!cancelled.sentence.empty()) notify(v, cancelled.sentence);
-  }
-};
-
-}  // namespace
-
 void opening_ended(Viewer& v, Host& host, const OpeningResult& result) {
   const bool opened = !std::holds_alternative<OpeningFailed>(result) &&
                       !std::holds_alternative<OpeningCancelled>(result);
@@ -370,21 +339,6 @@ void opening_ended(Viewer& v, Host& host, const OpeningResult& result) {
 void photograph_opened(Viewer& v, const ShownPhotograph& photograph) {
   if (photograph.path == v.photograph.path) v.photograph = photograph;
 }
-
-namespace {
-
-// Keeps the statistics of a frame for the comparison with other modes. A frame with a map or a
-// second frame takes longer, so only its counts are kept.
-void remember_seen(Viewer& v, const ShownFrame& frame) {
-  if (frame.view_version != v.view_version) return;
-  if (v.seen.view_version != v.view_version) v.seen = {v.view_version, {}};
-  RenderStats& seen = v.seen.stats[frame.mode];
-  const float before = seen.frame_ms;
-  seen = frame.stats;
-  if (!shows_colors_alone(frame)) seen.frame_ms = before;
-}
-
-}  // namespace
 
 void frame_shown(Viewer& v, const ShownFrame& frame) {
   ++v.frames;

@@ -22,7 +22,6 @@ void notify_file(Viewer& viewer, const std::filesystem::path& file, const std::s
 void dismiss_toast(Viewer& viewer, std::size_t index);
 /// While they are held no messages disappear, and for a moment after.
 void hold_toasts(Viewer& viewer, bool held);
-void open_with_desktop(Viewer& viewer, Host& host, const std::filesystem::path& path);
 void copy_text(Viewer& viewer, Host& host, const std::string& text);
 
 // ---- picture -----------------------------------------------------------------------------------
@@ -33,14 +32,7 @@ void view_changed(Viewer& viewer);
 void set_mode(Viewer& viewer, CullMode mode);
 void peek_previous_mode(Viewer& viewer, bool held);
 void change_split(Viewer& viewer, const Split& split);
-void flip_split(Viewer& viewer);
 void set_baseline(Viewer& viewer, CullMode mode);
-/// Measures all modes at another size, an index into kMeasuredSizes.
-void set_measured_size(Viewer& viewer, std::size_t index);
-/// Shows the pictures of all modes side by side, or the picture of one mode again.
-void toggle_grid(Viewer& viewer);
-/// Copies the table of modes to the clipboard.
-void copy_table(Viewer& viewer, Host& host, TableFormat format);
 void change_settings(Viewer& viewer, const RenderSettings& settings);
 /// Shows the map of a quantity over the picture.
 void show_heatmap(Viewer& viewer, HeatQuantity quantity);
@@ -62,7 +54,6 @@ void toggle_open_dialog(Viewer& viewer, Choosing choosing);
 void skip_huge(Viewer& viewer, Host& host, bool skips);
 /// Opens the path as the scene or as the second scene, or enters it into the dialog Train.
 void path_chosen(Viewer& viewer, Host& host, const std::filesystem::path& path, Choosing choosing);
-void change_train_form(Viewer& viewer, const TrainForm& form);
 void cancel_loading(Viewer& viewer, Host& host);
 
 // ---- camera path -------------------------------------------------------------------------------

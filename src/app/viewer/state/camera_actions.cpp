@@ -12,7 +12,6 @@
 #include "app/framing/camera_control.h"
 #include "app/framing/camera_rig.h"
 #include "app/viewer/state/actions.h"
-#include "app/viewer/state/flight.h"
 #include "base/error.h"
 #include "base/text.h"
 #include "io/camera/cameras.h"
@@ -54,18 +53,6 @@ std::optional<Camera> camera_for(const std::map<std::string, std::string>& views
   }
 }
 
-}  // namespace
-
-std::optional<Camera> last_view(const Viewer& v, const std::filesystem::path& scene) {
-  return v.restores_views ? camera_for(v.last_views, scene) : std::nullopt;
-}
-
-std::optional<Camera> chosen_first_view(const Viewer& v, const std::filesystem::path& scene) {
-  return camera_for(v.first_views, scene);
-}
-
-namespace {
-
 Camera framed(const Viewer& v, const Framing& framing) {
   return framed_camera(framing, std::max(v.camera.width, 1), std::max(v.camera.height, 1));
 }
@@ -73,10 +60,6 @@ Camera framed(const Viewer& v, const Framing& framing) {
 Camera fitted(const Viewer& v, const Camera& camera) {
   return v.camera.width > 0 ? camera.resized(v.camera.width, v.camera.height) : camera;
 }
-
-}  // namespace
-
-namespace {
 
 // The first camera of the data set, else the chosen first view, else the framed scene.
 Camera first_view(const Viewer& v, const ViewedScene& scene) {
@@ -87,9 +70,22 @@ Camera first_view(const Viewer& v, const ViewedScene& scene) {
 
 }  // namespace
 
+std::optional<Camera> last_view(const Viewer& v, const std::filesystem::path& scene) {
+  return v.restores_views ? camera_for(v.last_views, scene) : std::nullopt;
+}
+
+std::optional<Camera> chosen_first_view(const Viewer& v, const std::filesystem::path& scene) {
+  return camera_for(v.first_views, scene);
+}
+
 Camera opening_view(const Viewer& v, const ViewedScene& scene) {
   if (const std::optional<Camera> last = last_view(v, scene.path)) return fitted(v, *last);
   return first_view(v, scene);
+}
+
+bool is_unknown(const Viewer& v, const ViewedScene& scene) {
+  const std::string path = scene.path.string();
+  return !v.last_views.contains(path) && !v.first_views.contains(path);
 }
 
 namespace action {
@@ -145,6 +141,19 @@ int nearest_camera(const Viewer& v) {
     if (distance < best) best = distance, nearest = static_cast<int>(i);
   }
   return nearest;
+}
+
+// Goes to a view of the history, or says that there is none.
+void go_to_past(Viewer& v, Host& host, const PastView* found, const char* nothing) {
+  if (found == nullptr) {
+    const bool says_so = !v.toasts.empty() && v.toasts.back().text == nothing;
+    if (!says_so) notify(v, nothing);
+    return;
+  }
+  const PastView past = *found;
+  v.pivot = past.pivot;
+  travel_to(v, past.camera, past.dataset_camera);
+  read_photograph(v, host);
 }
 
 }  // namespace
@@ -285,23 +294,6 @@ void complete_move(Viewer& v) {
   v.history.keep({v.camera, v.pivot, v.dataset_camera});
 }
 
-namespace {
-
-// Goes to a view of the history, or says that there is none.
-void go_to_past(Viewer& v, Host& host, const PastView* found, const char* nothing) {
-  if (found == nullptr) {
-    const bool says_so = !v.toasts.empty() && v.toasts.back().text == nothing;
-    if (!says_so) notify(v, nothing);
-    return;
-  }
-  const PastView past = *found;
-  v.pivot = past.pivot;
-  travel_to(v, past.camera, past.dataset_camera);
-  read_photograph(v, host);
-}
-
-}  // namespace
-
 void undo_move(Viewer& v, Host& host) {
   if (!v.scene) return;
   v.playback.running = false;
@@ -339,6 +331,37 @@ void set_first_view(Viewer& v, Host& host) {
   arrive(v);
   v.home = v.camera;
 }
+
+void offer_views(Viewer& v) {
+  const bool offers = v.scene && v.scene->cameras.empty() && v.scene->candidates.size() > 1;
+  v.view_choice = {offers};
+}
+
+void ask_for_views(Viewer& v) {
+  if (!v.scene) return;
+  offer_views(v);
+  if (v.view_choice.wanted) return;
+  notify(v, v.scene->cameras.empty()
+                ? "this scene has no other views to choose from: Home goes to its first view"
+                : "this scene starts at its first camera: [ and ] go to the others");
+}
+
+void candidates_drawn(Viewer& v, const std::filesystem::path& scene,
+                      const std::shared_ptr<const Image>& pictures) {
+  if (!v.view_choice.asked || !v.scene || v.scene->path != scene) return;
+  v.view_choice = {};
+  v.view_choice.pictures = pictures;
+}
+
+void choose_first_view(Viewer& v, Host& host, std::size_t index) {
+  if (!v.scene || index >= v.scene->candidates.size() || !v.scene->cameras.empty()) return;
+  v.view_choice = {};
+  v.home = framed_camera(v.scene->candidates[index], v.camera.width, v.camera.height);
+  v.first_views[v.scene->path.string()] = format_camera(v.home);
+  go_home(v, host);
+}
+
+void close_view_choice(Viewer& v) { v.view_choice = {}; }
 
 }  // namespace action
 }  // namespace qs

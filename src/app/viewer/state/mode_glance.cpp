@@ -62,10 +62,10 @@ std::string grid_label(const Viewer& viewer, CullMode mode) {
 std::string mode_label(const Viewer& viewer, CullMode mode, std::optional<std::uint64_t> counted) {
   const HudRow row = hud_rows(viewer)[static_cast<std::size_t>(mode - 1)];
   const bool current = numbers_are_current(viewer);
-  std::string pairs = current ? row.pairs : "-";
+  std::string pairs = current ? row.pairs.text : "-";
   if (pairs == "-") pairs = pairs_glance(counted);
-  return fmt::format("{} FPS \u00b7 {} pairs \u00b7 {}", current ? row.fps : "-", pairs,
-                     current ? row.ratio : "-");
+  return fmt::format("{} FPS \u00b7 {} pairs \u00b7 {}", current ? row.fps.text : "-", pairs,
+                     current ? row.ratio.text : "-");
 }
 
 std::vector<std::string> badge_lines(const Viewer& viewer) {

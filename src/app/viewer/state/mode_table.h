@@ -14,18 +14,21 @@
 
 namespace qs {
 
-/// One mode of the table; the texts are "-" and the numbers 0 for values that were not measured.
+/// A number of the table: "-" and 0 if it was not measured.
+struct HudCell {
+  std::string text = "-";
+  double value = 0;    ///< orders the rows
+  bool noisy = false;  ///< it should not be trusted, or it is open which mode is faster
+};
+
+/// One mode of the table.
 struct HudRow {
   CullMode mode = 0;
-  std::string name, ms, fps, pairs, per_visible, unused, ratio;
-  std::string other_ms, other_ratio;  ///< of other_pipeline(); empty without another pipeline
-  double mode_value = 0, ms_value = 0, fps_value = 0, pairs_value = 0, per_visible_value = 0,
-         unused_value = 0, ratio_value = 0, other_ms_value = 0, other_ratio_value = 0;
-  double fps_low = 0, fps_high = 0;  ///< the middle half of the frames; 0 for a single frame
-  bool fps_sampled = false;          ///< the FPS are of a single frame of this or a recent view
-  bool pairs_live = false;  ///< the pairs were counted beside a frame of this or a recent view
-  bool is_noisy = false, other_noisy = false;           ///< the times should not be trusted
-  bool ratio_noisy = false, other_ratio_noisy = false;  ///< it is open which mode is faster
+  HudCell name, ms, fps, pairs, per_visible, unused, ratio;
+  HudCell other_ms{""}, other_ratio{""};  ///< of other_pipeline(); empty without another pipeline
+  double fps_low = 0, fps_high = 0;       ///< the middle half of the frames; 0 for a single frame
+  bool fps_sampled = false;  ///< the FPS are of a single frame of this or a recent view
+  bool pairs_live = false;   ///< the pairs were counted beside a frame of this or a recent view
 };
 
 std::vector<HudRow> hud_rows(const Viewer& viewer);
@@ -45,11 +48,9 @@ enum class CellKind { mode, bar, number, stages };
 struct TableColumn {
   std::string title;
   CellKind kind = CellKind::number;
-  float letters = 0;  ///< least width, heights of a letter
-  int rank = 0;       ///< a narrow table leaves out the columns with the highest rank
-  std::string HudRow::*text = nullptr;  ///< null for CellKind::mode and stages
-  double HudRow::*value = nullptr;      ///< orders the rows; null for stages
-  bool HudRow::*noisy = nullptr;        ///< the cell is gray; null: never
+  float letters = 0;                ///< least width, heights of a letter
+  int rank = 0;                     ///< a narrow table leaves out the columns with the highest rank
+  HudCell HudRow::*cell = nullptr;  ///< null for stages
 };
 
 /// All columns from left to right.

@@ -27,7 +27,6 @@
 #include "app/remote/remote_run.h"
 #include "app/report/bench_report.h"
 #include "app/viewer/state/crop.h"
-#include "app/viewer/state/train_form.h"
 #include "app/viewer/state/training.h"
 #include "app/viewer/state/view_history.h"
 #include "app/viewer/state/zoom_recorder.h"

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "app/measure/noise.h"
+#include "app/viewer/state/charts.h"
 #include "app/viewer/state/mode_numbers.h"
-#include "app/viewer/state/zoom_chart.h"
 
 namespace qs {
 namespace {

@@ -8,7 +8,7 @@
 #include <functional>
 #include <optional>
 
-#include "app/viewer/state/host.h"
+#include "app/viewer/state/action.h"
 #include "app/viewer/state/viewer.h"
 #include "app/viewer/window/input_script.h"
 

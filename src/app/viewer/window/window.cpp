@@ -19,7 +19,7 @@
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/crop_actions.h"
-#include "app/viewer/state/interface_scale.h"
+#include "app/viewer/state/layout.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "base/assets.h"
 #include "base/fail.h"

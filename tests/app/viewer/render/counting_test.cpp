@@ -5,7 +5,7 @@
 
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/render/counting_pace.h"
-#include "app/viewer/state/live_counts.h"
+#include "app/viewer/state/samples.h"
 #include "support/mode_pairs.h"
 #include "support/pool.h"
 

@@ -15,7 +15,7 @@
 #include "app/support/driven_viewer.h"
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/loss_chart.h"
+#include "app/viewer/state/charts.h"
 #include "base/fail.h"
 #include "raster/scene/image_metrics.h"
 #include "support/pool.h"

@@ -40,10 +40,12 @@ void add_recent(Viewer& v, const std::filesystem::path& path) {
   if (v.recent.size() > kMostRecent) v.recent.resize(kMostRecent);
 }
 
-void keep_in_log(Viewer& v, const std::string& text, bool error,
-                 const std::filesystem::path& path = {}) {
-  v.log.push_back({v.now, text, error, path});
+// Shows a message for some seconds, and keeps it in the log.
+void show(Viewer& v, Toast toast, double seconds = kToastSeconds) {
+  v.log.push_back({v.now, toast.text, toast.error, toast.path});
   if (v.log.size() > kMostLogEntries) v.log.pop_front();
+  toast.until = v.now + seconds;
+  v.toasts.push_back(std::move(toast));
 }
 
 void restore_view(Viewer& v) {
@@ -65,16 +67,16 @@ void play_on(Viewer& v, double seconds) {
 // `is_new`: this file was never open before.
 void say_what_is_odd(Viewer& v, bool is_new) {
   if (v.scene->framing.upside_down) {
-    notify(v, "The scene seems to be upside down: press Y to turn it");
-    v.toasts.back().offer = ToastOffer::next_axes;
+    show(v, {.text = "The scene seems to be upside down: press Y to turn it",
+             .offer = ToastOffer::next_axes});
   } else if (is_new && v.offers_views && v.scene->framing.up_is_assumed) {
-    notify(v, "Without a floor nothing shows which side is up: Shift+Y turns the scene over");
-    v.toasts.back().offer = ToastOffer::turn_over;
+    show(v, {.text = "Without a floor nothing shows which side is up: Shift+Y turns the scene over",
+             .offer = ToastOffer::turn_over});
   }
   if (v.scene->huge > 0) {
-    notify(v, huge_text(v.scene->huge) +
-                  " and may cover it: the panel Scene and render settings (I) leaves them out");
-    v.toasts.back().offer = ToastOffer::skip_huge;
+    show(v, {.text = huge_text(v.scene->huge) +
+                     " and may cover it: the panel Scene and render settings (I) leaves them out",
+             .offer = ToastOffer::skip_huge});
   }
 }
 
@@ -88,8 +90,7 @@ struct EndOfOpening {
   void operator()(const OpenedCameras& opened) const { cameras_opened(v, host, opened); }
   void operator()(const OpenedPath& opened) const { set_keyframes(v, opened.keyframes); }
   void operator()(const OpeningFailed& failed) const {
-    notify_error(v, failed.sentence);
-    v.toasts.back().about_opening = true;
+    show(v, {.text = failed.sentence, .error = true, .about_opening = true}, kErrorSeconds);
   }
   void operator()(const OpeningCancelled& cancelled) const {
     if (!cancelled.sentence.empty()) notify(v, cancelled.sentence);
@@ -107,25 +108,27 @@ void remember_seen(Viewer& v, const ShownFrame& frame) {
   if (!shows_colors_alone(frame)) seen.frame_ms = before;
 }
 
-}  // namespace
-
-void notify(Viewer& v, std::string text) {
-  keep_in_log(v, text, false);
-  v.toasts.push_back({std::move(text), false, v.now + kToastSeconds});
+// The row of the same mode and pipeline; null if there is none.
+BenchRow* row_like(std::vector<BenchRow>& rows, const BenchRow& wanted) {
+  const auto found = std::find_if(rows.begin(), rows.end(), [&](const BenchRow& row) {
+    return row.mode == wanted.mode && row.pipeline == wanted.pipeline;
+  });
+  return found == rows.end() ? nullptr : &*found;
 }
 
+}  // namespace
+
+void notify(Viewer& v, std::string text) { show(v, {.text = std::move(text)}); }
+
 void notify_error(Viewer& v, std::string text) {
-  keep_in_log(v, text, true);
-  v.toasts.push_back({std::move(text), true, v.now + kErrorSeconds});
+  show(v, {.text = std::move(text), .error = true}, kErrorSeconds);
 }
 
 void notify_file(Viewer& v, const std::filesystem::path& file, const std::string& more) {
   std::error_code error;  // without a current folder the path stays as it is
   std::filesystem::path path = std::filesystem::absolute(file, error).lexically_normal();
   if (error) path = file;
-  const std::string text = fmt::format("wrote {}{}", path.string(), more);
-  keep_in_log(v, text, false, path);
-  v.toasts.push_back({text, false, v.now + kFileSeconds, path});
+  show(v, {.text = fmt::format("wrote {}{}", path.string(), more), .path = path}, kFileSeconds);
 }
 
 void dismiss_toast(Viewer& v, std::size_t index) {
@@ -360,19 +363,14 @@ void numbers_measured(Viewer& v, const ModeNumbers& numbers) {
   if (before.version != numbers.version) return;
   // Rows of the same view that were not measured again, such as the other pipeline's, stay.
   for (const BenchRow& old : before.rows) {
-    const bool again = std::any_of(
-        numbers.rows.begin(), numbers.rows.end(),
-        [&](const BenchRow& row) { return row.mode == old.mode && row.pipeline == old.pipeline; });
-    if (!again) v.numbers.rows.push_back(old);
+    if (row_like(v.numbers.rows, old) == nullptr) v.numbers.rows.push_back(old);
   }
 }
 
 void numbers_refined(Viewer& v, const ModeNumbers& more) {
   if (v.numbers.version != more.version || v.numbers.complete) return;
   for (const BenchRow& added : more.rows) {
-    for (BenchRow& row : v.numbers.rows) {
-      if (row.mode == added.mode && row.pipeline == added.pipeline) add_frames(row, added);
-    }
+    if (BenchRow* row = row_like(v.numbers.rows, added)) add_frames(*row, added);
   }
 }
 

@@ -115,9 +115,6 @@ std::optional<glm::dvec3> remembered_up(const Viewer& viewer, const std::filesys
 /// The view in which the user left this scene file, of any size; unset if views are not restored.
 std::optional<Camera> last_view(const Viewer& viewer, const std::filesystem::path& scene);
 
-/// The first view that the user chose for this scene file, of any size.
-std::optional<Camera> chosen_first_view(const Viewer& viewer, const std::filesystem::path& scene);
-
 /// The view at the window's size in which scene_opened() shows another scene.
 Camera opening_view(const Viewer& viewer, const ViewedScene& scene);
 

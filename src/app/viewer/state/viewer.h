@@ -106,7 +106,7 @@ inline constexpr double kHintSeconds = 90;
 enum class ToastOffer { none, skip_huge, next_axes, turn_over };
 
 struct Toast {
-  std::string text;
+  std::string text = {};
   bool error = false;
   double until = 0;                 ///< Viewer::now at which it disappears
   std::filesystem::path path = {};  ///< of the file that was written, absolute; may be empty

@@ -14,7 +14,7 @@
 #include "app/serve/pictures.h"
 #include "app/serve/quality.h"
 #include "app/viewer/commands/input.h"
-#include "app/viewer/render/counting_pace.h"
+#include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/state/action.h"
 

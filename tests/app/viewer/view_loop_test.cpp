@@ -18,7 +18,7 @@
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/view_facts.h"
 #include "app/viewer/view_options.h"
-#include "app/viewer/window/script_player.h"
+#include "app/viewer/window/input_script.h"
 #include "app/viewer/window/window_grab.h"
 #include "base/quit_signals.h"
 #include "io/bytes/json_text.h"

@@ -13,7 +13,7 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/undisturbed.h"
+#include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"

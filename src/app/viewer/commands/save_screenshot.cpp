@@ -12,7 +12,7 @@
 #include "app/session/shot.h"
 #include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/heat_scale.h"
+#include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/mode_glance.h"

@@ -11,10 +11,7 @@
 namespace qs {
 namespace {
 
-constexpr float kPictureWidth = 240;  ///< screen units at 100 %
-
-}  // namespace
-
+// Pictures of these views side by side, each `width` > 0 pixels wide and 9/16 as high.
 Image draw_candidates(RenderContext& context, const std::vector<Framing>& views,
                       const RenderSettings& settings, int width) {
   const int height = std::max(1, width * 9 / 16);
@@ -31,6 +28,8 @@ Image draw_candidates(RenderContext& context, const std::vector<Framing>& views,
   return strip;
 }
 
+}  // namespace
+
 void action::follow_view_choice(Viewer& viewer, Host& host) {
   const bool shows_scene = viewer.scene && viewer.shown.version == viewer.version &&
                            viewer.shown.divisor == 1 && viewer.still();
@@ -38,6 +37,7 @@ void action::follow_view_choice(Viewer& viewer, Host& host) {
   viewer.view_choice.asked = true;
   RenderSettings settings = viewer.settings;
   settings.mode = viewer.mode();
+  constexpr float kPictureWidth = 240;  // screen units at 100 %
   const int width = static_cast<int>(std::lround(kPictureWidth * interface_scale(viewer)));
   host.run([scene = viewer.scene->path, views = viewer.scene->candidates, settings,
             width](RenderContext& context) {

@@ -8,7 +8,6 @@
 #include "app/picture/canvas.h"
 #include "app/picture/grid_places.h"
 #include "app/picture/palette.h"
-#include "app/viewer/render/heat_scale.h"
 #include "app/viewer/render/host_frames.h"
 #include "raster/scene/image_metrics.h"
 

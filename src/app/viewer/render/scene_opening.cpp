@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "app/viewer/render/stepped_progress.h"
+#include "app/viewer/render/render_context.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"

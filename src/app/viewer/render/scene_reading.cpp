@@ -7,7 +7,7 @@
 
 #include "app/framing/framing.h"
 #include "app/framing/huge_gaussians.h"
-#include "app/viewer/render/stepped_progress.h"
+#include "app/viewer/render/render_context.h"
 #include "app/viewer/render/view_facts.h"
 #include "base/fail.h"
 #include "io/bytes/json_kind.h"

@@ -12,11 +12,8 @@
 #include "io/camera/photographs.h"
 
 namespace qs {
-namespace {
 
 namespace fs = std::filesystem;
-
-}  // namespace
 
 std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
                                          const std::vector<Camera>& cameras) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The texture of the next frame, on a GPU that fails.
-#include "app/viewer/render/prepared_texture.h"
+#include "app/viewer/render/gl_frames.h"
 
 #include <set>
 #include <variant>

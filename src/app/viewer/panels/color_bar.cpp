@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/panels/color_bar.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include <imgui.h>
 
+#include "app/viewer/panels/blocks.h"
 #include "app/viewer/panels/style.h"
 
 namespace qs {

@@ -107,6 +107,13 @@ float width_of(ControlKind kind, const std::string& label) {
   return text + ImGui::GetFrameHeight() + style.ItemInnerSpacing.x;
 }
 
+// Panels name controls of the table only.
+const Control& control_named(std::string_view name) {
+  const Control* const control = find_control(name);
+  assert(control != nullptr);
+  return *control;
+}
+
 // The text to the left of a field.
 void draw_title(const std::string& title, float width) {
   ImGui::AlignTextToFramePadding();
@@ -119,14 +126,12 @@ void draw_title(const std::string& title, float width) {
 void ControlsDrawer::with(
     std::string_view name,
     const std::function<void(const Control& control, const ControlNow& now)>& draw) const {
-  const Control* const control = find_control(name);
-  assert(control != nullptr);
-  if (control == nullptr) return;
-  const std::optional<ControlNow> now = control_now(viewer_, *control);
+  const Control& control = control_named(name);
+  const std::optional<ControlNow> now = control_now(viewer_, control);
   if (!now) return;
-  ImGui::PushID(control->name.c_str());
+  ImGui::PushID(control.name.c_str());
   ImGui::BeginDisabled(!now->is_enabled);
-  draw(*control, *now);
+  draw(control, *now);
   ImGui::EndDisabled();
   show_tooltip(name);
   ImGui::PopID();
@@ -170,7 +175,7 @@ void ControlsDrawer::draw_radio_list(std::string_view name) const { draw_radio(n
 void ControlsDrawer::draw_range(const block::Placed& placed) const {
   const std::string ends[] = {placed.name + ", from", placed.name + ", to"};
   with(ends[0], [&](const Control&, const ControlNow& from) {
-    const auto to = control_now(viewer_, *find_control(ends[1]));
+    const auto to = control_now(viewer_, control_named(ends[1]));
     float values[] = {static_cast<float>(from.value), static_cast<float>(to->value)};
     const float before[] = {values[0], values[1]};
     const std::string format = number_format(from);
@@ -192,18 +197,13 @@ void ControlsDrawer::draw_menu_item(std::string_view name) const {
 }
 
 void ControlsDrawer::set(std::string_view name, double value, std::size_t index) const {
-  const Control* const control = find_control(name);
-  assert(control != nullptr);
-  if (control == nullptr) return;
-  if (auto action = set_control(viewer_, *control, value, index))
+  if (auto action = set_control(viewer_, control_named(name), value, index))
     actions_.push_back(std::move(*action));
 }
 
 void ControlsDrawer::show_tooltip(std::string_view name) const {
-  const Control* const control = find_control(name);
-  assert(control != nullptr);
-  if (control != nullptr && !control->help.empty() && ImGui::IsItemHovered())
-    ImGui::SetTooltip("%s", control->help.c_str());
+  const std::string& help = control_named(name).help;
+  if (!help.empty() && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", help.c_str());
 }
 
 }  // namespace qs

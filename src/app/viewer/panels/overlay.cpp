@@ -76,9 +76,8 @@ void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen
                       static_cast<float>(std::max(image.height, 1));
   const float left = 0.5f * (area.low.x + area.high.x - width);
   const float wipe = viewer.photograph_wipe, x = left + wipe * width;
-  screen.draw.AddImage(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.photograph)),
-                       {left, area.low.y}, {x, area.high.y}, {0, 0}, {wipe, 1},
-                       ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
+  screen.draw.AddImage(texture_id(state.photograph), {left, area.low.y}, {x, area.high.y}, {0, 0},
+                       {wipe, 1}, ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
   draw_plate("photograph " + viewer.photograph.path.filename().string(),
              std::max(left, area.low.x) + 10, area.low.y + 10, 0);
   const float shown = std::clamp(x, area.low.x + 14, area.high.x - 14);

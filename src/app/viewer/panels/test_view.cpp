@@ -34,7 +34,7 @@ void draw_test_picture(const char* title, unsigned texture, ImVec2 size) {
   if (texture == 0) {
     draw.AddRectFilled(at, end, IM_COL32(0, 0, 0, 110));
   } else {
-    draw.AddImage(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture)), at, end);
+    draw.AddImage(texture_id(texture), at, end);
   }
   ImGui::Dummy(size);
   ImGui::EndGroup();
@@ -64,9 +64,7 @@ void draw_test_view(const Viewer& viewer, const PanelState& state, Actions& acti
   draw_test_picture("render", state.test_picture, size);
   ImGui::TextWrapped("%s", test_view_text(viewer).c_str());
   if (training.views->held_out) return;
-  ImGui::PushStyleColor(ImGuiCol_Text, palette::kCaution);
-  ImGui::TextWrapped("No view is held out: the model is trained from this one.");
-  ImGui::PopStyleColor();
+  draw_wrapped(palette::kCaution, "No view is held out: the model is trained from this one.");
 }
 
 }  // namespace qs

@@ -70,21 +70,13 @@ void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
   // The dialog Open takes its place while a folder is chosen.
   if (!viewer.panels.train || viewer.panels.open) return;
   TrainForm form = viewer.train_form;
-  bool& focus = state.focus_train;
   if (!ImGui::IsPopupOpen(kTrainTitle)) {
     ImGui::OpenPopup(kTrainTitle);
-    focus = true;
+    state.focus_train = true;
   }
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float em = ImGui::GetFontSize();
-  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
-  ImGui::SetNextWindowSize({std::min(38 * em, display.x - em), 0});
   bool open = true;
-  if (!ImGui::BeginPopupModal(
-          kTrainTitle, &open,
-          ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize))
-    return;
-  if (std::exchange(focus, false)) ImGui::SetKeyboardFocusHere();
+  if (!begin_dialog(kTrainTitle, 38, 0, open)) return;
+  if (std::exchange(state.focus_train, false)) ImGui::SetKeyboardFocusHere();
   const bool chooses = draw_data_field(form);
   const std::string usual =
       form.data.empty() ? "folder of the trained model" : usual_model(form.data);
@@ -92,16 +84,15 @@ void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
   draw_choices(form);
   draw_field("More options", "as of quadsplat train, e.g. --masks \"my masks\" --eval-every 5000",
              form.more);
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextColored(palette::kFaint,
-                     "The window shows the model while it is trained. The folder is new or empty: "
-                     "--resume continues a run in it, --overwrite replaces its files.");
-  ImGui::PopTextWrapPos();
+  draw_wrapped(palette::kFaint,
+               "The window shows the model while it is trained. The folder is new or empty: "
+               "--resume continues a run in it, --overwrite replaces its files.");
   const bool entered = enter_pressed();
   const bool starts = (ImGui::Button("Train") || entered) && !form.data.empty();
   ImGui::SameLine();
   if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open = false;
-  if (form != viewer.train_form) actions.push_back([form](Viewer& v, Host&) { v.train_form = form; });
+  if (form != viewer.train_form)
+    actions.push_back([form](Viewer& v, Host&) { v.train_form = form; });
   if (starts) actions.push_back(call(action::start_training, request_of(form)));
   if (starts || !open) actions.push_back(call(action::toggle_panel, &Panels::train));
   if (chooses) actions.push_back(call(action::toggle_open_dialog, Choosing::photographs));

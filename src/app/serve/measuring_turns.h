@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-#include "app/viewer/render/measure_modes.h"
+#include "app/viewer/render/all_modes.h"
 
 namespace qs {
 

@@ -17,7 +17,6 @@
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/layout.h"
-#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
@@ -67,13 +66,6 @@ void toggle_heatmap(Viewer& v) {
 void next_heatmap(Viewer& v) {
   const std::size_t next = (static_cast<std::size_t>(v.last_heatmap) + 1) % kHeatQuantities;
   show_heatmap(v, v.heatmap ? static_cast<HeatQuantity>(next) : v.last_heatmap);
-}
-
-void show_quantity(Viewer& v, Quantity quantity) {
-  v.quantity = quantity;
-  if (quantity != Quantity::color) v.last_quantity = quantity;
-  v.heatmap.reset();
-  picture_changed(v);
 }
 
 void toggle_quantity(Viewer& v) {

@@ -317,15 +317,6 @@ void choose_heatmap(Viewer& v, std::size_t index) {
   action::picture_changed(v);
 }
 
-void choose_quantity(Viewer& v, Quantity quantity) {
-  v.quantity = quantity;
-  if (quantity != Quantity::color) {
-    v.last_quantity = quantity;
-    v.heatmap.reset();
-  }
-  action::picture_changed(v);
-}
-
 // The window colours its picture itself, other pictures are drawn again.
 void restyle_heatmap(Viewer& v, const HeatView& view) {
   action::change_heat_view(v, view);
@@ -360,7 +351,8 @@ Controls heat_controls() {
                                chosen(names_in(kHeatColors)))),
       value_row<Quantity>(
           "Picture of", choice,
-          [](const Viewer& v) { return chosen(quantity_names(), v.quantity); }, choose_quantity),
+          [](const Viewer& v) { return chosen(quantity_names(), v.quantity); },
+          action::show_quantity),
       gray_unless([](const Viewer& v) { return v.backend == Backend::cpu; },
                   switch_row(
                       "Draw smaller while moving (CPU)",

@@ -15,7 +15,7 @@
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
-#include "app/viewer/state/mode_glance.h"
+#include "app/viewer/state/mode_table.h"
 #include "io/bytes/replace_file.h"
 
 namespace qs::job {

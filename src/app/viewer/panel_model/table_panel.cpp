@@ -2,6 +2,7 @@
 //
 // The numbers of all modes for this view, and the frame in the window.
 #include <algorithm>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -17,18 +18,14 @@ struct TableScale {
   bool current = false;  ///< the numbers are of this view
 };
 
-double sum_of(const std::array<double, kStageCount>& stages) {
-  double sum = 0;
-  for (const double ms : stages) sum += ms;
-  return sum;
-}
-
 TableScale table_scale(const Viewer& v, const std::vector<HudRow>& rows) {
   TableScale scale{0, 0, numbers_are_current(v)};
   for (const HudRow& row : rows) {
     scale.fps = std::max({scale.fps, 1.05 * row.fps.value, 1.05 * row.fps_high});
-    if (const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline))
-      scale.ms = std::max(scale.ms, sum_of(stages_of(*measured)));
+    if (const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline)) {
+      const auto stages = stages_of(*measured);
+      scale.ms = std::max(scale.ms, std::accumulate(stages.begin(), stages.end(), 0.0));
+    }
   }
   return scale;
 }
@@ -73,9 +70,7 @@ std::vector<Use> row_menu(const HudRow& row) {
 block::Table mode_table(const Viewer& v) {
   const std::vector<HudRow> rows = hud_rows(v);
   const TableScale scale = table_scale(v, rows);
-  block::Table table{"modes", {}, {}};
-  table.caption = table_caption(v);
-  table.is_busy = v.measuring;
+  block::Table table{.name = "modes", .caption = table_caption(v), .is_busy = v.measuring};
   const std::vector<TableColumn> columns = table_columns(v);
   for (const TableColumn& column : columns) {
     const bool is_bar = column.kind == CellKind::bar;

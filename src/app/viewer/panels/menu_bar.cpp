@@ -12,7 +12,7 @@
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/message_text.h"
+#include "app/viewer/state/panel_text.h"
 
 namespace qs {
 namespace {

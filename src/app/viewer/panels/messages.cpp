@@ -10,7 +10,7 @@
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/camera_actions.h"
-#include "app/viewer/state/message_text.h"
+#include "app/viewer/state/panel_text.h"
 
 namespace qs {
 namespace {

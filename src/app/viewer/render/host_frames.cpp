@@ -2,7 +2,7 @@
 #include "app/viewer/render/host_frames.h"
 
 #include "app/inspect/heatmap_frame.h"
-#include "app/viewer/render/mode_grid.h"
+#include "app/viewer/render/all_modes.h"
 #include "app/viewer/render/upload_scene.h"
 
 namespace qs {
@@ -43,7 +43,7 @@ RenderedFrame draw_values(RenderContext& context, const FrameRequest& request,
       camera, request.settings, with_counts(outputs, request), HostImage{}, context.stop);
   ValueMap map = map_of(frame, request.quantity, camera.width, camera.height);
   RenderedFrame rendered{shown_of(request, frame), camera.width, camera.height,
-                         to_rgba(colored(map)),    {},           {}};
+                         to_rgba(colored(map))};
   rendered.shown.values = std::move(map);
   return rendered;
 }
@@ -152,12 +152,8 @@ std::vector<std::uint8_t> to_rgba(const Image& image, ThreadPool& pool) {
 
 RenderedFrame rendered_of(const RenderContext& context, const FrameRequest& request,
                           const Frame& frame) {
-  return {shown_of(request, frame),
-          frame.color.width,
-          frame.color.height,
-          to_rgba(frame.color, *context.session.pool),
-          {},
-          {}};
+  return {shown_of(request, frame), frame.color.width, frame.color.height,
+          to_rgba(frame.color, *context.session.pool)};
 }
 
 Outputs with_counts(Outputs outputs, const FrameRequest& request) {

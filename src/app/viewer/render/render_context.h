@@ -41,9 +41,9 @@ struct FrameRequest {
 struct RenderedFrame {
   ShownFrame shown;
   int width = 0, height = 0;
-  std::vector<std::uint8_t> rgba;   ///< rows from the top; empty if `texture` holds them
-  std::vector<std::uint8_t> other;  ///< the pixels of shown.other; empty without it
-  GlTexture texture;                ///< name 0: unused
+  std::vector<std::uint8_t> rgba;        ///< rows from the top; empty if `texture` holds them
+  std::vector<std::uint8_t> other = {};  ///< the pixels of shown.other; empty without it
+  GlTexture texture = {};                ///< name 0: unused
 };
 
 /// The scale of the heat maps of a view.

@@ -13,8 +13,8 @@
 #include <optional>
 #include <thread>
 
+#include "app/viewer/render/all_modes.h"
 #include "app/viewer/render/gl_frames.h"
-#include "app/viewer/render/measure_modes.h"
 #include "app/viewer/render/render_context.h"
 
 namespace qs {

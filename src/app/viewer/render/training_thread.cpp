@@ -4,8 +4,8 @@
 #include <new>
 #include <utility>
 
+#include "app/viewer/render/scene_reading.h"
 #include "app/viewer/render/upload_scene.h"
-#include "app/viewer/render/view_facts.h"
 #include "app/viewer/state/actions.h"
 
 namespace qs {

@@ -10,7 +10,6 @@
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
-#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 #include "base/error.h"
@@ -190,6 +189,15 @@ void show_heatmap(Viewer& v, HeatQuantity quantity) {
   v.last_heatmap = quantity;
   v.heatmap = quantity;
   v.quantity = Quantity::color;
+  picture_changed(v);
+}
+
+void show_quantity(Viewer& v, Quantity quantity) {
+  v.quantity = quantity;
+  if (quantity != Quantity::color) {
+    v.last_quantity = quantity;
+    v.heatmap.reset();
+  }
   picture_changed(v);
 }
 

@@ -36,6 +36,8 @@ void set_baseline(Viewer& viewer, CullMode mode);
 void change_settings(Viewer& viewer, const RenderSettings& settings);
 /// Shows the map of a quantity over the picture.
 void show_heatmap(Viewer& viewer, HeatQuantity quantity);
+/// Shows depth, alpha or the colours, without a heat map.
+void show_quantity(Viewer& viewer, Quantity quantity);
 void change_heat_view(Viewer& viewer, const HeatView& heat_view);
 
 // ---- panels and switches -----------------------------------------------------------------------

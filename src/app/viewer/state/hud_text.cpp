@@ -13,12 +13,11 @@
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/lost.h"
-#include "app/viewer/state/mode_glance.h"
+#include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/panel_text.h"
-#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
-#include "app/viewer/state/zoom_text.h"
+#include "app/viewer/state/zoom_actions.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
@@ -132,12 +131,11 @@ void add_frame(const Viewer& viewer, ordered_json& json) {
 }
 
 ordered_json mode_json(const Viewer& viewer, const HudRow& row) {
-  const BenchRow* measured = measured_row(viewer, row.mode, viewer.settings.pipeline);
   const std::optional<LiveCount> live = live_pairs(viewer, row.mode);
   return {{"mode", row.name.text},
           {"live_pairs", live ? ordered_json(live->tile_pairs) : ordered_json()},
           {"live_frames_ago", live ? ordered_json(live->frames_ago) : ordered_json()},
-          {"ms_median", measured == nullptr ? 0 : measured->ms_median},
+          {"ms_median", row.ms.value},
           {"ms", row.ms.text},
           {"fps", row.fps.text},
           {"fps_sampled", row.fps_sampled},

@@ -105,4 +105,13 @@ std::string log_time(const LogEntry& entry);
 /// The hints that are still shown.
 std::vector<std::string> hint_texts(const Hints& hints);
 
+// ---- messages that are shortened to fit
+// ----------------------------------------------------------
+/// The text with at most `most` letters, at least 3: an ellipsis replaces letters in its middle, so
+/// that the begin of a path and the name of its file stay. The text is UTF-8.
+std::string shortened_middle(const std::string& text, std::size_t most);
+
+/// The letters of a UTF-8 text.
+std::size_t letters_of(const std::string& text);
+
 }  // namespace qs

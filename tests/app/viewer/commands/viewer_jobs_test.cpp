@@ -16,7 +16,7 @@
 #include "app/measure/zoom_path.h"
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
-#include "app/viewer/render/candidate_pictures.h"
+#include "app/viewer/render/panel_pictures.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/zoom_actions.h"

@@ -2,7 +2,7 @@
 //
 // The photograph beside the model's picture in the panel Training: the order of its steps, and the
 // numbers of the comparison.
-#include "app/viewer/render/test_view.h"
+#include "app/viewer/render/panel_pictures.h"
 
 #include <atomic>
 #include <chrono>

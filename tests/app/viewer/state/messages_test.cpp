@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "app/support/driven_viewer.h"
-#include "app/viewer/state/message_text.h"
+#include "app/viewer/state/panel_text.h"
 
 namespace qs {
 namespace {

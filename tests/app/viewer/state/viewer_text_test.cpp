@@ -12,7 +12,7 @@
 
 #include "app/framing/camera_control.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/mode_glance.h"
+#include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/bytes/json_text.h"
 #include "support/scenes.h"

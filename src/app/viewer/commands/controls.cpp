@@ -737,21 +737,11 @@ Controls make_controls() {
 
 bool is_value_of(ControlKind kind, const ControlNow& now, double value) {
   const bool is_whole = value == std::floor(value) && value >= 0;
-  switch (kind) {
-    case toggle:
-      return is_whole && value <= 1;
-    case choice:
-      return is_whole && value < static_cast<double>(now.choices.size());
-    case number:
-      return value >= now.least && value <= now.most &&
-             (now.step != 1 || value == std::floor(value));
-    case color:
-      return is_whole && value <= 0xffffff;
-    case button:
-    case item:
-      return true;
-  }
-  return false;
+  if (kind == toggle) return is_whole && value <= 1;
+  if (kind == choice) return is_whole && value < static_cast<double>(now.choices.size());
+  if (kind == color) return is_whole && value <= 0xffffff;
+  if (kind == button || kind == item) return true;
+  return value >= now.least && value <= now.most && (now.step != 1 || value == std::floor(value));
 }
 
 }  // namespace

@@ -82,21 +82,12 @@ std::optional<double> draw_toggle(const char* label, const ControlNow& now) {
 }
 
 std::optional<double> draw_value(ControlKind kind, const char* label, const ControlNow& now) {
-  switch (kind) {
-    case ControlKind::toggle:
-      return draw_toggle(label, now);
-    case ControlKind::choice:
-      return draw_choice(label, now);
-    case ControlKind::number:
-      return draw_number(label, now);
-    case ControlKind::color:
-      return draw_color(label, now);
-    case ControlKind::button:
-      return ImGui::Button(label) ? std::optional(0.0) : std::nullopt;
-    case ControlKind::item:
-      break;
-  }
-  return {};
+  using enum ControlKind;
+  if (kind == toggle) return draw_toggle(label, now);
+  if (kind == choice) return draw_choice(label, now);
+  if (kind == number) return draw_number(label, now);
+  if (kind == color) return draw_color(label, now);
+  return kind == button && ImGui::Button(label) ? std::optional(0.0) : std::nullopt;
 }
 
 // The width of a button or of a check box with its label.

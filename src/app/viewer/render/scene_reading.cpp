@@ -100,7 +100,7 @@ class EarlyView {
   std::jthread thread_;
 };
 
-LoadedBeside read_beside(const OpenRequest& request, int threads, const ReadOptions& options) {
+LoadedScene read_beside(const OpenRequest& request, int threads, const ReadOptions& options) {
   ThreadPool pool(threads);
   Scene scene = read_scene(request.path, pool, options);
   if (request.skip_huge) drop_huge(scene.cloud);

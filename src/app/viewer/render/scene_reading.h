@@ -37,18 +37,14 @@ struct ReadSample {
   ViewedScene facts;
 };
 
-/// A scene that was read, and its facts for the viewer.
+/// A scene that was read, and its facts for the viewer; without facts if it is shown beside the
+/// scene in the window.
 struct LoadedScene {
   std::shared_ptr<const Scene> scene;
-  ViewedScene facts;
+  ViewedScene facts = {};
 };
 
-/// A scene that was read, to show beside the scene in the window.
-struct LoadedBeside {
-  std::shared_ptr<const Scene> scene;
-};
-
-using ReadingReport = std::variant<Loading, ReadSample, LoadedScene, LoadedBeside, OpeningResult>;
+using ReadingReport = std::variant<Loading, ReadSample, LoadedScene, OpeningResult>;
 
 /// Reads with `threads` threads; 0 = one per hardware thread. Calls `report` on this thread and on
 /// a separate thread. The last report is a loaded scene or the result. Throws Error and Cancelled.

@@ -253,14 +253,9 @@ void toggle_open_dialog(Viewer& v, Choosing choosing) {
 }
 
 void path_chosen(Viewer& v, Host& host, const std::filesystem::path& path, Choosing choosing) {
-  switch (choosing) {
-    case Choosing::scene:
-      return open(v, host, path);
-    case Choosing::scene_beside:
-      return host.open_beside(path);
-    case Choosing::photographs:
-      v.train_form.data = path.string();
-  }
+  if (choosing == Choosing::scene) return open(v, host, path);
+  if (choosing == Choosing::scene_beside) return host.open_beside(path);
+  v.train_form.data = path.string();
 }
 
 void cancel_loading(Viewer& v, Host& host) {

@@ -18,14 +18,9 @@ double rate(double ms) { return ms > 0 ? 1000 / ms : 0; }
 ZoomPoint point_of(const BenchRow& row, const ZoomRecord& record, ZoomQuantity quantity) {
   const double zoom = zoom_factor(row, record.steps, record.closest);
   const auto pairs = static_cast<double>(row.pairs);
-  switch (quantity) {
-    case ZoomQuantity::fps:
-      return {zoom, rate(row.ms_median), rate(row.ms_p95), rate(row.ms_p05)};
-    case ZoomQuantity::ms:
-      return {zoom, row.ms_median, row.ms_p05, row.ms_p95};
-    case ZoomQuantity::pairs:
-      break;
-  }
+  if (quantity == ZoomQuantity::fps)
+    return {zoom, rate(row.ms_median), rate(row.ms_p95), rate(row.ms_p05)};
+  if (quantity == ZoomQuantity::ms) return {zoom, row.ms_median, row.ms_p05, row.ms_p95};
   return {zoom, pairs, pairs, pairs};
 }
 

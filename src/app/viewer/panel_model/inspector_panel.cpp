@@ -13,12 +13,29 @@
 namespace qs {
 namespace {
 
+constexpr const char* kContributionColumns[] = {"Gaussian", "depth",  "alpha",
+                                                "in front", "weight", "color"};
+constexpr const char* kTileColumns[] = {"tiles of", "listed", "used", "hidden", "empty"};
 constexpr Ink kEllipseInk{kVermillion, kVermillion};
+
+// The mode whose tiles are drawn: `mode` if it is one of the paper's, else the default.
+CullMode inspected_mode(CullMode mode) {
+  return mode >= 1 && mode <= culler_count() ? mode : default_mode();
+}
+
+// The meaning of the colours of its tiles.
+std::string construction_text(CullMode mode) {
+  return fmt::format(
+      "Tiles of {}: strong where a pixel uses the pair, medium where it reaches only pixels that "
+      "have stopped, pale where it reaches none.",
+      mode_name(inspected_mode(mode)));
+}
 
 // The light that is left behind each Gaussian.
 block::Chart transmittance_chart(const PixelReport& pixel) {
   const std::vector<Contribution>& list = pixel.contributions;
-  block::Chart chart{.axis = kTransmittanceTitle, .up = {{0, "0"}, {1, "1"}}, .letters = 7};
+  block::Chart chart{
+      .axis = "transmittance, from front to back", .up = {{0, "0"}, {1, "1"}}, .letters = 7};
   block::Curve curve{.ink = {on_dark::kText, on_white::kInk}, .is_marked = false, .width = 1.5f};
   for (std::size_t i = 0; i < list.size(); ++i) {
     const auto count = static_cast<double>(list.size()), at = static_cast<double>(i);
@@ -36,8 +53,8 @@ block::Chart transmittance_chart(const PixelReport& pixel) {
 block::Row contribution_row(const Inspection& inspection, const Contribution& from, bool stops) {
   block::Row row;
   row.is_here = inspection.gaussian && inspection.gaussian->gaussian == from.gaussian;
-  row.cells.push_back(
-      {.text = contribution_label(from, stops), .use = Use{"Gaussian", 0, from.gaussian}});
+  row.cells.push_back({.text = fmt::format("{}{}", from.gaussian, stops ? " stops" : ""),
+                       .use = Use{"Gaussian", 0, from.gaussian}});
   for (const std::string& text : contribution_cells(from, stops)) row.cells.push_back({text});
   row.cells.push_back({.swatch = glm::clamp(from.color, 0.0f, 1.0f)});
   return row;

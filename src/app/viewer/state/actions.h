@@ -7,7 +7,6 @@
 #pragma once
 
 #include "app/viewer/state/action.h"
-#include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/opening.h"
 
 namespace qs::action {

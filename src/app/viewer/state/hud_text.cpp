@@ -100,34 +100,31 @@ void add_facts(ordered_json& json, const std::vector<Fact>& facts) {
   for (const Fact& fact : facts) json[fact.label] = fact.value;
 }
 
-void add_view(const Viewer& viewer, ordered_json& json) {
-  json["scene"] = viewer.scene ? viewer.scene->name : "";
-  json["gaussians"] = viewer.scene ? viewer.scene->gaussians : 0;
-  json["mode"] = mode_name(viewer.mode());
-  json["backend"] = kBackendNames[static_cast<int>(viewer.backend)];
-  json["pipeline"] = kPipelineNames[static_cast<int>(viewer.settings.pipeline)];
-  json["camera"] =
-      viewer.camera.width > 0 && viewer.scene ? camera_json(viewer.camera) : ordered_json();
-  json["axes"] = viewer.scene ? viewer.scene->axes : "";
-  json["dataset_camera"] = viewer.dataset_camera;
-}
-
-void add_frame(const Viewer& viewer, ordered_json& json) {
-  json["seconds"] = viewer.now;
-  json["frames"] = viewer.frames;
-  json["divisor"] = viewer.shown.divisor;
-  json["interop"] = viewer.shown.interop;
-  json["present_ms"] = {{"into_gl", viewer.shown.stats.present_ms}, {"draw", viewer.present_ms}};
-  json["caveat"] = hud_caveat(viewer);
-  json["line"] = status_line(viewer).numbers;
-  json["numbers_are_current"] = numbers_are_current(viewer);
-  json["numbers_suffice"] = numbers_suffice(viewer);
-  json["frames_behind"] = frames_behind(viewer.numbers);
-  json["baseline"] = mode_name(viewer.baseline);
-  json["status"] = viewer.drawn_status;
-  json["columns"] = viewer.drawn_columns;
+ordered_json view_json(const Viewer& viewer) {
+  const bool has_view = viewer.camera.width > 0 && viewer.scene;
   const Camera measured = measured_camera(viewer);
-  json["measured_size"] = {measured.width, measured.height};
+  return {{"scene", viewer.scene ? viewer.scene->name : ""},
+          {"gaussians", viewer.scene ? viewer.scene->gaussians : 0},
+          {"mode", mode_name(viewer.mode())},
+          {"backend", kBackendNames[static_cast<int>(viewer.backend)]},
+          {"pipeline", kPipelineNames[static_cast<int>(viewer.settings.pipeline)]},
+          {"camera", has_view ? camera_json(viewer.camera) : ordered_json()},
+          {"axes", viewer.scene ? viewer.scene->axes : ""},
+          {"dataset_camera", viewer.dataset_camera},
+          {"seconds", viewer.now},
+          {"frames", viewer.frames},
+          {"divisor", viewer.shown.divisor},
+          {"interop", viewer.shown.interop},
+          {"present_ms", {{"into_gl", viewer.shown.stats.present_ms}, {"draw", viewer.present_ms}}},
+          {"caveat", hud_caveat(viewer)},
+          {"line", status_line(viewer).numbers},
+          {"numbers_are_current", numbers_are_current(viewer)},
+          {"numbers_suffice", numbers_suffice(viewer)},
+          {"frames_behind", frames_behind(viewer.numbers)},
+          {"baseline", mode_name(viewer.baseline)},
+          {"status", viewer.drawn_status},
+          {"columns", viewer.drawn_columns},
+          {"measured_size", {measured.width, measured.height}}};
 }
 
 ordered_json mode_json(const Viewer& viewer, const HudRow& row) {
@@ -354,9 +351,7 @@ std::vector<Fact> split_facts(const Viewer& viewer) {
 }
 
 std::string state_json(const Viewer& viewer) {
-  ordered_json json;
-  add_view(viewer, json);
-  add_frame(viewer, json);
+  ordered_json json = view_json(viewer);
   if (viewer.training) {
     add_facts(json["training"], training_facts(viewer));
     json["training"]["shown"] = viewer.training->shown;

@@ -10,7 +10,7 @@
 #include <boost/beast/websocket.hpp>
 
 #include "app/serve/served_training.h"
-#include "app/viewer/render/crop_scene.h"
+#include "app/viewer/render/upload_scene.h"
 
 namespace qs {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "app/serve/served_commands.h"
 #include "app/viewer/commands/controls.h"
-#include "app/viewer/render/crop_scene.h"
+#include "app/viewer/render/upload_scene.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"

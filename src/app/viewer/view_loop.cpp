@@ -10,7 +10,7 @@
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/preferences.h"
-#include "app/viewer/render/crop_scene.h"
+#include "app/viewer/render/upload_scene.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/panel_pictures.h"
 #include "app/viewer/render/scene_opening.h"

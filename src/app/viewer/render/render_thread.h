@@ -63,7 +63,7 @@ class RenderThread {
   bool busy();
   bool measuring() const { return context_.measuring; }
 
-  /// Report the drawing of the window to jobs, see undisturbed.h.
+  /// Report the drawing of the window to jobs, see undisturbed().
   void note_drawing() {
     context_.window_rests = false;
     ++context_.drawings;

@@ -14,7 +14,7 @@
 #include <string>
 #include <variant>
 
-#include "app/viewer/state/opening.h"
+#include "app/viewer/state/actions.h"
 #include "app/viewer/state/viewer.h"
 #include "io/scene/reader.h"
 

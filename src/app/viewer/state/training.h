@@ -22,7 +22,7 @@ namespace qs {
 
 // ---- a photograph beside the model's picture of the same view ---------------------------------
 // The trainer gives the views; a thread reads the photographs, and the render thread draws the
-// pictures (render/test_view.h).
+// pictures (render/panel_pictures.h).
 
 /// A photograph at the size of training.
 struct TestPhotograph {

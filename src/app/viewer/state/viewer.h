@@ -34,7 +34,7 @@
 
 namespace qs {
 
-// Crop and clean: the scene that was read stays whole; render/crop_scene.h shows parts of it.
+// Crop and clean: the scene that was read stays whole; render/upload_scene.h shows parts of it.
 
 /// The user's criteria of removal. Numbers stay while their switch is off.
 struct CropWish {

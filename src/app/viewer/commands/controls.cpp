@@ -247,13 +247,6 @@ Controls table_controls() {
 constexpr Part<RenderSettings> kSettings = {
     [](const Viewer& v) -> const RenderSettings& { return v.settings; }, action::change_settings};
 
-double hex_of(glm::vec3 color) {
-  double hex = 0;
-  for (int c = 0; c < 3; ++c)
-    hex = 256 * hex + std::round(255 * std::clamp(static_cast<double>(color[c]), 0.0, 1.0));
-  return hex;
-}
-
 bool has_pipelines(const Viewer& v) { return pipelines_of(v.backend).size() > 1; }
 
 bool has_huge(const Viewer& v) { return !v.is_remote && v.scene->huge + v.scene->skipped_huge > 0; }
@@ -745,6 +738,13 @@ bool is_value_of(ControlKind kind, const ControlNow& now, double value) {
 }
 
 }  // namespace
+
+double hex_of(glm::vec3 color) {
+  double hex = 0;
+  for (int c = 0; c < 3; ++c)
+    hex = 256 * hex + std::round(255 * std::clamp(static_cast<double>(color[c]), 0.0, 1.0));
+  return hex;
+}
 
 std::optional<ControlNow> control_now(const Viewer& viewer, const Control& control) {
   if (!viewer.scene && !control.without_scene) return {};

@@ -45,6 +45,9 @@ struct Control {
 /// Unset if the control is of no use now.
 std::optional<ControlNow> control_now(const Viewer& viewer, const Control& control);
 
+/// ControlNow::value of a colour.
+double hex_of(glm::vec3 color);
+
 /// The text beside or on the control.
 const std::string& label_of(const Control& control, const ControlNow& now);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The short jobs: what a pixel shows, the backend, and the second scene.
+// The short jobs: what a pixel shows, the change of the backend, and the second scene.
 #include "app/viewer/commands/jobs.h"
 
 #include <glm/common.hpp>

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "app/picture/palette.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
@@ -66,14 +67,9 @@ std::optional<double> draw_choice(const char* label, const ControlNow& now) {
 }
 
 std::optional<double> draw_color(const char* label, const ControlNow& now) {
-  const auto bits = static_cast<std::uint32_t>(now.value);
-  float color[3];
-  for (int c = 0; c < 3; ++c) color[c] = static_cast<float>(bits >> (16 - 8 * c) & 0xff) / 255;
-  if (!ImGui::ColorEdit3(label, color, ImGuiColorEditFlags_NoInputs)) return {};
-  double hex = 0;
-  for (const float part : color)
-    hex = 256 * hex + std::round(255 * std::clamp(static_cast<double>(part), 0.0, 1.0));
-  return hex;
+  glm::vec3 color = rgb(static_cast<std::uint32_t>(now.value));
+  const bool changed = ImGui::ColorEdit3(label, &color.x, ImGuiColorEditFlags_NoInputs);
+  return changed ? std::optional(hex_of(color)) : std::nullopt;
 }
 
 std::optional<double> draw_toggle(const char* label, const ControlNow& now) {

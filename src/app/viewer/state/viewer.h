@@ -227,7 +227,7 @@ struct ShownFrame {
   std::vector<ModePairs> mode_pairs;
 };
 
-/// The last counted pairs of all modes; live_counts.h reads them.
+/// The last counted pairs of all modes; samples.h reads them.
 struct ViewCounts {
   int view_version = -1;         ///< Viewer::view_version
   int frame = 0;                 ///< Viewer::frames of the frame that counted

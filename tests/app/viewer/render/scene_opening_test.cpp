@@ -17,8 +17,8 @@
 
 #include "app/measure/camera_path.h"
 #include "app/viewer/render/panel_pictures.h"
-#include "app/viewer/render/upload_scene.h"
 #include "app/viewer/render/scene_reading.h"
+#include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/camera_actions.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"

@@ -12,7 +12,6 @@
 #include "app/viewer/panels/style.h"
 
 namespace qs {
-
 namespace {
 
 // A handle that is dragged to the left and right. Returns the mouse's x while it is dragged.

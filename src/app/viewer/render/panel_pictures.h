@@ -76,5 +76,4 @@ void follow_test_view(Viewer& viewer, Host& host);
 void follow_view_choice(Viewer& viewer, Host& host);
 
 }  // namespace action
-
 }  // namespace qs

@@ -78,5 +78,4 @@ namespace action {
 void follow_crop(Viewer& viewer, Host& host);
 
 }  // namespace action
-
 }  // namespace qs

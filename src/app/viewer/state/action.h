@@ -29,6 +29,7 @@ struct TrainingRequest;
 /// Work for the render thread, which owns the renderer and the scene.
 using Job = std::function<void(RenderContext&)>;
 
+/// The requests of actions, see above.
 class Host {
  public:
   virtual ~Host() = default;

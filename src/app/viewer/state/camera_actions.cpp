@@ -18,7 +18,6 @@
 #include "io/cloud/axes.h"
 
 namespace qs {
-
 namespace {
 
 // The value that the settings have for a scene file; unset if they were edited by hand.

@@ -99,5 +99,4 @@ void set_interface_scale(Viewer& v, float scale) {
 }
 
 }  // namespace action
-
 }  // namespace qs

@@ -63,5 +63,4 @@ void step_interface_scale(Viewer& viewer, int step);
 void set_interface_scale(Viewer& viewer, float scale);
 
 }  // namespace action
-
 }  // namespace qs

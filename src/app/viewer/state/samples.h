@@ -6,9 +6,9 @@
 // full size of the picture, so a count is exact even where the frame in the window is reduced.
 // While the camera moves some frames may not count.
 //
-// Times of single frames are samples. A sample is less than a measurement, but it comes
-// at once, and also while the camera moves: frames in the window give samples of their mode, and
-// the render thread draws frames of the other modes in turns. Texts mark samples with "~".
+// Times of single frames are samples. A sample is less than a measurement, but it comes at once,
+// and also while the camera moves: frames in the window give samples of their mode, and the render
+// thread draws frames of the other modes in turns. Texts mark samples with "~".
 #pragma once
 
 #include <optional>
@@ -56,8 +56,8 @@ inline constexpr int kMostFramesAgo = 10;
 struct LiveCount {
   std::uint64_t tile_pairs = 0;
   std::uint32_t visible = 0;
-  int frames_ago =
-      0;  ///< 0: exact for the view in the window; else of the view that many frames ago
+  /// 0: exact for the view in the window; else of the view that many frames ago
+  int frames_ago = 0;
 };
 
 /// The count of a mode; unset if it is unknown, and for other modes than 1..culler_count().

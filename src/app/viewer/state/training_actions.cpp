@@ -329,5 +329,4 @@ void remote_reported(Viewer& v, const RemoteRun& run) {
 }
 
 }  // namespace action
-
 }  // namespace qs

@@ -86,5 +86,4 @@ void remote_opened(Viewer& viewer, Host& host, const std::string& address,
 void remote_reported(Viewer& viewer, const RemoteRun& run);
 
 }  // namespace action
-
 }  // namespace qs

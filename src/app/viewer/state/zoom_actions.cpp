@@ -324,5 +324,4 @@ void zooms_found(Viewer& v, const std::vector<ZoomRecord>& records) {
 }
 
 }  // namespace action
-
 }  // namespace qs

@@ -82,5 +82,4 @@ void zoom_end_found(Viewer& viewer, double closer);
 void zooms_found(Viewer& viewer, const std::vector<ZoomRecord>& records);
 
 }  // namespace action
-
 }  // namespace qs

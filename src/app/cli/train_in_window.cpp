@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "app/viewer/render/training_thread.h"
-#include "app/viewer/view_loop.h"
+#include "app/viewer/view_options.h"
 #include "learn/run/overfitting.h"
 #include "learn/run/trainer.h"
 

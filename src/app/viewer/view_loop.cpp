@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/view_loop.h"
-
 #include <algorithm>
 
 #include <GLFW/glfw3.h>
@@ -19,6 +17,7 @@
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/training_actions.h"
+#include "app/viewer/view_options.h"
 #include "app/viewer/window/desktop.h"
 #include "app/viewer/window/input_script.h"
 #include "app/viewer/window/presenter.h"

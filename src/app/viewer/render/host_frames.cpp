@@ -66,7 +66,7 @@ MappedFrame draw_mapped(RenderContext& context, Renderer& renderer, const FrameR
     maker.emplace(renderer, camera, request.settings, *request.heatmap, *context.session.pool,
                   context.stop);
   Outputs outputs = with_counts(maker ? maker->outputs() : Outputs(), request);
-  outputs.pairs = pairs;
+  outputs.pairs |= pairs;
   const Frame& frame =
       renderer.render(camera, request.settings, outputs, HostImage{}, context.stop);
   return {frame, maker ? std::optional(maker->map(frame)) : std::nullopt};

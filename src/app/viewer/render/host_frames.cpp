@@ -116,12 +116,13 @@ void draw_other(RenderContext& context, const FrameRequest& request, const Camer
 
 RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
-  auto [frame, rendered] = draw_first(context, request, camera, true);
+  FirstFrame first = draw_first(context, request, camera, true);
+  RenderedFrame rendered = std::move(first.rendered);
   if (request.other->mode == kReferenceMode) {
     set_beside_reference(context, request, rendered);
   } else {
     // The same renderer may draw the other frame, and it keeps only one frame.
-    const std::vector<std::uint32_t> pairs = frame.pairs;
+    const std::vector<std::uint32_t> pairs = first.frame.pairs;
     draw_other(context, request, camera, pairs, rendered);
   }
   if (rendered.shown.other) {

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "app/viewer/state/host.h"
+#include "app/viewer/state/action.h"
 #include "app/viewer/state/training.h"
 
 namespace qs::test {

@@ -9,7 +9,7 @@
 #include "app/cli/shown_run.h"
 #include "app/report/train_page.h"
 #include "app/serve/served_training.h"
-#include "app/viewer/view_loop.h"
+#include "app/viewer/view_options.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/quit_signals.h"

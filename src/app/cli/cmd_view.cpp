@@ -8,7 +8,7 @@
 #include "app/cli/shared_options.h"
 #include "app/cli/shown_run.h"
 #include "app/remote/tcp.h"
-#include "app/viewer/view_loop.h"
+#include "app/viewer/view_options.h"
 #include "base/fail.h"
 #include "io/camera/cameras.h"
 #include "options/suggestion.h"

@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "app/viewer/render/training_thread.h"
+#include "app/viewer/view_options.h"
 #include "learn/run/overfitting.h"
 #include "learn/run/trainer.h"
 

@@ -26,7 +26,7 @@
 #include "app/serve/server.h"
 #include "app/serve/sharing.h"
 #include "app/serve/visitor_link.h"
-#include "app/viewer/render/crop_scene.h"
+#include "app/viewer/render/upload_scene.h"
 
 namespace qs {
 

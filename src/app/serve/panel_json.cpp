@@ -14,8 +14,8 @@
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/mode_glance.h"
-#include "app/viewer/state/zoom_text.h"
+#include "app/viewer/state/mode_table.h"
+#include "app/viewer/state/zoom_actions.h"
 
 namespace qs {
 namespace {

@@ -22,7 +22,7 @@
 
 #include "app/serve/picture_encoder.h"
 #include "app/serve/served_scene.h"
-#include "app/viewer/render/measure_modes.h"
+#include "app/viewer/render/all_modes.h"
 
 namespace qs {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/serve/served_scene.h"
 
-#include "app/viewer/render/view_facts.h"
+#include "app/viewer/render/scene_reading.h"
 
 namespace qs {
 

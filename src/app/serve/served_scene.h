@@ -8,7 +8,7 @@
 
 #include "app/session/session.h"
 #include "app/viewer/render/render_context.h"
-#include "app/viewer/state/opening.h"
+#include "app/viewer/state/actions.h"
 
 namespace qs {
 

@@ -13,7 +13,7 @@
 #include "app/serve/picture_message.h"
 #include "app/serve/quality.h"
 #include "app/viewer/commands/input.h"
-#include "app/viewer/render/counting_pace.h"
+#include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/state/action.h"
 

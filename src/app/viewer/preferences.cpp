@@ -12,11 +12,6 @@
 #include "io/bytes/text_file.h"
 
 namespace qs {
-namespace {
-
-constexpr std::size_t kMaxBytes = std::size_t{4} << 20;
-
-}  // namespace
 
 std::filesystem::path preferences_file() {
   const char* config = std::getenv("XDG_CONFIG_HOME");
@@ -29,6 +24,7 @@ std::filesystem::path preferences_file() {
 
 std::string read_preferences(const std::filesystem::path& file, Viewer& viewer,
                              glm::ivec2& window_size) {
+  constexpr std::size_t kMaxBytes = std::size_t{4} << 20;
   std::error_code error;
   if (file.empty() || !std::filesystem::exists(file, error)) return "";
   try {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/view_loop.h"
-
 #include <algorithm>
 
 #include <GLFW/glfw3.h>
@@ -10,25 +8,20 @@
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/preferences.h"
-#include "app/viewer/render/candidate_pictures.h"
-#include "app/viewer/render/crop_scene.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/photograph_reader.h"
+#include "app/viewer/render/panel_pictures.h"
 #include "app/viewer/render/scene_opening.h"
-#include "app/viewer/render/test_view.h"
 #include "app/viewer/render/training_thread.h"
+#include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/interface_scale.h"
-#include "app/viewer/state/remote_actions.h"
+#include "app/viewer/state/layout.h"
 #include "app/viewer/state/training_actions.h"
-#include "app/viewer/window/desktop_dialog.h"
-#include "app/viewer/window/desktop_programs.h"
-#include "app/viewer/window/picture_texture.h"
+#include "app/viewer/view_options.h"
+#include "app/viewer/window/desktop.h"
+#include "app/viewer/window/input_script.h"
 #include "app/viewer/window/presenter.h"
-#include "app/viewer/window/script_player.h"
 #include "app/viewer/window/window.h"
-#include "app/viewer/window/window_grab.h"
 #include "base/assets.h"
 #include "base/fail.h"
 #include "base/quit_signals.h"

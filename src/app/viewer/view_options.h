@@ -40,4 +40,7 @@ bool first_start(const ViewOptions& options);
 /// `window_size`, screen units. Throws Error(usage) if ViewOptions::beside names no variant.
 Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size);
 
+/// Opens the window and returns when it is closed. Throws Error.
+void run_viewer(const ViewOptions& options);
+
 }  // namespace qs

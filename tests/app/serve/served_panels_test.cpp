@@ -17,10 +17,10 @@
 #include "app/serve/state_json.h"
 #include "app/viewer/commands/controls.h"
 #include "app/viewer/render/frame_requests.h"
+#include "app/viewer/state/charts.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/mode_table.h"
-#include "app/viewer/state/zoom_chart.h"
 
 namespace qs {
 namespace {
@@ -120,10 +120,10 @@ TEST(ServePanels, the_table_has_the_window_s_columns_and_rows) {
     const Json& cells = table.at("rows")[i].at("cells");
     for (std::size_t c = 0; c < columns.size(); ++c) {
       EXPECT_EQ(table.at("columns")[c].at("title"), columns[c].title);
-      if (columns[c].text == nullptr) continue;
-      EXPECT_EQ(cells[c].at("text"), rows[i].*columns[c].text);
-      const bool noisy = columns[c].noisy != nullptr && rows[i].*columns[c].noisy;
-      EXPECT_EQ(cells[c].at("tone"), noisy ? "faint" : "") << columns[c].title;
+      if (columns[c].cell == nullptr) continue;
+      const HudCell& cell = rows[i].*columns[c].cell;
+      EXPECT_EQ(cells[c].at("text"), cell.text);
+      EXPECT_EQ(cells[c].at("tone"), cell.noisy ? "faint" : "") << columns[c].title;
     }
     EXPECT_EQ(cells.back().at("parts").size(), std::size_t{kStageCount});
     EXPECT_EQ(cells[0].at("use"), Json({"mode", 0.0, rows[i].mode}));

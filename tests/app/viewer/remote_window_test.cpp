@@ -14,7 +14,6 @@
 #include "app/support/run_program.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/picture/image_file.h"
 #include "support/paths.h"

@@ -7,7 +7,7 @@
 #include "app/measure/scene_facts.h"
 #include "app/report/environment.h"
 #include "app/report/write_report.h"
-#include "app/viewer/commands/output_names.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"

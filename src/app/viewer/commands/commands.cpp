@@ -12,14 +12,11 @@
 #include "app/session/shot.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/keys.h"
-#include "app/viewer/commands/output_names.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
-#include "app/viewer/state/first_view_actions.h"
-#include "app/viewer/state/interface_scale.h"
-#include "app/viewer/state/next_axes.h"
-#include "app/viewer/state/remote_actions.h"
+#include "app/viewer/state/layout.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
@@ -71,13 +68,6 @@ void next_heatmap(Viewer& v) {
   show_heatmap(v, v.heatmap ? static_cast<HeatQuantity>(next) : v.last_heatmap);
 }
 
-void show_quantity(Viewer& v, Quantity quantity) {
-  v.quantity = quantity;
-  if (quantity != Quantity::color) v.last_quantity = quantity;
-  v.heatmap.reset();
-  picture_changed(v);
-}
-
 void toggle_quantity(Viewer& v) {
   show_quantity(v, v.quantity == Quantity::color ? v.last_quantity : Quantity::color);
 }
@@ -108,6 +98,12 @@ void copy_camera(Viewer& v, Host& host) {
 
 void paste_camera(Viewer& v, Host& host) {
   set_camera(v, parse_camera(host.clipboard(), "clipboard"));
+}
+
+// Shows the pictures of all modes side by side, or the picture of one mode again.
+void toggle_grid(Viewer& v) {
+  v.shows_grid = !v.shows_grid;
+  picture_changed(v);
 }
 
 void next_split_view(Viewer& v) {
@@ -174,9 +170,9 @@ KeyCommand mode_row(CullMode mode) {
   return command;
 }
 
-std::vector<KeyCommand> file_commands() {
+std::vector<KeyCommand> make_commands() {
   using enum Menu;
-  return {
+  std::vector<KeyCommand> rows = {
       always(
           checked(row(GLFW_KEY_O, kCtrl, file, "Open a file", toggle_open_dialog, Choosing::scene),
                   [](const Viewer& v) { return v.panels.open && v.choosing == Choosing::scene; })),
@@ -189,12 +185,7 @@ std::vector<KeyCommand> file_commands() {
       row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
       row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", save_screenshot),
       last(always(row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }))),
-  };
-}
 
-std::vector<KeyCommand> view_commands() {
-  using enum Menu;
-  return {
       panel(GLFW_KEY_F10, 0, view, "Numbers of all modes", &Panels::hud),
       panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
       panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
@@ -222,12 +213,7 @@ std::vector<KeyCommand> view_commands() {
       always(row(GLFW_KEY_0, kCtrl, view, "Interface at 100 %", set_interface_scale, 1.0f)),
       always(row(GLFW_KEY_F11, 0, view, "Full screen",
                  [](Viewer&, Host& host) { host.toggle_fullscreen(); })),
-  };
-}
 
-std::vector<KeyCommand> camera_commands() {
-  using enum Menu;
-  return {
       panel(GLFW_KEY_L, 0, camera, "Cameras and path", &Panels::cameras),
       row(GLFW_KEY_LEFT_BRACKET, 0, camera, "Previous camera", step_camera, CameraStep::previous),
       row(GLFW_KEY_RIGHT_BRACKET, 0, camera, "Next camera", step_camera, CameraStep::next),
@@ -248,32 +234,19 @@ std::vector<KeyCommand> camera_commands() {
       row(GLFW_KEY_K, 0, camera, "Set a keyframe", add_keyframe),
       row(GLFW_KEY_SPACE, 0, camera, "Play the path", toggle_playback),
       row(GLFW_KEY_K, kCtrl, camera, "Film of the path, or round the scene", film),
-  };
-}
 
-std::vector<KeyCommand> mode_commands() {
-  using enum Menu;
-  std::vector<KeyCommand> rows = {
-      drawn_here(held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode))};
-  for (CullMode number = 1; number <= culler_count(); ++number) rows.push_back(mode_row(number));
-  rows.push_back(checked(row(GLFW_KEY_I, kShift, mode, "Mode and numbers over the picture",
-                             toggle_option, &Viewer::shows_badge),
-                         [](const Viewer& v) { return v.shows_badge; }));
-  rows.push_back(
+      drawn_here(held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode)),
+      checked(row(GLFW_KEY_I, kShift, mode, "Mode and numbers over the picture", toggle_option,
+                  &Viewer::shows_badge),
+              [](const Viewer& v) { return v.shows_badge; }),
       drawn_here(checked(row(GLFW_KEY_F9, 0, mode, "All modes side by side", toggle_grid),
-                         [](const Viewer& v) { return v.shows_grid; })));
-  rows.push_back(job_row(GLFW_KEY_F9, kCtrl, mode, "Figure of all modes", job::save_grid));
-  rows.push_back(drawn_here(
-      panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split)));
-  rows.push_back(
-      drawn_here(row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view)));
-  rows.push_back(drawn_here(row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split)));
-  return rows;
-}
+                         [](const Viewer& v) { return v.shows_grid; })),
+      job_row(GLFW_KEY_F9, kCtrl, mode, "Figure of all modes", job::save_grid),
+      drawn_here(panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split)),
+      drawn_here(row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view)),
+      drawn_here(row(GLFW_KEY_X, 0, mode, "Flip the split",
+                     [](Viewer& v) { v.split.flipped = !v.split.flipped; })),
 
-std::vector<KeyCommand> measure_commands() {
-  using enum Menu;
-  return {
       panel(GLFW_KEY_Z, 0, measure, "Zoom recorder", &Panels::recorder),
       checked(row(GLFW_KEY_Z, kShift, measure, "Record a zoom", toggle_zoom_recording),
               [](const Viewer& v) { return v.zoom.running; }),
@@ -281,22 +254,14 @@ std::vector<KeyCommand> measure_commands() {
       job_row(GLFW_KEY_0, 0, measure, "Compare with the reference", job::compare_with_reference),
       job_row(GLFW_KEY_0, kShift, measure, "The same around the cursor",
               job::compare_around_cursor),
-  };
-}
 
-std::vector<KeyCommand> make_commands() {
-  std::vector<KeyCommand> rows;
-  for (const auto& part :
-       {file_commands(), view_commands(), camera_commands(), mode_commands(), measure_commands()}) {
-    rows.insert(rows.end(), part.begin(), part.end());
-  }
-  rows.push_back(always(panel(GLFW_KEY_F1, 0, Menu::help, "Keys and mouse", &Panels::help)));
+      always(panel(GLFW_KEY_F1, 0, help, "Keys and mouse", &Panels::help)),
+  };
+  auto at = std::ranges::find(rows, Menu::none, &KeyCommand::menu) + 1;
+  for (CullMode number = 1; number <= culler_count(); ++number)
+    at = rows.insert(at, mode_row(number)) + 1;
   return rows;
 }
-
-}  // namespace
-
-namespace {
 
 // Digits, plus and minus of the keypad count as the keys of the main row.
 int key_of_main_row(int key) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <span>
 #include <type_traits>
@@ -26,31 +27,29 @@
 namespace qs {
 namespace {
 
-using Now = std::optional<ControlNow>;
 using enum ControlKind;
 
+using Now = std::optional<ControlNow>;
+using NowOf = std::function<Now(const Viewer&)>;
 using When = std::function<bool(const Viewer&)>;
+using Controls = std::vector<Control>;
 
 // ---- values ------------------------------------------------------------------------------------
-ControlNow chosen(std::vector<std::string> choices, std::size_t index = 0) {
-  ControlNow now;
-  now.choices = std::move(choices);
-  now.value = static_cast<double>(index);
-  return now;
+template <class Value>
+ControlNow at(Value value, ControlNow shape = {}) {
+  shape.value = static_cast<double>(value);
+  return shape;
 }
 
-template <class Names>
-std::vector<std::string> names_in(const Names& names) {
-  return {std::begin(names), std::end(names)};
+template <class Index = int>
+ControlNow chosen(std::vector<std::string> choices, Index index = {}) {
+  return {.value = static_cast<double>(index), .choices = std::move(choices)};
 }
 
 ControlNow between(double least, double most, double step = 0) { return {0, least, most, step}; }
 
 ControlNow logarithmic(double least, double most, int decimals) {
-  ControlNow now = between(least, most);
-  now.is_logarithmic = true;
-  now.decimals = decimals;
-  return now;
+  return {.least = least, .most = most, .is_logarithmic = true, .decimals = decimals};
 }
 
 ControlNow typed(ControlNow now) {
@@ -58,15 +57,16 @@ ControlNow typed(ControlNow now) {
   return now;
 }
 
-ControlNow with_text(std::string text) {
-  ControlNow now;
-  now.text = std::move(text);
-  return now;
+template <class Rows, class Name>
+std::vector<std::string> names_by(const Rows& rows, Name name) {
+  std::vector<std::string> names;
+  for (const auto& row : rows) names.emplace_back(std::invoke(name, row));
+  return names;
 }
 
-ControlNow enabled_if(bool condition, ControlNow now = {}) {
-  now.is_enabled = condition;
-  return now;
+template <class Names>
+std::vector<std::string> names_in(const Names& names) {
+  return {std::begin(names), std::end(names)};
 }
 
 std::vector<std::string> mode_names(CullMode first, CullMode last) {
@@ -77,48 +77,53 @@ std::vector<std::string> mode_names(CullMode first, CullMode last) {
 
 std::size_t index_of(double value) { return static_cast<std::size_t>(value); }
 
-bool in_any_state(const Viewer&) { return true; }
+// The index of a value in a list; 0 for other values.
+template <class Values, class Value>
+std::size_t index_in(const Values& values, const Value& value) {
+  const auto found = std::find(std::begin(values), std::end(values), value);
+  return static_cast<std::size_t>(found - std::begin(values)) % std::size(values);
+}
 
 // ---- rows --------------------------------------------------------------------------------------
-// A part of the viewer that controls change one field at a time: an action takes the changed copy.
+// A control whose value is passed to `set`, a function that call() takes.
+template <class Value, class Function>
+Control value_row(std::string name, ControlKind kind, NowOf now, Function set,
+                  std::string help = "") {
+  return {std::move(name), kind, std::move(now),
+          [set](double value, std::size_t) { return call(set, static_cast<Value>(value)); },
+          std::move(help)};
+}
+
+// A part of the viewer that controls change one field at a time.
 template <class Type>
 struct Part {
-  bool Panels::*panel;
   const Type& (*of)(const Viewer& viewer);
   void (*take)(Viewer& viewer, const Type& part);
 };
 
 // A control with its value now and its change of a part.
 template <class Type>
-Control part_row(const Part<Type>& part, std::string name, ControlKind kind,
-                 std::function<Now(const Viewer&)> now,
+Control part_row(const Part<Type>& part, std::string name, ControlKind kind, NowOf now,
                  std::type_identity_t<std::function<void(Type&, double)>> change,
                  std::string help = "") {
-  return {part.panel,
-          std::move(name),
-          kind,
-          std::move(now),
-          [part, change = std::move(change)](const Viewer& v, double value, std::size_t) {
-            Type copy = part.of(v);
-            change(copy, value);
-            return call(part.take, std::move(copy));
-          },
-          std::move(help)};
+  const auto set = [part, change = std::move(change)](Viewer& v, double value) {
+    Type copy = part.of(v);
+    change(copy, value);
+    part.take(v, copy);
+  };
+  return value_row<double>(std::move(name), kind, std::move(now), set, std::move(help));
 }
 
 // A control of one field: a member, or a function that returns a reference to it. `shape`: of the
 // control, without its value.
 template <class Type, class Field>
 Control field_row(const Part<Type>& part, std::string name, ControlKind kind, Field field,
-                  ControlNow shape = {}, std::string help = "", When when = in_any_state) {
+                  ControlNow shape = {}, std::string help = "") {
   return part_row(
       part, std::move(name), kind,
-      [part, field, shape = std::move(shape), when = std::move(when)](const Viewer& v) -> Now {
-        if (!when(v)) return {};
+      [part, field, shape = std::move(shape)](const Viewer& v) {
         Type copy = part.of(v);
-        ControlNow now = shape;
-        now.value = static_cast<double>(std::invoke(field, copy));
-        return now;
+        return at(std::invoke(field, copy), shape);
       },
       [field](Type& copy, double value) {
         auto& place = std::invoke(field, copy);
@@ -127,82 +132,60 @@ Control field_row(const Part<Type>& part, std::string name, ControlKind kind, Fi
       std::move(help));
 }
 
-// A control whose value is passed to `set`, which returns the action.
-Control value_row(bool Panels::*panel, std::string name, ControlKind kind,
-                  std::function<Now(const Viewer&)> now,
-                  std::function<Action(const Viewer& v, double value)> set, std::string help = "") {
-  return {
-      panel,
-      std::move(name),
-      kind,
-      std::move(now),
-      [set = std::move(set)](const Viewer& v, double value, std::size_t) { return set(v, value); },
-      std::move(help)};
-}
-
-// A choice whose index is passed to an action.
-Control index_row(bool Panels::*panel, const char* name, std::function<Now(const Viewer&)> now,
-                  void (*choose)(Viewer& viewer, std::size_t index)) {
-  return value_row(panel, name, choice, std::move(now),
-                   [choose](const Viewer&, double value) { return call(choose, index_of(value)); });
-}
-
-// A switch of the viewer that an action turns over.
-Control switch_row(bool Panels::*panel, const char* name, Action turn_over, When is_on,
-                   When when = in_any_state, std::string help = "") {
-  return value_row(
-      panel, name, toggle,
-      [is_on = std::move(is_on), when = std::move(when)](const Viewer& v) -> Now {
-        if (!when(v)) return {};
-        return ControlNow{is_on(v) ? 1.0 : 0.0};
-      },
-      [turn_over = std::move(turn_over)](const Viewer&, double) { return turn_over; },
-      std::move(help));
-}
-
-Control button_now(bool Panels::*panel, std::string name, Action action,
-                   std::function<Now(const Viewer&)> now, std::string help = "") {
-  return value_row(
-      panel, std::move(name), button, std::move(now),
-      [action = std::move(action)](const Viewer&, double) { return action; }, std::move(help));
-}
-
-Control button_row(bool Panels::*panel, std::string name, Action action, When when = in_any_state,
-                   std::string help = "") {
-  return button_now(
-      panel, std::move(name), std::move(action),
-      [when = std::move(when)](const Viewer& v) { return when(v) ? Now(ControlNow()) : Now(); },
-      std::move(help));
-}
-
-// Parts of rows of lists.
-Control item_control(bool Panels::*panel, const char* name,
-                     std::function<Action(const Viewer& v, double value, std::size_t index)> set,
-                     std::string help = "") {
-  return {panel,          name,           item, [](const Viewer&) -> Now { return ControlNow(); },
-          std::move(set), std::move(help)};
-}
-
-// The function takes the row's index.
+// A switch. `set` takes its new state.
 template <class Function>
-Control item_row(bool Panels::*panel, const char* name, Function function) {
-  return item_control(
-      panel, name, [function](const Viewer&, double, std::size_t i) { return call(function, i); });
+Control switch_row(std::string name, When is_on, Function set, std::string help = "") {
+  return value_row<bool>(
+      std::move(name), toggle, [is_on = std::move(is_on)](const Viewer& v) { return at(is_on(v)); },
+      set, std::move(help));
 }
 
-template <class Value>
-Control item_value_row(bool Panels::*panel, const char* name,
-                       void (*function)(Viewer& viewer, std::size_t index, Value value),
-                       std::string help = "") {
-  return item_control(
-      panel, name,
-      [function](const Viewer&, double value, std::size_t i) {
-        return call(function, i, static_cast<Value>(value));
-      },
-      std::move(help));
+Control button_row(std::string name, Action action, std::string help = "") {
+  return {std::move(name), button, [](const Viewer&) { return ControlNow(); },
+          [action = std::move(action)](double, std::size_t) { return action; }, std::move(help)};
 }
 
-using Controls = std::vector<Control>;
+// A part of rows of lists. `set` takes the row's index, and the value if the part has one.
+template <class... Value>
+Control item_row(const char* name, auto set, std::string help = "") {
+  return {name, item, [](const Viewer&) { return ControlNow(); },
+          [set]([[maybe_unused]] double value, std::size_t i) {
+            return call(set, i, static_cast<Value>(value)...);
+          },
+          std::move(help)};
+}
+
+// The control is of no use in other states.
+Control only_if(When when, Control row) {
+  row.now = [when = std::move(when), now = std::move(row.now)](const Viewer& v) {
+    return when(v) ? now(v) : Now();
+  };
+  return row;
+}
+
+// Changes the appearance of a control that is of use.
+template <class Change>
+Control shown(Change change, Control row) {
+  row.now = [change, now = std::move(row.now)](const Viewer& v) {
+    Now result = now(v);
+    if (result) change(*result, v);
+    return result;
+  };
+  return row;
+}
+
+Control gray_unless(When when, Control row) {
+  return shown(
+      [when = std::move(when)](ControlNow& now, const Viewer& v) { now.is_enabled = when(v); },
+      std::move(row));
+}
+
+// The label in place of the name.
+Control labelled(std::function<const char*(const Viewer&)> label, Control row) {
+  return shown(
+      [label = std::move(label)](ControlNow& now, const Viewer& v) { now.text = label(v); },
+      std::move(row));
+}
 
 void add(Controls& rows, Controls more) {
   std::move(more.begin(), more.end(), std::back_inserter(rows));
@@ -211,10 +194,25 @@ void add(Controls& rows, Controls more) {
 // ---- the table of modes ------------------------------------------------------------------------
 // A window copies the table, a user at another machine gets a file.
 void give_table(Viewer& v, Host& host, TableFormat format) {
-  if (!v.is_remote) return action::copy_table(v, host, format);
-  constexpr const char* kEndings[] = {".csv", ".md", ".tex"};
-  action::send_file(v, host, v.scene->name + "_modes" + kEndings[static_cast<int>(format)],
-                    std::make_shared<const std::string>(table_text(v, format)));
+  if (v.is_remote) {
+    constexpr const char* kEndings[] = {".csv", ".md", ".tex"};
+    return host.send_file(v.scene->name + "_modes" + kEndings[static_cast<int>(format)],
+                          std::make_shared<const std::string>(table_text(v, format)));
+  }
+  if (v.numbers.rows.empty())
+    return action::notify(v, "there is nothing to copy: no mode is measured yet");
+  host.set_clipboard(table_text(v, format));
+  action::notify(v, fmt::format("copied the table of modes as {}: {}",
+                                kTableFormats[static_cast<int>(format)], table_caption(v)));
+}
+
+// Measures all modes at another size, an index into kMeasuredSizes.
+void set_measured_size(Viewer& v, std::size_t index) {
+  if (index == v.measured_size) return;
+  v.measured_size = index;
+  v.numbers = {};
+  v.counts = {};
+  action::picture_changed(v);  // the next frame counts at this size
 }
 
 void choose_mode(Viewer& v, std::size_t mode) {
@@ -224,102 +222,76 @@ void choose_mode(Viewer& v, std::size_t mode) {
 
 Controls table_controls() {
   Controls rows = {
-      index_row(
-          &Panels::hud, "measure at",
-          [](const Viewer& v) -> Now {
-            std::vector<std::string> names;
-            for (const MeasuredSize& size : kMeasuredSizes) names.emplace_back(size.name);
+      value_row<std::size_t>(
+          "measure at", choice,
+          [](const Viewer& v) {
+            std::vector<std::string> names = names_by(kMeasuredSizes, &MeasuredSize::name);
             const Camera camera = measured_camera(v);
             names[v.measured_size] += fmt::format(" ({} x {})", camera.width, camera.height);
             return chosen(names, v.measured_size);
           },
-          action::set_measured_size),
-      value_row(
-          &Panels::hud, "ratios to", choice,
-          [](const Viewer& v) -> Now {
-            return chosen(mode_names(1, culler_count()), static_cast<std::size_t>(v.baseline - 1));
-          },
-          [](const Viewer&, double value) {
-            return call(action::set_baseline, static_cast<CullMode>(value) + 1);
-          }),
-      item_row(&Panels::hud, "mode", choose_mode)};
+          set_measured_size),
+      value_row<CullMode>(
+          "ratios to", choice,
+          [](const Viewer& v) { return chosen(mode_names(1, culler_count()), v.baseline - 1); },
+          [](Viewer& v, CullMode index) { action::set_baseline(v, index + 1); }),
+      item_row("mode", choose_mode)};
   for (std::size_t i = 0; i < std::size(kTableFormats); ++i)
-    rows.push_back(button_row(&Panels::hud, fmt::format("The table as {}", kTableFormats[i]),
-                              call(give_table, static_cast<TableFormat>(i)), [](const Viewer& v) {
-                                return !v.is_remote || !v.numbers.rows.empty();
-                              }));
+    rows.push_back(only_if([](const Viewer& v) { return !v.is_remote || !v.numbers.rows.empty(); },
+                           button_row(fmt::format("The table as {}", kTableFormats[i]),
+                                      call(give_table, static_cast<TableFormat>(i)))));
   return rows;
 }
 
 // ---- settings ----------------------------------------------------------------------------------
 constexpr Part<RenderSettings> kSettings = {
-    &Panels::info, [](const Viewer& v) -> const RenderSettings& { return v.settings; },
-    action::change_settings};
-
-double hex_of(glm::vec3 color) {
-  double hex = 0;
-  for (int c = 0; c < 3; ++c)
-    hex = 256 * hex + std::round(255 * std::clamp(static_cast<double>(color[c]), 0.0, 1.0));
-  return hex;
-}
-
-std::vector<std::string> backend_names() {
-  std::vector<std::string> names;
-  for (const Backend backend : available_backends())
-    names.emplace_back(kBackendNames[static_cast<int>(backend)]);
-  return names;
-}
+    [](const Viewer& v) -> const RenderSettings& { return v.settings; }, action::change_settings};
 
 bool has_pipelines(const Viewer& v) { return pipelines_of(v.backend).size() > 1; }
+
+bool has_huge(const Viewer& v) { return !v.is_remote && v.scene->huge + v.scene->skipped_huge > 0; }
 
 Controls settings_controls() {
   return {
       part_row(
           kSettings, "SH degree", number,
-          [](const Viewer& v) -> Now {
-            ControlNow now = between(0, v.scene->sh_degree, 1);
-            now.value = std::min(v.settings.sh_degree, v.scene->sh_degree);
-            return now;
+          [](const Viewer& v) {
+            const int most = v.scene->sh_degree;
+            return at(std::min(v.settings.sh_degree, most), between(0, most, 1));
           },
-          [](RenderSettings& settings, double value) {
-            settings.sh_degree = static_cast<int>(value);
-          }),
+          [](RenderSettings& part, double value) { part.sh_degree = static_cast<int>(value); }),
       field_row(kSettings, "splat scale", number, &RenderSettings::splat_scale,
                 logarithmic(0.01, 3, 2), command_hint("Larger splats")),
       part_row(
           kSettings, "background", color,
-          [](const Viewer& v) -> Now { return ControlNow{hex_of(v.settings.background)}; },
-          [](RenderSettings& settings, double value) {
-            settings.background = rgb(static_cast<std::uint32_t>(value));
+          [](const Viewer& v) { return at(hex_of(v.settings.background)); },
+          [](RenderSettings& part, double value) {
+            part.background = rgb(static_cast<std::uint32_t>(value));
           }),
       part_row(
           kSettings, "antialias", choice,
-          [](const Viewer& v) -> Now {
+          [](const Viewer& v) {
             const auto& wish = v.settings.antialiased;
             return chosen({"as trained", "on", "off"}, wish ? (*wish ? 1 : 2) : 0);
           },
-          [](RenderSettings& settings, double value) {
-            settings.antialiased = value == 0 ? std::nullopt : std::optional(value == 1);
+          [](RenderSettings& part, double value) {
+            part.antialiased = value == 0 ? std::nullopt : std::optional(value == 1);
           }),
-      value_row(
-          &Panels::info, "backend", choice,
-          [](const Viewer& v) -> Now {
-            const auto& all = available_backends();
-            const auto found = std::find(all.begin(), all.end(), v.backend);
-            return chosen(backend_names(), static_cast<std::size_t>(found - all.begin()));
+      value_row<std::size_t>(
+          "backend", choice,
+          [](const Viewer& v) {
+            const auto all = available_backends();
+            const auto name = [](Backend each) { return kBackendNames[static_cast<int>(each)]; };
+            return chosen(names_by(all, name), index_in(all, v.backend));
           },
-          [](const Viewer&, double value) {
-            return call(action::change_backend, available_backends()[index_of(value)]);
+          [](Viewer& v, Host& host, std::size_t index) {
+            action::change_backend(v, host, available_backends()[index]);
           }),
-      field_row(kSettings, "pipeline", choice, &RenderSettings::pipeline,
-                chosen(names_in(kPipelineNames)), "", has_pipelines),
-      value_row(
-          &Panels::info, "leave out what is larger than the scene", toggle,
-          [](const Viewer& v) -> Now {
-            if (v.is_remote || v.scene->huge + v.scene->skipped_huge == 0) return {};
-            return ControlNow{v.skips_huge ? 1.0 : 0.0};
-          },
-          [](const Viewer&, double value) { return call(action::skip_huge, value != 0); }),
+      only_if(has_pipelines, field_row(kSettings, "pipeline", choice, &RenderSettings::pipeline,
+                                       chosen(names_in(kPipelineNames)))),
+      only_if(has_huge, switch_row(
+                            "leave out what is larger than the scene",
+                            [](const Viewer& v) { return v.skips_huge; }, action::skip_huge)),
   };
 }
 
@@ -338,63 +310,47 @@ void choose_heatmap(Viewer& v, std::size_t index) {
   action::picture_changed(v);
 }
 
-void choose_quantity(Viewer& v, std::size_t index) {
-  v.quantity = static_cast<Quantity>(index);
-  if (v.quantity != Quantity::color) {
-    v.last_quantity = v.quantity;
-    v.heatmap.reset();
-  }
-  action::picture_changed(v);
-}
-
 // The window colours its picture itself, other pictures are drawn again.
 void restyle_heatmap(Viewer& v, const HeatView& view) {
   action::change_heat_view(v, view);
   if (v.is_remote) action::picture_changed(v);
 }
 
-constexpr Part<HeatView> kHeat = {
-    &Panels::info, [](const Viewer& v) -> const HeatView& { return v.heat_view; }, restyle_heatmap};
+constexpr Part<HeatView> kHeat = {[](const Viewer& v) -> const HeatView& { return v.heat_view; },
+                                  restyle_heatmap};
+
+ControlNow opacity_now(const Viewer& v) {
+  const float percent = 100 * v.heat_view.style.opacity;
+  return at(std::round(percent), {.most = 100, .step = 1, .unit = " %"});
+}
+
+bool has_heatmap(const Viewer& v) { return v.heatmap.has_value(); }
 
 Controls heat_controls() {
-  const auto has_map = [](const Viewer& v) { return v.heatmap.has_value(); };
   Controls rows = {
-      index_row(
-          &Panels::info, "Heat map",
-          [](const Viewer& v) -> Now {
-            return chosen(heat_choices(), v.heatmap ? static_cast<std::size_t>(*v.heatmap) + 1 : 0);
+      value_row<std::size_t>(
+          "Heat map", choice,
+          [](const Viewer& v) {
+            return chosen(heat_choices(), v.heatmap ? static_cast<int>(*v.heatmap) + 1 : 0);
           },
           choose_heatmap),
-      part_row(
-          kHeat, "opacity over the colours", number,
-          [](const Viewer& v) -> Now {
-            if (!v.heatmap) return {};
-            ControlNow now = between(0, 100, 1);
-            now.value = std::round(static_cast<double>(100 * v.heat_view.style.opacity));
-            now.unit = " %";
-            return now;
-          },
-          [](HeatView& view, double value) {
-            view.style.opacity = static_cast<float>(value / 100);
-          }),
-      field_row(
-          kHeat, "colour map", choice, [](HeatView & view) -> auto& { return view.style.colors; },
-          chosen(names_in(kHeatColors)), "", has_map),
-      index_row(
-          &Panels::info, "Picture of",
-          [](const Viewer& v) -> Now {
-            return chosen(quantity_names(), static_cast<std::size_t>(v.quantity));
-          },
-          choose_quantity),
-      value_row(
-          &Panels::info, "Draw smaller while moving (CPU)", toggle,
-          [](const Viewer& v) -> Now {
-            return enabled_if(v.backend == Backend::cpu,
-                              ControlNow{v.reduce_when_moving ? 1.0 : 0.0});
-          },
-          [](const Viewer&, double) {
-            return call(action::toggle_option, &Viewer::reduce_when_moving);
-          })};
+      only_if(has_heatmap, part_row(kHeat, "opacity over the colours", number, opacity_now,
+                                    [](HeatView& view, double value) {
+                                      view.style.opacity = static_cast<float>(value / 100);
+                                    })),
+      only_if(has_heatmap, field_row(
+                               kHeat, "colour map", choice,
+                               [](HeatView & view) -> auto& { return view.style.colors; },
+                               chosen(names_in(kHeatColors)))),
+      value_row<Quantity>(
+          "Picture of", choice,
+          [](const Viewer& v) { return chosen(quantity_names(), v.quantity); },
+          action::show_quantity),
+      gray_unless([](const Viewer& v) { return v.backend == Backend::cpu; },
+                  switch_row(
+                      "Draw smaller while moving (CPU)",
+                      [](const Viewer& v) { return v.reduce_when_moving; },
+                      [](Viewer& v, bool is_on) { v.reduce_when_moving = is_on; }))};
   rows.back().without_scene = true;
   return rows;
 }
@@ -407,8 +363,8 @@ void change_shown_split(Viewer& v, const Split& split) {
   if (redraws) action::picture_changed(v);
 }
 
-constexpr Part<Split> kSplit = {
-    &Panels::split, [](const Viewer& v) -> const Split& { return v.split; }, change_shown_split};
+constexpr Part<Split> kSplit = {[](const Viewer& v) -> const Split& { return v.split; },
+                                change_shown_split};
 
 // The window computes the reference on demand.
 CullMode first_beside(const Viewer& v) { return v.is_remote ? 1 : kReferenceMode; }
@@ -425,43 +381,36 @@ std::vector<Variant> ways_to_draw(CullMode mode) {
 Now ways_now(const Viewer& v) {
   const std::vector<Variant> ways = ways_to_draw(v.split.other.mode);
   if (ways.size() < 2 || v.split.other.mode == kReferenceMode) return {};
-  std::vector<std::string> names;
-  std::size_t here = 0;
-  for (const Variant& way : ways) {
-    if (drawn_by(way) == drawn_by(v.split.other)) here = names.size();
-    names.push_back(drawn_by(way));
-  }
-  return chosen(names, here);
+  const std::vector<std::string> names = names_by(ways, drawn_by);
+  return chosen(names, index_in(names, drawn_by(v.split.other)));
 }
 
 constexpr int kAmplifications[] = {0, 1, 2, 4, 8, 16, 32, 64, 128};
 
-Now amplification_now(const Viewer& v) {
-  if (v.split.view != SplitView::difference) return {};
-  std::vector<std::string> names = {fmt::format("{}, automatic", shown_amplification(v))};
-  for (const int factor : std::span(kAmplifications).subspan(1))
-    names.push_back(fmt::format("{}", factor));
-  const auto found =
-      std::find(std::begin(kAmplifications), std::end(kAmplifications), v.split.amplification);
-  return chosen(names, static_cast<std::size_t>(found - std::begin(kAmplifications)) %
-                           std::size(kAmplifications));
+ControlNow amplification_now(const Viewer& v) {
+  std::vector<std::string> names =
+      names_by(kAmplifications, [](int factor) { return std::to_string(factor); });
+  names[0] = fmt::format("{}, automatic", shown_amplification(v));
+  return chosen(names, index_in(kAmplifications, v.split.amplification));
 }
 
-bool splits_sides(const Viewer& v) { return v.split.view == SplitView::sides; }
+When shows_as(SplitView view) {
+  return [view](const Viewer& v) { return v.split.view == view; };
+}
 
 Controls split_controls() {
   return {
-      value_row(
-          &Panels::split, "beside", choice,
-          [](const Viewer& v) -> Now {
+      value_row<CullMode>(
+          "beside", choice,
+          [](const Viewer& v) {
             const CullMode first = first_beside(v);
-            const CullMode shown = std::max<CullMode>(v.split.other.mode, first);
-            return chosen(mode_names(first, mode_count()), static_cast<std::size_t>(shown - first));
+            return chosen(mode_names(first, mode_count()),
+                          std::max<CullMode>(v.split.other.mode - first, 0));
           },
-          [](const Viewer& v, double value) {
+          [](Viewer& v, CullMode index) {
             Split split = v.split;
-            split.other.mode = static_cast<CullMode>(value) + first_beside(v);
-            return call(change_shown_split, split);
+            split.other.mode = index + first_beside(v);
+            change_shown_split(v, split);
           }),
       part_row(kSplit, "drawn by", choice, ways_now,
                [](Split& split, double value) {
@@ -469,29 +418,29 @@ Controls split_controls() {
                }),
       field_row(kSplit, "view", choice, &Split::view, chosen(names_in(kSplitViews)),
                 command_hint("Next view of the split")),
-      field_row(kSplit, "divider", number, &Split::divider, between(0, 1, 0.01), "", splits_sides),
-      part_row(kSplit, "differences times", choice, amplification_now,
-               [](Split& split, double value) {
-                 split.amplification = kAmplifications[index_of(value)];
-               }),
-      part_row(
-          kSplit, "Flip", button,
-          [](const Viewer& v) -> Now {
-            if (!splits_sides(v) && v.split.view != SplitView::whole) return {};
-            return ControlNow();
+      only_if(shows_as(SplitView::sides),
+              field_row(kSplit, "divider", number, &Split::divider, between(0, 1, 0.01))),
+      only_if(shows_as(SplitView::difference),
+              part_row(kSplit, "differences times", choice, amplification_now,
+                       [](Split& split, double value) {
+                         split.amplification = kAmplifications[index_of(value)];
+                       })),
+      only_if(
+          [](const Viewer& v) {
+            return v.split.view == SplitView::sides || v.split.view == SplitView::whole;
           },
-          [](Split& split, double) { split.flipped = !split.flipped; },
-          command_hint("Flip the split")),
-      button_row(
-          &Panels::split, "Close the scene beside", call(action::toggle_beside),
-          [](const Viewer& v) { return v.beside.has_value(); },
-          command_hint("Open or close a scene beside")),
+          part_row(
+              kSplit, "Flip", button, [](const Viewer&) { return ControlNow(); },
+              [](Split& split, double) { split.flipped = !split.flipped; },
+              command_hint("Flip the split"))),
+      only_if([](const Viewer& v) { return v.beside.has_value(); },
+              button_row("Close the scene beside", call(action::toggle_beside),
+                         command_hint("Open or close a scene beside"))),
   };
 }
 
 // ---- crop and clean ----------------------------------------------------------------------------
-constexpr Part<CropWish> kCrop = {&Panels::crop,
-                                  [](const Viewer& v) -> const CropWish& { return v.crop.wish; },
+constexpr Part<CropWish> kCrop = {[](const Viewer& v) -> const CropWish& { return v.crop.wish; },
                                   action::change_crop};
 
 bool is_boxed(const Viewer& v) { return v.crop.wish.boxed; }
@@ -500,21 +449,21 @@ Controls box_controls() {
   Controls rows = {field_row(kCrop, "Box", toggle, &CropWish::boxed)};
   constexpr const char* kAxes[] = {"x right", "y down", "z forward"};
   constexpr double kMost = 1e6;
-  ControlNow shape = typed(between(-kMost, kMost));
-  shape.decimals = 3;
+  const ControlNow shape{.least = -kMost, .most = kMost, .is_typed = true, .decimals = 3};
   for (int axis = 0; axis < 3; ++axis) {
     for (const bool low : {true, false}) {
       const auto end = low ? &CropBox::low : &CropBox::high;
-      rows.push_back(field_row(
-          kCrop, fmt::format("{}, {}", kAxes[axis], low ? "from" : "to"), number,
-          [ axis, end ](CropWish & wish) -> auto& { return (wish.box.*end)[axis]; }, shape, "",
-          is_boxed));
+      rows.push_back(only_if(
+          is_boxed,
+          field_row(
+              kCrop, fmt::format("{}, {}", kAxes[axis], low ? "from" : "to"), number,
+              [ axis, end ](CropWish & wish) -> auto& { return (wish.box.*end)[axis]; }, shape)));
     }
   }
-  rows.push_back(button_row(&Panels::crop, "Fit", call(action::fit_crop_box), is_boxed,
-                            "The box around the scene's subject"));
-  rows.push_back(button_row(&Panels::crop, "Show all", call(action::show_crop_box), is_boxed,
-                            "Moves the camera until the whole box is visible"));
+  add(rows, {only_if(is_boxed, button_row("Fit", call(action::fit_crop_box),
+                                          "The box around the scene's subject")),
+             only_if(is_boxed, button_row("Show all", call(action::show_crop_box),
+                                          "Moves the camera until the whole box is visible"))});
   return rows;
 }
 
@@ -523,14 +472,16 @@ template <class Limit>
 Controls floater_controls(const char* name, bool Floaters::*is_on, const char* help,
                           const char* limit_name, Limit Floaters::*limit, ControlNow shape) {
   return {
-      field_row(
-          kCrop, name, toggle, [is_on](CropWish & wish) -> auto& { return wish.floaters.*is_on; },
-          {}, help, [](const Viewer& v) { return v.crop.wish.cleans; }),
-      field_row(
-          kCrop, limit_name,
-          number, [limit](CropWish & wish) -> auto& { return wish.floaters.*limit; },
-          std::move(shape), "",
-          [is_on](const Viewer& v) { return v.crop.wish.cleans && v.crop.wish.floaters.*is_on; })};
+      only_if([](const Viewer& v) { return v.crop.wish.cleans; },
+              field_row(
+                  kCrop, name,
+                  toggle, [is_on](CropWish & wish) -> auto& { return wish.floaters.*is_on; }, {},
+                  help)),
+      only_if(
+          [is_on](const Viewer& v) { return v.crop.wish.cleans && v.crop.wish.floaters.*is_on; },
+          field_row(
+              kCrop, limit_name,
+              number, [limit](CropWish & wish) -> auto& { return wish.floaters.*limit; }, shape))};
 }
 
 Controls crop_controls() {
@@ -544,31 +495,24 @@ Controls crop_controls() {
   add(rows,
       floater_controls("isolated", &Floaters::isolated, "fewer neighbours than this around it",
                        "neighbours", &Floaters::fewest_neighbours, between(1, 200, 1)));
-  add(rows,
-      {value_row(
-           &Panels::crop, "Tint what goes", toggle,
-           [](const Viewer& v) -> Now {
-             if (v.is_remote) return {};
-             return ControlNow{v.crop.marks ? 1.0 : 0.0};
-           },
-           [](const Viewer&, double value) { return call(action::mark_removed, value != 0); }),
-       button_row(
-           &Panels::crop, "Apply", call(action::apply_crop),
-           [](const Viewer& v) { return !v.crop.applied; }, command_hint("Apply or undo the crop")),
-       button_row(
-           &Panels::crop, "Undo", call(action::undo_crop),
-           [](const Viewer& v) { return v.crop.applied || !v.crop.done.empty(); },
-           "The scene before the last crop"),
-       // The window asks for a file.
-       button_row(&Panels::crop, "Save the cropped scene",
-                  call(action::save_crop, std::filesystem::path()),
-                  [](const Viewer& v) { return v.is_remote && v.crop.applied; })});
+  add(rows, {only_if([](const Viewer& v) { return !v.is_remote; },
+                     switch_row(
+                         "Tint what goes", [](const Viewer& v) { return v.crop.marks; },
+                         [](Viewer& v, bool marks) { v.crop.marks = marks; })),
+             only_if([](const Viewer& v) { return !v.crop.applied; },
+                     button_row("Apply", call(action::apply_crop),
+                                command_hint("Apply or undo the crop"))),
+             only_if([](const Viewer& v) { return v.crop.applied || !v.crop.done.empty(); },
+                     button_row("Undo", call(action::undo_crop), "The scene before the last crop")),
+             // The window asks for a file.
+             only_if([](const Viewer& v) { return v.is_remote && v.crop.applied; },
+                     button_row("Save the cropped scene",
+                                call(action::save_crop, std::filesystem::path())))});
   return rows;
 }
 
 // ---- the zoom recorder -------------------------------------------------------------------------
-constexpr Part<ZoomPlan> kPlan = {&Panels::recorder,
-                                  [](const Viewer& v) -> const ZoomPlan& { return v.zoom.plan; },
+constexpr Part<ZoomPlan> kPlan = {[](const Viewer& v) -> const ZoomPlan& { return v.zoom.plan; },
                                   action::change_zoom_plan};
 
 std::string size_text(const Viewer& v, glm::ivec2 size) {
@@ -589,6 +533,8 @@ void switch_mode(ZoomPlan& plan, CullMode mode, bool is_on) {
   plan.modes = modes;
 }
 
+bool records_nothing(const Viewer& v) { return !v.zoom.running; }
+
 Controls plan_controls() {
   Controls rows = {
       field_row(kPlan, "x closer", number, &ZoomPlan::closer,
@@ -600,47 +546,36 @@ Controls plan_controls() {
                 typed(between(kFewestZoomFrames, kMostZoomFrames, 1))),
       part_row(
           kPlan, "size", choice,
-          [](const Viewer& v) -> Now {
-            std::vector<std::string> names;
-            for (const glm::ivec2 size : kZoomSizes) names.push_back(size_text(v, size));
-            const auto found = std::find(kZoomSizes.begin(), kZoomSizes.end(), v.zoom.plan.size);
-            return chosen(names,
-                          static_cast<std::size_t>(found - kZoomSizes.begin()) % kZoomSizes.size());
+          [](const Viewer& v) {
+            const auto name = [&](glm::ivec2 size) { return size_text(v, size); };
+            return chosen(names_by(kZoomSizes, name), index_in(kZoomSizes, v.zoom.plan.size));
           },
           [](ZoomPlan& plan, double value) { plan.size = kZoomSizes[index_of(value)]; }),
-      part_row(
-          kPlan, "pipeline of the zoom", choice,
-          [](const Viewer& v) -> Now {
-            if (!has_pipelines(v)) return {};
-            const Pipeline pipeline = v.zoom.plan.pipeline.value_or(v.settings.pipeline);
-            ControlNow now = chosen(names_in(kPipelineNames), static_cast<std::size_t>(pipeline));
-            now.text = "pipeline";
-            return now;
-          },
-          [](ZoomPlan& plan, double value) { plan.pipeline = static_cast<Pipeline>(value); })};
+      only_if(has_pipelines, labelled([](const Viewer&) { return "pipeline"; },
+                                      part_row(
+                                          kPlan, "pipeline of the zoom", choice,
+                                          [](const Viewer& v) {
+                                            return chosen(
+                                                names_in(kPipelineNames),
+                                                v.zoom.plan.pipeline.value_or(v.settings.pipeline));
+                                          },
+                                          [](ZoomPlan& plan, double value) {
+                                            plan.pipeline = static_cast<Pipeline>(value);
+                                          })))};
   for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     rows.push_back(part_row(
         kPlan, fmt::format("record {}", mode_name(mode)), toggle,
-        [mode](const Viewer& v) -> Now {
-          return ControlNow{records_mode(v.zoom.plan, mode) ? 1.0 : 0.0};
-        },
+        [mode](const Viewer& v) { return at(records_mode(v.zoom.plan, mode)); },
         [mode](ZoomPlan& plan, double value) { switch_mode(plan, mode, value != 0); }));
   }
-  for (Control& row : rows) {
-    row.now = [now = std::move(row.now)](const Viewer& v) {
-      Now shown = now(v);
-      if (shown) shown->is_enabled = !v.zoom.running;
-      return shown;
-    };
-  }
+  for (Control& row : rows) row = gray_unless(records_nothing, std::move(row));
   return rows;
 }
 
 void send_zoom(Viewer& v, Host& host) {
-  const ZoomRecord* record = shown_zoom(v.zoom);
-  if (record == nullptr) return;
-  action::send_file(v, host, record->scene + "_zoom.csv",
-                    std::make_shared<const std::string>(format_csv(record->rows)));
+  if (const ZoomRecord* record = shown_zoom(v.zoom))
+    host.send_file(record->scene + "_zoom.csv",
+                   std::make_shared<const std::string>(format_csv(record->rows)));
 }
 
 bool shows_saved_zoom(const Viewer& v) {
@@ -648,51 +583,44 @@ bool shows_saved_zoom(const Viewer& v) {
   return record != nullptr && !v.zoom.running && !record->folder.empty();
 }
 
+bool shows_remote_zoom(const Viewer& v) {
+  const ZoomRecord* record = shown_zoom(v.zoom);
+  return v.is_remote && !v.zoom.running && record != nullptr && !record->rows.empty();
+}
+
 Controls recorder_controls() {
-  const auto with_start = [](bool has_start) {
-    return [has_start](const Viewer& v) -> Now {
-      if (v.zoom.plan.start.has_value() != has_start) return {};
-      return enabled_if(!v.zoom.running);
-    };
-  };
+  const auto has_start = [](const Viewer& v) { return v.zoom.plan.start.has_value(); };
   Controls rows = {
-      button_now(
-          &Panels::recorder, "Record", call(action::toggle_zoom_recording),
-          [](const Viewer& v) -> Now {
-            return enabled_if(!v.zoom.starting, with_text(v.zoom.running ? "Stop" : "Record"));
-          },
-          command_hint("Record a zoom")),
-      button_now(&Panels::recorder, "start here", call(action::start_zoom_here), with_start(false),
-                 "remembers this view as the start of recordings"),
-      button_now(&Panels::recorder, "this view", call(action::forget_zoom_start), with_start(true),
-                 "starts at the view in the window when Record is pressed"),
-      button_now(
-          &Panels::recorder, "end here", call(action::end_zoom_here),
-          [](const Viewer& v) -> Now { return enabled_if(v.zoom.plan.start && !v.zoom.running); },
-          "ends at the distance of this view from the target"),
-      value_row(
-          &Panels::recorder, "chart of", choice,
-          [](const Viewer& v) -> Now {
-            if (shown_zoom(v.zoom) == nullptr) return {};
-            std::vector<std::string> names;
-            for (const ZoomQuantityRow& row : kZoomQuantities) names.emplace_back(row.name);
-            return chosen(names, static_cast<std::size_t>(v.zoom.quantity));
-          },
-          [](const Viewer&, double value) {
-            return call(action::show_zoom_quantity, static_cast<ZoomQuantity>(value));
-          }),
-      button_row(&Panels::recorder, "The zoom as CSV", call(send_zoom),
-                 [](const Viewer& v) {
-                   const ZoomRecord* record = shown_zoom(v.zoom);
-                   return v.is_remote && !v.zoom.running && record != nullptr &&
-                          !record->rows.empty();
-                 }),
-      button_row(&Panels::recorder, "Open folder", call(action::open_zoom_folder),
-                 shows_saved_zoom),
-      button_row(&Panels::recorder, "Copy figure", call(action::copy_zoom_figure), shows_saved_zoom,
-                 "copies the path of the plot of this quantity, a PNG file"),
-      item_row(&Panels::recorder, "recording", action::show_zoom),
-      item_row(&Panels::recorder, "dashed recording", action::lay_zoom_beneath)};
+      gray_unless([](const Viewer& v) { return !v.zoom.starting; },
+                  labelled([](const Viewer& v) { return v.zoom.running ? "Stop" : "Record"; },
+                           button_row("Record", call(action::toggle_zoom_recording),
+                                      command_hint("Record a zoom")))),
+      only_if(std::not_fn(has_start),
+              gray_unless(records_nothing,
+                          button_row("start here", call(action::start_zoom_here),
+                                     "remembers this view as the start of recordings"))),
+      only_if(has_start,
+              gray_unless(records_nothing,
+                          button_row("this view", call(action::forget_zoom_start),
+                                     "starts at the view in the window when Record is pressed"))),
+      gray_unless([](const Viewer& v) { return v.zoom.plan.start && !v.zoom.running; },
+                  button_row("end here", call(action::end_zoom_here),
+                             "ends at the distance of this view from the target")),
+      only_if([](const Viewer& v) { return shown_zoom(v.zoom) != nullptr; },
+              value_row<ZoomQuantity>(
+                  "chart of", choice,
+                  [](const Viewer& v) {
+                    return chosen(names_by(kZoomQuantities, &ZoomQuantityRow::name),
+                                  v.zoom.quantity);
+                  },
+                  action::show_zoom_quantity)),
+      only_if(shows_remote_zoom, button_row("The zoom as CSV", call(send_zoom))),
+      only_if(shows_saved_zoom, button_row("Open folder", call(action::open_zoom_folder))),
+      only_if(shows_saved_zoom,
+              button_row("Copy figure", call(action::copy_zoom_figure),
+                         "copies the path of the plot of this quantity, a PNG file")),
+      item_row("recording", action::show_zoom),
+      item_row("dashed recording", action::lay_zoom_beneath)};
   add(rows, plan_controls());
   return rows;
 }
@@ -704,7 +632,7 @@ void go_to_keyframe(Viewer& v, std::size_t index) {
 
 void go_to_camera(Viewer& v, Host& host, std::size_t index) {
   constexpr std::size_t kMost = 1'000'000'000;
-  call(action::go_to_camera, static_cast<int>(std::min(index, kMost)))(v, host);
+  action::go_to_camera(v, host, static_cast<int>(std::min(index, kMost)));
 }
 
 void inspect_row(Viewer& v, Host& host, std::size_t gaussian) {
@@ -719,63 +647,49 @@ bool has_path(const Viewer& v) { return v.keyframes.size() >= 2; }
 
 Controls camera_controls() {
   return {
-      item_row(&Panels::cameras, "camera", go_to_camera),
-      switch_row(
-          &Panels::cameras, "in the scene", call(action::toggle_panel, &Panels::frusta),
-          [](const Viewer& v) { return v.panels.frusta; }, has_cameras_here,
-          command_hint("Cameras in the scene")),
-      switch_row(
-          &Panels::cameras, "photograph", call(action::toggle_photograph),
-          [](const Viewer& v) { return v.panels.photograph; }, has_cameras_here,
-          command_hint("Photograph of this camera")),
-      value_row(
-          &Panels::cameras, "opacity of the photograph", number,
-          [](const Viewer& v) -> Now {
-            if (!has_cameras_here(v) || !v.panels.photograph) return {};
-            ControlNow now = between(0, 1);
-            now.value = static_cast<double>(v.photograph_opacity);
-            now.text = "opacity";
-            return now;
-          },
-          [](const Viewer&, double value) {
-            return call(action::set_photograph_opacity, static_cast<float>(value));
-          }),
+      item_row("camera", go_to_camera),
+      only_if(has_cameras_here, switch_row(
+                                    "in the scene", [](const Viewer& v) { return v.panels.frusta; },
+                                    [](Viewer& v, bool is_on) { v.panels.frusta = is_on; },
+                                    command_hint("Cameras in the scene"))),
+      only_if(has_cameras_here,
+              switch_row(
+                  "photograph", [](const Viewer& v) { return v.panels.photograph; },
+                  [](Viewer& v, Host& host, bool) { action::toggle_photograph(v, host); },
+                  command_hint("Photograph of this camera"))),
+      only_if([](const Viewer& v) { return has_cameras_here(v) && v.panels.photograph; },
+              value_row<float>(
+                  "opacity of the photograph", number,
+                  [](const Viewer& v) {
+                    return at(v.photograph_opacity, {.most = 1, .text = "opacity"});
+                  },
+                  action::set_photograph_opacity)),
   };
+}
+
+ControlNow time_now(const Viewer& v) {
+  const double begin = v.keyframes.front().time, end = v.path_end();
+  return at(std::clamp(v.playback.time, begin, end), {.least = begin, .most = end, .unit = " s"});
 }
 
 Controls path_controls() {
   return {
-      button_row(&Panels::cameras, "Set here", call(action::add_keyframe), in_any_state,
-                 command_hint("Set a keyframe")),
-      button_row(&Panels::cameras, "Film", call(action::film), in_any_state,
-                 command_hint("Film of the path, or round the scene")),
-      button_now(
-          &Panels::cameras, "Play", call(action::toggle_playback),
-          [](const Viewer& v) -> Now {
-            if (!has_path(v)) return {};
-            return with_text(v.playback.running ? "Stop" : "Play");
-          },
-          command_hint("Play the path")),
-      button_row(&Panels::cameras, "Save", call(action::save_keyframes), has_path,
-                 "Saves the path as a file"),
-      switch_row(
-          &Panels::cameras, "loop", call(action::toggle_option, &Viewer::loops_path),
-          [](const Viewer& v) { return v.loops_path; }, has_path),
-      value_row(
-          &Panels::cameras, "time", number,
-          [](const Viewer& v) -> Now {
-            if (!has_path(v)) return {};
-            ControlNow now = between(v.keyframes.front().time, v.path_end());
-            now.value = std::clamp(v.playback.time, now.least, now.most);
-            now.unit = " s";
-            return now;
-          },
-          [](const Viewer&, double value) { return call(action::seek, value); }),
-      item_row(&Panels::cameras, "keyframe", go_to_keyframe),
-      item_row(&Panels::cameras, "remove keyframe", action::remove_keyframe),
-      item_value_row(&Panels::cameras, "ease", action::ease_keyframe,
-                     "the camera slows down to a stop here"),
-      item_value_row(&Panels::cameras, "seconds", action::delay_keyframe),
+      button_row("Set here", call(action::add_keyframe), command_hint("Set a keyframe")),
+      button_row("Film", call(action::film), command_hint("Film of the path, or round the scene")),
+      only_if(has_path,
+              labelled([](const Viewer& v) { return v.playback.running ? "Stop" : "Play"; },
+                       button_row("Play", call(action::toggle_playback),
+                                  command_hint("Play the path")))),
+      only_if(has_path,
+              button_row("Save", call(action::save_keyframes), "Saves the path as a file")),
+      only_if(has_path, switch_row(
+                            "loop", [](const Viewer& v) { return v.loops_path; },
+                            [](Viewer& v, bool is_on) { v.loops_path = is_on; })),
+      only_if(has_path, value_row<double>("time", number, time_now, action::seek)),
+      item_row("keyframe", go_to_keyframe),
+      item_row("remove keyframe", action::remove_keyframe),
+      item_row<bool>("ease", action::ease_keyframe, "the camera slows down to a stop here"),
+      item_row<double>("seconds", action::delay_keyframe),
   };
 }
 
@@ -783,28 +697,23 @@ Controls path_controls() {
 bool trains(const Viewer& v) { return v.training && v.training->phase != TrainingPhase::ended; }
 
 Controls training_controls() {
+  using enum TrainingCommand;
+  const auto pause_label = [](const Viewer& v) {
+    const bool paused = v.remote ? v.remote->paused : v.training->phase == TrainingPhase::paused;
+    return paused ? "Resume" : "Pause";
+  };
   Controls rows = {
-      button_now(
-          &Panels::training, "Pause training", call(action::toggle_training),
-          [](const Viewer& v) -> Now {
-            if (!trains(v) && !v.remote) return {};
-            const bool paused =
-                v.remote ? v.remote->paused : v.training->phase == TrainingPhase::paused;
-            return with_text(paused ? "Resume" : "Pause");
-          },
-          command_hint("Pause or resume training")),
-      button_row(&Panels::training, "Step", call(action::command_training, TrainingCommand::step),
-                 trains, "Pauses, or trains one more iteration"),
-      button_row(&Panels::training, "Save the model",
-                 call(action::command_training, TrainingCommand::save), trains,
-                 "Saves the model and goes on"),
-      button_now(
-          &Panels::training, "Stop training", call(action::command_training, TrainingCommand::stop),
-          [](const Viewer& v) -> Now {
-            if (!trains(v) || v.is_remote) return {};
-            return with_text("Stop");
-          },
-          "Saves the model and ends the run; --resume continues it")};
+      only_if([](const Viewer& v) { return trains(v) || v.remote; },
+              labelled(pause_label, button_row("Pause training", call(action::toggle_training),
+                                               command_hint("Pause or resume training")))),
+      only_if(trains, button_row("Step", call(action::command_training, step),
+                                 "Pauses, or trains one more iteration")),
+      only_if(trains, button_row("Save the model", call(action::command_training, save),
+                                 "Saves the model and goes on")),
+      only_if([](const Viewer& v) { return trains(v) && !v.is_remote; },
+              labelled([](const Viewer&) { return "Stop"; },
+                       button_row("Stop training", call(action::command_training, stop),
+                                  "Saves the model and ends the run; --resume continues it")))};
   for (Control& row : rows) row.without_scene = true;
   return rows;
 }
@@ -815,30 +724,27 @@ Controls make_controls() {
        {table_controls, settings_controls, heat_controls, split_controls, crop_controls,
         recorder_controls, training_controls, camera_controls, path_controls})
     add(rows, make());
-  rows.push_back(item_row(&Panels::inspector, "Gaussian", inspect_row));
+  rows.push_back(item_row("Gaussian", inspect_row));
   return rows;
 }
 
 bool is_value_of(ControlKind kind, const ControlNow& now, double value) {
   const bool is_whole = value == std::floor(value) && value >= 0;
-  switch (kind) {
-    case toggle:
-      return is_whole && value <= 1;
-    case choice:
-      return is_whole && value < static_cast<double>(now.choices.size());
-    case number:
-      return value >= now.least && value <= now.most &&
-             (now.step != 1 || value == std::floor(value));
-    case color:
-      return is_whole && value <= 0xffffff;
-    case button:
-    case item:
-      return true;
-  }
-  return false;
+  if (kind == toggle) return is_whole && value <= 1;
+  if (kind == choice) return is_whole && value < static_cast<double>(now.choices.size());
+  if (kind == color) return is_whole && value <= 0xffffff;
+  if (kind == button || kind == item) return true;
+  return value >= now.least && value <= now.most && (now.step != 1 || value == std::floor(value));
 }
 
 }  // namespace
+
+double hex_of(glm::vec3 color) {
+  double hex = 0;
+  for (int c = 0; c < 3; ++c)
+    hex = 256 * hex + std::round(255 * std::clamp(static_cast<double>(color[c]), 0.0, 1.0));
+  return hex;
+}
 
 std::optional<ControlNow> control_now(const Viewer& viewer, const Control& control) {
   if (!viewer.scene && !control.without_scene) return {};
@@ -866,7 +772,7 @@ std::optional<Action> set_control(const Viewer& viewer, const Control& control, 
   if (!std::isfinite(value)) return {};
   const std::optional<ControlNow> now = control_now(viewer, control);
   if (!now || !now->is_enabled || !is_value_of(control.kind, *now, value)) return {};
-  return control.set(viewer, value, index);
+  return control.set(value, index);
 }
 
 }  // namespace qs

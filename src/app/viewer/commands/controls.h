@@ -32,19 +32,21 @@ struct ControlNow {
 };
 
 struct Control {
-  bool Panels::*panel;  ///< that has it
-  std::string name;     ///< no other control has it
+  std::string name;  ///< no other control has it
   ControlKind kind;
   /// Unset if the control is of no use now. Callers use control_now().
   std::function<std::optional<ControlNow>(const Viewer& viewer)> now;
   /// `value`: finite and of now(); for an item any. `index`: of an item.
-  std::function<Action(const Viewer& viewer, double value, std::size_t index)> set;
+  std::function<Action(double value, std::size_t index)> set;
   std::string help = "";       ///< its tooltip
   bool without_scene = false;  ///< also works without a scene
 };
 
 /// Unset if the control is of no use now.
 std::optional<ControlNow> control_now(const Viewer& viewer, const Control& control);
+
+/// ControlNow::value of a colour.
+double hex_of(glm::vec3 color);
 
 /// The text beside or on the control.
 const std::string& label_of(const Control& control, const ControlNow& now);

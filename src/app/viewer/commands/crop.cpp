@@ -7,7 +7,6 @@
 
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_file.h"
-#include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
 #include "base/fail.h"

@@ -11,7 +11,6 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/state/camera_actions.h"
-#include "app/viewer/state/flight.h"
 
 namespace qs {
 namespace {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/commands/output_file.h"
 
-#include "app/viewer/commands/output_names.h"
 #include "app/viewer/state/actions.h"
 #include "base/fail.h"
 #include "base/text.h"
@@ -28,14 +27,9 @@ void OutputFile::done(RenderContext& context, const std::string& more) const {
   const auto content = file.content();
   if (content.size() > kMostSent)
     fail("{}: {} are too many to send", path_.filename().string(), bytes_text(content.size()));
-  context.report(action::send_file, path_.filename().string(),
+  context.report(&Host::send_file, path_.filename().string(),
                  std::make_shared<const std::string>(reinterpret_cast<const char*>(content.data()),
                                                      content.size()));
-}
-
-void action::send_file(Viewer&, Host& host, const std::string& name,
-                       const std::shared_ptr<const std::string>& bytes) {
-  host.send_file(name, bytes);
 }
 
 }  // namespace qs

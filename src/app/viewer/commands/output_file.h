@@ -1,18 +1,35 @@
 // SPDX-License-Identifier: MIT
 //
-// A file that a job writes for the user: it stays below Viewer::out_dir, or is sent to a user at
-// another machine and leaves no trace here.
+// Names of the files that commands write. The file of a job stays below Viewer::out_dir, or is sent
+// to a user at another machine and leaves no trace here.
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
+
+#include <fmt/format.h>
 
 #include "app/report/work_folder.h"
 #include "app/viewer/render/render_context.h"
 
 namespace qs {
+
+/// FOLDER/STEM_0001ENDING with the first number whose file does not exist yet.
+inline std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem,
+                                       const std::string& ending) {
+  std::filesystem::path path;
+  std::error_code error;
+  for (int n = 1; path.empty() || std::filesystem::exists(path, error); ++n)
+    path = folder / fmt::format("{}_{:04}{}", stem, n, ending);
+  return path;
+}
+
+/// "camera3" at a camera of the data set, else "view".
+inline std::string camera_name(const Viewer& viewer) {
+  return viewer.dataset_camera >= 0 ? fmt::format("camera{}", viewer.dataset_camera) : "view";
+}
 
 class OutputFile {
  public:
@@ -36,11 +53,4 @@ class OutputFile {
   std::filesystem::path path_;
 };
 
-namespace action {
-
-/// Hands a file to Host::send_file().
-void send_file(Viewer& viewer, Host& host, const std::string& name,
-               const std::shared_ptr<const std::string>& bytes);
-
-}  // namespace action
 }  // namespace qs

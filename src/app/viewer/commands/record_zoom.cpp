@@ -2,7 +2,16 @@
 //
 // The jobs of the zoom recorder: it measures the modes of the plan from its start to the point in
 // the middle of the start's picture, shows every step and saves the recording in zoom/SCENE_NNNN.
-// A program that sends its files keeps the numbers only.
+// A program that sends its files keeps the numbers only. And the search for the zooms of earlier
+// sessions in the folder zoom of Viewer::out_dir.
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <iterator>
+#include <system_error>
+#include <utility>
+#include <vector>
+
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
@@ -11,12 +20,13 @@
 #include "app/report/environment.h"
 #include "app/report/zoom_bundle.h"
 #include "app/viewer/commands/jobs.h"
-#include "app/viewer/commands/output_names.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/undisturbed.h"
+#include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
+#include "base/error.h"
 
 namespace qs {
 namespace {
@@ -115,6 +125,44 @@ void find_end(RenderContext& context, const Viewer& viewer) {
   context.report(action::zoom_end_found, closer);
 }
 
+constexpr std::ptrdiff_t kMostFound = 50;                            ///< the newest
+constexpr std::uintmax_t kMostZoomBytes = std::uintmax_t{16} << 20;  ///< of a zoom.json
+
+// The files zoom.json below `folder`, oldest first.
+std::vector<std::filesystem::path> zoom_files(const std::filesystem::path& folder) {
+  std::vector<std::pair<std::filesystem::file_time_type, std::filesystem::path>> found;
+  std::error_code error;
+  for (std::filesystem::directory_iterator each(folder, error), end; !error && each != end;
+       each.increment(error)) {
+    const std::filesystem::path path = each->path() / "zoom.json";
+    std::error_code unreadable;
+    const std::uintmax_t bytes = std::filesystem::file_size(path, unreadable);
+    const auto time = std::filesystem::last_write_time(path, unreadable);
+    if (!unreadable && bytes <= kMostZoomBytes) found.emplace_back(time, path);
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<std::filesystem::path> paths;
+  for (const auto& [time, path] : found) paths.push_back(path);
+  if (std::ssize(paths) > kMostFound) paths.erase(paths.begin(), paths.end() - kMostFound);
+  return paths;
+}
+
+void list_zooms(RenderContext& context, const Viewer& viewer) {
+  std::vector<ZoomRecord> records;
+  for (const std::filesystem::path& path : zoom_files(viewer.out_dir / "zoom")) {
+    try {
+      ZoomRecord record = make_zoom_record(read_zoom_json(path));
+      record.folder = path.parent_path();
+      std::error_code error;
+      record.has_figures =
+          std::filesystem::exists(record.folder / kZoomQuantities[0].figure, error);
+      if (!record.rows.empty()) records.push_back(std::move(record));
+    } catch (const Error&) {  // another program's file, or a damaged one
+    }
+  }
+  context.report(action::zooms_found, std::move(records));
+}
+
 }  // namespace
 
 void action::toggle_zoom_recording(Viewer& viewer, Host& host) {
@@ -137,6 +185,12 @@ void action::end_zoom_here(Viewer& viewer, Host& host) {
   if (!viewer.zoom.plan.start)
     return notify(viewer, "choose the start of the zoom first, at another view");
   start_job(viewer, host, find_end);
+}
+
+void action::find_zooms(Viewer& viewer, Host& host) {
+  if (viewer.zoom.searched) return;
+  viewer.zoom.searched = true;
+  start_job(viewer, host, list_zooms);
 }
 
 }  // namespace qs

@@ -9,12 +9,12 @@
 #include "app/measure/scene_facts.h"
 #include "app/picture/palette.h"
 #include "app/session/shot.h"
-#include "app/viewer/commands/output_names.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/heat_scale.h"
+#include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
-#include "app/viewer/state/mode_glance.h"
+#include "app/viewer/state/mode_table.h"
 #include "io/bytes/replace_file.h"
 
 namespace qs::job {

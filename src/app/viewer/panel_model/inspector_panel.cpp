@@ -13,16 +13,30 @@
 namespace qs {
 namespace {
 
+constexpr const char* kContributionColumns[] = {"Gaussian", "depth",  "alpha",
+                                                "in front", "weight", "color"};
+constexpr const char* kTileColumns[] = {"tiles of", "listed", "used", "hidden", "empty"};
 constexpr Ink kEllipseInk{kVermillion, kVermillion};
+
+// The mode whose tiles are drawn: `mode` if it is one of the paper's, else the default.
+CullMode inspected_mode(CullMode mode) {
+  return mode >= 1 && mode <= culler_count() ? mode : default_mode();
+}
+
+// The meaning of the colours of its tiles.
+std::string construction_text(CullMode mode) {
+  return fmt::format(
+      "Tiles of {}: strong where a pixel uses the pair, medium where it reaches only pixels that "
+      "have stopped, pale where it reaches none.",
+      mode_name(inspected_mode(mode)));
+}
 
 // The light that is left behind each Gaussian.
 block::Chart transmittance_chart(const PixelReport& pixel) {
   const std::vector<Contribution>& list = pixel.contributions;
-  block::Chart chart{"", kTransmittanceTitle, {}, {{0, "0"}, {1, "1"}}, {}};
-  chart.letters = 7;
-  block::Curve curve{"", {on_dark::kText, on_white::kInk}, {}};
-  curve.is_marked = false;
-  curve.width = 1.5f;
+  block::Chart chart{
+      .axis = "transmittance, from front to back", .up = {{0, "0"}, {1, "1"}}, .letters = 7};
+  block::Curve curve{.ink = {on_dark::kText, on_white::kInk}, .is_marked = false, .width = 1.5f};
   for (std::size_t i = 0; i < list.size(); ++i) {
     const auto count = static_cast<double>(list.size()), at = static_cast<double>(i);
     const double begin = at / count, end = (at + 1) / count;
@@ -39,15 +53,10 @@ block::Chart transmittance_chart(const PixelReport& pixel) {
 block::Row contribution_row(const Inspection& inspection, const Contribution& from, bool stops) {
   block::Row row;
   row.is_here = inspection.gaussian && inspection.gaussian->gaussian == from.gaussian;
-  row.cells.resize(1);
-  row.cells[0].text = contribution_label(from, stops);
-  row.cells[0].use = Use{"Gaussian", 0, from.gaussian};
-  for (const std::string& text : contribution_cells(from, stops)) {
-    row.cells.emplace_back();
-    row.cells.back().text = text;
-  }
-  row.cells.emplace_back();
-  row.cells.back().swatch = glm::clamp(from.color, 0.0f, 1.0f);
+  row.cells.push_back({.text = fmt::format("{}{}", from.gaussian, stops ? " stops" : ""),
+                       .use = Use{"Gaussian", 0, from.gaussian}});
+  for (const std::string& text : contribution_cells(from, stops)) row.cells.push_back({text});
+  row.cells.push_back({.swatch = glm::clamp(from.color, 0.0f, 1.0f)});
   return row;
 }
 
@@ -58,13 +67,11 @@ void add_contributions(const Viewer& v, Blocks& blocks) {
   const PixelReport& pixel = inspection.pixel;
   const std::size_t count = pixel.contributions.size();
   const std::size_t shown = v.is_remote ? std::min(count, kMostForPages) : count;
-  block::Table table{"contributions", {}, {}};
+  block::Table table{.name = "contributions", .most_lines = 12, .version = v.inspections};
   constexpr float kShares[] = {1.4f, 1, 1, 1, 1, 0.8f};
   for (std::size_t i = 0; i < std::size(kContributionColumns); ++i)
     table.columns.push_back(
         {kContributionColumns[i], 0, kShares[i], 0, i == 0 || i + 1 == std::size(kShares)});
-  table.most_lines = 12;
-  table.version = v.inspections;
   for (std::size_t i = 0; i < shown; ++i)
     table.rows.push_back(contribution_row(inspection, pixel.contributions[i], false));
   if (pixel.stopped_by) table.rows.push_back(contribution_row(inspection, *pixel.stopped_by, true));
@@ -137,7 +144,7 @@ void add_construction(const Viewer& v, Blocks& blocks) {
     keys.keys.push_back({mode_name(mode), ink_of(mode)});
   blocks.emplace_back(std::move(keys));
   blocks.push_back(block::Text{construction_text(drawn), Tone::faint});
-  block::Table counts{"tiles", {}, {}};
+  block::Table counts{.name = "tiles"};
   for (const char* title : kTileColumns) counts.columns.push_back({title, 0, 1});
   counts.columns[0].is_left = true;
   for (std::size_t i = 0; i < inspection.gaussian->modes.size(); ++i) {

@@ -114,7 +114,7 @@ struct Bar {
 };
 
 struct Cell {
-  std::string text;
+  std::string text = {};
   Tone tone = Tone::plain;
   double value = 0;  ///< orders the rows; 0 is unknown and comes last
   std::string tooltip = {};
@@ -133,8 +133,8 @@ struct Row {
 
 struct Table {
   const char* name;
-  std::vector<Column> columns;
-  std::vector<Row> rows;
+  std::vector<Column> columns = {};
+  std::vector<Row> rows = {};
   std::vector<Key> keys = {};  ///< of the last column, if it fits
   std::string caption = {};
   bool has_head = true;
@@ -166,9 +166,9 @@ struct ChartPoint {
   double x = 0, y = 0, low = 0, high = 0;  ///< shares of the width, and of the height
 };
 struct Curve {
-  std::string name;
-  Ink ink;
-  std::vector<ChartPoint> points;
+  std::string name = {};
+  Ink ink = {};
+  std::vector<ChartPoint> points = {};
   bool is_dashed = false, is_banded = false, is_marked = true;
   float width = 2;
 };
@@ -188,9 +188,9 @@ struct Reading {
   std::vector<Row> rows;
 };
 struct Chart {
-  std::string title, axis;          ///< of the vertical axis, above; of the lower axis
-  std::vector<BarTick> across, up;  ///< from the left, and from the bottom
-  std::vector<Curve> curves;        ///< from back to front
+  std::string title = {}, axis = {};          ///< of the vertical axis, above; of the lower axis
+  std::vector<BarTick> across = {}, up = {};  ///< from the left, and from the bottom
+  std::vector<Curve> curves = {};             ///< from back to front
   std::vector<ChartColumn> columns = {};
   std::function<std::optional<Reading>(double x)> reading = {};  ///< null: there are none
   float letters = 14;                                            ///< height

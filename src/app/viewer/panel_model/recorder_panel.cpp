@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "app/viewer/panel_model/panel_rows.h"
-#include "app/viewer/state/zoom_chart.h"
-#include "app/viewer/state/zoom_text.h"
+#include "app/viewer/state/charts.h"
+#include "app/viewer/state/zoom_actions.h"
 
 namespace qs {
 namespace {
@@ -36,7 +36,7 @@ std::optional<block::Reading> zoom_reading(const ZoomChart& chart, double x) {
 }
 
 void add_chart(const ZoomChart& from, Blocks& blocks) {
-  block::Chart chart{from.title, kZoomAxis, {}, {}, {}};
+  block::Chart chart{.title = from.title, .axis = kZoomAxis};
   for (const AxisTick& tick : from.zoom_ticks)
     chart.across.push_back({static_cast<float>(from.place(tick.value, 0).x), tick.text});
   for (const AxisTick& tick : from.value_ticks)
@@ -88,11 +88,10 @@ void add_plan(const Viewer& v, Blocks& blocks) {
                                     {"pipeline of the zoom", 14}}});
   block::Controls modes;
   for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-    block::Placed& placed = modes.controls.emplace_back();
-    placed.name = fmt::format("record {}", mode_name(mode));
-    placed.follows = mode > 1;
-    placed.short_label = mode_name(mode);
-    placed.mode = mode;
+    modes.controls.push_back({.name = fmt::format("record {}", mode_name(mode)),
+                              .follows = mode > 1,
+                              .short_label = mode_name(mode),
+                              .mode = mode});
   }
   blocks.emplace_back(std::move(modes));
 }

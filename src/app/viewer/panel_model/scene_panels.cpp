@@ -6,9 +6,8 @@
 #include <fmt/format.h>
 
 #include "app/viewer/panel_model/panel_rows.h"
+#include "app/viewer/state/charts.h"
 #include "app/viewer/state/crop_actions.h"
-#include "app/viewer/state/loss_chart.h"
-#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {
@@ -40,9 +39,10 @@ Blocks crop_blocks(const Viewer& v) {
   constexpr float kField = -7;
   block::Controls box = fields(kField, {"Box"});
   for (const char* axis : {"x right", "y down", "z forward"}) {
-    block::Placed& range = box.controls.emplace_back();
-    range = {axis, kField, false, block::Form::range};
-    range.speed = 0.002 * v.scene->extent();
+    box.controls.push_back({.name = axis,
+                            .width = kField,
+                            .form = block::Form::range,
+                            .speed = 0.002 * v.scene->extent()});
   }
   block::Controls floaters =
       fields(kField, {"faint", "opacity", "large", "of the core", "isolated", "neighbours"});
@@ -69,6 +69,31 @@ std::vector<block::Item> keyframe_items(const Viewer& v, std::size_t i) {
                      v.keyframes[i].time - v.keyframes[i - 1].time, 0.05, 3600});
   items.push_back({ControlKind::item, "keyframe", keyframe_label(v, i)});
   return items;
+}
+
+block::Chart loss_curve(const Viewer& v) {
+  const std::vector<LossPoint>& losses = v.training->losses;
+  const LossChart from = loss_chart(losses);
+  block::Chart chart{.title = kLossTitle, .axis = kIterationTitle, .letters = 10};
+  for (const AxisTick& tick : from.iteration_ticks)
+    chart.across.push_back({static_cast<float>(tick.value / from.most_iteration), tick.text});
+  for (const AxisTick& tick : from.loss_ticks)
+    chart.up.push_back({static_cast<float>(tick.value / from.most_loss), tick.text});
+  block::Curve curve{.ink = {kSkyBlue, kBlue}, .is_marked = false, .width = 1.5f};
+  for (const LossPoint& point : losses) {
+    if (std::isfinite(point.loss))
+      curve.points.push_back({point.iteration / from.most_iteration,
+                              static_cast<double>(point.loss) / from.most_loss});
+  }
+  chart.curves.push_back(std::move(curve));
+  if (v.is_remote) return chart;  // hundreds of readings would be sent again with every report
+  chart.reading = [&losses, most = from.most_iteration](double x) {
+    const LossPoint& near = loss_near(losses, x * most);
+    return block::Reading{near.iteration / most,
+                          fmt::format("iteration {}: loss {:.4f}", near.iteration, near.loss),
+                          {}};
+  };
+  return chart;
 }
 
 }  // namespace
@@ -98,44 +123,12 @@ Blocks camera_blocks(const Viewer& v) {
     keyframes.rows.push_back(keyframe_items(v, i));
   blocks.emplace_back(std::move(keyframes));
   blocks.push_back(in_line({{"Set here"}, {"Film"}, {"Play"}, {"Save"}, {"loop"}}));
-  block::Placed time{"time", block::kWholeLine};
-  time.short_label = "";
-  blocks.push_back(block::Controls{{time}});
+  blocks.push_back(
+      block::Controls{{{.name = "time", .width = block::kWholeLine, .short_label = ""}}});
   return blocks;
 }
 
 // ---- training ----------------------------------------------------------------------------------
-namespace {
-
-block::Chart loss_curve(const Viewer& v) {
-  const std::vector<LossPoint>& losses = v.training->losses;
-  const LossChart from = loss_chart(losses);
-  block::Chart chart{kLossTitle, kIterationTitle, {}, {}, {}};
-  chart.letters = 10;
-  for (const AxisTick& tick : from.iteration_ticks)
-    chart.across.push_back({static_cast<float>(tick.value / from.most_iteration), tick.text});
-  for (const AxisTick& tick : from.loss_ticks)
-    chart.up.push_back({static_cast<float>(tick.value / from.most_loss), tick.text});
-  block::Curve curve{"", {kSkyBlue, kBlue}, {}};
-  curve.is_marked = false;
-  curve.width = 1.5f;
-  for (const LossPoint& point : losses) {
-    if (std::isfinite(point.loss))
-      curve.points.push_back({point.iteration / from.most_iteration,
-                              static_cast<double>(point.loss) / from.most_loss});
-  }
-  chart.curves.push_back(std::move(curve));
-  if (v.is_remote) return chart;  // hundreds of readings would be sent again with every report
-  chart.reading = [&losses, most = from.most_iteration](double x) {
-    const LossPoint& near = loss_near(losses, x * most);
-    return block::Reading{near.iteration / most,
-                          fmt::format("iteration {}: loss {:.4f}", near.iteration, near.loss),
-                          {}};
-  };
-  return chart;
-}
-
-}  // namespace
 
 Blocks training_blocks(const Viewer& v) {
   if (v.remote) return {in_line({{"Pause training"}}), block::Facts{remote_facts(v)}};

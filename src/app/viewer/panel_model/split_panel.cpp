@@ -23,7 +23,8 @@ void add_differences(const Viewer& v, Blocks& blocks) {
   const SplitView view = v.split.view;
   if (view == SplitView::tile_pairs && other.pairs) {
     blocks.push_back(block::ColorBar{pair_legend(v.shown)});
-    blocks.push_back(block::Text{kPairColors + pairs_here(v), Tone::faint});
+    blocks.push_back(
+        block::Text{"blue: the first lists fewer, orange: more" + pairs_here(v), Tone::faint});
   }
   if (view == SplitView::difference)
     blocks.push_back(block::ColorBar{difference_legend(shown_amplification(v))});

@@ -2,6 +2,7 @@
 //
 // The numbers of all modes for this view, and the frame in the window.
 #include <algorithm>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -17,39 +18,33 @@ struct TableScale {
   bool current = false;  ///< the numbers are of this view
 };
 
-double sum_of(const std::array<double, kStageCount>& stages) {
-  double sum = 0;
-  for (const double ms : stages) sum += ms;
-  return sum;
-}
-
 TableScale table_scale(const Viewer& v, const std::vector<HudRow>& rows) {
   TableScale scale{0, 0, numbers_are_current(v)};
   for (const HudRow& row : rows) {
-    scale.fps = std::max({scale.fps, 1.05 * row.fps_value, 1.05 * row.fps_high});
-    if (const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline))
-      scale.ms = std::max(scale.ms, sum_of(stages_of(*measured)));
+    scale.fps = std::max({scale.fps, 1.05 * row.fps.value, 1.05 * row.fps_high});
+    if (const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline)) {
+      const auto stages = stages_of(*measured);
+      scale.ms = std::max(scale.ms, std::accumulate(stages.begin(), stages.end(), 0.0));
+    }
   }
   return scale;
 }
 
 block::Cell table_cell(const Viewer& v, const HudRow& row, const TableColumn& column,
                        const TableScale& scale) {
-  const bool noisy = column.noisy != nullptr && row.*column.noisy;
-  const bool live = column.value == &HudRow::pairs_value && row.pairs_live;
+  const HudCell number = column.cell == nullptr ? HudCell{""} : row.*column.cell;
+  const bool live = column.cell == &HudRow::pairs && row.pairs_live;
   const bool sampled = column.kind == CellKind::bar && row.fps_sampled;  // "~" marks it
-  block::Cell cell;
-  if (!live && !sampled && (!scale.current || noisy)) cell.tone = Tone::faint;
-  if (column.value != nullptr) cell.value = row.*column.value;
-  if (column.text != nullptr) cell.text = row.*column.text;
+  const bool faint = !live && !sampled && (!scale.current || number.noisy);
+  block::Cell cell{number.text, faint ? Tone::faint : Tone::plain, number.value};
   const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline);
   if (column.kind == CellKind::mode) {
-    cell.text = v.is_remote ? row.name : fmt::format("{} {}", row.mode, row.name);
+    if (!v.is_remote) cell.text = fmt::format("{} {}", row.mode, number.text);
     cell.use = Use{"mode", 0, static_cast<std::size_t>(row.mode)};
     cell.tooltip = fmt::format("{}\n{}", row_of(row.mode).summary, trust_text(v, row.mode));
     if (!v.is_remote) cell.tooltip += "\nright click: copy the table, or ratios to this mode";
   } else if (column.kind == CellKind::bar && scale.fps > 0) {
-    cell.bar = block::Bar{row.fps_value / scale.fps, row.fps_low / scale.fps,
+    cell.bar = block::Bar{row.fps.value / scale.fps, row.fps_low / scale.fps,
                           row.fps_high / scale.fps, ink_of(row.mode)};
   } else if (column.kind == CellKind::stages && measured != nullptr && scale.ms > 0) {
     for (const double ms : stages_of(*measured)) cell.parts.push_back(ms / scale.ms);
@@ -66,7 +61,7 @@ std::vector<std::string> table_buttons() {
 
 std::vector<Use> row_menu(const HudRow& row) {
   std::vector<Use> menu = {
-      {"ratios to", row.mode_value - 1, 0, fmt::format("Ratios to {}", row.name)}};
+      {"ratios to", row.name.value - 1, 0, fmt::format("Ratios to {}", row.name.text)}};
   for (const std::string& name : table_buttons())
     menu.push_back({name, 0, 0, fmt::format("Copy t{}", name.substr(1))});
   return menu;
@@ -75,14 +70,12 @@ std::vector<Use> row_menu(const HudRow& row) {
 block::Table mode_table(const Viewer& v) {
   const std::vector<HudRow> rows = hud_rows(v);
   const TableScale scale = table_scale(v, rows);
-  block::Table table{"modes", {}, {}};
-  table.caption = table_caption(v);
-  table.is_busy = v.measuring;
+  block::Table table{.name = "modes", .caption = table_caption(v), .is_busy = v.measuring};
   const std::vector<TableColumn> columns = table_columns(v);
   for (const TableColumn& column : columns) {
     const bool is_bar = column.kind == CellKind::bar;
     table.columns.push_back({column.title, column.letters, is_bar ? 1.0f : 0.0f, column.rank,
-                             column.kind == CellKind::mode, column.value != nullptr, is_bar});
+                             column.kind == CellKind::mode, column.cell != nullptr, is_bar});
   }
   for (const HudRow& row : rows) {
     block::Row& line = table.rows.emplace_back();

@@ -7,7 +7,6 @@
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
-#include "app/viewer/panels/color_bar.h"
 #include "app/viewer/panels/style.h"
 
 namespace qs {
@@ -54,13 +53,15 @@ struct BlockDrawer {
     if (block.text.empty()) return;
     constexpr const ImVec4* kColors[] = {&palette::kText, &palette::kFaint, &palette::kCaution};
     if (block.follows) ImGui::SameLine();
-    ImGui::PushStyleColor(ImGuiCol_Text, *kColors[static_cast<int>(block.tone)]);
-    ImGui::TextWrapped("%s", block.text.c_str());
-    ImGui::PopStyleColor();
+    draw_wrapped(*kColors[static_cast<int>(block.tone)], block.text);
   }
   void operator()(const block::Line&) const { ImGui::Separator(); }
   void operator()(const block::Facts& block) const {
-    for (const Fact& fact : block.facts) draw_fact(fact);
+    for (const Fact& fact : block.facts) {
+      ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
+      ImGui::SameLine(8 * ImGui::GetFontSize());
+      ImGui::TextWrapped("%s", fact.value.c_str());
+    }
   }
   void operator()(const block::Progress& block) const {
     ImGui::ProgressBar(static_cast<float>(block.share), {-1, 0});

@@ -13,6 +13,7 @@ void draw_blocks(const Blocks& blocks, const Viewer& viewer, PanelState& state, 
 // The larger blocks, a file each.
 void draw_table(const block::Table& table, PanelState& state, const ControlsDrawer& controls);
 void draw_chart(const block::Chart& chart);
+void draw_color_bar(const Legend& legend);
 
 /// Names in their colours in a line.
 void draw_keys(const std::vector<block::Key>& keys);

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "app/picture/palette.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
@@ -66,14 +67,9 @@ std::optional<double> draw_choice(const char* label, const ControlNow& now) {
 }
 
 std::optional<double> draw_color(const char* label, const ControlNow& now) {
-  const auto bits = static_cast<std::uint32_t>(now.value);
-  float color[3];
-  for (int c = 0; c < 3; ++c) color[c] = static_cast<float>(bits >> (16 - 8 * c) & 0xff) / 255;
-  if (!ImGui::ColorEdit3(label, color, ImGuiColorEditFlags_NoInputs)) return {};
-  double hex = 0;
-  for (const float part : color)
-    hex = 256 * hex + std::round(255 * std::clamp(static_cast<double>(part), 0.0, 1.0));
-  return hex;
+  glm::vec3 color = rgb(static_cast<std::uint32_t>(now.value));
+  const bool changed = ImGui::ColorEdit3(label, &color.x, ImGuiColorEditFlags_NoInputs);
+  return changed ? std::optional(hex_of(color)) : std::nullopt;
 }
 
 std::optional<double> draw_toggle(const char* label, const ControlNow& now) {
@@ -82,21 +78,12 @@ std::optional<double> draw_toggle(const char* label, const ControlNow& now) {
 }
 
 std::optional<double> draw_value(ControlKind kind, const char* label, const ControlNow& now) {
-  switch (kind) {
-    case ControlKind::toggle:
-      return draw_toggle(label, now);
-    case ControlKind::choice:
-      return draw_choice(label, now);
-    case ControlKind::number:
-      return draw_number(label, now);
-    case ControlKind::color:
-      return draw_color(label, now);
-    case ControlKind::button:
-      return ImGui::Button(label) ? std::optional(0.0) : std::nullopt;
-    case ControlKind::item:
-      break;
-  }
-  return {};
+  using enum ControlKind;
+  if (kind == toggle) return draw_toggle(label, now);
+  if (kind == choice) return draw_choice(label, now);
+  if (kind == number) return draw_number(label, now);
+  if (kind == color) return draw_color(label, now);
+  return kind == button && ImGui::Button(label) ? std::optional(0.0) : std::nullopt;
 }
 
 // The width of a button or of a check box with its label.
@@ -105,6 +92,13 @@ float width_of(ControlKind kind, const std::string& label) {
   const float text = ImGui::CalcTextSize(label.c_str()).x;
   if (kind == ControlKind::button) return text + 2 * style.FramePadding.x;
   return text + ImGui::GetFrameHeight() + style.ItemInnerSpacing.x;
+}
+
+// Panels name controls of the table only.
+const Control& control_named(std::string_view name) {
+  const Control* const control = find_control(name);
+  assert(control != nullptr);
+  return *control;
 }
 
 // The text to the left of a field.
@@ -119,14 +113,12 @@ void draw_title(const std::string& title, float width) {
 void ControlsDrawer::with(
     std::string_view name,
     const std::function<void(const Control& control, const ControlNow& now)>& draw) const {
-  const Control* const control = find_control(name);
-  assert(control != nullptr);
-  if (control == nullptr) return;
-  const std::optional<ControlNow> now = control_now(viewer_, *control);
+  const Control& control = control_named(name);
+  const std::optional<ControlNow> now = control_now(viewer_, control);
   if (!now) return;
-  ImGui::PushID(control->name.c_str());
+  ImGui::PushID(control.name.c_str());
   ImGui::BeginDisabled(!now->is_enabled);
-  draw(*control, *now);
+  draw(control, *now);
   ImGui::EndDisabled();
   show_tooltip(name);
   ImGui::PopID();
@@ -170,7 +162,7 @@ void ControlsDrawer::draw_radio_list(std::string_view name) const { draw_radio(n
 void ControlsDrawer::draw_range(const block::Placed& placed) const {
   const std::string ends[] = {placed.name + ", from", placed.name + ", to"};
   with(ends[0], [&](const Control&, const ControlNow& from) {
-    const auto to = control_now(viewer_, *find_control(ends[1]));
+    const auto to = control_now(viewer_, control_named(ends[1]));
     float values[] = {static_cast<float>(from.value), static_cast<float>(to->value)};
     const float before[] = {values[0], values[1]};
     const std::string format = number_format(from);
@@ -192,18 +184,13 @@ void ControlsDrawer::draw_menu_item(std::string_view name) const {
 }
 
 void ControlsDrawer::set(std::string_view name, double value, std::size_t index) const {
-  const Control* const control = find_control(name);
-  assert(control != nullptr);
-  if (control == nullptr) return;
-  if (auto action = set_control(viewer_, *control, value, index))
+  if (auto action = set_control(viewer_, control_named(name), value, index))
     actions_.push_back(std::move(*action));
 }
 
 void ControlsDrawer::show_tooltip(std::string_view name) const {
-  const Control* const control = find_control(name);
-  assert(control != nullptr);
-  if (control != nullptr && !control->help.empty() && ImGui::IsItemHovered())
-    ImGui::SetTooltip("%s", control->help.c_str());
+  const std::string& help = control_named(name).help;
+  if (!help.empty() && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", help.c_str());
 }
 
 }  // namespace qs

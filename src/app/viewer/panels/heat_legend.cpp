@@ -10,7 +10,7 @@
 #include <imgui.h>
 
 #include "app/picture/grid_places.h"
-#include "app/viewer/panels/color_bar.h"
+#include "app/viewer/panels/blocks.h"
 #include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
@@ -25,6 +25,13 @@ struct LegendHere {
   Legend legend;
   std::string under;
 };
+
+// The cell of a map under the mouse; unset over a panel.
+std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, int columns,
+                                            int rows) {
+  if (ImGui::GetIO().WantCaptureMouse) return std::nullopt;
+  return cell_under_cursor(viewer, cell_px, columns, rows);
+}
 
 std::optional<LegendHere> legend_here(const Viewer& viewer) {
   const ShownFrame& shown = viewer.shown;
@@ -141,8 +148,7 @@ void draw_heat_legend(const Viewer& viewer, PanelState& state, Actions& actions)
   ImGui::SetNextWindowPos({place.x, place.y}, ImGuiCond_Always, {0.5f, 1});
   ImGui::SetNextWindowSize({width, 0});
   ImGui::Begin("Heat map", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoMove |
-                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus);
+               kBareWindow | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus);
   const bool narrow = hides_grid_labels(viewer, picture);
   if (!narrow) draw_fold_button(viewer, actions);
   ImGui::TextUnformatted(legend.title.c_str());

@@ -9,15 +9,11 @@
 
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
-#include "app/viewer/state/message_text.h"
-#include "app/viewer/state/next_axes.h"
+#include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/panel_text.h"
 
 namespace qs {
 namespace {
-
-constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav |
-                                    ImGuiWindowFlags_AlwaysAutoResize |
-                                    ImGuiWindowFlags_NoFocusOnAppearing;
 
 void draw_loading(const Loading& loading, const Rect& picture, Actions& actions) {
   const float width = std::min(26 * ImGui::GetFontSize(), picture.size().x);
@@ -25,7 +21,7 @@ void draw_loading(const Loading& loading, const Rect& picture, Actions& actions)
   const float low = picture.high.y - ImGui::GetFontSize();
   ImGui::SetNextWindowPos({picture.center().x, low}, ImGuiCond_Always, {0.5f, 1});
   ImGui::SetNextWindowSize({width, 0});
-  ImGui::Begin("Loading", nullptr, kPlain & ~ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::Begin("Loading", nullptr, kBareWindow);
   ImGui::Text("%s %s", loading.what.c_str(), loading.path.filename().c_str());
   ImGui::SameLine();
   right_aligned(fmt::format("{:.0f} %", 100 * loading.fraction));
@@ -51,7 +47,7 @@ std::string fitted_text(const Toast& toast, float width) {
 }
 
 void draw_file_buttons(const std::filesystem::path& path, Actions& actions) {
-  if (ImGui::Button("Open")) actions.push_back(call(action::open_with_desktop, path));
+  if (ImGui::Button("Open")) actions.push_back(call(&Host::open_with_desktop, path));
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("In the desktop's program for it");
   ImGui::SameLine();
   if (ImGui::Button("Copy")) actions.push_back(call(action::copy_text, path.string()));
@@ -85,8 +81,7 @@ bool draw_toast(const Viewer& viewer, std::size_t number, glm::vec2& corner, flo
                             text.y + more + 2 * style.WindowPadding.y});
   ImGui::PushStyleColor(ImGuiCol_Border, toast.error ? palette::kError : palette::kAccent);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 2 * drawing_scale());
-  ImGui::Begin(fmt::format("toast {}", number).c_str(), nullptr,
-               kPlain & ~ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::Begin(fmt::format("toast {}", number).c_str(), nullptr, kBareWindow);
   const bool hovered = ImGui::IsWindowHovered();
   ImGui::PushTextWrapPos(style.WindowPadding.x + width);
   ImGui::TextUnformatted(shown.c_str());
@@ -127,7 +122,7 @@ void draw_entry_menu(const LogEntry& entry, Actions& actions) {
   if (!ImGui::BeginPopupContextItem("entry")) return;
   if (!entry.path.empty()) {
     if (ImGui::MenuItem("Open the file"))
-      actions.push_back(call(action::open_with_desktop, entry.path));
+      actions.push_back(call(&Host::open_with_desktop, entry.path));
     if (ImGui::MenuItem("Copy the path"))
       actions.push_back(call(action::copy_text, entry.path.string()));
   }
@@ -144,9 +139,7 @@ void draw_log(const Viewer& viewer, Actions& actions) {
     ImGui::PushID(static_cast<int>(i));
     ImGui::TextColored(palette::kFaint, "%s", log_time(entry).c_str());
     ImGui::SameLine();
-    ImGui::PushStyleColor(ImGuiCol_Text, entry.error ? palette::kError : palette::kText);
-    ImGui::TextWrapped("%s", entry.text.c_str());
-    ImGui::PopStyleColor();
+    draw_wrapped(entry.error ? palette::kError : palette::kText, entry.text);
     draw_entry_menu(entry, actions);
     ImGui::PopID();
   }

@@ -138,15 +138,8 @@ void draw_open(const Viewer& viewer, PanelState& state, Actions& actions) {
     state.typed_early.clear();
     state.focus_path = true;
   }
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float em = ImGui::GetFontSize();
-  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
-  ImGui::SetNextWindowSize({std::min(44 * em, display.x - em), std::min(30 * em, display.y - em)});
   bool open = true;
-  if (!ImGui::BeginPopupModal(
-          title, &open,
-          ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize))
-    return;
+  if (!begin_dialog(title, 44, 30, open)) return;
   draw_path_field(viewer, state);
   ImGui::TextColored(palette::kFaint, "%s", chooser.folder().c_str());
   std::optional<fs::path> chosen = draw_rows(state);

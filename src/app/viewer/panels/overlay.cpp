@@ -76,9 +76,8 @@ void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen
                       static_cast<float>(std::max(image.height, 1));
   const float left = 0.5f * (area.low.x + area.high.x - width);
   const float wipe = viewer.photograph_wipe, x = left + wipe * width;
-  screen.draw.AddImage(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.photograph)),
-                       {left, area.low.y}, {x, area.high.y}, {0, 0}, {wipe, 1},
-                       ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
+  screen.draw.AddImage(texture_id(state.photograph), {left, area.low.y}, {x, area.high.y}, {0, 0},
+                       {wipe, 1}, ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
   draw_plate("photograph " + viewer.photograph.path.filename().string(),
              std::max(left, area.low.x) + 10, area.low.y + 10, 0);
   const float shown = std::clamp(x, area.low.x + 14, area.high.x - 14);
@@ -190,6 +189,29 @@ void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& action
   if (verdict_is_current(viewer)) draw_verdict_marks(viewer, screen);
   if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer, screen);
   screen.draw.PopClipRect();
+}
+
+void draw_verdict(const Viewer& viewer, Actions& actions) {
+  if (!verdict_is_current(viewer)) return;
+  const std::optional<glm::ivec2>& pixel = viewer.comparison->verdict.difference.first;
+  const Rect picture = current_layout(viewer).picture;
+  ImGui::SetNextWindowPos({picture.low.x + 10, picture.high.y - 10}, ImGuiCond_Appearing, {0, 1});
+  bool open = true;
+  ImGui::Begin("Reference", &open,
+               ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing |
+                   ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse);
+  for (const Fact& fact : verdict_facts(*viewer.comparison)) {
+    ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
+    ImGui::SameLine(7 * ImGui::GetFontSize());
+    const bool failed = pixel && fact.label == "verdict";
+    ImGui::TextColored(failed ? palette::kError : palette::kText, "%s", fact.value.c_str());
+  }
+  if (pixel && ImGui::Button("Inspect this pixel")) {
+    if (!viewer.panels.inspector) actions.push_back(call(action::toggle_panel, &Panels::inspector));
+    actions.push_back(call(action::inspect_pixel, glm::dvec2(*pixel)));
+  }
+  ImGui::End();
+  if (!open) actions.push_back(call(action::dismiss_comparison));
 }
 
 }  // namespace qs

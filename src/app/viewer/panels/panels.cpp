@@ -12,89 +12,13 @@
 #include "app/viewer/panels/style.h"
 
 namespace qs {
+namespace {
 
-std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, int columns,
-                                            int rows) {
-  if (ImGui::GetIO().WantCaptureMouse) return std::nullopt;
-  return cell_under_cursor(viewer, cell_px, columns, rows);
-}
-
-void right_aligned(const std::string& text) {
-  const float room = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(text.c_str()).x;
-  ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::max(0.0f, room));
-  ImGui::TextUnformatted(text.c_str());
-}
-
-void command_tooltip(const char* help) {
-  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", command_hint(help).c_str());
-}
-
-void same_line_if_fits(float width) {
-  ImGui::SameLine();
-  if (ImGui::GetContentRegionAvail().x < width) ImGui::NewLine();
-}
-
-void draw_fact(const Fact& fact) {
-  ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
-  ImGui::SameLine(8 * ImGui::GetFontSize());
-  ImGui::TextWrapped("%s", fact.value.c_str());
-}
-
-Layout current_layout(const Viewer& viewer) {
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  return layout_of(viewer, {{size.x, size.y}, ImGui::GetFontSize(), ImGui::GetFrameHeight()});
-}
-
+// A handle that is dragged to the left and right. Returns the mouse's x while it is dragged.
 std::optional<float> draw_grip(const char* name, const Rect& area) {
   const auto mouse = draw_handle(name, area, ImGuiMouseCursor_ResizeEW);
   return mouse ? std::optional(mouse->x) : std::nullopt;
 }
-
-std::optional<glm::vec2> draw_handle(const char* name, const Rect& area, int cursor) {
-  // A window of its own captures the mouse, so that dragging does not turn the camera.
-  ImGui::SetNextWindowPos({area.low.x, area.low.y});
-  ImGui::SetNextWindowSize({area.size().x, std::max(area.size().y, 1.0f)});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
-  ImGui::Begin(name, nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBackground |
-                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoNav |
-                   ImGuiWindowFlags_NoFocusOnAppearing);
-  ImGui::InvisibleButton("grip", ImGui::GetContentRegionAvail());
-  const bool active = ImGui::IsItemActive();
-  if (active || ImGui::IsItemHovered()) ImGui::SetMouseCursor(cursor);
-  ImGui::End();
-  ImGui::PopStyleVar(2);
-  const ImVec2 mouse = ImGui::GetIO().MousePos;
-  return active ? std::optional(glm::vec2(mouse.x, mouse.y)) : std::nullopt;
-}
-
-void draw_plate(const std::string& text, float x, float y, float align) {
-  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-  const float by = drawing_scale(), width = size.x + 16 * by;
-  const ImVec2 low{x - align * width, y}, high{low.x + width, low.y + size.y + 8 * by};
-  draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::kPanel), 4 * by);
-  draw.AddText({low.x + 8 * by, low.y + 4 * by}, ImGui::GetColorU32(palette::kText), text.c_str());
-}
-
-std::optional<float> draw_divider_line(const char* name, const Rect& picture, float x) {
-  const float by = drawing_scale();
-  const float grip = 14 * by;  // width in which the line can be dragged, screen units
-  constexpr ImU32 kLight = IM_COL32(255, 255, 255, 230);
-  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(0, 0, 0, 160), 4 * by);
-  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, kLight, 1.5f * by);
-  const ImVec2 middle{x, picture.center().y};
-  draw.AddCircleFilled(middle, 13 * by, ImGui::GetColorU32(palette::kPanel), 32);
-  draw.AddCircle(middle, 13 * by, kLight, 32, 1.5f * by);
-  for (const float side : {-by, by})
-    draw.AddTriangleFilled({x + 9 * side, middle.y}, {x + 4 * side, middle.y - 4.5f * side},
-                           {x + 4 * side, middle.y + 4.5f * side}, kLight);
-  return draw_grip(name, {{x - 0.5f * grip, picture.low.y}, {x + 0.5f * grip, picture.high.y}});
-}
-
-namespace {
 
 void draw_bar_panel(const PanelRow& row, const Viewer& viewer, PanelState& state,
                     Actions& actions) {
@@ -148,6 +72,79 @@ void draw_bars(const Viewer& viewer, const Layout& layout, PanelState& state, Ac
 }
 
 }  // namespace
+
+void right_aligned(const std::string& text) {
+  const float room = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(text.c_str()).x;
+  ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::max(0.0f, room));
+  ImGui::TextUnformatted(text.c_str());
+}
+
+bool begin_dialog(const char* title, float width, float height, bool& open) {
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const float em = ImGui::GetFontSize();
+  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::SetNextWindowSize(
+      {std::min(width * em, display.x - em), std::min(height * em, display.y - em)});
+  return ImGui::BeginPopupModal(
+      title, &open,
+      ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize);
+}
+
+void command_tooltip(const char* help) {
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", command_hint(help).c_str());
+}
+
+void same_line_if_fits(float width) {
+  ImGui::SameLine();
+  if (ImGui::GetContentRegionAvail().x < width) ImGui::NewLine();
+}
+
+Layout current_layout(const Viewer& viewer) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  return layout_of(viewer, {{size.x, size.y}, ImGui::GetFontSize(), ImGui::GetFrameHeight()});
+}
+
+std::optional<glm::vec2> draw_handle(const char* name, const Rect& area, int cursor) {
+  // A window of its own captures the mouse, so that dragging does not turn the camera.
+  ImGui::SetNextWindowPos({area.low.x, area.low.y});
+  ImGui::SetNextWindowSize({area.size().x, std::max(area.size().y, 1.0f)});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
+  ImGui::Begin(name, nullptr,
+               kBareWindow | ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoMove);
+  ImGui::InvisibleButton("grip", ImGui::GetContentRegionAvail());
+  const bool active = ImGui::IsItemActive();
+  if (active || ImGui::IsItemHovered()) ImGui::SetMouseCursor(cursor);
+  ImGui::End();
+  ImGui::PopStyleVar(2);
+  const ImVec2 mouse = ImGui::GetIO().MousePos;
+  return active ? std::optional(glm::vec2(mouse.x, mouse.y)) : std::nullopt;
+}
+
+void draw_plate(const std::string& text, float x, float y, float align) {
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  const float by = drawing_scale(), width = size.x + 16 * by;
+  const ImVec2 low{x - align * width, y}, high{low.x + width, low.y + size.y + 8 * by};
+  draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::kPanel), 4 * by);
+  draw.AddText({low.x + 8 * by, low.y + 4 * by}, ImGui::GetColorU32(palette::kText), text.c_str());
+}
+
+std::optional<float> draw_divider_line(const char* name, const Rect& picture, float x) {
+  const float by = drawing_scale();
+  const float grip = 14 * by;  // width in which the line can be dragged, screen units
+  constexpr ImU32 kLight = IM_COL32(255, 255, 255, 230);
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(0, 0, 0, 160), 4 * by);
+  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, kLight, 1.5f * by);
+  const ImVec2 middle{x, picture.center().y};
+  draw.AddCircleFilled(middle, 13 * by, ImGui::GetColorU32(palette::kPanel), 32);
+  draw.AddCircle(middle, 13 * by, kLight, 32, 1.5f * by);
+  for (const float side : {-by, by})
+    draw.AddTriangleFilled({x + 9 * side, middle.y}, {x + 4 * side, middle.y - 4.5f * side},
+                           {x + 4 * side, middle.y + 4.5f * side}, kLight);
+  return draw_grip(name, {{x - 0.5f * grip, picture.low.y}, {x + 0.5f * grip, picture.high.y}});
+}
 
 void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
   const Layout layout = current_layout(viewer);

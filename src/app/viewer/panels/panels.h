@@ -18,7 +18,6 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
-#include "app/viewer/state/first_view_actions.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/panel_text.h"
 
@@ -49,19 +48,11 @@ struct PanelState {
 /// Draws all open panels. Called between Window::begin_ui() and end_ui().
 void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions);
 
-/// Index of the cell under the mouse in a map over the picture, row by row; unset outside of the
-/// picture or over a panel. `cell_px`: side of a cell in the window.
-std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, int columns,
-                                            int rows);
-
 /// The layout of this frame of the window.
 Layout current_layout(const Viewer& viewer);
 
-/// An invisible handle over `area` that is dragged to the left and right. Returns the mouse's x
-/// while it is dragged.
-std::optional<float> draw_grip(const char* name, const Rect& area);
-
-/// The same for any direction; `cursor`: an ImGuiMouseCursor. Returns the mouse's place.
+/// An invisible handle over `area` that is dragged. Returns the mouse's place while it is dragged.
+/// `cursor`: an ImGuiMouseCursor.
 std::optional<glm::vec2> draw_handle(const char* name, const Rect& area, int cursor);
 
 /// A vertical line at `x` over the picture, with arrows to drag it by. Returns the mouse's x while
@@ -74,11 +65,12 @@ void draw_plate(const std::string& text, float x, float y, float align);
 /// Text at the right end of a table's cell.
 void right_aligned(const std::string& text);
 
-/// A label and a value in a line; long values are wrapped.
-void draw_fact(const Fact& fact);
-
 /// Continues the line if an item of this width still fits into it.
 void same_line_if_fits(float width);
+
+/// Begins a modal dialog in the middle of the window, at most as large as given, in letters.
+/// `height` 0: of its content. False if it is not shown.
+bool begin_dialog(const char* title, float width, float height, bool& open);
 
 /// Shows a tooltip for the control that was drawn last: the equivalent command and its key.
 void command_tooltip(const char* help);

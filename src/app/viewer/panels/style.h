@@ -3,6 +3,9 @@
 // The look of the panels: a dark palette and one font size.
 #pragma once
 
+#include <cstdint>
+#include <string>
+
 #include <imgui.h>
 
 #include "app/picture/palette.h"
@@ -21,16 +24,28 @@ inline const ImVec4 kFaint = with_opacity(on_dark::kFaint);
 inline const ImVec4 kAccent = with_opacity(kSkyBlue);
 inline const ImVec4 kCaution = with_opacity(kOrange);
 inline const ImVec4 kError{0.90f, 0.36f, 0.22f, 1};  ///< vermillion, lightened
-/// Index = Stage.
-inline const ImVec4 kStages[] = {
-    with_opacity(on_dark::kStages[0]), with_opacity(on_dark::kStages[1]),
-    with_opacity(on_dark::kStages[2]), with_opacity(on_dark::kStages[3])};
 }  // namespace palette
 
 /// For draw lists.
 inline ImU32 color_of(glm::vec3 color, float opacity = 1) {
   return ImGui::GetColorU32(palette::with_opacity(color, opacity));
 }
+
+/// Text in lines as wide as the panel.
+inline void draw_wrapped(const ImVec4& color, const std::string& text) {
+  ImGui::PushStyleColor(ImGuiCol_Text, color);
+  ImGui::TextWrapped("%s", text.c_str());
+  ImGui::PopStyleColor();
+}
+
+/// ImGui's name of a GL texture.
+inline ImTextureID texture_id(unsigned texture) {
+  return reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture));
+}
+
+/// A window without decoration that never takes the keyboard.
+inline constexpr ImGuiWindowFlags kBareWindow =
+    ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing;
 
 /// True in the frame in which the key goes down, and while it repeats.
 inline bool pressed(ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); }

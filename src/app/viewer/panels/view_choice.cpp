@@ -61,20 +61,17 @@ void draw_view_choice(const Viewer& viewer, const PanelState& state, Actions& ac
   ImGui::SetNextWindowSize({strip.area.size().x, strip.area.size().y});
   ImGui::PushStyleColor(ImGuiCol_Border, palette::kAccent);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0.5f * strip.frame);
-  ImGui::Begin(
-      "First view", nullptr,
-      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing);
+  ImGui::Begin("First view", nullptr, kBareWindow);
   ImGui::TextUnformatted("Choose the first view of this scene");
   ImGui::SameLine();
   ImGui::TextColored(palette::kFaint, "Esc keeps this one");
-  const auto texture = reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.candidates));
   for (std::size_t i = 0; i < count; ++i) {
     const float left = static_cast<float>(i) / static_cast<float>(count);
     const float right = static_cast<float>(i + 1) / static_cast<float>(count);
     ImGui::PushID(static_cast<int>(i));
     if (i > 0) ImGui::SameLine();
-    if (ImGui::ImageButton(texture, {strip.picture.x, strip.picture.y}, {left, 0}, {right, 1},
-                           static_cast<int>(strip.frame)))
+    if (ImGui::ImageButton(texture_id(state.candidates), {strip.picture.x, strip.picture.y},
+                           {left, 0}, {right, 1}, static_cast<int>(strip.frame)))
       actions.push_back(call(action::choose_first_view, i));
     ImGui::PopID();
   }

@@ -19,12 +19,6 @@ namespace {
 
 constexpr int kRecentShown = 6;
 
-void faint(const char* text) {
-  ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
-  ImGui::TextWrapped("%s", text);
-  ImGui::PopStyleColor();
-}
-
 void draw_bundled_scene(const PanelState& state, Actions& actions) {
   const auto scene = find_asset(kBundledScene);
   if (!scene) return;
@@ -32,9 +26,8 @@ void draw_bundled_scene(const PanelState& state, Actions& actions) {
   const float width = ImGui::GetContentRegionAvail().x - static_cast<float>(2 * frame);
   const auto open = [&] { actions.push_back(call(action::open, *scene)); };
   if (state.thumbnail != 0) {
-    const auto texture =
-        reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.thumbnail));
-    if (ImGui::ImageButton(texture, {width, width / state.thumbnail_aspect}, {0, 0}, {1, 1}, frame))
+    if (ImGui::ImageButton(texture_id(state.thumbnail), {width, width / state.thumbnail_aspect},
+                           {0, 0}, {1, 1}, frame))
       open();
   }
   if (ImGui::Button("Open the bundled scene")) open();
@@ -62,9 +55,7 @@ void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& action
   const float width = std::min({30 * letter, picture.size().x, 0.8f * picture.size().y});
   ImGui::SetNextWindowPos({center.x, center.y}, ImGuiCond_Always, {0.5f, 0.5f});
   ImGui::SetNextWindowSize({width, 0});
-  ImGui::Begin(
-      "Welcome", nullptr,
-      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing);
+  ImGui::Begin("Welcome", nullptr, kBareWindow);
   ImGui::TextWrapped(
       "quadsplat shows 3D Gaussian splatting scenes in real time, and measures what "
       "their tile culling costs.");
@@ -76,7 +67,7 @@ void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& action
   command_tooltip("Open a file");
   if (!viewer.recent.empty()) {
     ImGui::Spacing();
-    faint("Recent files");
+    draw_wrapped(palette::kFaint, "Recent files");
   }
   for (int i = 0; i < std::min(kRecentShown, static_cast<int>(viewer.recent.size())); ++i) {
     const std::filesystem::path& path = viewer.recent[static_cast<std::size_t>(i)];
@@ -86,7 +77,7 @@ void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& action
     ImGui::PopID();
   }
   ImGui::Spacing();
-  faint(formats_text().c_str());
+  draw_wrapped(palette::kFaint, formats_text());
   ImGui::End();
 }
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/render/frame_requests.h"
 
-#include "app/viewer/state/live_counts.h"
+#include <algorithm>
+#include <cmath>
+
 #include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {
@@ -141,6 +144,22 @@ FrameCost cost_of(const ShownFrame& shown) {
 void FrameRequests::learn(const RenderedFrame& frame) {
   resolution_.learn(frame.shown.divisor, cost_of(frame.shown));
   counting_pace_.learn(frame.shown.stats, !frame.shown.mode_pairs.empty());
+}
+
+void CountingPace::learn(const RenderStats& stats, bool counted) {
+  constexpr float kMostShare = 0.1f;  // share of the time of drawing
+  if (!counted) {
+    ++uncounted_;
+    return;
+  }
+  uncounted_ = 0;
+  if (stats.count_ms <= 0) {  // not measured: on a GPU it takes 3 to 16 % of a frame
+    period_ = 2;
+    return;
+  }
+  const float affordable = kMostShare * stats.frame_ms;
+  const float period = affordable > 0 ? std::ceil(stats.count_ms / affordable) : 1;
+  period_ = static_cast<int>(std::clamp(period, 1.0f, static_cast<float>(kMostFramesAgo)));
 }
 
 }  // namespace qs

@@ -4,9 +4,9 @@
 // moves and the CPU draws, then refined in steps), and once the view is still, measure all modes.
 #pragma once
 
-#include "app/viewer/render/counting_pace.h"
 #include "app/viewer/render/render_thread.h"
 #include "app/viewer/render/resolution.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 
@@ -28,6 +28,21 @@ bool is_settled(const Viewer& viewer);
 
 /// The cost of all renderings of a frame.
 FrameCost cost_of(const ShownFrame& shown);
+
+/// Decides which frames of a moving camera count the pairs of all modes: so few that counting takes
+/// at most a tenth of the time of drawing, but at least every kMostFramesAgo-th frame.
+class CountingPace {
+ public:
+  /// A frame was drawn. `counted`: it counted the pairs.
+  void learn(const RenderStats& stats, bool counted);
+
+  /// True if the next frame counts.
+  bool counts_next() const { return uncounted_ + 1 >= period_; }
+
+ private:
+  int period_ = 1;     // every n-th frame counts
+  int uncounted_ = 0;  // frames since the last count
+};
 
 class FrameRequests {
  public:

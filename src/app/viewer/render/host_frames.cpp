@@ -2,8 +2,7 @@
 #include "app/viewer/render/host_frames.h"
 
 #include "app/inspect/heatmap_frame.h"
-#include "app/viewer/render/heat_scale.h"
-#include "app/viewer/render/mode_grid.h"
+#include "app/viewer/render/all_modes.h"
 #include "app/viewer/render/upload_scene.h"
 
 namespace qs {
@@ -21,21 +20,6 @@ void convert(const Image& image, std::size_t begin, std::size_t end,
   }
 }
 
-RenderedFrame draw_with_map(RenderContext& context, const FrameRequest& request,
-                            const Camera& camera) {
-  const HeldScale scale = heat_scale(context, request, camera);
-  Renderer& renderer = *context.session.renderer;
-  const HeatmapMaker maker(renderer, camera, request.settings, *request.heatmap,
-                           *context.session.pool, context.stop);
-  const Frame& frame = renderer.render(
-      camera, request.settings, with_counts(maker.outputs(), request), HostImage{}, context.stop);
-  RenderedFrame rendered = rendered_of(context, request, frame);
-  FrameHeatmap mapped = maker.map(frame);
-  show_map(rendered.shown, std::move(mapped.heatmap), scale);
-  rendered.shown.missed = std::move(mapped.missed);
-  return rendered;
-}
-
 RenderedFrame draw_values(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
   Outputs outputs = outputs_for(request.quantity);
@@ -44,7 +28,7 @@ RenderedFrame draw_values(RenderContext& context, const FrameRequest& request,
       camera, request.settings, with_counts(outputs, request), HostImage{}, context.stop);
   ValueMap map = map_of(frame, request.quantity, camera.width, camera.height);
   RenderedFrame rendered{shown_of(request, frame), camera.width, camera.height,
-                         to_rgba(colored(map)),    {},           {}};
+                         to_rgba(colored(map))};
   rendered.shown.values = std::move(map);
   return rendered;
 }
@@ -68,23 +52,42 @@ void set_beside_reference(const RenderContext& context, const FrameRequest& requ
   other.region = box;
 }
 
-// A frame of a split window with its pairs, and with the heat map of the request if it has one.
-struct FrameOfSplit {
+// A frame with the heat map of the request if it has one.
+struct MappedFrame {
   const Frame& frame;
   std::optional<FrameHeatmap> map;
 };
 
-FrameOfSplit draw_for_split(RenderContext& context, Renderer& renderer, const FrameRequest& request,
-                            const Camera& camera) {
+// `pairs`: with the tile pairs, for a split window.
+MappedFrame draw_mapped(RenderContext& context, Renderer& renderer, const FrameRequest& request,
+                        const Camera& camera, bool pairs) {
   std::optional<HeatmapMaker> maker;
   if (request.heatmap)
     maker.emplace(renderer, camera, request.settings, *request.heatmap, *context.session.pool,
                   context.stop);
   Outputs outputs = with_counts(maker ? maker->outputs() : Outputs(), request);
-  outputs.pairs = true;
+  outputs.pairs |= pairs;
   const Frame& frame =
       renderer.render(camera, request.settings, outputs, HostImage{}, context.stop);
   return {frame, maker ? std::optional(maker->map(frame)) : std::nullopt};
+}
+
+// The frame of the scene in the window, with its map, in host memory.
+struct FirstFrame {
+  const Frame& frame;
+  RenderedFrame rendered;
+};
+
+FirstFrame draw_first(RenderContext& context, const FrameRequest& request, const Camera& camera,
+                      bool pairs) {
+  const HeldScale scale = heat_scale(context, request, camera);
+  MappedFrame drawn = draw_mapped(context, *context.session.renderer, request, camera, pairs);
+  RenderedFrame rendered = rendered_of(context, request, drawn.frame);
+  if (drawn.map) {
+    show_map(rendered.shown, std::move(drawn.map->heatmap), scale);
+    rendered.shown.missed = std::move(drawn.map->missed);
+  }
+  return {drawn.frame, std::move(rendered)};
 }
 
 // Draws the other side of a split window. `pairs`: of the first side.
@@ -97,7 +100,7 @@ void draw_other(RenderContext& context, const FrameRequest& request, const Camer
   const bool beside = request.beside && context.beside;
   Renderer& renderer =
       beside ? renderer_beside(context) : renderer_on(context, request.other->backend);
-  FrameOfSplit drawn = draw_for_split(context, renderer, second, camera);
+  MappedFrame drawn = draw_mapped(context, renderer, second, camera, true);
   const Frame& frame = drawn.frame;
   rendered.other = to_rgba(frame.color, *context.session.pool);
   ShownOther& other = rendered.shown.other.emplace();
@@ -113,13 +116,8 @@ void draw_other(RenderContext& context, const FrameRequest& request, const Camer
 
 RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
-  const HeldScale scale = heat_scale(context, request, camera);
-  FrameOfSplit first = draw_for_split(context, *context.session.renderer, request, camera);
-  RenderedFrame rendered = rendered_of(context, request, first.frame);
-  if (first.map) {
-    show_map(rendered.shown, std::move(first.map->heatmap), scale);
-    rendered.shown.missed = std::move(first.map->missed);
-  }
+  FirstFrame first = draw_first(context, request, camera, true);
+  RenderedFrame rendered = std::move(first.rendered);
   if (request.other->mode == kReferenceMode) {
     set_beside_reference(context, request, rendered);
   } else {
@@ -153,12 +151,8 @@ std::vector<std::uint8_t> to_rgba(const Image& image, ThreadPool& pool) {
 
 RenderedFrame rendered_of(const RenderContext& context, const FrameRequest& request,
                           const Frame& frame) {
-  return {shown_of(request, frame),
-          frame.color.width,
-          frame.color.height,
-          to_rgba(frame.color, *context.session.pool),
-          {},
-          {}};
+  return {shown_of(request, frame), frame.color.width, frame.color.height,
+          to_rgba(frame.color, *context.session.pool)};
 }
 
 Outputs with_counts(Outputs outputs, const FrameRequest& request) {
@@ -189,11 +183,30 @@ RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,
   if (request.grid) return draw_grid(context, request, camera);
   if (request.other) return draw_beside(context, request, camera);
   if (request.quantity != Quantity::color) return draw_values(context, request, camera);
-  if (request.heatmap) return draw_with_map(context, request, camera);
-  return rendered_of(
-      context, request,
-      context.session.renderer->render(camera, request.settings, with_counts({}, request),
-                                       HostImage{}, context.stop));
+  return draw_first(context, request, camera, false).rendered;
+}
+
+HeldScale heat_scale(RenderContext& context, const FrameRequest& request, const Camera& camera) {
+  if (!request.heatmap) return {};
+  const HeatQuantity quantity = *request.heatmap;
+  if (request.heat_maximum > 0)
+    return {quantity, request.baseline, request.view_version, exact_scale(request.heat_maximum)};
+  const bool final = !request.moving && request.divisor == 1;
+  std::optional<HeldScale>& held = context.heat_scale;
+  const bool same_kind = held && held->quantity == quantity && held->baseline == request.baseline;
+  if (same_kind && (!final || held->view_version == request.view_version)) return *held;
+  RenderSettings settings = request.settings;
+  settings.mode = request.baseline;
+  const Scale scale = scale_of_view(*context.session.renderer, camera, settings, quantity,
+                                    *context.session.pool, context.stop);
+  held = {quantity, request.baseline, final ? request.view_version : -1, scale};
+  return *held;
+}
+
+void show_map(ShownFrame& shown, Heatmap map, const HeldScale& scale) {
+  shown.heatmap = std::move(map);
+  shown.map_scale = scale.scale;
+  shown.scale_version = scale.view_version;
 }
 
 }  // namespace qs

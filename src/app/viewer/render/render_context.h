@@ -4,14 +4,16 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <stop_token>
+#include <thread>
 #include <utility>
 
 #include "app/session/session.h"
 #include "app/viewer/render/action_queue.h"
-#include "app/viewer/render/stepped_progress.h"
 #include "app/viewer/state/actions.h"
+#include "base/progress.h"
 
 namespace qs {
 
@@ -39,9 +41,9 @@ struct FrameRequest {
 struct RenderedFrame {
   ShownFrame shown;
   int width = 0, height = 0;
-  std::vector<std::uint8_t> rgba;   ///< rows from the top; empty if `texture` holds them
-  std::vector<std::uint8_t> other;  ///< the pixels of shown.other; empty without it
-  GlTexture texture;                ///< name 0: unused
+  std::vector<std::uint8_t> rgba;        ///< rows from the top; empty if `texture` holds them
+  std::vector<std::uint8_t> other = {};  ///< the pixels of shown.other; empty without it
+  GlTexture texture = {};                ///< name 0: unused
 };
 
 /// The scale of the heat maps of a view.
@@ -145,6 +147,19 @@ inline auto with_settings(Session& session, const RenderSettings& settings) {
       [&session, kept = std::exchange(session.settings, settings)] { session.settings = kept; }};
 }
 
+/// Calls `report` only after another 1 %.
+inline Progress stepped_progress(std::function<void(float)> report, std::stop_token stop) {
+  constexpr float kStep = 0.01f;
+  Progress progress;
+  progress.stop = std::move(stop);
+  progress.report = [report = std::move(report), reported = 0.0f](float fraction) mutable {
+    if (fraction < reported + kStep) return;
+    reported = fraction;
+    report(fraction);
+  };
+  return progress;
+}
+
 /// Progress that the window shows, in steps of 1 %. `what`: "reading" or "uploading".
 inline Progress shown_progress(std::filesystem::path path, std::string what, std::stop_token stop,
                                ActionQueue& reports) {
@@ -153,6 +168,44 @@ inline Progress shown_progress(std::filesystem::path path, std::string what, std
         reports.report(action::show_progress, Loading{path, what, fraction});
       },
       std::move(stop));
+}
+
+// ---- timed frames apart from the drawing of the window -----------------------------------------
+// Drawing takes time from the same CPU or GPU. The window is drawn whenever it has to be; the
+// frames that a drawing met are void, and the job measures again once the window rests.
+
+/// Waits until the window rests and returns RenderContext::drawings of that moment. Throws
+/// Cancelled if the job is stopped.
+inline int wait_for_rest(const RenderContext& context) {
+  constexpr std::chrono::milliseconds kPause{2};
+  for (;;) {
+    if (context.stop.stop_requested()) throw Cancelled{};
+    if (context.give_way) context.give_way();
+    const int drawings = context.drawings;  // before the other: note_drawing() sets it last
+    if (context.window_rests) return drawings;
+    std::this_thread::sleep_for(kPause);
+  }
+}
+
+/// Calls measure(progress) while the window rests, and again if the window was drawn meanwhile.
+/// Returns the result without a drawing. Throws Cancelled if the job is stopped.
+template <class Measure>
+auto undisturbed(RenderContext& context, const Measure& measure) {
+  for (;;) {
+    const int drawings = wait_for_rest(context);
+    std::stop_source stop;
+    const std::stop_callback stopped(context.stop, [&] { stop.request_stop(); });
+    const Progress progress{[&](float) {
+                              if (context.drawings != drawings) stop.request_stop();
+                            },
+                            stop.get_token()};
+    try {
+      auto result = measure(progress);
+      if (context.drawings == drawings) return result;
+    } catch (const Cancelled&) {
+      if (context.stop.stop_requested()) throw;
+    }
+  }
 }
 
 }  // namespace qs

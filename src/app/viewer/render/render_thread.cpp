@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "app/viewer/render/heat_scale.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
 
@@ -91,8 +90,7 @@ bool RenderThread::busy() {
 }
 
 // Runs one task and shows its error to the user.
-template <class Work>
-void RenderThread::guarded(Work&& work) {
+void RenderThread::guarded(const std::function<void()>& work) {
   try {
     work();
   } catch (const Cancelled&) {
@@ -103,47 +101,49 @@ void RenderThread::guarded(Work&& work) {
   }
 }
 
+// Takes the next task that is wanted; null if there is none.
+std::function<void()> RenderThread::next_work() {
+  const bool ready = context_.session.renderer != nullptr;
+  if (!jobs_.empty()) {
+    task_ = Task::job;
+    const Job job = std::move(jobs_.front());
+    jobs_.pop_front();
+    return [this, job] { job(context_); };
+  }
+  if (ready && frame_) {
+    const FrameRequest request = *std::exchange(frame_, std::nullopt);
+    // If a moving camera cancelled its frames, no frame would be completed.
+    task_ = request.moving ? Task::frame : Task::refinement;
+    return [this, request] { answer(request); };
+  }
+  if (ready && behind_) {
+    task_ = Task::behind;
+    return [this, job = std::exchange(behind_, nullptr)] { job(context_); };
+  }
+  if (ready && numbers_) {
+    task_ = Task::numbers;
+    const NumbersRequest request = *std::exchange(numbers_, std::nullopt);
+    return [this, request] { measure_modes(context_, request); };
+  }
+  task_ = Task::none;
+  return nullptr;
+}
+
 void RenderThread::loop(const std::stop_token& stop) {
   if (frames_ != nullptr) frames_->bind();
   std::unique_lock lock(mutex_);
-  while (!stop.stop_requested()) {
+  std::function<void()> work;
+  const auto takes_work = [&] { return (work = next_work()) != nullptr; };
+  while (changed_.wait(lock, stop, takes_work) && !stop.stop_requested()) {
     running_ = {};
     context_.stop = running_.get_token();
-    const bool ready = context_.session.renderer != nullptr;
-    if (!jobs_.empty()) {
-      const Job job = std::move(jobs_.front());
-      jobs_.pop_front();
-      task_ = Task::job;
-      lock.unlock();
-      guarded([&] { job(context_); });
-    } else if (ready && frame_) {
-      const FrameRequest request = *std::exchange(frame_, std::nullopt);
-      // If a moving camera cancelled its frames, no frame would be completed.
-      task_ = request.moving ? Task::frame : Task::refinement;
-      lock.unlock();
-      guarded([&] { answer(request); });
-    } else if (ready && behind_) {
-      const Job job = std::exchange(behind_, nullptr);
-      task_ = Task::behind;
-      lock.unlock();
-      guarded([&] { job(context_); });
-    } else if (ready && numbers_) {
-      const NumbersRequest request = *std::exchange(numbers_, std::nullopt);
-      task_ = Task::numbers;
-      lock.unlock();
-      guarded([&] { measure_modes(context_, request); });
-    } else {
-      task_ = Task::none;
-      changed_.wait(lock, stop, [&] {
-        const bool drawable = context_.session.renderer != nullptr;
-        return !jobs_.empty() || (drawable && (frame_ || behind_ || numbers_));
-      });
-      continue;
-    }
+    lock.unlock();
+    guarded(work);
     wake_();
     lock.lock();
   }
   lock.unlock();
+  work = nullptr;
   context_.session.renderer.reset();
   context_.beside.reset();
   if (frames_ != nullptr) frames_->unbind();
@@ -235,6 +235,30 @@ void RenderThread::publish(RenderedFrame frame) {
     rendered_ = std::move(frame);
   }
   wake_();
+}
+
+void KeptFrames::keep(const FrameRequest& request, const RenderedFrame& frame) {
+  constexpr std::size_t kMost = 2;
+  std::erase_if(frames_, [&](const Kept& kept) {
+    return kept.picture != request.picture || kept.frame.shown.mode == frame.shown.mode;
+  });
+  if (request.picture < 0 || request.divisor > 1 || frame.texture.name != 0) return;
+  frames_.push_back({request.picture, frame});
+  if (frames_.size() > kMost) frames_.pop_front();
+}
+
+std::optional<RenderedFrame> KeptFrames::find(const FrameRequest& request) const {
+  if (request.picture < 0 || request.divisor > 1 || frames_.empty() ||
+      frames_.back().frame.shown.mode == request.settings.mode)
+    return std::nullopt;
+  for (const Kept& kept : frames_) {
+    if (kept.picture != request.picture || kept.frame.shown.mode != request.settings.mode) continue;
+    if (request.counted && kept.frame.shown.mode_pairs.empty()) return std::nullopt;
+    RenderedFrame frame = kept.frame;
+    frame.shown.version = request.version;
+    return frame;
+  }
+  return std::nullopt;
 }
 
 }  // namespace qs

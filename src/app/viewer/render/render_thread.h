@@ -13,14 +13,32 @@
 #include <optional>
 #include <thread>
 
+#include "app/viewer/render/all_modes.h"
 #include "app/viewer/render/gl_frames.h"
-#include "app/viewer/render/interop_retry.h"
-#include "app/viewer/render/kept_frames.h"
-#include "app/viewer/render/measure_modes.h"
-#include "app/viewer/render/prepared_texture.h"
 #include "app/viewer/render/render_context.h"
 
 namespace qs {
+
+/// The last two finished pictures that differ in their mode only, so that the window shows the
+/// other mode at once when the user switches back and forth. Pictures in GL textures are not kept:
+/// the GPU draws them in less time than the window needs.
+class KeptFrames {
+ public:
+  /// Takes a copy of a finished full-size frame. Frames of another picture are dropped.
+  void keep(const FrameRequest& request, const RenderedFrame& frame);
+
+  /// The kept frame of this request if its mode is not the mode of the last frame; the same mode is
+  /// requested twice only to draw it again. Empty if the request asks for counts that the frame
+  /// lacks.
+  std::optional<RenderedFrame> find(const FrameRequest& request) const;
+
+ private:
+  struct Kept {
+    int picture = -1;
+    RenderedFrame frame;
+  };
+  std::deque<Kept> frames_;  // the last drawn frame is the last
+};
 
 class RenderThread {
  public:
@@ -45,7 +63,7 @@ class RenderThread {
   bool busy();
   bool measuring() const { return context_.measuring; }
 
-  /// Report the drawing of the window to jobs, see undisturbed.h.
+  /// Report the drawing of the window to jobs, see undisturbed().
   void note_drawing() {
     context_.window_rests = false;
     ++context_.drawings;
@@ -62,8 +80,8 @@ class RenderThread {
   void show(RenderedFrame frame);
   void sample_in_turn(const FrameRequest& request);
   void publish(RenderedFrame frame);
-  template <class Work>
-  void guarded(Work&& work);
+  std::function<void()> next_work();
+  void guarded(const std::function<void()>& work);
   std::optional<RenderedFrame> draw_into_gl(const Camera& camera, const FrameRequest& request);
 
   std::function<void()> wake_;

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "app/viewer/render/stepped_progress.h"
+#include "app/viewer/render/render_context.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
@@ -75,20 +75,18 @@ void SceneOpening::next(Viewer& viewer, Host& host, const ReadSample& read) {
 }
 
 void SceneOpening::next(Viewer& viewer, Host& host, const LoadedScene& loaded) {
+  if (request_.beside)
+    return begin_upload(viewer, host, *loaded.scene,
+                        [scene = loaded.scene, backend = viewer.backend](RenderContext& context,
+                                                                         const Progress& progress) {
+                          return show_beside(context, scene, backend, progress);
+                        });
   const UploadOrder order{loaded.scene, loaded.facts,
                           settings_for(loaded.facts, viewer.settings, request_.keep_background),
                           viewer.backend};
   begin_upload(viewer, host, *loaded.scene,
                [order](RenderContext& context, const Progress& progress) {
                  return show_scene(context, order, progress);
-               });
-}
-
-void SceneOpening::next(Viewer& viewer, Host& host, const LoadedBeside& loaded) {
-  begin_upload(viewer, host, *loaded.scene,
-               [scene = loaded.scene, backend = viewer.backend](RenderContext& context,
-                                                                const Progress& progress) {
-                 return show_beside(context, scene, backend, progress);
                });
 }
 

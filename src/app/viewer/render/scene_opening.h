@@ -8,7 +8,7 @@
 //     any        open()         OpenRequest       read_to_open()  reading
 //     reading    ReadSample     the sample        draw_sample()   reading
 //     reading    LoadedScene    UploadOrder       show_scene()    uploading
-//     reading    LoadedBeside   the scene         show_beside()   uploading
+//                               or the scene      show_beside()
 //     reading    OpeningResult  OpeningResult     Viewer          idle
 //     uploading  OpeningResult  OpeningResult     Viewer          idle
 //     any        cancel()       OpeningCancelled  Viewer          idle
@@ -68,7 +68,6 @@ class SceneOpening {
   void next(Viewer& viewer, Host& host, const Loading& loading);
   void next(Viewer& viewer, Host& host, const ReadSample& read);
   void next(Viewer& viewer, Host& host, const LoadedScene& loaded);
-  void next(Viewer& viewer, Host& host, const LoadedBeside& loaded);
   void next(Viewer& viewer, Host& host, const OpeningResult& result);
 
   ActionQueue reports_;

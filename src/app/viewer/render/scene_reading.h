@@ -7,13 +7,15 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <variant>
 
-#include "app/viewer/state/opening.h"
+#include "app/viewer/state/actions.h"
+#include "app/viewer/state/viewer.h"
 #include "io/scene/reader.h"
 
 namespace qs {
@@ -35,22 +37,37 @@ struct ReadSample {
   ViewedScene facts;
 };
 
-/// A scene that was read, and its facts for the viewer.
+/// A scene that was read, and its facts for the viewer; without facts if it is shown beside the
+/// scene in the window.
 struct LoadedScene {
   std::shared_ptr<const Scene> scene;
-  ViewedScene facts;
+  ViewedScene facts = {};
 };
 
-/// A scene that was read, to show beside the scene in the window.
-struct LoadedBeside {
-  std::shared_ptr<const Scene> scene;
-};
-
-using ReadingReport = std::variant<Loading, ReadSample, LoadedScene, LoadedBeside, OpeningResult>;
+using ReadingReport = std::variant<Loading, ReadSample, LoadedScene, OpeningResult>;
 
 /// Reads with `threads` threads; 0 = one per hardware thread. Calls `report` on this thread and on
 /// a separate thread. The last report is a loaded scene or the result. Throws Error and Cancelled.
 void read_to_open(const OpenRequest& request, int threads, Sampling sampling,
                   const std::function<void(ReadingReport)>& report, const std::stop_token& stop);
+
+// ---- the facts of a scene that the viewer keeps, and the files beside it
+// -------------------------
+/// Facts of a scene, with the cameras of `cameras_file` (found beside the scene when empty) and the
+/// photographs in the folder `images` beside them. `up`: as in FrameOptions. Throws Error if
+/// `cameras_file` cannot be read.
+ViewedScene view_facts(const Scene& scene, const std::optional<std::filesystem::path>& cameras_file,
+                       ThreadPool& pool, const std::optional<glm::dvec3>& up = {});
+
+/// As view_facts(), but `choose(up)` chooses the framings if there are no cameras, best first.
+ViewedScene view_facts_with(
+    const Scene& scene, const std::optional<std::filesystem::path>& cameras_file,
+    const std::optional<glm::dvec3>& up,
+    const std::function<std::vector<Framing>(const std::optional<glm::dvec3>& up)>& choose);
+
+/// The photographs in the folder `images` beside the cameras or one folder up, by index into
+/// `cameras`.
+std::map<int, std::filesystem::path> find_photographs(const std::filesystem::path& cameras_file,
+                                                      const std::vector<Camera>& cameras);
 
 }  // namespace qs

@@ -4,8 +4,8 @@
 #include <new>
 #include <utility>
 
+#include "app/viewer/render/scene_reading.h"
 #include "app/viewer/render/upload_scene.h"
-#include "app/viewer/render/view_facts.h"
 #include "app/viewer/state/actions.h"
 
 namespace qs {
@@ -145,30 +145,18 @@ void TrainingThread::hand_over(const TrainingProgress& progress,
 }
 
 void TrainingThread::command(TrainingCommand command) {
+  using enum TrainingCommand;
   {
     const std::lock_guard lock(mutex_);
     obeying_ = true;
-    switch (command) {
-      case TrainingCommand::go_on:
-        break;
-      case TrainingCommand::pause:
-        paused_ = true;
-        break;
-      case TrainingCommand::resume:
-        paused_ = false;
-        steps_ = 0;
-        break;
-      case TrainingCommand::step:
-        if (paused_) ++steps_;
-        paused_ = true;
-        break;
-      case TrainingCommand::save:
-        saving_ = true;
-        break;
-      case TrainingCommand::stop:
-        stopping_ = true;
-        break;
+    if (command == step && paused_) ++steps_;
+    if (command == pause || command == step) paused_ = true;
+    if (command == resume) {
+      paused_ = false;
+      steps_ = 0;
     }
+    saving_ |= command == save;
+    stopping_ |= command == stop;
   }
   changed_.notify_all();
 }

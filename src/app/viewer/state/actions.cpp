@@ -8,11 +8,8 @@
 
 #include "app/framing/scene_box.h"
 #include "app/viewer/state/camera_actions.h"
-#include "app/viewer/state/first_view_actions.h"
-#include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
-#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 #include "base/error.h"
@@ -42,10 +39,12 @@ void add_recent(Viewer& v, const std::filesystem::path& path) {
   if (v.recent.size() > kMostRecent) v.recent.resize(kMostRecent);
 }
 
-void keep_in_log(Viewer& v, const std::string& text, bool error,
-                 const std::filesystem::path& path = {}) {
-  v.log.push_back({v.now, text, error, path});
+// Shows a message for some seconds, and keeps it in the log.
+void show(Viewer& v, Toast toast, double seconds = kToastSeconds) {
+  v.log.push_back({v.now, toast.text, toast.error, toast.path});
   if (v.log.size() > kMostLogEntries) v.log.pop_front();
+  toast.until = v.now + seconds;
+  v.toasts.push_back(std::move(toast));
 }
 
 void restore_view(Viewer& v) {
@@ -55,25 +54,80 @@ void restore_view(Viewer& v) {
   notify(v, "restored the last view of this scene; Home goes to the first view");
 }
 
-}  // namespace
-
-void notify(Viewer& v, std::string text) {
-  keep_in_log(v, text, false);
-  v.toasts.push_back({std::move(text), false, v.now + kToastSeconds});
+void play_on(Viewer& v, double seconds) {
+  if (!v.playback.running || v.keyframes.size() < 2) return;
+  seek(v, v.playback.time + seconds);
+  if (v.playback.time < v.path_end()) return;
+  if (v.loops_path) v.playback.time = v.keyframes.front().time;
+  v.playback.running = v.loops_path;
 }
 
+// Messages about oddities that a user can correct with a key or a switch.
+// `is_new`: this file was never open before.
+void say_what_is_odd(Viewer& v, bool is_new) {
+  if (v.scene->framing.upside_down) {
+    show(v, {.text = "The scene seems to be upside down: press Y to turn it",
+             .offer = ToastOffer::next_axes});
+  } else if (is_new && v.offers_views && v.scene->framing.up_is_assumed) {
+    show(v, {.text = "Without a floor nothing shows which side is up: Shift+Y turns the scene over",
+             .offer = ToastOffer::turn_over});
+  }
+  if (v.scene->huge > 0) {
+    show(v, {.text = huge_text(v.scene->huge) +
+                     " and may cover it: the panel Scene and render settings (I) leaves them out",
+             .offer = ToastOffer::skip_huge});
+  }
+}
+
+/// One function for each result of an opening.
+struct EndOfOpening {
+  Viewer& v;
+  Host& host;
+
+  void operator()(const OpenedScene& opened) const { scene_opened(v, host, opened); }
+  void operator()(const SceneBeside& scene) const { beside_opened(v, scene); }
+  void operator()(const OpenedCameras& opened) const { cameras_opened(v, host, opened); }
+  void operator()(const OpenedPath& opened) const { set_keyframes(v, opened.keyframes); }
+  void operator()(const OpeningFailed& failed) const {
+    show(v, {.text = failed.sentence, .error = true, .about_opening = true}, kErrorSeconds);
+  }
+  void operator()(const OpeningCancelled& cancelled) const {
+    if (!cancelled.sentence.empty()) notify(v, cancelled.sentence);
+  }
+};
+
+// Keeps the statistics of a frame for the comparison with other modes. A frame with a map or a
+// second frame takes longer, so only its counts are kept.
+void remember_seen(Viewer& v, const ShownFrame& frame) {
+  if (frame.view_version != v.view_version) return;
+  if (v.seen.view_version != v.view_version) v.seen = {v.view_version, {}};
+  RenderStats& seen = v.seen.stats[frame.mode];
+  const float before = seen.frame_ms;
+  seen = frame.stats;
+  if (!shows_colors_alone(frame)) seen.frame_ms = before;
+}
+
+// The row of the same mode and pipeline; null if there is none.
+BenchRow* row_like(std::vector<BenchRow>& rows, const BenchRow& wanted) {
+  const auto found = std::find_if(rows.begin(), rows.end(), [&](const BenchRow& row) {
+    return row.mode == wanted.mode && row.pipeline == wanted.pipeline;
+  });
+  return found == rows.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+void notify(Viewer& v, std::string text) { show(v, {.text = std::move(text)}); }
+
 void notify_error(Viewer& v, std::string text) {
-  keep_in_log(v, text, true);
-  v.toasts.push_back({std::move(text), true, v.now + kErrorSeconds});
+  show(v, {.text = std::move(text), .error = true}, kErrorSeconds);
 }
 
 void notify_file(Viewer& v, const std::filesystem::path& file, const std::string& more) {
   std::error_code error;  // without a current folder the path stays as it is
   std::filesystem::path path = std::filesystem::absolute(file, error).lexically_normal();
   if (error) path = file;
-  const std::string text = fmt::format("wrote {}{}", path.string(), more);
-  keep_in_log(v, text, false, path);
-  v.toasts.push_back({text, false, v.now + kFileSeconds, path});
+  show(v, {.text = fmt::format("wrote {}{}", path.string(), more), .path = path}, kFileSeconds);
 }
 
 void dismiss_toast(Viewer& v, std::size_t index) {
@@ -85,10 +139,6 @@ void hold_toasts(Viewer& v, bool held) {
   v.toasts_held = held;
   if (held) return;
   for (Toast& toast : v.toasts) toast.until = std::max(toast.until, v.now + kReleasedSeconds);
-}
-
-void open_with_desktop(Viewer&, Host& host, const std::filesystem::path& path) {
-  host.open_with_desktop(path);
 }
 
 void copy_text(Viewer& v, Host& host, const std::string& text) {
@@ -134,31 +184,20 @@ void set_baseline(Viewer& v, CullMode mode) {
   if (v.heatmap) picture_changed(v);  // it gives heat maps their scale
 }
 
-void set_measured_size(Viewer& v, std::size_t index) {
-  if (index >= std::size(kMeasuredSizes) || index == v.measured_size) return;
-  v.measured_size = index;
-  v.numbers = {};
-  v.counts = {};
-  picture_changed(v);  // the next frame counts at this size
-}
-
-void toggle_grid(Viewer& v) {
-  v.shows_grid = !v.shows_grid;
-  picture_changed(v);
-}
-
-void copy_table(Viewer& v, Host& host, TableFormat format) {
-  if (v.numbers.rows.empty()) return notify(v, "there is nothing to copy: no mode is measured yet");
-  host.set_clipboard(table_text(v, format));
-  notify(v, fmt::format("copied the table of modes as {}: {}",
-                        kTableFormats[static_cast<int>(format)], table_caption(v)));
-}
-
 void show_heatmap(Viewer& v, HeatQuantity quantity) {
   v.hints.map = false;
   v.last_heatmap = quantity;
   v.heatmap = quantity;
   v.quantity = Quantity::color;
+  picture_changed(v);
+}
+
+void show_quantity(Viewer& v, Quantity quantity) {
+  v.quantity = quantity;
+  if (quantity != Quantity::color) {
+    v.last_quantity = quantity;
+    v.heatmap.reset();
+  }
   picture_changed(v);
 }
 
@@ -169,8 +208,6 @@ void change_heat_view(Viewer& v, const HeatView& heat_view) {
   v.heat_view.style.opacity = std::clamp(heat_view.style.opacity, 0.0f, 1.0f);
   if (redraws && v.heatmap) picture_changed(v);
 }
-
-void flip_split(Viewer& v) { v.split.flipped = !v.split.flipped; }
 
 void change_settings(Viewer& v, const RenderSettings& settings) {
   v.settings = settings;
@@ -216,34 +253,15 @@ void toggle_open_dialog(Viewer& v, Choosing choosing) {
 }
 
 void path_chosen(Viewer& v, Host& host, const std::filesystem::path& path, Choosing choosing) {
-  switch (choosing) {
-    case Choosing::scene:
-      return open(v, host, path);
-    case Choosing::scene_beside:
-      return host.open_beside(path);
-    case Choosing::photographs:
-      v.train_form.data = path.string();
-  }
+  if (choosing == Choosing::scene) return open(v, host, path);
+  if (choosing == Choosing::scene_beside) return host.open_beside(path);
+  v.train_form.data = path.string();
 }
-
-void change_train_form(Viewer& v, const TrainForm& form) { v.train_form = form; }
 
 void cancel_loading(Viewer& v, Host& host) {
   host.cancel_loading();
   end_progress(v);
 }
-
-namespace {
-
-void play_on(Viewer& v, double seconds) {
-  if (!v.playback.running || v.keyframes.size() < 2) return;
-  seek(v, v.playback.time + seconds);
-  if (v.playback.time < v.path_end()) return;
-  if (v.loops_path) v.playback.time = v.keyframes.front().time;
-  v.playback.running = v.loops_path;
-}
-
-}  // namespace
 
 void tick(Viewer& v, const Turn& turn, double seconds) {
   static_cast<Turn&>(v) = turn;
@@ -260,27 +278,6 @@ void tick(Viewer& v, const Turn& turn, double seconds) {
 
 void show_progress(Viewer& v, const Loading& loading) { v.loading = loading; }
 void end_progress(Viewer& v) { v.loading.reset(); }
-
-namespace {
-
-// Messages about oddities that a user can correct with a key or a switch.
-// `is_new`: this file was never open before.
-void say_what_is_odd(Viewer& v, bool is_new) {
-  if (v.scene->framing.upside_down) {
-    notify(v, "The scene seems to be upside down: press Y to turn it");
-    v.toasts.back().offer = ToastOffer::next_axes;
-  } else if (is_new && v.offers_views && v.scene->framing.up_is_assumed) {
-    notify(v, "Without a floor nothing shows which side is up: Shift+Y turns the scene over");
-    v.toasts.back().offer = ToastOffer::turn_over;
-  }
-  if (v.scene->huge > 0) {
-    notify(v, huge_text(v.scene->huge) +
-                  " and may cover it: the panel Scene and render settings (I) leaves them out");
-    v.toasts.back().offer = ToastOffer::skip_huge;
-  }
-}
-
-}  // namespace
 
 void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
   const ViewedScene& scene = opened.facts;
@@ -338,28 +335,6 @@ void cameras_opened(Viewer& v, Host& host, const OpenedCameras& opened) {
          fmt::format("{} cameras from {}", opened.cameras.size(), opened.file.filename().string()));
 }
 
-namespace {
-
-/// One function for each result of an opening.
-struct EndOfOpening {
-  Viewer& v;
-  Host& host;
-
-  void operator()(const OpenedScene& opened) const { scene_opened(v, host, opened); }
-  void operator()(const SceneBeside& scene) const { beside_opened(v, scene); }
-  void operator()(const OpenedCameras& opened) const { cameras_opened(v, host, opened); }
-  void operator()(const OpenedPath& opened) const { set_keyframes(v, opened.keyframes); }
-  void operator()(const OpeningFailed& failed) const {
-    notify_error(v, failed.sentence);
-    v.toasts.back().about_opening = true;
-  }
-  void operator()(const OpeningCancelled& cancelled) const {
-    if (!cancelled.sentence.empty()) notify(v, cancelled.sentence);
-  }
-};
-
-}  // namespace
-
 void opening_ended(Viewer& v, Host& host, const OpeningResult& result) {
   const bool opened = !std::holds_alternative<OpeningFailed>(result) &&
                       !std::holds_alternative<OpeningCancelled>(result);
@@ -370,21 +345,6 @@ void opening_ended(Viewer& v, Host& host, const OpeningResult& result) {
 void photograph_opened(Viewer& v, const ShownPhotograph& photograph) {
   if (photograph.path == v.photograph.path) v.photograph = photograph;
 }
-
-namespace {
-
-// Keeps the statistics of a frame for the comparison with other modes. A frame with a map or a
-// second frame takes longer, so only its counts are kept.
-void remember_seen(Viewer& v, const ShownFrame& frame) {
-  if (frame.view_version != v.view_version) return;
-  if (v.seen.view_version != v.view_version) v.seen = {v.view_version, {}};
-  RenderStats& seen = v.seen.stats[frame.mode];
-  const float before = seen.frame_ms;
-  seen = frame.stats;
-  if (!shows_colors_alone(frame)) seen.frame_ms = before;
-}
-
-}  // namespace
 
 void frame_shown(Viewer& v, const ShownFrame& frame) {
   ++v.frames;
@@ -406,19 +366,14 @@ void numbers_measured(Viewer& v, const ModeNumbers& numbers) {
   if (before.version != numbers.version) return;
   // Rows of the same view that were not measured again, such as the other pipeline's, stay.
   for (const BenchRow& old : before.rows) {
-    const bool again = std::any_of(
-        numbers.rows.begin(), numbers.rows.end(),
-        [&](const BenchRow& row) { return row.mode == old.mode && row.pipeline == old.pipeline; });
-    if (!again) v.numbers.rows.push_back(old);
+    if (row_like(v.numbers.rows, old) == nullptr) v.numbers.rows.push_back(old);
   }
 }
 
 void numbers_refined(Viewer& v, const ModeNumbers& more) {
   if (v.numbers.version != more.version || v.numbers.complete) return;
   for (const BenchRow& added : more.rows) {
-    for (BenchRow& row : v.numbers.rows) {
-      if (row.mode == added.mode && row.pipeline == added.pipeline) add_frames(row, added);
-    }
+    if (BenchRow* row = row_like(v.numbers.rows, added)) add_frames(*row, added);
   }
 }
 

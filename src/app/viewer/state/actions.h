@@ -6,9 +6,49 @@
 // reads a file. Changes that only a key or a menu causes are rows of commands/commands.cpp instead.
 #pragma once
 
+#include <string>
+#include <variant>
+
 #include "app/viewer/state/action.h"
-#include "app/viewer/state/mode_table.h"
-#include "app/viewer/state/opening.h"
+#include "app/viewer/state/viewer.h"
+
+namespace qs {
+
+// ---- the result of opening a file --------------------------------------------------------------
+// The opened scene, a sentence on why nothing was opened, or that it was cancelled.
+// render/scene_opening.h owns the steps; Viewer::loading is their progress.
+
+/// The scene that the render thread draws from now on.
+struct OpenedScene {
+  ViewedScene facts;
+  RenderSettings settings;  ///< but for the mode, which stays the user's
+  Backend backend = Backend::cpu;
+};
+
+/// Cameras for the scene in the window.
+struct OpenedCameras {
+  std::vector<Camera> cameras;
+  std::filesystem::path file;
+  std::map<int, std::filesystem::path> photographs;  ///< by index into `cameras`
+};
+
+/// A camera path.
+struct OpenedPath {
+  std::vector<Keyframe> keyframes;
+};
+
+struct OpeningFailed {
+  std::string sentence;
+};
+
+struct OpeningCancelled {
+  std::string sentence;  ///< empty: nothing is said
+};
+
+using OpeningResult = std::variant<OpenedScene, SceneBeside, OpenedCameras, OpenedPath,
+                                   OpeningFailed, OpeningCancelled>;
+
+}  // namespace qs
 
 namespace qs::action {
 
@@ -22,7 +62,6 @@ void notify_file(Viewer& viewer, const std::filesystem::path& file, const std::s
 void dismiss_toast(Viewer& viewer, std::size_t index);
 /// While they are held no messages disappear, and for a moment after.
 void hold_toasts(Viewer& viewer, bool held);
-void open_with_desktop(Viewer& viewer, Host& host, const std::filesystem::path& path);
 void copy_text(Viewer& viewer, Host& host, const std::string& text);
 
 // ---- picture -----------------------------------------------------------------------------------
@@ -33,17 +72,12 @@ void view_changed(Viewer& viewer);
 void set_mode(Viewer& viewer, CullMode mode);
 void peek_previous_mode(Viewer& viewer, bool held);
 void change_split(Viewer& viewer, const Split& split);
-void flip_split(Viewer& viewer);
 void set_baseline(Viewer& viewer, CullMode mode);
-/// Measures all modes at another size, an index into kMeasuredSizes.
-void set_measured_size(Viewer& viewer, std::size_t index);
-/// Shows the pictures of all modes side by side, or the picture of one mode again.
-void toggle_grid(Viewer& viewer);
-/// Copies the table of modes to the clipboard.
-void copy_table(Viewer& viewer, Host& host, TableFormat format);
 void change_settings(Viewer& viewer, const RenderSettings& settings);
 /// Shows the map of a quantity over the picture.
 void show_heatmap(Viewer& viewer, HeatQuantity quantity);
+/// Shows depth, alpha or the colours, without a heat map.
+void show_quantity(Viewer& viewer, Quantity quantity);
 void change_heat_view(Viewer& viewer, const HeatView& heat_view);
 
 // ---- panels and switches -----------------------------------------------------------------------
@@ -62,7 +96,6 @@ void toggle_open_dialog(Viewer& viewer, Choosing choosing);
 void skip_huge(Viewer& viewer, Host& host, bool skips);
 /// Opens the path as the scene or as the second scene, or enters it into the dialog Train.
 void path_chosen(Viewer& viewer, Host& host, const std::filesystem::path& path, Choosing choosing);
-void change_train_form(Viewer& viewer, const TrainForm& form);
 void cancel_loading(Viewer& viewer, Host& host);
 
 // ---- camera path -------------------------------------------------------------------------------

@@ -12,59 +12,37 @@
 #include "app/framing/camera_control.h"
 #include "app/framing/camera_rig.h"
 #include "app/viewer/state/actions.h"
-#include "app/viewer/state/flight.h"
 #include "base/error.h"
 #include "base/text.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
 
 namespace qs {
+namespace {
 
-void use_cameras(ViewedScene& scene) {
-  if (scene.cameras.empty()) return;
-  if (!scene.up_is_declared) scene.up = cameras_up(scene.cameras, scene.up);
-  scene.framing = framing_of(scene.cameras, scene.up).value_or(scene.framing);
-}
-
-std::optional<glm::dvec3> remembered_up(const Viewer& v, const std::filesystem::path& scene) {
-  const auto kept = v.ups.find(scene.string());
-  if (kept == v.ups.end()) return {};
+// The value that the settings have for a scene file; unset if they were edited by hand.
+template <class Parse>
+auto kept_for(const std::map<std::string, std::string>& texts, const std::filesystem::path& scene,
+              const Parse& parse) -> std::optional<decltype(parse(std::string()))> {
+  const auto kept = texts.find(scene.string());
+  if (kept == texts.end()) return {};
   try {
-    return parse_direction("settings", kept->second);
-  } catch (const Error&) {  // the settings were edited by hand
+    return parse(kept->second);
+  } catch (const Error&) {
     return {};
   }
 }
-
-std::string remembered_axes(const Viewer& v, const std::filesystem::path& scene) {
-  const auto kept = v.axes.find(scene.string());
-  return kept != v.axes.end() && is_axes(kept->second) ? kept->second : "";
-}
-
-namespace {
 
 std::optional<Camera> camera_for(const std::map<std::string, std::string>& views,
                                  const std::filesystem::path& scene) {
-  const auto kept = views.find(scene.string());
-  if (kept == views.end()) return {};
-  try {
-    return parse_camera(kept->second, "settings");
-  } catch (const Error&) {  // the settings were edited by hand
-    return {};
-  }
+  return kept_for(views, scene,
+                  [](const std::string& text) { return parse_camera(text, "settings"); });
 }
 
-}  // namespace
-
-std::optional<Camera> last_view(const Viewer& v, const std::filesystem::path& scene) {
-  return v.restores_views ? camera_for(v.last_views, scene) : std::nullopt;
-}
-
+// The first view that the user chose for this scene file, of any size.
 std::optional<Camera> chosen_first_view(const Viewer& v, const std::filesystem::path& scene) {
   return camera_for(v.first_views, scene);
 }
-
-namespace {
 
 Camera framed(const Viewer& v, const Framing& framing) {
   return framed_camera(framing, std::max(v.camera.width, 1), std::max(v.camera.height, 1));
@@ -73,10 +51,6 @@ Camera framed(const Viewer& v, const Framing& framing) {
 Camera fitted(const Viewer& v, const Camera& camera) {
   return v.camera.width > 0 ? camera.resized(v.camera.width, v.camera.height) : camera;
 }
-
-}  // namespace
-
-namespace {
 
 // The first camera of the data set, else the chosen first view, else the framed scene.
 Camera first_view(const Viewer& v, const ViewedScene& scene) {
@@ -87,9 +61,34 @@ Camera first_view(const Viewer& v, const ViewedScene& scene) {
 
 }  // namespace
 
+void use_cameras(ViewedScene& scene) {
+  if (scene.cameras.empty()) return;
+  if (!scene.up_is_declared) scene.up = cameras_up(scene.cameras, scene.up);
+  scene.framing = framing_of(scene.cameras, scene.up).value_or(scene.framing);
+}
+
+std::optional<glm::dvec3> remembered_up(const Viewer& v, const std::filesystem::path& scene) {
+  return kept_for(v.ups, scene,
+                  [](const std::string& text) { return parse_direction("settings", text); });
+}
+
+std::string remembered_axes(const Viewer& v, const std::filesystem::path& scene) {
+  const auto kept = v.axes.find(scene.string());
+  return kept != v.axes.end() && is_axes(kept->second) ? kept->second : "";
+}
+
+std::optional<Camera> last_view(const Viewer& v, const std::filesystem::path& scene) {
+  return v.restores_views ? camera_for(v.last_views, scene) : std::nullopt;
+}
+
 Camera opening_view(const Viewer& v, const ViewedScene& scene) {
   if (const std::optional<Camera> last = last_view(v, scene.path)) return fitted(v, *last);
   return first_view(v, scene);
+}
+
+bool is_unknown(const Viewer& v, const ViewedScene& scene) {
+  const std::string path = scene.path.string();
+  return !v.last_views.contains(path) && !v.first_views.contains(path);
 }
 
 namespace action {
@@ -133,18 +132,33 @@ void set_view(Viewer& v, const Camera& camera) {
 int destination(const Viewer& v) { return v.travel ? v.travel->dataset_camera : v.dataset_camera; }
 
 int nearest_camera(const Viewer& v) {
-  int nearest = -1;
-  double best = std::numeric_limits<double>::infinity();
+  const std::vector<Camera>& cameras = v.scene->cameras;
   const ViewAxes here = view_axes(v.camera);
-  for (std::size_t i = 0; i < v.scene->cameras.size(); ++i) {
-    const Camera& other = v.scene->cameras[i];
+  const auto distance = [&](const Camera& other) {
     // Turning by 180 degrees counts as a distance of one extent.
     const double apart = glm::distance(other.position(), v.camera.position());
     const double turned = 0.5 * (1 - glm::dot(here.forward, view_axes(other).forward));
-    const double distance = apart + turned * v.scene->extent();
-    if (distance < best) best = distance, nearest = static_cast<int>(i);
+    return apart + turned * v.scene->extent();
+  };
+  return static_cast<int>(std::ranges::min_element(cameras, {}, distance) - cameras.begin());
+}
+
+// Goes to a view of the history, or says that there is none.
+void go_to_past(Viewer& v, Host& host, const PastView* (ViewHistory::*step)(),
+                const char* nothing) {
+  if (!v.scene) return;
+  v.playback.running = false;
+  complete_move(v);  // a move that has not ended yet
+  const PastView* found = (v.history.*step)();
+  if (found == nullptr) {
+    const bool says_so = !v.toasts.empty() && v.toasts.back().text == nothing;
+    if (!says_so) notify(v, nothing);
+    return;
   }
-  return nearest;
+  const PastView past = *found;
+  v.pivot = past.pivot;
+  travel_to(v, past.camera, past.dataset_camera);
+  read_photograph(v, host);
 }
 
 }  // namespace
@@ -259,18 +273,9 @@ void step_camera(Viewer& v, Host& host, CameraStep step) {
     return notify(v, "this scene has no cameras: drop its cameras.json on the window");
   const int count = static_cast<int>(v.scene->cameras.size());
   const int at = destination(v) < 0 ? nearest_camera(v) : destination(v);
-  switch (step) {
-    case CameraStep::previous:
-      return go_to_camera(v, host, (at + count - 1) % count);
-    case CameraStep::next:
-      return go_to_camera(v, host, (at + 1) % count);
-    case CameraStep::first:
-      return go_to_camera(v, host, 0);
-    case CameraStep::last:
-      return go_to_camera(v, host, count - 1);
-    case CameraStep::nearest:
-      return go_to_camera(v, host, nearest_camera(v));
-  }
+  if (step == CameraStep::nearest) return go_to_camera(v, host, nearest_camera(v));
+  const int steps[] = {at + count - 1, at + 1, 0, count - 1};  // index = CameraStep
+  go_to_camera(v, host, steps[static_cast<int>(step)] % count);
 }
 
 void go_home(Viewer& v, Host& host) {
@@ -285,35 +290,12 @@ void complete_move(Viewer& v) {
   v.history.keep({v.camera, v.pivot, v.dataset_camera});
 }
 
-namespace {
-
-// Goes to a view of the history, or says that there is none.
-void go_to_past(Viewer& v, Host& host, const PastView* found, const char* nothing) {
-  if (found == nullptr) {
-    const bool says_so = !v.toasts.empty() && v.toasts.back().text == nothing;
-    if (!says_so) notify(v, nothing);
-    return;
-  }
-  const PastView past = *found;
-  v.pivot = past.pivot;
-  travel_to(v, past.camera, past.dataset_camera);
-  read_photograph(v, host);
-}
-
-}  // namespace
-
 void undo_move(Viewer& v, Host& host) {
-  if (!v.scene) return;
-  v.playback.running = false;
-  complete_move(v);  // a move that has not ended yet
-  go_to_past(v, host, v.history.back(), "there is no earlier view of this scene");
+  go_to_past(v, host, &ViewHistory::back, "there is no earlier view of this scene");
 }
 
 void redo_move(Viewer& v, Host& host) {
-  if (!v.scene) return;
-  v.playback.running = false;
-  complete_move(v);
-  go_to_past(v, host, v.history.forward(), "there is no later view of this scene");
+  go_to_past(v, host, &ViewHistory::forward, "there is no later view of this scene");
 }
 
 void make_upright(Viewer& v) {
@@ -339,6 +321,37 @@ void set_first_view(Viewer& v, Host& host) {
   arrive(v);
   v.home = v.camera;
 }
+
+void offer_views(Viewer& v) {
+  const bool offers = v.scene && v.scene->cameras.empty() && v.scene->candidates.size() > 1;
+  v.view_choice = {offers};
+}
+
+void ask_for_views(Viewer& v) {
+  if (!v.scene) return;
+  offer_views(v);
+  if (v.view_choice.wanted) return;
+  notify(v, v.scene->cameras.empty()
+                ? "this scene has no other views to choose from: Home goes to its first view"
+                : "this scene starts at its first camera: [ and ] go to the others");
+}
+
+void candidates_drawn(Viewer& v, const std::filesystem::path& scene,
+                      const std::shared_ptr<const Image>& pictures) {
+  if (!v.view_choice.asked || !v.scene || v.scene->path != scene) return;
+  v.view_choice = {};
+  v.view_choice.pictures = pictures;
+}
+
+void choose_first_view(Viewer& v, Host& host, std::size_t index) {
+  if (!v.scene || index >= v.scene->candidates.size() || !v.scene->cameras.empty()) return;
+  v.view_choice = {};
+  v.home = framed_camera(v.scene->candidates[index], v.camera.width, v.camera.height);
+  v.first_views[v.scene->path.string()] = format_camera(v.home);
+  go_home(v, host);
+}
+
+void close_view_choice(Viewer& v) { v.view_choice = {}; }
 
 }  // namespace action
 }  // namespace qs

@@ -33,6 +33,11 @@ bool is_inside(const CropBox& box, glm::vec3 point) {
          glm::all(glm::lessThanEqual(point, box.high));
 }
 
+// The pixel of a point in view space, in front of the camera.
+glm::dvec2 projected(const Camera& camera, glm::dvec3 point) {
+  return glm::dvec2(point) / point.z * camera.focal_px + camera.center_px;
+}
+
 }  // namespace
 
 CropBox first_box(const ViewedScene& scene, glm::dvec3 eye) {
@@ -60,15 +65,6 @@ glm::dvec3 handle_of(const CropBox& box, int face) {
   place[axis] = static_cast<double>(face % 2 == 0 ? box.low[axis] : box.high[axis]);
   return place;
 }
-
-namespace {
-
-// The pixel of a point in view space, in front of the camera.
-glm::dvec2 projected(const Camera& camera, glm::dvec3 point) {
-  return glm::dvec2(point) / point.z * camera.focal_px + camera.center_px;
-}
-
-}  // namespace
 
 std::optional<PictureLine> line_in_picture(const Camera& camera, glm::dvec3 from, glm::dvec3 to) {
   glm::dvec3 a = camera.view_from_world * glm::dvec4(from, 1);

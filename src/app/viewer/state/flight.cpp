@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/state/flight.h"
-
 #include <algorithm>
 #include <cmath>
 

@@ -9,17 +9,15 @@
 
 #include "app/inspect/inspection.h"
 #include "app/session/removal_text.h"
+#include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
-#include "app/viewer/state/flight.h"
-#include "app/viewer/state/interface_scale.h"
-#include "app/viewer/state/live_counts.h"
+#include "app/viewer/state/layout.h"
 #include "app/viewer/state/lost.h"
-#include "app/viewer/state/mode_glance.h"
+#include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/panel_text.h"
-#include "app/viewer/state/remote_actions.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
-#include "app/viewer/state/zoom_text.h"
+#include "app/viewer/state/zoom_actions.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
@@ -73,6 +71,144 @@ std::string pairs_of_picture(const Viewer& viewer, const char* unit) {
   return grouped(viewer.shown.stats.tile_pairs) + unit + size_text(viewer.shown.divisor);
 }
 
+// The numbers of two scenes beside each other, in the order of their names.
+std::vector<std::string> numbers_of_both(const Viewer& viewer) {
+  const RenderStats* stats[] = {&viewer.shown.stats, &viewer.shown.other->stats};
+  if (viewer.split.flipped) std::swap(stats[0], stats[1]);
+  const auto ms = [](const RenderStats* s) {
+    return "~" + rough(static_cast<double>(s->frame_ms));
+  };
+  return {
+      fmt::format("{}", fmt::join(split_names(viewer), " | ")), mode_name(viewer.mode()),
+      fmt::format("{} | {} ms", ms(stats[0]), ms(stats[1])),
+      fmt::format("{} | {} pairs", grouped(stats[0]->tile_pairs), grouped(stats[1]->tile_pairs))};
+}
+
+std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
+  const RenderStats& stats = viewer.shown.stats;
+  std::vector<std::string> words = {mode_name(viewer.mode())};
+  if (const std::string time = time_of_picture(viewer); !time.empty()) words.push_back(time);
+  words.push_back(pairs_of_picture(viewer, " pairs"));
+  words.push_back(
+      fmt::format("{} of {} Gaussians", grouped(stats.visible), grouped(stats.gaussians)));
+  return words;
+}
+
+using nlohmann::ordered_json;
+
+void add_facts(ordered_json& json, const std::vector<Fact>& facts) {
+  for (const Fact& fact : facts) json[fact.label] = fact.value;
+}
+
+ordered_json view_json(const Viewer& viewer) {
+  const bool has_view = viewer.camera.width > 0 && viewer.scene;
+  const Camera measured = measured_camera(viewer);
+  return {{"scene", viewer.scene ? viewer.scene->name : ""},
+          {"gaussians", viewer.scene ? viewer.scene->gaussians : 0},
+          {"mode", mode_name(viewer.mode())},
+          {"backend", kBackendNames[static_cast<int>(viewer.backend)]},
+          {"pipeline", kPipelineNames[static_cast<int>(viewer.settings.pipeline)]},
+          {"camera", has_view ? camera_json(viewer.camera) : ordered_json()},
+          {"axes", viewer.scene ? viewer.scene->axes : ""},
+          {"dataset_camera", viewer.dataset_camera},
+          {"seconds", viewer.now},
+          {"frames", viewer.frames},
+          {"divisor", viewer.shown.divisor},
+          {"interop", viewer.shown.interop},
+          {"present_ms", {{"into_gl", viewer.shown.stats.present_ms}, {"draw", viewer.present_ms}}},
+          {"caveat", hud_caveat(viewer)},
+          {"line", status_line(viewer).numbers},
+          {"numbers_are_current", numbers_are_current(viewer)},
+          {"numbers_suffice", numbers_suffice(viewer)},
+          {"frames_behind", frames_behind(viewer.numbers)},
+          {"baseline", mode_name(viewer.baseline)},
+          {"status", viewer.drawn_status},
+          {"columns", viewer.drawn_columns},
+          {"measured_size", {measured.width, measured.height}}};
+}
+
+ordered_json mode_json(const Viewer& viewer, const HudRow& row) {
+  const std::optional<LiveCount> live = live_pairs(viewer, row.mode);
+  return {{"mode", row.name.text},
+          {"live_pairs", live ? ordered_json(live->tile_pairs) : ordered_json()},
+          {"live_frames_ago", live ? ordered_json(live->frames_ago) : ordered_json()},
+          {"ms_median", row.ms.value},
+          {"ms", row.ms.text},
+          {"fps", row.fps.text},
+          {"fps_sampled", row.fps_sampled},
+          {"pairs", row.pairs.text},
+          {"per_visible", row.per_visible.text},
+          {"unused", row.unused.text},
+          {"ratio", row.ratio.text},
+          {"noisy", row.ms.noisy},
+          {"ratio_noisy", row.ratio.noisy},
+          {"other_ms", row.other_ms.text},
+          {"other_ratio", row.other_ratio.text}};
+}
+
+ordered_json split_json(const Viewer& viewer, const ShownOther& other) {
+  const PixelBox& region = other.region;
+  ordered_json json = {{"first", full_name(viewer.variant())},
+                       {"other", full_name(other.variant)},
+                       {"view", kSplitViews[static_cast<int>(viewer.split.view)]},
+                       {"divider", viewer.split.divider},
+                       {"amplification", shown_amplification(viewer)},
+                       {"flipped", viewer.split.flipped},
+                       {"region", {region.x0, region.y0, region.x1, region.y1}}};
+  if (other.scene) json["scenes"] = names_of_scenes(viewer, *other.scene);
+  add_facts(json, split_facts(viewer));
+  return json;
+}
+
+// The heatmap, the value map, the split and the crop of the shown picture.
+void add_overlays(const Viewer& viewer, ordered_json& json) {
+  if (viewer.shown.heatmap) {
+    json["heatmap"] = {{"quantity", heatmap_row(viewer.shown.heatmap->quantity).name},
+                       {"total", viewer.shown.heatmap->total},
+                       {"max", viewer.shown.map_scale.maximum},
+                       {"scale", scale_text(viewer)}};
+    if (viewer.shown.other && viewer.shown.other->heatmap)
+      json["heatmap"]["other_total"] = viewer.shown.other->heatmap->total;
+    if (viewer.shown.missed) json["heatmap"]["missed"] = missed_sentence(*viewer.shown.missed);
+  }
+  if (viewer.shown.values) {
+    const ValueMap& map = *viewer.shown.values;
+    json["picture"] = {
+        {"quantity", row_of(map.quantity).name}, {"low", map.scale.low}, {"high", map.scale.high}};
+  }
+  if (viewer.shown.grid) {
+    for (CullMode mode = 1; mode <= culler_count(); ++mode)
+      json["grid"].push_back({{"mode", mode_name(mode)}, {"label", grid_label(viewer, mode)}});
+  }
+  if (viewer.shown.other) json["split"] = split_json(viewer, *viewer.shown.other);
+  if (viewer.crop.wish.removes()) {
+    json["crop"] = {{"text", crop_text(viewer)},
+                    {"applied", viewer.crop.applied},
+                    {"box", format_crop_box(viewer.crop.wish.box)}};
+  }
+}
+
+// The help for a user who is lost or new, and the size of letters.
+void add_guides(const Viewer& viewer, ordered_json& json) {
+  if (const std::optional<WayToSubject> way = way_to_subject(viewer)) {
+    json["arrow"] = {{"tip", {way->tip.x, way->tip.y}},
+                     {"direction", {way->direction.x, way->direction.y}}};
+  } else {
+    json["arrow"] = nullptr;
+  }
+  json["first_views"] = viewer.view_choice.pictures && viewer.scene
+                            ? viewer.scene->candidates.size()
+                            : std::size_t{0};
+  json["interface_scale"] = interface_scale(viewer);
+}
+
+void add_messages(const Viewer& viewer, ordered_json& json) {
+  json["hints"] = ordered_json::array();
+  for (const std::string& hint : hint_texts(viewer.hints)) json["hints"].push_back(hint);
+  json["toasts"] = ordered_json::array();
+  for (const Toast& toast : viewer.toasts) json["toasts"].push_back(toast.text);
+}
+
 }  // namespace
 
 std::vector<Fact> hud_facts(const Viewer& viewer) {
@@ -117,33 +253,6 @@ std::string hud_caveat(const Viewer& viewer) {
   if (!viewer.on_demand && viewer.vsync) reasons.emplace_back("waits for the display");
   return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
 }
-
-namespace {
-
-// The numbers of two scenes beside each other, in the order of their names.
-std::vector<std::string> numbers_of_both(const Viewer& viewer) {
-  const RenderStats* stats[] = {&viewer.shown.stats, &viewer.shown.other->stats};
-  if (viewer.split.flipped) std::swap(stats[0], stats[1]);
-  const auto ms = [](const RenderStats* s) {
-    return "~" + rough(static_cast<double>(s->frame_ms));
-  };
-  return {
-      fmt::format("{}", fmt::join(split_names(viewer), " | ")), mode_name(viewer.mode()),
-      fmt::format("{} | {} ms", ms(stats[0]), ms(stats[1])),
-      fmt::format("{} | {} pairs", grouped(stats[0]->tile_pairs), grouped(stats[1]->tile_pairs))};
-}
-
-std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
-  const RenderStats& stats = viewer.shown.stats;
-  std::vector<std::string> words = {mode_name(viewer.mode())};
-  if (const std::string time = time_of_picture(viewer); !time.empty()) words.push_back(time);
-  words.push_back(pairs_of_picture(viewer, " pairs"));
-  words.push_back(
-      fmt::format("{} of {} Gaussians", grouped(stats.visible), grouped(stats.gaussians)));
-  return words;
-}
-
-}  // namespace
 
 StatusLine status_line(const Viewer& viewer) {
   StatusLine line;
@@ -241,133 +350,8 @@ std::vector<Fact> split_facts(const Viewer& viewer) {
   return facts;
 }
 
-namespace {
-
-using nlohmann::ordered_json;
-
-void add_facts(ordered_json& json, const std::vector<Fact>& facts) {
-  for (const Fact& fact : facts) json[fact.label] = fact.value;
-}
-
-void add_view(const Viewer& viewer, ordered_json& json) {
-  json["scene"] = viewer.scene ? viewer.scene->name : "";
-  json["gaussians"] = viewer.scene ? viewer.scene->gaussians : 0;
-  json["mode"] = mode_name(viewer.mode());
-  json["backend"] = kBackendNames[static_cast<int>(viewer.backend)];
-  json["pipeline"] = kPipelineNames[static_cast<int>(viewer.settings.pipeline)];
-  json["camera"] =
-      viewer.camera.width > 0 && viewer.scene ? camera_json(viewer.camera) : ordered_json();
-  json["axes"] = viewer.scene ? viewer.scene->axes : "";
-  json["dataset_camera"] = viewer.dataset_camera;
-}
-
-void add_frame(const Viewer& viewer, ordered_json& json) {
-  json["seconds"] = viewer.now;
-  json["frames"] = viewer.frames;
-  json["divisor"] = viewer.shown.divisor;
-  json["interop"] = viewer.shown.interop;
-  json["present_ms"] = {{"into_gl", viewer.shown.stats.present_ms}, {"draw", viewer.present_ms}};
-  json["caveat"] = hud_caveat(viewer);
-  json["line"] = status_line(viewer).numbers;
-  json["numbers_are_current"] = numbers_are_current(viewer);
-  json["numbers_suffice"] = numbers_suffice(viewer);
-  json["frames_behind"] = frames_behind(viewer.numbers);
-  json["baseline"] = mode_name(viewer.baseline);
-  json["status"] = viewer.drawn_status;
-  json["columns"] = viewer.drawn_columns;
-  const Camera measured = measured_camera(viewer);
-  json["measured_size"] = {measured.width, measured.height};
-}
-
-ordered_json mode_json(const Viewer& viewer, const HudRow& row) {
-  const BenchRow* measured = measured_row(viewer, row.mode, viewer.settings.pipeline);
-  const std::optional<LiveCount> live = live_pairs(viewer, row.mode);
-  return {{"mode", row.name},
-          {"live_pairs", live ? ordered_json(live->tile_pairs) : ordered_json()},
-          {"live_frames_ago", live ? ordered_json(live->frames_ago) : ordered_json()},
-          {"ms_median", measured == nullptr ? 0 : measured->ms_median},
-          {"ms", row.ms},
-          {"fps", row.fps},
-          {"fps_sampled", row.fps_sampled},
-          {"pairs", row.pairs},
-          {"per_visible", row.per_visible},
-          {"unused", row.unused},
-          {"ratio", row.ratio},
-          {"noisy", row.is_noisy},
-          {"ratio_noisy", row.ratio_noisy},
-          {"other_ms", row.other_ms},
-          {"other_ratio", row.other_ratio}};
-}
-
-ordered_json split_json(const Viewer& viewer, const ShownOther& other) {
-  const PixelBox& region = other.region;
-  ordered_json json = {{"first", full_name(viewer.variant())},
-                       {"other", full_name(other.variant)},
-                       {"view", kSplitViews[static_cast<int>(viewer.split.view)]},
-                       {"divider", viewer.split.divider},
-                       {"amplification", shown_amplification(viewer)},
-                       {"flipped", viewer.split.flipped},
-                       {"region", {region.x0, region.y0, region.x1, region.y1}}};
-  if (other.scene) json["scenes"] = names_of_scenes(viewer, *other.scene);
-  add_facts(json, split_facts(viewer));
-  return json;
-}
-
-// The heatmap, the value map, the split and the crop of the shown picture.
-void add_overlays(const Viewer& viewer, ordered_json& json) {
-  if (viewer.shown.heatmap) {
-    json["heatmap"] = {{"quantity", heatmap_row(viewer.shown.heatmap->quantity).name},
-                       {"total", viewer.shown.heatmap->total},
-                       {"max", viewer.shown.map_scale.maximum},
-                       {"scale", scale_text(viewer)}};
-    if (viewer.shown.other && viewer.shown.other->heatmap)
-      json["heatmap"]["other_total"] = viewer.shown.other->heatmap->total;
-    if (viewer.shown.missed) json["heatmap"]["missed"] = missed_sentence(*viewer.shown.missed);
-  }
-  if (viewer.shown.values) {
-    const ValueMap& map = *viewer.shown.values;
-    json["picture"] = {
-        {"quantity", row_of(map.quantity).name}, {"low", map.scale.low}, {"high", map.scale.high}};
-  }
-  if (viewer.shown.grid) {
-    for (CullMode mode = 1; mode <= culler_count(); ++mode)
-      json["grid"].push_back({{"mode", mode_name(mode)}, {"label", grid_label(viewer, mode)}});
-  }
-  if (viewer.shown.other) json["split"] = split_json(viewer, *viewer.shown.other);
-  if (viewer.crop.wish.removes()) {
-    json["crop"] = {{"text", crop_text(viewer)},
-                    {"applied", viewer.crop.applied},
-                    {"box", format_crop_box(viewer.crop.wish.box)}};
-  }
-}
-
-// The help for a user who is lost or new, and the size of letters.
-void add_guides(const Viewer& viewer, ordered_json& json) {
-  if (const std::optional<WayToSubject> way = way_to_subject(viewer)) {
-    json["arrow"] = {{"tip", {way->tip.x, way->tip.y}},
-                     {"direction", {way->direction.x, way->direction.y}}};
-  } else {
-    json["arrow"] = nullptr;
-  }
-  json["first_views"] = viewer.view_choice.pictures && viewer.scene
-                            ? viewer.scene->candidates.size()
-                            : std::size_t{0};
-  json["interface_scale"] = interface_scale(viewer);
-}
-
-void add_messages(const Viewer& viewer, ordered_json& json) {
-  json["hints"] = ordered_json::array();
-  for (const std::string& hint : hint_texts(viewer.hints)) json["hints"].push_back(hint);
-  json["toasts"] = ordered_json::array();
-  for (const Toast& toast : viewer.toasts) json["toasts"].push_back(toast.text);
-}
-
-}  // namespace
-
 std::string state_json(const Viewer& viewer) {
-  ordered_json json;
-  add_view(viewer, json);
-  add_frame(viewer, json);
+  ordered_json json = view_json(viewer);
   if (viewer.training) {
     add_facts(json["training"], training_facts(viewer));
     json["training"]["shown"] = viewer.training->shown;

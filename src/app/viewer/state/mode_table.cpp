@@ -1,51 +1,37 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/state/mode_table.h"
 
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/live_counts.h"
 #include "app/viewer/state/samples.h"
 #include "base/text.h"
 
 namespace qs {
-
-std::optional<Pipeline> other_pipeline(const Viewer& viewer) {
-  if (pipelines_of(viewer.backend).size() < 2) return std::nullopt;
-  return viewer.settings.pipeline == Pipeline::fast ? Pipeline::classic : Pipeline::fast;
-}
-
 namespace {
 
-std::string time_cell(const BenchRow* row) {
-  return row == nullptr ? "-" : time_text(row->ms_median, spread_ms(*row));
+HudCell time_cell(const BenchRow& row) {
+  return {time_text(row.ms_median, spread_ms(row)), row.ms_median, has_noisy_time(row)};
 }
-
-std::string rate_cell(const BenchRow* row) {
-  return row == nullptr ? "-" : rate_text(row->ms_median, spread_ms(*row));
-}
-
-bool is_noisy_row(const BenchRow* row) { return row != nullptr && has_noisy_time(*row); }
 
 // A ratio of interleaved frames can be certain although the times of a busy machine vary.
-bool is_undecided_ratio(const std::optional<Ratio>& ratio) { return ratio && is_undecided(*ratio); }
-
-std::string ratio_cell(const std::optional<Ratio>& ratio) {
-  return ratio ? ratio_text(*ratio) : "-";
+HudCell ratio_cell(const Viewer& viewer, const BenchRow* row, Pipeline pipeline) {
+  const std::optional<Ratio> ratio = ratio_to_baseline(viewer, row, pipeline);
+  return ratio ? HudCell{ratio_text(*ratio), ratio->value, is_undecided(*ratio)} : HudCell();
 }
 
-// The numbers by which the table is sorted and bars are drawn.
-void set_numbers(HudRow& row, const BenchRow* measured) {
-  if (measured == nullptr) return;
-  row.fps_value = measured->fps_median;
-  row.ms_value = measured->ms_median;
-  row.pairs_value = static_cast<double>(measured->pairs);
-  row.per_visible_value = measured->pairs_per_visible;
-  row.unused_value = measured->false_positive_share.value_or(0);
-  const std::optional<double> spread = spread_ms(*measured);
-  if (!spread || *spread >= measured->ms_median) return;
-  row.fps_low = 1000 / (measured->ms_median + *spread);
-  row.fps_high = 1000 / (measured->ms_median - *spread);
+void set_measured(HudRow& row, const BenchRow& measured) {
+  const std::optional<double> spread = spread_ms(measured);
+  row.ms = time_cell(measured);
+  row.fps = {rate_text(measured.ms_median, spread), measured.fps_median, row.ms.noisy};
+  row.pairs = {grouped(measured.pairs), static_cast<double>(measured.pairs)};
+  row.per_visible = {fmt::format("{:.2f}", measured.pairs_per_visible), measured.pairs_per_visible};
+  row.unused = {unused_text(&measured), measured.false_positive_share.value_or(0)};
+  if (!spread || *spread >= measured.ms_median) return;
+  row.fps_low = 1000 / (measured.ms_median + *spread);
+  row.fps_high = 1000 / (measured.ms_median - *spread);
 }
 
 // Counts of this view, or of a recent view of a moving camera, in place of an earlier measurement.
@@ -53,8 +39,8 @@ void set_live_pairs(const Viewer& viewer, HudRow& row) {
   if (numbers_are_current(viewer)) return;
   const std::optional<LiveCount> live = live_pairs(viewer, row.mode);
   if (!live) return;
-  row.pairs = (live->frames_ago > 0 ? "~" : "") + grouped(live->tile_pairs);
-  row.pairs_value = static_cast<double>(live->tile_pairs);
+  row.pairs = {(live->frames_ago > 0 ? "~" : "") + grouped(live->tile_pairs),
+               static_cast<double>(live->tile_pairs)};
   row.pairs_live = true;
 }
 
@@ -62,15 +48,75 @@ void set_live_pairs(const Viewer& viewer, HudRow& row) {
 // no bar beside bars of samples.
 void set_sample(const Viewer& viewer, HudRow& row) {
   if (numbers_are_current(viewer) || viewer.samples.empty()) return;
-  row.fps_value = row.fps_low = row.fps_high = 0;
+  row.fps.value = row.fps_low = row.fps_high = 0;
   const ModeSample* sample = sample_of(viewer, row.mode);
   if (sample == nullptr) return;
-  row.fps = sample_text(*sample);
-  row.fps_value = fps_of(*sample);
+  row.fps.text = sample_text(*sample);
+  row.fps.value = fps_of(*sample);
   row.fps_sampled = true;
 }
 
+// "\u00b1" and "%" mean something else to LaTeX.
+std::string latex_cell(const std::string& text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text.compare(i, 2, "\u00b1") == 0) {
+      result += "$\\pm$";
+      ++i;
+    } else {
+      if (std::string_view("%&_#$").find(text[i]) != std::string_view::npos) result += '\\';
+      result += text[i];
+    }
+  }
+  return result;
+}
+
+std::vector<std::string> cells_of(const HudRow& row, const std::vector<TableColumn>& columns) {
+  std::vector<std::string> cells;
+  for (const TableColumn& column : columns) cells.push_back((row.*column.cell).text);
+  return cells;
+}
+
+std::string latex_line(std::vector<std::string> cells) {
+  for (std::string& cell : cells) cell = latex_cell(cell);
+  return joined(cells, " & ") + " \\\\\n";
+}
+
+std::string markdown_line(std::vector<std::string> cells) {
+  for (std::string& cell : cells) cell = markdown_text(cell);
+  return "| " + joined(cells, " | ") + " |\n";
+}
+
+ModeGlance glance_of_row(const BenchRow& row) { return {row.fps_median, row.pairs}; }
+
+ModeGlance glance_of_seen(const Viewer& viewer, CullMode mode) {
+  ModeGlance glance;
+  const auto found = viewer.seen.stats.find(mode);
+  if (viewer.seen.view_version != viewer.view_version || found == viewer.seen.stats.end())
+    return glance;
+  const RenderStats& stats = found->second;
+  if (stats.frame_ms > 0) glance.fps = 1000 / static_cast<double>(stats.frame_ms);
+  glance.pairs = stats.tile_pairs;
+  return glance;
+}
+
+// FPS to three digits: one decimal below 100.
+std::string fps_glance(const std::optional<double>& fps) {
+  if (!fps) return "-";
+  if (*fps < 100) return fmt::format("{:.1f}", *fps);
+  return grouped(static_cast<std::uint64_t>(std::llround(*fps)));
+}
+
+std::string pairs_glance(const std::optional<std::uint64_t>& pairs) {
+  return pairs ? grouped(*pairs) : "-";
+}
+
 }  // namespace
+
+std::optional<Pipeline> other_pipeline(const Viewer& viewer) {
+  if (pipelines_of(viewer.backend).size() < 2) return std::nullopt;
+  return viewer.settings.pipeline == Pipeline::fast ? Pipeline::classic : Pipeline::fast;
+}
 
 std::string unused_text(const BenchRow* row) {
   if (row == nullptr || !row->false_positives) return "-";
@@ -85,30 +131,15 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
     const BenchRow* found = measured_row(viewer, mode, here);
     HudRow& row = rows.emplace_back();
     row.mode = mode;
-    row.mode_value = mode;
-    row.name = mode_name(mode);
-    set_numbers(row, found);
-    row.ms = time_cell(found);
-    row.fps = rate_cell(found);
-    row.pairs = found == nullptr ? "-" : grouped(found->pairs);
+    row.name = {mode_name(mode), static_cast<double>(mode)};
+    if (found != nullptr) set_measured(row, *found);
     set_live_pairs(viewer, row);
     set_sample(viewer, row);
-    row.per_visible = found == nullptr ? "-" : fmt::format("{:.2f}", found->pairs_per_visible);
-    row.unused = unused_text(found);
-    const std::optional<Ratio> ratio = ratio_to_baseline(viewer, found, here);
-    row.is_noisy = is_noisy_row(found);
-    row.ratio_noisy = is_undecided_ratio(ratio);
-    row.ratio = ratio_cell(ratio);
-    row.ratio_value = ratio ? ratio->value : 0;
+    row.ratio = ratio_cell(viewer, found, here);
     if (!other) continue;
     const BenchRow* beside = measured_row(viewer, mode, *other);
-    const std::optional<Ratio> other_ratio = ratio_to_baseline(viewer, beside, *other);
-    row.other_ms = time_cell(beside);
-    row.other_noisy = is_noisy_row(beside);
-    row.other_ratio_noisy = is_undecided_ratio(other_ratio);
-    row.other_ratio = ratio_cell(other_ratio);
-    row.other_ms_value = beside == nullptr ? 0 : beside->ms_median;
-    row.other_ratio_value = other_ratio ? other_ratio->value : 0;
+    row.other_ms = beside == nullptr ? HudCell() : time_cell(*beside);
+    row.other_ratio = ratio_cell(viewer, beside, *other);
   }
   return rows;
 }
@@ -136,63 +167,24 @@ std::string trust_text(const Viewer& viewer, CullMode mode) {
 
 std::vector<TableColumn> table_columns(const Viewer& viewer) {
   const std::string ratio = fmt::format("vs {}", mode_name(viewer.baseline));
+  using enum CellKind;
   std::vector<TableColumn> columns = {
-      {"mode", CellKind::mode, 6.6f, 0, nullptr, &HudRow::mode_value},
-      {"FPS", CellKind::bar, 5.4f, 1, &HudRow::fps, &HudRow::fps_value, &HudRow::is_noisy},
-      {"pairs", CellKind::number, 4.4f, 2, &HudRow::pairs, &HudRow::pairs_value},
-      {ratio, CellKind::number, 6.6f, 3, &HudRow::ratio, &HudRow::ratio_value,
-       &HudRow::ratio_noisy},
-      {"ms", CellKind::number, 5.2f, 4, &HudRow::ms, &HudRow::ms_value, &HudRow::is_noisy},
-      {"unused", CellKind::number, 3.6f, 6, &HudRow::unused, &HudRow::unused_value},
-      {"per visible", CellKind::number, 4.8f, 9, &HudRow::per_visible, &HudRow::per_visible_value},
+      {"mode", mode, 6.6f, 0, &HudRow::name},
+      {"FPS", bar, 5.4f, 1, &HudRow::fps},
+      {"pairs", number, 4.4f, 2, &HudRow::pairs},
+      {ratio, number, 6.6f, 3, &HudRow::ratio},
+      {"ms", number, 5.2f, 4, &HudRow::ms},
+      {"unused", number, 3.6f, 6, &HudRow::unused},
+      {"per visible", number, 4.8f, 9, &HudRow::per_visible},
   };
   if (const auto other = other_pipeline(viewer)) {
     const char* name = kPipelineNames[static_cast<int>(*other)];
-    columns.push_back({fmt::format("{} ms", name), CellKind::number, 5.4f, 7, &HudRow::other_ms,
-                       &HudRow::other_ms_value, &HudRow::other_noisy});
-    columns.push_back({fmt::format("{} {}", name, ratio), CellKind::number, 7.6f, 8,
-                       &HudRow::other_ratio, &HudRow::other_ratio_value,
-                       &HudRow::other_ratio_noisy});
+    columns.push_back({fmt::format("{} ms", name), number, 5.4f, 7, &HudRow::other_ms});
+    columns.push_back({fmt::format("{} {}", name, ratio), number, 7.6f, 8, &HudRow::other_ratio});
   }
-  columns.push_back({"stages", CellKind::stages, 5.0f, 5});
+  columns.push_back({"stages", stages, 5.0f, 5});
   return columns;
 }
-
-namespace {
-
-// "\u00b1" and "%" mean something else to LaTeX.
-std::string latex_cell(const std::string& text) {
-  std::string result;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text.compare(i, 2, "\u00b1") == 0) {
-      result += "$\\pm$";
-      ++i;
-    } else {
-      if (std::string_view("%&_#$").find(text[i]) != std::string_view::npos) result += '\\';
-      result += text[i];
-    }
-  }
-  return result;
-}
-
-std::vector<std::string> cells_of(const HudRow& row, const std::vector<TableColumn>& columns) {
-  std::vector<std::string> cells;
-  for (const TableColumn& column : columns)
-    cells.push_back(column.text == nullptr ? row.name : row.*column.text);
-  return cells;
-}
-
-std::string latex_line(std::vector<std::string> cells) {
-  for (std::string& cell : cells) cell = latex_cell(cell);
-  return joined(cells, " & ") + " \\\\\n";
-}
-
-std::string markdown_line(std::vector<std::string> cells) {
-  for (std::string& cell : cells) cell = markdown_text(cell);
-  return "| " + joined(cells, " | ") + " |\n";
-}
-
-}  // namespace
 
 std::string table_text(const Viewer& viewer, TableFormat format) {
   if (format == TableFormat::csv) return format_csv(viewer.numbers.rows);
@@ -222,6 +214,45 @@ std::string table_caption(const Viewer& viewer) {
                                        : glm::ivec2(rows.front().width, rows.front().height);
   return fmt::format("{}, {} x {}, {}", viewer.scene ? viewer.scene->name : "no scene", size.x,
                      size.y, drawn_by(viewer.variant()));
+}
+
+GlancePair glances_of(const Viewer& viewer, CullMode from, CullMode to) {
+  const Pipeline pipeline = viewer.settings.pipeline;
+  const BenchRow* a = measured_row(viewer, from, pipeline);
+  const BenchRow* b = measured_row(viewer, to, pipeline);
+  if (numbers_are_current(viewer) && a != nullptr && b != nullptr)
+    return {glance_of_row(*a), glance_of_row(*b)};
+  return {glance_of_seen(viewer, from), glance_of_seen(viewer, to)};
+}
+
+std::string switch_text(const Viewer& viewer) {
+  const auto [from, to] = glances_of(viewer, viewer.mode_switch->from, viewer.mode_switch->to);
+  if (!from.pairs && !to.pairs) return "";
+  return fmt::format("FPS {} -> {}, pairs {} -> {}", fps_glance(from.fps), fps_glance(to.fps),
+                     pairs_glance(from.pairs), pairs_glance(to.pairs));
+}
+
+std::string grid_label(const Viewer& viewer, CullMode mode) {
+  const std::optional<ShownGrid>& grid = viewer.shown.grid;
+  if (!grid || viewer.shown.divisor > 1) return mode_label(viewer, mode, std::nullopt);
+  return mode_label(viewer, mode, grid->stats[static_cast<std::size_t>(mode - 1)].tile_pairs);
+}
+
+std::string mode_label(const Viewer& viewer, CullMode mode, std::optional<std::uint64_t> counted) {
+  const HudRow row = hud_rows(viewer)[static_cast<std::size_t>(mode - 1)];
+  const bool current = numbers_are_current(viewer);
+  std::string pairs = current ? row.pairs.text : "-";
+  if (pairs == "-") pairs = pairs_glance(counted);
+  return fmt::format("{} FPS \u00b7 {} pairs \u00b7 {}", current ? row.fps.text : "-", pairs,
+                     current ? row.ratio.text : "-");
+}
+
+std::vector<std::string> badge_lines(const Viewer& viewer) {
+  const ModeGlance glance = glances_of(viewer, viewer.mode(), viewer.mode()).to;
+  std::vector<std::string> lines;
+  if (glance.fps) lines.push_back(fps_glance(glance.fps) + " FPS");
+  if (glance.pairs) lines.push_back(pairs_glance(glance.pairs) + " pairs");
+  return lines;
 }
 
 }  // namespace qs

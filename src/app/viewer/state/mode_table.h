@@ -11,21 +11,25 @@
 #include <vector>
 
 #include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/viewer.h"
 
 namespace qs {
 
-/// One mode of the table; the texts are "-" and the numbers 0 for values that were not measured.
+/// A number of the table: "-" and 0 if it was not measured.
+struct HudCell {
+  std::string text = "-";
+  double value = 0;    ///< orders the rows
+  bool noisy = false;  ///< it should not be trusted, or it is open which mode is faster
+};
+
+/// One mode of the table.
 struct HudRow {
   CullMode mode = 0;
-  std::string name, ms, fps, pairs, per_visible, unused, ratio;
-  std::string other_ms, other_ratio;  ///< of other_pipeline(); empty without another pipeline
-  double mode_value = 0, ms_value = 0, fps_value = 0, pairs_value = 0, per_visible_value = 0,
-         unused_value = 0, ratio_value = 0, other_ms_value = 0, other_ratio_value = 0;
-  double fps_low = 0, fps_high = 0;  ///< the middle half of the frames; 0 for a single frame
-  bool fps_sampled = false;          ///< the FPS are of a single frame of this or a recent view
-  bool pairs_live = false;  ///< the pairs were counted beside a frame of this or a recent view
-  bool is_noisy = false, other_noisy = false;           ///< the times should not be trusted
-  bool ratio_noisy = false, other_ratio_noisy = false;  ///< it is open which mode is faster
+  HudCell name, ms, fps, pairs, per_visible, unused, ratio;
+  HudCell other_ms{""}, other_ratio{""};  ///< of other_pipeline(); empty without another pipeline
+  double fps_low = 0, fps_high = 0;       ///< the middle half of the frames; 0 for a single frame
+  bool fps_sampled = false;  ///< the FPS are of a single frame of this or a recent view
+  bool pairs_live = false;   ///< the pairs were counted beside a frame of this or a recent view
 };
 
 std::vector<HudRow> hud_rows(const Viewer& viewer);
@@ -45,11 +49,9 @@ enum class CellKind { mode, bar, number, stages };
 struct TableColumn {
   std::string title;
   CellKind kind = CellKind::number;
-  float letters = 0;  ///< least width, heights of a letter
-  int rank = 0;       ///< a narrow table leaves out the columns with the highest rank
-  std::string HudRow::*text = nullptr;  ///< null for CellKind::mode and stages
-  double HudRow::*value = nullptr;      ///< orders the rows; null for stages
-  bool HudRow::*noisy = nullptr;        ///< the cell is gray; null: never
+  float letters = 0;                ///< least width, heights of a letter
+  int rank = 0;                     ///< a narrow table leaves out the columns with the highest rank
+  HudCell HudRow::*cell = nullptr;  ///< null for stages
 };
 
 /// All columns from left to right.
@@ -100,5 +102,34 @@ std::string table_text(const Viewer& viewer, TableFormat format);
 /// "garden, 1280 x 720, fast on CPU": the scene, the size at which the rows were measured, and the
 /// backend.
 std::string table_caption(const Viewer& viewer);
+
+// ---- the words over the picture about the mode
+// ---------------------------------------------------
+/// The numbers of a mode in the view in the window; unset if they are unknown.
+struct ModeGlance {
+  std::optional<double> fps;
+  std::optional<std::uint64_t> pairs;
+};
+
+/// The numbers of two modes from one source, so that they can be compared: both rows of the table
+/// if it is of this view, else the full-size frames of this view that were shown.
+struct GlancePair {
+  ModeGlance from, to;
+};
+GlancePair glances_of(const Viewer& viewer, CullMode from, CullMode to);
+
+/// "FPS 512 -> 1,040, pairs 5,227,642 -> 1,796,352" of Viewer::mode_switch, which must be set; "-"
+/// for unknown numbers, empty if all are unknown.
+std::string switch_text(const Viewer& viewer);
+
+/// grid_label() with `counted` pairs until the table has them.
+std::string mode_label(const Viewer& viewer, CullMode mode, std::optional<std::uint64_t> counted);
+
+/// The numbers below a mode's picture in the grid: "1,040 FPS, 1,796,352 pairs, 2.03x"; FPS and the
+/// ratio are "-" until the table has them.
+std::string grid_label(const Viewer& viewer, CullMode mode);
+
+/// The lines of the badge below the name: "1,040 FPS" and "1,796,352 pairs", as far as known.
+std::vector<std::string> badge_lines(const Viewer& viewer);
 
 }  // namespace qs

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/state/next_axes.h"
-
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -9,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/camera_actions.h"
 #include "io/cloud/axes.h"
 
 namespace qs {

@@ -2,6 +2,7 @@
 #include "app/viewer/state/panel_text.h"
 
 #include <algorithm>
+#include <vector>
 
 #include <fmt/format.h>
 #include <glm/trigonometric.hpp>
@@ -13,6 +14,30 @@
 #include "base/text.h"
 
 namespace qs {
+namespace {
+
+// Where each letter begins, and the end of the text.
+std::vector<std::size_t> begins_of(const std::string& text) {
+  std::vector<std::size_t> begins;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool continues = (static_cast<unsigned char>(text[i]) & 0xc0) == 0x80;
+    if (!continues) begins.push_back(i);
+  }
+  begins.push_back(text.size());
+  return begins;
+}
+
+// For a split window with heat maps: the names of both sides with the totals of their maps.
+std::string totals_of_split(const Viewer& viewer) {
+  const ShownFrame& shown = viewer.shown;
+  const std::array<std::string, 2> names = split_names(viewer);
+  std::array<std::uint64_t, 2> totals = {shown.heatmap->total, shown.other->heatmap->total};
+  if (viewer.split.flipped) std::swap(totals[0], totals[1]);
+  return fmt::format("{} {} \u00b7 {} {} {} in all", names[0], grouped(totals[0]), names[1],
+                     grouped(totals[1]), heatmap_row(shown.heatmap->quantity).unit);
+}
+
+}  // namespace
 
 std::string scene_summary(const Viewer& viewer) {
   return fmt::format(
@@ -54,21 +79,6 @@ std::string camera_label(const ViewedScene& scene, std::size_t index) {
 
 std::string keyframe_label(const Viewer& viewer, std::size_t index) {
   return fmt::format("{}  at {:.2f} s", index + 1, viewer.keyframes[index].time);
-}
-
-CullMode inspected_mode(CullMode mode) {
-  return mode >= 1 && mode <= culler_count() ? mode : default_mode();
-}
-
-std::string construction_text(CullMode mode) {
-  return fmt::format(
-      "Tiles of {}: strong where a pixel uses the pair, medium where it reaches only pixels that "
-      "have stopped, pale where it reaches none.",
-      mode_name(inspected_mode(mode)));
-}
-
-std::string contribution_label(const Contribution& row, bool stops) {
-  return fmt::format("{}{}", row.gaussian, stops ? " stops" : "");
 }
 
 std::array<std::string, 4> contribution_cells(const Contribution& row, bool stops) {
@@ -136,15 +146,6 @@ std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBesi
   const std::array<std::string, 2> names = {scene_name(first), scene_name(beside.path)};
   if (names[0] != names[1]) return names;
   return {first.string(), beside.path.string()};
-}
-
-std::string totals_of_split(const Viewer& viewer) {
-  const ShownFrame& shown = viewer.shown;
-  const std::array<std::string, 2> names = split_names(viewer);
-  std::array<std::uint64_t, 2> totals = {shown.heatmap->total, shown.other->heatmap->total};
-  if (viewer.split.flipped) std::swap(totals[0], totals[1]);
-  return fmt::format("{} {} \u00b7 {} {} {} in all", names[0], grouped(totals[0]), names[1],
-                     grouped(totals[1]), heatmap_row(shown.heatmap->quantity).unit);
 }
 
 std::array<std::string, 2> split_names(const Viewer& viewer) {
@@ -228,6 +229,17 @@ std::vector<std::string> hint_texts(const Hints& hints) {
   if (hints.modes) texts.push_back(fmt::format("1 to {}: culling modes", culler_count()));
   if (hints.map) texts.emplace_back("H: where the work is");
   return texts;
+}
+
+std::size_t letters_of(const std::string& text) { return begins_of(text).size() - 1; }
+
+std::string shortened_middle(const std::string& text, std::size_t most) {
+  const std::vector<std::size_t> begins = begins_of(text);
+  const std::size_t letters = begins.size() - 1;
+  most = std::max<std::size_t>(most, 3);
+  if (letters <= most) return text;
+  const std::size_t head = (most - 1) / 3, tail = most - 1 - head;
+  return text.substr(0, begins[head]) + "\u2026" + text.substr(begins[letters - tail]);
 }
 
 }  // namespace qs

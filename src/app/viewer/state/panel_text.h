@@ -29,20 +29,8 @@ std::vector<Fact> scene_facts_of(const Viewer& viewer);
 std::string camera_label(const ViewedScene& scene, std::size_t index);
 std::string keyframe_label(const Viewer& viewer, std::size_t index);
 
-/// The columns of the inspector's tables: the Gaussians of a pixel, and the tiles of one of them.
-inline constexpr const char* kContributionColumns[] = {"Gaussian", "depth",  "alpha",
-                                                       "in front", "weight", "color"};
-inline constexpr const char* kTileColumns[] = {"tiles of", "listed", "used", "hidden", "empty"};
 inline constexpr const char* kNothingInspected = "Click a pixel of the picture.";
 inline constexpr const char* kInspectedEarlier = "of an earlier view: click again";
-inline constexpr const char* kTransmittanceTitle = "transmittance, from front to back";
-
-/// The mode whose tiles the inspector draws: `mode` if it is one of the paper's, else the default.
-CullMode inspected_mode(CullMode mode);
-/// The meaning of the colours of its tiles.
-std::string construction_text(CullMode mode);
-/// The label of a row of kContributionColumns: "512", or "512 stops".
-std::string contribution_label(const Contribution& row, bool stops);
 
 /// Depth, alpha, transmittance in front and weight of a Gaussian in the inspected pixel; `stops`:
 /// the pixel stopped before it, so it has no weight.
@@ -76,12 +64,6 @@ std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBesi
 std::array<std::string, 2> split_names(const Viewer& viewer);
 Legend pair_legend(const ShownFrame& shown);
 
-/// For a split window with heat maps: the names of both sides with the totals of their maps.
-std::string totals_of_split(const Viewer& viewer);
-
-/// The meaning of the colours of pair_legend().
-inline constexpr const char* kPairColors = "blue: the first lists fewer, orange: more";
-
 /// The factor by which the difference of a split window is shown: Split::amplification, or chosen
 /// from the frames.
 int shown_amplification(const Viewer& viewer);
@@ -104,5 +86,14 @@ std::string log_time(const LogEntry& entry);
 
 /// The hints that are still shown.
 std::vector<std::string> hint_texts(const Hints& hints);
+
+// ---- messages that are shortened to fit
+// ----------------------------------------------------------
+/// The text with at most `most` letters, at least 3: an ellipsis replaces letters in its middle, so
+/// that the begin of a path and the name of its file stay. The text is UTF-8.
+std::string shortened_middle(const std::string& text, std::size_t most);
+
+/// The letters of a UTF-8 text.
+std::size_t letters_of(const std::string& text);
 
 }  // namespace qs

@@ -7,10 +7,27 @@
 #include <fmt/format.h>
 
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/live_counts.h"
 #include "app/viewer/state/mode_numbers.h"
 
 namespace qs {
+
+std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode) {
+  const ViewCounts& counts = viewer.counts;
+  if (mode < 1 || static_cast<std::size_t>(mode) > counts.modes.size()) return std::nullopt;
+  const bool exact = counts.view_version == viewer.shown.view_version;
+  const int frames_ago = exact ? 0 : viewer.frames - counts.frame;
+  if (frames_ago > kMostFramesAgo) return std::nullopt;
+  const ModePairs& pairs = counts.modes[static_cast<std::size_t>(mode - 1)];
+  return LiveCount{pairs.tile_pairs, pairs.visible, frames_ago};
+}
+
+bool shows_counts(const Viewer& viewer) {
+  return viewer.scene && !viewer.remote && viewer.panels.hud && viewer.panels.all;
+}
+
+bool counts_are_current(const Viewer& viewer) {
+  return viewer.counts.view_version == viewer.view_version;
+}
 
 const ModeSample* sample_of(const Viewer& viewer, CullMode mode) {
   const auto found = viewer.samples.find(mode);
@@ -40,34 +57,6 @@ double rounded(double value) {
   const double unit = second_digit(value);
   return std::round(value / unit) * unit;
 }
-
-}  // namespace
-
-std::string rough(double value) {
-  if (value <= 0) return "0";
-  const double shown = rounded(value);
-  return significant(shown, second_digit(shown));
-}
-
-std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer) {
-  const ShownFrame& shown = viewer.shown;
-  if (shown.divisor == 1) return FullSizePairs{shown.stats.tile_pairs, true};
-  const Camera measured = measured_camera(viewer);
-  const std::optional<LiveCount> live = live_pairs(viewer, shown.mode);
-  if (live && live->frames_ago == 0 && measured.width == viewer.camera.width &&
-      measured.height == viewer.camera.height)
-    return FullSizePairs{live->tile_pairs, true};
-  const auto growth = viewer.pair_growth.factors.find(shown.divisor);
-  if (growth == viewer.pair_growth.factors.end()) return std::nullopt;
-  const double pairs = growth->second * static_cast<double>(shown.stats.tile_pairs);
-  return FullSizePairs{static_cast<std::uint64_t>(std::round(rounded(pairs))), false};
-}
-
-bool shows_colors_alone(const ShownFrame& frame) {
-  return !frame.heatmap && !frame.values && !frame.other && !frame.grid;
-}
-
-namespace {
 
 // True if two frames of a moving camera show nearly the same Gaussians.
 bool are_near(const RenderStats& a, const RenderStats& b) {
@@ -99,6 +88,30 @@ void learn_growth(PairGrowth& growth, const ShownFrame& before, const ShownFrame
 }
 
 }  // namespace
+
+std::string rough(double value) {
+  if (value <= 0) return "0";
+  const double shown = rounded(value);
+  return significant(shown, second_digit(shown));
+}
+
+std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer) {
+  const ShownFrame& shown = viewer.shown;
+  if (shown.divisor == 1) return FullSizePairs{shown.stats.tile_pairs, true};
+  const Camera measured = measured_camera(viewer);
+  const std::optional<LiveCount> live = live_pairs(viewer, shown.mode);
+  if (live && live->frames_ago == 0 && measured.width == viewer.camera.width &&
+      measured.height == viewer.camera.height)
+    return FullSizePairs{live->tile_pairs, true};
+  const auto growth = viewer.pair_growth.factors.find(shown.divisor);
+  if (growth == viewer.pair_growth.factors.end()) return std::nullopt;
+  const double pairs = growth->second * static_cast<double>(shown.stats.tile_pairs);
+  return FullSizePairs{static_cast<std::uint64_t>(std::round(rounded(pairs))), false};
+}
+
+bool shows_colors_alone(const ShownFrame& frame) {
+  return !frame.heatmap && !frame.values && !frame.other && !frame.grid;
+}
 
 namespace action {
 

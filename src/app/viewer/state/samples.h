@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// Times of single frames of the culling modes. A sample is less than a measurement, but it comes
-// at once, and also while the camera moves: frames in the window give samples of their mode, and
-// the render thread draws frames of the other modes in turns. Texts mark samples with "~".
+// The numbers of the culling modes that come with the frames: their counts and their times.
+//
+// Frames count the tile pairs of all modes beside drawing (Outputs::mode_pairs), always for the
+// full size of the picture, so a count is exact even where the frame in the window is reduced.
+// While the camera moves some frames may not count.
+//
+// Times of single frames are samples. A sample is less than a measurement, but it comes at once,
+// and also while the camera moves: frames in the window give samples of their mode, and the render
+// thread draws frames of the other modes in turns. Texts mark samples with "~".
 #pragma once
 
 #include <optional>
@@ -42,6 +48,26 @@ std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer);
 
 /// True if the time of the frame is the time of its mode alone: it has no map and no second frame.
 bool shows_colors_alone(const ShownFrame& frame);
+
+/// A count is unknown if more frames of other views than this were shown after it.
+inline constexpr int kMostFramesAgo = 10;
+
+/// The size of a mode's own frame.
+struct LiveCount {
+  std::uint64_t tile_pairs = 0;
+  std::uint32_t visible = 0;
+  /// 0: exact for the view in the window; else of the view that many frames ago
+  int frames_ago = 0;
+};
+
+/// The count of a mode; unset if it is unknown, and for other modes than 1..culler_count().
+std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode);
+
+/// True if the table of modes is visible, so that frames count.
+bool shows_counts(const Viewer& viewer);
+
+/// True if the counts are of the view of the next frame.
+bool counts_are_current(const Viewer& viewer);
 
 namespace action {
 

@@ -2,14 +2,80 @@
 #include "app/viewer/state/training_actions.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
 
 #include <fmt/format.h>
 
 #include "app/viewer/state/actions.h"
-#include "app/viewer/state/zoom_text.h"
+#include "app/viewer/state/zoom_actions.h"
+#include "base/fail.h"
 #include "base/text.h"
+#include "learn/run/settings.h"
+#include "learn/run/strategy.h"
 
 namespace qs {
+namespace {
+
+// At the speed of the last iterations; unset before the first and after the last.
+std::optional<double> seconds_left(const Training& training) {
+  const TrainingProgress& progress = training.progress;
+  if (training.phase == TrainingPhase::ended || progress.iterations_per_second <= 0)
+    return std::nullopt;
+  return (progress.iterations - progress.iteration) / progress.iterations_per_second;
+}
+
+constexpr float kAssumedRadius = 4;  ///< of a scene about which nothing is known, world units
+
+// Trainers place the cameras of a capture around the origin, with y down.
+ViewedScene remote_scene(const std::string& address, const std::vector<Camera>& cameras) {
+  ViewedScene scene;
+  scene.path = address;
+  scene.name = address;
+  scene.format = "a training in another program";
+  scene.core = {glm::vec3(-kAssumedRadius), glm::vec3(kAssumedRadius)};
+  scene.smallest_radius = 1;
+  scene.framing.eye = {0, -0.25 * kAssumedRadius, -kAssumedRadius};
+  scene.cameras = cameras;
+  use_cameras(scene);
+  return scene;
+}
+
+bool is_count(double number) { return number >= 0 && number < 1e15; }
+
+}  // namespace
+
+std::string usual_model(const std::string& data) {
+  const std::filesystem::path path = std::filesystem::path(data).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).string() + "_model";
+}
+
+std::vector<std::string> words_of(const std::string& line) {
+  std::vector<std::string> words;
+  std::istringstream text(line);
+  while (!(text >> std::ws).eof()) {
+    std::string word;
+    text >> std::quoted(word);  // a quote without end lasts to the end of the line
+    words.push_back(std::move(word));
+  }
+  return words;
+}
+
+TrainingRequest request_of(const TrainForm& form) {
+  TrainingRequest request{form.data, form.model.empty() ? usual_model(form.data) : form.model, {}};
+  std::vector<std::string>& options = request.options;
+  const auto add = [&](const char* name, const char* value) {
+    if (value != nullptr) options.insert(options.end(), {name, value});
+  };
+  if (form.iterations != kTrainIterations)
+    options.insert(options.end(), {"--iterations", fmt::format("{}", form.iterations)});
+  add("--resolution-scale", kTrainSizes[form.size].value);
+  const char* const strategy = train::strategies()[form.strategy].name;
+  add("--strategy", strategy == train::TrainSettings{}.strategy ? nullptr : strategy);
+  for (std::string& word : words_of(form.more)) options.push_back(std::move(word));
+  return request;
+}
 
 void DrawingBudget::spent(double now, double seconds, double most) {
   free_at_ = std::max(free_at_, now - seconds) + seconds / most;
@@ -31,18 +97,6 @@ bool is_training(const Viewer& viewer) {
 bool may_draw(const Viewer& viewer) {
   return !is_training(viewer) || viewer.training->budget.allows(viewer.now);
 }
-
-namespace {
-
-// At the speed of the last iterations; unset before the first and after the last.
-std::optional<double> seconds_left(const Training& training) {
-  const TrainingProgress& progress = training.progress;
-  if (training.phase == TrainingPhase::ended || progress.iterations_per_second <= 0)
-    return std::nullopt;
-  return (progress.iterations - progress.iteration) / progress.iterations_per_second;
-}
-
-}  // namespace
 
 std::string test_view_title(const Training& training) {
   const TestViews& views = *training.views;
@@ -102,6 +156,31 @@ bool window_shows_model(const Viewer& viewer) {
 
 bool shows_part_of_model(const Viewer& viewer) {
   return viewer.crop.asked.view != CropView::whole || viewer.crop.busy;
+}
+
+std::string remote_state(const RemoteRun& run) {
+  if (!run.problem.empty()) return run.problem;
+  if (!run.is_answering) return "connecting";
+  return run.paused ? "paused" : "running";
+}
+
+std::vector<Fact> remote_facts(const Viewer& viewer) {
+  if (!viewer.remote) return {};
+  const RemoteRun& run = *viewer.remote;
+  std::vector<Fact> facts = {{"training at", run.address}, {"state", remote_state(run)}};
+  if (!run.source.empty()) facts.push_back({"its data", run.source});
+  if (run.metrics.gaussians && is_count(*run.metrics.gaussians))
+    facts.push_back({"Gaussians", grouped(static_cast<std::uint64_t>(*run.metrics.gaussians))});
+  if (run.metrics.loss) facts.push_back({"loss", fmt::format("{:.4f}", *run.metrics.loss)});
+  if (run.pictures > 0)
+    facts.push_back({"pictures", grouped(static_cast<std::uint64_t>(run.pictures))});
+  return facts;
+}
+
+void require_scene(const Viewer& viewer) {
+  if (viewer.remote)
+    fail(ErrorKind::usage,
+         "this window shows a training in another program, of which it has pictures only");
 }
 
 namespace action {
@@ -227,6 +306,26 @@ void model_shown(Viewer& v, int iteration, std::uint64_t gaussians, double secon
   v.scene->gaussians = gaussians;
   v.inspected.reset();
   view_changed(v);
+}
+
+void remote_opened(Viewer& v, Host& host, const std::string& address,
+                   const std::vector<Camera>& cameras) {
+  const std::vector<std::filesystem::path> recent = v.recent;
+  scene_opened(v, host, {remote_scene(address, cameras), v.settings, v.backend});
+  v.recent = recent;  // it is no file
+  v.remote = RemoteRun();
+  v.remote->address = address;
+  v.panels.training = true;
+  v.panels.hud = false;
+}
+
+void remote_reported(Viewer& v, const RemoteRun& run) {
+  if (!v.remote) return;
+  const bool is_new = !run.problem.empty() && run.problem != v.remote->problem;
+  v.remote = run;
+  if (v.scene && run.metrics.gaussians && is_count(*run.metrics.gaussians))
+    v.scene->gaussians = static_cast<std::uint64_t>(*run.metrics.gaussians);
+  if (is_new) notify_error(v, run.problem);
 }
 
 }  // namespace action

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Changes of Viewer::training, and the words of its panel.
+// Changes of Viewer::training and of Viewer::remote, a training in another program, and the words
+// of their panel.
 #pragma once
+
+#include <filesystem>
+#include <vector>
 
 #include "app/viewer/state/action.h"
 #include "app/viewer/state/panel_text.h"
@@ -17,7 +21,7 @@ bool may_draw(const Viewer& viewer);
 /// True if the scene in the window is the model of the run.
 bool window_shows_model(const Viewer& viewer);
 
-/// True if the render thread has a part of the scene, or tints Gaussians in it: see crop.h.
+/// True if the render thread has a part of the scene, or tints Gaussians in it: see CropView.
 bool shows_part_of_model(const Viewer& viewer);
 
 /// The facts of the panel; empty without training.
@@ -29,6 +33,16 @@ std::string test_view_title(const Training& training);
 /// "PSNR 24.31 dB, SSIM 0.8412 at iteration 1,400", or the reason why there are no numbers yet.
 /// `training.views` is set.
 std::string test_view_text(const Viewer& viewer);
+
+/// The facts of the panel; empty without such a training.
+std::vector<Fact> remote_facts(const Viewer& viewer);
+
+/// "running", "paused", or why there are no pictures.
+std::string remote_state(const RemoteRun& run);
+
+/// Throws Error(usage) if the window shows a training in another program, so it has no scene to
+/// draw or to change.
+void require_scene(const Viewer& viewer);
 
 namespace action {
 
@@ -64,6 +78,12 @@ void test_view_compared(Viewer& viewer, const std::shared_ptr<const TestViews>& 
 void test_view_given_up(Viewer& viewer);
 /// Notes that the window now draws another model. Making and uploading it took `seconds`.
 void model_shown(Viewer& viewer, int iteration, std::uint64_t gaussians, double seconds);
+
+/// Shows the training at `address` from now on. `cameras`: of its data set, may be empty.
+void remote_opened(Viewer& viewer, Host& host, const std::string& address,
+                   const std::vector<Camera>& cameras);
+/// Takes the newest facts. A new problem is shown to the user.
+void remote_reported(Viewer& viewer, const RemoteRun& run);
 
 }  // namespace action
 }  // namespace qs

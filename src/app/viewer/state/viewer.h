@@ -26,14 +26,51 @@
 #include "app/picture/value_map.h"
 #include "app/remote/remote_run.h"
 #include "app/report/bench_report.h"
-#include "app/viewer/state/crop.h"
-#include "app/viewer/state/train_form.h"
 #include "app/viewer/state/training.h"
 #include "app/viewer/state/view_history.h"
 #include "app/viewer/state/zoom_recorder.h"
 #include "raster/api/renderer.h"
+#include "raster/scene/removal.h"
 
 namespace qs {
+
+// Crop and clean: the scene that was read stays whole; render/upload_scene.h shows parts of it.
+
+/// The user's criteria of removal. Numbers stay while their switch is off.
+struct CropWish {
+  bool boxed = false, cleans = false;
+  CropBox box;
+  Floaters floaters;
+
+  bool removes() const { return boxed || cleans; }
+  std::optional<CropBox> used_box() const { return boxed ? std::optional(box) : std::nullopt; }
+  std::optional<Floaters> used_floaters() const {
+    return cleans ? std::optional(floaters) : std::nullopt;
+  }
+  bool operator==(const CropWish&) const = default;
+};
+
+/// The whole scene; the same with a count of the Gaussians to remove; with these tinted; or only
+/// the rest.
+enum class CropView { whole, counted, marked, rest };
+
+/// The view of the scene that the render thread should show.
+struct CropRequest {
+  CropWish wish;  ///< empty for CropView::whole
+  CropView view = CropView::whole;
+  std::vector<CropWish> done = {};  ///< crops that were applied before this one, in their order
+  bool operator==(const CropRequest&) const = default;
+};
+
+struct Crop {
+  CropWish wish;
+  bool marks = true;                ///< while the panel is open, the Gaussians to remove are tinted
+  bool applied = false;             ///< the window shows the rest
+  std::vector<CropWish> done = {};  ///< crops that were applied before this one, in their order
+  CropRequest asked;                ///< the last request
+  bool busy = false;                ///< the render thread has not answered it yet
+  std::optional<RemovalCounts> counts;  ///< of `asked`; unset for CropView::whole
+};
 
 enum class Navigation { orbit, fly };
 
@@ -107,7 +144,7 @@ inline constexpr double kHintSeconds = 90;
 enum class ToastOffer { none, skip_huge, next_axes, turn_over };
 
 struct Toast {
-  std::string text;
+  std::string text = {};
   bool error = false;
   double until = 0;                 ///< Viewer::now at which it disappears
   std::filesystem::path path = {};  ///< of the file that was written, absolute; may be empty
@@ -190,7 +227,7 @@ struct ShownFrame {
   std::vector<ModePairs> mode_pairs;
 };
 
-/// The last counted pairs of all modes; live_counts.h reads them.
+/// The last counted pairs of all modes; samples.h reads them.
 struct ViewCounts {
   int view_version = -1;         ///< Viewer::view_version
   int frame = 0;                 ///< Viewer::frames of the frame that counted

@@ -2,15 +2,176 @@
 #include "app/viewer/state/zoom_actions.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <sstream>
 
 #include <fmt/format.h>
 
+#include "app/measure/noise.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/charts.h"
+#include "app/viewer/state/mode_numbers.h"
 #include "base/fail.h"
 #include "base/text.h"
 
-namespace qs::action {
+namespace qs {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Milliseconds of a frame per pixel; 0 if no time is known.
+double ms_per_pixel(const Viewer& viewer, CullMode mode, Pipeline pipeline) {
+  const BenchRow* row = measured_row(viewer, mode, pipeline);
+  if (row != nullptr && row->ms_median > 0 && row->width > 0 && row->height > 0)
+    return row->ms_median / (static_cast<double>(row->width) * row->height);
+  const ShownFrame& shown = viewer.shown;
+  const double pixels = static_cast<double>(shown.camera.width) * shown.camera.height /
+                        (static_cast<double>(shown.divisor) * shown.divisor);
+  return pixels > 0 ? static_cast<double>(shown.stats.frame_ms) / pixels : 0;
+}
+
+std::size_t steps_done(const ZoomRecord& record) {
+  return record.modes.empty() ? 0 : record.rows.size() / record.modes.size();
+}
+
+// [of(row), ...]
+template <class Rows, class Of>
+ordered_json list_json(const Rows& rows, const Of& of) {
+  ordered_json list = ordered_json::array();
+  for (const auto& row : rows) list.push_back(std::invoke(of, row));
+  return list;
+}
+
+ordered_json plan_json(const Viewer& viewer) {
+  const ZoomPlan& plan = viewer.zoom.plan;
+  const Camera start = zoom_start(plan, viewer.camera);
+  return {{"start", plan.start ? "remembered" : "this view"},
+          {"closer", plan.closer},
+          {"steps", plan.steps},
+          {"frames", plan.frames},
+          {"modes", list_json(zoom_modes(plan), mode_name)},
+          {"size", {start.width, start.height}},
+          {"text", zoom_plan_text(viewer)}};
+}
+
+ordered_json chart_json(const ZoomRecorder& zoom) {
+  const ZoomChart chart = zoom_chart(shown_zoom(zoom), zoom_beneath(zoom), zoom.quantity);
+  const auto point_json = [](const ZoomPoint& point) {
+    return ordered_json{point.zoom, point.value};
+  };
+  const auto curve_json = [&](const ZoomCurve& curve) {
+    return ordered_json{{"mode", mode_name(curve.mode)},
+                        {"dashed", curve.is_beneath},
+                        {"band", curve.is_banded},
+                        {"points", list_json(curve.points, point_json)}};
+  };
+  return {{"title", chart.title},
+          {"zoom_ticks", list_json(chart.zoom_ticks, &AxisTick::text)},
+          {"value_ticks", list_json(chart.value_ticks, &AxisTick::text)},
+          {"curves", list_json(chart.curves, curve_json)}};
+}
+
+}  // namespace
+
+std::optional<double> zoom_seconds(const Viewer& viewer) {
+  const ZoomPlan& plan = viewer.zoom.plan;
+  if (viewer.camera.width < 1) return std::nullopt;
+  const Camera start = zoom_start(plan, viewer.camera);
+  const double pixels = static_cast<double>(start.width) * start.height;
+  double ms = 0;
+  for (const CullMode mode : zoom_modes(plan)) {
+    const double each =
+        ms_per_pixel(viewer, mode, plan.pipeline.value_or(viewer.settings.pipeline));
+    if (!(each > 0)) return std::nullopt;
+    ms += each * pixels;
+  }
+  return plan.steps * zoom_frames(plan, viewer.backend) * ms / 1000;
+}
+
+std::optional<double> zoom_seconds_left(const ZoomRecorder& zoom) {
+  if (!zoom.running || zoom.records.empty()) return std::nullopt;
+  const ZoomRecord& record = zoom.records.back();
+  const auto done = static_cast<double>(steps_done(record));
+  if (done < 1) return std::nullopt;
+  double ms = 0;
+  for (const BenchRow& row : record.rows) ms += row.ms_mean > 0 ? row.ms_mean : row.ms_median;
+  const double frames = static_cast<double>(frames_per_point(record.rows)) + kZoomWarmUp;
+  return (record.steps - done) * frames * ms / done / 1000;
+}
+
+std::string about_text(double seconds) {
+  if (seconds < 1) return "less than 1 s";
+  if (seconds <= 10) return fmt::format("about {:.0f} s", std::ceil(seconds));
+  if (seconds <= 55) return fmt::format("about {:.0f} s", 5 * std::ceil(seconds / 5));
+  if (seconds <= 3540) return fmt::format("about {:.0f} min", std::ceil(seconds / 60));
+  return fmt::format("about {:.0f} h", std::ceil(seconds / 3600));
+}
+
+const char* zoom_start_text(const ZoomPlan& plan) {
+  return plan.start ? "from a remembered view" : "from this view";
+}
+
+std::string zoom_plan_text(const Viewer& viewer) {
+  const ZoomPlan& plan = viewer.zoom.plan;
+  const std::size_t modes = zoom_modes(plan).size();
+  const std::optional<double> seconds = zoom_seconds(viewer);
+  return fmt::format("{} steps of {} mode{}: {}", plan.steps, modes, modes == 1 ? "" : "s",
+                     seconds ? about_text(*seconds) : "time not known yet");
+}
+
+std::string zoom_status(const ZoomRecorder& zoom) {
+  if (zoom.running) {
+    const ZoomRecord& record = zoom.records.back();
+    const std::optional<double> left = zoom_seconds_left(zoom);
+    return fmt::format("step {} of {}{}", steps_done(record), record.steps,
+                       left ? fmt::format(", {} left", about_text(*left)) : "");
+  }
+  const ZoomRecord* record = shown_zoom(zoom);
+  if (record == nullptr) return "";
+  if (record->folder.empty() && steps_done(*record) == static_cast<std::size_t>(record->steps))
+    return fmt::format("all {} steps, not saved", record->steps);
+  if (record->folder.empty())
+    return fmt::format("stopped after {} of {} steps, not saved", steps_done(*record),
+                       record->steps);
+  return fmt::format("saved in {}", record->folder.string());
+}
+
+std::string zoom_title(const ZoomRecord& record) {
+  return record.folder.empty() ? record.scene + ", not saved" : record.folder.filename().string();
+}
+
+std::string zoom_label(const ZoomRecord& record) {
+  return fmt::format("{} \u00b7 {} \u00b7 {} x {} \u00b7 {}", zoom_title(record), record.pipeline,
+                     record.width, record.height, record.machine);
+}
+
+std::string zoom_trust_text(const ZoomRecord& record) {
+  const std::uint64_t frames = frames_per_point(record.rows);
+  std::string text;
+  if (frames == 1) text = "single frames";
+  if (frames > 1) text = fmt::format("medians of {} frames", frames);
+  if (has_bands(record.rows)) text += ", band: 5-95 % of them";
+  const std::string noisy = noisy_steps(record.rows);
+  if (!noisy.empty()) text += fmt::format("{}noisy steps: {}", text.empty() ? "" : "; ", noisy);
+  return text;
+}
+
+ordered_json zoom_json(const Viewer& viewer) {
+  const ZoomRecorder& zoom = viewer.zoom;
+  const ZoomRecord* record = shown_zoom(zoom);
+  return {{"running", zoom.running},
+          {"rows", record == nullptr ? 0 : record->rows.size()},
+          {"frames", record == nullptr ? 0 : frames_per_point(record->rows)},
+          {"folder", record == nullptr ? "" : record->folder.string()},
+          {"status", zoom_status(zoom)},
+          {"trust", record == nullptr ? "" : zoom_trust_text(*record)},
+          {"plan", plan_json(viewer)},
+          {"recordings", list_json(zoom.records, zoom_label)},
+          {"chart", chart_json(zoom)}};
+}
+
+namespace action {
 namespace {
 
 std::vector<CullMode> parse_zoom_modes(const std::string& names) {
@@ -40,10 +201,9 @@ void set_part(ZoomPlan& plan, const std::string& name, const std::string& value)
   }
 }
 
-// The record with this folder in the list, or its end.
-auto find_zoom(const std::vector<ZoomRecord>& records, const std::filesystem::path& folder) {
-  return std::find_if(records.begin(), records.end(), [&](const ZoomRecord& record) {
-    return !folder.empty() && record.folder == folder;
+bool is_listed(const std::vector<ZoomRecord>& records, const std::filesystem::path& folder) {
+  return !folder.empty() && std::any_of(records.begin(), records.end(), [&](const auto& record) {
+    return record.folder == folder;
   });
 }
 
@@ -77,11 +237,7 @@ void choose_zoom(Viewer& v, const std::string& words) {
   change_zoom_plan(v, plan);
 }
 
-void start_zoom_here(Viewer& v) {
-  ZoomPlan plan = v.zoom.plan;
-  plan.start = v.camera;
-  change_zoom_plan(v, plan);
-}
+void start_zoom_here(Viewer& v) { v.zoom.plan.start = v.camera; }
 
 void forget_zoom_start(Viewer& v) { v.zoom.plan.start.reset(); }
 
@@ -153,22 +309,19 @@ void zoom_ended(Viewer& v, const std::filesystem::path& folder, bool has_figures
 }
 
 void zoom_end_found(Viewer& v, double closer) {
-  ZoomPlan plan = v.zoom.plan;
-  plan.closer = closer;
-  change_zoom_plan(v, plan);
+  v.zoom.plan.closer = closer;
+  v.zoom.plan = clamped_plan(v.zoom.plan, v.backend);
   notify(v, fmt::format("the zoom ends {:.3g}x closer", v.zoom.plan.closer));
 }
 
 void zooms_found(Viewer& v, const std::vector<ZoomRecord>& records) {
   ZoomRecorder& zoom = v.zoom;
-  std::vector<ZoomRecord> added;
-  std::copy_if(records.begin(), records.end(), std::back_inserter(added),
-               [&](const ZoomRecord& record) {
-                 return find_zoom(zoom.records, record.folder) == zoom.records.end();
-               });
+  std::vector<ZoomRecord> added = records;
+  std::erase_if(added, [&](const auto& record) { return is_listed(zoom.records, record.folder); });
   zoom.records.insert(zoom.records.begin(), added.begin(), added.end());
   if (zoom.shown) *zoom.shown += added.size();
   if (zoom.beneath) *zoom.beneath += added.size();
 }
 
-}  // namespace qs::action
+}  // namespace action
+}  // namespace qs

@@ -8,13 +8,18 @@
 #include <fstream>
 #include <iterator>
 #include <string_view>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include <epoxy/gl.h>
 
 #include "app/picture/palette.h"
+#include "app/viewer/state/actions.h"
 #include "base/assets.h"
+#include "base/error.h"
 #include "base/fail.h"
+#include "io/picture/image_file.h"
 
 namespace qs {
 namespace {
@@ -77,13 +82,6 @@ void fill_with_colors(unsigned texture, const Color& color) {
   glTexImage1D(GL_TEXTURE_1D, 0, GL_RGB8, kColors, 0, GL_RGB, GL_FLOAT, colors.data());
 }
 
-template <class Color>
-unsigned color_texture(const Color& color) {
-  const unsigned texture = new_texture(GL_TEXTURE_1D, GL_LINEAR);
-  fill_with_colors(texture, color);
-  return texture;
-}
-
 // Uploads the values of a map, if there is one.
 void upload_map(unsigned texture, const std::optional<HeatLayer>& layer) {
   if (!layer) return;
@@ -110,12 +108,11 @@ void bind(int unit, GLenum target, unsigned texture) {
 HeatLayers layers_of(const ShownFrame& shown) {
   const auto layer = [&](const std::optional<Heatmap>& map) -> std::optional<HeatLayer> {
     if (!map) return std::nullopt;
-    return HeatLayer{map->columns,
-                     map->rows,
-                     map->cell_px,
-                     {map->values.begin(), map->values.end()},
-                     0,
-                     static_cast<float>(shown.map_scale.maximum)};
+    return HeatLayer{.columns = map->columns,
+                     .rows = map->rows,
+                     .cell_px = map->cell_px,
+                     .values = {map->values.begin(), map->values.end()},
+                     .high = static_cast<float>(shown.map_scale.maximum)};
   };
   if (shown.grid) return {};  // its pictures contain their maps
   HeatLayers layers{layer(shown.heatmap), std::nullopt, std::nullopt};
@@ -159,21 +156,19 @@ Presenter::Presenter(Enlarging enlarging) : enlarging_(enlarging) {
   glUniform1i(glGetUniformLocation(frame_program_, "picture"), 0);
   program_ = linked("present.frag");
   glUseProgram(program_);
-  glUniform1i(uniform("picture"), 0);
-  glUniform1i(uniform("other"), 1);
-  glUniform1i(uniform("heat"), 2);
-  glUniform1i(uniform("colors"), 3);
-  glUniform1i(uniform("other_heat"), 4);
+  int unit = 0;
+  for (const char* texture : {"picture", "other", "heat", "colors", "other_heat"})
+    glUniform1i(uniform(texture), unit++);
   glGenVertexArrays(1, &empty_vertices_);
   glGenQueries(1, &query_);
   glGenBuffers(1, &pixels_);
-  picture_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
-  other_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
-  heat_ = new_texture(GL_TEXTURE_2D, GL_NEAREST);
-  other_heat_ = new_texture(GL_TEXTURE_2D, GL_NEAREST);
-  difference_ = new_texture(GL_TEXTURE_2D, GL_NEAREST);
-  rising_colors_ = color_texture([](float t) { return heat(t); });
-  signed_colors_ = color_texture([](float t) { return diverging(2 * t - 1); });
+  for (unsigned* picture : {&picture_, &other_}) *picture = new_texture(GL_TEXTURE_2D, GL_LINEAR);
+  for (unsigned* map : {&heat_, &other_heat_, &difference_})
+    *map = new_texture(GL_TEXTURE_2D, GL_NEAREST);
+  for (unsigned* colors : {&rising_colors_, &signed_colors_})
+    *colors = new_texture(GL_TEXTURE_1D, GL_LINEAR);
+  fill_with_colors(rising_colors_, [](float t) { return heat(t); });
+  fill_with_colors(signed_colors_, [](float t) { return diverging(2 * t - 1); });
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
 }
@@ -330,6 +325,44 @@ Image Presenter::grab(int width, int height) {
     for (std::size_t i = 0; i < stride; ++i) image.row(y)[i] = static_cast<float>(from[i]) / 255.0f;
   }
   return image;
+}
+
+PictureTexture::~PictureTexture() {
+  if (texture_ != 0) glDeleteTextures(1, &texture_);
+}
+
+unsigned PictureTexture::show(const std::shared_ptr<const Image>& image) {
+  if (image == nullptr || image == image_) return image == nullptr ? 0 : texture_;
+  image_ = image;
+  std::vector<std::uint8_t> rgb(image->values.size());
+  for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] = to_8bit(image->values[i]);
+  if (texture_ == 0) glGenTextures(1, &texture_);
+  glBindTexture(GL_TEXTURE_2D, texture_);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, image->width, image->height, 0, GL_RGB, GL_UNSIGNED_BYTE,
+               rgb.data());
+  glGenerateMipmap(GL_TEXTURE_2D);
+  return texture_;
+}
+
+void WindowGrab::request(const std::filesystem::path& path, bool notify) {
+  path_ = path;
+  notify_ = notify;
+}
+
+void WindowGrab::take(const std::function<Image()>& pixels, Actions& actions) {
+  if (!requested()) return;
+  const std::filesystem::path path = std::exchange(path_, {});
+  try {
+    std::error_code ignored;  // write_image() reports a missing folder
+    std::filesystem::create_directories(path.parent_path(), ignored);
+    write_image(pixels(), path);
+    if (notify_) actions.push_back(call(action::notify_file, path, std::string()));
+  } catch (const Error& error) {
+    actions.push_back(call(action::notify_error, std::string(error.what())));
+  }
 }
 
 }  // namespace qs

@@ -4,16 +4,22 @@
 // another frame. Pixels come from host memory or from a GL texture that the renderer drew into.
 #pragma once
 
+#include <filesystem>
+#include <functional>
+#include <memory>
+
 #include "app/viewer/render/gl_frames.h"
 #include "app/viewer/render/render_thread.h"
+#include "app/viewer/state/action.h"
+#include "raster/scene/image.h"
 
 namespace qs {
 
 /// A map over the picture: values of its cells and the range of their colours.
 struct HeatLayer {
   int columns = 0, rows = 0, cell_px = 1;
-  std::vector<float> values;  ///< rows * columns
-  float low = 0, high = 1;    ///< the values with the first and the last colour
+  std::vector<float> values = {};  ///< rows * columns
+  float low = 0, high = 1;         ///< the values with the first and the last colour
 };
 
 /// The maps of a frame: of the picture, of the other side of a split window, and the difference of
@@ -86,6 +92,38 @@ class Presenter {
   unsigned query_ = 0;
   bool timing_ = false, timed_ = false;
   float gpu_ms_ = 0;
+};
+
+/// A texture with a picture for panels, in the window's GL context.
+class PictureTexture {
+ public:
+  PictureTexture() = default;
+  ~PictureTexture();
+  PictureTexture(const PictureTexture&) = delete;
+  PictureTexture& operator=(const PictureTexture&) = delete;
+
+  /// The GL texture with this picture (height x width x 3), uploaded if the picture has changed
+  /// since the last call; 0 if it is null.
+  unsigned show(const std::shared_ptr<const Image>& image);
+
+ private:
+  std::shared_ptr<const Image> image_;
+  unsigned texture_ = 0;
+};
+
+/// Writes a picture of the window, panels included, when it is drawn next.
+class WindowGrab {
+ public:
+  /// `notify`: notify the user once it is written.
+  void request(const std::filesystem::path& path, bool notify);
+  bool requested() const { return !path_.empty(); }
+
+  /// Writes `pixels()` if a picture was requested; appends the message for the user to `actions`.
+  void take(const std::function<Image()>& pixels, Actions& actions);
+
+ private:
+  std::filesystem::path path_;
+  bool notify_ = false;
 };
 
 }  // namespace qs

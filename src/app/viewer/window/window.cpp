@@ -19,7 +19,7 @@
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/crop_actions.h"
-#include "app/viewer/state/interface_scale.h"
+#include "app/viewer/state/layout.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "base/assets.h"
 #include "base/fail.h"
@@ -133,6 +133,8 @@ Window::~Window() {
   glfwTerminate();
 }
 
+void Window::note_event() { last_event_ = glfwGetTime(); }
+
 void Window::set_callbacks() {
   glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int scancode, int action, int mods) {
     ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, mods);
@@ -152,21 +154,19 @@ void Window::set_callbacks() {
   glfwSetWindowFocusCallback(window_, [](GLFWwindow* window, int focused) {
     ImGui_ImplGlfw_WindowFocusCallback(window, focused);
     Window& me = *self(window);
-    me.last_event_ = glfwGetTime();
+    me.note_event();
     if (focused == GLFW_FALSE && me.actions_ != nullptr) me.input_.release_all(*me.actions_);
   });
   glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** paths) {
     Window& me = *self(window);
-    me.last_event_ = glfwGetTime();
+    me.note_event();
     if (me.actions_ == nullptr) return;
     for (int i = 0; i < count; ++i)
       me.actions_->push_back(call(action::open, std::filesystem::path(paths[i])));
   });
-  const auto note = [](GLFWwindow* window) { self(window)->last_event_ = glfwGetTime(); };
-  glfwSetWindowRefreshCallback(window_, note);
+  glfwSetWindowRefreshCallback(window_, [](GLFWwindow* window) { self(window)->note_event(); });
   // Nothing is under the mouse any more.
-  glfwSetCursorEnterCallback(
-      window_, [](GLFWwindow* window, int) { self(window)->last_event_ = glfwGetTime(); });
+  glfwSetCursorEnterCallback(window_, [](GLFWwindow* window, int) { self(window)->note_event(); });
 }
 
 WindowMetrics Window::metrics() const {
@@ -189,7 +189,7 @@ void Window::set_scale(float scale) {
   ImGui::GetIO().FontGlobalScale = letter / pixels;
   if (had_fonts) renew_font_texture();  // else the first frame makes it
   apply_style(scale);
-  last_event_ = glfwGetTime();
+  note_event();
 }
 
 void Window::add_fonts(float pixels) {
@@ -203,7 +203,7 @@ void Window::add_fonts(float pixels) {
 }
 
 void Window::on_key(int key, int action, int mods) {
-  last_event_ = glfwGetTime();
+  note_event();
   if (action == GLFW_PRESS) pressed_.push_back(key);
   if (actions_ == nullptr) return;
   input_.key(key, action != GLFW_RELEASE, action == GLFW_REPEAT, mods, ImGui::GetIO().WantTextInput,
@@ -211,14 +211,14 @@ void Window::on_key(int key, int action, int mods) {
 }
 
 void Window::on_button(int button, int action, int) {
-  last_event_ = glfwGetTime();
+  note_event();
   if (actions_ == nullptr) return;
   input_.button(button, action == GLFW_PRESS, ImGui::GetIO().WantCaptureMouse, last_event_,
                 *actions_);
 }
 
 void Window::on_cursor(double x, double y) {
-  last_event_ = glfwGetTime();
+  note_event();
   if (actions_ == nullptr || scripted_cursor_) return;
   const glm::dvec2 pixels_per_unit =
       glm::dvec2(framebuffer()) / glm::max(glm::dvec2(1), glm::dvec2(size()));
@@ -226,7 +226,7 @@ void Window::on_cursor(double x, double y) {
 }
 
 void Window::on_scroll(double, double y) {
-  last_event_ = glfwGetTime();
+  note_event();
   if (actions_ == nullptr) return;
   int mods = 0;
   const auto held = [&](int left, int right) {
@@ -307,7 +307,7 @@ void Window::end_ui() {
 void Window::swap() { glfwSwapBuffers(window_); }
 
 void Window::play(const ScriptStep& step, double now, Actions& actions) {
-  last_event_ = glfwGetTime();
+  note_event();
   const auto number = [&](std::size_t i) { return std::stod(step.words[i]); };
   const auto use_shortcut = [&](const KeyPress& key, bool down) {
     input_.key(key.key, down, false, key.mods, ImGui::GetIO().WantTextInput, actions);
@@ -322,11 +322,10 @@ void Window::play(const ScriptStep& step, double now, Actions& actions) {
     ImGui_ImplGlfw_MouseButtonCallback(window_, button, down ? GLFW_PRESS : GLFW_RELEASE, 0);
     input_.button(button, down, ImGui::GetIO().WantCaptureMouse, now, actions);
   };
-  if (step.command == "key") {
-    press(parse_key(step.words[0]), true);
-    press(parse_key(step.words[0]), false);
-  } else if (step.command == "keypad") {
-    const KeyPress key{GLFW_KEY_KP_0 + static_cast<int>(number(0)), 0};
+  if (step.command == "key" || step.command == "keypad") {
+    const KeyPress key = step.command == "key"
+                             ? parse_key(step.words[0])
+                             : KeyPress{GLFW_KEY_KP_0 + static_cast<int>(number(0)), 0};
     press(key, true);
     press(key, false);
   } else if (step.command == "press" || step.command == "release") {

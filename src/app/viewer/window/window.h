@@ -59,6 +59,7 @@ class Window {
   double last_event() const { return last_event_; }  ///< glfwGetTime() of the last input
 
  private:
+  void note_event();
   void set_callbacks();
   void open_window(glm::ivec2 size);
   void add_fonts(float pixels);

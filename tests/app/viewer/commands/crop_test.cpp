@@ -14,7 +14,7 @@
 #include "app/support/driven_viewer.h"
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
-#include "app/viewer/render/crop_scene.h"
+#include "app/viewer/render/upload_scene.h"
 #include "raster/kernel/constants.h"
 
 namespace qs {

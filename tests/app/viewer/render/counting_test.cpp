@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "app/support/rendering_viewer.h"
-#include "app/viewer/render/counting_pace.h"
-#include "app/viewer/state/live_counts.h"
+#include "app/viewer/render/frame_requests.h"
+#include "app/viewer/state/samples.h"
 #include "support/mode_pairs.h"
 #include "support/pool.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The frames that are drawn into GL textures after frames for which that failed.
-#include "app/viewer/render/interop_retry.h"
-
 #include <gtest/gtest.h>
+
+#include "app/viewer/render/gl_frames.h"
 
 namespace qs {
 namespace {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The texture of the next frame, on a GPU that fails.
-#include "app/viewer/render/prepared_texture.h"
-
 #include <set>
 #include <variant>
 
 #include <gtest/gtest.h>
 
+#include "app/viewer/render/gl_frames.h"
 #include "base/error.h"
 
 namespace qs {

@@ -13,7 +13,7 @@
 
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
-#include "app/viewer/render/undisturbed.h"
+#include "app/viewer/render/render_context.h"
 #include "io/picture/image_file.h"
 #include "support/pool.h"
 

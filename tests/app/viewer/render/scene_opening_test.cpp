@@ -16,9 +16,9 @@
 #include <gtest/gtest.h>
 
 #include "app/measure/camera_path.h"
-#include "app/viewer/render/photograph_reader.h"
+#include "app/viewer/render/panel_pictures.h"
+#include "app/viewer/render/scene_reading.h"
 #include "app/viewer/render/upload_scene.h"
-#include "app/viewer/render/view_facts.h"
 #include "app/viewer/state/camera_actions.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"

@@ -2,8 +2,6 @@
 //
 // The photograph beside the model's picture in the panel Training: the order of its steps, and the
 // numbers of the comparison.
-#include "app/viewer/render/test_view.h"
-
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -14,8 +12,9 @@
 
 #include "app/support/driven_viewer.h"
 #include "app/support/rendering_viewer.h"
+#include "app/viewer/render/panel_pictures.h"
+#include "app/viewer/state/charts.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/loss_chart.h"
 #include "base/fail.h"
 #include "raster/scene/image_metrics.h"
 #include "support/pool.h"

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "app/viewer/render/crop_scene.h"
 #include "base/error.h"
 #include "support/pool.h"
 #include "support/scenes.h"

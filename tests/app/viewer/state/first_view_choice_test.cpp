@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "app/support/driven_viewer.h"
-#include "app/viewer/render/candidate_pictures.h"
-#include "app/viewer/state/first_view_actions.h"
+#include "app/viewer/render/panel_pictures.h"
+#include "app/viewer/state/camera_actions.h"
 #include "io/camera/cameras.h"
 
 namespace qs {

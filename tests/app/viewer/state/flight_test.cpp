@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Motion that takes time.
-#include "app/viewer/state/flight.h"
-
 #include <cmath>
 #include <filesystem>
 
@@ -12,6 +10,7 @@
 #include "app/framing/camera_control.h"
 #include "app/framing/depth_ahead.h"
 #include "app/support/driven_viewer.h"
+#include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // The scale of the interface and the size of the first window.
-#include "app/viewer/state/interface_scale.h"
-
 #include <gtest/gtest.h>
 
 #include "app/support/driven_viewer.h"
+#include "app/viewer/state/layout.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

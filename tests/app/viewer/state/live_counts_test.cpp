@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // The counts of all modes that the table shows while the camera moves.
-#include "app/viewer/state/live_counts.h"
-
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/samples.h"
 #include "io/bytes/json_text.h"
 #include "support/recording_host.h"
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "app/support/driven_viewer.h"
-#include "app/viewer/state/message_text.h"
+#include "app/viewer/state/panel_text.h"
 
 namespace qs {
 namespace {
@@ -32,7 +32,7 @@ TEST(Messages, a_written_file_has_its_absolute_path_in_toast_and_log) {
   EXPECT_FALSE(driven.viewer.log.back().error);
   driven.apply(tick, Turn{15.9}, 0.0);
   EXPECT_THAT(driven.viewer.toasts, SizeIs(1)) << "long enough to press a button";
-  driven.apply(open_with_desktop, path);
+  driven.apply(&Host::open_with_desktop, path);
   EXPECT_THAT(driven.opened_outside, ElementsAre(path));
   driven.apply(copy_text, path.string());
   EXPECT_EQ(driven.text, path.string());

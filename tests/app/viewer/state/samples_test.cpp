@@ -48,20 +48,20 @@ TEST(Samples, have_the_two_digits_that_one_frame_gives) {
 
 TEST(Samples, of_frames_in_the_window_stand_in_the_table_until_the_modes_are_measured) {
   Viewer viewer;
-  EXPECT_EQ(row_of(viewer, "quadbox").fps, "-");
+  EXPECT_EQ(row_of(viewer, "quadbox").fps.text, "-");
   viewer.settings.mode = find_culler("quadbox");
   action::frame_shown(viewer, frame_of(viewer, 20, 1000, 2));
-  EXPECT_EQ(row_of(viewer, "quadbox").fps, "~50 at 1/2");
+  EXPECT_EQ(row_of(viewer, "quadbox").fps.text, "~50 at 1/2");
   EXPECT_TRUE(row_of(viewer, "quadbox").fps_sampled);
-  EXPECT_EQ(row_of(viewer, "quadbox").fps_value, 50);
-  EXPECT_EQ(row_of(viewer, "3dgs").fps, "-");
+  EXPECT_EQ(row_of(viewer, "quadbox").fps.value, 50);
+  EXPECT_EQ(row_of(viewer, "3dgs").fps.text, "-");
   EXPECT_THAT(hud_status(viewer), HasSubstr("~ of single frames"));
   BenchRow measured;
   measured.mode = "quadbox";
   measured.fps_median = 48;
   measured.ms_median = 1000 / 48.0;
   viewer.numbers = {viewer.view_version, {measured}};
-  EXPECT_EQ(row_of(viewer, "quadbox").fps, "48.0");
+  EXPECT_EQ(row_of(viewer, "quadbox").fps.text, "48.0");
   EXPECT_FALSE(row_of(viewer, "quadbox").fps_sampled);
 }
 
@@ -78,9 +78,9 @@ TEST(Samples, in_motion_replace_old_numbers_whose_bars_would_not_compare) {
   sample.frame_ms = 10;
   sample.view_version = viewer.view_version;
   action::mode_sampled(viewer, sample);
-  EXPECT_EQ(row_of(viewer, "quadbox").fps, "~100");
-  EXPECT_EQ(row_of(viewer, "3dgs").fps, "48.0");
-  EXPECT_EQ(row_of(viewer, "3dgs").fps_value, 0);
+  EXPECT_EQ(row_of(viewer, "quadbox").fps.text, "~100");
+  EXPECT_EQ(row_of(viewer, "3dgs").fps.text, "48.0");
+  EXPECT_EQ(row_of(viewer, "3dgs").fps.value, 0);
 }
 
 TEST(Samples, are_of_the_pipeline_in_use_and_not_too_old) {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // The dialog Train: its fields become the options of `train`.
-#include "app/viewer/state/train_form.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/viewer/state/training.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/viewer.h"
 #include "learn/run/strategy.h"

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "app/support/driven_viewer.h"
-#include "app/viewer/state/flight.h"
+#include "app/viewer/state/camera_actions.h"
 #include "io/camera/cameras.h"
 #include "support/scenes.h"
 

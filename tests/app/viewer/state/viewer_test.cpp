@@ -17,7 +17,6 @@
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
-#include "app/viewer/state/flight.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"

@@ -12,7 +12,7 @@
 
 #include "app/framing/camera_control.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/mode_glance.h"
+#include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/bytes/json_text.h"
 #include "support/scenes.h"
@@ -113,18 +113,18 @@ TEST(HudText, the_table_shows_the_numbers_of_the_csv) {
   EXPECT_THAT(format_csv(viewer.numbers.rows), HasSubstr("1.9518"));
   const std::vector<HudRow> table = hud_rows(viewer);
   ASSERT_THAT(table, SizeIs(culler_count()));
-  EXPECT_EQ(table[0].name, "3dgs");
-  EXPECT_EQ(table[0].ms, "1.952");
-  EXPECT_EQ(table[0].fps, "512.3");  // 1000 / 1.9518
-  EXPECT_EQ(table[0].pairs, "5,227,642");
-  EXPECT_EQ(table[0].per_visible, "20.48");
-  EXPECT_EQ(table[0].unused, "-");
-  EXPECT_EQ(table[0].ratio, "1.00x");
-  EXPECT_EQ(table[1].ms, "-");
-  EXPECT_EQ(table[1].ratio, "-");
-  EXPECT_EQ(table[4].ratio, "2.03x");  // 1.9518 / 0.9612
-  EXPECT_EQ(table[4].fps, "1040");     // 1000 / 0.9612
-  EXPECT_EQ(table[4].unused, "25.0 %");
+  EXPECT_EQ(table[0].name.text, "3dgs");
+  EXPECT_EQ(table[0].ms.text, "1.952");
+  EXPECT_EQ(table[0].fps.text, "512.3");  // 1000 / 1.9518
+  EXPECT_EQ(table[0].pairs.text, "5,227,642");
+  EXPECT_EQ(table[0].per_visible.text, "20.48");
+  EXPECT_EQ(table[0].unused.text, "-");
+  EXPECT_EQ(table[0].ratio.text, "1.00x");
+  EXPECT_EQ(table[1].ms.text, "-");
+  EXPECT_EQ(table[1].ratio.text, "-");
+  EXPECT_EQ(table[4].ratio.text, "2.03x");  // 1.9518 / 0.9612
+  EXPECT_EQ(table[4].fps.text, "1040");     // 1000 / 0.9612
+  EXPECT_EQ(table[4].unused.text, "25.0 %");
   EXPECT_EQ(value_of(hud_facts(viewer), "unused"), "449,088 pairs, 25.0 %");
   viewer.zoom.running = true;  // its frames are of other views
   EXPECT_FALSE(numbers_are_current(viewer));
@@ -149,14 +149,14 @@ TEST(HudText, both_pipelines_are_compared_with_their_own_3dgs) {
   viewer.numbers = {viewer.view_version, rows};
   EXPECT_EQ(other_pipeline(viewer), Pipeline::classic);
   HudRow quad = hud_rows(viewer)[4];
-  EXPECT_EQ(quad.ms, "1.000");
-  EXPECT_EQ(quad.ratio, "2.00x");
-  EXPECT_EQ(quad.other_ms, "3.000");
-  EXPECT_EQ(quad.other_ratio, "3.00x");
+  EXPECT_EQ(quad.ms.text, "1.000");
+  EXPECT_EQ(quad.ratio.text, "2.00x");
+  EXPECT_EQ(quad.other_ms.text, "3.000");
+  EXPECT_EQ(quad.other_ratio.text, "3.00x");
   viewer.settings.pipeline = Pipeline::classic;
   quad = hud_rows(viewer)[4];
-  EXPECT_EQ(quad.ms, "3.000");
-  EXPECT_EQ(quad.other_ratio, "2.00x");
+  EXPECT_EQ(quad.ms.text, "3.000");
+  EXPECT_EQ(quad.other_ratio.text, "2.00x");
 }
 
 // A row whose frames took these times.
@@ -185,14 +185,14 @@ TEST(HudText, a_time_has_its_spread_and_a_ratio_its_interval) {
                      row_of_frames("quadbox", {5.0, 5.12, 4.9, 5.0, 5.2})}};
   const std::vector<HudRow> table = hud_rows(viewer);
   // Quartiles of 9.9, 10.0, 10.1, 10.24, 10.3 are 10.0 and 10.24.
-  EXPECT_EQ(table[0].ms, "10.1 \u00b10.1");
-  EXPECT_EQ(table[0].ratio, "1.00x");
-  EXPECT_EQ(table[4].ms, "5.00 \u00b10.06");
+  EXPECT_EQ(table[0].ms.text, "10.1 \u00b10.1");
+  EXPECT_EQ(table[0].ratio.text, "1.00x");
+  EXPECT_EQ(table[4].ms.text, "5.00 \u00b10.06");
   // The mean logarithm of 10.24/5, 10/5.12, 10.1/4.9, 10.3/5, 9.9/5.2 is log 2.0042; its standard
   // error is 0.01630, and the t factor of four degrees of freedom is 2.776.
-  EXPECT_EQ(table[4].ratio, "2.00x \u00b10.09");
-  EXPECT_FALSE(table[4].is_noisy);
-  EXPECT_EQ(table[1].ratio, "-");
+  EXPECT_EQ(table[4].ratio.text, "2.00x \u00b10.09");
+  EXPECT_FALSE(table[4].ms.noisy);
+  EXPECT_EQ(table[1].ratio.text, "-");
   EXPECT_EQ(trust_text(viewer, table[4].mode),
             "median of 5 frames; the middle half of them spans 0.1 ms\n"
             "95 % interval of the ratio to 3dgs: 1.92 to 2.10");
@@ -206,13 +206,13 @@ TEST(HudText, an_interval_that_contains_one_or_a_wide_spread_is_noisy) {
                      row_of_frames("adr", {9.9, 10.1, 9.8, 10.2, 10.1}),
                      row_of_frames("exact", {3, 5, 4, 3, 5})}};
   const std::vector<HudRow> table = hud_rows(viewer);
-  EXPECT_FALSE(table[0].is_noisy);
-  EXPECT_TRUE(table[1].ratio_noisy);
-  EXPECT_THAT(table[1].ratio, testing::EndsWith(" noisy"));
+  EXPECT_FALSE(table[0].ms.noisy);
+  EXPECT_TRUE(table[1].ratio.noisy);
+  EXPECT_THAT(table[1].ratio.text, testing::EndsWith(" noisy"));
   EXPECT_THAT(trust_text(viewer, 2), HasSubstr("do not show which is faster"));
-  EXPECT_TRUE(table[5].is_noisy) << "the quartiles are 3 and 5: a quarter of the median of 4";
-  EXPECT_FALSE(table[5].ratio_noisy) << "it was faster in every round";
-  EXPECT_THAT(table[5].ratio, testing::Not(testing::EndsWith(" noisy")));
+  EXPECT_TRUE(table[5].ms.noisy) << "the quartiles are 3 and 5: a quarter of the median of 4";
+  EXPECT_FALSE(table[5].ratio.noisy) << "it was faster in every round";
+  EXPECT_THAT(table[5].ratio.text, testing::Not(testing::EndsWith(" noisy")));
 }
 
 TEST(ModeTable, a_narrow_table_keeps_fps_and_pairs_and_drops_stages_before_milliseconds) {
@@ -232,14 +232,16 @@ TEST(ModeTable, rows_are_ordered_by_a_column_and_modes_without_a_number_come_las
       viewer.view_version,
       {row_of_mode("3dgs", 6, 9), row_of_mode("exact", 2, 1), row_of_mode("adr", 3, 4)}};
   std::vector<HudRow> rows = hud_rows(viewer);
-  sort_rows(rows, &HudRow::fps_value, true);
-  EXPECT_EQ(rows[0].name, "exact");
-  EXPECT_EQ(rows[1].name, "adr");
-  EXPECT_EQ(rows[2].name, "3dgs");
-  EXPECT_EQ(rows[3].fps, "-");
-  sort_rows(rows, &HudRow::pairs_value, false);
-  EXPECT_EQ(rows[0].name, "exact");
-  EXPECT_EQ(rows[2].name, "3dgs");
+  sort_rows(
+      rows, [](const HudRow& row) { return row.fps.value; }, true);
+  EXPECT_EQ(rows[0].name.text, "exact");
+  EXPECT_EQ(rows[1].name.text, "adr");
+  EXPECT_EQ(rows[2].name.text, "3dgs");
+  EXPECT_EQ(rows[3].fps.text, "-");
+  sort_rows(
+      rows, [](const HudRow& row) { return row.pairs.value; }, false);
+  EXPECT_EQ(rows[0].name.text, "exact");
+  EXPECT_EQ(rows[2].name.text, "3dgs");
 }
 
 TEST(ModeTable, is_copied_as_csv_markdown_and_latex_with_its_size) {
@@ -296,7 +298,7 @@ TEST(HudText, the_picture_s_time_is_the_table_s_once_the_table_is_of_it) {
   row.round_ms = {4.9, 5.0, 5.1, 4.95, 5.05};
   viewer.numbers = {viewer.view_version, {row}};
   const HudRow shown = hud_rows(viewer)[static_cast<std::size_t>(viewer.shown.mode - 1)];
-  const std::string time = fmt::format("{} ms, {} FPS", shown.ms, shown.fps);
+  const std::string time = fmt::format("{} ms, {} FPS", shown.ms.text, shown.fps.text);
   EXPECT_THAT(status_line(viewer).numbers, HasSubstr(time + "  "));
   EXPECT_EQ(value_of(hud_facts(viewer), "render"), time);
   viewer.bare_size = {1600, 900};
@@ -324,8 +326,8 @@ TEST(HudText, ratios_are_relative_to_the_chosen_baseline) {
   viewer.numbers = {viewer.view_version, {row_of_mode("3dgs", 6, 1), row_of_mode("adr", 3, 1)}};
   viewer.baseline = find_culler("adr");
   EXPECT_EQ(table_columns(viewer)[3].title, "vs adr");
-  EXPECT_EQ(hud_rows(viewer)[0].ratio, "0.50x");
-  EXPECT_EQ(hud_rows(viewer)[1].ratio, "1.00x");
+  EXPECT_EQ(hud_rows(viewer)[0].ratio.text, "0.50x");
+  EXPECT_EQ(hud_rows(viewer)[1].ratio.text, "1.00x");
 }
 
 TEST(HudText, stages_stand_in_their_order) {

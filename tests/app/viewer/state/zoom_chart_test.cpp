@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // The numbers of the recorder's chart.
-#include "app/viewer/state/zoom_chart.h"
-
 #include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "app/viewer/state/charts.h"
 
 namespace qs {
 namespace {

@@ -12,7 +12,6 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
-#include "app/viewer/state/zoom_text.h"
 #include "io/bytes/json_text.h"
 
 namespace qs {

@@ -2,8 +2,6 @@
 // Needs QUADSPLAT_PORTAL.
 //
 // The desktop's own dialog, with a portal of the test's on a message bus of its own.
-#include "app/viewer/window/desktop_dialog.h"
-
 #include <array>
 #include <chrono>
 #include <csignal>
@@ -18,6 +16,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "app/viewer/window/desktop.h"
 #include "support/recording_host.h"
 
 namespace qs {

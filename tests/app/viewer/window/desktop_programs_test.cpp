@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Opening files in the desktop's programs, with scripts in the place of xdg-open.
-#include "app/viewer/window/desktop_programs.h"
-
 #include <chrono>
 #include <fstream>
 #include <thread>
@@ -11,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "app/viewer/state/actions.h"
+#include "app/viewer/window/desktop.h"
 #include "base/error.h"
 #include "io/bytes/json_text.h"
 #include "support/recording_host.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/state/zoom_chart.h"
+#include "app/viewer/state/charts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,14 +18,9 @@ double rate(double ms) { return ms > 0 ? 1000 / ms : 0; }
 ZoomPoint point_of(const BenchRow& row, const ZoomRecord& record, ZoomQuantity quantity) {
   const double zoom = zoom_factor(row, record.steps, record.closest);
   const auto pairs = static_cast<double>(row.pairs);
-  switch (quantity) {
-    case ZoomQuantity::fps:
-      return {zoom, rate(row.ms_median), rate(row.ms_p95), rate(row.ms_p05)};
-    case ZoomQuantity::ms:
-      return {zoom, row.ms_median, row.ms_p05, row.ms_p95};
-    case ZoomQuantity::pairs:
-      break;
-  }
+  if (quantity == ZoomQuantity::fps)
+    return {zoom, rate(row.ms_median), rate(row.ms_p95), rate(row.ms_p05)};
+  if (quantity == ZoomQuantity::ms) return {zoom, row.ms_median, row.ms_p05, row.ms_p95};
   return {zoom, pairs, pairs, pairs};
 }
 
@@ -126,6 +121,31 @@ std::optional<ZoomReading> read_zoom_chart(const ZoomChart& chart, double x) {
     (curve.is_beneath ? row->beneath : row->value) = value_text(point.value);
   }
   return reading;
+}
+
+LossChart loss_chart(const std::vector<LossPoint>& losses) {
+  double most = 0;
+  for (const LossPoint& point : losses)
+    if (std::isfinite(point.loss)) most = std::max(most, static_cast<double>(point.loss));
+  LossChart chart;
+  chart.loss_ticks = round_ticks(most > 0 ? most : 1);
+  chart.most_loss = chart.loss_ticks.back().value;
+  const int last = losses.empty() ? 1 : losses.back().iteration;
+  chart.iteration_ticks = round_ticks(std::max(last, 1));
+  // An iteration is a whole number.
+  std::erase_if(chart.iteration_ticks,
+                [](const AxisTick& tick) { return tick.value != std::floor(tick.value); });
+  for (AxisTick& tick : chart.iteration_ticks)
+    tick.text = grouped(static_cast<std::uint64_t>(tick.value));
+  chart.most_iteration = chart.iteration_ticks.back().value;
+  return chart;
+}
+
+const LossPoint& loss_near(const std::vector<LossPoint>& losses, double iteration) {
+  return *std::min_element(
+      losses.begin(), losses.end(), [&](const LossPoint& a, const LossPoint& b) {
+        return std::abs(a.iteration - iteration) < std::abs(b.iteration - iteration);
+      });
 }
 
 }  // namespace qs

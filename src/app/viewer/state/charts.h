@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The numbers of the recorder's chart, apart from their drawing: curves against the zoom, axes with
-// round ticks, and the values at the cursor. The plots of `quadsplat zoom` have the same axes.
+// The numbers of charts, apart from their drawing. The recorder's chart has curves against the
+// zoom, axes with round ticks, and the values at the cursor; the plots of `quadsplat zoom` have the
+// same axes. The plot of the loss is against the iteration, both from 0, with round ticks.
 #pragma once
 
 #include <optional>
@@ -11,6 +12,7 @@
 #include <glm/vec2.hpp>
 
 #include "app/report/zoom_bundle.h"
+#include "app/viewer/state/training.h"
 #include "app/viewer/state/zoom_recorder.h"
 
 namespace qs {
@@ -59,5 +61,19 @@ struct ZoomReading {
 /// The values at the measured zoom that is nearest to `x`, a fraction of the width. Empty without
 /// points.
 std::optional<ZoomReading> read_zoom_chart(const ZoomChart& chart, double x);
+
+/// The loss has no unit: it is a mean over the pixels, of colours from 0 to 1.
+inline constexpr const char* kLossTitle = "loss: 0.8 L1 + 0.2 (1 - SSIM), colours 0 to 1";
+inline constexpr const char* kIterationTitle = "iteration";
+
+struct LossChart {
+  double most_iteration = 1, most_loss = 1;  ///< the ends of the axes, which begin at 0
+  std::vector<AxisTick> iteration_ticks, loss_ticks;
+};
+
+LossChart loss_chart(const std::vector<LossPoint>& losses);
+
+/// The loss whose iteration is nearest to `iteration`. `losses` must not be empty.
+const LossPoint& loss_near(const std::vector<LossPoint>& losses, double iteration);
 
 }  // namespace qs

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Compiled alone: it has a macro of its own.
-#include "app/viewer/window/desktop_dialog.h"
+#include "app/viewer/window/desktop.h"
 
 #include <algorithm>
 #include <chrono>
@@ -11,19 +11,41 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #ifdef QUADSPLAT_PORTAL
 #include <dbus/dbus.h>
 #endif
 
 #include "app/viewer/state/actions.h"
+#include "base/fail.h"
 
 namespace qs {
+
+void DesktopPrograms::open(const std::filesystem::path& path) {
+  ChildCommand command;
+  command.words = {opener_, path.string()};
+  try {
+    started_.emplace_back(path, command);
+  } catch (const Error& error) {
+    fail(ErrorKind::device, "{}: cannot be opened: {}", path.string(), error.what());
+  }
+}
+
+void DesktopPrograms::take_reports(Actions& actions) {
+  std::erase_if(started_, [&](Started& started) {
+    const auto end = started.process.wait_for(std::chrono::milliseconds(0));
+    if (end && !end->good()) {
+      actions.push_back(
+          call(action::notify_error, fmt::format("{}: cannot be opened: {} ended with {}",
+                                                 started.path.string(), opener_, end->text())));
+    }
+    return end.has_value();
+  });
+}
 
 DesktopDialog::DesktopDialog(std::function<void()> wake) : reports_(std::move(wake)) {
   thread_ = std::jthread([this](const std::stop_token& stop) { serve(stop); });
 }
-
-DesktopDialog::~DesktopDialog() = default;
 
 void DesktopDialog::show(const std::filesystem::path& folder, Choosing choosing) {
   {

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/render/test_view.h"
+#include "app/viewer/render/panel_pictures.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "app/viewer/render/render_context.h"
+#include "app/viewer/state/actions.h"
+#include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/layout.h"
+#include "io/camera/photographs.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {
@@ -34,7 +40,61 @@ bool comparison_is_due(const Viewer& viewer) {
          (!is_training(viewer) || viewer.now - shown.compared_at >= kTestViewSeconds);
 }
 
+// Pictures of these views side by side, each `width` > 0 pixels wide and 9/16 as high.
+Image draw_candidates(RenderContext& context, const std::vector<Framing>& views,
+                      const RenderSettings& settings, int width) {
+  const int height = std::max(1, width * 9 / 16);
+  Image strip(width * static_cast<int>(views.size()), height, 3);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const Camera camera = framed_camera(views[i], width, height);
+    const Frame& frame =
+        context.session.renderer->render(camera, settings, {}, HostImage{}, context.stop);
+    for (int y = 0; y < height; ++y) {
+      const float* from = frame.color.row(y);
+      std::copy(from, from + 3 * width, strip.row(y) + i * static_cast<std::size_t>(3 * width));
+    }
+  }
+  return strip;
+}
+
 }  // namespace
+
+PhotographReader::PhotographReader(std::function<void()> wake) : reports_(std::move(wake)) {
+  thread_ = std::jthread([this](const std::stop_token& stop) { serve(stop); });
+}
+
+void PhotographReader::read(Work work) {
+  {
+    const std::lock_guard lock(mutex_);
+    wanted_ = std::move(work);
+    reading_ = true;
+  }
+  changed_.notify_all();
+}
+
+void PhotographReader::serve(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (changed_.wait(lock, stop, [this] { return wanted_ != nullptr; })) {
+    const Work work = std::exchange(wanted_, nullptr);
+    lock.unlock();
+    work(reports_);
+    lock.lock();
+    reading_ = wanted_ != nullptr;
+  }
+}
+
+PhotographReader::Work read_camera_photograph(const std::filesystem::path& path) {
+  return [path](ActionQueue& reports) {
+    try {
+      ThreadPool pool(1);
+      ShownPhotograph photograph{
+          path, std::make_shared<Image>(read_photograph(path, glm::vec3(0), 1, pool))};
+      reports.report(action::photograph_opened, std::move(photograph));
+    } catch (const std::exception& error) {
+      reports.report(action::notify_error, std::string(error.what()));
+    }
+  };
+}
 
 std::shared_ptr<const Image> shown_in_panel(const Image& picture, ThreadPool& pool) {
   const int longest = std::max(picture.width, picture.height);
@@ -112,6 +172,22 @@ void action::follow_test_view(Viewer& v, Host& host) {
   if (!comparison_is_due(v)) return;
   shown.compares = true;
   host.run_behind(compare_test_view(*v.training));
+}
+
+void action::follow_view_choice(Viewer& viewer, Host& host) {
+  const bool shows_scene = viewer.scene && viewer.shown.version == viewer.version &&
+                           viewer.shown.divisor == 1 && viewer.still();
+  if (!viewer.view_choice.wanted || viewer.view_choice.asked || !shows_scene) return;
+  viewer.view_choice.asked = true;
+  RenderSettings settings = viewer.settings;
+  settings.mode = viewer.mode();
+  constexpr float kPictureWidth = 240;  // screen units at 100 %
+  const int width = static_cast<int>(std::lround(kPictureWidth * interface_scale(viewer)));
+  host.run([scene = viewer.scene->path, views = viewer.scene->candidates, settings,
+            width](RenderContext& context) {
+    context.report(action::candidates_drawn, scene,
+                   std::make_shared<const Image>(draw_candidates(context, views, settings, width)));
+  });
 }
 
 }  // namespace qs

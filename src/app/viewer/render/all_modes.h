@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// All modes of a view side by side, in colours or with a heat map of one scale.
+// All modes of a view: side by side, in colours or with a heat map of one scale, and measured off
+// screen for the table of modes.
 #pragma once
 
 #include "app/viewer/render/render_context.h"
@@ -23,5 +24,21 @@ void draw_all_modes(RenderContext& context, const FrameRequest& request, const C
 
 /// The frame of the window: the pictures in small at their places.
 RenderedFrame draw_grid(RenderContext& context, const FrameRequest& request, const Camera& camera);
+
+struct NumbersRequest {
+  Camera camera;
+  RenderSettings settings;
+  int version = 0;    ///< Viewer::view_version
+  bool more = false;  ///< adds frames to the numbers of this view
+};
+
+/// Reports mode_sampled() for the first frame of each mode, then numbers_measured(), or
+/// numbers_refined() for `more`. A measurement that fails is reported without rows, so that it is
+/// not repeated. Throws Error and Cancelled.
+void measure_modes(RenderContext& context, const NumbersRequest& request);
+
+/// Draws a frame that nobody sees and reports its time. `about`: its mode, its size and its view.
+void sample_mode(RenderContext& context, const Camera& camera, const RenderSettings& settings,
+                 ModeSample about);
 
 }  // namespace qs

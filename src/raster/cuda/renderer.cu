@@ -43,9 +43,8 @@ class CudaRenderer final : public Renderer {
                       const Target& target, std::stop_token stop) override {
     assert(settings.mode >= 0 && settings.mode <= mode_count());
     assert(camera.width > 0 && camera.height > 0);
-    if (settings.mode == kReferenceMode) {
+    if (settings.mode == kReferenceMode)
       throw Error(ErrorKind::device, "cuda: mode reference runs on the backend cpu only");
-    }
     if (settings.tile_px != kTileSize) {
       throw Error(ErrorKind::device, "cuda: tiles of " + std::to_string(settings.tile_px) +
                                          " pixels run on the backend cpu only");
@@ -98,11 +97,10 @@ class CudaRenderer final : public Renderer {
   void prepare_target(const Target& target) override {
     const auto* texture = std::get_if<GlTexture>(&target);
     select_device();
-    if (texture == nullptr) {
+    if (texture == nullptr)
       gl_target_.unmap();
-    } else {
+    else
       gl_target_.map(*texture);
-    }
   }
 
  private:

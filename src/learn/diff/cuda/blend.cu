@@ -46,9 +46,8 @@ __global__ void __launch_bounds__(kThreads)
         const float weight = by.alpha * transmittance;
         const std::uint32_t gaussian = owners[entry];
 #pragma unroll
-        for (int c = 0; c < kChannels; ++c) {
+        for (int c = 0; c < kChannels; ++c)
           if (c < in.channel_count) color[c] = fmaf(weight, in.channel(gaussian, c), color[c]);
-        }
         if constexpr (kDepth) {
           const float z = in.depths[gaussian];
           depth += weight * z;

@@ -100,9 +100,8 @@ struct BackwardPixel {
     const float weight = by.alpha * transmittance;
     float by_color = 0;
 #pragma unroll
-    for (int c = 0; c < kChannels; ++c) {
+    for (int c = 0; c < kChannels; ++c)
       if (c < in.channel_count) by_color = fmaf(d_color[c], in.channel(gaussian, c), by_color);
-    }
     to_come = fmaf(-weight, by_color, to_come);
     const float rest = 1 - by.alpha;
     by_alpha = by_color * transmittance - to_come / rest;

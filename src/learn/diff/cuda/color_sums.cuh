@@ -374,9 +374,8 @@ __global__ void __launch_bounds__(
       const std::uint32_t entry = group + k / kNumbers;
       if (entry >= size) break;
       float sum = 0;
-      if (group < end) {
+      if (group < end)
         for (unsigned each = 0; each < kWarps; ++each) sum += sums[each][k];
-      }
       const std::uint32_t place = in.tiles.places[range.x + first + entry];
       const unsigned which = k % kNumbers;
       if (which < kSums)

@@ -33,9 +33,8 @@ __global__ void __launch_bounds__(kThreads)
     if (!masked) atomicAdd(&histogram[bin], 1u);
   }
   __syncthreads();
-  for (unsigned bin = threadIdx.x; bin < kErrorBins; bin += kThreads) {
+  for (unsigned bin = threadIdx.x; bin < kErrorBins; bin += kThreads)
     if (histogram[bin] > 0) atomicAdd(&out.histogram[bin], histogram[bin]);
-  }
 }
 
 /// One block.

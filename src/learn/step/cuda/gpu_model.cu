@@ -58,9 +58,8 @@ class SideStream {
 /// The highest degree of coefficients that are not all zero.
 int used_degree(const qs::train::Parameters& moments) {
   std::size_t used = 0;
-  for (std::size_t at = 0; at < moments.sh.size(); ++at) {
+  for (std::size_t at = 0; at < moments.sh.size(); ++at)
     if (moments.sh[at] != glm::vec3(0)) used = std::max(used, at % moments.sh_stride());
-  }
   int degree = 0;
   while (static_cast<std::size_t>(sh_coefficient_count(degree)) <= used) ++degree;
   return degree;
@@ -122,9 +121,8 @@ struct GpuModel::State {
     if (sums.empty()) return;
     host.summed = download(sums.by, stream);
     const std::size_t stride = host.summed.sh_stride();
-    for (std::size_t at = 0; at < host.summed.sh.size(); ++at) {
+    for (std::size_t at = 0; at < host.summed.sh.size(); ++at)
       if (at % stride == 0 ? !sums.has_others : !sums.has_rest) host.summed.sh[at] = glm::vec3(0);
-    }
     if (sums.has_others) return;
     qs::train::Parameters zeros;
     zeros.sh_degree = host.summed.sh_degree;

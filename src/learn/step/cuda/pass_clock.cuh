@@ -15,16 +15,14 @@ namespace qs::cuda::train {
 class PassClock {
  public:
   PassClock() {
-    for (Events& events : events_) {
+    for (Events& events : events_)
       for (cudaEvent_t& event : events) check(cudaEventCreate(&event), "cudaEventCreate");
-    }
   }
   PassClock(const PassClock&) = delete;
   PassClock& operator=(const PassClock&) = delete;
   ~PassClock() {
-    for (const Events& events : events_) {
+    for (const Events& events : events_)
       for (const cudaEvent_t event : events) cudaEventDestroy(event);
-    }
   }
 
   /// Begins an iteration. An iteration that did not reach its last pass is discarded.

@@ -59,9 +59,8 @@ void ClassicPipeline::append_gaussians(const FrameContext& frame, Trace& trace) 
   auto levels = on_host(visible_.footprints.levels);
   const auto splats = on_host(visible_.splats);
   const FootprintArrays footprints{means.data(), conics.data(), levels.data()};
-  for (std::size_t i = 0; i < size; ++i) {
+  for (std::size_t i = 0; i < size; ++i)
     if (tiles[i] > 0) append_visible(trace, i, footprints.load(i), depths[i], splats[i].splat());
-  }
 }
 
 }  // namespace qs::cuda::classic

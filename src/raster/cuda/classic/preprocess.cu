@@ -25,9 +25,8 @@ __global__ void __launch_bounds__(kThreads)
   Projected projected;
   if (i < in.cloud.count) {
     gaussian = in.cloud.gaussian(i);
-    if (project(in.view, in.rules, gaussian, projected)) {
+    if (project(in.view, in.rules, gaussian, projected))
       tiles = count_tiles<P>(projected.footprint, in.grid);
-    }
   }
   if (i <= in.cloud.count) out.tile_counts[i] = tiles;
   const int visible = __syncthreads_count(tiles > 0);

@@ -40,9 +40,8 @@ void collect_lists(const FrameContext& frame, const Outputs& outputs, const Pixe
       trace.tile_begin.push_back(trace.tile_begin.back() + range.size());
     }
   }
-  if (outputs.pairs) {
+  if (outputs.pairs)
     for (const ListRange& range : ranges) result.pairs.push_back(range.size());
-  }
 }
 
 }  // namespace qs::cuda

@@ -86,9 +86,8 @@ GpuReport gpu_report() {
   int count = 0;
   GpuReport report = count_gpus(count);
   for (int device = 0; device < count; ++device) report.gpus.push_back(inspect_gpu(device));
-  for (const Gpu& gpu : report.gpus) {
+  for (const Gpu& gpu : report.gpus)
     if (gpu.problem.empty()) return report;
-  }
   if (count > 0)
     report.problem = report.gpus[0].name + " cannot be used: " + report.gpus[0].problem;
   return report;
@@ -115,9 +114,8 @@ Gpu inspect_gpu(int device) {
 std::optional<int> find_gpu() {
   int count = 0;
   count_gpus(count);
-  for (int device = 0; device < count; ++device) {
+  for (int device = 0; device < count; ++device)
     if (inspect_gpu(device).problem.empty()) return device;
-  }
   return std::nullopt;
 }
 

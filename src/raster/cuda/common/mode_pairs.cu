@@ -27,9 +27,8 @@ __global__ void __launch_bounds__(kThreads)
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   TilesOfModes own{};
   Projected projected;
-  if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
+  if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected))
     own = tiles_of_modes(projected.footprint, in.grid);
-  }
 #pragma unroll
   for (int mode = 0; mode < kCullerCount; ++mode) {
     const auto tiles = static_cast<unsigned long long>(own.tiles[mode]);
@@ -64,9 +63,8 @@ void ModeCounter::enqueue(const DeviceCloud& cloud, const CountedView& counted,
 
 std::vector<ModePairs> ModeCounter::result() const {
   std::vector<ModePairs> pairs;
-  for (int mode = 0; mode < kCullerCount; ++mode) {
+  for (int mode = 0; mode < kCullerCount; ++mode)
     pairs.push_back({(*on_host_)->tile_pairs[mode], (*on_host_)->visible[mode]});
-  }
   return pairs;
 }
 

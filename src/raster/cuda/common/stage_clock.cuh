@@ -43,9 +43,8 @@ class StageClock {
   void read(RenderStats& stats) const {
     check(cudaEventSynchronize(events_[kLast]), "frame");
     stats.frame_ms = between(0, kLast);
-    for (int step = 0; step < steps_; ++step) {
+    for (int step = 0; step < steps_; ++step)
       stats.stage_ms[static_cast<int>(stages_[step])] += between(step, step + 1);
-    }
   }
 
  private:

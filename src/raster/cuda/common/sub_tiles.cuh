@@ -41,9 +41,8 @@ struct Reach {
       const float right = fmaf(ellipse.slope, v_right, half_at(v_right));
       const float left = fmaf(ellipse.slope, v_left, -half_at(v_left));
 #pragma unroll
-      for (unsigned column = 0; column < 2; ++column) {
+      for (unsigned column = 0; column < 2; ++column)
         reached[s + column] = v0 <= v1 && left <= last_x[column] && right >= first_x[column];
-      }
     }
   }
 };

@@ -65,9 +65,8 @@ __device__ unsigned peers_of(std::uint32_t digit, bool valid) {
 __device__ inline std::uint32_t reserve_slot(bool needs, std::uint32_t* count) {
   const unsigned all = __ballot_sync(kAllLanes, needs);
   std::uint32_t first = 0;
-  if (all != 0 && lane_index() == 0) {
+  if (all != 0 && lane_index() == 0)
     first = atomicAdd(count, static_cast<std::uint32_t>(__popc(all)));
-  }
   return __shfl_sync(kAllLanes, first, 0) + static_cast<std::uint32_t>(__popc(all & lanes_below()));
 }
 
@@ -79,9 +78,8 @@ __device__ inline std::uint32_t reserve_slot_of(unsigned counter, bool exists,
   const unsigned peers = __match_any_sync(kAllLanes, counter);
   const unsigned first = static_cast<unsigned>(__ffs(static_cast<int>(peers))) - 1;
   std::uint32_t begin = 0;
-  if (exists && lane_index() == first) {
+  if (exists && lane_index() == first)
     begin = atomicAdd(&counts[counter], static_cast<std::uint32_t>(__popc(peers)));
-  }
   return __shfl_sync(kAllLanes, begin, first) +
          static_cast<std::uint32_t>(__popc(peers & lanes_below()));
 }
@@ -98,9 +96,8 @@ __device__ T inclusive_sum_of_warp(T value) {
 
 /// The largest of the lanes' values. All lanes of the warp must call it.
 __device__ inline std::uint32_t largest_of_warp(std::uint32_t value) {
-  for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
+  for (unsigned distance = kWarp / 2; distance > 0; distance /= 2)
     value = max(value, __shfl_sync(kAllLanes, value, lane_index() ^ distance));
-  }
   return value;
 }
 

@@ -32,9 +32,8 @@ struct MacroMask {
       return;
     }
 #pragma unroll
-    for (int row = 0; row < kRows; ++row) {
+    for (int row = 0; row < kRows; ++row)
       mask |= (bits >> row & 1) << (row * kColumns + line - window.columns.begin);
-    }
   }
 
   /// Adds the tiles of a walk, which lists span_at(line) in a line.
@@ -142,9 +141,8 @@ struct Appended {
       if (by_rows) return (own[0] & 15) | (own[1] & 15) << kColumns;
       unsigned mask = 0;
 #pragma unroll
-      for (int i = 0; i < kColumns; ++i) {
+      for (int i = 0; i < kColumns; ++i)
         mask |= (own[i] & 1) << i | (own[i] >> 1 & 1) << (kColumns + i);
-      }
       return mask;
     }
   }
@@ -251,9 +249,8 @@ __device__ void for_each_macro_tile(const Appended<P>* gaussians, std::uint32_t 
   for (unsigned first = 0; first < total; first += kWarp) {
     const unsigned item = first + lane_index();
     unsigned owner = 0;  // the first lane whose `end` exceeds the item
-    for (unsigned step = kWarp / 2; step > 0; step /= 2) {
+    for (unsigned step = kWarp / 2; step > 0; step /= 2)
       if (__shfl_sync(kAllLanes, end, owner + step - 1) <= item) owner += step;
-    }
     const unsigned place = item - __shfl_sync(kAllLanes, end - own, owner);
     unsigned tiles = 0, macro_tile = 0;
     if (item < total) {

@@ -33,9 +33,8 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
   for (int j = 0; j < kPixels; ++j) {
     if (half.y + j >= in.height) return;
     const std::size_t at = static_cast<std::size_t>(half.y + j) * in.width + half.x;
-    if constexpr (kMaps) {
+    if constexpr (kMaps)
       if (out.evaluated != nullptr) out.evaluated[at] = marks.evaluated[j];
-    }
     if (out.color != nullptr) {
       out.color[3 * at] = column.pixels[j].red;
       out.color[3 * at + 1] = column.pixels[j].green;

@@ -81,11 +81,10 @@ struct Column {
     const float first = fmaf(fmaf(shape.z, x, shape.y), x, shape.x);
     const float growth = fmaf(rest.x, x, shape.w);
     float alphas[kPixels];
-    if constexpr (kRows == Rows::products) {
+    if constexpr (kRows == Rows::products)
       multiply(exp2_flush(first), exp2_flush(growth), rest.y, alphas);
-    } else {
+    else
       add_up(first, growth, rest.y, alphas);
-    }
 #pragma unroll
     for (int j = 0; j < kPixels; ++j) {
       if (kClamps) alphas[j] = fminf(alphas[j], kAlphaMax * kAlphaScale<kCut>);

@@ -21,9 +21,8 @@ __device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own
   if (threadIdx.x < kWarp) {
     const unsigned lane = lane_index();
     std::uint32_t length = 0;
-    for (unsigned part = 0; part < Block::kParts && lane < Block::kTiles; ++part) {
+    for (unsigned part = 0; part < Block::kParts && lane < Block::kTiles; ++part)
       length += shared.lengths[part][lane];
-    }
     const std::uint64_t begin = place_list(out, tiles_of(macro_tiles, own, out.grid), length);
     if (lane < Block::kTiles) shared.begins[lane] = begin;
   }

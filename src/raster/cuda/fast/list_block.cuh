@@ -111,9 +111,8 @@ class ListBlock {
   __device__ void count() {
     std::uint32_t length = 0;
 #pragma unroll 4
-    for (unsigned first = part_.begin; first < part_.end; first += kWarp) {
+    for (unsigned first = part_.begin; first < part_.end; first += kWarp)
       length += __popc(__ballot_sync(kAllLanes, is_listed(first + lane_index())));
-    }
     if (lane_index() == 0) shared_.lengths[number_][tile_] = length;
     __syncthreads();
   }

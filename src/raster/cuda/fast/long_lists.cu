@@ -258,9 +258,8 @@ __device__ void composite_many(const ListInput& in, const HalfTile& half, Rings<
                                WalkedPixel (&pixels)[kPixels]) {
   Column<Cut::flush> column;
 #pragma unroll
-  for (int j = 0; j < kPixels; ++j) {
+  for (int j = 0; j < kPixels; ++j)
     column.pixels[j] = {pixels[j].transmittance * kClear<Cut::flush>, 0, 0, 0};
-  }
   Marks unused{};
   Walk<false, kRows>(in, half, rings, column, unused).composite(begin, end);
 #pragma unroll
@@ -291,11 +290,10 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     bool stops[kPixels];
 #pragma unroll
     for (int j = 0; j < kPixels; ++j) stops[j] = pixels[j].transmittance > 0.0f;
-    if (stopping <= kFewPixels) {
+    if (stopping <= kFewPixels)
       walk.composite(own.begin, own.end);
-    } else {
+    else
       composite_many<kRows>(in, half, rings[threadIdx.x / kWarp], own.begin, own.end, pixels);
-    }
     SegmentResult& result = *own.result;
 #pragma unroll
     for (int j = 0; j < kPixels; ++j) {

@@ -180,9 +180,8 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
                                                       : nullptr;
   const bool forks = list_others != nullptr && side_stream != frame.stream;
   if (forks) projected_.make_wait(full_stream_);
-  if (list_others != nullptr) {
+  if (list_others != nullptr)
     list_others(frame, size, scratch_, pairs_, forks ? full_stream_ : frame.stream);
-  }
   if (forks) listed_.record(full_stream_);
   list_usual(frame, size, scratch_, pairs_);
   if (forks) listed_.make_wait(frame.stream);
@@ -245,9 +244,8 @@ void FastPipeline::append_gaussians(const FrameContext& frame, Trace& trace) con
   for (const std::uint32_t block :
        copied(visible_.blocks.data(), counters_->visible_blocks, frame.stream)) {
     const std::uint32_t first = block * kBlockGaussians;
-    for (std::uint32_t place = first; place < std::min(first + kBlockGaussians, count); ++place) {
+    for (std::uint32_t place = first; place < std::min(first + kBlockGaussians, count); ++place)
       if (keys[place] != kInvisibleKey) places[file_indices[place]] = place;
-    }
   }
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t place = places[i];

@@ -25,9 +25,8 @@ class PixelWalk {
   __device__ PixelWalk(const ListInput& in, const HalfTile& half, WalkedPixel (&pixels)[kPixels])
       : in_(in), half_(half), pixels_(pixels) {
 #pragma unroll
-    for (int j = 0; j < kPixels; ++j) {
+    for (int j = 0; j < kPixels; ++j)
       live_[j] = __ballot_sync(kAllLanes, pixels[j].transmittance > 0.0f);
-    }
   }
 
   __device__ unsigned count() const {

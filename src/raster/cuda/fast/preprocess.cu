@@ -29,9 +29,8 @@ __global__ void __launch_bounds__(kThreads)
     find_shown_blocks(Frustum frustum, const BlockBounds* bounds, unsigned blocks,
                       std::uint8_t* shown, std::uint64_t* to_clear, std::size_t words) {
   const unsigned thread = blockIdx.x * kThreads + threadIdx.x;
-  for (std::size_t word = thread; word < words; word += std::size_t{gridDim.x} * kThreads) {
+  for (std::size_t word = thread; word < words; word += std::size_t{gridDim.x} * kThreads)
     to_clear[word] = 0;
-  }
   if (thread < blocks) shown[thread] = frustum.misses(bounds[thread]) ? 0 : 1;
 }
 
@@ -66,9 +65,8 @@ struct ProjectedBlock {
     own.clear();
     Projected projected;
     bool is_large = false;
-    if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
+    if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected))
       is_large = !own.set(projected.footprint, in.grid);
-    }
     const bool visible = is_large || own.has_walk();
     own.depth_key = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
     if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
@@ -116,9 +114,8 @@ struct ProjectedBlock {
       counts[c] = begin;
     }
     __syncthreads();
-    if (threadIdx.x == 0 && spilled > 0) {
+    if (threadIdx.x == 0 && spilled > 0)
       next_spilled = atomicAdd(macro_tiles.slicing.part_count(Slicing::own_part()), spilled);
-    }
   }
 
   /// Stores the staged entries from the slots in `next` on.
@@ -183,9 +180,8 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThre
     const std::uint32_t slot = reserve_slot(is_shown, &shown_count);
     if (is_shown) shown[slot] = blocks - 1 - turn;
     __syncthreads();
-    for (std::uint32_t k = 0; k < shown_count; ++k) {
+    for (std::uint32_t k = 0; k < shown_count; ++k)
       project_block<P>(in, out, macro_tiles, large, counters, shown[k]);
-    }
     __syncthreads();
   }
 }

@@ -51,9 +51,8 @@ struct Rings {
   __device__ void pad(unsigned head, unsigned length, unsigned end) {
     const unsigned lane = lane_index();
 #pragma unroll 1
-    for (unsigned i = length + lane % kLanes; i < end; i += kLanes) {
+    for (unsigned i = length + lane % kLanes; i < end; i += kLanes)
       rings[lane / kLanes].shape[wrapped(head + i)].x = -INFINITY;
-    }
   }
 };
 

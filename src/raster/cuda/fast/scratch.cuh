@@ -87,9 +87,8 @@ struct SegmentsView {
   __device__ void reserve(std::uint32_t tile, std::uint32_t count) const {
     const std::uint32_t first = atomicAdd(&counters->segments, count);
     const bool fits = first + count <= capacity;
-    for (std::uint32_t i = 0; i < count && first + i < capacity; ++i) {
+    for (std::uint32_t i = 0; i < count && first + i < capacity; ++i)
       segments[first + i] = {fits ? tile : Segment::kNoTile, i};
-    }
     const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
     if (list < capacity) first_segments[list] = first;
   }

@@ -99,18 +99,15 @@ __device__ void move_entries(const MacroTiles& tiles, std::uint32_t* counts, std
   }
   __syncthreads();
 #pragma unroll
-  for (unsigned k = 0; k < kMovedEach; ++k) {
+  for (unsigned k = 0; k < kMovedEach; ++k)
     if (chosen[k] != kNoSlice && counts_here) atomicAdd(&counts[chosen[k]], 1u);
-  }
   __syncthreads();
-  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) {
+  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads)
     if (counts[s] > 0) counts[s] = atomicAdd(&slicing.counts[s], counts[s]);
-  }
   __syncthreads();
 #pragma unroll
-  for (unsigned k = 0; k < kMovedEach; ++k) {
+  for (unsigned k = 0; k < kMovedEach; ++k)
     slots[k] = chosen[k] == kNoSlice ? kNoSlice : atomicAdd(&places[chosen[k]], 1u);
-  }
 #pragma unroll
   for (unsigned k = 0; k < kMovedEach; ++k) {
     if (slots[k] >= slicing.size.slice_capacity) continue;
@@ -242,9 +239,8 @@ __global__ void __launch_bounds__(kBlock, blocks_at_once(kResident, kBlock))
                 min(slicing.counts[slice], capacity));
     block.sort(slicing.entries + first, slicing.masks + first, tiles.entry_order);
     if (Block::kParts > 1) block.count();
-    if (threadIdx.x < Block::kTiles) {
+    if (threadIdx.x < Block::kTiles)
       shared.begins[threadIdx.x] = slicing.list_begins[slice * Block::kTiles + threadIdx.x];
-    }
     __syncthreads();
     block.write(out);
   }

@@ -87,16 +87,14 @@ class Walk {
         if ((live >> s & 1) != 0) shortest = min(shortest, lengths_[s]);
         if (s == sub) length = lengths_[s];
       }
-      if (next < end) {
+      if (next < end)
         steps = max(shortest / kUnroll * kUnroll, rounded_up(longest - (kRing - kWarp)));
-      }
       rings_.pad(head_, length, steps);
       __syncwarp();
-      if (kMaps || clamped_ > 0) {
+      if (kMaps || clamped_ > 0)
         drain<true>(steps, begin);
-      } else {
+      else
         drain<false>(steps, begin);
-      }
       __syncwarp();
       clamped_ -= min(clamped_, steps);
 #pragma unroll
@@ -115,11 +113,10 @@ class Walk {
     unsigned live = 0;
 #pragma unroll
     for (unsigned s = 0; s < kSubTiles; ++s) {
-      if ((lanes >> (s * kLanes) & ((1u << kLanes) - 1)) != 0) {
+      if ((lanes >> (s * kLanes) & ((1u << kLanes) - 1)) != 0)
         live |= 1u << s;
-      } else {
+      else
         lengths_[s] = 0;
-      }
     }
     return live;
   }
@@ -134,9 +131,8 @@ class Walk {
     const Stage stage(splat, x0, y0, in_.background);
     if (kRows == Rows::products && __any_sync(kAllLanes, rows == INFINITY)) {
 #pragma unroll
-      for (unsigned s = 0; s < kSubTiles; ++s) {
+      for (unsigned s = 0; s < kSubTiles; ++s)
         exists = exists && (rows < INFINITY || !reach.reached[s] || stage.is_finite(s));
-      }
     }
 #pragma unroll
     for (unsigned s = 0; s < kSubTiles; ++s) {

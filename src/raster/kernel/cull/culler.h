@@ -85,9 +85,8 @@ QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visi
   } else {
     const auto walk = P::template walk<kTilePx>(footprint, grid);
     for_each_line(walk, [&](int line, Span span) {
-      for (int tile = span.begin; tile < span.end; ++tile) {
+      for (int tile = span.begin; tile < span.end; ++tile)
         visit(walk.by_rows ? line * grid.columns + tile : tile * grid.columns + line);
-      }
     });
   }
 }

@@ -76,9 +76,8 @@ QS_HD TilesOfModes tiles_of_modes(const Footprint& footprint, TileGrid grid,
   const auto count = [&]<int kMode>(std::integral_constant<int, kMode>) {
     using P = CullerOf<kMode>;
     if constexpr (kCountsItself<kMode>) {
-      if (keeps<P>(footprint.gamma)) {
+      if (keeps<P>(footprint.gamma))
         all.tiles[kMode - 1] = number_of_tiles<P, kTilePx>(footprint, grid);
-      }
     }
   };
   (count(std::integral_constant<int, kIndex + 1>()), ...);

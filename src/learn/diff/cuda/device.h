@@ -16,8 +16,7 @@ class SelectedGpu {
  public:
   explicit SelectedGpu(int device);
   ~SelectedGpu();
-  SelectedGpu(const SelectedGpu&) = delete;
-  SelectedGpu& operator=(const SelectedGpu&) = delete;
+  SelectedGpu& operator=(SelectedGpu&&) = delete;
 
  private:
   int before_ = 0;

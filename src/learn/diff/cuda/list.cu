@@ -5,6 +5,7 @@
 #include "learn/diff/cuda/tiles.cuh"
 #include "raster/cuda/common/block_sort.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/common/warp.cuh"
 #include "raster/kernel/cull/modes.h"
 

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "raster/cuda/common/block_sort.cuh"
-#include "raster/cuda/common/footprint_arrays.cuh"
+#include "raster/cuda/common/footprints.cuh"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/kernel/cull/mode.h"
 #include "raster/kernel/tile_grid.h"

@@ -4,7 +4,7 @@
 #include "learn/diff/cuda/project.h"
 #include "learn/diff/cuda/shared_sh.cuh"
 #include "learn/diff/gaussian_terms.h"
-#include "raster/cuda/common/pair_limit.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/common/stream.cuh"
 #include "raster/kernel/cull/modes.h"
 

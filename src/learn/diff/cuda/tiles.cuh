@@ -5,7 +5,7 @@
 
 #include <glm/vec2.hpp>
 
-#include "raster/cuda/common/ellipse.cuh"
+#include "raster/cuda/common/sub_tiles.cuh"
 #include "raster/cuda/common/warp.cuh"
 #include "raster/kernel/blend.h"
 #include "raster/kernel/hd.h"

@@ -5,7 +5,7 @@
 
 #include "learn/diff/cuda/color_blend.cuh"
 #include "learn/step/cuda/forward.cuh"
-#include "raster/cuda/common/footprint_rules.cuh"
+#include "raster/cuda/common/footprints.cuh"
 #include "raster/cuda/common/warp.cuh"
 #include "raster/kernel/cull/in_view.h"
 #include "raster/kernel/cull/modes.h"

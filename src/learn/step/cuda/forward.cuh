@@ -12,7 +12,7 @@
 #include "learn/step/cuda/parameters.cuh"
 #include "raster/api/renderer.h"
 #include "raster/cuda/common/block_sort.cuh"
-#include "raster/cuda/common/footprint_arrays.cuh"
+#include "raster/cuda/common/footprints.cuh"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/common/stream.cuh"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "learn/diff/cuda/list.cuh"
 #include "learn/step/cuda/list.cuh"
-#include "raster/cuda/common/pair_limit.cuh"
+#include "raster/cuda/common/limits.cuh"
 
 namespace qs::cuda::train {
 namespace {

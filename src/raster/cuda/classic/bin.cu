@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/classic/bin.cuh"
-#include "raster/cuda/common/pair_limit.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/kernel/cull/modes.h"
 
 namespace qs::cuda::classic {

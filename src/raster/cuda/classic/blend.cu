@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/classic/blend.cuh"
-#include "raster/cuda/common/blend_parameters.cuh"
 #include "raster/cuda/common/flush.cuh"
+#include "raster/cuda/common/pixels.cuh"
 
 namespace qs::cuda::classic {
 namespace {

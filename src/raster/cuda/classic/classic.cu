@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/classic/classic.cuh"
-#include "raster/cuda/common/collect.cuh"
 #include "raster/cuda/common/depth.cuh"
+#include "raster/cuda/common/pixels.cuh"
 
 namespace qs::cuda::classic {
 namespace {

@@ -5,7 +5,7 @@
 // undefined.
 #pragma once
 
-#include "raster/cuda/common/footprint_arrays.cuh"
+#include "raster/cuda/common/footprints.cuh"
 #include "raster/cuda/common/frame_context.cuh"
 #include "raster/kernel/blend.h"
 

@@ -26,9 +26,6 @@ struct EntryOrder {
 /// Blocks of a usual size can sort so many entries on every GPU.
 inline constexpr std::uint32_t kUsualSort = 3072;
 
-/// The largest number of entries that a block can sort on the current device, at least kUsualSort.
-std::uint32_t most_in_shared_memory();
-
 /// Memory in which a block sorts: three arrays of `capacity` elements. AnyIndex: of an item.
 template <class AnyIndex>
 struct SortArrays {

@@ -49,10 +49,9 @@ inline unsigned blocks_for(std::uint64_t items) {
 
 /// Size of a launch: number of blocks, threads per block, and bytes of dynamic shared memory.
 struct Blocks {
-  unsigned count, threads = kThreads;
-  std::size_t shared_bytes = 0;
-  Blocks(unsigned count_) : count(count_) {}
-  Blocks(unsigned count_, unsigned threads_, std::size_t shared_bytes_ = 0)
+  unsigned count, threads;
+  std::size_t shared_bytes;
+  Blocks(unsigned count_, unsigned threads_ = kThreads, std::size_t shared_bytes_ = 0)
       : count(count_), threads(threads_), shared_bytes(shared_bytes_) {}
 };
 

@@ -4,8 +4,8 @@
 // and a thread per pixel. The same for both pipelines; frames without it run no other kernels.
 #pragma once
 
-#include "raster/cuda/common/blend_parameters.cuh"
 #include "raster/cuda/common/flush.cuh"
+#include "raster/cuda/common/pixels.cuh"
 #include "raster/kernel/depth.h"
 
 namespace qs::cuda {

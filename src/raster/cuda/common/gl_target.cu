@@ -27,16 +27,6 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-GlTarget::InteropStream::InteropStream(int device) : stream(device, true) {
-  check(cudaEventCreate(&begin), "cudaEventCreate");
-  check(cudaEventCreate(&end), "cudaEventCreate");
-}
-
-GlTarget::InteropStream::~InteropStream() {
-  cudaEventDestroy(begin);
-  cudaEventDestroy(end);
-}
-
 GlTarget::~GlTarget() {
   unmap();
   // If the GL context was destroyed first, the driver has already dropped the registrations.
@@ -87,11 +77,11 @@ void GlTarget::present(const float* color, int width, int height, cudaStream_t s
   const auto columns = static_cast<std::uint32_t>(width), rows = static_cast<std::uint32_t>(height);
   if (mapping_.size.width != columns || mapping_.size.height != rows)
     throw Error(ErrorKind::device, "cuda: the GL texture has another size than the frame");
-  check(cudaEventRecord(interop_->begin, stream), "present");
+  interop_->begin.record(stream, "present");
   interop_->mapped.make_wait(stream);
   launch("present", write_rgba8, blocks_for(std::uint64_t{columns} * rows), stream, color,
          mapping_.surface, columns, columns * rows);
-  check(cudaEventRecord(interop_->end, stream), "present");
+  interop_->end.record(stream, "present");
 }
 
 void GlTarget::unmap() noexcept {
@@ -102,10 +92,6 @@ void GlTarget::unmap() noexcept {
   cudaGetLastError();
 }
 
-float GlTarget::present_ms() const {
-  float ms = 0;
-  check(cudaEventElapsedTime(&ms, interop_->begin, interop_->end), "present");
-  return ms;
-}
+float GlTarget::present_ms() const { return interop_->end.ms_since(interop_->begin, "present"); }
 
 }  // namespace qs::cuda

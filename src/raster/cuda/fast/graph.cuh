@@ -16,8 +16,7 @@ class Graph {
   using Topology = std::array<int, 7>;
 
   Graph() = default;
-  Graph(const Graph&) = delete;
-  Graph& operator=(const Graph&) = delete;
+  Graph& operator=(Graph&&) = delete;
   ~Graph() { release(); }
 
   /// Captures the work that `work` enqueues in `stream`, and in streams that wait for it and that

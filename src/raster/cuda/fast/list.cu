@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
-#include "raster/cuda/common/device_limits.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/fast/list_block.cuh"
 
 namespace qs::cuda::fast {

@@ -4,9 +4,9 @@
 #include <cstring>
 #include <utility>
 
-#include "raster/cuda/common/collect.cuh"
 #include "raster/cuda/common/depth.cuh"
-#include "raster/cuda/common/pair_limit.cuh"
+#include "raster/cuda/common/limits.cuh"
+#include "raster/cuda/common/pixels.cuh"
 #include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
 

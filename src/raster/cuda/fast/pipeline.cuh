@@ -10,7 +10,7 @@
 
 #include <optional>
 
-#include "raster/cuda/common/collect.cuh"
+#include "raster/cuda/common/pixels.cuh"
 #include "raster/cuda/common/stage_clock.cuh"
 #include "raster/cuda/fast/blend.cuh"
 #include "raster/cuda/fast/graph.cuh"

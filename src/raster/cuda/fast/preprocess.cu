@@ -4,8 +4,8 @@
 
 #include <glm/geometric.hpp>
 
-#include "raster/cuda/common/device_limits.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/preprocess.cuh"

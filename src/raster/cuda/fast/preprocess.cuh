@@ -10,9 +10,9 @@
 #include <algorithm>
 #include <bit>
 
-#include "raster/cuda/common/ellipse.cuh"
 #include "raster/cuda/common/frame_context.cuh"
 #include "raster/cuda/common/stream.cuh"
+#include "raster/cuda/common/sub_tiles.cuh"
 #include "raster/cuda/fast/scratch.cuh"
 
 namespace qs::cuda::fast {

@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "raster/cuda/common/device_limits.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/fast/list_block.cuh"
 
 namespace qs::cuda::fast {

@@ -7,7 +7,7 @@
 // work is spent on pixels that a Gaussian does not reach.
 #pragma once
 
-#include "raster/cuda/common/blend_parameters.cuh"
+#include "raster/cuda/common/pixels.cuh"
 #include "raster/cuda/fast/rings.cuh"
 
 namespace qs::cuda::fast {

@@ -97,7 +97,7 @@ __global__ void __launch_bounds__(kThreads) list_gaussians(ListInput in) {
   const std::uint32_t count = gaussian < in.gaussians ? in.tile_counts[gaussian] : 0;
   if (count > 0 && count <= kAlone) list_tiles<P, 1>(in, gaussian, 0);
   for (unsigned large = __ballot_sync(kAllLanes, count > kAlone); large != 0; large &= large - 1) {
-    const unsigned owner = static_cast<unsigned>(__ffs(static_cast<int>(large))) - 1;
+    const unsigned owner = lowest_bit(large);
     list_tiles<P, kWarp>(in, owner * warps + warp, lane);
   }
 }

@@ -16,11 +16,6 @@
 
 namespace qs::cuda::diff {
 
-/// Index of the lowest bit that is set.
-__device__ inline unsigned lowest_bit(unsigned bits) {
-  return static_cast<unsigned>(__ffs(static_cast<int>(bits))) - 1;
-}
-
 /// The contribution of a Gaussian to a pixel: composite() of the CPU with fewer instructions. The
 /// backend is built without contraction, so multiplications and additions are fused explicitly.
 struct Contribution {

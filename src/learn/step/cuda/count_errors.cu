@@ -7,7 +7,6 @@
 namespace qs::cuda::train {
 namespace {
 
-using diff::lowest_bit;
 using diff::SharedSegment;
 
 constexpr unsigned kPixelsPerThread = 16;  // so that few blocks add their histograms

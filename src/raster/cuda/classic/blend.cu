@@ -94,7 +94,7 @@ void blend(const FrameContext& frame, ClassicVisible& visible, const ClassicPair
   pixels.clear_used(outputs, pairs.count, frame.stream);
   launch("blend", outputs.used ? blend_tiles<true> : blend_tiles<false>,
          static_cast<unsigned>(frame.grid.count()), frame.stream,
-         Input::of(frame, pairs.buffers.values, lists.ranges.data(), visible.splats),
+         Input::of(frame, lists.ranges.data(), pairs.buffers.values.data(), visible.splats.data()),
          BlendOutput::of(pixels, outputs), visible.counters.data());
 }
 

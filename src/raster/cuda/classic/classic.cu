@@ -38,13 +38,13 @@ void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
   result.stats.sort_bytes = pairs_.count * kSortedEach;
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
   collect_lists(
-      frame, outputs, pixels, lists_.ranges.data(), pairs_.buffers.values,
+      frame, outputs, pixels, lists_.ranges.data(), pairs_.buffers.values.data(),
       [&](Trace& trace) { append_gaussians(frame, trace); }, result);
 }
 
 void ClassicPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) const {
-  const auto in =
-      BlendInput<LogSplat>::of(frame, pairs_.buffers.values, lists_.ranges.data(), visible_.splats);
+  const auto in = BlendInput<LogSplat>::of(frame, lists_.ranges.data(),
+                                           pairs_.buffers.values.data(), visible_.splats.data());
   cuda::draw_depth(frame, in, visible_.depths.data(), pixels);
 }
 

@@ -77,10 +77,16 @@ struct BlendInput {
   int width, height;  ///< px
   glm::vec3 background;
 
-  static BlendInput of(const FrameContext& frame, const DeviceBuffer<std::uint32_t>& gaussians,
-                       const ListRange* ranges, const DeviceBuffer<Entry>& splats) {
-    return {ranges,          gaussians.data(),   splats.data(),       frame.grid.columns,
-            frame.grid.rows, frame.camera.width, frame.camera.height, frame.settings.background};
+  static BlendInput of(const FrameContext& frame, const ListRange* ranges,
+                       const std::uint32_t* gaussians, const Entry* splats) {
+    return {ranges,
+            gaussians,
+            splats,
+            frame.grid.columns,
+            frame.grid.rows,
+            frame.camera.width,
+            frame.camera.height,
+            frame.settings.background};
   }
 };
 
@@ -110,7 +116,7 @@ inline void append_visible(Trace& trace, std::size_t gaussian, const Footprint& 
 /// of the cloud.
 template <class AppendGaussians>
 void collect_lists(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
-                   const ListRange* tile_ranges, const DeviceBuffer<std::uint32_t>& gaussians,
+                   const ListRange* tile_ranges, const std::uint32_t* gaussians,
                    const AppendGaussians& append_gaussians, Frame& result) {
   if (!outputs.pairs && !outputs.used && !outputs.trace) return;
   const std::vector<ListRange> ranges =
@@ -119,7 +125,7 @@ void collect_lists(const FrameContext& frame, const Outputs& outputs, const Pixe
   if (outputs.trace) {
     Trace& trace = result.trace;
     append_gaussians(trace);
-    const auto all = copied(gaussians.data(), end_of(ranges), frame.stream);
+    const auto all = copied(gaussians, end_of(ranges), frame.stream);
     trace.tile_begin.push_back(0);
     for (const ListRange& range : ranges) {
       trace.listed.insert(trace.listed.end(), all.begin() + range.begin, all.begin() + range.end);

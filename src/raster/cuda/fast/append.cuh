@@ -5,7 +5,7 @@
 #pragma once
 
 #include "raster/cuda/common/warp.cuh"
-#include "raster/cuda/fast/preprocess.cuh"
+#include "raster/cuda/fast/stages.cuh"
 
 namespace qs::cuda::fast {
 
@@ -122,8 +122,8 @@ struct Appended {
     return true;
   }
 
-  __device__ unsigned tiles_in(int column, int row, std::uint32_t place,
-                               const FastVisibleView& visible, TileGrid grid) const {
+  __device__ unsigned tiles_in(int column, int row, std::uint32_t place, const FastVisible& visible,
+                               TileGrid grid) const {
     constexpr int kColumns = MacroTiles::kColumns, kRows = MacroTiles::kRows;
     static_assert(kColumns == 4 && kRows == 2);
     if constexpr (!kWalks<P>) {
@@ -239,7 +239,7 @@ class BlockCounts {
 /// work and call visit() together.
 template <class P, class Visit>
 __device__ void for_each_macro_tile(const Appended<P>* gaussians, std::uint32_t first_place,
-                                    const FastVisibleView& visible, const MacroTiles& macro_tiles,
+                                    const FastVisible& visible, const MacroTiles& macro_tiles,
                                     TileGrid grid, const Visit& visit) {
   static_assert(sizeof(Appended<P>) / sizeof(std::uint32_t) % 2 == 1);
   const Appended<P>& mine = gaussians[lane_index()];

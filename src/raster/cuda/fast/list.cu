@@ -2,7 +2,6 @@
 #include <algorithm>
 
 #include "raster/cuda/common/dynamic_shared.cuh"
-#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/fast/list_block.cuh"
 
 namespace qs::cuda::fast {
@@ -55,22 +54,21 @@ __global__ void __launch_bounds__(kLargeThreads, kLargeBlocks)
 
 }  // namespace
 
-void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                FastPairs& pairs) {
-  const bool lists_all = !size.macro.keeps_whole() && !size.macro.has_slices();
+void list_usual(const Scratch& scratch, cudaStream_t stream) {
+  const MacroSize& macro = scratch.size.macro;
   launch("sort", list_usual_macro_tiles,
          Blocks(static_cast<unsigned>(scratch.macro_tiles.count()), kUsualThreads,
                 SharedArrays::bytes(MacroTiles::kUsual)),
-         frame.stream, scratch.macro_tiles, Lists::of(frame, size, scratch, pairs), lists_all);
+         stream, scratch.macro_tiles, Lists::of(scratch),
+         !macro.keeps_whole() && !macro.has_slices());
 }
 
-void list_whole(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                FastPairs& pairs, cudaStream_t stream) {
+void list_whole(const Scratch& scratch, cudaStream_t stream) {
   const auto count = static_cast<unsigned>(scratch.macro_tiles.count());
   launch("sort", list_whole_macro_tiles,
-         Blocks(std::min(count, multiprocessors()), kLargeThreads,
-                SharedArrays::bytes(size.macro.capacity)),
-         stream, scratch.macro_tiles, Lists::of(frame, size, scratch, pairs));
+         Blocks(std::min(count, scratch.multiprocessors), kLargeThreads,
+                SharedArrays::bytes(scratch.size.macro.capacity)),
+         stream, scratch.macro_tiles, Lists::of(scratch));
 }
 
 }  // namespace qs::cuda::fast

@@ -12,8 +12,8 @@
 
 #include "raster/cuda/common/pixels.cuh"
 #include "raster/cuda/common/stage_clock.cuh"
-#include "raster/cuda/fast/blend.cuh"
 #include "raster/cuda/fast/graph.cuh"
+#include "raster/cuda/fast/stages.cuh"
 
 namespace qs::cuda::fast {
 
@@ -56,9 +56,8 @@ class FastPipeline {
   void draw_depth(const FrameContext& frame, Pixels& pixels);
 
  private:
-  void reserve(const FrameSize& size);
-  void run(const FrameContext& frame, const FrameSize& size, const Outputs& outputs, Pixels& pixels,
-           StageClock& clock, cudaStream_t side_stream);
+  void run(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock,
+           cudaStream_t side_stream);
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
 
   Stream side_stream_;  // low priority: its kernels yield to the main stream
@@ -67,8 +66,6 @@ class FastPipeline {
   Graph graph_;
   PinnedValue<FastCounters> counters_;
   Scratch scratch_;
-  FastVisible visible_;
-  FastPairs pairs_;
   DeviceBuffer<float> depths_;  // by place, for draw_depth()
   MacroSizePolicy macro_size_policy_;
   FrameSize size_;  // of the previous frame, with the capacities for the next

@@ -44,7 +44,7 @@ class PixelWalk {
 #pragma unroll
       for (int j = 0; j < kPixels; ++j) {
         for (unsigned left = live_[j]; left != 0; left &= left - 1) {
-          const unsigned owner = static_cast<unsigned>(__ffs(static_cast<int>(left))) - 1;
+          const unsigned owner = lowest_bit(left);
           if (!composite_onto(pixels_[j], owner, j, splat, exists)) live_[j] &= ~(1u << owner);
         }
       }
@@ -65,7 +65,7 @@ class PixelWalk {
         __shfl_sync(kAllLanes, own.transmittance, owner), __shfl_sync(kAllLanes, own.red, owner),
         __shfl_sync(kAllLanes, own.green, owner), __shfl_sync(kAllLanes, own.blue, owner)};
     for (; left != 0 && pixel.transmittance > 0.0f; left &= left - 1) {
-      const unsigned from = static_cast<unsigned>(__ffs(static_cast<int>(left))) - 1;
+      const unsigned from = lowest_bit(left);
       const float weight = __shfl_sync(kAllLanes, alpha, from) * pixel.transmittance;
       const float behind = pixel.transmittance - weight;
       const float red = __shfl_sync(kAllLanes, splat.red, from) - in_.background.x;

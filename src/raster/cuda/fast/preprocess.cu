@@ -5,10 +5,9 @@
 #include <glm/geometric.hpp>
 
 #include "raster/cuda/common/dynamic_shared.cuh"
-#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/fast/append.cuh"
-#include "raster/cuda/fast/preprocess.cuh"
+#include "raster/cuda/fast/stages.cuh"
 #include "raster/kernel/blend.h"
 #include "raster/kernel/cull/modes.h"
 #include "raster/kernel/sh.h"
@@ -24,7 +23,7 @@ struct ProjectInput {
   std::uint32_t nearest_bits;  // of the depth whose key is 0
 };
 
-/// Sets FastVisibleView::shown, a thread per block of Gaussians, and clears memory: 64-bit words.
+/// Sets FastVisible::shown, a thread per block of Gaussians, and clears memory: 64-bit words.
 __global__ void __launch_bounds__(kThreads)
     find_shown_blocks(Frustum frustum, const BlockBounds* bounds, unsigned blocks,
                       std::uint8_t* shown, std::uint64_t* to_clear, std::size_t words) {
@@ -58,7 +57,7 @@ struct ProjectedBlock {
   std::uint32_t spilled, next_spilled;  // entries of the block; place of the next entry
 
   /// Projects Gaussian `i`, the thread's own. Returns true if it is visible.
-  __device__ __forceinline__ bool project_own(const ProjectInput& in, const FastVisibleView& out,
+  __device__ __forceinline__ bool project_own(const ProjectInput& in, const FastVisible& out,
                                               std::uint32_t i, std::uint32_t* large,
                                               FastCounters* counters) {
     Appended<P>& own = appended[threadIdx.x];
@@ -81,7 +80,7 @@ struct ProjectedBlock {
 
   /// Stages the entries of all Gaussians and counts them. Entries that do not fit are appended at
   /// once.
-  __device__ __forceinline__ void stage_entries(std::uint32_t first, const FastVisibleView& out,
+  __device__ __forceinline__ void stage_entries(std::uint32_t first, const FastVisible& out,
                                                 const MacroTiles& macro_tiles, TileGrid grid,
                                                 const BlockCounts& counts) {
     const unsigned first_owner = threadIdx.x / kWarp * kWarp;
@@ -141,7 +140,7 @@ struct ProjectedBlock {
 /// additions to the same counter would take longer than all other work. All threads of a block call
 /// it together.
 template <class P>
-__device__ void project_block(const ProjectInput& in, const FastVisibleView& out,
+__device__ void project_block(const ProjectInput& in, const FastVisible& out,
                               const MacroTiles& macro_tiles, std::uint32_t* large,
                               FastCounters* counters, std::uint32_t block) {
   __shared__ ProjectedBlock<P> shared;
@@ -168,7 +167,7 @@ __device__ void project_block(const ProjectInput& in, const FastVisibleView& out
 /// whether the view may show it.
 template <class P>
 __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThreads))
-    project_and_append(ProjectInput in, FastVisibleView out, MacroTiles macro_tiles,
+    project_and_append(ProjectInput in, FastVisible out, MacroTiles macro_tiles,
                        std::uint32_t* large, FastCounters* counters) {
   __shared__ std::uint32_t shown_count, shown[kThreads];
   const std::uint32_t blocks = (in.cloud.count + kBlockGaussians - 1) / kBlockGaussians;
@@ -332,7 +331,7 @@ struct LargeGaussian {
 /// very many. The last block to end then orders the macro-tiles.
 template <class P>
 __global__ void __launch_bounds__(kAppendThreads)
-    append_large(TileGrid grid, FastVisibleView visible, MacroTiles macro_tiles,
+    append_large(TileGrid grid, FastVisible visible, MacroTiles macro_tiles,
                  const std::uint32_t* large, FastCounters* counters) {
   constexpr unsigned kWarps = kAppendThreads / kWarp;
   constexpr int kWarpLines = 32, kWarpMacroTiles = 4 * kWarp;
@@ -369,14 +368,7 @@ __global__ void __launch_bounds__(kAppendThreads)
     }
     __syncthreads();
   }
-  __shared__ bool is_last;
-  __syncthreads();
-  if (threadIdx.x == 0) {
-    __threadfence();
-    is_last = atomicAdd(&counters->blocks_done, 1u) + 1 == gridDim.x;
-  }
-  __syncthreads();
-  if (is_last) order_macro_tiles(macro_tiles, counters);
+  if (is_last_block(&counters->blocks_done)) order_macro_tiles(macro_tiles, counters);
 }
 
 /// BoundedSplat::clamp_rows.
@@ -425,7 +417,7 @@ struct ColorInput {
 /// kHalves: the scene has CloudView::sh_halves.
 template <bool kHalves>
 __global__ void __launch_bounds__(kThreads, blocks_at_once(kHalves ? 6 : 8, kThreads))
-    color_gaussians(ColorInput in, FastVisibleView visible) {
+    color_gaussians(ColorInput in, FastVisible visible) {
   const std::uint32_t blocks = in.counters->visible_blocks;
   for (std::uint32_t b = blockIdx.x; b < blocks; b += gridDim.x) {
     const std::uint32_t i = visible.blocks[b] * kBlockGaussians + threadIdx.x;
@@ -443,17 +435,7 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kHalves ? 6 : 8, kThr
 
 }  // namespace
 
-void FastVisible::reserve(std::size_t gaussians) {
-  shown.reserve("the frame's Gaussians", blocks_for(gaussians));
-  blocks.reserve("the frame's Gaussians", blocks_for(gaussians));
-  depth_keys.reserve("the frame's Gaussians", gaussians);
-  footprints.reserve("the frame's Gaussians", gaussians);
-  splats.reserve("the frame's Gaussians", gaussians);
-}
-
-void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
-             Scratch& scratch, Event& footprints_known) {
-  const ToClear to_clear = scratch.begin_frame(size);
+void project(const FrameContext& frame, Scratch& scratch, Event& footprints_known) {
   const CloudView cloud = frame.cloud.view();
   scratch.macro_tiles.entry_order = {cloud.file_indices};
   const View<float> view = make_view<float>(frame.camera);
@@ -461,28 +443,27 @@ void project(const FrameContext& frame, const FrameSize& size, FastVisible& visi
   with_culler(frame.settings.mode, [&]<class P>(P) {
     const FootprintRules rules = frame.rules();
     launch("preprocess", find_shown_blocks, std::max(blocks_for(blocks), kFindGrid), frame.stream,
-           Frustum(view, rules, frame.grid), cloud.bounds, blocks, visible.view().shown,
-           to_clear.begin, to_clear.words);
+           Frustum(view, rules, frame.grid), cloud.bounds, blocks, scratch.visible.shown,
+           scratch.to_clear.data(), scratch.to_clear.size());
     const ProjectInput in{cloud, view, rules, frame.grid, nearest_bits(frame.camera)};
     const Blocks with_counts(std::clamp(blocks, 1u, kProjectGrid), kThreads,
-                             BlockCounts::bytes(size.macro_tiles()));
-    launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
+                             BlockCounts::bytes(scratch.size.macro_tiles()));
+    launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, scratch.visible,
            scratch.macro_tiles, scratch.large, scratch.counters);
     footprints_known.record(frame.stream);
-    launch("preprocess", append_large<P>, Blocks(kAppendBlocks * multiprocessors(), kAppendThreads),
-           frame.stream, frame.grid, visible.view(), scratch.macro_tiles, scratch.large,
-           scratch.counters);
+    launch("preprocess", append_large<P>,
+           Blocks(kAppendBlocks * scratch.multiprocessors, kAppendThreads), frame.stream,
+           frame.grid, scratch.visible, scratch.macro_tiles, scratch.large, scratch.counters);
   });
 }
 
-void color(const FrameContext& frame, const Scratch& scratch, FastVisible& visible,
-           cudaStream_t stream) {
+void color(const FrameContext& frame, const Scratch& scratch, cudaStream_t stream) {
   const ColorInput in{frame.cloud.view(), make_view<float>(frame.camera).position,
                       frame.sh_degree(), scratch.counters};
   const auto kernel =
       in.cloud.sh_halves != nullptr ? color_gaussians<true> : color_gaussians<false>;
   launch("preprocess", kernel, std::clamp(blocks_for(frame.cloud.count), 1u, kColorGrid), stream,
-         in, visible.view());
+         in, scratch.visible);
 }
 
 }  // namespace qs::cuda::fast

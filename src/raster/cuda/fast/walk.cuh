@@ -7,12 +7,10 @@
 // work is spent on pixels that a Gaussian does not reach.
 #pragma once
 
-#include "raster/cuda/common/pixels.cuh"
 #include "raster/cuda/fast/rings.cuh"
+#include "raster/cuda/fast/scratch.cuh"
 
 namespace qs::cuda::fast {
-
-using ListInput = BlendInput<BoundedSplat>;
 
 /// The pixels of a warp: the upper or lower half of a tile, and this lane's column of it.
 struct HalfTile {

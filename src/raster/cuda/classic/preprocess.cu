@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <glm/geometric.hpp>
 
-#include "raster/cuda/classic/preprocess.cuh"
+#include "raster/cuda/classic/classic.cuh"
 #include "raster/kernel/cull/modes.h"
 #include "raster/kernel/sh.h"
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "learn/diff/strided_arrays.h"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 #include "raster/kernel/tile_grid.h"
 
 namespace qs::diff {

@@ -14,7 +14,7 @@
 #include "raster/kernel/constants.h"
 #include "raster/kernel/cull/mode.h"
 #include "raster/kernel/cull/radius.h"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
 

@@ -9,7 +9,6 @@
 #include <glm/vec3.hpp>
 
 #include "learn/gradient/activation.h"
-#include "learn/gradient/footprint.h"
 #include "learn/gradient/mask.h"
 #include "learn/gradient/pixel.h"
 #include "learn/gradient/project.h"

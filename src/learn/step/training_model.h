@@ -16,7 +16,7 @@
 
 #include "learn/gradient/adam.h"
 #include "learn/gradient/loss.h"
-#include "learn/gradient/mcmc.h"
+#include "learn/gradient/density.h"
 #include "learn/step/backward_order.h"
 #include "learn/step/photograph.h"
 #include "learn/step/plan.h"

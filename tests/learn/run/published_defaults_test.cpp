@@ -10,7 +10,7 @@
 
 #include "app/support/training.h"
 #include "learn/gradient/loss.h"
-#include "learn/gradient/mcmc.h"
+#include "learn/gradient/density.h"
 #include "learn/run/initial.h"
 #include "learn/run/schedule.h"
 #include "learn/run/strategy.h"

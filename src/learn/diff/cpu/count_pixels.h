@@ -8,7 +8,7 @@
 
 #include "learn/diff/cpu/frame.h"
 #include "learn/diff/strided_arrays.h"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cpu::diff {
 

@@ -12,7 +12,7 @@
 
 #include "learn/diff/cpu/picture.h"
 #include "raster/cpu/common/bin.h"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cpu::diff {
 

@@ -7,7 +7,7 @@
 #include "learn/diff/cuda/blend.h"
 #include "learn/diff/cuda/frame_blocks.cuh"
 #include "learn/diff/cuda/segment.cuh"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cuda::diff {
 

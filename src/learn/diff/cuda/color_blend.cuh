@@ -16,7 +16,7 @@
 #include "learn/diff/gaussians.h"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/common/warp.cuh"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cuda::diff {
 

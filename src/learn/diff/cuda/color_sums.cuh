@@ -19,7 +19,7 @@
 #include "learn/gradient/pixel.h"
 #include "raster/cuda/common/flush.cuh"
 #include "raster/cuda/common/warp.cuh"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cuda::diff {
 

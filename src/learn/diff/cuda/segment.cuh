@@ -12,7 +12,7 @@
 #include "raster/cuda/common/flush.cuh"
 #include "raster/cuda/common/sub_tiles.cuh"
 #include "raster/cuda/common/warp.cuh"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cuda::diff {
 

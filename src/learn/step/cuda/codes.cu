@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
-#include "learn/gradient/coded_shape.h"
 #include "learn/gradient/integer_sum.h"
 #include "learn/gradient/residual_codes.h"
-#include "learn/gradient/shape_of_codes.h"
 #include "learn/step/cuda/codes.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/common/stream.cuh"

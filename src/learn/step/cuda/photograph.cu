@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "learn/gradient/photograph.h"
+#include "learn/gradient/loss.h"
 #include "learn/step/cuda/photograph.cuh"
 
 namespace qs::cuda::train {

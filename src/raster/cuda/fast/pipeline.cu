@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <utility>
 
 #include "raster/cuda/common/depth.cuh"
@@ -25,8 +24,7 @@ __global__ void __launch_bounds__(kBlockGaussians)
   if (blockIdx.x >= counters->visible_blocks) return;
   const std::uint32_t place = visible.blocks[blockIdx.x] * kBlockGaussians + threadIdx.x;
   if (place >= count || visible.depth_keys[place] == kInvisibleKey) return;
-  const std::uint32_t bits = visible.depth_keys[place] + nearest;
-  std::memcpy(&depths[place], &bits, sizeof bits);
+  depths[place] = std::bit_cast<float>(visible.depth_keys[place] + nearest);
 }
 
 /// The capacity with which a frame that exceeded the buffers is redrawn.

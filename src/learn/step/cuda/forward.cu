@@ -4,8 +4,10 @@
 #include <glm/geometric.hpp>
 
 #include "learn/diff/cuda/color_blend.cuh"
+#include "learn/diff/cuda/list.cuh"
 #include "learn/step/cuda/forward.cuh"
 #include "raster/cuda/common/footprints.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/common/warp.cuh"
 #include "raster/kernel/cull/in_view.h"
 #include "raster/kernel/cull/modes.h"
@@ -66,15 +68,21 @@ __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, P
   if (tiles > 0) out.first_places[i] = first_place;
 }
 
-/// Sets the colours of the visible Gaussians. One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    color_gaussians(ParametersView parameters, glm::vec3 position, int sh_degree,
-                    const std::uint32_t* tile_counts, ListedSplat* splats) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= parameters.count || tile_counts[i] == 0) return;
-  const glm::vec3 direction = glm::normalize(parameters.means[i] - position);
-  splats[i].splat.color =
-      sh_color<float>(sh_degree, direction, [&](int k) { return parameters.coefficient(i, k); });
+/// Lists nothing if there are more pairs than frame.pairs has room for.
+void enqueue_lists(const StepView& view, std::uint32_t count, ForwardFrame& frame) {
+  ListedPairs& pairs = frame.pairs;
+  diff::list_pairs(
+      view.settings.mode,
+      {count,
+       frame.tile_counts.data(),
+       frame.first_places.data(),
+       frame.footprints.arrays(),
+       view.grid(),
+       {frame.total.sum.data(), pairs.room(), frame.depth_keys.data(), pairs.owners.data(),
+        pairs.tiles.data(), pairs.slots.data(), pairs.entries.data(), pairs.places.data(),
+        frame.lists.sizes.data(), frame.lists.ranges.data(), frame.lists.class_sizes.data(),
+        frame.lists.scheduled.data(), static_cast<unsigned>(view.grid().count())}},
+      view.stream);
 }
 
 }  // namespace
@@ -109,11 +117,54 @@ void project_view(const StepView& view, const ParametersView& parameters, Forwar
 
 void color_view(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
                 cudaStream_t stream) {
-  if (parameters.count == 0) return;
-  launch("color", color_gaussians, blocks_for(parameters.count), stream, parameters,
-         make_view<float>(view.camera).position,
-         std::min(view.settings.sh_degree, parameters.sh_degree), frame.tile_counts.data(),
-         frame.splats.data());
+  const glm::vec3 position = make_view<float>(view.camera).position;
+  const int sh_degree = std::min(view.settings.sh_degree, parameters.sh_degree);
+  for_each_item("color", parameters.count, stream,
+                [=, tile_counts = frame.tile_counts.data(),
+                 splats = frame.splats.data()] __device__(std::uint32_t i) {
+                  if (tile_counts[i] == 0) return;
+                  const glm::vec3 direction = glm::normalize(parameters.means[i] - position);
+                  splats[i].splat.color = sh_color<float>(
+                      sh_degree, direction, [&](int k) { return parameters.coefficient(i, k); });
+                });
+}
+
+void ListedPairs::reserve(std::uint32_t pairs) {
+  if (pairs <= room()) return;  // places is reserved last
+  constexpr const char* kWhat = "the step's pairs";
+  constexpr auto bytes_for = [](std::uint64_t count) {
+    return count * (4 * sizeof(std::uint32_t) + sizeof(SortEntry));
+  };
+  const std::uint64_t held = bytes_for(room());
+  require_memory(kWhat, bytes_for(pairs), held);
+  const std::uint32_t more = with_headroom(pairs, UINT32_MAX, held, bytes_for);
+  places.release();
+  for (auto* buffer : {&owners, &tiles, &slots}) buffer->reserve(kWhat, more);
+  entries.reserve(kWhat, more);
+  places.reserve(kWhat, more);
+}
+
+void TileLists::reserve(unsigned tiles) {
+  constexpr const char* kWhat = "the step's tiles";
+  sizes.reserve(kWhat, tiles);
+  ranges.reserve(kWhat, tiles);
+  class_sizes.reserve(kWhat, kLengthClasses);
+  scheduled.reserve(kWhat, std::size_t{kLengthClasses} * tiles);
+}
+
+void list_view(const StepView& view, std::uint32_t count, ForwardFrame& frame) {
+  frame.pairs.count = 0;
+  frame.lists.reserve(static_cast<unsigned>(view.grid().count()));
+  enqueue_lists(view, count, frame);
+  frame.total.arrived.wait();
+  view.throw_if_cancelled();
+  require_indexable(*frame.total.copy);
+  const auto pairs = static_cast<std::uint32_t>(*frame.total.copy);
+  if (pairs > frame.pairs.room()) {
+    frame.pairs.reserve(pairs);
+    enqueue_lists(view, count, frame);
+  }
+  frame.pairs.count = pairs;
 }
 
 void draw_view(const StepView& view, ForwardFrame& frame) {

@@ -119,6 +119,11 @@ void project_view(const StepView& view, const ParametersView& parameters, Forwar
 void color_view(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
                 cudaStream_t stream);
 
+/// Fills frame.pairs and frame.lists for `count` projected Gaussians. The host waits for the number
+/// of pairs, while the GPU lists: it lists again if the memory was too small for the pairs. Throws
+/// Cancelled, and Error(device) if memory is short.
+void list_view(const StepView& view, std::uint32_t count, ForwardFrame& frame);
+
 /// Composites the lists.
 void draw_view(const StepView& view, ForwardFrame& frame);
 

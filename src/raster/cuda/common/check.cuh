@@ -72,4 +72,17 @@ void launch(const char* what, void (*kernel)(Parameters...), Blocks blocks, cuda
   check(cudaLaunchKernelEx(&config, kernel, Parameters(arguments)...), what);
 }
 
+template <class Count, class Work>
+__global__ void __launch_bounds__(kThreads) run_for_each(Count count, Work work) {
+  const Count i = Count{blockIdx.x} * kThreads + threadIdx.x;
+  if (i < count) work(i);
+}
+
+/// Enqueues work(i) for all i < `count`, with a thread each. `work` is a __device__ lambda that
+/// captures by value.
+template <class Count, class Work>
+void for_each_item(const char* what, Count count, cudaStream_t stream, const Work& work) {
+  if (count > 0) launch(what, run_for_each<Count, Work>, blocks_for(count), stream, count, work);
+}
+
 }  // namespace qs::cuda

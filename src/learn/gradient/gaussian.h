@@ -43,7 +43,11 @@ struct GaussianValues {
   glm::vec<3, Real> mean, log_scale;
   glm::qua<Real> rotation;  ///< quaternion of any length above 0, normalised when used
   Real opacity_logit;
-  Real mask_logit{kFirstMaskLogit};  ///< see kernel/gradient/mask.h
+  Real mask_logit{kFirstMaskLogit};  ///< see learn/gradient/mask.h
+
+  static QS_HD GaussianValues zero() {
+    return {glm::vec<3, Real>(0), glm::vec<3, Real>(0), glm::qua<Real>(0, 0, 0, 0), 0, 0};
+  }
 };
 
 /// The values that the gradients of all Gaussians in a view share.

@@ -149,50 +149,6 @@ __global__ void __launch_bounds__(kThreads) sum_colors(ColorSumInput in) {
   in.sums.set_coefficient(i, k, sum);
 }
 
-/// One thread per Gaussian. `fresh`: the sums count as 0.
-__global__ void __launch_bounds__(kThreads)
-    sum_shapes(ParametersView by, bool fresh, ParametersView sums) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= by.count) return;
-  const GaussianValues<float> gradient = by.gaussian(i);
-  GaussianValues<float> sum{glm::vec3(0.0f), glm::vec3(0.0f), glm::quat(0, 0, 0, 0), 0.0f, 0.0f};
-  if (!fresh) sum = sums.gaussian(i);
-  for (int k = 0; k < 3; ++k) {
-    add_gradient(gradient.mean[k], sum.mean[k]);
-    add_gradient(gradient.log_scale[k], sum.log_scale[k]);
-  }
-  for (int k = 0; k < 4; ++k) add_gradient(gradient.rotation[k], sum.rotation[k]);
-  add_gradient(gradient.opacity_logit, sum.opacity_logit);
-  add_gradient(gradient.mask_logit, sum.mask_logit);
-  sums.set_gaussian(i, sum);
-}
-
-/// Strategy mcmc, before the step. One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    add_sparsity(Sparsity sparsity, ParametersView values, ParametersView by) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= values.count) return;
-  sparsity.add_gradient(static_cast<double>(values.count), values.log_scales[i],
-                        values.opacity_logits[i], by.log_scales[i], by.opacity_logits[i]);
-}
-
-/// The share of the mean mask in the loss, before the step. One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    add_mask_weight(double weight, ParametersView values, ParametersView by) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= values.count) return;
-  by.mask_logits[i] +=
-      mask_weight_gradient(weight, static_cast<double>(values.count), values.mask_logits[i]);
-}
-
-/// Strategy mcmc, after the step. One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads) add_noise(Noise noise, ParametersView values) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= values.count) return;
-  values.means[i] = noise.moved(i, values.means[i], values.log_scales[i], values.rotations[i],
-                                values.opacity_logits[i]);
-}
-
 void step_all(const Rates& rates, const ParametersView& values, const ParametersView& by,
               AdamState& state, cudaStream_t stream) {
   StepInput in{};
@@ -225,20 +181,30 @@ void take_step(const StepOrder& order, Parameters& parameters, Parameters& gradi
     ++state.steps;
     if (!(order.sums && order.rest_waits)) ++state.rest_steps;
   }
-  if (parameters.count == 0 || (!order.moves && !order.noise)) return;
-  const unsigned blocks = blocks_for(parameters.count);
-  if (order.moves) {
-    if (order.sparsity) {
-      launch("take_step", add_sparsity, blocks, stream, *order.sparsity, parameters.view(),
-             gradient.view());
-    }
-    if (parameters.has_masks) {
-      launch("take_step", add_mask_weight, blocks, stream, order.mask_weight, parameters.view(),
-             gradient.view());
-    }
-    step_all(order.rates, parameters.view(), gradient.view(), state, stream);
+  if (parameters.count == 0) return;
+  const ParametersView values = parameters.view(), by = gradient.view();
+  const auto for_each = [&](const auto& work) {
+    for_each_item("take_step", values.count, stream, work);
+  };
+  const auto count = static_cast<double>(values.count);
+  if (order.moves && order.sparsity) {
+    for_each([=, sparsity = *order.sparsity] __device__(std::uint32_t i) {
+      sparsity.add_gradient(count, values.log_scales[i], values.opacity_logits[i], by.log_scales[i],
+                            by.opacity_logits[i]);
+    });
   }
-  if (order.noise) launch("take_step", add_noise, blocks, stream, *order.noise, parameters.view());
+  if (order.moves && parameters.has_masks) {  // the share of the mean mask in the loss
+    for_each([=, weight = order.mask_weight] __device__(std::uint32_t i) {
+      by.mask_logits[i] += mask_weight_gradient(weight, count, values.mask_logits[i]);
+    });
+  }
+  if (order.moves) step_all(order.rates, values, by, state, stream);
+  if (order.noise) {
+    for_each([=, noise = *order.noise] __device__(std::uint32_t i) {
+      values.means[i] = noise.moved(i, values.means[i], values.log_scales[i], values.rotations[i],
+                                    values.opacity_logits[i]);
+    });
+  }
 }
 
 void take_color_step(const StepOrder& order, Parameters& parameters, const Gradients& gradients,
@@ -272,9 +238,22 @@ void take_color_step(const StepOrder& order, Parameters& parameters, const Gradi
 
 void add_gradients(const StepOrder& order, Gradients& gradients, GradientSums& sums,
                    cudaStream_t stream) {
-  if (gradients.by.count == 0 || (order.moves && !sums.has_others)) return;
-  launch("add_gradients", sum_shapes, blocks_for(gradients.by.count), stream, gradients.by.view(),
-         !sums.has_others, sums.by.view());
+  if (order.moves && !sums.has_others) return;
+  for_each_item("add_gradients", gradients.by.count, stream,
+                [by = gradients.by.view(), all = sums.by.view(),
+                 fresh = !sums.has_others] __device__(std::uint32_t i) {
+                  const GaussianValues<float> gradient = by.gaussian(i);
+                  GaussianValues<float> sum =
+                      fresh ? GaussianValues<float>::zero() : all.gaussian(i);
+                  for (int k = 0; k < 3; ++k) {
+                    add_gradient(gradient.mean[k], sum.mean[k]);
+                    add_gradient(gradient.log_scale[k], sum.log_scale[k]);
+                  }
+                  for (int k = 0; k < 4; ++k) add_gradient(gradient.rotation[k], sum.rotation[k]);
+                  add_gradient(gradient.opacity_logit, sum.opacity_logit);
+                  add_gradient(gradient.mask_logit, sum.mask_logit);
+                  all.set_gaussian(i, sum);
+                });
 }
 
 void add_color_gradients(const StepOrder& order, const Gradients& gradients, GradientSums& sums,

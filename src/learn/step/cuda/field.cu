@@ -35,22 +35,6 @@ struct HasGradient {
   __device__ bool operator()(std::uint32_t i) const { return d_outputs[i] != glm::vec3(0.0f); }
 };
 
-/// Keys of the cells of space, and all Gaussians in their order. One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    find_cells(const glm::vec3* means, std::uint32_t count, std::uint64_t* keys,
-               std::uint32_t* gaussians) {
-  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-  if (i >= count) return;
-  constexpr float kCells = 1u << kOrderBits;
-  const auto cell = [](float place) -> std::uint32_t {
-    if (!(place > 0)) return 0;  // also if it is not a number
-    return place < 1 ? static_cast<std::uint32_t>(place * kCells) : (1u << kOrderBits) - 1;
-  };
-  const glm::vec3 place = contract(means[i]);
-  keys[i] = morton_code(cell(place.x), cell(place.y), cell(place.z));
-  gaussians[i] = i;
-}
-
 /// Lists the Gaussians with has(i). One block per list: kFieldBlocks lists in the order of the
 /// model, then, if the launch has them, as many in the order in space.
 template <class Has>
@@ -379,11 +363,19 @@ __global__ void __launch_bounds__(kThreads) step_field(FieldStepInput in) {
   *reinterpret_cast<float4*>(in.second + at) = second;
 }
 
-FieldInput input_of(const StepView& view, const ParametersView& parameters, DeviceField& field) {
+FieldInput input_of(const FieldPasses& passes) {
+  const auto& [view, parameters, field, stream] = passes;
   return {field.view(),          field.lists(parameters.count),
           parameters.means,      make_view<float>(view.camera).position,
           field.features.data(), sh_row(parameters.count),
           field.positions.data()};
+}
+
+/// The resolution of the order of the Gaussians.
+__device__ std::uint32_t cell_of(float place) {
+  constexpr float kCells = 1u << kOrderBits;
+  if (!(place > 0)) return 0;  // also if it is not a number
+  return place < 1 ? static_cast<std::uint32_t>(place * kCells) : (1u << kOrderBits) - 1;
 }
 
 }  // namespace
@@ -451,8 +443,13 @@ void DeviceField::keep_order(const ParametersView& parameters, cudaStream_t stre
   if (order.size == parameters.count && ++order.age < kOrderAge) return;
   order.pairs.reserve("the order of the Gaussians in space",
                       static_cast<std::uint32_t>(with_room(parameters.count)));
-  launch("color", find_cells, blocks_for(parameters.count), stream, parameters.means,
-         parameters.count, order.pairs.keys.data(), order.pairs.values.data());
+  for_each_item("color", parameters.count, stream,
+                [means = parameters.means, keys = order.pairs.keys.data(),
+                 gaussians = order.pairs.values.data()] __device__(std::uint32_t i) {
+                  const glm::vec3 place = contract(means[i]);
+                  keys[i] = morton_code(cell_of(place.x), cell_of(place.y), cell_of(place.z));
+                  gaussians[i] = i;
+                });
   sort_pairs(order.pairs, parameters.count, 3 * kOrderBits, stream);
   order.size = parameters.count;
   order.age = 0;
@@ -477,49 +474,41 @@ FieldLists DeviceField::lists(std::uint32_t gaussians) {
            block_size}};
 }
 
-void list_visible(const StepView& view, const ParametersView& parameters, const ForwardFrame& frame,
-                  DeviceField& field, cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
-  launch("color", list_field_gaussians<Visible>, Blocks(kFieldBlocks), stream, in.lists,
+void FieldPasses::list_visible(const ForwardFrame& frame) const {
+  launch("color", list_field_gaussians<Visible>, kFieldBlocks, stream, input_of(*this).lists,
          field.order.pairs.values.data(), parameters.count, Visible{frame.tile_counts.data()});
 }
 
-void find_features(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                   cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
+void FieldPasses::find_features() const {
+  const FieldInput in = input_of(*this);
   const unsigned blocks = blocks_for(std::uint64_t{kFieldBlocks} * in.lists.by_index.block_size);
   launch("color", gather_levels, blocks * in.field.level_count, stream, in, blocks);
 }
 
-void find_colors(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
-                 DeviceField& field, cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
+void FieldPasses::find_colors(ForwardFrame& frame) const {
+  const FieldInput in = input_of(*this);
   const bool is_short = in.field.inputs <= kPublishedInputs;
   launch("color", is_short ? color_tiles<kPublishedInputs> : color_tiles<kMostRows>,
          Blocks(kFieldBlocks, kNetworkThreads, sizeof(ForwardTile)), stream, in,
          frame.splats.data());
 }
 
-void color_by_field(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
-                    DeviceField& field, cudaStream_t stream) {
+void FieldPasses::color(ForwardFrame& frame) const {
   field.reserve(parameters.count);
   if (parameters.count == 0) return;
-  list_visible(view, parameters, frame, field, stream);
-  find_features(view, parameters, field, stream);
-  find_colors(view, parameters, frame, field, stream);
+  list_visible(frame);
+  find_features();
+  find_colors(frame);
 }
 
-void list_changing(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                   cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
-  launch("field_gradients", list_field_gaussians<HasGradient>, Blocks(2 * kFieldBlocks), stream,
-         in.lists, field.order.pairs.values.data(), parameters.count,
+void FieldPasses::list_changing() const {
+  launch("field_gradients", list_field_gaussians<HasGradient>, 2 * kFieldBlocks, stream,
+         input_of(*this).lists, field.order.pairs.values.data(), parameters.count,
          HasGradient{field.d_outputs.data()});
 }
 
-void through_network(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                     glm::vec3* d_means, cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
+void FieldPasses::through_network(glm::vec3* d_means) const {
+  const FieldInput in = input_of(*this);
   const bool is_short = in.field.inputs <= kPublishedInputs;
   launch("field_gradients", is_short ? backward_tiles<kPublishedInputs> : backward_tiles<kMostRows>,
          Blocks(kFieldBlocks, kNetworkThreads, sizeof(BackwardTile)), stream, in,
@@ -527,17 +516,15 @@ void through_network(const StepView& view, const ParametersView& parameters, Dev
          NetworkOutput{field.block_weights.data(), field.weight_count, d_means});
 }
 
-void network_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                       glm::vec3* d_means, cudaStream_t stream) {
+void FieldPasses::network_gradients(glm::vec3* d_means) const {
   if (parameters.count == 0) return;
   field.keep_order(parameters, stream);
-  list_changing(view, parameters, field, stream);
-  through_network(view, parameters, field, d_means, stream);
+  list_changing();
+  through_network(d_means);
 }
 
-void sum_weight_gradients(const StepView& view, const ParametersView& parameters,
-                          DeviceField& field, cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
+void FieldPasses::sum_weight_gradients() const {
+  const FieldInput in = input_of(*this);
   const auto weights = static_cast<std::uint32_t>(field.weight_count);
   const std::size_t used =
       field.shape.network().third() + std::size_t{kUsedOutputs} * in.field.width;
@@ -546,17 +533,15 @@ void sum_weight_gradients(const StepView& view, const ParametersView& parameters
          field.by_weights.data());
 }
 
-void sum_grid_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                        cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
+void FieldPasses::sum_grid_gradients() const {
+  const FieldInput in = input_of(*this);
   constexpr unsigned kItems = kRuns * kRunSize;
   const unsigned blocks = (kFieldBlocks * in.lists.in_space.block_size + kItems - 1) / kItems;
   launch("field_gradients", sum_runs, blocks * in.field.level_count, stream, in, blocks,
          field.grid_sums.data());
 }
 
-void sum_field_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                         cudaStream_t stream) {
+void FieldPasses::sum_gradients() const {
   constexpr const char* kWhat = "field_gradients";
   if (field.has_grid_sums) set_zero(kWhat, field.grid_sums.data(), field.grid_count, stream);
   field.has_grid_sums = true;
@@ -564,8 +549,8 @@ void sum_field_gradients(const StepView& view, const ParametersView& parameters,
     set_zero(kWhat, field.by_weights.data(), field.weight_count, stream);
     return;
   }
-  sum_weight_gradients(view, parameters, field, stream);
-  sum_grid_gradients(view, parameters, field, stream);
+  sum_weight_gradients();
+  sum_grid_gradients();
 }
 
 void take_field_step(double rate, DeviceField& field, cudaStream_t stream) {

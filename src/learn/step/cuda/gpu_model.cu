@@ -334,7 +334,7 @@ void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std
     project_view(s.view(), drawn, s.frame);
     s.side.fork(s.stream, [&](cudaStream_t beside) {
       if (s.field.exists())
-        color_by_field(s.view(), drawn, s.frame, s.field, beside);
+        FieldPasses{s.view(), drawn, s.field, beside}.color(s.frame);
       else
         color_view(s.view(), drawn, s.frame, beside);
     });
@@ -387,11 +387,11 @@ void GpuModel::backward(const qs::train::BackwardOrder& order) {
     train::backward(s.view(), drawn, s.frame, s.d_color.data(), order, s.backward, s.gradients,
                     has_field ? s.field.d_outputs.data() : nullptr);
     const ParametersView by = s.gradients.by.view();
-    if (has_field) network_gradients(s.view(), drawn, s.field, by.means, s.stream);
+    if (has_field) FieldPasses{s.view(), drawn, s.field, s.stream}.network_gradients(by.means);
     if (s.codes.exist()) pass_through_codes(s.parameters.view(), s.codes, by, s.stream);
     if (has_field) {
       s.side.fork(s.stream, [&](cudaStream_t beside) {
-        sum_field_gradients(s.view(), drawn, s.field, beside);
+        FieldPasses{s.view(), drawn, s.field, beside}.sum_gradients();
       });
     }
   });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "learn/diff/cuda/blend.h"
-#include "learn/diff/cuda/channel_pixel.cuh"
 #include "learn/diff/cuda/color_blend.cuh"
+#include "learn/diff/cuda/frame_blocks.cuh"
 #include "learn/diff/flags.h"
 
 namespace qs::cuda::diff {

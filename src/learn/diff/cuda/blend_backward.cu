@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "learn/diff/cuda/add_rows.cuh"
 #include "learn/diff/cuda/blend.h"
-#include "learn/diff/cuda/channel_pixel.cuh"
 #include "learn/diff/cuda/color_sums.cuh"
-#include "learn/diff/cuda/sum_gaussians.cuh"
+#include "learn/diff/cuda/frame_blocks.cuh"
+#include "learn/diff/cuda/sums.cuh"
 #include "learn/diff/flags.h"
 #include "learn/gradient/pixel.h"
 
@@ -246,47 +245,6 @@ struct ListedGradient {
   }
 };
 
-/// Writes the rows of the boundary. One thread per Gaussian; `colors` is where the derivatives by
-/// the colours go.
-__global__ void __launch_bounds__(kThreads)
-    write_color_boundary(std::uint32_t count, GpuGaussianBlock gaussians, ColorScratch sums,
-                         BoundaryGradients<float> out, qs::diff::Rows<float> colors) {
-  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-  if (i >= count) return;
-  ListedGradient gradient;
-  if (gaussians.tile_counts[i] > 0) {
-    gradient.splat = splat_gradient<float>(gaussians.splats[i].splat, sums.sums[i]);
-    if (sums.depth_sums != nullptr)
-      gradient.depth = depth_gradient(sums.depth_sums[i], gaussians.depths[i]);
-    if (out.absolute_px) gradient.absolute = sums.absolute_sums[i];
-  }
-  gradient.write(i, 3, out);
-  colors.set(i, gradient.splat.color);
-}
-
-/// Does the same for every number of channels; `channel_size` is the number of sums of channels per
-/// Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    write_boundary(std::uint32_t count, GpuGaussianBlock gaussians, SumScratch sums,
-                   BoundaryGradients<float> out, qs::diff::Rows<float> colors, int channel_count,
-                   unsigned channel_size) {
-  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-  if (i >= count) return;
-  ListedGradient gradient;
-  const bool listed = gaussians.tile_counts[i] > 0;
-  if (listed) {
-    const float* const s = sums.shape_sums + std::size_t{i} * kShape;
-    const PixelSums<float> of_pixels{s[0], s[1], s[2], s[3], s[4], s[5], glm::vec3(0.0f)};
-    gradient.splat = splat_gradient<float>(gaussians.splats[i].splat, of_pixels);
-    gradient.depth = s[6];
-    gradient.absolute = {sums.absolute_sums[std::size_t{i} * kAbsolute],
-                         sums.absolute_sums[std::size_t{i} * kAbsolute + 1]};
-  }
-  gradient.write(i, channel_count, out);
-  for (int c = 0; c < channel_count && colors && listed; ++c)
-    colors.at(i, c) = sums.channel_sums[std::size_t{i} * channel_size + static_cast<unsigned>(c)];
-}
-
 /// The derivative by a channel of the background, for a row of pixels: the transmittance behind the
 /// last Gaussian is its weight. One block per row.
 __global__ void __launch_bounds__(kThreads)
@@ -351,8 +309,20 @@ void color_backward(const BlendInput& in, const ListedFrame& listed, const GpuPi
   if (!rows.mean_px && !rows.conic && !rows.depth && !rows.opacity && !rows.color &&
       !out.channels && !absolute)
     return;
-  launch("boundary", write_color_boundary, blocks_for(sizes.gaussians), stream, sizes.gaussians,
-         listed.gaussians, scratch, out, in.channels ? out.channels : out.by.color);
+  for_each_item("boundary", sizes.gaussians, stream,
+                [=, gaussians = listed.gaussians,
+                 colors = in.channels ? out.channels : out.by.color] __device__(std::uint32_t i) {
+                  ListedGradient gradient;
+                  if (gaussians.tile_counts[i] > 0) {
+                    gradient.splat =
+                        splat_gradient<float>(gaussians.splats[i].splat, scratch.sums[i]);
+                    if (scratch.depth_sums != nullptr)
+                      gradient.depth = depth_gradient(scratch.depth_sums[i], gaussians.depths[i]);
+                    if (out.absolute_px) gradient.absolute = scratch.absolute_sums[i];
+                  }
+                  gradient.write(i, 3, out);
+                  colors.set(i, gradient.splat.color);
+                });
 }
 
 }  // namespace
@@ -391,9 +361,26 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
   });
   sum_pairs_of_gaussians<kShape>(sum_input(sums.shapes, sums.shape_sums), stream);
   sum_pairs_of_gaussians<kAbsolute>(sum_input(sums.absolute, sums.absolute_sums), stream);
-  launch("boundary", write_boundary, blocks_for(sizes.gaussians), stream, sizes.gaussians,
-         listed.gaussians, sums, out, in.channels ? out.channels : out.by.color, in.channel_count,
-         size_of_channels(sizes.channels));
+  for_each_item(
+      "boundary", sizes.gaussians, stream,
+      [=, gaussians = listed.gaussians, colors = in.channels ? out.channels : out.by.color,
+       channel_count = in.channel_count,
+       channel_size = size_of_channels(sizes.channels)] __device__(std::uint32_t i) {
+        ListedGradient gradient;
+        const bool is_listed = gaussians.tile_counts[i] > 0;
+        if (is_listed) {
+          const float* const s = sums.shape_sums + std::size_t{i} * kShape;
+          const PixelSums<float> of_pixels{s[0], s[1], s[2], s[3], s[4], s[5], glm::vec3(0.0f)};
+          gradient.splat = splat_gradient<float>(gaussians.splats[i].splat, of_pixels);
+          gradient.depth = s[6];
+          gradient.absolute = {sums.absolute_sums[std::size_t{i} * kAbsolute],
+                               sums.absolute_sums[std::size_t{i} * kAbsolute + 1]};
+        }
+        gradient.write(i, channel_count, out);
+        const float* const of_channels = sums.channel_sums + std::size_t{i} * channel_size;
+        for (int c = 0; c < channel_count && colors && is_listed; ++c)
+          colors.at(i, c) = of_channels[c];
+      });
 }
 
 GaussianSums sums_of_pixels(const Frame& frame, void* scratch) {

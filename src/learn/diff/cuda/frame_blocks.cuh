@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// The arrays in the blocks of a frame and of its first pass's scratch memory, see frame.h.
+// The arrays in the blocks of a frame and of its first pass's scratch memory, see frame.h, and the
+// inputs that the kernels of blend() and blend_backward() share.
 #pragma once
 
 #include "learn/diff/block_arrays.h"
+#include "learn/diff/channels.h"
+#include "learn/diff/cuda/blend.h"
 #include "learn/diff/cuda/frame.h"
-#include "learn/diff/cuda/list.cuh"
 #include "learn/diff/cuda/tiles.cuh"
 
 namespace qs::cuda::diff {
@@ -137,6 +139,40 @@ struct ListedFrame {
   ScheduleView schedule() const { return {pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}; }
   DepthArrays depths(const GpuPixelBlock& pixels) const {
     return {gaussians.depths, pixels.depth_states, pixels.depth, pixels.inverse_depth};
+  }
+};
+
+/// with_channels() for the general kernels. Colours of three channels have states and kernels of
+/// their own.
+template <class F>
+void with_general_channels(int channels, const F& f) {
+  with_channels(channels, [&](auto size) {
+    if constexpr (size() != 3) f(size);
+  });
+}
+
+/// A kernel parameter.
+struct ChannelInput {
+  static ChannelInput of(const ListedFrame& frame, const BlendInput& in) {
+    return {frame.tiles(),    frame.schedule(), frame.gaussians.depths, in.rules,
+            in.channel_count, in.channels,      in.background};
+  }
+
+  TilesView tiles;
+  ScheduleView schedule;
+  const float* depths;  ///< per Gaussian
+  PixelRules<float> rules;
+  int channel_count;
+  qs::diff::Rows<const float> channels;
+  const float* background;
+
+  /// Channel c of a Gaussian, whose splat is `splat`.
+  __device__ float channel(std::uint32_t gaussian, int c) const {
+    if (channels) return channels.at(gaussian, c);
+    return tiles.splats[gaussian].splat.color[c];
+  }
+  __device__ float background_of(int c) const {
+    return background != nullptr ? background[c] : 0.0f;
   }
 };
 

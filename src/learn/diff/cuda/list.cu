@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
-#include "learn/diff/cuda/list.cuh"
 #include "learn/diff/cuda/tiles.cuh"
 #include "raster/cuda/common/block_sort.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"

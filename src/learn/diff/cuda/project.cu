@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "learn/diff/cuda/add_rows.cuh"
 #include "learn/diff/cuda/frame_blocks.cuh"
 #include "learn/diff/cuda/project.h"
 #include "learn/diff/cuda/shared_sh.cuh"
+#include "learn/diff/cuda/sums.cuh"
 #include "learn/diff/gaussian_terms.h"
 #include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/common/stream.cuh"

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "learn/diff/cuda/color_sums.cuh"
-#include "learn/diff/cuda/sum_gaussians.cuh"
+#include "learn/diff/cuda/sums.cuh"
 #include "learn/gradient/color_field.h"
 #include "learn/step/cuda/backward.cuh"
 

@@ -4,7 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "learn/diff/cuda/color_blend.cuh"
-#include "learn/diff/cuda/list.cuh"
+#include "learn/diff/cuda/tiles.cuh"
 #include "learn/step/cuda/forward.cuh"
 #include "raster/cuda/common/footprints.cuh"
 #include "raster/cuda/common/limits.cuh"

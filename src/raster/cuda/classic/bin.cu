@@ -45,16 +45,6 @@ void count_pairs(const FrameContext& frame, ClassicVisible& visible, ClassicPair
   if (pairs.count > 0) pairs.buffers.reserve("the frame's tile pairs", pairs.count);
 }
 
-/// One thread per pair; the threads of the first and last pair of a tile write its range.
-__global__ void find_ranges(const std::uint64_t* keys, std::uint32_t count, ListRange* ranges) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= count) return;
-  const auto tile_of = [&](std::uint32_t pair) { return keys[pair] >> kDepthBits; };
-  const std::uint64_t tile = tile_of(i);
-  if (i == 0 || tile_of(i - 1) != tile) ranges[tile].begin = i;
-  if (i + 1 == count || tile_of(i + 1) != tile) ranges[tile].end = i + 1;
-}
-
 }  // namespace
 
 void bin(const FrameContext& frame, ClassicVisible& visible, ClassicPairs& pairs) {
@@ -78,8 +68,15 @@ void sort(const FrameContext& frame, ClassicPairs& pairs) {
   // The pairs are in ascending order of the Gaussian's index, and a Gaussian has at most one pair
   // per tile. The sort is stable, so pairs of equal depth stay in that order.
   sort_pairs(pairs.buffers, pairs.count, kDepthBits + tile_bits, frame.stream);
-  launch("find_ranges", find_ranges, blocks_for(pairs.count), frame.stream,
-         pairs.buffers.keys.data(), pairs.count, pairs.ranges.data());
+  // The threads of the first and last pair of a tile write its range.
+  for_each_item("find_ranges", pairs.count, frame.stream,
+                [keys = pairs.buffers.keys.data(), count = pairs.count,
+                 ranges = pairs.ranges.data()] __device__(std::uint32_t i) {
+                  const auto tile_of = [&](std::uint32_t pair) { return keys[pair] >> kDepthBits; };
+                  const std::uint64_t tile = tile_of(i);
+                  if (i == 0 || tile_of(i - 1) != tile) ranges[tile].begin = i;
+                  if (i + 1 == count || tile_of(i + 1) != tile) ranges[tile].end = i + 1;
+                });
 }
 
 }  // namespace qs::cuda::classic

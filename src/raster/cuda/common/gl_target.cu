@@ -14,17 +14,6 @@ __device__ unsigned char rounded(float value) {
   return static_cast<unsigned char>(floorf(255.0f * fminf(fmaxf(0.0f, value), 1.0f) + 0.5f));
 }
 
-__global__ void __launch_bounds__(kThreads)
-    write_rgba8(const float* color, cudaSurfaceObject_t surface, std::uint32_t width,
-                std::uint32_t pixels) {
-  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-  if (i >= pixels) return;
-  const uchar4 rgba =
-      make_uchar4(rounded(color[3 * i]), rounded(color[3 * i + 1]), rounded(color[3 * i + 2]), 255);
-  surf2Dwrite(rgba, surface, static_cast<int>(i % width * sizeof rgba),
-              static_cast<int>(i / width));
-}
-
 }  // namespace
 
 GlTarget::~GlTarget() {
@@ -79,8 +68,13 @@ void GlTarget::present(const float* color, int width, int height, cudaStream_t s
     throw Error(ErrorKind::device, "cuda: the GL texture has another size than the frame");
   interop_->begin.record(stream, "present");
   interop_->mapped.make_wait(stream);
-  launch("present", write_rgba8, blocks_for(std::uint64_t{columns} * rows), stream, color,
-         mapping_.surface, columns, columns * rows);
+  for_each_item("present", columns * rows, stream,
+                [=, surface = mapping_.surface] __device__(std::uint32_t i) {
+                  const uchar4 rgba = make_uchar4(rounded(color[3 * i]), rounded(color[3 * i + 1]),
+                                                  rounded(color[3 * i + 2]), 255);
+                  surf2Dwrite(rgba, surface, static_cast<int>(i % columns * sizeof rgba),
+                              static_cast<int>(i / columns));
+                });
   interop_->end.record(stream, "present");
 }
 

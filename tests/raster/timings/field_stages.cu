@@ -88,7 +88,7 @@ void measure_field_stages(const qs::train::ModelState& state, const std::vector<
     time("features of the grid", [&] { passes.find_features(); });
     time("network", [&] { passes.find_colors(frame); });
 
-    const auto tiles = copied(frame.tile_counts.data(), parameters.count, stream);
+    const auto tiles = copied(frame.listed.gaussians.tile_counts, parameters.count, stream);
     std::vector<glm::vec3> d_outputs(tiles.size());
     for (std::size_t k = 0; k < tiles.size(); ++k)
       d_outputs[k] = glm::vec3(tiles[k] > 0 ? 1e-6f : 0);

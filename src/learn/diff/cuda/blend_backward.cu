@@ -281,28 +281,22 @@ void color_backward(const BlendInput& in, const ListedFrame& listed, const GpuPi
   const bool is_deep = by.depth || by.inverse_depth;
   const auto sum_with = [&](auto is_absolute, auto is_default, auto has_depth) {
     using Derivatives = CallersDerivatives<is_default(), has_depth()>;
-    launch("sum_pairs", sum_pairs<is_absolute(), Derivatives>,
-           segments_of(sizes.pairs, tiles_of(sizes)), stream,
-           PairInput<Derivatives>{
-               listed.tiles(),
-               state.segment_tiles,
-               state.states,
-               reinterpret_cast<const glm::vec3*>(state.color),
-               state.last,
-               {in.rules, in.channels, by, state.transmittance, listed.depths(state)}},
-           PairSums{scratch.pairs, scratch.absolute, scratch.depths});
+    launch(
+        "sum_pairs", sum_pairs<is_absolute(), Derivatives>,
+        segments_of(sizes.pairs, tiles_of(sizes)), stream,
+        PairInput<Derivatives>(
+            listed, state, {in.rules, in.channels, by, state.transmittance, listed.depths(state)}),
+        PairSums{scratch.pairs, scratch.absolute, scratch.depths});
   };
   if (sizes.pairs > 0) qs::diff::with_flags(sum_with, absolute, in.rules.are_default(), is_deep);
-  const auto sum = [&]<unsigned kNumbers>(const auto* pairs, auto* sums) {
-    sum_pairs_of_gaussians<kNumbers>(
-        {sizes.gaussians, listed.gaussians.first_places, listed.gaussians.tile_counts,
-         reinterpret_cast<const float*>(pairs), reinterpret_cast<float*>(sums)},
-        stream);
-  };
-  sum.operator()<kSums>(scratch.pairs, scratch.sums);
-  if (absolute) sum.operator()<kAbsolute>(scratch.absolute, scratch.absolute_sums);
+  const GpuGaussianBlock& gaussians = listed.gaussians;
+  const std::uint32_t count = sizes.gaussians;
+  sum_pairs_of_gaussians<kSums>(gaussians, count, scratch.pairs, scratch.sums, stream);
+  if (absolute)
+    sum_pairs_of_gaussians<kAbsolute>(gaussians, count, scratch.absolute, scratch.absolute_sums,
+                                      stream);
   if (is_deep)
-    sum.operator()<2>(scratch.depths, scratch.depth_sums);
+    sum_pairs_of_gaussians<2>(gaussians, count, scratch.depths, scratch.depth_sums, stream);
   else if (sizes.has_depth)
     set_zero("sums of depths", scratch.depth_sums, sizes.gaussians, stream);
   const Boundary<float>& rows = out.by;
@@ -338,7 +332,7 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
   in.check_frame("blend_backward", {sizes.width, sizes.height}, static_cast<int>(sizes.channels));
   queue.throw_if_cancelled();
   const cudaStream_t stream = stream_of(queue);
-  const ListedFrame listed(frame);
+  const ListedFrame listed = ListedFrame::of(frame);
   const auto state = block_at<GpuPixelBlock>(frame.pixels, sizes);
   if (sizes.has_states) {
     const auto colors = block_at<ColorScratch>(scratch, sizes);
@@ -350,17 +344,15 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
   add_background(sizes, state, by, sums.rows, out.background, stream);
   if (sizes.gaussians == 0) return;
   const SumsInput input{ChannelInput::of(listed, in), state, by};
-  const auto sum_input = [&](const float* pairs, float* of_gaussians) {
-    return SumInput{sizes.gaussians, listed.gaussians.first_places, listed.gaussians.tile_counts,
-                    pairs, of_gaussians};
-  };
+  const GpuGaussianBlock& gaussians = listed.gaussians;
   with_general_channels(in.channel_count, [&](auto channels) {
     launch("sum_pairs", sum_channels<channels()>, tiles_of(sizes), stream, input, sums);
-    sum_pairs_of_gaussians<unsigned{channels()}>(sum_input(sums.channels, sums.channel_sums),
-                                                 stream);
+    sum_pairs_of_gaussians<unsigned{channels()}>(gaussians, sizes.gaussians, sums.channels,
+                                                 sums.channel_sums, stream);
   });
-  sum_pairs_of_gaussians<kShape>(sum_input(sums.shapes, sums.shape_sums), stream);
-  sum_pairs_of_gaussians<kAbsolute>(sum_input(sums.absolute, sums.absolute_sums), stream);
+  sum_pairs_of_gaussians<kShape>(gaussians, sizes.gaussians, sums.shapes, sums.shape_sums, stream);
+  sum_pairs_of_gaussians<kAbsolute>(gaussians, sizes.gaussians, sums.absolute, sums.absolute_sums,
+                                    stream);
   for_each_item(
       "boundary", sizes.gaussians, stream,
       [=, gaussians = listed.gaussians, colors = in.channels ? out.channels : out.by.color,

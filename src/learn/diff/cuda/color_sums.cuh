@@ -13,7 +13,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "learn/diff/cuda/frame.h"
+#include "learn/diff/cuda/frame_blocks.cuh"
 #include "learn/diff/cuda/segment.cuh"
 #include "learn/diff/gaussians.h"
 #include "learn/gradient/pixel.h"
@@ -90,6 +90,14 @@ struct PairInput {
   const glm::vec3* color;
   const std::uint32_t* last;
   Derivatives by;
+
+  PairInput(const ListedFrame& frame, const GpuPixelBlock& pixels, const Derivatives& derivatives)
+      : tiles(frame.tiles()),
+        segment_tiles(pixels.segment_tiles),
+        states(pixels.states),
+        color(pixels.colors()),
+        last(pixels.last),
+        by(derivatives) {}
 };
 
 /// Adds the value of the lane that differs in bit `kDistance`. Of two values, the lanes with the

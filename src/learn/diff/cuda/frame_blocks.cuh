@@ -37,11 +37,12 @@ struct GpuGaussianBlock {
 
   static GpuGaussianBlock of(BlockArrays& block, const GpuHeldSizes& sizes) {
     GpuGaussianBlock result{};
+    result.splats =
+        block.next<ListedSplat>(sizes.gaussians);  // first, so that none is in 3 sectors
     result.total = block.next<unsigned long long>(1);
     result.tile_counts = block.next<std::uint32_t>(sizes.gaussians);
     result.first_places = block.next<std::uint32_t>(sizes.gaussians);
     result.depths = block.next<float>(sizes.gaussians);
-    result.splats = block.next<ListedSplat>(sizes.gaussians);
     result.projected = block.next<std::uint8_t>(sizes.gaussians);
     return result;
   }
@@ -74,8 +75,12 @@ struct GpuPixelBlock {
   float4* states;
   glm::vec2* depth_states;
 
+  glm::vec3* colors() const { return reinterpret_cast<glm::vec3*>(color); }  ///< of 3 channels
+
   static GpuPixelBlock of(BlockArrays& block, const GpuHeldSizes& sizes) {
     GpuPixelBlock result{};
+    const std::size_t segments = segments_of(sizes.pairs, tiles_of(sizes));
+    if (sizes.has_states) result.states = block.next<float4>(segments * kTilePixels);
     result.color = block.next<float>(sizes.pixels() * sizes.channels);
     result.transmittance = block.next<float>(sizes.pixels());
     result.last = block.next<std::uint32_t>(sizes.pixels());
@@ -83,12 +88,9 @@ struct GpuPixelBlock {
       result.depth = block.next<float>(sizes.pixels());
       result.inverse_depth = block.next<float>(sizes.pixels());
     }
-    if (sizes.has_states) {
-      const std::size_t segments = segments_of(sizes.pairs, tiles_of(sizes));
-      result.segment_tiles = block.next<std::uint32_t>(segments);
-      result.states = block.next<float4>(segments * kTilePixels);
-      if (sizes.has_depth) result.depth_states = block.next<glm::vec2>(segments * kTilePixels);
-    }
+    if (sizes.has_states) result.segment_tiles = block.next<std::uint32_t>(segments);
+    if (sizes.has_states && sizes.has_depth)
+      result.depth_states = block.next<glm::vec2>(segments * kTilePixels);
     return result;
   }
 };
@@ -127,14 +129,26 @@ struct ListedFrame {
   GpuGaussianBlock gaussians;
   GpuPairBlock pairs;
 
-  explicit ListedFrame(const Frame& frame)
-      : sizes(frame.sizes),
-        gaussians(block_at<GpuGaussianBlock>(frame.gaussians, sizes)),
-        pairs(block_at<GpuPairBlock>(frame.pairs, sizes)) {}
+  static ListedFrame of(const Frame& frame) {
+    return {frame.sizes, block_at<GpuGaussianBlock>(frame.gaussians, frame.sizes),
+            block_at<GpuPairBlock>(frame.pairs, frame.sizes)};
+  }
 
   TilesView tiles() const {
     return {pairs.ranges,           pairs.places, pairs.owners, gaussians.splats,
             grid_of(sizes).columns, sizes.width,  sizes.height};
+  }
+  /// The lists of the first `count` Gaussians.
+  ListInput input(std::uint32_t count, const FootprintArrays& footprints,
+                  const ListScratch& unsorted) const {
+    return {count,
+            gaussians.tile_counts,
+            gaussians.first_places,
+            footprints,
+            grid_of(sizes),
+            {gaussians.total, sizes.pairs, reinterpret_cast<std::uint32_t*>(gaussians.depths),
+             pairs.owners, unsorted.tiles, unsorted.slots, unsorted.entries, pairs.places,
+             unsorted.sizes, pairs.ranges, pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}};
   }
   ScheduleView schedule() const { return {pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}; }
   DepthArrays depths(const GpuPixelBlock& pixels) const {

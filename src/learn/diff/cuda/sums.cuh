@@ -5,6 +5,7 @@
 // numbers, in double precision.
 #pragma once
 
+#include "learn/diff/cuda/frame_blocks.cuh"
 #include "raster/cuda/common/warp.cuh"
 
 namespace qs::cuda::diff {
@@ -95,14 +96,17 @@ __global__ void __launch_bounds__(kThreads) sum_gaussians(SumInput in, unsigned 
   in.sums[thread] = sum;
 }
 
-/// Enqueues the sums. Their order does not depend on the order in which threads run.
+/// Enqueues the sums of kNumbers numbers each of the first `count` Gaussians.
 template <unsigned kNumbers>
-void sum_pairs_of_gaussians(const SumInput& in, cudaStream_t stream) {
+void sum_pairs_of_gaussians(const GpuGaussianBlock& gaussians, std::uint32_t count,
+                            const void* pairs, void* sums, cudaStream_t stream) {
   static_assert(kNumbers <= kWarp);
-  if (in.count == 0) return;
-  const unsigned blocks_of_many = blocks_for(in.count);
+  if (count == 0) return;
+  const unsigned blocks_of_many = blocks_for(count);
   launch("sum_gaussians", sum_gaussians<kNumbers>,
-         blocks_of_many + blocks_for(std::uint64_t{kNumbers} * in.count), stream, in,
+         blocks_of_many + blocks_for(std::uint64_t{kNumbers} * count), stream,
+         SumInput{count, gaussians.first_places, gaussians.tile_counts,
+                  static_cast<const float*>(pairs), static_cast<float*>(sums)},
          blocks_of_many);
 }
 

@@ -9,31 +9,17 @@
 namespace qs::cuda::train {
 namespace {
 
-template <unsigned kNumbers>
-void launch_sums(const StepView& view, std::uint32_t count, const ForwardFrame& frame,
-                 const void* pairs, void* sums) {
-  diff::sum_pairs_of_gaussians<kNumbers>(
-      {count, frame.first_places.data(), frame.tile_counts.data(), static_cast<const float*>(pairs),
-       static_cast<float*>(sums)},
-      view.stream);
-}
-
 void sum_pairs_of_tiles(const StepView& view, const ForwardFrame& frame, const glm::vec3* d_color,
                         bool absolute, BackwardScratch& scratch) {
-  if (frame.pairs.count == 0) return;
-  scratch.pairs.reserve("the step's pairs", frame.pairs.room());
-  if (absolute) scratch.absolute.reserve("the step's pairs", frame.pairs.room());
+  if (frame.pairs == 0) return;
+  scratch.pairs.reserve("the step's pairs", frame.listed.sizes.pairs);
+  if (absolute) scratch.absolute.reserve("the step's pairs", frame.listed.sizes.pairs);
   using diff::TrainedDerivatives;
   launch("sum_pairs",
          absolute ? diff::sum_pairs<true, TrainedDerivatives>
                   : diff::sum_pairs<false, TrainedDerivatives>,
          Blocks(frame.segments, kTilePixels), view.stream,
-         diff::PairInput<TrainedDerivatives>{frame.tiles(view),
-                                             frame.segment_tiles.data(),
-                                             frame.states.data(),
-                                             frame.color.data(),
-                                             frame.last.data(),
-                                             {d_color}},
+         diff::PairInput<TrainedDerivatives>(frame.listed, frame.pixels, {d_color}),
          diff::PairSums{scratch.pairs.data(), scratch.absolute.data(), nullptr});
 }
 
@@ -54,16 +40,17 @@ void backward(const StepView& view, const ParametersView& parameters, ForwardFra
   gradients.sh_degree = std::min(view.settings.sh_degree, parameters.sh_degree);
   const GradientRules<float> rules{make_view<float>(view.camera), view.settings.dilation,
                                    view.antialiased(), gradients.sh_degree};
-  launch_sums<diff::kSums>(view, parameters.count, frame, scratch.pairs.data(),
-                           scratch.sums.data());
+  const diff::GpuGaussianBlock& gaussians = frame.listed.gaussians;
+  diff::sum_pairs_of_gaussians<diff::kSums>(gaussians, parameters.count, scratch.pairs.data(),
+                                            scratch.sums.data(), view.stream);
   if (order.absolute) {
-    launch_sums<2>(view, parameters.count, frame, scratch.absolute.data(),
-                   gradients.absolute_px.data());
+    diff::sum_pairs_of_gaussians<2>(gaussians, parameters.count, scratch.absolute.data(),
+                                    gradients.absolute_px.data(), view.stream);
   }
   for_each_item(
       "gaussian_gradients", parameters.count, view.stream,
-      [=, tile_counts = frame.tile_counts.data(), sums = scratch.sums.data(),
-       splats = frame.splats.data(), out = gradients.by.view(), colors = gradients.colors.data(),
+      [=, tile_counts = gaussians.tile_counts, sums = scratch.sums.data(),
+       splats = gaussians.splats, out = gradients.by.view(), colors = gradients.colors.data(),
        d_mean_px = gradients.mean_px.data()] __device__(std::uint32_t i) {
         auto gradient = GaussianValues<float>::zero();
         glm::vec2 mean_px(0.0f);

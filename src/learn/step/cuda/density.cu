@@ -174,7 +174,7 @@ void count_errors(const StepView& view, const ForwardFrame& frame, const Compari
   launch("find_limit", find_limit, 1u, view.stream, scratch.histogram.data(), scratch.limit.data());
   if (frame.segments == 0) return;
   launch("count_pixels", count_pixels, Blocks(frame.segments, kTilePixels), view.stream,
-         CountInput{frame.tiles(view), frame.segment_tiles.data(), frame.last.data(),
+         CountInput{frame.listed.tiles(), frame.pixels.segment_tiles, frame.pixels.last,
                     scratch.bins.data(), scratch.limit.data()},
          counts.blended.data(), counts.flagged.data());
 }

@@ -476,7 +476,8 @@ FieldLists DeviceField::lists(std::uint32_t gaussians) {
 
 void FieldPasses::list_visible(const ForwardFrame& frame) const {
   launch("color", list_field_gaussians<Visible>, kFieldBlocks, stream, input_of(*this).lists,
-         field.order.pairs.values.data(), parameters.count, Visible{frame.tile_counts.data()});
+         field.order.pairs.values.data(), parameters.count,
+         Visible{frame.listed.gaussians.tile_counts});
 }
 
 void FieldPasses::find_features() const {
@@ -490,7 +491,7 @@ void FieldPasses::find_colors(ForwardFrame& frame) const {
   const bool is_short = in.field.inputs <= kPublishedInputs;
   launch("color", is_short ? color_tiles<kPublishedInputs> : color_tiles<kMostRows>,
          Blocks(kFieldBlocks, kNetworkThreads, sizeof(ForwardTile)), stream, in,
-         frame.splats.data());
+         frame.listed.gaussians.splats);
 }
 
 void FieldPasses::color(ForwardFrame& frame) const {

@@ -143,7 +143,8 @@ struct GpuModel::State {
 
   /// The drawn view and `target`. `target_mask` may be null.
   Comparison comparison(const std::uint8_t* target_mask, std::size_t counted) {
-    return {camera.width, camera.height, frame.color.data(), target.data(), target_mask, counted};
+    return {camera.width,  camera.height, frame.pixels.colors(),
+            target.data(), target_mask,   counted};
   }
   /// The same for a photograph, which is copied to `target`. The last reader of `target` is done,
   /// because forward() has forked the stream since then, or compare() has.
@@ -350,7 +351,7 @@ void GpuModel::forget_photographs() { gpu().free_photographs(); }
 Image GpuModel::picture() {
   State& s = gpu();
   Image image(s.camera.width, s.camera.height, 3);
-  const std::vector<glm::vec3> color = copied(s.frame.color.data(), s.pixels(), s.stream);
+  const std::vector<glm::vec3> color = copied(s.frame.pixels.colors(), s.pixels(), s.stream);
   std::copy_n(&color[0][0], image.values.size(), image.values.begin());
   return image;
 }
@@ -406,8 +407,9 @@ void GpuModel::set_pixel_gradients(std::span<const glm::vec3> d_color) {
 void GpuModel::step(const qs::train::StepOrder& order) {
   State& s = gpu();
   if (order.counts_density) {
-    const CountedGaussians counted{s.frame.in_view.data(),
-                                   order.counts_by_mode ? s.frame.tile_counts.data() : nullptr};
+    const diff::GpuGaussianBlock& gaussians = s.frame.listed.gaussians;
+    const CountedGaussians counted{gaussians.projected,
+                                   order.counts_by_mode ? gaussians.tile_counts : nullptr};
     s.density.add(s.gradients, counted, s.camera.width, s.camera.height, s.stream);
   }
   if (order.sums) {
@@ -458,9 +460,9 @@ Loss GpuModel::loss() const {
 
 PixelCopies GpuModel::pixels() const {
   State& s = gpu();
-  return {copied(s.frame.color.data(), s.pixels(), s.stream),
-          copied(s.frame.transmittance.data(), s.pixels(), s.stream),
-          copied(s.frame.last.data(), s.pixels(), s.stream)};
+  return {copied(s.frame.pixels.colors(), s.pixels(), s.stream),
+          copied(s.frame.pixels.transmittance, s.pixels(), s.stream),
+          copied(s.frame.pixels.last, s.pixels(), s.stream)};
 }
 
 std::vector<glm::vec3> GpuModel::pixel_gradients() const {
@@ -475,7 +477,7 @@ GradientCopies GpuModel::gradients() const {
           copied(s.gradients.mean_px.data(), s.parameters.count, s.stream),
           copied(s.gradients.absolute_px.data(), s.gradients.has_absolute ? s.parameters.count : 0,
                  s.stream),
-          copied(s.frame.in_view.data(), s.parameters.count, s.stream)};
+          copied(s.frame.listed.gaussians.projected, s.parameters.count, s.stream)};
 }
 
 FieldGradientCopies GpuModel::field_gradients() const {
@@ -489,6 +491,6 @@ FieldGradientCopies GpuModel::field_gradients() const {
   return copies;
 }
 
-std::uint32_t GpuModel::pairs() const { return state_->frame.pairs.count; }
+std::uint32_t GpuModel::pairs() const { return state_->frame.pairs; }
 
 }  // namespace qs::cuda::train

@@ -21,8 +21,6 @@ struct StepInput {
   unsigned ends[kKinds];  ///< blocks up to and including the last block of each kind
 };
 
-constexpr unsigned kNeighbours = 4;
-
 /// One thread per four values. The loads of a thread do not depend on each other.
 __global__ void __launch_bounds__(kThreads) step_values(StepInput in) {
   unsigned kind = 0;
@@ -30,24 +28,17 @@ __global__ void __launch_bounds__(kThreads) step_values(StepInput in) {
   const unsigned block = blockIdx.x - (kind > 0 ? in.ends[kind - 1] : 0);
   const Values& all = in.kinds[kind];
   const std::uint64_t at = kNeighbours * (std::uint64_t{block} * kThreads + threadIdx.x);
-  const auto step = [&](float gradient, float& value, float& first, float& second) {
-    adam(in.step, all.rate, gradient, value, first, second);
-  };
   if (at + kNeighbours <= all.size) {
-    const float4 by = *reinterpret_cast<const float4*>(all.by + at);
-    float4 value = *reinterpret_cast<const float4*>(all.values + at);
-    float4 first = *reinterpret_cast<const float4*>(all.first + at);
-    float4 second = *reinterpret_cast<const float4*>(all.second + at);
-    step(by.x, value.x, first.x, second.x);
-    step(by.y, value.y, first.y, second.y);
-    step(by.z, value.z, first.z, second.z);
-    step(by.w, value.w, first.w, second.w);
-    *reinterpret_cast<float4*>(all.values + at) = value;
-    *reinterpret_cast<float4*>(all.first + at) = first;
-    *reinterpret_cast<float4*>(all.second + at) = second;
+    const auto by = Neighbours::load(all.by + at);
+    auto value = Neighbours::load(all.values + at);
+    auto first = Neighbours::load(all.first + at), second = Neighbours::load(all.second + at);
+    step_neighbours(in.step, all.rate, by, value, first, second);
+    value.store(all.values + at);
+    first.store(all.first + at);
+    second.store(all.second + at);
   } else {
     for (std::uint64_t k = at; k < all.size; ++k)
-      step(all.by[k], all.values[k], all.first[k], all.second[k]);
+      adam(in.step, all.rate, all.by[k], all.values[k], all.first[k], all.second[k]);
   }
 }
 
@@ -67,17 +58,6 @@ struct ColorSumInput {
   unsigned row_blocks, coefficient;
   const ColorGradient<float>* gradients;
   ParametersView sums;
-};
-
-/// Four neighbours of a row.
-struct Neighbours {
-  float4 values;
-
-  static __device__ Neighbours load(const float* row) {
-    return {*reinterpret_cast<const float4*>(row)};
-  }
-  __device__ void store(float* row) const { *reinterpret_cast<float4*>(row) = values; }
-  __device__ float& operator[](unsigned n) { return (&values.x)[n]; }
 };
 
 /// The derivative of the colour by a coefficient, without the clamp.

@@ -12,14 +12,10 @@ using diff::SharedSegment;
 
 constexpr unsigned kPixelsPerThread = 16;  // so that few blocks add their histograms
 
-struct ErrorOutput {
-  std::uint16_t* bins;
-  std::uint32_t* histogram;
-};
-
 /// One block per kPixelsPerThread * kThreads pixels.
 __global__ void __launch_bounds__(kThreads)
-    find_errors(Comparison in, std::uint32_t pixels, ErrorOutput out) {
+    find_errors(Comparison in, std::uint32_t pixels, std::uint16_t* bins,
+                std::uint32_t* histogram_of_all) {
   __shared__ std::uint32_t histogram[kErrorBins];
   for (unsigned bin = threadIdx.x; bin < kErrorBins; bin += kThreads) histogram[bin] = 0;
   __syncthreads();
@@ -29,12 +25,12 @@ __global__ void __launch_bounds__(kThreads)
     if (i >= pixels) break;
     const bool masked = in.mask != nullptr && in.mask[i] == 0;
     const std::uint16_t bin = masked ? kMaskedError : error_bin(in.color[i], in.target[i]);
-    out.bins[i] = bin;
+    bins[i] = bin;
     if (!masked) atomicAdd(&histogram[bin], 1u);
   }
   __syncthreads();
   for (unsigned bin = threadIdx.x; bin < kErrorBins; bin += kThreads)
-    if (histogram[bin] > 0) atomicAdd(&out.histogram[bin], histogram[bin]);
+    if (histogram[bin] > 0) atomicAdd(&histogram_of_all[bin], histogram[bin]);
 }
 
 /// One block.
@@ -46,36 +42,29 @@ __global__ void __launch_bounds__(kThreads)
   if (threadIdx.x == 0) *limit = error_limit(histogram);
 }
 
-struct CountInput {
-  TilesView tiles;
-  const std::uint32_t* segment_tiles;
-  const std::uint32_t* last;
-  const std::uint16_t* bins;
-  const std::uint16_t* limit;
-};
-
 /// One block per segment, with one pixel per thread.
 __global__ void __launch_bounds__(kTilePixels)
-    count_pixels(CountInput in, std::uint32_t* blended, std::uint32_t* flagged) {
+    count_pixels(TilesView tiles, diff::GpuPixelBlock pixels, const std::uint16_t* bins,
+                 const std::uint16_t* limit, std::uint32_t* blended, std::uint32_t* flagged) {
   __shared__ SharedSegment segment;
   __shared__ std::uint32_t blended_of_entry[kSegment], flagged_of_entry[kSegment];
-  const std::uint32_t tile = in.segment_tiles[blockIdx.x];
+  const std::uint32_t tile = pixels.segment_tiles[blockIdx.x];
   if (tile == kNoTile) return;
   const unsigned thread = threadIdx.x;
-  const uint2 range = in.tiles.ranges[tile];
+  const uint2 range = tiles.ranges[tile];
   const std::uint32_t first = (blockIdx.x - first_segment(range.x, tile)) * kSegment;
   const std::uint32_t size = min(range.y - range.x - first, kSegment);
-  segment.load(in.tiles, tile, range.x + first, size);
+  segment.load(tiles, tile, range.x + first, size);
   blended_of_entry[thread] = flagged_of_entry[thread] = 0;
 
-  const int x = in.tiles.x_of(tile, thread), y = in.tiles.y_of(tile, thread);
+  const int x = tiles.x_of(tile, thread), y = tiles.y_of(tile, thread);
   std::uint32_t end = 0;  // entries of the segment up to the last blended entry
   bool is_flagged = false;
-  if (in.tiles.contains(x, y)) {
-    const std::size_t at = in.tiles.index_of(x, y);
-    const std::uint16_t bin = in.bins[at];
-    if (bin != kMaskedError) end = max(in.last[at], first) - first;
-    is_flagged = bin > *in.limit;
+  if (tiles.contains(x, y)) {
+    const std::size_t at = tiles.index_of(x, y);
+    const std::uint16_t bin = bins[at];
+    if (bin != kMaskedError) end = max(pixels.last[at], first) - first;
+    is_flagged = bin > *limit;
   }
   __syncthreads();
   const unsigned end_of_warp = min(size, largest_of_warp(end));
@@ -96,7 +85,7 @@ __global__ void __launch_bounds__(kTilePixels)
   }
   __syncthreads();
   if (thread >= size || blended_of_entry[thread] == 0) return;
-  const std::uint32_t owner = in.tiles.owners[in.tiles.places[range.x + first + thread]];
+  const std::uint32_t owner = tiles.owners[tiles.places[range.x + first + thread]];
   atomicAdd(&blended[owner], blended_of_entry[thread]);
   if (flagged_of_entry[thread] > 0) atomicAdd(&flagged[owner], flagged_of_entry[thread]);
 }
@@ -170,12 +159,11 @@ void count_errors(const StepView& view, const ForwardFrame& frame, const Compari
   if (counts.count == 0) start_counting(gaussians, view.stream, counts);
   set_zero("count errors", scratch.histogram.data(), kErrorBins, view.stream);
   launch("find_errors", find_errors, blocks_for((pixels + kPixelsPerThread - 1) / kPixelsPerThread),
-         view.stream, pictures, pixels, ErrorOutput{scratch.bins.data(), scratch.histogram.data()});
+         view.stream, pictures, pixels, scratch.bins.data(), scratch.histogram.data());
   launch("find_limit", find_limit, 1u, view.stream, scratch.histogram.data(), scratch.limit.data());
   if (frame.segments == 0) return;
   launch("count_pixels", count_pixels, Blocks(frame.segments, kTilePixels), view.stream,
-         CountInput{frame.listed.tiles(), frame.pixels.segment_tiles, frame.pixels.last,
-                    scratch.bins.data(), scratch.limit.data()},
+         frame.listed.tiles(), frame.pixels, scratch.bins.data(), scratch.limit.data(),
          counts.blended.data(), counts.flagged.data());
 }
 

@@ -168,16 +168,12 @@ struct BackwardTile {
   }
 };
 
-struct NetworkOutput {
-  float* block_weights;
-  std::size_t weight_count;
-  glm::vec3* d_means;  ///< the derivatives by the directions are added
-};
-
-/// One block per list. Computes the hidden layers again.
+/// One block per list. Computes the hidden layers again. Adds the derivatives by the directions to
+/// `d_means`.
 template <unsigned kInputs>
 __global__ void __launch_bounds__(kNetworkThreads, 2)
-    backward_tiles(FieldInput in, const glm::vec3* d_outputs, NetworkOutput out) {
+    backward_tiles(FieldInput in, const glm::vec3* d_outputs, float* block_weights,
+                   std::size_t weight_count, glm::vec3* d_means) {
   auto& shared = *static_cast<BackwardTile*>(dynamic_shared());
   const unsigned inputs = in.field.inputs, width = in.field.width;
   const unsigned grid_inputs = in.field.grid_inputs();
@@ -230,12 +226,12 @@ __global__ void __launch_bounds__(kNetworkThreads, 2)
       for (unsigned k = 0; k < kDirectionFeatures; ++k)
         by_basis[k] = shared.x.values[grid_inputs + k][own.column];
       const glm::vec3 offset = in.means[own.gaussian] - in.eye;
-      out.d_means[own.gaussian] += direction_gradient(
+      d_means[own.gaussian] += direction_gradient(
           offset, direction_features_gradient(in.direction(own.gaussian), by_basis));
     }
     __syncthreads();  // the next tile overwrites x
   }
-  float* const own_weights = out.block_weights + block * out.weight_count;
+  float* const own_weights = block_weights + block * weight_count;
   by_first.store(width, inputs, own_weights);
   by_second.store(width, width, own_weights + width * inputs);
   by_third.store(width, own_weights + width * inputs + width * width);
@@ -319,49 +315,6 @@ __global__ void __launch_bounds__(kThreads)
 struct alignas(16) TwoSums {
   unsigned long long values[2];
 };
-
-struct FieldStepInput {
-  AdamStep step;
-  float rate;
-  std::uint32_t grid_count, count;  ///< values; multiples of 4
-  float *values, *first, *second;
-  unsigned long long* grid_sums;  ///< become 0
-  const float* by_weights;
-};
-
-/// One thread per four values. A value that never had a gradient stays as it is, and is not read.
-__global__ void __launch_bounds__(kThreads) step_field(FieldStepInput in) {
-  const std::uint32_t at = 4 * (blockIdx.x * kThreads + threadIdx.x);
-  if (at >= in.count) return;
-  float4 first = *reinterpret_cast<const float4*>(in.first + at);
-  float4 second = *reinterpret_cast<const float4*>(in.second + at);
-  float4 by;
-  if (at < in.grid_count) {
-    auto* const sums = reinterpret_cast<TwoSums*>(in.grid_sums + at);
-    const TwoSums low = sums[0], high = sums[1];
-    const auto derivative = [](unsigned long long sum) {
-      return static_cast<float>(static_cast<double>(static_cast<long long>(sum)) * kSumUnit);
-    };
-    by = {derivative(low.values[0]), derivative(low.values[1]), derivative(high.values[0]),
-          derivative(high.values[1])};
-    if ((low.values[0] | low.values[1]) != 0) sums[0] = TwoSums{{0, 0}};
-    if ((high.values[0] | high.values[1]) != 0) sums[1] = TwoSums{{0, 0}};
-  } else {
-    by = *reinterpret_cast<const float4*>(in.by_weights + (at - in.grid_count));
-  }
-  const auto is_zero = [](const float4& four) {
-    return four.x == 0 && four.y == 0 && four.z == 0 && four.w == 0;
-  };
-  if (is_zero(by) && is_zero(first) && is_zero(second)) return;
-  float4 value = *reinterpret_cast<const float4*>(in.values + at);
-  adam(in.step, in.rate, by.x, value.x, first.x, second.x);
-  adam(in.step, in.rate, by.y, value.y, first.y, second.y);
-  adam(in.step, in.rate, by.z, value.z, first.z, second.z);
-  adam(in.step, in.rate, by.w, value.w, first.w, second.w);
-  *reinterpret_cast<float4*>(in.values + at) = value;
-  *reinterpret_cast<float4*>(in.first + at) = first;
-  *reinterpret_cast<float4*>(in.second + at) = second;
-}
 
 FieldInput input_of(const FieldPasses& passes) {
   const auto& [view, parameters, field, stream] = passes;
@@ -513,8 +466,7 @@ void FieldPasses::through_network(glm::vec3* d_means) const {
   const bool is_short = in.field.inputs <= kPublishedInputs;
   launch("field_gradients", is_short ? backward_tiles<kPublishedInputs> : backward_tiles<kMostRows>,
          Blocks(kFieldBlocks, kNetworkThreads, sizeof(BackwardTile)), stream, in,
-         field.d_outputs.data(),
-         NetworkOutput{field.block_weights.data(), field.weight_count, d_means});
+         field.d_outputs.data(), field.block_weights.data(), field.weight_count, d_means);
 }
 
 void FieldPasses::network_gradients(glm::vec3* d_means) const {
@@ -555,12 +507,38 @@ void FieldPasses::sum_gradients() const {
 }
 
 void take_field_step(double rate, DeviceField& field, cudaStream_t stream) {
-  const std::size_t count = field.grid_count + field.weight_count;
-  launch("step_field", step_field, blocks_for(count / 4), stream,
-         FieldStepInput{AdamStep::number(++field.steps), static_cast<float>(rate),
-                        static_cast<std::uint32_t>(field.grid_count),
-                        static_cast<std::uint32_t>(count), field.values.data(), field.first.data(),
-                        field.second.data(), field.grid_sums.data(), field.by_weights.data()});
+  const auto grid_count = static_cast<std::uint32_t>(field.grid_count);
+  const auto count = static_cast<std::uint32_t>(field.grid_count + field.weight_count);
+  // A thread per four values: both counts are multiples of 4. The sums become 0. A value that never
+  // had a gradient stays as it is, and is not read.
+  const auto step_four = [step = AdamStep::number(++field.steps), rate = static_cast<float>(rate),
+                          grid_count, values = field.values.data(), firsts = field.first.data(),
+                          seconds = field.second.data(), grid_sums = field.grid_sums.data(),
+                          by_weights = field.by_weights.data()] __device__(std::uint32_t i) {
+    const std::uint32_t at = kNeighbours * i;
+    auto first = Neighbours::load(firsts + at), second = Neighbours::load(seconds + at);
+    Neighbours by;
+    if (at < grid_count) {
+      auto* const sums = reinterpret_cast<TwoSums*>(grid_sums + at);
+      const TwoSums low = sums[0], high = sums[1];
+      const auto derivative = [](unsigned long long sum) {
+        return static_cast<float>(static_cast<double>(static_cast<long long>(sum)) * kSumUnit);
+      };
+      by = {{derivative(low.values[0]), derivative(low.values[1]), derivative(high.values[0]),
+             derivative(high.values[1])}};
+      if ((low.values[0] | low.values[1]) != 0) sums[0] = TwoSums{{0, 0}};
+      if ((high.values[0] | high.values[1]) != 0) sums[1] = TwoSums{{0, 0}};
+    } else {
+      by = Neighbours::load(by_weights + (at - grid_count));
+    }
+    if (by.are_zero() && first.are_zero() && second.are_zero()) return;
+    auto value = Neighbours::load(values + at);
+    step_neighbours(step, rate, by, value, first, second);
+    value.store(values + at);
+    first.store(firsts + at);
+    second.store(seconds + at);
+  };
+  for_each_item("step_field", count / kNeighbours, stream, step_four);
   field.has_grid_sums = false;
 }
 

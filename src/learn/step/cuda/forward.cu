@@ -16,46 +16,34 @@
 namespace qs::cuda::train {
 namespace {
 
-struct ProjectInput {
-  ParametersView parameters;
-  View<float> view;
-  FootprintRules rules;
-  TileGrid grid;
-};
-
-/// Activates in double precision, as every backend does before it decides. Returns the number of
-/// tiles.
-template <class P>
-__device__ unsigned project_gaussian(const ProjectInput& in, const diff::GpuGaussianBlock& out,
-                                     const FootprintArrays& footprints, std::uint32_t i) {
-  const GaussianValues<float> gaussian = in.parameters.gaussian(i);
-  const Covariance3<double> sigma =
-      covariance_of(glm::dvec3(gaussian.log_scale), unit_rotation(glm::dquat(gaussian.rotation)));
-  const double opacity = opacity_of(static_cast<double>(gaussian.opacity_logit));
-  Projected projected;
-  const bool exists =
-      !masked_out(double{gaussian.mask_logit}) &&
-      project(in.view, in.rules, active_gaussian(gaussian.mean, sigma, opacity), projected);
-  const unsigned tiles = exists ? count_tiles<P>(projected.footprint, in.grid) : 0;
-  out.tile_counts[i] = tiles;
-  out.projected[i] = exists && is_in_view(projected.footprint, in.grid) ? 1 : 0;
-  if (tiles == 0) return 0;
-
-  out.depths[i] = projected.depth;
-  footprints.store(i, projected.footprint);
-  out.splats[i] = {
-      make_splat(projected.footprint, static_cast<float>(opacity) * projected.opacity_factor,
-                 glm::vec3(0.0f)),
-      ellipse_of(projected.footprint)};
-  return tiles;
-}
-
-/// One thread per Gaussian.
+/// One thread per Gaussian. Activates in double precision, as every backend does before it decides.
+/// The splats get no colours.
 template <class P>
 __global__ void __launch_bounds__(kThreads)
-    project_gaussians(ProjectInput in, diff::GpuGaussianBlock out, FootprintArrays footprints) {
+    project_gaussians(ParametersView parameters, View<float> view, FootprintRules rules,
+                      TileGrid grid, diff::GpuGaussianBlock out, FootprintArrays footprints) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  const unsigned tiles = i < in.parameters.count ? project_gaussian<P>(in, out, footprints, i) : 0;
+  unsigned tiles = 0;
+  if (i < parameters.count) {
+    const GaussianValues<float> gaussian = parameters.gaussian(i);
+    const Covariance3<double> sigma =
+        covariance_of(glm::dvec3(gaussian.log_scale), unit_rotation(glm::dquat(gaussian.rotation)));
+    const double opacity = opacity_of(static_cast<double>(gaussian.opacity_logit));
+    Projected projected;
+    const Footprint& footprint = projected.footprint;
+    const bool exists =
+        !masked_out(double{gaussian.mask_logit}) &&
+        project(view, rules, active_gaussian(gaussian.mean, sigma, opacity), projected);
+    if (exists) tiles = count_tiles<P>(footprint, grid);
+    out.tile_counts[i] = tiles;
+    out.projected[i] = exists && is_in_view(footprint, grid) ? 1 : 0;
+    if (tiles > 0) {
+      out.depths[i] = projected.depth;
+      footprints.store(i, footprint);
+      const float alpha = static_cast<float>(opacity) * projected.opacity_factor;
+      out.splats[i] = {make_splat(footprint, alpha, glm::vec3(0.0f)), ellipse_of(footprint)};
+    }
+  }
   const std::uint32_t first_place = diff::take_places(tiles, out.total);
   if (tiles > 0) out.first_places[i] = first_place;
 }
@@ -96,10 +84,9 @@ void project_view(const StepView& view, const ParametersView& parameters, Forwar
   set_zero("project", total, 1, view.stream);
   if (parameters.count > 0) {
     with_culler(view.settings.mode, [&]<class P>(P) {
-      const ProjectInput in{parameters, make_view<float>(view.camera),
-                            footprint_rules(view.settings, view.antialiased()), view.grid()};
-      launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, in,
-             frame.listed.gaussians, frame.footprints);
+      launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, parameters,
+             make_view<float>(view.camera), footprint_rules(view.settings, view.antialiased()),
+             view.grid(), frame.listed.gaussians, frame.footprints);
     });
   }
   check(cudaMemcpyAsync(&*frame.total, total, sizeof *total, cudaMemcpyDeviceToHost, view.stream),

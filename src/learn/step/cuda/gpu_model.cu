@@ -73,8 +73,6 @@ struct GpuModel::State {
   Stream stream;  // selects the GPU
   SideStream side;
   std::size_t free_before = DeviceMemory::now().free;
-  int iteration = 0, changed_before = 0;
-  qs::train::GrowthState growth;
   Parameters parameters;
   AdamState adam;
   GradientSums sums;
@@ -87,7 +85,8 @@ struct GpuModel::State {
     Parameters parameters, first, second;
     DensityStatistics density;
   } next;
-  qs::train::ModelState host;      ///< the copy that state() returns
+  qs::train::ModelState host;      ///< the copy that state() returns, with the current iteration,
+                                   ///< changed_before and growth
   qs::train::GaussianFacts facts;  ///< the copy that facts() returns, in memory that is reused
 
   std::vector<DevicePhotograph> photographs;  ///< photographs by their numbers
@@ -227,17 +226,17 @@ std::string GpuModel::name() const {
 
 std::size_t GpuModel::size() const { return state_->parameters.count; }
 
-int GpuModel::iteration() const { return state_->iteration; }
+int GpuModel::iteration() const { return state_->host.iteration; }
 
-int GpuModel::changed_before() const { return state_->changed_before; }
+int GpuModel::changed_before() const { return state_->host.changed_before; }
 
 void GpuModel::set_state(qs::train::ModelState state) {
   if (state.color_field.exists()) require_small_network(state.color_field.field);
   State& s = gpu();
   s.side.join(s.stream);
-  s.iteration = state.iteration;
-  s.changed_before = state.changed_before;
-  s.growth = state.growth;
+  s.host.iteration = state.iteration;
+  s.host.changed_before = state.changed_before;
+  s.host.growth = state.growth;
   s.adam.steps = state.adam.steps;
   s.adam.rest_steps = state.adam.rest_steps;
   s.sums.has_rest = s.sums.has_others = state.summed.size() > 0;
@@ -263,9 +262,6 @@ const qs::train::Parameters& GpuModel::parameters() {
 const qs::train::ModelState& GpuModel::state() {
   parameters();
   State& s = gpu();
-  s.host.iteration = s.iteration;
-  s.host.changed_before = s.changed_before;
-  s.host.growth = s.growth;
   s.host.adam = {download(s.adam.first, s.stream), download(s.adam.second, s.stream), s.adam.steps,
                  s.adam.rest_steps};
   s.download_sums();
@@ -285,7 +281,7 @@ const qs::train::GaussianFacts& GpuModel::facts() {
   copy_to_host(p.mask_logits.data(), s.facts.mask_logits, p.has_masks ? p.count : 0, s.stream);
   s.density.download(s.stream, s.facts.density);
   s.counts.download(s.stream, s.facts.counts);
-  s.facts.growth = s.growth;
+  s.facts.growth = s.host.growth;
   return s.facts;
 }
 
@@ -295,8 +291,8 @@ void GpuModel::apply(const qs::train::Plan& plan) {
   s.side.join(s.stream);
   s.with_memory([&] { s.gather_next(plan); });
   if (plan.resets_statistics) std::swap(s.density, s.next.density);
-  s.changed_before = plan.iteration;
-  s.growth = plan.growth;
+  s.host.changed_before = plan.iteration;
+  s.host.growth = plan.growth;
   s.counts.count = 0;
   s.sums.has_rest = s.sums.has_others = false;
   std::swap(s.parameters, s.next.parameters);
@@ -429,7 +425,7 @@ void GpuModel::step(const qs::train::StepOrder& order) {
     });
   }
   s.clock.end(3, s.stream);
-  s.iteration = order.iteration;
+  s.host.iteration = order.iteration;
 }
 
 Loss GpuModel::recent_loss() {

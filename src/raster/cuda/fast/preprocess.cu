@@ -407,27 +407,21 @@ __device__ BoundedSplat splat_of(const Footprint& footprint, glm::vec3 color) {
           0};
 }
 
-struct ColorInput {
-  CloudView cloud;
-  glm::vec3 camera;  // world
-  int sh_degree;
-  const FastCounters* counters;
-};
-
 /// kHalves: the scene has CloudView::sh_halves.
 template <bool kHalves>
 __global__ void __launch_bounds__(kThreads, blocks_at_once(kHalves ? 6 : 8, kThreads))
-    color_gaussians(ColorInput in, FastVisible visible) {
-  const std::uint32_t blocks = in.counters->visible_blocks;
+    color_gaussians(CloudView cloud, glm::vec3 camera, int sh_degree, const FastCounters* counters,
+                    FastVisible visible) {
+  const std::uint32_t blocks = counters->visible_blocks;
   for (std::uint32_t b = blockIdx.x; b < blocks; b += gridDim.x) {
     const std::uint32_t i = visible.blocks[b] * kBlockGaussians + threadIdx.x;
-    if (i >= in.cloud.count || visible.depth_keys[i] == kInvisibleKey) continue;
-    const float4 position = in.cloud.positions[i];
+    if (i >= cloud.count || visible.depth_keys[i] == kInvisibleKey) continue;
+    const float4 position = cloud.positions[i];
     const glm::vec3 direction =
-        glm::normalize(glm::vec3(position.x, position.y, position.z) - in.camera);
-    const glm::vec3 color = sh_color<float>(in.sh_degree, direction, [&](int k) {
-      if constexpr (kHalves) return in.cloud.coefficient_of_halves(i, k);
-      return in.cloud.coefficient(i, k);
+        glm::normalize(glm::vec3(position.x, position.y, position.z) - camera);
+    const glm::vec3 color = sh_color<float>(sh_degree, direction, [&](int k) {
+      if constexpr (kHalves) return cloud.coefficient_of_halves(i, k);
+      return cloud.coefficient(i, k);
     });
     visible.splats[i] = splat_of(visible.footprints[i].footprint(), color);
   }
@@ -458,12 +452,11 @@ void project(const FrameContext& frame, Scratch& scratch, Event& footprints_know
 }
 
 void color(const FrameContext& frame, const Scratch& scratch, cudaStream_t stream) {
-  const ColorInput in{frame.cloud.view(), make_view<float>(frame.camera).position,
-                      frame.sh_degree(), scratch.counters};
-  const auto kernel =
-      in.cloud.sh_halves != nullptr ? color_gaussians<true> : color_gaussians<false>;
-  launch("preprocess", kernel, std::clamp(blocks_for(frame.cloud.count), 1u, kColorGrid), stream,
-         in, scratch.visible);
+  const CloudView cloud = frame.cloud.view();
+  launch("preprocess", cloud.sh_halves != nullptr ? color_gaussians<true> : color_gaussians<false>,
+         std::clamp(blocks_for(cloud.count), 1u, kColorGrid), stream, cloud,
+         make_view<float>(frame.camera).position, frame.sh_degree(), scratch.counters,
+         scratch.visible);
 }
 
 }  // namespace qs::cuda::fast

@@ -4,7 +4,7 @@
 #include "learn/diff/cuda/color_sums.cuh"
 #include "learn/diff/cuda/sums.cuh"
 #include "learn/gradient/color_field.h"
-#include "learn/step/cuda/backward.cuh"
+#include "learn/step/cuda/forward.cuh"
 
 namespace qs::cuda::train {
 namespace {

@@ -1,14 +1,22 @@
 // SPDX-License-Identifier: MIT
 //
-// The forward pass of training: projects the parameters, lists them by tiles, sorts the list of
-// every tile by depth, and composites as the CPU's training does. It also stores the values of
-// every pixel that the backward pass needs, see learn/diff/cuda/color_blend.cuh. Sums are in the
+// The passes of training. The forward pass projects the parameters, lists them by tiles, sorts the
+// list of every tile by depth, and composites as the CPU's training does. It also stores the values
+// of every pixel that the backward pass needs, see learn/diff/cuda/color_blend.cuh. Sums are in the
 // same order as on the CPU; alphas differ by rounding.
+//
+// The backward pass goes from the loss's derivatives by the pixels to its derivatives by all
+// parameters. Every pair of a tile and a Gaussian gets its own sum over the tile's pixels, and a
+// Gaussian's pairs are summed in the order of tiles, as on the CPU. No sum depends on the order in
+// which threads run, so two runs give the same bits. learn/diff/cuda/color_sums.cuh computes the
+// sums.
 #pragma once
 
 #include <stop_token>
 
 #include "learn/diff/cuda/frame_blocks.cuh"
+#include "learn/gradient/pixel.h"
+#include "learn/step/backward_order.h"
 #include "learn/step/cuda/parameters.cuh"
 #include "raster/api/renderer.h"
 #include "raster/cuda/common/stream.cuh"
@@ -74,5 +82,23 @@ void list_view(const StepView& view, std::uint32_t count, ForwardFrame& frame);
 
 /// Composites the lists.
 void draw_view(const StepView& view, ForwardFrame& frame);
+
+/// Memory of backward() that the next step uses again.
+struct BackwardScratch {
+  DeviceBuffer<PixelSums<float>> pairs;  ///< per place, see ForwardFrame::pairs
+  DeviceBuffer<glm::vec2> absolute;      ///< absolute gradients per pair, if asked for
+  DeviceBuffer<PixelSums<float>> sums;   ///< per Gaussian
+};
+
+/// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.
+/// With `d_outputs`, which has room for all Gaussians, a colour field computed the colours: they
+/// become the derivatives by the outputs of its network, and the coefficients of colour have no
+/// derivatives. Does not wait. Throws Cancelled, and Error(device) if memory is short.
+void backward(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
+              const glm::vec3* d_color, const qs::train::BackwardOrder& order,
+              BackwardScratch& scratch, Gradients& gradients, glm::vec3* d_outputs = nullptr);
+
+/// Sets gradients.by.sh, for tests, of a model with coefficients up to `sh_degree`.
+void expand_colors(int sh_degree, cudaStream_t stream, Gradients& gradients);
 
 }  // namespace qs::cuda::train

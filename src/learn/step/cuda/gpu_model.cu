@@ -5,7 +5,6 @@
 
 #include "learn/gradient/integer_sum.h"
 #include "learn/step/cuda/adam.cuh"
-#include "learn/step/cuda/backward.cuh"
 #include "learn/step/cuda/codes.cuh"
 #include "learn/step/cuda/density.cuh"
 #include "learn/step/cuda/field.cuh"

@@ -7,9 +7,9 @@
 //   blend_segments    composites the segments as if nothing were in front of them
 //   finish_segments   composites the pixels again that stop in a segment
 //   join_segments     joins the segments of a list, front to back
-#include "raster/cuda/fast/pixel_walk.cuh"
 #include "raster/cuda/fast/segments.cuh"
 #include "raster/cuda/fast/stages.cuh"
+#include "raster/cuda/fast/walk.cuh"
 
 namespace qs::cuda::fast {
 namespace {

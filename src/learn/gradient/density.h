@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// What the strategies that change the number of Gaussians compute per Gaussian, as both backends
-// do: the statistics of adaptive density control, and the terms that strategy mcmc (Kheradmand et
-// al. 2024, arXiv 2404.09591) adds to a step of Adam. Low opacities and scales have a share in the
-// loss, and noise moves nearly transparent Gaussians.
+// The terms per Gaussian of the strategies that change the number of Gaussians, as both backends
+// compute them: the statistics of adaptive density control, and the terms that strategy mcmc
+// (Kheradmand et al. 2024, arXiv 2404.09591) adds to a step of Adam. Low opacities and scales have
+// a share in the loss, and noise moves nearly transparent Gaussians.
 #pragma once
 
 #include <cmath>

@@ -65,8 +65,6 @@ struct ClassicVisible {
   DeviceBuffer<LogSplat> splats;
   DeviceBuffer<ClassicCounters> counters;
 
-  void reserve(std::size_t gaussians);
-
   ClassicVisibleView view() {
     return {tile_counts.data(), depths.data(), footprints.arrays(), splats.data(), counters.data()};
   }

@@ -36,16 +36,14 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-void ClassicVisible::reserve(std::size_t gaussians) {
-  tile_counts.reserve("the frame's Gaussians", gaussians + 1);
-  depths.reserve("the frame's Gaussians", gaussians);
-  footprints.reserve("the frame's Gaussians", gaussians);
-  splats.reserve("the frame's Gaussians", gaussians);
-  counters.reserve("the frame's counters", 1);
-}
-
 void preprocess(const FrameContext& frame, ClassicVisible& visible) {
-  visible.reserve(frame.cloud.count);
+  constexpr const char* kWhat = "the frame's Gaussians";
+  const std::size_t gaussians = frame.cloud.count;
+  visible.tile_counts.reserve(kWhat, gaussians + 1);
+  visible.depths.reserve(kWhat, gaussians);
+  visible.footprints.reserve(kWhat, gaussians);
+  visible.splats.reserve(kWhat, gaussians);
+  visible.counters.reserve("the frame's counters", 1);
   set_zero("preprocess", visible.counters.data(), 1, frame.stream);
   with_culler(frame.settings.mode, [&]<class P>(P) {
     launch("preprocess", preprocess_gaussians<P>, blocks_for(std::uint64_t{frame.cloud.count} + 1),

@@ -37,8 +37,8 @@ struct GpuGaussianBlock {
 
   static GpuGaussianBlock of(BlockArrays& block, const GpuHeldSizes& sizes) {
     GpuGaussianBlock result{};
-    result.splats =
-        block.next<ListedSplat>(sizes.gaussians);  // first, so that none is in 3 sectors
+    // First, so that each splat is in two sectors of the memory.
+    result.splats = block.next<ListedSplat>(sizes.gaussians);
     result.total = block.next<unsigned long long>(1);
     result.tile_counts = block.next<std::uint32_t>(sizes.gaussians);
     result.first_places = block.next<std::uint32_t>(sizes.gaussians);

@@ -17,7 +17,7 @@
 
 #include "learn/diff/strided_arrays.h"
 #include "raster/kernel/hd.h"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 #include "raster/kernel/tile_grid.h"
 
 namespace qs::diff {

@@ -11,10 +11,10 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "raster/kernel/blend.h"
 #include "raster/kernel/constants.h"
 #include "raster/kernel/cull/mode.h"
 #include "raster/kernel/cull/radius.h"
-#include "raster/kernel/splat64.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
 

@@ -23,12 +23,6 @@ QS_HD glm::qua<Real> unit_rotation(const glm::qua<Real>& rotation) {
   return {rotation.w / length, rotation.x / length, rotation.y / length, rotation.z / length};
 }
 
-template <class Real>
-struct ShapeGradient {
-  glm::vec<3, Real> log_scale{0};
-  glm::qua<Real> rotation{0, 0, 0, 0};  ///< derivative by the quaternion before it is normalised
-};
-
 /// Passes derivatives on from unit_rotation(rotation), which is `q`, to its argument: only the part
 /// across q remains.
 template <class Real>
@@ -69,50 +63,45 @@ QS_HD glm::vec<3, Real> column_gradient(const Covariance3<Real>& d_covariance,
           d.xz * m.x + d.yz * m.y + 2 * d.zz * m.z};
 }
 
-/// Derivatives by the arguments of scaled_covariance().
+/// Derivatives by a Gaussian's shape.
 template <class Real>
-struct ScaledShapeGradient {
-  glm::vec<3, Real> scale{0};
+struct ShapeGradient {
+  glm::vec<3, Real> scale{0}, log_scale{0};
   glm::qua<Real> rotation{0, 0, 0, 0};
 };
 
-/// Passes derivatives on from scaled_covariance(scale, q) to its arguments.
+/// Passes derivatives on from scaled_covariance(scale, q) to its arguments, and to the logarithms
+/// of the scales.
 template <class Real>
-QS_HD ScaledShapeGradient<Real> scaled_covariance_gradient(const glm::vec<3, Real>& scale,
-                                                           const glm::qua<Real>& q,
-                                                           const Covariance3<Real>& d_covariance) {
+QS_HD ShapeGradient<Real> scaled_covariance_gradient(const glm::vec<3, Real>& scale,
+                                                     const glm::qua<Real>& q,
+                                                     const Covariance3<Real>& d_covariance) {
   using Vec3 = glm::vec<3, Real>;
   const glm::mat<3, 3, Real> r = glm::mat3_cast(q);
-  ScaledShapeGradient<Real> result;
+  ShapeGradient<Real> result;
   glm::mat<3, 3, Real> d_r;  // columns, as r
   for (int k = 0; k < 3; ++k) {
-    const Vec3 d_m = column_gradient(d_covariance, Vec3(r[k] * scale[k]));
+    const Vec3 m = r[k] * scale[k], d_m = column_gradient(d_covariance, m);
     result.scale[k] = d_m.x * r[k].x + d_m.y * r[k].y + d_m.z * r[k].z;
+    result.log_scale[k] = d_m.x * m.x + d_m.y * m.y + d_m.z * m.z;
     d_r[k] = d_m * scale[k];
   }
   result.rotation = rotation_gradient(q, d_r);
   return result;
 }
 
-/// Passes derivatives on from covariance_of(log_scale, unit_rotation(rotation)) to its arguments.
-/// `d_covariance` counts both equal elements in xy, xz and yz.
+/// Passes derivatives on from covariance_of(log_scale, unit_rotation(rotation)) to the quaternion
+/// before it is normalised and to the scales. `d_covariance` counts both equal elements in xy, xz
+/// and yz.
 template <class Real>
 QS_HD ShapeGradient<Real> covariance_gradient(const glm::vec<3, Real>& log_scale,
                                               const glm::qua<Real>& rotation,
                                               const Covariance3<Real>& d_covariance) {
-  using Vec3 = glm::vec<3, Real>;
   const glm::qua<Real> q = unit_rotation(rotation);
-  const glm::mat<3, 3, Real> r = glm::mat3_cast(q);
-  ShapeGradient<Real> result;
-  glm::mat<3, 3, Real> d_r;  // columns, as r
-  for (int k = 0; k < 3; ++k) {
-    const Real scale = std::exp(log_scale[k]);
-    const Vec3 m = r[k] * scale;
-    const Vec3 d_m = column_gradient(d_covariance, m);
-    result.log_scale[k] = d_m.x * m.x + d_m.y * m.y + d_m.z * m.z;
-    d_r[k] = d_m * scale;
-  }
-  result.rotation = unit_rotation_gradient(rotation, q, rotation_gradient(q, d_r));
+  const glm::vec<3, Real> scale(std::exp(log_scale[0]), std::exp(log_scale[1]),
+                                std::exp(log_scale[2]));
+  ShapeGradient<Real> result = scaled_covariance_gradient(scale, q, d_covariance);
+  result.rotation = unit_rotation_gradient(rotation, q, result.rotation);
   return result;
 }
 

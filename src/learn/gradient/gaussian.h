@@ -9,7 +9,6 @@
 #include <glm/vec3.hpp>
 
 #include "learn/gradient/activation.h"
-#include "learn/gradient/footprint.h"
 #include "learn/gradient/mask.h"
 #include "learn/gradient/pixel.h"
 #include "learn/gradient/project.h"
@@ -44,7 +43,11 @@ struct GaussianValues {
   glm::vec<3, Real> mean, log_scale;
   glm::qua<Real> rotation;  ///< quaternion of any length above 0, normalised when used
   Real opacity_logit;
-  Real mask_logit{kFirstMaskLogit};  ///< see kernel/gradient/mask.h
+  Real mask_logit{kFirstMaskLogit};  ///< see learn/gradient/mask.h
+
+  static QS_HD GaussianValues zero() {
+    return {glm::vec<3, Real>(0), glm::vec<3, Real>(0), glm::qua<Real>(0, 0, 0, 0), 0, 0};
+  }
 };
 
 /// The values that the gradients of all Gaussians in a view share.

@@ -5,8 +5,13 @@
 // L1 is the mean of absolute differences over pixels and channels; SSIM is defined in
 // scene/image_metrics.h. The picture is compared as it is shown: values are clamped to 0..1, and
 // values outside that range have no derivative, as in the published training code. Masked pixels
-// are not in the means and count as outside of both pictures.
+// are not in the means and count as outside of both pictures. Photographs are stored with 8 bits
+// per channel.
 #pragma once
+
+#include <cstdint>
+
+#include <glm/vec3.hpp>
 
 #include "raster/kernel/hd.h"
 #include "raster/kernel/ssim.h"
@@ -53,5 +58,17 @@ struct LossGradient {
     return l1_weight * sign - ssim_weight * similarity_by(a, b, by_a, by_aa, by_ab);
   }
 };
+
+/// RGB, 0..1. `rgb` points to three values.
+QS_HD glm::vec3 photograph_color(const std::uint8_t* rgb) {
+  return {static_cast<float>(rgb[0]) / 255, static_cast<float>(rgb[1]) / 255,
+          static_cast<float>(rgb[2]) / 255};
+}
+
+/// The background's share of a pixel with this alpha. Photographs with alpha are stored over black,
+/// and this is added.
+QS_HD glm::vec3 background_behind(std::uint8_t alpha, const glm::vec3& background) {
+  return background * (1 - static_cast<float>(alpha) / 255);
+}
 
 }  // namespace qs

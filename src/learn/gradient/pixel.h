@@ -17,8 +17,8 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "raster/kernel/blend.h"
 #include "raster/kernel/hd.h"
-#include "raster/kernel/splat64.h"
 
 namespace qs {
 

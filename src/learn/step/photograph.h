@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "learn/gradient/photograph.h"
+#include "learn/gradient/loss.h"
 
 namespace qs::train {
 

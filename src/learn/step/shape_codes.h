@@ -10,7 +10,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "base/parallel.h"
-#include "learn/gradient/coded_shape.h"
+#include "learn/gradient/residual_codes.h"
 #include "learn/step/model_state.h"
 
 namespace qs::train {

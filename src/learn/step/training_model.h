@@ -15,8 +15,8 @@
 #include <string>
 
 #include "learn/gradient/adam.h"
+#include "learn/gradient/density.h"
 #include "learn/gradient/loss.h"
-#include "learn/gradient/mcmc.h"
 #include "learn/step/model_state.h"
 #include "learn/step/photograph.h"
 #include "learn/step/plan.h"

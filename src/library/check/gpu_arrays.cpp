@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "learn/diff/cuda/device.h"
-#include "learn/diff/cuda/store_map.h"
 #include "library/check/stage_arguments.h"
 #endif
 

@@ -43,9 +43,8 @@ class CudaRenderer final : public Renderer {
                       const Target& target, std::stop_token stop) override {
     assert(settings.mode >= 0 && settings.mode <= mode_count());
     assert(camera.width > 0 && camera.height > 0);
-    if (settings.mode == kReferenceMode) {
+    if (settings.mode == kReferenceMode)
       throw Error(ErrorKind::device, "cuda: mode reference runs on the backend cpu only");
-    }
     if (settings.tile_px != kTileSize) {
       throw Error(ErrorKind::device, "cuda: tiles of " + std::to_string(settings.tile_px) +
                                          " pixels run on the backend cpu only");
@@ -55,10 +54,15 @@ class CudaRenderer final : public Renderer {
     const TileGrid grid = TileGrid::of_image(camera.width, camera.height);
     const auto frame_of = [&](Order order) {
       const DeviceCloud& cloud = cloud_in(order, stop);
-      return FrameContext{cloud, camera, settings, grid, stream_, stop, [&, &cloud = cloud] {
-                            if (texture != nullptr) present(camera);
-                            if (outputs.mode_pairs) count_modes(cloud, camera, settings, outputs);
-                          }};
+      const auto enqueue_behind = [&, &cloud = cloud] {
+        if (texture != nullptr)
+          gl_target_.present(pixels_.color.data(), camera.width, camera.height, stream_);
+        if (outputs.mode_pairs) {
+          mode_counter_.enqueue(cloud, outputs.counted.value_or(CountedView{camera, settings}),
+                                stream_);
+        }
+      };
+      return FrameContext{cloud, camera, settings, grid, stream_, stop, enqueue_behind};
     };
     prepare_result(grid);
     if (texture != nullptr) gl_target_.map(*texture);
@@ -98,11 +102,10 @@ class CudaRenderer final : public Renderer {
   void prepare_target(const Target& target) override {
     const auto* texture = std::get_if<GlTexture>(&target);
     select_device();
-    if (texture == nullptr) {
+    if (texture == nullptr)
       gl_target_.unmap();
-    } else {
+    else
       gl_target_.map(*texture);
-    }
   }
 
  private:
@@ -115,15 +118,6 @@ class CudaRenderer final : public Renderer {
     result_.color.channels = 3;
     result_.grid = grid;
     result_.stats.gaussians = static_cast<std::uint32_t>(scene_->size());
-  }
-
-  void count_modes(const DeviceCloud& cloud, const Camera& camera, const RenderSettings& settings,
-                   const Outputs& outputs) {
-    mode_counter_.enqueue(cloud, outputs.counted.value_or(CountedView{camera, settings}), stream_);
-  }
-
-  void present(const Camera& camera) {
-    gl_target_.present(pixels_.color.data(), camera.width, camera.height, stream_);
   }
 
   /// False while `classic` draws because `fast` could not, and both orders do not fit.

@@ -5,7 +5,7 @@
 // many pixels at once; their alphas may differ in the last bit.
 #pragma once
 
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs {
 

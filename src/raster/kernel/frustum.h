@@ -67,9 +67,8 @@ class Frustum {
     const double nearest = glm::max(depth_.smallest(bounds), near_depth_);
     const double k = spread < usual_spread_ * nearest ? kUsualK : kLargestK;
     const double reach = k * kRootOfLevel * spread;
-    for (const Linear& inside : sides_) {
+    for (const Linear& inside : sides_)
       if (inside.largest(bounds) + reach < 0) return true;
-    }
     return false;
   }
 

@@ -4,9 +4,9 @@
 // finite values; the other two know infinities and NaN.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 #include "raster/kernel/hd.h"
 
@@ -20,18 +20,14 @@ QS_HD float float_of_half(std::uint16_t half) {
   constexpr float kScale = 0x1p112f;
   const std::uint32_t bits = (half & 0x8000u) << 16 | static_cast<std::uint32_t>(half & 0x7fffu)
                                                           << kHalfShift;
-  float value;
-  std::memcpy(&value, &bits, sizeof value);
-  return value * kScale;
+  return std::bit_cast<float>(bits) * kScale;
 }
 
 /// True if a half equals `value`; it is then stored in `half`.
 QS_HD bool to_half(float value, std::uint16_t& half) {
   constexpr float kScale = 0x1p-112f, kLargest = 65504;
   if (!(value >= -kLargest && value <= kLargest)) return false;
-  const float scaled = value * kScale;
-  std::uint32_t bits;
-  std::memcpy(&bits, &scaled, sizeof bits);
+  const auto bits = std::bit_cast<std::uint32_t>(value * kScale);
   half = static_cast<std::uint16_t>((bits >> 16 & 0x8000u) | (bits >> kHalfShift & 0x7fffu));
   return float_of_half(half) == value;
 }
@@ -47,17 +43,13 @@ QS_HD float float_of_any_half(std::uint16_t half) {
 /// The half nearest to `value`; of two that are equally near, the half whose last bit is 0. Values
 /// from 65520 on give infinity.
 QS_HD std::uint16_t round_to_half(float value) {
-  std::uint32_t bits;
-  std::memcpy(&bits, &value, sizeof bits);
+  auto bits = std::bit_cast<std::uint32_t>(value);
   const std::uint32_t sign = bits >> 16 & 0x8000u;
   bits &= 0x7fffffffu;
   if (bits > 0x7f800000u) return static_cast<std::uint16_t>(sign | 0x7e00u);   // NaN
   if (bits >= 0x477ff000u) return static_cast<std::uint16_t>(sign | 0x7c00u);  // 65520 on
   if (bits < 0x38800000u) {  // below 2^-14, where halves are multiples of 2^-24, as floats at 1/2
-    float magnitude;
-    std::memcpy(&magnitude, &bits, sizeof magnitude);
-    magnitude += 0.5f;
-    std::memcpy(&bits, &magnitude, sizeof bits);
+    bits = std::bit_cast<std::uint32_t>(std::bit_cast<float>(bits) + 0.5f);
     return static_cast<std::uint16_t>(sign | (bits - 0x3f000000u));
   }
   bits += 0xfffu + (bits >> kHalfShift & 1u);

@@ -53,6 +53,12 @@ QS_HD glm::vec<2, Real> to_pixel(const View<Real>& view, const glm::vec<3, Real>
           view.focal_px.y * (point.y / point.z) + view.center_px.y};
 }
 
+/// `value` limited to low..high.
+template <class Real>
+QS_HD Real clamped(Real value, Real low, Real high) {
+  return value < low ? low : (value > high ? high : value);
+}
+
 /// The range of the slopes x/z and y/z inside the Jacobian of the projection.
 template <class Real>
 struct SlopeLimits {
@@ -63,7 +69,7 @@ struct SlopeLimits {
   }
   /// `axis` is 0 for x and 1 for y.
   QS_HD Real clamped(int axis, Real slope) const {
-    return slope < low[axis] ? low[axis] : (slope > high[axis] ? high[axis] : slope);
+    return qs::clamped(slope, low[axis], high[axis]);
   }
   QS_HD bool contains(int axis, Real slope) const {
     return !(slope < low[axis] || slope > high[axis]);

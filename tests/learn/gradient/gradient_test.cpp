@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "learn/gradient/activation.h"
-#include "learn/gradient/footprint.h"
 #include "learn/gradient/project.h"
 #include "learn/gradient/sh.h"
 #include "raster/kernel/activation.h"
@@ -98,6 +97,15 @@ std::vector<double> random_projection(Draws& draws, const View<double>& view, do
   return x;
 }
 
+// Slopes are clamped to view.slope_limit.
+template <class Real>
+GeometryGradient<Real> gradient_of_projection(const View<Real>& view,
+                                              const glm::vec<3, Real>& point,
+                                              const Covariance3<Real>& sigma,
+                                              const Covariance2<Real>& d_covariance) {
+  return project_covariance_gradient(view, SlopeLimits<Real>::of(view), point, sigma, d_covariance);
+}
+
 TEST(Gradient, of_the_projected_covariance_equals_differences_also_through_the_jacobian) {
   Draws draws(5);
   const Camera camera = tilted_camera();
@@ -111,8 +119,8 @@ TEST(Gradient, of_the_projected_covariance_equals_differences_also_through_the_j
         random_projection(draws, view, draws.uniform(-0.9, 0.9), draws.uniform(-0.9, 0.9)),
         [&]<class Real>(const std::vector<Real>& x) {
           const auto gradient =
-              project_covariance_gradient(make_view<Real>(camera), vec3(x), covariance3(x, 3),
-                                          covariance2(rounded<Real>(weights)));
+              gradient_of_projection(make_view<Real>(camera), vec3(x), covariance3(x, 3),
+                                     covariance2(rounded<Real>(weights)));
           std::vector<Real> result = list(gradient.mean);
           append(result, list(gradient.covariance));
           return result;
@@ -128,7 +136,7 @@ TEST(Gradient, of_the_projected_covariance_treats_a_clamped_slope_as_a_constant)
     const std::vector<double> x = random_projection(draws, view, side, -side);
     const Covariance3<double> sigma = covariance3(x, 3);
     const std::vector<double> weights = draws.uniform(3, -1, 1);
-    const auto gradient = project_covariance_gradient(view, vec3(x), sigma, covariance2(weights));
+    const auto gradient = gradient_of_projection(view, vec3(x), sigma, covariance2(weights));
     const double value = dot(weights, list(project_covariance(view, vec3(x), sigma)));
     EXPECT_EQ(gradient.mean.x, 0);
     EXPECT_EQ(gradient.mean.y, 0);

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "app/support/training.h"
+#include "learn/gradient/density.h"
 #include "learn/gradient/loss.h"
-#include "learn/gradient/mcmc.h"
 #include "learn/run/initial.h"
 #include "learn/run/schedule.h"
 #include "learn/run/strategy.h"

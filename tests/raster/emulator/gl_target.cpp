@@ -7,7 +7,6 @@
 
 namespace qs::cuda {
 
-GlTarget::InteropStream::~InteropStream() = default;
 GlTarget::~GlTarget() = default;
 
 void GlTarget::map(const GlTexture&) {

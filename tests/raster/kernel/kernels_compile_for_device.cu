@@ -5,14 +5,11 @@
 #include <tuple>
 
 #include "learn/gradient/adam.h"
-#include "learn/gradient/coded_shape.h"
 #include "learn/gradient/color_field.h"
 #include "learn/gradient/density.h"
 #include "learn/gradient/gaussian.h"
 #include "learn/gradient/integer_sum.h"
 #include "learn/gradient/loss.h"
-#include "learn/gradient/mcmc.h"
-#include "learn/gradient/photograph.h"
 #include "learn/gradient/residual_codes.h"
 #include "raster/kernel/activation.h"
 #include "raster/kernel/color_field.h"
@@ -132,7 +129,7 @@ __global__ void use_optimizer(AdamStep step, float* values) {
 template __global__ void use_gradients<float>(GradientRules<float>, const Splat*,
                                               const GaussianValues<float>*, const glm::vec3*,
                                               GaussianValues<float>*, glm::vec3*);
-template __global__ void use_gradients<double>(GradientRules<double>, const Splat64*,
+template __global__ void use_gradients<double>(GradientRules<double>, const SplatOf<double>*,
                                                const GaussianValues<double>*, const glm::dvec3*,
                                                GaussianValues<double>*, glm::dvec3*);
 

@@ -83,11 +83,12 @@ void measure_field_stages(const qs::train::ModelState& state, const std::vector<
     if (codes.exist()) time("code shapes", [&] { code_shapes(all, codes, stream); });
     project_view(view, all, frame);
     field.reserve(parameters.count);
-    time("list visible", [&] { list_visible(view, all, frame, field, stream); });
-    time("features of the grid", [&] { find_features(view, all, field, stream); });
-    time("network", [&] { find_colors(view, all, frame, field, stream); });
+    const FieldPasses passes{view, all, field, stream};
+    time("list visible", [&] { passes.list_visible(frame); });
+    time("features of the grid", [&] { passes.find_features(); });
+    time("network", [&] { passes.find_colors(frame); });
 
-    const auto tiles = copied(frame.tile_counts.data(), parameters.count, stream);
+    const auto tiles = copied(frame.listed.gaussians.tile_counts, parameters.count, stream);
     std::vector<glm::vec3> d_outputs(tiles.size());
     for (std::size_t k = 0; k < tiles.size(); ++k)
       d_outputs[k] = glm::vec3(tiles[k] > 0 ? 1e-6f : 0);
@@ -103,10 +104,10 @@ void measure_field_stages(const qs::train::ModelState& state, const std::vector<
             "clear");
     }
     field.keep_order(all, stream);
-    time("list changing", [&] { list_changing(view, all, field, stream); });
-    time("network, backward", [&] { through_network(view, all, field, d_means.data(), stream); });
-    time("sums of weights", [&] { sum_weight_gradients(view, all, field, stream); });
-    time("sums of the grid", [&] { sum_grid_gradients(view, all, field, stream); });
+    time("list changing", [&] { passes.list_changing(); });
+    time("network, backward", [&] { passes.through_network(d_means.data()); });
+    time("sums of weights", [&] { passes.sum_weight_gradients(); });
+    time("sums of the grid", [&] { passes.sum_grid_gradients(); });
     time("step of the field", [&] { take_field_step(1e-5, field, stream); });
     if (codes.exist()) time("step of codes", [&] { take_code_steps(all, codes, stream); });
   }

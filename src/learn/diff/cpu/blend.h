@@ -20,7 +20,7 @@
 #include "learn/diff/rules.h"
 #include "learn/diff/strided_arrays.h"
 #include "learn/gradient/pixel.h"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cpu::diff {
 

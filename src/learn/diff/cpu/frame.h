@@ -18,8 +18,8 @@
 #include "base/parallel.h"
 #include "learn/diff/gaussians.h"
 #include "raster/cpu/common/tile_lists.h"
+#include "raster/kernel/blend.h"
 #include "raster/kernel/footprint.h"
-#include "raster/kernel/splat64.h"
 #include "raster/kernel/tile_grid.h"
 
 namespace qs::cpu::diff {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "learn/diff/cuda/blend.h"
-#include "learn/diff/cuda/channel_pixel.cuh"
 #include "learn/diff/cuda/color_blend.cuh"
+#include "learn/diff/cuda/frame_blocks.cuh"
 #include "learn/diff/flags.h"
 
 namespace qs::cuda::diff {
@@ -46,9 +46,8 @@ __global__ void __launch_bounds__(kThreads)
         const float weight = by.alpha * transmittance;
         const std::uint32_t gaussian = owners[entry];
 #pragma unroll
-        for (int c = 0; c < kChannels; ++c) {
+        for (int c = 0; c < kChannels; ++c)
           if (c < in.channel_count) color[c] = fmaf(weight, in.channel(gaussian, c), color[c]);
-        }
         if constexpr (kDepth) {
           const float z = in.depths[gaussian];
           depth += weight * z;
@@ -81,22 +80,6 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-void blend_colors(const BlendInput& in, const ListedFrame& listed, const GpuPixelBlock& block,
-                  const Pictures<float>& out, cudaStream_t stream) {
-  const unsigned tiles = tiles_of(listed.sizes);
-  check(cudaMemsetAsync(block.segment_tiles, 0xff,
-                        segments_of(listed.sizes.pairs, tiles) * sizeof(std::uint32_t), stream),
-        "blend");
-  const auto launch_with = [&](auto is_default, auto has_depth) {
-    using DrawnView = CallersView<is_default(), has_depth()>;
-    launch("blend", blend_tiles<DrawnView>, tiles, stream, listed.schedule(), listed.tiles(),
-           DrawnView{in.rules, in.channels, in.background, out, listed.depths(block)},
-           BlendTarget{reinterpret_cast<glm::vec3*>(block.color), block.transmittance, block.last,
-                       block.segment_tiles, block.states});
-  };
-  qs::diff::with_flags(launch_with, in.rules.are_default(), listed.sizes.has_depth);
-}
-
 }  // namespace
 
 void blend(const BlendInput& in, const Queue& queue, bool with_depth, Frame& frame,
@@ -105,10 +88,16 @@ void blend(const BlendInput& in, const Queue& queue, bool with_depth, Frame& fra
   in.check_frame("blend", {frame.sizes.width, frame.sizes.height}, in.channel_count);
   queue.throw_if_cancelled();
   frame.sizes = frame.sizes.blended(in.channel_count, with_depth);
-  const ListedFrame listed(frame);
+  const ListedFrame listed = ListedFrame::of(frame);
   const auto block = block_at<GpuPixelBlock>(frame.pixels, listed.sizes);
   if (frame.sizes.has_states) {
-    blend_colors(in, listed, block, out, stream_of(queue));
+    const auto launch_with = [&](auto is_default, auto has_depth) {
+      launch_blend(listed, block,
+                   CallersView<is_default(), has_depth()>{in.rules, in.channels, in.background, out,
+                                                          listed.depths(block)},
+                   stream_of(queue));
+    };
+    qs::diff::with_flags(launch_with, in.rules.are_default(), with_depth);
     return;
   }
   const ChannelInput input = ChannelInput::of(listed, in);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "learn/diff/cuda/add_rows.cuh"
 #include "learn/diff/cuda/blend.h"
-#include "learn/diff/cuda/channel_pixel.cuh"
 #include "learn/diff/cuda/color_sums.cuh"
-#include "learn/diff/cuda/sum_gaussians.cuh"
+#include "learn/diff/cuda/frame_blocks.cuh"
+#include "learn/diff/cuda/sums.cuh"
 #include "learn/diff/flags.h"
 #include "learn/gradient/pixel.h"
 
@@ -100,9 +99,8 @@ struct BackwardPixel {
     const float weight = by.alpha * transmittance;
     float by_color = 0;
 #pragma unroll
-    for (int c = 0; c < kChannels; ++c) {
+    for (int c = 0; c < kChannels; ++c)
       if (c < in.channel_count) by_color = fmaf(d_color[c], in.channel(gaussian, c), by_color);
-    }
     to_come = fmaf(-weight, by_color, to_come);
     const float rest = 1 - by.alpha;
     by_alpha = by_color * transmittance - to_come / rest;
@@ -247,47 +245,6 @@ struct ListedGradient {
   }
 };
 
-/// Writes the rows of the boundary. One thread per Gaussian; `colors` is where the derivatives by
-/// the colours go.
-__global__ void __launch_bounds__(kThreads)
-    write_color_boundary(std::uint32_t count, GpuGaussianBlock gaussians, ColorScratch sums,
-                         BoundaryGradients<float> out, qs::diff::Rows<float> colors) {
-  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-  if (i >= count) return;
-  ListedGradient gradient;
-  if (gaussians.tile_counts[i] > 0) {
-    gradient.splat = splat_gradient<float>(gaussians.splats[i].splat, sums.sums[i]);
-    if (sums.depth_sums != nullptr)
-      gradient.depth = depth_gradient(sums.depth_sums[i], gaussians.depths[i]);
-    if (out.absolute_px) gradient.absolute = sums.absolute_sums[i];
-  }
-  gradient.write(i, 3, out);
-  colors.set(i, gradient.splat.color);
-}
-
-/// Does the same for every number of channels; `channel_size` is the number of sums of channels per
-/// Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    write_boundary(std::uint32_t count, GpuGaussianBlock gaussians, SumScratch sums,
-                   BoundaryGradients<float> out, qs::diff::Rows<float> colors, int channel_count,
-                   unsigned channel_size) {
-  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-  if (i >= count) return;
-  ListedGradient gradient;
-  const bool listed = gaussians.tile_counts[i] > 0;
-  if (listed) {
-    const float* const s = sums.shape_sums + std::size_t{i} * kShape;
-    const PixelSums<float> of_pixels{s[0], s[1], s[2], s[3], s[4], s[5], glm::vec3(0.0f)};
-    gradient.splat = splat_gradient<float>(gaussians.splats[i].splat, of_pixels);
-    gradient.depth = s[6];
-    gradient.absolute = {sums.absolute_sums[std::size_t{i} * kAbsolute],
-                         sums.absolute_sums[std::size_t{i} * kAbsolute + 1]};
-  }
-  gradient.write(i, channel_count, out);
-  for (int c = 0; c < channel_count && colors && listed; ++c)
-    colors.at(i, c) = sums.channel_sums[std::size_t{i} * channel_size + static_cast<unsigned>(c)];
-}
-
 /// The derivative by a channel of the background, for a row of pixels: the transmittance behind the
 /// last Gaussian is its weight. One block per row.
 __global__ void __launch_bounds__(kThreads)
@@ -324,36 +281,42 @@ void color_backward(const BlendInput& in, const ListedFrame& listed, const GpuPi
   const bool is_deep = by.depth || by.inverse_depth;
   const auto sum_with = [&](auto is_absolute, auto is_default, auto has_depth) {
     using Derivatives = CallersDerivatives<is_default(), has_depth()>;
-    launch("sum_pairs", sum_pairs<is_absolute(), Derivatives>,
-           segments_of(sizes.pairs, tiles_of(sizes)), stream,
-           PairInput<Derivatives>{
-               listed.tiles(),
-               state.segment_tiles,
-               state.states,
-               reinterpret_cast<const glm::vec3*>(state.color),
-               state.last,
-               {in.rules, in.channels, by, state.transmittance, listed.depths(state)}},
-           PairSums{scratch.pairs, scratch.absolute, scratch.depths});
+    launch(
+        "sum_pairs", sum_pairs<is_absolute(), Derivatives>,
+        segments_of(sizes.pairs, tiles_of(sizes)), stream,
+        PairInput<Derivatives>(
+            listed, state, {in.rules, in.channels, by, state.transmittance, listed.depths(state)}),
+        PairSums{scratch.pairs, scratch.absolute, scratch.depths});
   };
   if (sizes.pairs > 0) qs::diff::with_flags(sum_with, absolute, in.rules.are_default(), is_deep);
-  const auto sum = [&]<unsigned kNumbers>(const auto* pairs, auto* sums) {
-    sum_pairs_of_gaussians<kNumbers>(
-        {sizes.gaussians, listed.gaussians.first_places, listed.gaussians.tile_counts,
-         reinterpret_cast<const float*>(pairs), reinterpret_cast<float*>(sums)},
-        stream);
-  };
-  sum.operator()<kSums>(scratch.pairs, scratch.sums);
-  if (absolute) sum.operator()<kAbsolute>(scratch.absolute, scratch.absolute_sums);
+  const GpuGaussianBlock& gaussians = listed.gaussians;
+  const std::uint32_t count = sizes.gaussians;
+  sum_pairs_of_gaussians<kSums>(gaussians, count, scratch.pairs, scratch.sums, stream);
+  if (absolute)
+    sum_pairs_of_gaussians<kAbsolute>(gaussians, count, scratch.absolute, scratch.absolute_sums,
+                                      stream);
   if (is_deep)
-    sum.operator()<2>(scratch.depths, scratch.depth_sums);
+    sum_pairs_of_gaussians<2>(gaussians, count, scratch.depths, scratch.depth_sums, stream);
   else if (sizes.has_depth)
     set_zero("sums of depths", scratch.depth_sums, sizes.gaussians, stream);
   const Boundary<float>& rows = out.by;
   if (!rows.mean_px && !rows.conic && !rows.depth && !rows.opacity && !rows.color &&
       !out.channels && !absolute)
     return;
-  launch("boundary", write_color_boundary, blocks_for(sizes.gaussians), stream, sizes.gaussians,
-         listed.gaussians, scratch, out, in.channels ? out.channels : out.by.color);
+  for_each_item("boundary", sizes.gaussians, stream,
+                [=, gaussians = listed.gaussians,
+                 colors = in.channels ? out.channels : out.by.color] __device__(std::uint32_t i) {
+                  ListedGradient gradient;
+                  if (gaussians.tile_counts[i] > 0) {
+                    gradient.splat =
+                        splat_gradient<float>(gaussians.splats[i].splat, scratch.sums[i]);
+                    if (scratch.depth_sums != nullptr)
+                      gradient.depth = depth_gradient(scratch.depth_sums[i], gaussians.depths[i]);
+                    if (out.absolute_px) gradient.absolute = scratch.absolute_sums[i];
+                  }
+                  gradient.write(i, 3, out);
+                  colors.set(i, gradient.splat.color);
+                });
 }
 
 }  // namespace
@@ -369,7 +332,7 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
   in.check_frame("blend_backward", {sizes.width, sizes.height}, static_cast<int>(sizes.channels));
   queue.throw_if_cancelled();
   const cudaStream_t stream = stream_of(queue);
-  const ListedFrame listed(frame);
+  const ListedFrame listed = ListedFrame::of(frame);
   const auto state = block_at<GpuPixelBlock>(frame.pixels, sizes);
   if (sizes.has_states) {
     const auto colors = block_at<ColorScratch>(scratch, sizes);
@@ -381,20 +344,35 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
   add_background(sizes, state, by, sums.rows, out.background, stream);
   if (sizes.gaussians == 0) return;
   const SumsInput input{ChannelInput::of(listed, in), state, by};
-  const auto sum_input = [&](const float* pairs, float* of_gaussians) {
-    return SumInput{sizes.gaussians, listed.gaussians.first_places, listed.gaussians.tile_counts,
-                    pairs, of_gaussians};
-  };
+  const GpuGaussianBlock& gaussians = listed.gaussians;
   with_general_channels(in.channel_count, [&](auto channels) {
     launch("sum_pairs", sum_channels<channels()>, tiles_of(sizes), stream, input, sums);
-    sum_pairs_of_gaussians<unsigned{channels()}>(sum_input(sums.channels, sums.channel_sums),
-                                                 stream);
+    sum_pairs_of_gaussians<unsigned{channels()}>(gaussians, sizes.gaussians, sums.channels,
+                                                 sums.channel_sums, stream);
   });
-  sum_pairs_of_gaussians<kShape>(sum_input(sums.shapes, sums.shape_sums), stream);
-  sum_pairs_of_gaussians<kAbsolute>(sum_input(sums.absolute, sums.absolute_sums), stream);
-  launch("boundary", write_boundary, blocks_for(sizes.gaussians), stream, sizes.gaussians,
-         listed.gaussians, sums, out, in.channels ? out.channels : out.by.color, in.channel_count,
-         size_of_channels(sizes.channels));
+  sum_pairs_of_gaussians<kShape>(gaussians, sizes.gaussians, sums.shapes, sums.shape_sums, stream);
+  sum_pairs_of_gaussians<kAbsolute>(gaussians, sizes.gaussians, sums.absolute, sums.absolute_sums,
+                                    stream);
+  for_each_item(
+      "boundary", sizes.gaussians, stream,
+      [=, gaussians = listed.gaussians, colors = in.channels ? out.channels : out.by.color,
+       channel_count = in.channel_count,
+       channel_size = size_of_channels(sizes.channels)] __device__(std::uint32_t i) {
+        ListedGradient gradient;
+        const bool is_listed = gaussians.tile_counts[i] > 0;
+        if (is_listed) {
+          const float* const s = sums.shape_sums + std::size_t{i} * kShape;
+          const PixelSums<float> of_pixels{s[0], s[1], s[2], s[3], s[4], s[5], glm::vec3(0.0f)};
+          gradient.splat = splat_gradient<float>(gaussians.splats[i].splat, of_pixels);
+          gradient.depth = s[6];
+          gradient.absolute = {sums.absolute_sums[std::size_t{i} * kAbsolute],
+                               sums.absolute_sums[std::size_t{i} * kAbsolute + 1]};
+        }
+        gradient.write(i, channel_count, out);
+        const float* const of_channels = sums.channel_sums + std::size_t{i} * channel_size;
+        for (int c = 0; c < channel_count && colors && is_listed; ++c)
+          colors.at(i, c) = of_channels[c];
+      });
 }
 
 GaussianSums sums_of_pixels(const Frame& frame, void* scratch) {

@@ -11,12 +11,12 @@
 
 #include <glm/vec3.hpp>
 
-#include "learn/diff/cuda/frame.h"
+#include "learn/diff/cuda/frame_blocks.cuh"
 #include "learn/diff/cuda/segment.cuh"
 #include "learn/diff/gaussians.h"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/common/warp.cuh"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cuda::diff {
 
@@ -203,6 +203,19 @@ __global__ void __launch_bounds__(kThreads)
   out.transmittance[at] = pixel.transmittance;
   out.last[at] = pixel.last;
   view.store(x, y, at, color, pixel.transmittance, depth);
+}
+
+/// Enqueues the blending of a frame with states.
+template <class DrawnView>
+void launch_blend(const ListedFrame& listed, const GpuPixelBlock& block, const DrawnView& view,
+                  cudaStream_t stream) {
+  const unsigned tiles = tiles_of(listed.sizes);
+  check(cudaMemsetAsync(block.segment_tiles, 0xff,
+                        segments_of(listed.sizes.pairs, tiles) * sizeof(std::uint32_t), stream),
+        "blend");
+  launch("blend", blend_tiles<DrawnView>, tiles, stream, listed.schedule(), listed.tiles(), view,
+         BlendTarget{block.colors(), block.transmittance, block.last, block.segment_tiles,
+                     block.states});
 }
 
 }  // namespace qs::cuda::diff

@@ -13,13 +13,13 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "learn/diff/cuda/frame.h"
+#include "learn/diff/cuda/frame_blocks.cuh"
 #include "learn/diff/cuda/segment.cuh"
 #include "learn/diff/gaussians.h"
 #include "learn/gradient/pixel.h"
 #include "raster/cuda/common/flush.cuh"
 #include "raster/cuda/common/warp.cuh"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cuda::diff {
 
@@ -90,6 +90,14 @@ struct PairInput {
   const glm::vec3* color;
   const std::uint32_t* last;
   Derivatives by;
+
+  PairInput(const ListedFrame& frame, const GpuPixelBlock& pixels, const Derivatives& derivatives)
+      : tiles(frame.tiles()),
+        segment_tiles(pixels.segment_tiles),
+        states(pixels.states),
+        color(pixels.colors()),
+        last(pixels.last),
+        by(derivatives) {}
 };
 
 /// Adds the value of the lane that differs in bit `kDistance`. Of two values, the lanes with the
@@ -374,9 +382,8 @@ __global__ void __launch_bounds__(
       const std::uint32_t entry = group + k / kNumbers;
       if (entry >= size) break;
       float sum = 0;
-      if (group < end) {
+      if (group < end)
         for (unsigned each = 0; each < kWarps; ++each) sum += sums[each][k];
-      }
       const std::uint32_t place = in.tiles.places[range.x + first + entry];
       const unsigned which = k % kNumbers;
       if (which < kSums)

@@ -4,6 +4,29 @@
 #include "raster/cuda/common/stream.cuh"
 
 namespace qs::cuda::diff {
+namespace {
+
+__device__ void store(float value, float& to) { to = value; }
+/// As to_8bit() of image.h.
+__device__ void store(float value, std::uint8_t& to) {
+  to = static_cast<std::uint8_t>(255.0f * fminf(fmaxf(0.0f, value), 1.0f) + 0.5f);
+}
+
+template <class T>
+void store_values(const PackedMap& map, const Pixels<T>& to, const Queue& queue) {
+  const auto channels = static_cast<std::size_t>(map.channels);
+  const auto width = static_cast<std::size_t>(map.width);
+  for_each_item("pictures", static_cast<std::size_t>(map.height) * width * channels,
+                stream_of(queue), [=] __device__(std::size_t i) {
+                  const std::size_t pixel = i / channels;
+                  store(map.values[i],
+                        to.at(static_cast<int>(pixel % width), static_cast<int>(pixel / width),
+                              static_cast<int>(i % channels)));
+                });
+}
+
+}  // namespace
+
 SelectedGpu::SelectedGpu(int device) {
   check(cudaGetDevice(&before_), "cudaGetDevice");
   check(cudaSetDevice(device), "cudaSetDevice");  // a new thread has no context before
@@ -54,6 +77,14 @@ void wait(const Queue& queue) { check(cudaStreamSynchronize(stream_of(queue)), "
 void copy_on_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue) {
   check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, stream_of(queue)),
         "copy on the GPU");
+}
+
+void store_map(const PackedMap& map, const Pixels<float>& to, const Queue& queue) {
+  store_values(map, to, queue);
+}
+
+void store_map(const PackedMap& map, const Pixels<std::uint8_t>& to, const Queue& queue) {
+  store_values(map, to, queue);
 }
 
 }  // namespace qs::cuda::diff

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
 // The GPU of a caller for code that g++ compiles: its selection, memory in the order of a stream,
-// and copies. All functions throw Error(device).
+// and copies, also of a frame's maps. All functions throw Error(device).
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 
 #include "learn/diff/cuda/frame.h"
+#include "learn/diff/strided_arrays.h"
 
 namespace qs::cuda::diff {
 
@@ -16,8 +18,7 @@ class SelectedGpu {
  public:
   explicit SelectedGpu(int device);
   ~SelectedGpu();
-  SelectedGpu(const SelectedGpu&) = delete;
-  SelectedGpu& operator=(const SelectedGpu&) = delete;
+  SelectedGpu& operator=(SelectedGpu&&) = delete;
 
  private:
   int before_ = 0;
@@ -43,5 +44,15 @@ void copy_from_gpu(void* to, const void* from, std::size_t bytes, const Queue& q
 void wait(const Queue& queue);
 /// Enqueues a copy within the GPU.
 void copy_on_gpu(void* to, const void* from, std::size_t bytes, const Queue& queue);
+
+/// A map of height x width x channels values on the GPU, one after the other.
+struct PackedMap {
+  const float* values;
+  int height, width, channels;
+};
+
+/// Enqueues a copy into an array on the GPU, also as 8 bits by to_8bit() of image.h.
+void store_map(const PackedMap& map, const qs::diff::Pixels<float>& to, const Queue& queue);
+void store_map(const PackedMap& map, const qs::diff::Pixels<std::uint8_t>& to, const Queue& queue);
 
 }  // namespace qs::cuda::diff

@@ -30,11 +30,9 @@ struct GpuHeldSizes {
   bool has_states = false;     ///< blend() keeps states of pixels, see color_blend.cuh
 
   static GpuHeldSizes of(const Camera& camera, std::size_t gaussians) {
-    GpuHeldSizes sizes;
-    sizes.gaussians = static_cast<std::uint32_t>(gaussians);
-    sizes.width = camera.width;
-    sizes.height = camera.height;
-    return sizes;
+    return {.gaussians = static_cast<std::uint32_t>(gaussians),
+            .width = camera.width,
+            .height = camera.height};
   }
   /// The sizes of the frame after blend(). Colours of three channels, which faster kernels blend,
   /// have states.

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// The arrays in the blocks of a frame and of its first pass's scratch memory, see frame.h.
+// The arrays in the blocks of a frame and of its first pass's scratch memory, see frame.h, and the
+// inputs that the kernels of blend() and blend_backward() share.
 #pragma once
 
 #include "learn/diff/block_arrays.h"
+#include "learn/diff/channels.h"
+#include "learn/diff/cuda/blend.h"
 #include "learn/diff/cuda/frame.h"
-#include "learn/diff/cuda/list.cuh"
 #include "learn/diff/cuda/tiles.cuh"
 
 namespace qs::cuda::diff {
@@ -35,11 +37,12 @@ struct GpuGaussianBlock {
 
   static GpuGaussianBlock of(BlockArrays& block, const GpuHeldSizes& sizes) {
     GpuGaussianBlock result{};
+    // First, so that each splat is in two sectors of the memory.
+    result.splats = block.next<ListedSplat>(sizes.gaussians);
     result.total = block.next<unsigned long long>(1);
     result.tile_counts = block.next<std::uint32_t>(sizes.gaussians);
     result.first_places = block.next<std::uint32_t>(sizes.gaussians);
     result.depths = block.next<float>(sizes.gaussians);
-    result.splats = block.next<ListedSplat>(sizes.gaussians);
     result.projected = block.next<std::uint8_t>(sizes.gaussians);
     return result;
   }
@@ -72,8 +75,12 @@ struct GpuPixelBlock {
   float4* states;
   glm::vec2* depth_states;
 
+  glm::vec3* colors() const { return reinterpret_cast<glm::vec3*>(color); }  ///< of 3 channels
+
   static GpuPixelBlock of(BlockArrays& block, const GpuHeldSizes& sizes) {
     GpuPixelBlock result{};
+    const std::size_t segments = segments_of(sizes.pairs, tiles_of(sizes));
+    if (sizes.has_states) result.states = block.next<float4>(segments * kTilePixels);
     result.color = block.next<float>(sizes.pixels() * sizes.channels);
     result.transmittance = block.next<float>(sizes.pixels());
     result.last = block.next<std::uint32_t>(sizes.pixels());
@@ -81,12 +88,9 @@ struct GpuPixelBlock {
       result.depth = block.next<float>(sizes.pixels());
       result.inverse_depth = block.next<float>(sizes.pixels());
     }
-    if (sizes.has_states) {
-      const std::size_t segments = segments_of(sizes.pairs, tiles_of(sizes));
-      result.segment_tiles = block.next<std::uint32_t>(segments);
-      result.states = block.next<float4>(segments * kTilePixels);
-      if (sizes.has_depth) result.depth_states = block.next<glm::vec2>(segments * kTilePixels);
-    }
+    if (sizes.has_states) result.segment_tiles = block.next<std::uint32_t>(segments);
+    if (sizes.has_states && sizes.has_depth)
+      result.depth_states = block.next<glm::vec2>(segments * kTilePixels);
     return result;
   }
 };
@@ -125,18 +129,64 @@ struct ListedFrame {
   GpuGaussianBlock gaussians;
   GpuPairBlock pairs;
 
-  explicit ListedFrame(const Frame& frame)
-      : sizes(frame.sizes),
-        gaussians(block_at<GpuGaussianBlock>(frame.gaussians, sizes)),
-        pairs(block_at<GpuPairBlock>(frame.pairs, sizes)) {}
+  static ListedFrame of(const Frame& frame) {
+    return {frame.sizes, block_at<GpuGaussianBlock>(frame.gaussians, frame.sizes),
+            block_at<GpuPairBlock>(frame.pairs, frame.sizes)};
+  }
 
   TilesView tiles() const {
     return {pairs.ranges,           pairs.places, pairs.owners, gaussians.splats,
             grid_of(sizes).columns, sizes.width,  sizes.height};
   }
+  /// The lists of the first `count` Gaussians.
+  ListInput input(std::uint32_t count, const FootprintArrays& footprints,
+                  const ListScratch& unsorted) const {
+    return {count,
+            gaussians.tile_counts,
+            gaussians.first_places,
+            footprints,
+            grid_of(sizes),
+            {gaussians.total, sizes.pairs, reinterpret_cast<std::uint32_t*>(gaussians.depths),
+             pairs.owners, unsorted.tiles, unsorted.slots, unsorted.entries, pairs.places,
+             unsorted.sizes, pairs.ranges, pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}};
+  }
   ScheduleView schedule() const { return {pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}; }
   DepthArrays depths(const GpuPixelBlock& pixels) const {
     return {gaussians.depths, pixels.depth_states, pixels.depth, pixels.inverse_depth};
+  }
+};
+
+/// with_channels() for the general kernels. Colours of three channels have states and kernels of
+/// their own.
+template <class F>
+void with_general_channels(int channels, const F& f) {
+  with_channels(channels, [&](auto size) {
+    if constexpr (size() != 3) f(size);
+  });
+}
+
+/// A kernel parameter.
+struct ChannelInput {
+  static ChannelInput of(const ListedFrame& frame, const BlendInput& in) {
+    return {frame.tiles(),    frame.schedule(), frame.gaussians.depths, in.rules,
+            in.channel_count, in.channels,      in.background};
+  }
+
+  TilesView tiles;
+  ScheduleView schedule;
+  const float* depths;  ///< per Gaussian
+  PixelRules<float> rules;
+  int channel_count;
+  qs::diff::Rows<const float> channels;
+  const float* background;
+
+  /// Channel c of a Gaussian, whose splat is `splat`.
+  __device__ float channel(std::uint32_t gaussian, int c) const {
+    if (channels) return channels.at(gaussian, c);
+    return tiles.splats[gaussian].splat.color[c];
+  }
+  __device__ float background_of(int c) const {
+    return background != nullptr ? background[c] : 0.0f;
   }
 };
 

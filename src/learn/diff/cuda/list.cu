@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
-#include "learn/diff/cuda/list.cuh"
 #include "learn/diff/cuda/tiles.cuh"
 #include "raster/cuda/common/block_sort.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/common/warp.cuh"
 #include "raster/kernel/cull/modes.h"
 
@@ -14,8 +14,8 @@ namespace {
 /// Tiles of a Gaussian that one thread lists alone.
 constexpr std::uint32_t kAlone = 8;
 
-/// Longer lists are sorted by a block that has the shared memory of a multiprocessor for itself.
-constexpr std::uint32_t kUsualList = kUsualSort;
+/// Lists above kUsualSort are sorted by a block that has the shared memory of a multiprocessor for
+/// itself.
 constexpr unsigned kLongBlock = 512, kLongBlocks = 128;
 
 /// Calls visit(k, tile) for the k-th tile of a rectangle for which lists(column, row) holds, in the
@@ -96,7 +96,7 @@ __global__ void __launch_bounds__(kThreads) list_gaussians(ListInput in) {
   const std::uint32_t count = gaussian < in.gaussians ? in.tile_counts[gaussian] : 0;
   if (count > 0 && count <= kAlone) list_tiles<P, 1>(in, gaussian, 0);
   for (unsigned large = __ballot_sync(kAllLanes, count > kAlone); large != 0; large &= large - 1) {
-    const unsigned owner = static_cast<unsigned>(__ffs(static_cast<int>(large))) - 1;
+    const unsigned owner = lowest_bit(large);
     list_tiles<P, kWarp>(in, owner * warps + warp, lane);
   }
 }
@@ -158,8 +158,8 @@ __device__ void sort_list(const ListArrays& lists, uint2 range, Arrays arrays) {
 __global__ void __launch_bounds__(kThreads) sort_usual_lists(ListArrays lists) {
   const ScheduleView schedule{lists.class_sizes, lists.scheduled, lists.tile_count};
   const uint2 range = lists.ranges[schedule.tile(blockIdx.x)];
-  if (range.x == range.y || range.y - range.x > kUsualList) return;
-  sort_list<kThreads>(lists, range, SharedArrays(dynamic_shared(), kUsualList));
+  if (range.x == range.y || range.y - range.x > kUsualSort) return;
+  sort_list<kThreads>(lists, range, SharedArrays(dynamic_shared(), kUsualSort));
 }
 
 /// Blocks take the other tiles in turns. `shared` is the size of a list that a block can sort in
@@ -171,8 +171,8 @@ __global__ void __launch_bounds__(kLongBlock)
     const uint2 range = lists.ranges[schedule.tile(turn)];
     const std::uint32_t size = range.y - range.x;
     // Tiles come in half octaves of the lengths of their lists, the longest first.
-    if (2 * size <= kUsualList) return;
-    if (size <= kUsualList) continue;
+    if (2 * size <= kUsualSort) return;
+    if (size <= kUsualSort) continue;
     if (size <= shared) {
       sort_list<kLongBlock>(lists, range, SharedArrays(dynamic_shared(), shared));
     } else {
@@ -204,7 +204,7 @@ void list_pairs(CullMode mode, const ListInput& in, cudaStream_t stream) {
          Blocks(std::min(lists.tile_count, kLongBlocks), kLongBlock, SharedArrays::bytes(shared)),
          stream, lists, shared);
   launch("sort_usual_lists", sort_usual_lists,
-         Blocks(lists.tile_count, kThreads, SharedArrays::bytes(kUsualList)), stream, lists);
+         Blocks(lists.tile_count, kThreads, SharedArrays::bytes(kUsualSort)), stream, lists);
 }
 
 }  // namespace qs::cuda::diff

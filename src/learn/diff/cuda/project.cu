@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "learn/diff/cuda/add_rows.cuh"
 #include "learn/diff/cuda/frame_blocks.cuh"
 #include "learn/diff/cuda/project.h"
 #include "learn/diff/cuda/shared_sh.cuh"
+#include "learn/diff/cuda/sums.cuh"
 #include "learn/diff/gaussian_terms.h"
-#include "raster/cuda/common/pair_limit.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/common/stream.cuh"
 #include "raster/kernel/cull/modes.h"
 
@@ -212,19 +212,10 @@ void project(const DrawnView& view, const GaussianInputs<float>& gaussians, cons
 void list(const DrawnView& view, const Queue& queue, void* projected, void* scratch,
           const Frame& frame) {
   queue.throw_if_cancelled();
-  const ListedFrame listed(frame);
-  const auto& [sizes, gaussians, pairs] = listed;
-  const auto in = block_at<ProjectScratch>(projected, sizes);
-  const auto unsorted = block_at<ListScratch>(scratch, sizes);
-  list_pairs(view.mode,
-             {sizes.gaussians,
-              gaussians.tile_counts,
-              gaussians.first_places,
-              in.footprints,
-              grid_of(sizes),
-              {gaussians.total, sizes.pairs, reinterpret_cast<std::uint32_t*>(gaussians.depths),
-               pairs.owners, unsorted.tiles, unsorted.slots, unsorted.entries, pairs.places,
-               unsorted.sizes, pairs.ranges, pairs.class_sizes, pairs.scheduled, tiles_of(sizes)}},
+  const ListedFrame listed = ListedFrame::of(frame);
+  const auto footprints = block_at<ProjectScratch>(projected, frame.sizes).footprints;
+  const auto unsorted = block_at<ListScratch>(scratch, frame.sizes);
+  list_pairs(view.mode, listed.input(frame.sizes.gaussians, footprints, unsorted),
              stream_of(queue));
 }
 
@@ -247,7 +238,7 @@ void project_backward_of_sums(const DrawnView& view, const GaussianInputs<float>
 
 ListCopies copy_lists(const Frame& frame, const Queue& queue) {
   const cudaStream_t stream = stream_of(queue);
-  const ListedFrame listed(frame);
+  const ListedFrame listed = ListedFrame::of(frame);
   const GpuHeldSizes& sizes = listed.sizes;
   ListCopies copies;
   for (const uint2& range : copied(listed.pairs.ranges, tiles_of(sizes), stream))

@@ -12,14 +12,9 @@
 #include "raster/cuda/common/flush.cuh"
 #include "raster/cuda/common/sub_tiles.cuh"
 #include "raster/cuda/common/warp.cuh"
-#include "raster/kernel/splat64.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cuda::diff {
-
-/// Index of the lowest bit that is set.
-__device__ inline unsigned lowest_bit(unsigned bits) {
-  return static_cast<unsigned>(__ffs(static_cast<int>(bits))) - 1;
-}
 
 /// The contribution of a Gaussian to a pixel: composite() of the CPU with fewer instructions. The
 /// backend is built without contraction, so multiplications and additions are fused explicitly.

@@ -7,13 +7,34 @@
 
 #include <glm/vec3.hpp>
 
-#include "learn/diff/cuda/copy_later.cuh"
 #include "learn/diff/strided_arrays.h"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/common/warp.cuh"
 #include "raster/kernel/hd.h"
 
 namespace qs::cuda::diff {
+
+// Copies of single numbers to shared memory for which a thread does not wait, so many of them are
+// under way at once (cp.async of PTX, from compute capability 8.0 on; older GPUs wait for each).
+
+/// Starts to copy a number from global to shared memory.
+__device__ inline void copy_later(float* to, const float* from) {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+  asm volatile("cp.async.ca.shared.global [%0], [%1], 4;"
+               :
+               : "r"(static_cast<unsigned>(__cvta_generic_to_shared(to))), "l"(from)
+               : "memory");
+#else
+  *to = *from;
+#endif
+}
+
+/// Waits for the copies of this thread. Other threads see them behind a barrier.
+__device__ inline void wait_for_copies() {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+  asm volatile("cp.async.wait_all;" : : : "memory");
+#endif
+}
 
 /// A kernel parameter. Without coefficients nothing is shared.
 struct SharedSh {

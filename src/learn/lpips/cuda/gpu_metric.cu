@@ -49,17 +49,6 @@ struct Maps {
   }
 };
 
-/// One thread per value.
-__global__ void __launch_bounds__(kThreads)
-    scale_input(const float* in, bool symmetric, std::size_t count, float* out) {
-  constexpr double kShift[] = {-.030, -.088, -.188}, kScale[] = {.458, .448, .450};
-  const std::size_t i = static_cast<std::size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (i >= count) return;
-  const double unit = static_cast<double>(in[i]);
-  const double value = symmetric ? 2 * unit - 1 : unit;
-  out[i] = static_cast<float>((value - kShift[i % 3]) / kScale[i % 3]);
-}
-
 struct ConvolutionInput {
   Maps in, out;
   int size, stride, padding;
@@ -169,25 +158,25 @@ __global__ void __launch_bounds__(kThreads) convolve(ConvolutionInput c, float* 
   }
 }
 
-/// The maximum of size x size values at every second pixel. One thread per value.
-__global__ void __launch_bounds__(kThreads)
-    pool(Maps in, Maps out, int size, const float* values, float* result) {
-  const std::size_t i = static_cast<std::size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (i >= out.size()) return;
-  const auto channels = static_cast<std::size_t>(out.channels);
-  const std::size_t channel = i % channels, pixel = i / channels % out.pixels();
-  const std::size_t side = i / channels / out.pixels();
-  const auto width = static_cast<std::size_t>(out.width);
-  const std::size_t x = 2 * (pixel % width), y = 2 * (pixel / width);
-  float largest = 0;  // a ReLU comes before
-  for (std::size_t row = 0; row < static_cast<std::size_t>(size); ++row) {
-    for (std::size_t column = 0; column < static_cast<std::size_t>(size); ++column) {
-      const std::size_t from =
-          side * in.pixels() + (y + row) * static_cast<std::size_t>(in.width) + x + column;
-      largest = fmaxf(largest, values[from * channels + channel]);
+/// The maximum of size x size values at every second pixel.
+void pool(const Maps& in, const Maps& out, int size, const float* values, float* result,
+          cudaStream_t stream) {
+  for_each_item("pool", out.size(), stream, [=] __device__(std::size_t i) {
+    const auto channels = static_cast<std::size_t>(out.channels);
+    const std::size_t channel = i % channels, pixel = i / channels % out.pixels();
+    const std::size_t side = i / channels / out.pixels();
+    const auto width = static_cast<std::size_t>(out.width);
+    const std::size_t x = 2 * (pixel % width), y = 2 * (pixel / width);
+    float largest = 0;  // a ReLU comes before
+    for (std::size_t row = 0; row < static_cast<std::size_t>(size); ++row) {
+      for (std::size_t column = 0; column < static_cast<std::size_t>(size); ++column) {
+        const std::size_t from =
+            side * in.pixels() + (y + row) * static_cast<std::size_t>(in.width) + x + column;
+        largest = fmaxf(largest, values[from * channels + channel]);
+      }
     }
-  }
-  result[i] = largest;
+    result[i] = largest;
+  });
 }
 
 __device__ double sum_of_warp(double value) {
@@ -278,8 +267,14 @@ double GpuMetric::distance(const Image& a, const Image& b, InputRange range) {
                           maps.size() / 2 * sizeof(float), cudaMemcpyHostToDevice, s.stream),
           "the pictures of LPIPS");
   }
-  launch("scale_input", scale_input, blocks_for(maps.size()), s.stream, s.next.data(),
-         range == InputRange::symmetric, maps.size(), s.maps.data());
+  for_each_item("scale_input", maps.size(), s.stream,
+                [in = s.next.data(), symmetric = range == InputRange::symmetric,
+                 out = s.maps.data()] __device__(std::size_t i) {
+                  constexpr double kShift[] = {-.030, -.088, -.188}, kScale[] = {.458, .448, .450};
+                  const double unit = static_cast<double>(in[i]);
+                  const double value = symmetric ? 2 * unit - 1 : unit;
+                  out[i] = static_cast<float>((value - kShift[i % 3]) / kScale[i % 3]);
+                });
   double distance = 0;
   std::size_t number = 0, compared = 0;
   for (const Convolution& layer : s.network.convolutions) {
@@ -288,8 +283,7 @@ double GpuMetric::distance(const Image& a, const Image& b, InputRange range) {
       const Maps pooled{(maps.width - size) / qs::lpips::kPoolStride + 1,
                         (maps.height - size) / qs::lpips::kPoolStride + 1, maps.channels};
       s.next.reserve(kWhat, pooled.size());
-      launch("pool", pool, blocks_for(pooled.size()), s.stream, maps, pooled, size, s.maps.data(),
-             s.next.data());
+      pool(maps, pooled, size, s.maps.data(), s.next.data(), s.stream);
       s.maps.swap(s.next);
       maps = pooled;
     }

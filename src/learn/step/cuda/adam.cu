@@ -21,8 +21,6 @@ struct StepInput {
   unsigned ends[kKinds];  ///< blocks up to and including the last block of each kind
 };
 
-constexpr unsigned kNeighbours = 4;
-
 /// One thread per four values. The loads of a thread do not depend on each other.
 __global__ void __launch_bounds__(kThreads) step_values(StepInput in) {
   unsigned kind = 0;
@@ -30,24 +28,17 @@ __global__ void __launch_bounds__(kThreads) step_values(StepInput in) {
   const unsigned block = blockIdx.x - (kind > 0 ? in.ends[kind - 1] : 0);
   const Values& all = in.kinds[kind];
   const std::uint64_t at = kNeighbours * (std::uint64_t{block} * kThreads + threadIdx.x);
-  const auto step = [&](float gradient, float& value, float& first, float& second) {
-    adam(in.step, all.rate, gradient, value, first, second);
-  };
   if (at + kNeighbours <= all.size) {
-    const float4 by = *reinterpret_cast<const float4*>(all.by + at);
-    float4 value = *reinterpret_cast<const float4*>(all.values + at);
-    float4 first = *reinterpret_cast<const float4*>(all.first + at);
-    float4 second = *reinterpret_cast<const float4*>(all.second + at);
-    step(by.x, value.x, first.x, second.x);
-    step(by.y, value.y, first.y, second.y);
-    step(by.z, value.z, first.z, second.z);
-    step(by.w, value.w, first.w, second.w);
-    *reinterpret_cast<float4*>(all.values + at) = value;
-    *reinterpret_cast<float4*>(all.first + at) = first;
-    *reinterpret_cast<float4*>(all.second + at) = second;
+    const auto by = Neighbours::load(all.by + at);
+    auto value = Neighbours::load(all.values + at);
+    auto first = Neighbours::load(all.first + at), second = Neighbours::load(all.second + at);
+    step_neighbours(in.step, all.rate, by, value, first, second);
+    value.store(all.values + at);
+    first.store(all.first + at);
+    second.store(all.second + at);
   } else {
     for (std::uint64_t k = at; k < all.size; ++k)
-      step(all.by[k], all.values[k], all.first[k], all.second[k]);
+      adam(in.step, all.rate, all.by[k], all.values[k], all.first[k], all.second[k]);
   }
 }
 
@@ -67,17 +58,6 @@ struct ColorSumInput {
   unsigned row_blocks, coefficient;
   const ColorGradient<float>* gradients;
   ParametersView sums;
-};
-
-/// Four neighbours of a row.
-struct Neighbours {
-  float4 values;
-
-  static __device__ Neighbours load(const float* row) {
-    return {*reinterpret_cast<const float4*>(row)};
-  }
-  __device__ void store(float* row) const { *reinterpret_cast<float4*>(row) = values; }
-  __device__ float& operator[](unsigned n) { return (&values.x)[n]; }
 };
 
 /// The derivative of the colour by a coefficient, without the clamp.
@@ -149,50 +129,6 @@ __global__ void __launch_bounds__(kThreads) sum_colors(ColorSumInput in) {
   in.sums.set_coefficient(i, k, sum);
 }
 
-/// One thread per Gaussian. `fresh`: the sums count as 0.
-__global__ void __launch_bounds__(kThreads)
-    sum_shapes(ParametersView by, bool fresh, ParametersView sums) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= by.count) return;
-  const GaussianValues<float> gradient = by.gaussian(i);
-  GaussianValues<float> sum{glm::vec3(0.0f), glm::vec3(0.0f), glm::quat(0, 0, 0, 0), 0.0f, 0.0f};
-  if (!fresh) sum = sums.gaussian(i);
-  for (int k = 0; k < 3; ++k) {
-    add_gradient(gradient.mean[k], sum.mean[k]);
-    add_gradient(gradient.log_scale[k], sum.log_scale[k]);
-  }
-  for (int k = 0; k < 4; ++k) add_gradient(gradient.rotation[k], sum.rotation[k]);
-  add_gradient(gradient.opacity_logit, sum.opacity_logit);
-  add_gradient(gradient.mask_logit, sum.mask_logit);
-  sums.set_gaussian(i, sum);
-}
-
-/// Strategy mcmc, before the step. One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    add_sparsity(Sparsity sparsity, ParametersView values, ParametersView by) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= values.count) return;
-  sparsity.add_gradient(static_cast<double>(values.count), values.log_scales[i],
-                        values.opacity_logits[i], by.log_scales[i], by.opacity_logits[i]);
-}
-
-/// The share of the mean mask in the loss, before the step. One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    add_mask_weight(double weight, ParametersView values, ParametersView by) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= values.count) return;
-  by.mask_logits[i] +=
-      mask_weight_gradient(weight, static_cast<double>(values.count), values.mask_logits[i]);
-}
-
-/// Strategy mcmc, after the step. One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads) add_noise(Noise noise, ParametersView values) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= values.count) return;
-  values.means[i] = noise.moved(i, values.means[i], values.log_scales[i], values.rotations[i],
-                                values.opacity_logits[i]);
-}
-
 void step_all(const Rates& rates, const ParametersView& values, const ParametersView& by,
               AdamState& state, cudaStream_t stream) {
   StepInput in{};
@@ -225,20 +161,30 @@ void take_step(const StepOrder& order, Parameters& parameters, Parameters& gradi
     ++state.steps;
     if (!(order.sums && order.rest_waits)) ++state.rest_steps;
   }
-  if (parameters.count == 0 || (!order.moves && !order.noise)) return;
-  const unsigned blocks = blocks_for(parameters.count);
-  if (order.moves) {
-    if (order.sparsity) {
-      launch("take_step", add_sparsity, blocks, stream, *order.sparsity, parameters.view(),
-             gradient.view());
-    }
-    if (parameters.has_masks) {
-      launch("take_step", add_mask_weight, blocks, stream, order.mask_weight, parameters.view(),
-             gradient.view());
-    }
-    step_all(order.rates, parameters.view(), gradient.view(), state, stream);
+  if (parameters.count == 0) return;
+  const ParametersView values = parameters.view(), by = gradient.view();
+  const auto for_each = [&](const auto& work) {
+    for_each_item("take_step", values.count, stream, work);
+  };
+  const auto count = static_cast<double>(values.count);
+  if (order.moves && order.sparsity) {
+    for_each([=, sparsity = *order.sparsity] __device__(std::uint32_t i) {
+      sparsity.add_gradient(count, values.log_scales[i], values.opacity_logits[i], by.log_scales[i],
+                            by.opacity_logits[i]);
+    });
   }
-  if (order.noise) launch("take_step", add_noise, blocks, stream, *order.noise, parameters.view());
+  if (order.moves && parameters.has_masks) {  // the share of the mean mask in the loss
+    for_each([=, weight = order.mask_weight] __device__(std::uint32_t i) {
+      by.mask_logits[i] += mask_weight_gradient(weight, count, values.mask_logits[i]);
+    });
+  }
+  if (order.moves) step_all(order.rates, values, by, state, stream);
+  if (order.noise) {
+    for_each([=, noise = *order.noise] __device__(std::uint32_t i) {
+      values.means[i] = noise.moved(i, values.means[i], values.log_scales[i], values.rotations[i],
+                                    values.opacity_logits[i]);
+    });
+  }
 }
 
 void take_color_step(const StepOrder& order, Parameters& parameters, const Gradients& gradients,
@@ -272,9 +218,22 @@ void take_color_step(const StepOrder& order, Parameters& parameters, const Gradi
 
 void add_gradients(const StepOrder& order, Gradients& gradients, GradientSums& sums,
                    cudaStream_t stream) {
-  if (gradients.by.count == 0 || (order.moves && !sums.has_others)) return;
-  launch("add_gradients", sum_shapes, blocks_for(gradients.by.count), stream, gradients.by.view(),
-         !sums.has_others, sums.by.view());
+  if (order.moves && !sums.has_others) return;
+  for_each_item("add_gradients", gradients.by.count, stream,
+                [by = gradients.by.view(), all = sums.by.view(),
+                 fresh = !sums.has_others] __device__(std::uint32_t i) {
+                  const GaussianValues<float> gradient = by.gaussian(i);
+                  GaussianValues<float> sum =
+                      fresh ? GaussianValues<float>::zero() : all.gaussian(i);
+                  for (int k = 0; k < 3; ++k) {
+                    add_gradient(gradient.mean[k], sum.mean[k]);
+                    add_gradient(gradient.log_scale[k], sum.log_scale[k]);
+                  }
+                  for (int k = 0; k < 4; ++k) add_gradient(gradient.rotation[k], sum.rotation[k]);
+                  add_gradient(gradient.opacity_logit, sum.opacity_logit);
+                  add_gradient(gradient.mask_logit, sum.mask_logit);
+                  all.set_gaussian(i, sum);
+                });
 }
 
 void add_color_gradients(const StepOrder& order, const Gradients& gradients, GradientSums& sums,

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
-#include "learn/gradient/coded_shape.h"
 #include "learn/gradient/integer_sum.h"
 #include "learn/gradient/residual_codes.h"
-#include "learn/gradient/shape_of_codes.h"
 #include "learn/step/cuda/codes.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/common/stream.cuh"
@@ -63,29 +61,6 @@ __device__ void read_coded(const CodesView& codes, const Vectors& vectors, std::
       rest[k] -= nearest[k];
     }
   }
-}
-
-/// One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    code_gaussians(CodesView scale_codes, CodesView rotation_codes, ParametersView parameters,
-                   glm::vec3* coded_scales, glm::quat* coded_rotations) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= parameters.count) return;
-  float scale[kScaleValues], q[kRotationValues];
-  read_coded(scale_codes, Scales{parameters.log_scales}, i, scale);
-  read_coded(rotation_codes, Rotations{parameters.rotations}, i, q);
-  coded_scales[i] = coded_log_scale(scale);
-  coded_rotations[i] = glm::quat(q[0], q[1], q[2], q[3]);
-}
-
-/// One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    pass_gradients(ParametersView parameters, const glm::vec3* coded_scales, ParametersView by) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= parameters.count) return;
-  by.log_scales[i] =
-      coded_scale_gradient(parameters.log_scales[i], coded_scales[i], by.log_scales[i]);
-  by.rotations[i] = coded_rotation_gradient(parameters.rotations[i], by.rotations[i]);
 }
 
 /// A sum of 64 bits in shared memory, whose atomic additions have 32 bits.
@@ -163,19 +138,6 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-/// One thread per value of a layer. The sums become 0.
-__global__ void __launch_bounds__(kThreads)
-    move_codes(CodesView codes, AdamStep step, std::size_t first, std::uint32_t size,
-               std::size_t vector_values) {
-  const std::uint32_t at = blockIdx.x * blockDim.x + threadIdx.x;
-  if (at >= size) return;
-  const double sum = static_cast<double>(static_cast<long long>(codes.sums[at])) * kSumUnit;
-  codes.sums[at] = 0;
-  const std::size_t value = first + at;
-  move_code(step, code_gradient(sum, vector_values), codes.values[value], codes.first[value],
-            codes.second[value]);
-}
-
 CodesView view_of(DeviceCodes& codes) {
   return {codes.values.data(),
           codes.first.data(),
@@ -197,8 +159,16 @@ void take_step_of(const Vectors& vectors, std::uint32_t count, DeviceCodes& code
     launch("step_codes", add_code_gradients<Vectors>,
            Blocks(std::min(blocks_for(count), kCodeBlocks), kThreads, fits ? bytes : 0), stream,
            view, vectors, count, layer, rest, fits ? static_cast<unsigned>(values) : 0);
-    launch("step_codes", move_codes, blocks_for(values), stream, view, step, layer * values,
-           static_cast<std::uint32_t>(values), std::size_t{count} * Vectors::kDimensions);
+    // The sums become 0.
+    for_each_item("step_codes", static_cast<std::uint32_t>(values), stream,
+                  [=] __device__(std::uint32_t at) {
+                    const auto units = static_cast<long long>(view.sums[at]);
+                    const double sum = static_cast<double>(units) * kSumUnit;
+                    view.sums[at] = 0;
+                    const std::size_t value = layer * values + at;
+                    move_code(step, code_gradient(sum, std::size_t{count} * Vectors::kDimensions),
+                              view.values[value], view.first[value], view.second[value]);
+                  });
   }
 }
 
@@ -250,17 +220,27 @@ void code_shapes(const ParametersView& parameters, ShapeCodes& codes, cudaStream
   codes.coded_scales.reserve(kWhat, with_room(parameters.count));
   codes.coded_rotations.reserve(kWhat, with_room(parameters.count));
   codes.rest.reserve(kWhat, kRotationValues * with_room(parameters.count));
-  if (parameters.count == 0) return;
-  launch("code_shapes", code_gaussians, blocks_for(parameters.count), stream, view_of(codes.scales),
-         view_of(codes.rotations), parameters, codes.coded_scales.data(),
-         codes.coded_rotations.data());
+  for_each_item("code_shapes", parameters.count, stream,
+                [=, scale_codes = view_of(codes.scales), rotation_codes = view_of(codes.rotations),
+                 coded_scales = codes.coded_scales.data(),
+                 coded_rotations = codes.coded_rotations.data()] __device__(std::uint32_t i) {
+                  float scale[kScaleValues], q[kRotationValues];
+                  read_coded(scale_codes, Scales{parameters.log_scales}, i, scale);
+                  read_coded(rotation_codes, Rotations{parameters.rotations}, i, q);
+                  coded_scales[i] = coded_log_scale(scale);
+                  coded_rotations[i] = glm::quat(q[0], q[1], q[2], q[3]);
+                });
 }
 
 void pass_through_codes(const ParametersView& parameters, ShapeCodes& codes,
                         const ParametersView& by, cudaStream_t stream) {
-  if (parameters.count == 0) return;
-  launch("gradients of codes", pass_gradients, blocks_for(parameters.count), stream, parameters,
-         codes.coded_scales.data(), by);
+  for_each_item("gradients of codes", parameters.count, stream,
+                [=, coded_scales = codes.coded_scales.data()] __device__(std::uint32_t i) {
+                  by.log_scales[i] = coded_scale_gradient(parameters.log_scales[i], coded_scales[i],
+                                                          by.log_scales[i]);
+                  by.rotations[i] =
+                      coded_rotation_gradient(parameters.rotations[i], by.rotations[i]);
+                });
 }
 
 void take_code_steps(const ParametersView& parameters, ShapeCodes& codes, cudaStream_t stream) {

@@ -35,22 +35,6 @@ struct HasGradient {
   __device__ bool operator()(std::uint32_t i) const { return d_outputs[i] != glm::vec3(0.0f); }
 };
 
-/// Keys of the cells of space, and all Gaussians in their order. One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    find_cells(const glm::vec3* means, std::uint32_t count, std::uint64_t* keys,
-               std::uint32_t* gaussians) {
-  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-  if (i >= count) return;
-  constexpr float kCells = 1u << kOrderBits;
-  const auto cell = [](float place) -> std::uint32_t {
-    if (!(place > 0)) return 0;  // also if it is not a number
-    return place < 1 ? static_cast<std::uint32_t>(place * kCells) : (1u << kOrderBits) - 1;
-  };
-  const glm::vec3 place = contract(means[i]);
-  keys[i] = morton_code(cell(place.x), cell(place.y), cell(place.z));
-  gaussians[i] = i;
-}
-
 /// Lists the Gaussians with has(i). One block per list: kFieldBlocks lists in the order of the
 /// model, then, if the launch has them, as many in the order in space.
 template <class Has>
@@ -184,16 +168,12 @@ struct BackwardTile {
   }
 };
 
-struct NetworkOutput {
-  float* block_weights;
-  std::size_t weight_count;
-  glm::vec3* d_means;  ///< the derivatives by the directions are added
-};
-
-/// One block per list. Computes the hidden layers again.
+/// One block per list. Computes the hidden layers again. Adds the derivatives by the directions to
+/// `d_means`.
 template <unsigned kInputs>
 __global__ void __launch_bounds__(kNetworkThreads, 2)
-    backward_tiles(FieldInput in, const glm::vec3* d_outputs, NetworkOutput out) {
+    backward_tiles(FieldInput in, const glm::vec3* d_outputs, float* block_weights,
+                   std::size_t weight_count, glm::vec3* d_means) {
   auto& shared = *static_cast<BackwardTile*>(dynamic_shared());
   const unsigned inputs = in.field.inputs, width = in.field.width;
   const unsigned grid_inputs = in.field.grid_inputs();
@@ -246,12 +226,12 @@ __global__ void __launch_bounds__(kNetworkThreads, 2)
       for (unsigned k = 0; k < kDirectionFeatures; ++k)
         by_basis[k] = shared.x.values[grid_inputs + k][own.column];
       const glm::vec3 offset = in.means[own.gaussian] - in.eye;
-      out.d_means[own.gaussian] += direction_gradient(
+      d_means[own.gaussian] += direction_gradient(
           offset, direction_features_gradient(in.direction(own.gaussian), by_basis));
     }
     __syncthreads();  // the next tile overwrites x
   }
-  float* const own_weights = out.block_weights + block * out.weight_count;
+  float* const own_weights = block_weights + block * weight_count;
   by_first.store(width, inputs, own_weights);
   by_second.store(width, width, own_weights + width * inputs);
   by_third.store(width, own_weights + width * inputs + width * width);
@@ -336,54 +316,19 @@ struct alignas(16) TwoSums {
   unsigned long long values[2];
 };
 
-struct FieldStepInput {
-  AdamStep step;
-  float rate;
-  std::uint32_t grid_count, count;  ///< values; multiples of 4
-  float *values, *first, *second;
-  unsigned long long* grid_sums;  ///< become 0
-  const float* by_weights;
-};
-
-/// One thread per four values. A value that never had a gradient stays as it is, and is not read.
-__global__ void __launch_bounds__(kThreads) step_field(FieldStepInput in) {
-  const std::uint32_t at = 4 * (blockIdx.x * kThreads + threadIdx.x);
-  if (at >= in.count) return;
-  float4 first = *reinterpret_cast<const float4*>(in.first + at);
-  float4 second = *reinterpret_cast<const float4*>(in.second + at);
-  float4 by;
-  if (at < in.grid_count) {
-    auto* const sums = reinterpret_cast<TwoSums*>(in.grid_sums + at);
-    const TwoSums low = sums[0], high = sums[1];
-    const auto derivative = [](unsigned long long sum) {
-      return static_cast<float>(static_cast<double>(static_cast<long long>(sum)) * kSumUnit);
-    };
-    by = {derivative(low.values[0]), derivative(low.values[1]), derivative(high.values[0]),
-          derivative(high.values[1])};
-    if ((low.values[0] | low.values[1]) != 0) sums[0] = TwoSums{{0, 0}};
-    if ((high.values[0] | high.values[1]) != 0) sums[1] = TwoSums{{0, 0}};
-  } else {
-    by = *reinterpret_cast<const float4*>(in.by_weights + (at - in.grid_count));
-  }
-  const auto is_zero = [](const float4& four) {
-    return four.x == 0 && four.y == 0 && four.z == 0 && four.w == 0;
-  };
-  if (is_zero(by) && is_zero(first) && is_zero(second)) return;
-  float4 value = *reinterpret_cast<const float4*>(in.values + at);
-  adam(in.step, in.rate, by.x, value.x, first.x, second.x);
-  adam(in.step, in.rate, by.y, value.y, first.y, second.y);
-  adam(in.step, in.rate, by.z, value.z, first.z, second.z);
-  adam(in.step, in.rate, by.w, value.w, first.w, second.w);
-  *reinterpret_cast<float4*>(in.values + at) = value;
-  *reinterpret_cast<float4*>(in.first + at) = first;
-  *reinterpret_cast<float4*>(in.second + at) = second;
-}
-
-FieldInput input_of(const StepView& view, const ParametersView& parameters, DeviceField& field) {
+FieldInput input_of(const FieldPasses& passes) {
+  const auto& [view, parameters, field, stream] = passes;
   return {field.view(),          field.lists(parameters.count),
           parameters.means,      make_view<float>(view.camera).position,
           field.features.data(), sh_row(parameters.count),
           field.positions.data()};
+}
+
+/// The resolution of the order of the Gaussians.
+__device__ std::uint32_t cell_of(float place) {
+  constexpr float kCells = 1u << kOrderBits;
+  if (!(place > 0)) return 0;  // also if it is not a number
+  return place < 1 ? static_cast<std::uint32_t>(place * kCells) : (1u << kOrderBits) - 1;
 }
 
 }  // namespace
@@ -451,8 +396,13 @@ void DeviceField::keep_order(const ParametersView& parameters, cudaStream_t stre
   if (order.size == parameters.count && ++order.age < kOrderAge) return;
   order.pairs.reserve("the order of the Gaussians in space",
                       static_cast<std::uint32_t>(with_room(parameters.count)));
-  launch("color", find_cells, blocks_for(parameters.count), stream, parameters.means,
-         parameters.count, order.pairs.keys.data(), order.pairs.values.data());
+  for_each_item("color", parameters.count, stream,
+                [means = parameters.means, keys = order.pairs.keys.data(),
+                 gaussians = order.pairs.values.data()] __device__(std::uint32_t i) {
+                  const glm::vec3 place = contract(means[i]);
+                  keys[i] = morton_code(cell_of(place.x), cell_of(place.y), cell_of(place.z));
+                  gaussians[i] = i;
+                });
   sort_pairs(order.pairs, parameters.count, 3 * kOrderBits, stream);
   order.size = parameters.count;
   order.age = 0;
@@ -477,67 +427,57 @@ FieldLists DeviceField::lists(std::uint32_t gaussians) {
            block_size}};
 }
 
-void list_visible(const StepView& view, const ParametersView& parameters, const ForwardFrame& frame,
-                  DeviceField& field, cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
-  launch("color", list_field_gaussians<Visible>, Blocks(kFieldBlocks), stream, in.lists,
-         field.order.pairs.values.data(), parameters.count, Visible{frame.tile_counts.data()});
+void FieldPasses::list_visible(const ForwardFrame& frame) const {
+  launch("color", list_field_gaussians<Visible>, kFieldBlocks, stream, input_of(*this).lists,
+         field.order.pairs.values.data(), parameters.count,
+         Visible{frame.listed.gaussians.tile_counts});
 }
 
-void find_features(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                   cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
+void FieldPasses::find_features() const {
+  const FieldInput in = input_of(*this);
   const unsigned blocks = blocks_for(std::uint64_t{kFieldBlocks} * in.lists.by_index.block_size);
   launch("color", gather_levels, blocks * in.field.level_count, stream, in, blocks);
 }
 
-void find_colors(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
-                 DeviceField& field, cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
+void FieldPasses::find_colors(ForwardFrame& frame) const {
+  const FieldInput in = input_of(*this);
   const bool is_short = in.field.inputs <= kPublishedInputs;
   launch("color", is_short ? color_tiles<kPublishedInputs> : color_tiles<kMostRows>,
          Blocks(kFieldBlocks, kNetworkThreads, sizeof(ForwardTile)), stream, in,
-         frame.splats.data());
+         frame.listed.gaussians.splats);
 }
 
-void color_by_field(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
-                    DeviceField& field, cudaStream_t stream) {
+void FieldPasses::color(ForwardFrame& frame) const {
   field.reserve(parameters.count);
   if (parameters.count == 0) return;
-  list_visible(view, parameters, frame, field, stream);
-  find_features(view, parameters, field, stream);
-  find_colors(view, parameters, frame, field, stream);
+  list_visible(frame);
+  find_features();
+  find_colors(frame);
 }
 
-void list_changing(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                   cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
-  launch("field_gradients", list_field_gaussians<HasGradient>, Blocks(2 * kFieldBlocks), stream,
-         in.lists, field.order.pairs.values.data(), parameters.count,
+void FieldPasses::list_changing() const {
+  launch("field_gradients", list_field_gaussians<HasGradient>, 2 * kFieldBlocks, stream,
+         input_of(*this).lists, field.order.pairs.values.data(), parameters.count,
          HasGradient{field.d_outputs.data()});
 }
 
-void through_network(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                     glm::vec3* d_means, cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
+void FieldPasses::through_network(glm::vec3* d_means) const {
+  const FieldInput in = input_of(*this);
   const bool is_short = in.field.inputs <= kPublishedInputs;
   launch("field_gradients", is_short ? backward_tiles<kPublishedInputs> : backward_tiles<kMostRows>,
          Blocks(kFieldBlocks, kNetworkThreads, sizeof(BackwardTile)), stream, in,
-         field.d_outputs.data(),
-         NetworkOutput{field.block_weights.data(), field.weight_count, d_means});
+         field.d_outputs.data(), field.block_weights.data(), field.weight_count, d_means);
 }
 
-void network_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                       glm::vec3* d_means, cudaStream_t stream) {
+void FieldPasses::network_gradients(glm::vec3* d_means) const {
   if (parameters.count == 0) return;
   field.keep_order(parameters, stream);
-  list_changing(view, parameters, field, stream);
-  through_network(view, parameters, field, d_means, stream);
+  list_changing();
+  through_network(d_means);
 }
 
-void sum_weight_gradients(const StepView& view, const ParametersView& parameters,
-                          DeviceField& field, cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
+void FieldPasses::sum_weight_gradients() const {
+  const FieldInput in = input_of(*this);
   const auto weights = static_cast<std::uint32_t>(field.weight_count);
   const std::size_t used =
       field.shape.network().third() + std::size_t{kUsedOutputs} * in.field.width;
@@ -546,17 +486,15 @@ void sum_weight_gradients(const StepView& view, const ParametersView& parameters
          field.by_weights.data());
 }
 
-void sum_grid_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                        cudaStream_t stream) {
-  const FieldInput in = input_of(view, parameters, field);
+void FieldPasses::sum_grid_gradients() const {
+  const FieldInput in = input_of(*this);
   constexpr unsigned kItems = kRuns * kRunSize;
   const unsigned blocks = (kFieldBlocks * in.lists.in_space.block_size + kItems - 1) / kItems;
   launch("field_gradients", sum_runs, blocks * in.field.level_count, stream, in, blocks,
          field.grid_sums.data());
 }
 
-void sum_field_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                         cudaStream_t stream) {
+void FieldPasses::sum_gradients() const {
   constexpr const char* kWhat = "field_gradients";
   if (field.has_grid_sums) set_zero(kWhat, field.grid_sums.data(), field.grid_count, stream);
   field.has_grid_sums = true;
@@ -564,17 +502,43 @@ void sum_field_gradients(const StepView& view, const ParametersView& parameters,
     set_zero(kWhat, field.by_weights.data(), field.weight_count, stream);
     return;
   }
-  sum_weight_gradients(view, parameters, field, stream);
-  sum_grid_gradients(view, parameters, field, stream);
+  sum_weight_gradients();
+  sum_grid_gradients();
 }
 
 void take_field_step(double rate, DeviceField& field, cudaStream_t stream) {
-  const std::size_t count = field.grid_count + field.weight_count;
-  launch("step_field", step_field, blocks_for(count / 4), stream,
-         FieldStepInput{AdamStep::number(++field.steps), static_cast<float>(rate),
-                        static_cast<std::uint32_t>(field.grid_count),
-                        static_cast<std::uint32_t>(count), field.values.data(), field.first.data(),
-                        field.second.data(), field.grid_sums.data(), field.by_weights.data()});
+  const auto grid_count = static_cast<std::uint32_t>(field.grid_count);
+  const auto count = static_cast<std::uint32_t>(field.grid_count + field.weight_count);
+  // A thread per four values: both counts are multiples of 4. The sums become 0. A value that never
+  // had a gradient stays as it is, and is not read.
+  const auto step_four = [step = AdamStep::number(++field.steps), rate = static_cast<float>(rate),
+                          grid_count, values = field.values.data(), firsts = field.first.data(),
+                          seconds = field.second.data(), grid_sums = field.grid_sums.data(),
+                          by_weights = field.by_weights.data()] __device__(std::uint32_t i) {
+    const std::uint32_t at = kNeighbours * i;
+    auto first = Neighbours::load(firsts + at), second = Neighbours::load(seconds + at);
+    Neighbours by;
+    if (at < grid_count) {
+      auto* const sums = reinterpret_cast<TwoSums*>(grid_sums + at);
+      const TwoSums low = sums[0], high = sums[1];
+      const auto derivative = [](unsigned long long sum) {
+        return static_cast<float>(static_cast<double>(static_cast<long long>(sum)) * kSumUnit);
+      };
+      by = {{derivative(low.values[0]), derivative(low.values[1]), derivative(high.values[0]),
+             derivative(high.values[1])}};
+      if ((low.values[0] | low.values[1]) != 0) sums[0] = TwoSums{{0, 0}};
+      if ((high.values[0] | high.values[1]) != 0) sums[1] = TwoSums{{0, 0}};
+    } else {
+      by = Neighbours::load(by_weights + (at - grid_count));
+    }
+    if (by.are_zero() && first.are_zero() && second.are_zero()) return;
+    auto value = Neighbours::load(values + at);
+    step_neighbours(step, rate, by, value, first, second);
+    value.store(values + at);
+    first.store(firsts + at);
+    second.store(seconds + at);
+  };
+  for_each_item("step_field", count / kNeighbours, stream, step_four);
   field.has_grid_sums = false;
 }
 

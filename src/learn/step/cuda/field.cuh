@@ -101,39 +101,38 @@ struct DeviceField {
 /// Throws Error(device) if the field's network is larger than the published ones.
 void require_small_network(const ColorField& field);
 
-/// Sets the colours of the projected Gaussians, in `stream`, which may run beside list_view().
-void color_by_field(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
-                    DeviceField& field, cudaStream_t stream);
+/// The passes of a field for a view, in a stream.
+struct FieldPasses {
+  const StepView& view;
+  const ParametersView& parameters;
+  DeviceField& field;
+  cudaStream_t stream;
 
-/// From field.d_outputs to the derivatives by the weights, block by block, and by the grid's
-/// features. Adds the derivatives by the directions to `d_means`.
-void network_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                       glm::vec3* d_means, cudaStream_t stream);
+  /// Sets the colours of the projected Gaussians, in a stream that may run beside list_view().
+  void color(ForwardFrame& frame) const;
 
-/// Sums the derivatives by the weights and by the grid's values, after network_gradients().
-void sum_field_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                         cudaStream_t stream);
+  /// From field.d_outputs to the derivatives by the weights, block by block, and by the grid's
+  /// features. Adds the derivatives by the directions to `d_means`.
+  void network_gradients(glm::vec3* d_means) const;
 
-/// One step of Adam for all values, after sum_field_gradients().
+  /// Sums the derivatives by the weights and by the grid's values, after network_gradients().
+  void sum_gradients() const;
+
+  // The steps of these passes, for at least one Gaussian; programs that measure call them one by
+  // one.
+  // Of color():
+  void list_visible(const ForwardFrame& frame) const;
+  void find_features() const;
+  void find_colors(ForwardFrame& frame) const;
+  // Of network_gradients():
+  void list_changing() const;
+  void through_network(glm::vec3* d_means) const;
+  // Of sum_gradients():
+  void sum_weight_gradients() const;
+  void sum_grid_gradients() const;
+};
+
+/// One step of Adam for all values, after FieldPasses::sum_gradients().
 void take_field_step(double rate, DeviceField& field, cudaStream_t stream);
-
-// The steps of these passes, for at least one Gaussian; programs that measure call them one by one.
-// Of color_by_field():
-void list_visible(const StepView& view, const ParametersView& parameters, const ForwardFrame& frame,
-                  DeviceField& field, cudaStream_t stream);
-void find_features(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                   cudaStream_t stream);
-void find_colors(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
-                 DeviceField& field, cudaStream_t stream);
-// Of network_gradients():
-void list_changing(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                   cudaStream_t stream);
-void through_network(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                     glm::vec3* d_means, cudaStream_t stream);
-// Of sum_field_gradients():
-void sum_weight_gradients(const StepView& view, const ParametersView& parameters,
-                          DeviceField& field, cudaStream_t stream);
-void sum_grid_gradients(const StepView& view, const ParametersView& parameters, DeviceField& field,
-                        cudaStream_t stream);
 
 }  // namespace qs::cuda::train

@@ -4,8 +4,10 @@
 #include <glm/geometric.hpp>
 
 #include "learn/diff/cuda/color_blend.cuh"
+#include "learn/diff/cuda/tiles.cuh"
 #include "learn/step/cuda/forward.cuh"
-#include "raster/cuda/common/footprint_rules.cuh"
+#include "raster/cuda/common/footprints.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/cuda/common/warp.cuh"
 #include "raster/kernel/cull/in_view.h"
 #include "raster/kernel/cull/modes.h"
@@ -14,67 +16,57 @@
 namespace qs::cuda::train {
 namespace {
 
-struct ProjectInput {
-  ParametersView parameters;
-  View<float> view;
-  FootprintRules rules;
-  TileGrid grid;
-};
-
-struct ProjectOutput {
-  std::uint32_t* tile_counts;
-  FootprintArrays footprints;
-  std::uint32_t *depth_keys, *first_places;
-  unsigned long long* pairs;  ///< their number is added
-  ListedSplat* splats;        ///< without colours
-  std::uint8_t* in_view;
-};
-
-/// Activates in double precision, as every backend does before it decides. Returns the number of
-/// tiles.
+/// One thread per Gaussian. Activates in double precision, as every backend does before it decides.
+/// The splats get no colours.
 template <class P>
-__device__ unsigned project_gaussian(const ProjectInput& in, const ProjectOutput& out,
-                                     std::uint32_t i) {
-  const GaussianValues<float> gaussian = in.parameters.gaussian(i);
-  const Covariance3<double> sigma =
-      covariance_of(glm::dvec3(gaussian.log_scale), unit_rotation(glm::dquat(gaussian.rotation)));
-  const double opacity = opacity_of(static_cast<double>(gaussian.opacity_logit));
-  Projected projected;
-  const bool exists =
-      !masked_out(double{gaussian.mask_logit}) &&
-      project(in.view, in.rules, active_gaussian(gaussian.mean, sigma, opacity), projected);
-  const unsigned tiles = exists ? count_tiles<P>(projected.footprint, in.grid) : 0;
-  out.tile_counts[i] = tiles;
-  out.in_view[i] = exists && is_in_view(projected.footprint, in.grid) ? 1 : 0;
-  if (tiles == 0) return 0;
-
-  out.depth_keys[i] = __float_as_uint(projected.depth);
-  out.footprints.store(i, projected.footprint);
-  out.splats[i] = {
-      make_splat(projected.footprint, static_cast<float>(opacity) * projected.opacity_factor,
-                 glm::vec3(0.0f)),
-      ellipse_of(projected.footprint)};
-  return tiles;
-}
-
-/// One thread per Gaussian.
-template <class P>
-__global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, ProjectOutput out) {
+__global__ void __launch_bounds__(kThreads)
+    project_gaussians(ParametersView parameters, View<float> view, FootprintRules rules,
+                      TileGrid grid, diff::GpuGaussianBlock out, FootprintArrays footprints) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  const unsigned tiles = i < in.parameters.count ? project_gaussian<P>(in, out, i) : 0;
-  const std::uint32_t first_place = diff::take_places(tiles, out.pairs);
+  unsigned tiles = 0;
+  if (i < parameters.count) {
+    const GaussianValues<float> gaussian = parameters.gaussian(i);
+    const Covariance3<double> sigma =
+        covariance_of(glm::dvec3(gaussian.log_scale), unit_rotation(glm::dquat(gaussian.rotation)));
+    const double opacity = opacity_of(static_cast<double>(gaussian.opacity_logit));
+    Projected projected;
+    const Footprint& footprint = projected.footprint;
+    const bool exists =
+        !masked_out(double{gaussian.mask_logit}) &&
+        project(view, rules, active_gaussian(gaussian.mean, sigma, opacity), projected);
+    if (exists) tiles = count_tiles<P>(footprint, grid);
+    out.tile_counts[i] = tiles;
+    out.projected[i] = exists && is_in_view(footprint, grid) ? 1 : 0;
+    if (tiles > 0) {
+      out.depths[i] = projected.depth;
+      footprints.store(i, footprint);
+      const float alpha = static_cast<float>(opacity) * projected.opacity_factor;
+      out.splats[i] = {make_splat(footprint, alpha, glm::vec3(0.0f)), ellipse_of(footprint)};
+    }
+  }
+  const std::uint32_t first_place = diff::take_places(tiles, out.total);
   if (tiles > 0) out.first_places[i] = first_place;
 }
 
-/// Sets the colours of the visible Gaussians. One thread per Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    color_gaussians(ParametersView parameters, glm::vec3 position, int sh_degree,
-                    const std::uint32_t* tile_counts, ListedSplat* splats) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= parameters.count || tile_counts[i] == 0) return;
-  const glm::vec3 direction = glm::normalize(parameters.means[i] - position);
-  splats[i].splat.color =
-      sh_color<float>(sh_degree, direction, [&](int k) { return parameters.coefficient(i, k); });
+/// A block in memory that grows with the frames.
+template <class Block>
+Block block_in(const char* what, DeviceBuffer<std::byte>& memory, const diff::GpuHeldSizes& sizes) {
+  memory.reserve(what, diff::bytes_of<Block>(sizes));
+  return diff::block_at<Block>(memory.data(), sizes);
+}
+
+/// Lists nothing if there are more pairs than `room`.
+void enqueue_lists(const StepView& view, std::uint32_t count, std::uint32_t room,
+                   ForwardFrame& frame) {
+  constexpr const char* kWhat = "the step's pairs";
+  diff::GpuHeldSizes sizes = frame.listed.sizes;
+  sizes.pairs = room;
+  frame.listed.sizes.pairs = 0;  // if memory is short
+  frame.listed.pairs = block_in<diff::GpuPairBlock>(kWhat, frame.of_pairs, sizes);
+  const auto unsorted = block_in<diff::ListScratch>(kWhat, frame.of_lists, sizes);
+  frame.listed.sizes.pairs = room;
+  diff::list_pairs(view.settings.mode, frame.listed.input(count, frame.footprints, unsorted),
+                   view.stream);
 }
 
 }  // namespace
@@ -82,59 +74,64 @@ __global__ void __launch_bounds__(kThreads)
 void project_view(const StepView& view, const ParametersView& parameters, ForwardFrame& frame) {
   view.throw_if_cancelled();
   constexpr const char* kWhat = "the step's Gaussians";
-  const std::size_t room = with_room(parameters.count);
-  frame.tile_counts.reserve(kWhat, room);
-  frame.footprints.reserve(kWhat, room);
-  frame.splats.reserve(kWhat, room);
-  frame.in_view.reserve(kWhat, room);
-  frame.first_places.reserve(kWhat, room);
-  frame.depth_keys.reserve(kWhat, room);
-  frame.total.sum.reserve(kWhat, 1);
-  set_zero("project", frame.total.sum.data(), 1, view.stream);
+  diff::GpuHeldSizes& sizes = frame.listed.sizes;
+  const std::uint32_t room = sizes.pairs;
+  sizes = diff::GpuHeldSizes::of(view.camera, with_room(parameters.count)).blended(3, false);
+  sizes.pairs = room;
+  frame.listed.gaussians = block_in<diff::GpuGaussianBlock>(kWhat, frame.of_gaussians, sizes);
+  frame.footprints = block_in<diff::ProjectScratch>(kWhat, frame.of_footprints, sizes).footprints;
+  unsigned long long* const total = frame.listed.gaussians.total;
+  set_zero("project", total, 1, view.stream);
   if (parameters.count > 0) {
     with_culler(view.settings.mode, [&]<class P>(P) {
-      const ProjectInput in{parameters, make_view<float>(view.camera),
-                            footprint_rules(view.settings, view.antialiased()), view.grid()};
-      launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, in,
-             ProjectOutput{frame.tile_counts.data(), frame.footprints.arrays(),
-                           frame.depth_keys.data(), frame.first_places.data(),
-                           frame.total.sum.data(), frame.splats.data(), frame.in_view.data()});
+      launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, parameters,
+             make_view<float>(view.camera), footprint_rules(view.settings, view.antialiased()),
+             view.grid(), frame.listed.gaussians, frame.footprints);
     });
   }
-  check(cudaMemcpyAsync(&*frame.total.copy, frame.total.sum.data(), sizeof(unsigned long long),
-                        cudaMemcpyDeviceToHost, view.stream),
+  check(cudaMemcpyAsync(&*frame.total, total, sizeof *total, cudaMemcpyDeviceToHost, view.stream),
         "project");
-  frame.total.arrived.record(view.stream);
+  frame.total_arrived.record(view.stream);
 }
 
 void color_view(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
                 cudaStream_t stream) {
-  if (parameters.count == 0) return;
-  launch("color", color_gaussians, blocks_for(parameters.count), stream, parameters,
-         make_view<float>(view.camera).position,
-         std::min(view.settings.sh_degree, parameters.sh_degree), frame.tile_counts.data(),
-         frame.splats.data());
+  const glm::vec3 position = make_view<float>(view.camera).position;
+  const int sh_degree = std::min(view.settings.sh_degree, parameters.sh_degree);
+  for_each_item("color", parameters.count, stream,
+                [=, tile_counts = frame.listed.gaussians.tile_counts,
+                 splats = frame.listed.gaussians.splats] __device__(std::uint32_t i) {
+                  if (tile_counts[i] == 0) return;
+                  const glm::vec3 direction = glm::normalize(parameters.means[i] - position);
+                  splats[i].splat.color = sh_color<float>(
+                      sh_degree, direction, [&](int k) { return parameters.coefficient(i, k); });
+                });
+}
+
+void list_view(const StepView& view, std::uint32_t count, ForwardFrame& frame) {
+  const std::uint32_t room = frame.listed.sizes.pairs;
+  frame.pairs = 0;
+  enqueue_lists(view, count, room, frame);
+  frame.total_arrived.wait();
+  view.throw_if_cancelled();
+  require_indexable(*frame.total);
+  const auto pairs = static_cast<std::uint32_t>(*frame.total);
+  if (pairs > room) {
+    constexpr auto bytes_for = [](std::uint64_t number) {
+      return number * (4 * sizeof(std::uint32_t) + sizeof(SortEntry));
+    };
+    require_memory("the step's pairs", bytes_for(pairs), bytes_for(room));
+    enqueue_lists(view, count, with_headroom(pairs, UINT32_MAX, bytes_for(room), bytes_for), frame);
+  }
+  frame.pairs = pairs;
 }
 
 void draw_view(const StepView& view, ForwardFrame& frame) {
-  constexpr const char* kWhat = "the step's image";
-  const std::size_t pixels = view.pixels();
-  const auto tiles = static_cast<unsigned>(view.grid().count());
-  frame.segments = diff::segments_of(frame.pairs.count, tiles);
-  const std::size_t room = std::max(diff::segments_of(frame.pairs.room(), tiles), frame.segments);
-  frame.color.reserve(kWhat, pixels);
-  frame.transmittance.reserve(kWhat, pixels);
-  frame.last.reserve(kWhat, pixels);
-  frame.segment_tiles.reserve("the step's segments", room);
-  frame.states.reserve("the step's segments", room * kTilePixels);
-  check(cudaMemsetAsync(frame.segment_tiles.data(), 0xff, frame.segments * sizeof(std::uint32_t),
-                        view.stream),
-        "blend");
-  launch("blend", diff::blend_tiles<diff::TrainedView>, tiles, view.stream,
-         frame.lists.schedule(tiles), frame.tiles(view),
-         diff::TrainedView{view.settings.background},
-         diff::BlendTarget{frame.color.data(), frame.transmittance.data(), frame.last.data(),
-                           frame.segment_tiles.data(), frame.states.data()});
+  const diff::GpuHeldSizes& sizes = frame.listed.sizes;
+  frame.segments = diff::segments_of(frame.pairs, diff::tiles_of(sizes));
+  frame.pixels = block_in<diff::GpuPixelBlock>("the step's image", frame.of_pixels, sizes);
+  diff::launch_blend(frame.listed, frame.pixels, diff::TrainedView{view.settings.background},
+                     view.stream);
 }
 
 }  // namespace qs::cuda::train

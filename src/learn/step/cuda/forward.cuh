@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: MIT
 //
-// The forward pass of training: projects the parameters, lists them by tiles, sorts the list of
-// every tile by depth, and composites as the CPU's training does. It also stores the values of
-// every pixel that the backward pass needs, see learn/diff/cuda/color_blend.cuh. Sums are in the
+// The passes of training. The forward pass projects the parameters, lists them by tiles, sorts the
+// list of every tile by depth, and composites as the CPU's training does. It also stores the values
+// of every pixel that the backward pass needs, see learn/diff/cuda/color_blend.cuh. Sums are in the
 // same order as on the CPU; alphas differ by rounding.
+//
+// The backward pass goes from the loss's derivatives by the pixels to its derivatives by all
+// parameters. Every pair of a tile and a Gaussian gets its own sum over the tile's pixels, and a
+// Gaussian's pairs are summed in the order of tiles, as on the CPU. No sum depends on the order in
+// which threads run, so two runs give the same bits. learn/diff/cuda/color_sums.cuh computes the
+// sums.
 #pragma once
 
 #include <stop_token>
 
-#include "learn/diff/cuda/tiles.cuh"
+#include "learn/diff/cuda/frame_blocks.cuh"
+#include "learn/gradient/pixel.h"
+#include "learn/step/model_state.h"
 #include "learn/step/cuda/parameters.cuh"
 #include "raster/api/renderer.h"
-#include "raster/cuda/common/block_sort.cuh"
-#include "raster/cuda/common/footprint_arrays.cuh"
-#include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/common/stream.cuh"
 
 namespace qs::cuda::train {
@@ -45,69 +50,20 @@ using diff::kTilePixels;
 using diff::ListedSplat;
 using diff::TilesView;
 
-/// Pairs of a tile and a Gaussian. The pairs of a Gaussian have neighbouring places, in the order
-/// of tiles.
-struct ListedPairs {
-  // Per place.
-  DeviceBuffer<std::uint32_t> owners;  ///< its Gaussian
-  DeviceBuffer<std::uint32_t> tiles;   ///< its tile, until the lists are sorted
-  DeviceBuffer<std::uint32_t> slots;   ///< its index in the tile's list, before that is sorted
-  // The lists of all tiles.
-  DeviceBuffer<SortEntry> entries;     ///< depths and places, in any order
-  DeviceBuffer<std::uint32_t> places;  ///< front to back
-  std::uint32_t count = 0;
-
-  /// Pairs that the buffers have room for. It grows in larger steps than the number of pairs.
-  std::uint32_t room() const { return static_cast<std::uint32_t>(places.capacity()); }
-  void reserve(std::uint32_t pairs);
-};
-
-struct TileLists {
-  DeviceBuffer<std::uint32_t> sizes;
-  DeviceBuffer<uint2> ranges;  ///< per tile: its list is [x, y)
-  /// The order in which tiles are composited, see ScheduleView.
-  DeviceBuffer<std::uint32_t> class_sizes, scheduled;
-
-  void reserve(unsigned tiles);
-  ScheduleView schedule(unsigned tiles) const {
-    return {class_sizes.data(), scheduled.data(), tiles};
-  }
-};
-
-/// The number of pairs, summed on the GPU and copied to the host.
-struct PairTotal {
-  DeviceBuffer<unsigned long long> sum;
-  PinnedValue<unsigned long long> copy;
-  Event arrived;
-};
-
 struct ForwardFrame {
-  // Per Gaussian.
-  DeviceBuffer<std::uint32_t> tile_counts;   ///< 0: not visible; the others are undefined
-  DeviceBuffer<std::uint32_t> first_places;  ///< the first place of its pairs
-  DeviceBuffer<std::uint32_t> depth_keys;    ///< bits of the depth, which is positive
-  FootprintBuffers footprints;
-  DeviceBuffer<ListedSplat> splats;
-  DeviceBuffer<std::uint8_t> in_view;  ///< see the CPU's Gradients::visible
+  /// The blocks of Gaussians and pairs. They have room for sizes.gaussians and sizes.pairs.
+  /// `projected` is 1 for the Gaussians in the view, see the CPU's Gradients::visible.
+  diff::ListedFrame listed{};
+  diff::GpuPixelBlock pixels{};
+  FootprintArrays footprints{};
+  std::uint32_t pairs = 0;     ///< of tiles and Gaussians
+  std::uint32_t segments = 0;  ///< of the lists of all tiles
 
-  PairTotal total;
-  ListedPairs pairs;
-  TileLists lists;
+  PinnedValue<unsigned long long> total;  ///< the number of pairs, copied to the host
+  Event total_arrived;
 
-  // Per pixel, row by row.
-  DeviceBuffer<glm::vec3> color;      ///< over the background, not clamped
-  DeviceBuffer<float> transmittance;  ///< behind the last Gaussian
-  DeviceBuffer<std::uint32_t> last;   ///< entries of the tile's list up to the last blended entry
-
-  // Per segment, see BlendTarget.
-  DeviceBuffer<std::uint32_t> segment_tiles;
-  DeviceBuffer<float4> states;
-  std::uint32_t segments = 0;
-
-  TilesView tiles(const StepView& view) const {
-    return {lists.ranges.data(), pairs.places.data(), pairs.owners.data(), splats.data(),
-            view.grid().columns, view.camera.width,   view.camera.height};
-  }
+  /// Memory that the next step uses again.
+  DeviceBuffer<std::byte> of_gaussians, of_footprints, of_pairs, of_lists, of_pixels;
 };
 
 // The steps of the pass, in this order. They throw Error(device) if memory is short.
@@ -119,7 +75,30 @@ void project_view(const StepView& view, const ParametersView& parameters, Forwar
 void color_view(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
                 cudaStream_t stream);
 
+/// Fills frame.listed.pairs for `count` projected Gaussians. The host waits for the number
+/// of pairs, while the GPU lists: it lists again if the memory was too small for the pairs. Throws
+/// Cancelled, and Error(device) if memory is short.
+void list_view(const StepView& view, std::uint32_t count, ForwardFrame& frame);
+
 /// Composites the lists.
 void draw_view(const StepView& view, ForwardFrame& frame);
+
+/// Memory of backward() that the next step uses again.
+struct BackwardScratch {
+  DeviceBuffer<PixelSums<float>> pairs;  ///< per place, see ForwardFrame::pairs
+  DeviceBuffer<glm::vec2> absolute;      ///< absolute gradients per pair, if asked for
+  DeviceBuffer<PixelSums<float>> sums;   ///< per Gaussian
+};
+
+/// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.
+/// With `d_outputs`, which has room for all Gaussians, a colour field computed the colours: they
+/// become the derivatives by the outputs of its network, and the coefficients of colour have no
+/// derivatives. Does not wait. Throws Cancelled, and Error(device) if memory is short.
+void backward(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
+              const glm::vec3* d_color, const qs::train::BackwardOrder& order,
+              BackwardScratch& scratch, Gradients& gradients, glm::vec3* d_outputs = nullptr);
+
+/// Sets gradients.by.sh, for tests, of a model with coefficients up to `sh_degree`.
+void expand_colors(int sh_degree, cudaStream_t stream, Gradients& gradients);
 
 }  // namespace qs::cuda::train

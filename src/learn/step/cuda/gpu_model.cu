@@ -5,16 +5,13 @@
 
 #include "learn/gradient/integer_sum.h"
 #include "learn/step/cuda/adam.cuh"
-#include "learn/step/cuda/backward.cuh"
 #include "learn/step/cuda/codes.cuh"
-#include "learn/step/cuda/count_errors.cuh"
 #include "learn/step/cuda/density.cuh"
 #include "learn/step/cuda/field.cuh"
+#include "learn/step/cuda/forward.cuh"
 #include "learn/step/cuda/gpu_model.h"
-#include "learn/step/cuda/list.cuh"
 #include "learn/step/cuda/loss.cuh"
 #include "learn/step/cuda/pass_clock.cuh"
-#include "learn/step/cuda/photograph.cuh"
 #include "raster/cuda/common/gpu_info.h"
 #include "raster/cuda/common/stream.cuh"
 
@@ -58,9 +55,8 @@ class SideStream {
 /// The highest degree of coefficients that are not all zero.
 int used_degree(const qs::train::Parameters& moments) {
   std::size_t used = 0;
-  for (std::size_t at = 0; at < moments.sh.size(); ++at) {
+  for (std::size_t at = 0; at < moments.sh.size(); ++at)
     if (moments.sh[at] != glm::vec3(0)) used = std::max(used, at % moments.sh_stride());
-  }
   int degree = 0;
   while (static_cast<std::size_t>(sh_coefficient_count(degree)) <= used) ++degree;
   return degree;
@@ -76,8 +72,6 @@ struct GpuModel::State {
   Stream stream;  // selects the GPU
   SideStream side;
   std::size_t free_before = DeviceMemory::now().free;
-  int iteration = 0, changed_before = 0;
-  qs::train::GrowthState growth;
   Parameters parameters;
   AdamState adam;
   GradientSums sums;
@@ -90,7 +84,8 @@ struct GpuModel::State {
     Parameters parameters, first, second;
     DensityStatistics density;
   } next;
-  qs::train::ModelState host;      ///< the copy that state() returns
+  qs::train::ModelState host;      ///< the copy that state() returns, with the current iteration,
+                                   ///< changed_before and growth
   qs::train::GaussianFacts facts;  ///< the copy that facts() returns, in memory that is reused
 
   std::vector<DevicePhotograph> photographs;  ///< photographs by their numbers
@@ -122,9 +117,8 @@ struct GpuModel::State {
     if (sums.empty()) return;
     host.summed = download(sums.by, stream);
     const std::size_t stride = host.summed.sh_stride();
-    for (std::size_t at = 0; at < host.summed.sh.size(); ++at) {
+    for (std::size_t at = 0; at < host.summed.sh.size(); ++at)
       if (at % stride == 0 ? !sums.has_others : !sums.has_rest) host.summed.sh[at] = glm::vec3(0);
-    }
     if (sums.has_others) return;
     qs::train::Parameters zeros;
     zeros.sh_degree = host.summed.sh_degree;
@@ -147,7 +141,8 @@ struct GpuModel::State {
 
   /// The drawn view and `target`. `target_mask` may be null.
   Comparison comparison(const std::uint8_t* target_mask, std::size_t counted) {
-    return {camera.width, camera.height, frame.color.data(), target.data(), target_mask, counted};
+    return {camera.width,  camera.height, frame.pixels.colors(),
+            target.data(), target_mask,   counted};
   }
   /// The same for a photograph, which is copied to `target`. The last reader of `target` is done,
   /// because forward() has forked the stream since then, or compare() has.
@@ -230,17 +225,17 @@ std::string GpuModel::name() const {
 
 std::size_t GpuModel::size() const { return state_->parameters.count; }
 
-int GpuModel::iteration() const { return state_->iteration; }
+int GpuModel::iteration() const { return state_->host.iteration; }
 
-int GpuModel::changed_before() const { return state_->changed_before; }
+int GpuModel::changed_before() const { return state_->host.changed_before; }
 
 void GpuModel::set_state(qs::train::ModelState state) {
   if (state.color_field.exists()) require_small_network(state.color_field.field);
   State& s = gpu();
   s.side.join(s.stream);
-  s.iteration = state.iteration;
-  s.changed_before = state.changed_before;
-  s.growth = state.growth;
+  s.host.iteration = state.iteration;
+  s.host.changed_before = state.changed_before;
+  s.host.growth = state.growth;
   s.adam.steps = state.adam.steps;
   s.adam.rest_steps = state.adam.rest_steps;
   s.sums.has_rest = s.sums.has_others = state.summed.size() > 0;
@@ -266,9 +261,6 @@ const qs::train::Parameters& GpuModel::parameters() {
 const qs::train::ModelState& GpuModel::state() {
   parameters();
   State& s = gpu();
-  s.host.iteration = s.iteration;
-  s.host.changed_before = s.changed_before;
-  s.host.growth = s.growth;
   s.host.adam = {download(s.adam.first, s.stream), download(s.adam.second, s.stream), s.adam.steps,
                  s.adam.rest_steps};
   s.download_sums();
@@ -288,7 +280,7 @@ const qs::train::GaussianFacts& GpuModel::facts() {
   copy_to_host(p.mask_logits.data(), s.facts.mask_logits, p.has_masks ? p.count : 0, s.stream);
   s.density.download(s.stream, s.facts.density);
   s.counts.download(s.stream, s.facts.counts);
-  s.facts.growth = s.growth;
+  s.facts.growth = s.host.growth;
   return s.facts;
 }
 
@@ -298,8 +290,8 @@ void GpuModel::apply(const qs::train::Plan& plan) {
   s.side.join(s.stream);
   s.with_memory([&] { s.gather_next(plan); });
   if (plan.resets_statistics) std::swap(s.density, s.next.density);
-  s.changed_before = plan.iteration;
-  s.growth = plan.growth;
+  s.host.changed_before = plan.iteration;
+  s.host.growth = plan.growth;
   s.counts.count = 0;
   s.sums.has_rest = s.sums.has_others = false;
   std::swap(s.parameters, s.next.parameters);
@@ -338,7 +330,7 @@ void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std
     project_view(s.view(), drawn, s.frame);
     s.side.fork(s.stream, [&](cudaStream_t beside) {
       if (s.field.exists())
-        color_by_field(s.view(), drawn, s.frame, s.field, beside);
+        FieldPasses{s.view(), drawn, s.field, beside}.color(s.frame);
       else
         color_view(s.view(), drawn, s.frame, beside);
     });
@@ -354,7 +346,7 @@ void GpuModel::forget_photographs() { gpu().free_photographs(); }
 Image GpuModel::picture() {
   State& s = gpu();
   Image image(s.camera.width, s.camera.height, 3);
-  const std::vector<glm::vec3> color = copied(s.frame.color.data(), s.pixels(), s.stream);
+  const std::vector<glm::vec3> color = copied(s.frame.pixels.colors(), s.pixels(), s.stream);
   std::copy_n(&color[0][0], image.values.size(), image.values.begin());
   return image;
 }
@@ -391,11 +383,11 @@ void GpuModel::backward(const qs::train::BackwardOrder& order) {
     train::backward(s.view(), drawn, s.frame, s.d_color.data(), order, s.backward, s.gradients,
                     has_field ? s.field.d_outputs.data() : nullptr);
     const ParametersView by = s.gradients.by.view();
-    if (has_field) network_gradients(s.view(), drawn, s.field, by.means, s.stream);
+    if (has_field) FieldPasses{s.view(), drawn, s.field, s.stream}.network_gradients(by.means);
     if (s.codes.exist()) pass_through_codes(s.parameters.view(), s.codes, by, s.stream);
     if (has_field) {
       s.side.fork(s.stream, [&](cudaStream_t beside) {
-        sum_field_gradients(s.view(), drawn, s.field, beside);
+        FieldPasses{s.view(), drawn, s.field, beside}.sum_gradients();
       });
     }
   });
@@ -410,8 +402,9 @@ void GpuModel::set_pixel_gradients(std::span<const glm::vec3> d_color) {
 void GpuModel::step(const qs::train::StepOrder& order) {
   State& s = gpu();
   if (order.counts_density) {
-    const CountedGaussians counted{s.frame.in_view.data(),
-                                   order.counts_by_mode ? s.frame.tile_counts.data() : nullptr};
+    const diff::GpuGaussianBlock& gaussians = s.frame.listed.gaussians;
+    const CountedGaussians counted{gaussians.projected,
+                                   order.counts_by_mode ? gaussians.tile_counts : nullptr};
     s.density.add(s.gradients, counted, s.camera.width, s.camera.height, s.stream);
   }
   if (order.sums) {
@@ -431,7 +424,7 @@ void GpuModel::step(const qs::train::StepOrder& order) {
     });
   }
   s.clock.end(3, s.stream);
-  s.iteration = order.iteration;
+  s.host.iteration = order.iteration;
 }
 
 Loss GpuModel::recent_loss() {
@@ -462,9 +455,9 @@ Loss GpuModel::loss() const {
 
 PixelCopies GpuModel::pixels() const {
   State& s = gpu();
-  return {copied(s.frame.color.data(), s.pixels(), s.stream),
-          copied(s.frame.transmittance.data(), s.pixels(), s.stream),
-          copied(s.frame.last.data(), s.pixels(), s.stream)};
+  return {copied(s.frame.pixels.colors(), s.pixels(), s.stream),
+          copied(s.frame.pixels.transmittance, s.pixels(), s.stream),
+          copied(s.frame.pixels.last, s.pixels(), s.stream)};
 }
 
 std::vector<glm::vec3> GpuModel::pixel_gradients() const {
@@ -479,7 +472,7 @@ GradientCopies GpuModel::gradients() const {
           copied(s.gradients.mean_px.data(), s.parameters.count, s.stream),
           copied(s.gradients.absolute_px.data(), s.gradients.has_absolute ? s.parameters.count : 0,
                  s.stream),
-          copied(s.frame.in_view.data(), s.parameters.count, s.stream)};
+          copied(s.frame.listed.gaussians.projected, s.parameters.count, s.stream)};
 }
 
 FieldGradientCopies GpuModel::field_gradients() const {
@@ -493,6 +486,6 @@ FieldGradientCopies GpuModel::field_gradients() const {
   return copies;
 }
 
-std::uint32_t GpuModel::pairs() const { return state_->frame.pairs.count; }
+std::uint32_t GpuModel::pairs() const { return state_->frame.pairs; }
 
 }  // namespace qs::cuda::train

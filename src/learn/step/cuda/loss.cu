@@ -249,6 +249,14 @@ __global__ void __launch_bounds__(kThreads)
   if (threadIdx.x == 0) *result = total;
 }
 
+void copy_bytes(std::span<const std::uint8_t> from, DeviceBuffer<std::uint8_t>& to,
+                cudaStream_t stream) {
+  to.reserve("a photograph", from.size());
+  if (from.empty()) return;
+  check(cudaMemcpyAsync(to.data(), from.data(), from.size(), cudaMemcpyHostToDevice, stream),
+        "copy to the GPU");
+}
+
 }  // namespace
 
 void compare(const Comparison& pictures, cudaStream_t stream, LossScratch& scratch,
@@ -286,6 +294,34 @@ void LossCopy::begin(LossScratch& scratch, double values, cudaStream_t stream) {
 Loss LossCopy::wait() {
   arrived_.wait();
   return Loss::of_sums(sums_->l1, sums_->ssim, sums_->squared_error, values_);
+}
+
+void DevicePhotograph::upload(const qs::train::Photograph& host, cudaStream_t stream) {
+  pixels = 0;
+  has_alpha = !host.alpha.empty();
+  has_mask = !host.mask.empty();
+  const std::size_t size = host.rgb.size() / 3;
+  assert(!has_alpha || host.alpha.size() == size);
+  assert(!has_mask || host.mask.size() == size);
+  copy_bytes(host.rgb, rgb, stream);
+  copy_bytes(host.alpha, alpha, stream);
+  copy_bytes(host.mask, mask, stream);
+  check(cudaStreamSynchronize(stream), "copy to the GPU");
+  pixels = size;
+  counted = size - static_cast<std::size_t>(
+                       std::count(host.mask.begin(), host.mask.end(), std::uint8_t{0}));
+}
+
+void DevicePhotograph::over(const glm::vec3& background, cudaStream_t stream,
+                            DeviceBuffer<glm::vec3>& target) const {
+  target.reserve("the step's image", pixels);
+  for_each_item("draw_photograph", static_cast<std::uint32_t>(pixels), stream,
+                [=, rgb = rgb.data(), alpha = has_alpha ? alpha.data() : nullptr,
+                 target = target.data()] __device__(std::uint32_t i) {
+                  glm::vec3 color = photograph_color(rgb + std::size_t{3} * i);
+                  if (alpha != nullptr) color += background_behind(alpha[i], background);
+                  target[i] = color;
+                });
 }
 
 }  // namespace qs::cuda::train

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The loss of kernel/loss.h on the GPU, with its gradient. Gradients equal the CPU's to the bit;
-// the sums of the loss are in another, fixed order.
+// The loss of learn/gradient/loss.h on the GPU, with its gradient, and photographs with 8 bits per
+// channel in the memory of the GPU. Gradients equal the CPU's to the bit; the sums of the loss are
+// in another, fixed order.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include "learn/gradient/loss.h"
+#include "learn/step/photograph.h"
 #include "raster/cuda/common/stream.cuh"
 
 namespace qs::cuda::train {
@@ -52,5 +54,25 @@ struct Comparison {
 /// Error(device) if memory is short.
 void compare(const Comparison& pictures, cudaStream_t stream, LossScratch& scratch,
              DeviceBuffer<glm::vec3>& d_color);
+
+struct DevicePhotograph {
+  DeviceBuffer<std::uint8_t> rgb;    ///< row by row; over black if there is alpha
+  DeviceBuffer<std::uint8_t> alpha;  ///< per pixel, if has_alpha
+  DeviceBuffer<std::uint8_t> mask;   ///< per pixel, if has_mask
+  std::size_t pixels = 0;            ///< 0: nothing was uploaded
+  std::size_t counted = 0;           ///< pixels that are not masked
+  bool has_alpha = false, has_mask = false;
+
+  static std::uint64_t bytes_of(const qs::train::Photograph& host) {
+    return host.rgb.size() + host.alpha.size() + host.mask.size();
+  }
+
+  /// Waits. Throws Error(device).
+  void upload(const qs::train::Photograph& host, cudaStream_t stream);
+
+  /// Sets `target` to the colours over a background, per pixel.
+  void over(const glm::vec3& background, cudaStream_t stream,
+            DeviceBuffer<glm::vec3>& target) const;
+};
 
 }  // namespace qs::cuda::train

@@ -8,22 +8,6 @@
 namespace qs::cuda::train {
 namespace {
 
-constexpr std::uint32_t kZeros = qs::train::Plan::kZeros;
-
-/// One thread per new Gaussian.
-__global__ void __launch_bounds__(kThreads)
-    gather_gaussians(ParametersView from, const std::uint32_t* sources, ParametersView to) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= to.count) return;
-  const std::uint32_t source = sources[i];
-  const bool zeros = source == kZeros;
-  to.set_gaussian(i, zeros ? GaussianValues<float>{glm::vec3(0.0f), glm::vec3(0.0f),
-                                                   glm::quat(0, 0, 0, 0), 0.0f, 0.0f}
-                           : from.gaussian(source));
-  for (int k = 0; k < to.sh_coefficients; ++k)
-    to.set_coefficient(i, k, zeros ? glm::vec3(0.0f) : from.coefficient(source, k));
-}
-
 // On the GPU every channel of a coefficient has its own row.
 std::size_t sh_index(std::size_t coefficient, int channel, std::uint32_t count) {
   return (3 * coefficient + static_cast<std::size_t>(channel)) * sh_row(count);
@@ -99,9 +83,15 @@ qs::train::Parameters download(const Parameters& parameters, cudaStream_t stream
 void gather(Parameters& from, const DeviceBuffer<std::uint32_t>& sources, std::uint32_t count,
             cudaStream_t stream, Parameters& to) {
   to.resize(count, from.sh_degree, from.has_masks);
-  if (count == 0) return;
-  launch("gather", gather_gaussians, blocks_for(count), stream, from.view(), sources.data(),
-         to.view());
+  for_each_item(
+      "gather", count, stream,
+      [from = from.view(), sources = sources.data(), to = to.view()] __device__(std::uint32_t i) {
+        const std::uint32_t source = sources[i];
+        const bool zeros = source == qs::train::Plan::kZeros;
+        to.set_gaussian(i, zeros ? GaussianValues<float>::zero() : from.gaussian(source));
+        for (int k = 0; k < to.sh_coefficients; ++k)
+          to.set_coefficient(i, k, zeros ? glm::vec3(0.0f) : from.coefficient(source, k));
+      });
 }
 
 }  // namespace qs::cuda::train

@@ -11,6 +11,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "learn/gradient/adam.h"
 #include "learn/gradient/gaussian.h"
 #include "learn/step/plan.h"
 #include "raster/cuda/common/device_buffer.cuh"
@@ -121,5 +122,30 @@ qs::train::Parameters download(const Parameters& parameters, cudaStream_t stream
 /// Gaussian i of `to` becomes Gaussian sources[i] of `from`, or zeros where that is Plan::kZeros.
 void gather(Parameters& from, const DeviceBuffer<std::uint32_t>& sources, std::uint32_t count,
             cudaStream_t stream, Parameters& to);
+
+inline constexpr unsigned kNeighbours = 4;
+
+/// Four neighbouring values, which a thread reads and writes at once.
+struct Neighbours {
+  float4 values;
+
+  static __device__ Neighbours load(const float* from) {
+    return {*reinterpret_cast<const float4*>(from)};
+  }
+  __device__ void store(float* to) const { *reinterpret_cast<float4*>(to) = values; }
+  __device__ float& operator[](unsigned n) { return (&values.x)[n]; }
+  __device__ bool are_zero() const {
+    return values.x == 0 && values.y == 0 && values.z == 0 && values.w == 0;
+  }
+};
+
+/// adam() of each value.
+__device__ inline void step_neighbours(const AdamStep& step, float rate, const Neighbours& by,
+                                       Neighbours& value, Neighbours& first, Neighbours& second) {
+  adam(step, rate, by.values.x, value.values.x, first.values.x, second.values.x);
+  adam(step, rate, by.values.y, value.values.y, first.values.y, second.values.y);
+  adam(step, rate, by.values.z, value.values.z, first.values.z, second.values.z);
+  adam(step, rate, by.values.w, value.values.w, first.values.w, second.values.w);
+}
 
 }  // namespace qs::cuda::train

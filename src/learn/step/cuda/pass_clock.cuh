@@ -4,29 +4,15 @@
 // host does not wait.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "learn/step/training_model.h"
-#include "raster/cuda/common/check.cuh"
+#include "raster/cuda/common/stream.cuh"
 
 namespace qs::cuda::train {
 
 class PassClock {
  public:
-  PassClock() {
-    for (Events& events : events_) {
-      for (cudaEvent_t& event : events) check(cudaEventCreate(&event), "cudaEventCreate");
-    }
-  }
-  PassClock(const PassClock&) = delete;
-  PassClock& operator=(const PassClock&) = delete;
-  ~PassClock() {
-    for (const Events& events : events_) {
-      for (const cudaEvent_t event : events) cudaEventDestroy(event);
-    }
-  }
-
   /// Begins an iteration. An iteration that did not reach its last pass is discarded.
   void begin(cudaStream_t stream) { record(0, stream); }
   /// Marks that pass 0, 1, 2 or 3 was enqueued.
@@ -38,25 +24,22 @@ class PassClock {
   /// Times of the iteration before the last iteration, or of the only iteration. Waits until its
   /// passes have run.
   qs::train::PassSeconds seconds() const {
-    const Events& events = events_[(iterations_ > 1 ? iterations_ - 2 : 0) % 2];
-    check(cudaEventSynchronize(events[kPasses]), "training");
-    const auto between = [&events](std::size_t pass) {
-      float ms = 0;
-      check(cudaEventElapsedTime(&ms, events[pass], events[pass + 1]), "cudaEventElapsedTime");
-      return 1e-3 * static_cast<double>(ms);
+    const TimedEvent* const events = events_[(iterations_ > 1 ? iterations_ - 2 : 0) % 2];
+    events[kPasses].wait("training");
+    const auto seconds_of = [events](std::size_t pass) {
+      return 1e-3 * static_cast<double>(events[pass + 1].ms_since(events[pass]));
     };
-    return {between(0), between(1), between(2), between(3)};
+    return {seconds_of(0), seconds_of(1), seconds_of(2), seconds_of(3)};
   }
 
  private:
   static constexpr std::size_t kPasses = 4;
-  using Events = std::array<cudaEvent_t, kPasses + 1>;
 
   void record(std::size_t event, cudaStream_t stream) {
-    check(cudaEventRecord(events_[iterations_ % 2][event], stream), "cudaEventRecord");
+    events_[iterations_ % 2][event].record(stream);
   }
 
-  std::array<Events, 2> events_{};  // of iterations with even and odd numbers
+  TimedEvent events_[2][kPasses + 1];  // of iterations with even and odd numbers
   std::uint64_t iterations_ = 0;
 };
 

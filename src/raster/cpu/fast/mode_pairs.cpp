@@ -57,7 +57,7 @@ HWY_INLINE void count_mode(CullMode mode, TileGrid grid, const Survivors& s, Mod
   } else {
     for (std::size_t k = 0; k < s.count; ++k) {
       const bool counted = keeps<P>(s.gamma[k]);
-      tiles[k] = counted ? static_cast<int>(number_of_tiles<P>(s.footprint(k), grid)) : 0;
+      tiles[k] = counted ? static_cast<int>(count_tiles<P>(s.footprint(k), grid)) : 0;
     }
   }
   std::uint64_t pairs = 0;

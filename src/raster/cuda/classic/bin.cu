@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cuda/classic/bin.cuh"
-#include "raster/cuda/common/pair_limit.cuh"
+#include <algorithm>
+#include <bit>
+
+#include "raster/cuda/classic/classic.cuh"
+#include "raster/cuda/common/limits.cuh"
 #include "raster/kernel/cull/modes.h"
 
 namespace qs::cuda::classic {
@@ -53,6 +56,27 @@ void bin(const FrameContext& frame, ClassicVisible& visible, ClassicPairs& pairs
            gaussians, frame.grid, pairs.offsets.data(), pairs.buffers.keys.data(),
            pairs.buffers.values.data());
   });
+}
+
+void sort(const FrameContext& frame, ClassicPairs& pairs) {
+  const auto tiles = static_cast<unsigned>(frame.grid.count());
+  pairs.ranges.reserve("the frame's tiles", tiles);
+  set_zero("sort", pairs.ranges.data(), tiles, frame.stream);
+  if (pairs.count == 0) return;
+  // At least one bit, also for a picture of one tile.
+  const int tile_bits = std::max(1, static_cast<int>(std::bit_width(tiles - 1)));
+  // The pairs are in ascending order of the Gaussian's index, and a Gaussian has at most one pair
+  // per tile. The sort is stable, so pairs of equal depth stay in that order.
+  sort_pairs(pairs.buffers, pairs.count, kDepthBits + tile_bits, frame.stream);
+  // The threads of the first and last pair of a tile write its range.
+  for_each_item("find_ranges", pairs.count, frame.stream,
+                [keys = pairs.buffers.keys.data(), count = pairs.count,
+                 ranges = pairs.ranges.data()] __device__(std::uint32_t i) {
+                  const auto tile_of = [&](std::uint32_t pair) { return keys[pair] >> kDepthBits; };
+                  const std::uint64_t tile = tile_of(i);
+                  if (i == 0 || tile_of(i - 1) != tile) ranges[tile].begin = i;
+                  if (i + 1 == count || tile_of(i + 1) != tile) ranges[tile].end = i + 1;
+                });
 }
 
 }  // namespace qs::cuda::classic

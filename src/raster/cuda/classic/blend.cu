@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cuda/classic/blend.cuh"
-#include "raster/cuda/common/blend_parameters.cuh"
+#include "raster/cuda/classic/classic.cuh"
 #include "raster/cuda/common/flush.cuh"
+#include "raster/cuda/common/pixels.cuh"
 
 namespace qs::cuda::classic {
 namespace {
@@ -88,13 +88,13 @@ __global__ void __launch_bounds__(kThreads)
 }  // namespace
 
 void blend(const FrameContext& frame, ClassicVisible& visible, const ClassicPairs& pairs,
-           const TileLists& lists, const Outputs& outputs, Pixels& pixels) {
+           const Outputs& outputs, Pixels& pixels) {
   pixels.reserve(frame.camera, outputs);
   pixels.reserve_used(outputs, pairs.count);
   pixels.clear_used(outputs, pairs.count, frame.stream);
   launch("blend", outputs.used ? blend_tiles<true> : blend_tiles<false>,
          static_cast<unsigned>(frame.grid.count()), frame.stream,
-         Input::of(frame, pairs.buffers.values, lists.ranges.data(), visible.splats),
+         Input::of(frame, pairs.ranges.data(), pairs.buffers.values.data(), visible.splats.data()),
          BlendOutput::of(pixels, outputs), visible.counters.data());
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/classic/classic.cuh"
-#include "raster/cuda/common/collect.cuh"
 #include "raster/cuda/common/depth.cuh"
+#include "raster/cuda/common/pixels.cuh"
 
 namespace qs::cuda::classic {
 namespace {
@@ -23,8 +23,8 @@ void ClassicPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pi
   clock.begin(outputs.stage_times, frame.stream);
   timed(Stage::preprocess, [&] { preprocess(frame, visible_); });
   timed(Stage::bin, [&] { bin(frame, visible_, pairs_); });
-  timed(Stage::sort, [&] { sort(frame, pairs_, lists_); });
-  timed(Stage::blend, [&] { blend(frame, visible_, pairs_, lists_, outputs, pixels); });
+  timed(Stage::sort, [&] { sort(frame, pairs_); });
+  timed(Stage::blend, [&] { blend(frame, visible_, pairs_, outputs, pixels); });
   clock.finish(frame.stream);
   frame.enqueue_behind();
 }
@@ -38,13 +38,13 @@ void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
   result.stats.sort_bytes = pairs_.count * kSortedEach;
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
   collect_lists(
-      frame, outputs, pixels, lists_.ranges.data(), pairs_.buffers.values,
+      frame, outputs, pixels, pairs_.ranges.data(), pairs_.buffers.values.data(),
       [&](Trace& trace) { append_gaussians(frame, trace); }, result);
 }
 
 void ClassicPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) const {
-  const auto in =
-      BlendInput<LogSplat>::of(frame, pairs_.buffers.values, lists_.ranges.data(), visible_.splats);
+  const auto in = BlendInput<LogSplat>::of(frame, pairs_.ranges.data(),
+                                           pairs_.buffers.values.data(), visible_.splats.data());
   cuda::draw_depth(frame, in, visible_.depths.data(), pixels);
 }
 
@@ -59,9 +59,8 @@ void ClassicPipeline::append_gaussians(const FrameContext& frame, Trace& trace) 
   auto levels = on_host(visible_.footprints.levels);
   const auto splats = on_host(visible_.splats);
   const FootprintArrays footprints{means.data(), conics.data(), levels.data()};
-  for (std::size_t i = 0; i < size; ++i) {
+  for (std::size_t i = 0; i < size; ++i)
     if (tiles[i] > 0) append_visible(trace, i, footprints.load(i), depths[i], splats[i].splat());
-  }
 }
 
 }  // namespace qs::cuda::classic

@@ -1,66 +1,54 @@
 // SPDX-License-Identifier: MIT
 #include <glm/geometric.hpp>
 
-#include "raster/cuda/classic/preprocess.cuh"
+#include "raster/cuda/classic/classic.cuh"
 #include "raster/kernel/cull/modes.h"
 #include "raster/kernel/sh.h"
 
 namespace qs::cuda::classic {
 namespace {
 
-struct PreprocessInput {
-  CloudView cloud;
-  View<float> view;
-  FootprintRules rules;
-  int sh_degree;
-  TileGrid grid;
-};
-
 template <class P>
 __global__ void __launch_bounds__(kThreads)
-    preprocess_gaussians(PreprocessInput in, ClassicVisibleView out) {
+    preprocess_gaussians(CloudView cloud, View<float> view, FootprintRules rules, int sh_degree,
+                         TileGrid grid, ClassicVisibleView out) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   std::uint32_t tiles = 0;
   ActiveGaussian gaussian;
   Projected projected;
-  if (i < in.cloud.count) {
-    gaussian = in.cloud.gaussian(i);
-    if (project(in.view, in.rules, gaussian, projected)) {
-      tiles = count_tiles<P>(projected.footprint, in.grid);
-    }
+  if (i < cloud.count) {
+    gaussian = cloud.gaussian(i);
+    if (project(view, rules, gaussian, projected))
+      tiles = count_tiles<P>(projected.footprint, grid);
   }
-  if (i <= in.cloud.count) out.tile_counts[i] = tiles;
+  if (i <= cloud.count) out.tile_counts[i] = tiles;
   const int visible = __syncthreads_count(tiles > 0);
   if (threadIdx.x == 0 && visible > 0) atomicAdd(&out.counters->visible, visible);
   if (tiles == 0) return;
 
   out.depths[i] = projected.depth;
   out.footprints.store(i, projected.footprint);
-  const glm::vec3 direction = glm::normalize(gaussian.position - in.view.position);
+  const glm::vec3 direction = glm::normalize(gaussian.position - view.position);
   const glm::vec3 color =
-      sh_color<float>(in.sh_degree, direction, [&](int k) { return in.cloud.coefficient(i, k); });
+      sh_color<float>(sh_degree, direction, [&](int k) { return cloud.coefficient(i, k); });
   out.splats[i] = LogSplat::of(projected.footprint, color);
 }
 
 }  // namespace
 
-void ClassicVisible::reserve(std::size_t gaussians) {
-  tile_counts.reserve("the frame's Gaussians", gaussians + 1);
-  depths.reserve("the frame's Gaussians", gaussians);
-  footprints.reserve("the frame's Gaussians", gaussians);
-  splats.reserve("the frame's Gaussians", gaussians);
-  counters.reserve("the frame's counters", 1);
-}
-
 void preprocess(const FrameContext& frame, ClassicVisible& visible) {
-  visible.reserve(frame.cloud.count);
+  constexpr const char* kWhat = "the frame's Gaussians";
+  const std::size_t gaussians = frame.cloud.count;
+  visible.tile_counts.reserve(kWhat, gaussians + 1);
+  visible.depths.reserve(kWhat, gaussians);
+  visible.footprints.reserve(kWhat, gaussians);
+  visible.splats.reserve(kWhat, gaussians);
+  visible.counters.reserve("the frame's counters", 1);
   set_zero("preprocess", visible.counters.data(), 1, frame.stream);
   with_culler(frame.settings.mode, [&]<class P>(P) {
-    const FootprintRules rules = frame.rules();
-    const PreprocessInput in{frame.cloud.view(), make_view<float>(frame.camera), rules,
-                             frame.sh_degree(), frame.grid};
     launch("preprocess", preprocess_gaussians<P>, blocks_for(std::uint64_t{frame.cloud.count} + 1),
-           frame.stream, in, visible.view());
+           frame.stream, frame.cloud.view(), make_view<float>(frame.camera), frame.rules(),
+           frame.sh_degree(), frame.grid, visible.view());
   });
 }
 

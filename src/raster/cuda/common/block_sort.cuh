@@ -26,9 +26,6 @@ struct EntryOrder {
 /// Blocks of a usual size can sort so many entries on every GPU.
 inline constexpr std::uint32_t kUsualSort = 3072;
 
-/// The largest number of entries that a block can sort on the current device, at least kUsualSort.
-std::uint32_t most_in_shared_memory();
-
 /// Memory in which a block sorts: three arrays of `capacity` elements. AnyIndex: of an item.
 template <class AnyIndex>
 struct SortArrays {
@@ -109,9 +106,7 @@ class BlockSort {
   template <class ValueOf>
   __device__ void begin_with(const ValueOf& value_of) {
     load(value_of);
-    for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
-      arrays_.order[i] = static_cast<Index>(i);
-    }
+    for (unsigned i = threadIdx.x; i < size_; i += kBlock) arrays_.order[i] = static_cast<Index>(i);
     __syncthreads();
   }
 
@@ -140,9 +135,8 @@ class BlockSort {
     int bits = 0;
     while (bits < 32 && range >> bits != 0) ++bits;
     const int shift_of_lowest = max(bits - passes_of(bits) * kDigitBits, 0);
-    for (int shift = shift_of_lowest; shift < bits; shift += kDigitBits) {
+    for (int shift = shift_of_lowest; shift < bits; shift += kDigitBits)
       sort_by_digit(least, shift);
-    }
   }
 
   __device__ void sort_by_digit(std::uint32_t least, int shift) {
@@ -187,9 +181,7 @@ class BlockSort {
       const unsigned below = __popc(peers & lanes_below());
       const unsigned begin = count_of(warp, digit);
       __syncwarp();
-      if (exists && below == 0) {
-        count_of(warp, digit) = static_cast<Index>(begin + __popc(peers));
-      }
+      if (exists && below == 0) count_of(warp, digit) = static_cast<Index>(begin + __popc(peers));
       __syncwarp();
       if (exists) arrays_.other[begin + below] = item;
     }

@@ -49,10 +49,9 @@ inline unsigned blocks_for(std::uint64_t items) {
 
 /// Size of a launch: number of blocks, threads per block, and bytes of dynamic shared memory.
 struct Blocks {
-  unsigned count, threads = kThreads;
-  std::size_t shared_bytes = 0;
-  Blocks(unsigned count_) : count(count_) {}
-  Blocks(unsigned count_, unsigned threads_, std::size_t shared_bytes_ = 0)
+  unsigned count, threads;
+  std::size_t shared_bytes;
+  Blocks(unsigned count_, unsigned threads_ = kThreads, std::size_t shared_bytes_ = 0)
       : count(count_), threads(threads_), shared_bytes(shared_bytes_) {}
 };
 
@@ -71,6 +70,19 @@ void launch(const char* what, void (*kernel)(Parameters...), Blocks blocks, cuda
   }
   config.stream = stream;
   check(cudaLaunchKernelEx(&config, kernel, Parameters(arguments)...), what);
+}
+
+template <class Count, class Work>
+__global__ void __launch_bounds__(kThreads) run_for_each(Count count, Work work) {
+  const Count i = Count{blockIdx.x} * kThreads + threadIdx.x;
+  if (i < count) work(i);
+}
+
+/// Enqueues work(i) for all i < `count`, with a thread each. `work` is a __device__ lambda that
+/// captures by value.
+template <class Count, class Work>
+void for_each_item(const char* what, Count count, cudaStream_t stream, const Work& work) {
+  if (count > 0) launch(what, run_for_each<Count, Work>, blocks_for(count), stream, count, work);
 }
 
 }  // namespace qs::cuda

@@ -4,8 +4,8 @@
 // and a thread per pixel. The same for both pipelines; frames without it run no other kernels.
 #pragma once
 
-#include "raster/cuda/common/blend_parameters.cuh"
 #include "raster/cuda/common/flush.cuh"
+#include "raster/cuda/common/pixels.cuh"
 #include "raster/kernel/depth.h"
 
 namespace qs::cuda {
@@ -56,11 +56,10 @@ __global__ void __launch_bounds__(kThreads)
       if (!(log2_alpha >= -kLog2Of255 && log2_alpha <= entry.log2_opacity)) continue;
       const float alpha = fminf(exp2_flush(log2_alpha), kAlphaMax);
       const float next = fmaf(-alpha, pixel.transmittance, pixel.transmittance);
-      if (next < kTransmittanceMin) {
+      if (next < kTransmittanceMin)
         live = false;
-      } else {
+      else
         pixel.add(alpha, entry.depth, next);
-      }
     }
   }
 

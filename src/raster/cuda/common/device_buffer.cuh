@@ -111,8 +111,7 @@ template <class T>
 class PinnedValue {
  public:
   PinnedValue() { check(cudaMallocHost(&value_, sizeof(T)), "cudaMallocHost"); }
-  PinnedValue(const PinnedValue&) = delete;
-  PinnedValue& operator=(const PinnedValue&) = delete;
+  PinnedValue& operator=(PinnedValue&&) = delete;
   ~PinnedValue() { cudaFreeHost(value_); }
 
   T* operator->() { return value_; }

@@ -8,7 +8,7 @@
 #include <stop_token>
 
 #include "raster/api/renderer.h"
-#include "raster/cuda/common/footprint_rules.cuh"
+#include "raster/cuda/common/footprints.cuh"
 #include "raster/cuda/common/upload.cuh"
 
 namespace qs::cuda {

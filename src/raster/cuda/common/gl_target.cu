@@ -14,28 +14,7 @@ __device__ unsigned char rounded(float value) {
   return static_cast<unsigned char>(floorf(255.0f * fminf(fmaxf(0.0f, value), 1.0f) + 0.5f));
 }
 
-__global__ void __launch_bounds__(kThreads)
-    write_rgba8(const float* color, cudaSurfaceObject_t surface, std::uint32_t width,
-                std::uint32_t pixels) {
-  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-  if (i >= pixels) return;
-  const uchar4 rgba =
-      make_uchar4(rounded(color[3 * i]), rounded(color[3 * i + 1]), rounded(color[3 * i + 2]), 255);
-  surf2Dwrite(rgba, surface, static_cast<int>(i % width * sizeof rgba),
-              static_cast<int>(i / width));
-}
-
 }  // namespace
-
-GlTarget::InteropStream::InteropStream(int device) : stream(device, true) {
-  check(cudaEventCreate(&begin), "cudaEventCreate");
-  check(cudaEventCreate(&end), "cudaEventCreate");
-}
-
-GlTarget::InteropStream::~InteropStream() {
-  cudaEventDestroy(begin);
-  cudaEventDestroy(end);
-}
 
 GlTarget::~GlTarget() {
   unmap();
@@ -87,11 +66,16 @@ void GlTarget::present(const float* color, int width, int height, cudaStream_t s
   const auto columns = static_cast<std::uint32_t>(width), rows = static_cast<std::uint32_t>(height);
   if (mapping_.size.width != columns || mapping_.size.height != rows)
     throw Error(ErrorKind::device, "cuda: the GL texture has another size than the frame");
-  check(cudaEventRecord(interop_->begin, stream), "present");
+  interop_->begin.record(stream, "present");
   interop_->mapped.make_wait(stream);
-  launch("present", write_rgba8, blocks_for(std::uint64_t{columns} * rows), stream, color,
-         mapping_.surface, columns, columns * rows);
-  check(cudaEventRecord(interop_->end, stream), "present");
+  for_each_item("present", columns * rows, stream,
+                [=, surface = mapping_.surface] __device__(std::uint32_t i) {
+                  const uchar4 rgba = make_uchar4(rounded(color[3 * i]), rounded(color[3 * i + 1]),
+                                                  rounded(color[3 * i + 2]), 255);
+                  surf2Dwrite(rgba, surface, static_cast<int>(i % columns * sizeof rgba),
+                              static_cast<int>(i / columns));
+                });
+  interop_->end.record(stream, "present");
 }
 
 void GlTarget::unmap() noexcept {
@@ -102,10 +86,6 @@ void GlTarget::unmap() noexcept {
   cudaGetLastError();
 }
 
-float GlTarget::present_ms() const {
-  float ms = 0;
-  check(cudaEventElapsedTime(&ms, interop_->begin, interop_->end), "present");
-  return ms;
-}
+float GlTarget::present_ms() const { return interop_->end.ms_since(interop_->begin, "present"); }
 
 }  // namespace qs::cuda

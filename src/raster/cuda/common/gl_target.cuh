@@ -22,8 +22,7 @@ class GlTarget {
  public:
   explicit GlTarget(int device) : device_(device) {}
   ~GlTarget();
-  GlTarget(const GlTarget&) = delete;
-  GlTarget& operator=(const GlTarget&) = delete;
+  GlTarget& operator=(GlTarget&&) = delete;
 
   /// Maps the texture for CUDA, concurrently with the work of other streams. Unmaps the texture
   /// mapped before, if it is a different texture. Throws Error(device) if OpenGL runs on another
@@ -58,11 +57,10 @@ class GlTarget {
   } mapping_;
 
   struct InteropStream {
-    explicit InteropStream(int device);
-    ~InteropStream();
+    explicit InteropStream(int device) : stream(device, true) {}
     Stream stream;  // in which textures are mapped and unmapped
     Event mapped;
-    cudaEvent_t begin = nullptr, end = nullptr;  // of present()
+    TimedEvent begin, end;  // of present()
   };
   std::optional<InteropStream> interop_;  // created lazily: most renderers never present to OpenGL
 };

@@ -17,6 +17,8 @@ std::string version_text(int version) {
 Gpu inspect(int device) {
   Gpu gpu;
   cudaDeviceProp properties{};
+  cudaFuncAttributes attributes{};
+  std::size_t free = 0, total = 0;
   cudaError_t error = cudaGetDeviceProperties(&properties, device);
   if (error == cudaSuccess) {
     gpu.name = properties.name;
@@ -25,15 +27,9 @@ Gpu inspect(int device) {
     gpu.minor = properties.minor;
     error = cudaSetDevice(device);
   }
-  if (error == cudaSuccess) {
-    std::size_t free = 0, total = 0;
-    error = cudaMemGetInfo(&free, &total);
-    gpu.free_bytes = free;
-  }
-  if (error == cudaSuccess) {
-    cudaFuncAttributes attributes{};
-    error = cudaFuncGetAttributes(&attributes, probe);
-  }
+  if (error == cudaSuccess) error = cudaMemGetInfo(&free, &total);
+  if (error == cudaSuccess) error = cudaFuncGetAttributes(&attributes, probe);
+  gpu.free_bytes = free;
   if (error == cudaErrorNoKernelImageForDevice || error == cudaErrorInvalidDeviceFunction) {
     gpu.problem = "this program has no code for compute capability " + std::to_string(gpu.major) +
                   "." + std::to_string(gpu.minor);
@@ -86,9 +82,8 @@ GpuReport gpu_report() {
   int count = 0;
   GpuReport report = count_gpus(count);
   for (int device = 0; device < count; ++device) report.gpus.push_back(inspect_gpu(device));
-  for (const Gpu& gpu : report.gpus) {
+  for (const Gpu& gpu : report.gpus)
     if (gpu.problem.empty()) return report;
-  }
   if (count > 0)
     report.problem = report.gpus[0].name + " cannot be used: " + report.gpus[0].problem;
   return report;
@@ -115,9 +110,8 @@ Gpu inspect_gpu(int device) {
 std::optional<int> find_gpu() {
   int count = 0;
   count_gpus(count);
-  for (int device = 0; device < count; ++device) {
+  for (int device = 0; device < count; ++device)
     if (inspect_gpu(device).problem.empty()) return device;
-  }
   return std::nullopt;
 }
 

@@ -7,29 +7,22 @@
 namespace qs::cuda {
 namespace {
 
-struct CountInput {
-  CloudView cloud;
-  View<float> view;
-  FootprintRules rules;
-  TileGrid grid;
-};
-
 /// A thread per Gaussian. A block adds its sums once per mode; integers make the order irrelevant.
 __global__ void __launch_bounds__(kThreads)
-    count_mode_pairs(CountInput in, Frustum frustum, ModeCounts* counts) {
+    count_mode_pairs(CloudView cloud, View<float> view, FootprintRules rules, TileGrid grid,
+                     Frustum frustum, ModeCounts* counts) {
   static_assert(kThreads == kBlockGaussians);
   __shared__ bool is_missed;
-  if (in.cloud.bounds != nullptr) {
-    if (threadIdx.x == 0) is_missed = frustum.misses(in.cloud.bounds[blockIdx.x]);
+  if (cloud.bounds != nullptr) {
+    if (threadIdx.x == 0) is_missed = frustum.misses(cloud.bounds[blockIdx.x]);
     __syncthreads();
     if (is_missed) return;
   }
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   TilesOfModes own{};
   Projected projected;
-  if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
-    own = tiles_of_modes(projected.footprint, in.grid);
-  }
+  if (i < cloud.count && project(view, rules, cloud.gaussian(i), projected))
+    own = tiles_of_modes(projected.footprint, grid);
 #pragma unroll
   for (int mode = 0; mode < kCullerCount; ++mode) {
     const auto tiles = static_cast<unsigned long long>(own.tiles[mode]);
@@ -54,9 +47,9 @@ void ModeCounter::enqueue(const DeviceCloud& cloud, const CountedView& counted,
       footprint_rules(settings, settings.antialiased.value_or(cloud.antialiased));
   rules.keep_faint = true;  // tiles_of_modes() drops faint Gaussians mode by mode
   const TileGrid grid = TileGrid::of_image(counted.camera.width, counted.camera.height);
-  const CountInput in{cloud.view(), make_view<float>(counted.camera), rules, grid};
-  launch("count", count_mode_pairs, std::max(blocks_for(cloud.count), 1u), stream, in,
-         Frustum(in.view, rules, grid), counts_.data());
+  const View<float> view = make_view<float>(counted.camera);
+  launch("count", count_mode_pairs, std::max(blocks_for(cloud.count), 1u), stream, cloud.view(),
+         view, rules, grid, Frustum(view, rules, grid), counts_.data());
   check(cudaMemcpyAsync(&**on_host_, counts_.data(), sizeof(ModeCounts), cudaMemcpyDeviceToHost,
                         stream),
         "count");
@@ -64,9 +57,8 @@ void ModeCounter::enqueue(const DeviceCloud& cloud, const CountedView& counted,
 
 std::vector<ModePairs> ModeCounter::result() const {
   std::vector<ModePairs> pairs;
-  for (int mode = 0; mode < kCullerCount; ++mode) {
+  for (int mode = 0; mode < kCullerCount; ++mode)
     pairs.push_back({(*on_host_)->tile_pairs[mode], (*on_host_)->visible[mode]});
-  }
   return pairs;
 }
 

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// A frame's image and maps on the device, as both pipelines write them. Every target (host image,
-// GL texture) is filled from them.
+// A frame's image and maps on the device, as both pipelines write them: every target (host image,
+// GL texture) is filled from them. Also the parameters of the blend kernels, and the copies of a
+// frame's decisions (lists, used pairs, trace) to the host.
 #pragma once
 
 #include <algorithm>
 #include <numeric>
 #include <vector>
 
-#include "raster/api/renderer.h"
+#include "raster/cuda/common/frame_context.cuh"
 #include "raster/cuda/common/stream.cuh"
 
 namespace qs::cuda {
@@ -65,5 +66,74 @@ struct Pixels {
     return sums;
   }
 };
+
+/// `Range` locates a tile's list; `Entry` is the record that a pipeline blends per Gaussian.
+template <class Entry>
+struct BlendInput {
+  const ListRange* ranges;         ///< per tile: its list in `gaussians`
+  const std::uint32_t* gaussians;  ///< the lists of all tiles, front to back: indices into `splats`
+  const Entry* splats;
+  int columns, rows;  ///< columns and rows of the tile grid
+  int width, height;  ///< px
+  glm::vec3 background;
+
+  static BlendInput of(const FrameContext& frame, const ListRange* ranges,
+                       const std::uint32_t* gaussians, const Entry* splats) {
+    return {ranges,
+            gaussians,
+            splats,
+            frame.grid.columns,
+            frame.grid.rows,
+            frame.camera.width,
+            frame.camera.height,
+            frame.settings.background};
+  }
+};
+
+/// The parts of Pixels that a kernel writes; null: not requested.
+struct BlendOutput {
+  float* color;
+  std::uint32_t* evaluated;
+  std::uint8_t* used;
+
+  static BlendOutput of(Pixels& pixels, const Outputs& outputs) {
+    return {outputs.color ? pixels.color.data() : nullptr,
+            outputs.evaluated ? pixels.evaluated.data() : nullptr,
+            outputs.used ? pixels.used.data() : nullptr};
+  }
+};
+
+inline void append_visible(Trace& trace, std::size_t gaussian, const Footprint& footprint,
+                           float depth, const Splat& splat) {
+  trace.gaussians.push_back(static_cast<std::uint32_t>(gaussian));
+  trace.footprints.push_back(footprint);
+  trace.depths.push_back(depth);
+  trace.splats.push_back(splat);
+}
+
+/// Fills Frame::pairs, used and trace as requested, and waits for them. `tile_ranges` has the range
+/// of each tile's list in `gaussians`. append_gaussians(trace) calls append_visible() in the order
+/// of the cloud.
+template <class AppendGaussians>
+void collect_lists(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
+                   const ListRange* tile_ranges, const std::uint32_t* gaussians,
+                   const AppendGaussians& append_gaussians, Frame& result) {
+  if (!outputs.pairs && !outputs.used && !outputs.trace) return;
+  const std::vector<ListRange> ranges =
+      copied(tile_ranges, static_cast<std::size_t>(frame.grid.count()), frame.stream);
+  if (outputs.used) result.used = pixels.used_per_tile(ranges, frame.stream);
+  if (outputs.trace) {
+    Trace& trace = result.trace;
+    append_gaussians(trace);
+    const auto all = copied(gaussians, end_of(ranges), frame.stream);
+    trace.tile_begin.push_back(0);
+    for (const ListRange& range : ranges) {
+      trace.listed.insert(trace.listed.end(), all.begin() + range.begin, all.begin() + range.end);
+      trace.tile_begin.push_back(trace.tile_begin.back() + range.size());
+    }
+  }
+  if (outputs.pairs)
+    for (const ListRange& range : ranges) result.pairs.push_back(range.size());
+}
 
 }  // namespace qs::cuda

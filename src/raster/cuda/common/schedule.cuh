@@ -30,7 +30,7 @@ struct ScheduleView {
     const std::uint32_t size = class_sizes[lane_index()];
     const std::uint32_t end = inclusive_sum_of_warp(size);
     const unsigned later = __ballot_sync(kAllLanes, end > turn);
-    const unsigned own = static_cast<unsigned>(__ffs(static_cast<int>(later))) - 1;
+    const unsigned own = lowest_bit(later);
     return tiles[own * count + turn - __shfl_sync(kAllLanes, end - size, own)];
   }
 };

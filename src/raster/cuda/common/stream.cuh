@@ -21,8 +21,7 @@ class Stream {
     check(cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking, urgent ? highest : lowest),
           "cudaStreamCreate");
   }
-  Stream(const Stream&) = delete;
-  Stream& operator=(const Stream&) = delete;
+  Stream& operator=(Stream&&) = delete;  // neither copied nor moved, as the others
   ~Stream() { cudaStreamDestroy(stream_); }
 
   operator cudaStream_t() const { return stream_; }
@@ -34,21 +33,38 @@ class Stream {
 /// A point in one stream that other streams and the host can wait for.
 class Event {
  public:
-  Event() { check(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming), "cudaEventCreate"); }
-  Event(const Event&) = delete;
-  Event& operator=(const Event&) = delete;
+  explicit Event(unsigned flags = cudaEventDisableTiming) {
+    check(cudaEventCreateWithFlags(&event_, flags), "cudaEventCreate");
+  }
+  Event& operator=(Event&&) = delete;
   ~Event() { cudaEventDestroy(event_); }
 
-  void record(cudaStream_t stream) { check(cudaEventRecord(event_, stream), "cudaEventRecord"); }
+  void record(cudaStream_t stream, const char* what = "cudaEventRecord") {
+    check(cudaEventRecord(event_, stream), what);
+  }
   /// Work enqueued in `stream` from now on waits for the event. The host does not wait.
   void make_wait(cudaStream_t stream) const {
     check(cudaStreamWaitEvent(stream, event_, 0), "cudaStreamWaitEvent");
   }
   /// The host waits.
-  void wait() const { check(cudaEventSynchronize(event_), "cudaEventSynchronize"); }
+  void wait(const char* what = "cudaEventSynchronize") const {
+    check(cudaEventSynchronize(event_), what);
+  }
 
- private:
+ protected:
   cudaEvent_t event_ = nullptr;
+};
+
+/// An event with its time on the GPU's clock.
+struct TimedEvent : Event {
+  TimedEvent() : Event(cudaEventDefault) {}
+
+  /// Both events must have passed.
+  float ms_since(const TimedEvent& first, const char* what = "cudaEventElapsedTime") const {
+    float ms = 0;
+    check(cudaEventElapsedTime(&ms, first.event_, event_), what);
+    return ms;
+  }
 };
 
 /// Copies `count` elements to the host and waits.

@@ -1,13 +1,33 @@
 // SPDX-License-Identifier: MIT
 //
-// The sub-tiles of 8x4 pixels of half a tile, and the test that decides if a Gaussian reaches them.
+// The ellipse of a Gaussian in an image, the sub-tiles of 8x4 pixels of half a tile, and the test
+// that decides if a Gaussian reaches them.
 #pragma once
 
-#include "raster/cuda/common/ellipse.cuh"
 #include "raster/cuda/common/flush.cuh"
 #include "raster/kernel/constants.h"
+#include "raster/kernel/cull/culler.h"
 
 namespace qs::cuda {
+
+/// The ellipse in which alpha >= 1/255, relative to the mean. In the row v pixels below the mean it
+/// spans slope v +- sqrt(half2 - narrowing v^2), if |v| <= y_max. It is enlarged by a margin for
+/// rounding, and does not depend on the culling mode, so lossless modes stay equal bit for bit.
+struct AlphaEllipse {
+  float y_max;      ///< < 0: the ellipse is empty
+  float slope;      ///< slope of the line through the centres of the rows' spans
+  float v_extreme;  ///< row of the rightmost point; -v_extreme is the row of the leftmost point
+  float half2, narrowing;
+};
+
+__device__ inline AlphaEllipse ellipse_of(const Footprint& footprint) {
+  if (!(footprint.gamma > 0.0f)) return {-1, 0, 0, 0, 0};
+  constexpr float kWider = 1.0005f, kMarginPx = 0.01f;
+  const glm::vec2 max = extents(footprint).max * kWider + kMarginPx;
+  const glm::vec3 conic = footprint.conic;
+  const float half2 = footprint.gamma / conic.x * (kWider * kWider);
+  return {max.y, -conic.y / conic.x, -conic.y / conic.z * max.x, half2, half2 / (max.y * max.y)};
+}
 
 inline constexpr unsigned kSubWidth = 8, kSubHeight = 4;  ///< size of a sub-tile, px
 inline constexpr unsigned kSubTiles = 4;                  ///< sub-tiles of half a tile, in two rows
@@ -41,9 +61,8 @@ struct Reach {
       const float right = fmaf(ellipse.slope, v_right, half_at(v_right));
       const float left = fmaf(ellipse.slope, v_left, -half_at(v_left));
 #pragma unroll
-      for (unsigned column = 0; column < 2; ++column) {
+      for (unsigned column = 0; column < 2; ++column)
         reached[s + column] = v0 <= v1 && left <= last_x[column] && right >= first_x[column];
-      }
     }
   }
 };

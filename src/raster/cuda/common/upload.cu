@@ -14,15 +14,15 @@ namespace {
 constexpr std::size_t kChunk = 1 << 16;  // Gaussians per copy
 static_assert(kChunk % kBlockGaussians == 0);
 
-__global__ void split_gaussians(const ActiveGaussian* chunk, unsigned count, float4* positions,
-                                float4* covariances, float2* covariances_z) {
-  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= count) return;
-  const ActiveGaussian& g = chunk[i];
-  const Covariance3<float>& c = g.covariance;
-  positions[i] = {g.position.x, g.position.y, g.position.z, g.log2_255_opacity};
-  covariances[i] = {c.xx, c.xy, c.xz, c.yy};
-  covariances_z[i] = {c.yz, c.zz};
+void split_gaussians(const ActiveGaussian* chunk, unsigned count, float4* positions,
+                     float4* covariances, float2* covariances_z, cudaStream_t stream) {
+  for_each_item("split_gaussians", count, stream, [=] __device__(unsigned i) {
+    const ActiveGaussian& g = chunk[i];
+    const Covariance3<float>& c = g.covariance;
+    positions[i] = {g.position.x, g.position.y, g.position.z, g.log2_255_opacity};
+    covariances[i] = {c.xx, c.xy, c.xz, c.yy};
+    covariances_z[i] = {c.yz, c.zz};
+  });
 }
 
 /// Rows of `width` values for consecutive Gaussians, the first of which has place `first`.
@@ -34,26 +34,27 @@ struct Rows {
 
 /// Transposes: value k of row i becomes element `first + i` of array k, for k < `arrays`. An array
 /// has `size` values.
-__global__ void transpose_rows(Rows rows, unsigned arrays, std::size_t size, float* to) {
-  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= rows.count) return;
-  const float* const row = rows.values + std::size_t{i} * rows.width;
-  for (unsigned k = 0; k < arrays; ++k) to[k * size + rows.first + i] = row[k];
+void transpose_rows(const Rows& rows, unsigned arrays, std::size_t size, float* to,
+                    cudaStream_t stream) {
+  for_each_item("transpose_rows", rows.count, stream, [=] __device__(unsigned i) {
+    const float* const row = rows.values + std::size_t{i} * rows.width;
+    for (unsigned k = 0; k < arrays; ++k) to[k * size + rows.first + i] = row[k];
+  });
 }
 
 /// Copies the values from 3 on, as halves. Sets *inexact unless halves equal all of them.
-__global__ void transpose_to_halves(Rows rows, std::size_t size, std::uint16_t* to,
-                                    std::uint32_t* inexact) {
-  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= rows.count) return;
-  const float* const row = rows.values + std::size_t{i} * rows.width;
-  bool exact = true;
-  for (unsigned k = 3; k < rows.width; ++k) {
-    std::uint16_t half = 0;
-    exact = to_half(row[k], half) && exact;
-    to[(k - 3) * size + rows.first + i] = half;
-  }
-  if (!exact) *inexact = 1;
+void transpose_to_halves(const Rows& rows, std::size_t size, std::uint16_t* to,
+                         std::uint32_t* inexact, cudaStream_t stream) {
+  for_each_item("transpose_to_halves", rows.count, stream, [=] __device__(unsigned i) {
+    const float* const row = rows.values + std::size_t{i} * rows.width;
+    bool exact = true;
+    for (unsigned k = 3; k < rows.width; ++k) {
+      std::uint16_t half = 0;
+      exact = to_half(row[k], half) && exact;
+      to[(k - 3) * size + rows.first + i] = half;
+    }
+    if (!exact) *inexact = 1;
+  });
 }
 
 /// A part of the scene on the host, in the order of the GPU.
@@ -117,10 +118,8 @@ class Upload {
     set_zero("upload", inexact_.data(), 1, stream_);
     for (std::size_t first = 0; first < cloud_.size(); first += kChunk) {
       const Rows rows = copy_chunk(first, progress);
-      launch("transpose_rows", transpose_rows, blocks_for(rows.count), stream_, rows, 3u,
-             cloud_.size(), device_.sh.data());
-      launch("transpose_to_halves", transpose_to_halves, blocks_for(rows.count), stream_, rows,
-             cloud_.size(), device_.sh_halves.data(), inexact_.data());
+      transpose_rows(rows, 3, cloud_.size(), device_.sh.data(), stream_);
+      transpose_to_halves(rows, cloud_.size(), device_.sh_halves.data(), inexact_.data(), stream_);
       if (copied(inexact_.data(), 1, stream_)[0] != 0) return false;
     }
     return true;
@@ -133,8 +132,7 @@ class Upload {
     device_.sh.reserve(kScene, cloud_.size() * width_);
     for (std::size_t first = 0; first < cloud_.size(); first += kChunk) {
       const Rows rows = copy_chunk(first, progress);
-      launch("transpose_rows", transpose_rows, blocks_for(rows.count), stream_, rows, width_,
-             cloud_.size(), device_.sh.data());
+      transpose_rows(rows, width_, cloud_.size(), device_.sh.data(), stream_);
     }
     check(cudaStreamSynchronize(stream_), "upload");
   }
@@ -152,9 +150,9 @@ class Upload {
                      device_.bounds.data() + first / kBlockGaussians, stream_);
     }
     copy_to_device(staging_.gaussians.data(), count, gaussians_.data(), stream_);
-    launch("split_gaussians", split_gaussians, blocks_for(count), stream_, gaussians_.data(), n,
-           device_.positions.data() + first, device_.covariances.data() + first,
-           device_.covariances_z.data() + first);
+    split_gaussians(gaussians_.data(), n, device_.positions.data() + first,
+                    device_.covariances.data() + first, device_.covariances_z.data() + first,
+                    stream_);
     copy_to_device(&staging_.sh.data()->x, count * width_, rows_.data(), stream_);
     return {rows_.data(), n, width_, first};
   }

@@ -15,6 +15,11 @@ inline constexpr unsigned kAllLanes = 0xffffffffu;
 __device__ inline unsigned lane_index() { return threadIdx.x % kWarp; }
 __device__ inline unsigned lanes_below() { return (1u << lane_index()) - 1; }
 
+/// Index of the lowest bit that is set.
+__device__ inline unsigned lowest_bit(unsigned bits) {
+  return static_cast<unsigned>(__ffs(static_cast<int>(bits))) - 1;
+}
+
 /// The value, in a register. Without this, compilers compute a value of few instructions again in
 /// every turn of a loop.
 __device__ inline unsigned kept(unsigned value) {
@@ -47,6 +52,19 @@ __device__ inline void publish(std::uint32_t* flag) {
 #endif
 }
 
+/// True in the last block of a launch that calls it, which then reads with load_fresh() what the
+/// others have written. *done begins at 0. All threads of a block must call it.
+__device__ inline bool is_last_block(std::uint32_t* done) {
+  __shared__ bool is_last;
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    __threadfence();
+    is_last = atomicAdd(done, 1u) + 1 == gridDim.x;
+  }
+  __syncthreads();
+  return is_last;
+}
+
 /// Mask of the lanes whose item is valid and has the same digit of `kBits` bits as this lane's.
 template <int kBits>
 __device__ unsigned peers_of(std::uint32_t digit, bool valid) {
@@ -65,9 +83,8 @@ __device__ unsigned peers_of(std::uint32_t digit, bool valid) {
 __device__ inline std::uint32_t reserve_slot(bool needs, std::uint32_t* count) {
   const unsigned all = __ballot_sync(kAllLanes, needs);
   std::uint32_t first = 0;
-  if (all != 0 && lane_index() == 0) {
+  if (all != 0 && lane_index() == 0)
     first = atomicAdd(count, static_cast<std::uint32_t>(__popc(all)));
-  }
   return __shfl_sync(kAllLanes, first, 0) + static_cast<std::uint32_t>(__popc(all & lanes_below()));
 }
 
@@ -77,11 +94,10 @@ __device__ inline std::uint32_t reserve_slot(bool needs, std::uint32_t* count) {
 __device__ inline std::uint32_t reserve_slot_of(unsigned counter, bool exists,
                                                 std::uint32_t* counts) {
   const unsigned peers = __match_any_sync(kAllLanes, counter);
-  const unsigned first = static_cast<unsigned>(__ffs(static_cast<int>(peers))) - 1;
+  const unsigned first = lowest_bit(peers);
   std::uint32_t begin = 0;
-  if (exists && lane_index() == first) {
+  if (exists && lane_index() == first)
     begin = atomicAdd(&counts[counter], static_cast<std::uint32_t>(__popc(peers)));
-  }
   return __shfl_sync(kAllLanes, begin, first) +
          static_cast<std::uint32_t>(__popc(peers & lanes_below()));
 }
@@ -98,9 +114,8 @@ __device__ T inclusive_sum_of_warp(T value) {
 
 /// The largest of the lanes' values. All lanes of the warp must call it.
 __device__ inline std::uint32_t largest_of_warp(std::uint32_t value) {
-  for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
+  for (unsigned distance = kWarp / 2; distance > 0; distance /= 2)
     value = max(value, __shfl_sync(kAllLanes, value, lane_index() ^ distance));
-  }
   return value;
 }
 

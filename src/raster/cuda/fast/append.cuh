@@ -5,7 +5,7 @@
 #pragma once
 
 #include "raster/cuda/common/warp.cuh"
-#include "raster/cuda/fast/preprocess.cuh"
+#include "raster/cuda/fast/stages.cuh"
 
 namespace qs::cuda::fast {
 
@@ -32,9 +32,8 @@ struct MacroMask {
       return;
     }
 #pragma unroll
-    for (int row = 0; row < kRows; ++row) {
+    for (int row = 0; row < kRows; ++row)
       mask |= (bits >> row & 1) << (row * kColumns + line - window.columns.begin);
-    }
   }
 
   /// Adds the tiles of a walk, which lists span_at(line) in a line.
@@ -123,8 +122,8 @@ struct Appended {
     return true;
   }
 
-  __device__ unsigned tiles_in(int column, int row, std::uint32_t place,
-                               const FastVisibleView& visible, TileGrid grid) const {
+  __device__ unsigned tiles_in(int column, int row, std::uint32_t place, const FastVisible& visible,
+                               TileGrid grid) const {
     constexpr int kColumns = MacroTiles::kColumns, kRows = MacroTiles::kRows;
     static_assert(kColumns == 4 && kRows == 2);
     if constexpr (!kWalks<P>) {
@@ -142,9 +141,8 @@ struct Appended {
       if (by_rows) return (own[0] & 15) | (own[1] & 15) << kColumns;
       unsigned mask = 0;
 #pragma unroll
-      for (int i = 0; i < kColumns; ++i) {
+      for (int i = 0; i < kColumns; ++i)
         mask |= (own[i] & 1) << i | (own[i] >> 1 & 1) << (kColumns + i);
-      }
       return mask;
     }
   }
@@ -241,7 +239,7 @@ class BlockCounts {
 /// work and call visit() together.
 template <class P, class Visit>
 __device__ void for_each_macro_tile(const Appended<P>* gaussians, std::uint32_t first_place,
-                                    const FastVisibleView& visible, const MacroTiles& macro_tiles,
+                                    const FastVisible& visible, const MacroTiles& macro_tiles,
                                     TileGrid grid, const Visit& visit) {
   static_assert(sizeof(Appended<P>) / sizeof(std::uint32_t) % 2 == 1);
   const Appended<P>& mine = gaussians[lane_index()];
@@ -251,9 +249,8 @@ __device__ void for_each_macro_tile(const Appended<P>* gaussians, std::uint32_t 
   for (unsigned first = 0; first < total; first += kWarp) {
     const unsigned item = first + lane_index();
     unsigned owner = 0;  // the first lane whose `end` exceeds the item
-    for (unsigned step = kWarp / 2; step > 0; step /= 2) {
+    for (unsigned step = kWarp / 2; step > 0; step /= 2)
       if (__shfl_sync(kAllLanes, end, owner + step - 1) <= item) owner += step;
-    }
     const unsigned place = item - __shfl_sync(kAllLanes, end - own, owner);
     unsigned tiles = 0, macro_tile = 0;
     if (item < total) {

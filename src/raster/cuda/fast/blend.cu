@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/common/schedule.cuh"
-#include "raster/cuda/fast/blend.cuh"
+#include "raster/cuda/fast/stages.cuh"
+#include "raster/cuda/fast/walk.cuh"
 
 namespace qs::cuda::fast {
 namespace {
@@ -33,9 +34,8 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
   for (int j = 0; j < kPixels; ++j) {
     if (half.y + j >= in.height) return;
     const std::size_t at = static_cast<std::size_t>(half.y + j) * in.width + half.x;
-    if constexpr (kMaps) {
+    if constexpr (kMaps)
       if (out.evaluated != nullptr) out.evaluated[at] = marks.evaluated[j];
-    }
     if (out.color != nullptr) {
       out.color[3 * at] = column.pixels[j].red;
       out.color[3 * at + 1] = column.pixels[j].green;
@@ -44,24 +44,18 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
   }
 }
 
-template <Rows kRows>
-void blend_rows(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
-                Pixels& pixels, cudaStream_t stream) {
-  const Scratch& scratch = listed.scratch;
-  const auto tiles = static_cast<unsigned>(frame.grid.count());
-  launch("blend", cuts_long_lists(outputs) ? blend_tiles<false, kRows> : blend_tiles<true, kRows>,
-         Blocks(tiles, kBlendThreads), stream,
-         ScheduleView{scratch.class_sizes, scratch.schedule, tiles}, input_of(frame, listed),
-         BlendOutput::of(pixels, outputs), scratch.segments.longest_uncut);
-}
-
 }  // namespace
 
-void blend(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
+void blend(const FrameContext& frame, const Scratch& scratch, const Outputs& outputs,
            Pixels& pixels, cudaStream_t stream) {
-  const auto of_rows =
-      has_thin_rows(frame.settings) ? blend_rows<Rows::exponents> : blend_rows<Rows::products>;
-  of_rows(frame, listed, outputs, pixels, stream);
+  const auto tiles = static_cast<unsigned>(frame.grid.count());
+  const bool is_thin = has_thin_rows(frame.settings), cuts = cuts_long_lists(outputs);
+  const auto kernel =
+      is_thin ? (cuts ? blend_tiles<false, Rows::exponents> : blend_tiles<true, Rows::exponents>)
+              : (cuts ? blend_tiles<false, Rows::products> : blend_tiles<true, Rows::products>);
+  launch("blend", kernel, Blocks(tiles, kBlendThreads), stream,
+         ScheduleView{scratch.class_sizes, scratch.schedule, tiles}, scratch.lists(frame),
+         BlendOutput::of(pixels, outputs), scratch.segments.longest_uncut);
 }
 
 }  // namespace qs::cuda::fast

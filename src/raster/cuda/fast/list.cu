@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
-#include "raster/cuda/common/device_limits.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/fast/list_block.cuh"
 
@@ -21,9 +20,8 @@ __device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own
   if (threadIdx.x < kWarp) {
     const unsigned lane = lane_index();
     std::uint32_t length = 0;
-    for (unsigned part = 0; part < Block::kParts && lane < Block::kTiles; ++part) {
+    for (unsigned part = 0; part < Block::kParts && lane < Block::kTiles; ++part)
       length += shared.lengths[part][lane];
-    }
     const std::uint64_t begin = place_list(out, tiles_of(macro_tiles, own, out.grid), length);
     if (lane < Block::kTiles) shared.begins[lane] = begin;
   }
@@ -56,22 +54,21 @@ __global__ void __launch_bounds__(kLargeThreads, kLargeBlocks)
 
 }  // namespace
 
-void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                FastPairs& pairs) {
-  const bool lists_all = !size.macro.keeps_whole() && !size.macro.has_slices();
+void list_usual(const Scratch& scratch, cudaStream_t stream) {
+  const MacroSize& macro = scratch.size.macro;
   launch("sort", list_usual_macro_tiles,
          Blocks(static_cast<unsigned>(scratch.macro_tiles.count()), kUsualThreads,
                 SharedArrays::bytes(MacroTiles::kUsual)),
-         frame.stream, scratch.macro_tiles, Lists::of(frame, size, scratch, pairs), lists_all);
+         stream, scratch.macro_tiles, Lists::of(scratch),
+         !macro.keeps_whole() && !macro.has_slices());
 }
 
-void list_whole(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                FastPairs& pairs, cudaStream_t stream) {
+void list_whole(const Scratch& scratch, cudaStream_t stream) {
   const auto count = static_cast<unsigned>(scratch.macro_tiles.count());
   launch("sort", list_whole_macro_tiles,
-         Blocks(std::min(count, multiprocessors()), kLargeThreads,
-                SharedArrays::bytes(size.macro.capacity)),
-         stream, scratch.macro_tiles, Lists::of(frame, size, scratch, pairs));
+         Blocks(std::min(count, scratch.multiprocessors), kLargeThreads,
+                SharedArrays::bytes(scratch.size.macro.capacity)),
+         stream, scratch.macro_tiles, Lists::of(scratch));
 }
 
 }  // namespace qs::cuda::fast

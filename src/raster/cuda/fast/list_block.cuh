@@ -6,8 +6,8 @@
 
 #include "raster/cuda/common/block_sort.cuh"
 #include "raster/cuda/common/schedule.cuh"
-#include "raster/cuda/fast/list.cuh"
 #include "raster/cuda/fast/segments.cuh"
+#include "raster/cuda/fast/stages.cuh"
 
 namespace qs::cuda::fast {
 
@@ -26,9 +26,8 @@ struct Lists {
   std::uint32_t* scheduled;
   SegmentsView segments;
 
-  static Lists of(const FrameContext& frame, const FrameSize& size, const Scratch& scratch,
-                  FastPairs& pairs) {
-    return {frame.grid,          scratch.ranges,   pairs.gaussians.data(), size.pair_capacity,
+  static Lists of(const Scratch& scratch) {
+    return {scratch.size.grid,   scratch.ranges,   scratch.gaussians, scratch.size.pair_capacity,
             scratch.class_sizes, scratch.schedule, scratch.segments};
   }
 };
@@ -111,9 +110,8 @@ class ListBlock {
   __device__ void count() {
     std::uint32_t length = 0;
 #pragma unroll 4
-    for (unsigned first = part_.begin; first < part_.end; first += kWarp) {
+    for (unsigned first = part_.begin; first < part_.end; first += kWarp)
       length += __popc(__ballot_sync(kAllLanes, is_listed(first + lane_index())));
-    }
     if (lane_index() == 0) shared_.lengths[number_][tile_] = length;
     __syncthreads();
   }

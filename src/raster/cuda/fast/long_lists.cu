@@ -7,10 +7,9 @@
 //   blend_segments    composites the segments as if nothing were in front of them
 //   finish_segments   composites the pixels again that stop in a segment
 //   join_segments     joins the segments of a list, front to back
-#include "raster/cuda/common/device_limits.cuh"
-#include "raster/cuda/fast/blend.cuh"
-#include "raster/cuda/fast/pixel_walk.cuh"
 #include "raster/cuda/fast/segments.cuh"
+#include "raster/cuda/fast/stages.cuh"
+#include "raster/cuda/fast/walk.cuh"
 
 namespace qs::cuda::fast {
 namespace {
@@ -62,14 +61,7 @@ __global__ void __launch_bounds__(kThreads) cut_segments(SegmentsView view, List
     segment.count = list.segments();
     segment.slot = atomicAdd(&view.waves.sizes[segment.number], 1u);
   });
-  __shared__ bool is_last;
-  __syncthreads();
-  if (threadIdx.x == 0) {
-    __threadfence();
-    is_last = atomicAdd(&view.counters->cut_blocks_done, 1u) + 1 == gridDim.x;
-  }
-  __syncthreads();
-  if (is_last) begin_waves(view.waves, view.counters);
+  if (is_last_block(&view.counters->cut_blocks_done)) begin_waves(view.waves, view.counters);
 }
 
 /// Launched with a thread per segment.
@@ -258,9 +250,8 @@ __device__ void composite_many(const ListInput& in, const HalfTile& half, Rings<
                                WalkedPixel (&pixels)[kPixels]) {
   Column<Cut::flush> column;
 #pragma unroll
-  for (int j = 0; j < kPixels; ++j) {
+  for (int j = 0; j < kPixels; ++j)
     column.pixels[j] = {pixels[j].transmittance * kClear<Cut::flush>, 0, 0, 0};
-  }
   Marks unused{};
   Walk<false, kRows>(in, half, rings, column, unused).composite(begin, end);
 #pragma unroll
@@ -291,11 +282,10 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     bool stops[kPixels];
 #pragma unroll
     for (int j = 0; j < kPixels; ++j) stops[j] = pixels[j].transmittance > 0.0f;
-    if (stopping <= kFewPixels) {
+    if (stopping <= kFewPixels)
       walk.composite(own.begin, own.end);
-    } else {
+    else
       composite_many<kRows>(in, half, rings[threadIdx.x / kWarp], own.begin, own.end, pixels);
-    }
     SegmentResult& result = *own.result;
 #pragma unroll
     for (int j = 0; j < kPixels; ++j) {
@@ -343,34 +333,27 @@ __global__ void __launch_bounds__(kTileSize* kTileSize)
   }
 }
 
-template <Rows kRows>
-void blend_segment_rows(const FrameContext& frame, const SegmentsView& segments,
-                        const ListInput& in) {
-  const Blocks blocks(kSegmentBlocks, kBlendThreads);
-  launch("blend", blend_segments<kRows>, blocks, frame.stream, segments, in);
-  launch("blend", finish_segments<kRows>, blocks, frame.stream, segments, in);
-}
-
 }  // namespace
 
-void count_long_lists(const FrameContext& frame, const ListedTiles& listed) {
-  const Blocks blocks(kCountBlocks * multiprocessors(), kThreads);
-  const SegmentsView segments = listed.scratch.segments;
-  const ListInput in = input_of(frame, listed);
-  launch("blend", count_segments, blocks, frame.stream, segments, in);
-  launch("blend", cut_segments, blocks, frame.stream, segments, in);
-  launch("blend", order_segments, Blocks(kJoinBlocks), frame.stream, segments);
+void count_long_lists(const FrameContext& frame, const Scratch& scratch) {
+  const Blocks blocks(kCountBlocks * scratch.multiprocessors);
+  const ListInput in = scratch.lists(frame);
+  launch("blend", count_segments, blocks, frame.stream, scratch.segments, in);
+  launch("blend", cut_segments, blocks, frame.stream, scratch.segments, in);
+  launch("blend", order_segments, kJoinBlocks, frame.stream, scratch.segments);
 }
 
-void blend_long_lists(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
+void blend_long_lists(const FrameContext& frame, const Scratch& scratch, const Outputs& outputs,
                       Pixels& pixels) {
-  const SegmentsView segments = listed.scratch.segments;
-  const ListInput in = input_of(frame, listed);
-  const auto of_rows = has_thin_rows(frame.settings) ? blend_segment_rows<Rows::exponents>
-                                                     : blend_segment_rows<Rows::products>;
-  of_rows(frame, segments, in);
-  launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream, segments,
-         in, BlendOutput::of(pixels, outputs));
+  const ListInput in = scratch.lists(frame);
+  const bool is_thin = has_thin_rows(frame.settings);
+  const Blocks blocks(kSegmentBlocks, kBlendThreads);
+  launch("blend", is_thin ? blend_segments<Rows::exponents> : blend_segments<Rows::products>,
+         blocks, frame.stream, scratch.segments, in);
+  launch("blend", is_thin ? finish_segments<Rows::exponents> : finish_segments<Rows::products>,
+         blocks, frame.stream, scratch.segments, in);
+  launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream,
+         scratch.segments, in, BlendOutput::of(pixels, outputs));
 }
 
 }  // namespace qs::cuda::fast

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A macro-tile is a block of 4x2 tiles. `project` appends every visible Gaussian to the macro-tiles
-// in which its mode lists a tile, in any order; list.cuh sorts them and writes the tiles' lists.
+// in which its mode lists a tile, in any order; list.cu sorts them and writes the tiles' lists.
 // If a macro-tile has too many Gaussians for a block to sort, all macro-tiles keep kUsual of them.
 // The others are spilled into an array that all macro-tiles share, and the Gaussians of a full
 // macro-tile are cut by depth into slices that blocks sort independently. Samples determine the

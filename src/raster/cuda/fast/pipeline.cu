@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <utility>
 
-#include "raster/cuda/common/collect.cuh"
 #include "raster/cuda/common/depth.cuh"
-#include "raster/cuda/common/pair_limit.cuh"
+#include "raster/cuda/common/limits.cuh"
+#include "raster/cuda/common/pixels.cuh"
 #include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
 
@@ -20,13 +19,12 @@ bool needs_color(const Outputs& outputs) {
 
 /// Writes the depths of visible Gaussians by their place, as lists have it.
 __global__ void __launch_bounds__(kBlockGaussians)
-    store_depths(const FastCounters* counters, FastVisibleView visible, std::uint32_t count,
+    store_depths(const FastCounters* counters, FastVisible visible, std::uint32_t count,
                  std::uint32_t nearest, float* depths) {
   if (blockIdx.x >= counters->visible_blocks) return;
   const std::uint32_t place = visible.blocks[blockIdx.x] * kBlockGaussians + threadIdx.x;
   if (place >= count || visible.depth_keys[place] == kInvisibleKey) return;
-  const std::uint32_t bits = visible.depth_keys[place] + nearest;
-  std::memcpy(&depths[place], &bits, sizeof bits);
+  depths[place] = std::bit_cast<float>(visible.depth_keys[place] + nearest);
 }
 
 /// The capacity with which a frame that exceeded the buffers is redrawn.
@@ -111,6 +109,7 @@ std::optional<MacroSize> MacroSizePolicy::sliced(const FastCounters& counters,
 FastPipeline::FastPipeline(int device)
     : side_stream_(device, false),
       full_stream_(device, true),
+      scratch_(multiprocessors()),
       macro_size_policy_(most_in_shared_memory()) {
   size_.pair_capacity = 1 << 16;
 }
@@ -127,12 +126,12 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
   size.gaussians = frame.cloud.count;
   size.grid = frame.grid;
   for (;;) {
-    reserve(size);
+    scratch_.reserve(size);
     pixels.reserve_used(outputs, size.pair_capacity);
     size_ = size;
     if (outputs.stage_times) {
       clock.begin(true, frame.stream);
-      run(frame, size, outputs, pixels, clock, frame.stream);
+      run(frame, outputs, pixels, clock, frame.stream);
     } else {
       const Graph::Topology topology{size.macro.has_slices(),
                                      size.macro.keeps_whole(),
@@ -142,7 +141,7 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
                                      cuts(size, outputs),
                                      has_thin_rows(frame.settings)};
       graph_.capture(frame.stream, topology,
-                     [&] { run(frame, size, outputs, pixels, clock, side_stream_); });
+                     [&] { run(frame, outputs, pixels, clock, side_stream_); });
       clock.begin(false, frame.stream);
       graph_.launch(frame.stream);
     }
@@ -164,15 +163,16 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
   }
 }
 
-void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const Outputs& outputs,
-                       Pixels& pixels, StageClock& clock, cudaStream_t side_stream) {
+void FastPipeline::run(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
+                       StageClock& clock, cudaStream_t side_stream) {
+  const FrameSize& size = scratch_.size;
   const auto mark = [&](Stage stage) {
     if (side_stream == frame.stream) clock.end(stage, frame.stream);
   };
-  project(frame, size, visible_, scratch_, footprints_known_);
+  project(frame, scratch_, footprints_known_);
   projected_.record(frame.stream);
   footprints_known_.make_wait(side_stream);
-  if (needs_color(outputs)) color(frame, scratch_, visible_, side_stream);
+  if (needs_color(outputs)) color(frame, scratch_, side_stream);
   colored_.record(side_stream);
   mark(Stage::preprocess);
   const auto list_others = size.macro.has_slices()    ? list_sliced
@@ -180,32 +180,23 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
                                                       : nullptr;
   const bool forks = list_others != nullptr && side_stream != frame.stream;
   if (forks) projected_.make_wait(full_stream_);
-  if (list_others != nullptr) {
-    list_others(frame, size, scratch_, pairs_, forks ? full_stream_ : frame.stream);
-  }
+  if (list_others != nullptr) list_others(scratch_, forks ? full_stream_ : frame.stream);
   if (forks) listed_.record(full_stream_);
-  list_usual(frame, size, scratch_, pairs_);
+  list_usual(scratch_, frame.stream);
   if (forks) listed_.make_wait(frame.stream);
   mark(Stage::sort);
   colored_.make_wait(frame.stream);
   if (outputs.blends()) {
     pixels.clear_used(outputs, size.pair_capacity, frame.stream);
-    const ListedTiles listed{visible_, pairs_, scratch_};
-    if (cuts(size, outputs)) count_long_lists(frame, listed);
+    if (cuts(size, outputs)) count_long_lists(frame, scratch_);
     scheduled_.record(frame.stream);
     scheduled_.make_wait(side_stream);
-    if (cuts(size, outputs)) blend_long_lists(frame, listed, outputs, pixels);
-    blend(frame, listed, outputs, pixels, side_stream);
+    if (cuts(size, outputs)) blend_long_lists(frame, scratch_, outputs, pixels);
+    blend(frame, scratch_, outputs, pixels, side_stream);
     blended_.record(side_stream);
     blended_.make_wait(frame.stream);
   }
   mark(Stage::blend);
-}
-
-void FastPipeline::reserve(const FrameSize& size) {
-  visible_.reserve(size.gaussians);
-  pairs_.reserve(size);
-  scratch_.reserve(size);
 }
 
 void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
@@ -215,7 +206,7 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, co
   result.stats.sort_bytes = std::uint64_t{counters_->entries} * sizeof(SortEntry);
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
   collect_lists(
-      frame, outputs, pixels, scratch_.ranges, pairs_.gaussians,
+      frame, outputs, pixels, scratch_.ranges, scratch_.gaussians,
       [&](Trace& trace) { append_gaussians(frame, trace); }, result);
   if (!outputs.trace) return;
   const auto file_indices =
@@ -227,27 +218,24 @@ void FastPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) {
   const std::uint32_t count = frame.cloud.count;
   depths_.reserve("the frame's Gaussians", count);
   launch("depth", store_depths, Blocks(std::max(blocks_for(count), 1u), kBlockGaussians),
-         frame.stream, scratch_.counters, visible_.view(), count, nearest_bits(frame.camera),
+         frame.stream, scratch_.counters, scratch_.visible, count, nearest_bits(frame.camera),
          depths_.data());
-  const auto in =
-      ListInput::of(frame, pairs_.gaussians, std::as_const(scratch_.ranges), visible_.splats);
-  cuda::draw_depth(frame, in, depths_.data(), pixels);
+  cuda::draw_depth(frame, scratch_.lists(frame), depths_.data(), pixels);
 }
 
 void FastPipeline::append_gaussians(const FrameContext& frame, Trace& trace) const {
   const std::uint32_t count = frame.cloud.count;
   const auto on_host = [&](const auto* values) { return copied(values, count, frame.stream); };
-  const auto keys = on_host(visible_.depth_keys.data());
-  const auto splats = on_host(visible_.splats.data());
-  const auto footprints = on_host(visible_.footprints.data());
+  const auto keys = on_host(scratch_.visible.depth_keys);
+  const auto splats = on_host(scratch_.visible.splats);
+  const auto footprints = on_host(scratch_.visible.footprints);
   const auto file_indices = on_host(frame.cloud.file_indices.data());
   std::vector<std::uint32_t> places(count, count);  // by index in the file; `count`: invisible
   for (const std::uint32_t block :
-       copied(visible_.blocks.data(), counters_->visible_blocks, frame.stream)) {
+       copied(scratch_.visible.blocks, counters_->visible_blocks, frame.stream)) {
     const std::uint32_t first = block * kBlockGaussians;
-    for (std::uint32_t place = first; place < std::min(first + kBlockGaussians, count); ++place) {
+    for (std::uint32_t place = first; place < std::min(first + kBlockGaussians, count); ++place)
       if (keys[place] != kInvisibleKey) places[file_indices[place]] = place;
-    }
   }
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t place = places[i];

@@ -8,14 +8,78 @@
 // redrawn with larger buffers before its pixels are read.
 #pragma once
 
+#include <array>
 #include <optional>
+#include <utility>
 
-#include "raster/cuda/common/collect.cuh"
+#include "raster/cuda/common/pixels.cuh"
 #include "raster/cuda/common/stage_clock.cuh"
-#include "raster/cuda/fast/blend.cuh"
-#include "raster/cuda/fast/graph.cuh"
+#include "raster/cuda/common/stream.cuh"
+#include "raster/cuda/fast/stages.cuh"
 
 namespace qs::cuda::fast {
+
+/// A frame's work as a CUDA graph: one launch runs all its kernels without the host in between.
+class Graph {
+ public:
+  /// The values that determine a frame's kernels and the dependencies between them.
+  using Topology = std::array<int, 7>;
+
+  Graph() = default;
+  Graph& operator=(Graph&&) = delete;
+  ~Graph() { release(); }
+
+  /// Captures the work that `work` enqueues in `stream`, and in streams that wait for it and that
+  /// it later waits for. Nothing runs yet. `work` must not allocate, and `topology` must determine
+  /// which kernels it enqueues.
+  template <class Work>
+  void capture(cudaStream_t stream, const Topology& topology, const Work& work) {
+    check(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal), "capture");
+    cudaGraph_t graph = nullptr;
+    try {
+      work();
+    } catch (...) {
+      cudaStreamEndCapture(stream, &graph);
+      if (graph != nullptr) cudaGraphDestroy(graph);
+      cudaGetLastError();
+      throw;
+    }
+    check(cudaStreamEndCapture(stream, &graph), "capture");
+    const Captured captured{graph};
+    adopt(graph, topology);
+    check(cudaGraphUpload(instance_, stream), "cudaGraphUpload");
+  }
+
+  void launch(cudaStream_t stream) { check(cudaGraphLaunch(instance_, stream), "frame"); }
+
+ private:
+  /// Is destroyed even if its instantiation throws, for example without memory.
+  struct Captured {
+    cudaGraph_t graph;
+    ~Captured() { cudaGraphDestroy(graph); }
+  };
+
+  /// Updates the instance in place if only kernel functions and arguments changed.
+  void adopt(cudaGraph_t graph, const Topology& topology) {
+    if (instance_ != nullptr && topology == topology_) {
+      cudaGraphExecUpdateResultInfo info;
+      if (cudaGraphExecUpdate(instance_, graph, &info) == cudaSuccess) return;
+      cudaGetLastError();
+    }
+    release();
+    // Without this flag all kernels would run at the priority of the stream of launch().
+    check(cudaGraphInstantiate(&instance_, graph, cudaGraphInstantiateFlagUseNodePriority),
+          "cudaGraphInstantiate");
+    topology_ = topology;
+  }
+
+  void release() {
+    if (instance_ != nullptr) cudaGraphExecDestroy(std::exchange(instance_, nullptr));
+  }
+
+  cudaGraphExec_t instance_ = nullptr;
+  Topology topology_{};
+};
 
 /// Chooses FrameSize::macro from the counters of the previous frame.
 class MacroSizePolicy {
@@ -56,9 +120,8 @@ class FastPipeline {
   void draw_depth(const FrameContext& frame, Pixels& pixels);
 
  private:
-  void reserve(const FrameSize& size);
-  void run(const FrameContext& frame, const FrameSize& size, const Outputs& outputs, Pixels& pixels,
-           StageClock& clock, cudaStream_t side_stream);
+  void run(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock,
+           cudaStream_t side_stream);
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
 
   Stream side_stream_;  // low priority: its kernels yield to the main stream
@@ -67,8 +130,6 @@ class FastPipeline {
   Graph graph_;
   PinnedValue<FastCounters> counters_;
   Scratch scratch_;
-  FastVisible visible_;
-  FastPairs pairs_;
   DeviceBuffer<float> depths_;  // by place, for draw_depth()
   MacroSizePolicy macro_size_policy_;
   FrameSize size_;  // of the previous frame, with the capacities for the next

@@ -4,11 +4,10 @@
 
 #include <glm/geometric.hpp>
 
-#include "raster/cuda/common/device_limits.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/fast/append.cuh"
-#include "raster/cuda/fast/preprocess.cuh"
+#include "raster/cuda/fast/stages.cuh"
 #include "raster/kernel/blend.h"
 #include "raster/kernel/cull/modes.h"
 #include "raster/kernel/sh.h"
@@ -24,14 +23,13 @@ struct ProjectInput {
   std::uint32_t nearest_bits;  // of the depth whose key is 0
 };
 
-/// Sets FastVisibleView::shown, a thread per block of Gaussians, and clears memory: 64-bit words.
+/// Sets FastVisible::shown, a thread per block of Gaussians, and clears memory: 64-bit words.
 __global__ void __launch_bounds__(kThreads)
     find_shown_blocks(Frustum frustum, const BlockBounds* bounds, unsigned blocks,
                       std::uint8_t* shown, std::uint64_t* to_clear, std::size_t words) {
   const unsigned thread = blockIdx.x * kThreads + threadIdx.x;
-  for (std::size_t word = thread; word < words; word += std::size_t{gridDim.x} * kThreads) {
+  for (std::size_t word = thread; word < words; word += std::size_t{gridDim.x} * kThreads)
     to_clear[word] = 0;
-  }
   if (thread < blocks) shown[thread] = frustum.misses(bounds[thread]) ? 0 : 1;
 }
 
@@ -59,16 +57,15 @@ struct ProjectedBlock {
   std::uint32_t spilled, next_spilled;  // entries of the block; place of the next entry
 
   /// Projects Gaussian `i`, the thread's own. Returns true if it is visible.
-  __device__ __forceinline__ bool project_own(const ProjectInput& in, const FastVisibleView& out,
+  __device__ __forceinline__ bool project_own(const ProjectInput& in, const FastVisible& out,
                                               std::uint32_t i, std::uint32_t* large,
                                               FastCounters* counters) {
     Appended<P>& own = appended[threadIdx.x];
     own.clear();
     Projected projected;
     bool is_large = false;
-    if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
+    if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected))
       is_large = !own.set(projected.footprint, in.grid);
-    }
     const bool visible = is_large || own.has_walk();
     own.depth_key = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
     if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
@@ -83,7 +80,7 @@ struct ProjectedBlock {
 
   /// Stages the entries of all Gaussians and counts them. Entries that do not fit are appended at
   /// once.
-  __device__ __forceinline__ void stage_entries(std::uint32_t first, const FastVisibleView& out,
+  __device__ __forceinline__ void stage_entries(std::uint32_t first, const FastVisible& out,
                                                 const MacroTiles& macro_tiles, TileGrid grid,
                                                 const BlockCounts& counts) {
     const unsigned first_owner = threadIdx.x / kWarp * kWarp;
@@ -116,9 +113,8 @@ struct ProjectedBlock {
       counts[c] = begin;
     }
     __syncthreads();
-    if (threadIdx.x == 0 && spilled > 0) {
+    if (threadIdx.x == 0 && spilled > 0)
       next_spilled = atomicAdd(macro_tiles.slicing.part_count(Slicing::own_part()), spilled);
-    }
   }
 
   /// Stores the staged entries from the slots in `next` on.
@@ -144,7 +140,7 @@ struct ProjectedBlock {
 /// additions to the same counter would take longer than all other work. All threads of a block call
 /// it together.
 template <class P>
-__device__ void project_block(const ProjectInput& in, const FastVisibleView& out,
+__device__ void project_block(const ProjectInput& in, const FastVisible& out,
                               const MacroTiles& macro_tiles, std::uint32_t* large,
                               FastCounters* counters, std::uint32_t block) {
   __shared__ ProjectedBlock<P> shared;
@@ -171,7 +167,7 @@ __device__ void project_block(const ProjectInput& in, const FastVisibleView& out
 /// whether the view may show it.
 template <class P>
 __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThreads))
-    project_and_append(ProjectInput in, FastVisibleView out, MacroTiles macro_tiles,
+    project_and_append(ProjectInput in, FastVisible out, MacroTiles macro_tiles,
                        std::uint32_t* large, FastCounters* counters) {
   __shared__ std::uint32_t shown_count, shown[kThreads];
   const std::uint32_t blocks = (in.cloud.count + kBlockGaussians - 1) / kBlockGaussians;
@@ -183,9 +179,8 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThre
     const std::uint32_t slot = reserve_slot(is_shown, &shown_count);
     if (is_shown) shown[slot] = blocks - 1 - turn;
     __syncthreads();
-    for (std::uint32_t k = 0; k < shown_count; ++k) {
+    for (std::uint32_t k = 0; k < shown_count; ++k)
       project_block<P>(in, out, macro_tiles, large, counters, shown[k]);
-    }
     __syncthreads();
   }
 }
@@ -336,7 +331,7 @@ struct LargeGaussian {
 /// very many. The last block to end then orders the macro-tiles.
 template <class P>
 __global__ void __launch_bounds__(kAppendThreads)
-    append_large(TileGrid grid, FastVisibleView visible, MacroTiles macro_tiles,
+    append_large(TileGrid grid, FastVisible visible, MacroTiles macro_tiles,
                  const std::uint32_t* large, FastCounters* counters) {
   constexpr unsigned kWarps = kAppendThreads / kWarp;
   constexpr int kWarpLines = 32, kWarpMacroTiles = 4 * kWarp;
@@ -373,14 +368,7 @@ __global__ void __launch_bounds__(kAppendThreads)
     }
     __syncthreads();
   }
-  __shared__ bool is_last;
-  __syncthreads();
-  if (threadIdx.x == 0) {
-    __threadfence();
-    is_last = atomicAdd(&counters->blocks_done, 1u) + 1 == gridDim.x;
-  }
-  __syncthreads();
-  if (is_last) order_macro_tiles(macro_tiles, counters);
+  if (is_last_block(&counters->blocks_done)) order_macro_tiles(macro_tiles, counters);
 }
 
 /// BoundedSplat::clamp_rows.
@@ -419,27 +407,21 @@ __device__ BoundedSplat splat_of(const Footprint& footprint, glm::vec3 color) {
           0};
 }
 
-struct ColorInput {
-  CloudView cloud;
-  glm::vec3 camera;  // world
-  int sh_degree;
-  const FastCounters* counters;
-};
-
 /// kHalves: the scene has CloudView::sh_halves.
 template <bool kHalves>
 __global__ void __launch_bounds__(kThreads, blocks_at_once(kHalves ? 6 : 8, kThreads))
-    color_gaussians(ColorInput in, FastVisibleView visible) {
-  const std::uint32_t blocks = in.counters->visible_blocks;
+    color_gaussians(CloudView cloud, glm::vec3 camera, int sh_degree, const FastCounters* counters,
+                    FastVisible visible) {
+  const std::uint32_t blocks = counters->visible_blocks;
   for (std::uint32_t b = blockIdx.x; b < blocks; b += gridDim.x) {
     const std::uint32_t i = visible.blocks[b] * kBlockGaussians + threadIdx.x;
-    if (i >= in.cloud.count || visible.depth_keys[i] == kInvisibleKey) continue;
-    const float4 position = in.cloud.positions[i];
+    if (i >= cloud.count || visible.depth_keys[i] == kInvisibleKey) continue;
+    const float4 position = cloud.positions[i];
     const glm::vec3 direction =
-        glm::normalize(glm::vec3(position.x, position.y, position.z) - in.camera);
-    const glm::vec3 color = sh_color<float>(in.sh_degree, direction, [&](int k) {
-      if constexpr (kHalves) return in.cloud.coefficient_of_halves(i, k);
-      return in.cloud.coefficient(i, k);
+        glm::normalize(glm::vec3(position.x, position.y, position.z) - camera);
+    const glm::vec3 color = sh_color<float>(sh_degree, direction, [&](int k) {
+      if constexpr (kHalves) return cloud.coefficient_of_halves(i, k);
+      return cloud.coefficient(i, k);
     });
     visible.splats[i] = splat_of(visible.footprints[i].footprint(), color);
   }
@@ -447,17 +429,7 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kHalves ? 6 : 8, kThr
 
 }  // namespace
 
-void FastVisible::reserve(std::size_t gaussians) {
-  shown.reserve("the frame's Gaussians", blocks_for(gaussians));
-  blocks.reserve("the frame's Gaussians", blocks_for(gaussians));
-  depth_keys.reserve("the frame's Gaussians", gaussians);
-  footprints.reserve("the frame's Gaussians", gaussians);
-  splats.reserve("the frame's Gaussians", gaussians);
-}
-
-void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
-             Scratch& scratch, Event& footprints_known) {
-  const ToClear to_clear = scratch.begin_frame(size);
+void project(const FrameContext& frame, Scratch& scratch, Event& footprints_known) {
   const CloudView cloud = frame.cloud.view();
   scratch.macro_tiles.entry_order = {cloud.file_indices};
   const View<float> view = make_view<float>(frame.camera);
@@ -465,28 +437,26 @@ void project(const FrameContext& frame, const FrameSize& size, FastVisible& visi
   with_culler(frame.settings.mode, [&]<class P>(P) {
     const FootprintRules rules = frame.rules();
     launch("preprocess", find_shown_blocks, std::max(blocks_for(blocks), kFindGrid), frame.stream,
-           Frustum(view, rules, frame.grid), cloud.bounds, blocks, visible.view().shown,
-           to_clear.begin, to_clear.words);
+           Frustum(view, rules, frame.grid), cloud.bounds, blocks, scratch.visible.shown,
+           scratch.to_clear.data(), scratch.to_clear.size());
     const ProjectInput in{cloud, view, rules, frame.grid, nearest_bits(frame.camera)};
     const Blocks with_counts(std::clamp(blocks, 1u, kProjectGrid), kThreads,
-                             BlockCounts::bytes(size.macro_tiles()));
-    launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
+                             BlockCounts::bytes(scratch.size.macro_tiles()));
+    launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, scratch.visible,
            scratch.macro_tiles, scratch.large, scratch.counters);
     footprints_known.record(frame.stream);
-    launch("preprocess", append_large<P>, Blocks(kAppendBlocks * multiprocessors(), kAppendThreads),
-           frame.stream, frame.grid, visible.view(), scratch.macro_tiles, scratch.large,
-           scratch.counters);
+    launch("preprocess", append_large<P>,
+           Blocks(kAppendBlocks * scratch.multiprocessors, kAppendThreads), frame.stream,
+           frame.grid, scratch.visible, scratch.macro_tiles, scratch.large, scratch.counters);
   });
 }
 
-void color(const FrameContext& frame, const Scratch& scratch, FastVisible& visible,
-           cudaStream_t stream) {
-  const ColorInput in{frame.cloud.view(), make_view<float>(frame.camera).position,
-                      frame.sh_degree(), scratch.counters};
-  const auto kernel =
-      in.cloud.sh_halves != nullptr ? color_gaussians<true> : color_gaussians<false>;
-  launch("preprocess", kernel, std::clamp(blocks_for(frame.cloud.count), 1u, kColorGrid), stream,
-         in, visible.view());
+void color(const FrameContext& frame, const Scratch& scratch, cudaStream_t stream) {
+  const CloudView cloud = frame.cloud.view();
+  launch("preprocess", cloud.sh_halves != nullptr ? color_gaussians<true> : color_gaussians<false>,
+         std::clamp(blocks_for(cloud.count), 1u, kColorGrid), stream, cloud,
+         make_view<float>(frame.camera).position, frame.sh_degree(), scratch.counters,
+         scratch.visible);
 }
 
 }  // namespace qs::cuda::fast

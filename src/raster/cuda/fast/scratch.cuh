@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// The counters, macro-tiles and segments of a frame on the device. The memory that must be zero
-// when the frame begins is contiguous.
+// The memory of a frame on the device: its visible Gaussians, counters, macro-tiles, lists and
+// segments. The memory that must be zero when the frame begins is contiguous.
 #pragma once
+
+#include <array>
+#include <bit>
+#include <span>
 
 #include "raster/cuda/common/pixels.cuh"
 #include "raster/cuda/common/sub_tiles.cuh"
@@ -11,10 +15,62 @@
 
 namespace qs::cuda::fast {
 
+/// A visible Gaussian as `color` reads it: 32 bytes, one memory sector. footprint() recomputes the
+/// other values bit for bit.
+struct alignas(32) PackedFootprint {
+  glm::vec2 mean_px;
+  Covariance2<float> covariance;
+  float gamma;
+  glm::vec2 unused;  ///< written too, because a partly written sector is first read
+
+  QS_HD Footprint footprint() const { return make_footprint(mean_px, covariance, gamma); }
+};
+
+/// A Gaussian as the blend kernel reads it: 64 bytes, two memory sectors.
+struct alignas(64) BoundedSplat {
+  float x, y;          ///< mean_px
+  float xx, xy, yy;    ///< log2 alpha = log2_opacity + xx dx^2 + xy dx dy + yy dy^2
+  float log2_opacity;  ///< -inf for opacity 0
+  /// alpha can exceed kAlphaMax only in rows within this distance of the mean; < 0: in no row;
+  /// INFINITY: rounding may have broken the conic
+  float clamp_rows;
+  float red, green, blue;  ///< >= 0
+  AlphaEllipse ellipse;
+  float unused;
+
+  Splat splat() const {
+    return {{x, y}, {xx, xy, yy}, std::exp2(log2_opacity), {red, green, blue}};
+  }
+};
+
+/// A depth key is the bit pattern of the depth minus the bit pattern of the near plane. Positive
+/// floats are ordered like their bit patterns.
+inline constexpr std::uint32_t kInvisibleKey = 0xffffffffu;
+
+inline std::uint32_t nearest_bits(const Camera& camera) {
+  return std::bit_cast<std::uint32_t>(std::max(static_cast<float>(camera.near_depth), 0.0f));
+}
+inline float depth_of_key(std::uint32_t key, const Camera& camera) {
+  return std::bit_cast<float>(key + nearest_bits(camera));
+}
+
+/// The pointers that kernels use. Passed by value.
+struct FastVisible {
+  std::uint8_t* shown;    ///< per block of Gaussians: 0 if the view cannot show any of them
+  std::uint32_t* blocks;  ///< the blocks with visible Gaussians, in any order
+  /// per place in these blocks; kInvisibleKey = not visible, and the other arrays are undefined
+  /// there
+  std::uint32_t* depth_keys;
+  PackedFootprint* footprints;
+  BoundedSplat* splats;
+};
+
+using ListInput = BlendInput<BoundedSplat>;
+
 struct FastCounters {
   std::uint64_t tile_pairs;  ///< all pairs of the frame
   std::uint32_t visible;
-  std::uint32_t visible_blocks;  ///< see FastVisibleView
+  std::uint32_t visible_blocks;  ///< see FastVisible
   std::uint32_t max_pairs_in_a_tile;
   std::uint32_t long_lists;
   std::uint32_t segments;            ///< segments of all long lists, as reserved
@@ -87,9 +143,8 @@ struct SegmentsView {
   __device__ void reserve(std::uint32_t tile, std::uint32_t count) const {
     const std::uint32_t first = atomicAdd(&counters->segments, count);
     const bool fits = first + count <= capacity;
-    for (std::uint32_t i = 0; i < count && first + i < capacity; ++i) {
+    for (std::uint32_t i = 0; i < count && first + i < capacity; ++i)
       segments[first + i] = {fits ? tile : Segment::kNoTile, i};
-    }
     const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
     if (list < capacity) first_segments[list] = first;
   }
@@ -105,54 +160,53 @@ struct FrameSize {
   std::size_t macro_tiles() const { return MacroTiles::count_of(grid); }
 };
 
-/// Memory that must be set to zero.
-struct ToClear {
-  std::uint64_t* begin;
-  std::size_t words;
-};
-
 struct Scratch {
+  explicit Scratch(unsigned multiprocessors_) : multiprocessors(multiprocessors_) {}
+
+  unsigned multiprocessors;           ///< of the GPU
+  FrameSize size;                     ///< size of the frame
+  std::span<std::uint64_t> to_clear;  ///< memory that must be zero when the frame begins
   FastCounters* counters = nullptr;
   MacroTiles macro_tiles{};
   std::uint32_t* class_sizes = nullptr;  ///< see ScheduleView
   // Not set to zero:
-  ListRange* ranges = nullptr;        ///< per tile: its list in the tile pairs
-  std::uint32_t* schedule = nullptr;  ///< see ScheduleView
+  FastVisible visible{};
+  ListRange* ranges = nullptr;         ///< per tile: its list in the tile pairs
+  std::uint32_t* gaussians = nullptr;  ///< the lists of all tiles, front to back: places
+  std::uint32_t* schedule = nullptr;   ///< see ScheduleView
   SegmentsView segments{};
   std::uint32_t* large = nullptr;  ///< places of FastCounters::large Gaussians
 
-  /// Points the members into the reserved memory. Returns the memory that must be cleared first.
-  ToClear begin_frame(const FrameSize& size) {
-    const Layout layout = lay_out(size, memory_.data());
+  ListInput lists(const FrameContext& frame) const {
+    return ListInput::of(frame, ranges, gaussians, visible.splats);
+  }
+
+  /// Makes room for a frame, and points the members into the memory. Throws Error(device) if memory
+  /// is short.
+  void reserve(const FrameSize& frame) {
+    size = frame;
+    memory_.reserve(kCounters, lay_out(nullptr));
+    lay_out(memory_.data());
+    std::size_t next = 0;
+    for_each_array([&]<class T>(const char* what, T*& array, std::size_t count) {
+      DeviceBuffer<std::byte>& buffer = buffers_[next++];
+      buffer.reserve(what, count * sizeof(T));
+      array = reinterpret_cast<T*>(buffer.data());
+    });
     segments.capacity = size.segment_capacity;
     segments.longest_uncut = SegmentsView::longest_uncut_of(size.grid);
     segments.counters = counters;
-    segments.waves.sizes = wave_sizes_;
     macro_tiles.columns = MacroTiles::columns_of(size.grid);
     macro_tiles.rows = MacroTiles::rows_of(size.grid);
     macro_tiles.slicing.size = size.macro;
-    for_each_array(
-        size, [](const char*, auto& buffer, auto*& array, std::size_t) { array = buffer.data(); });
-    return {memory_.data(), layout.cleared};
-  }
-
-  /// Throws Error(device) if memory is short.
-  void reserve(const FrameSize& size) {
-    memory_.reserve(kCounters, lay_out(size, nullptr).used);
-    for_each_array(size, [](const char* what, auto& buffer, auto*&, std::size_t count) {
-      buffer.reserve(what, count);
-    });
   }
 
  private:
   static constexpr const char* kCounters = "the frame's counters";
 
-  struct Layout {
-    std::size_t cleared, used;  // 64-bit words
-  };
-
-  /// Points the members into memory from `base` on, unless it is null.
-  Layout lay_out(const FrameSize& size, std::uint64_t* base) {
+  /// Points members into memory from `base` on, unless it is null. Returns the 64-bit words that
+  /// they take.
+  std::size_t lay_out(std::uint64_t* base) {
     std::size_t used = 0;
     const auto place = [&]<class T>(T*& what, std::size_t count) {
       constexpr std::size_t kAlign = 16;  // words
@@ -161,66 +215,59 @@ struct Scratch {
     };
     place(counters, 1);
     place(class_sizes, kWarp);
-    place(wave_sizes_, size.segment_capacity > 0 ? kMaxSegments : 0);
+    place(segments.waves.sizes, size.segment_capacity > 0 ? kMaxSegments : 0);
     place(macro_tiles.counts, size.macro_tiles());
     place(macro_tiles.slicing.part_counts, Slicing::counters());
-    const std::size_t cleared = used;
+    if (base != nullptr) to_clear = {base, used};
     place(ranges, static_cast<std::size_t>(size.grid.count()));
-    return {cleared, used};
+    return used;
   }
 
-  /// Calls visit(what, buffer, array, count) for the buffers outside of `memory_`. `array` is the
-  /// member through which kernels see the buffer, and `count` its elements in a frame of `size`.
+  /// Calls visit(what, array, count) for the arrays outside of `memory_`, always in this order.
   template <class Visit>
-  void for_each_array(const FrameSize& size, const Visit& visit) {
+  void for_each_array(const Visit& visit) {
     constexpr const char *kSegments = "the frame's segments", *kSlices = "the frame's slices";
-    constexpr const char* kMacroTiles = "the frame's macro-tiles";
+    constexpr const char *kMacroTiles = "the frame's macro-tiles", *kOf = "the frame's Gaussians";
     const std::size_t macro_count = size.macro_tiles();
     const MacroSize& macro = size.macro;
-    visit(kCounters, schedule_, schedule, kWarp * static_cast<std::size_t>(size.grid.count()));
-    visit(kSegments, segments_, segments.segments, size.segment_capacity);
-    visit(kSegments, first_segments_, segments.first_segments, size.segment_capacity);
-    visit(kSegments, marks_, segments.marks, size.pair_capacity / SegmentsView::kPairsPerMark + 1);
-    visit(kSegments, results_, segments.results, size.segment_capacity);
-    visit(kSegments, waves_, segments.waves.order, size.segment_capacity);
-    visit("the frame's Gaussians", large_, large, size.gaussians);
-    visit(kMacroTiles, entries_, macro_tiles.entries, macro_count * macro.capacity);
-    visit(kMacroTiles, masks_, macro_tiles.masks, macro_count * macro.capacity);
-    visit(kMacroTiles, order_, macro_tiles.order, macro_count);
+    visit(kOf, visible.shown, blocks_for(size.gaussians));
+    visit(kOf, visible.blocks, blocks_for(size.gaussians));
+    visit(kOf, visible.depth_keys, size.gaussians);
+    visit(kOf, visible.footprints, size.gaussians);
+    visit(kOf, visible.splats, size.gaussians);
+    visit("the frame's tile pairs", gaussians, size.pair_capacity);
+    visit(kCounters, schedule, kWarp * static_cast<std::size_t>(size.grid.count()));
+    visit(kSegments, segments.segments, size.segment_capacity);
+    visit(kSegments, segments.first_segments, size.segment_capacity);
+    visit(kSegments, segments.marks, size.pair_capacity / SegmentsView::kPairsPerMark + 1);
+    visit(kSegments, segments.results, size.segment_capacity);
+    visit(kSegments, segments.waves.order, size.segment_capacity);
+    visit(kOf, large, size.gaussians);
+    visit(kMacroTiles, macro_tiles.entries, macro_count * macro.capacity);
+    visit(kMacroTiles, macro_tiles.masks, macro_count * macro.capacity);
+    visit(kMacroTiles, macro_tiles.order, macro_count);
     if (!macro.has_slices()) return;
     Slicing& slicing = macro_tiles.slicing;
     const std::size_t slice_entries = std::size_t{macro.slices} * macro.slice_capacity;
     const std::size_t spilled = std::size_t{Slicing::kParts} * macro.spilled;
-    visit(kMacroTiles, slices_, slicing.slices, macro_count);
-    visit(kMacroTiles, samples_, slicing.samples, macro_count * macro.sample_capacity);
+    visit(kMacroTiles, slicing.slices, macro_count);
+    visit(kMacroTiles, slicing.samples, macro_count * macro.sample_capacity);
+    visit(kSlices, slicing.spilled, spilled);
+    visit(kSlices, slicing.spilled_tiles, spilled);
+    visit(kSlices, slicing.macro_tile_of, macro.slices);
+    visit(kSlices, slicing.least_keys, macro.slices);
+    visit(kSlices, slicing.counts, macro.slices);
+    visit(kSlices, slicing.list_begins, std::size_t{macro.slices} * MacroTiles::kTiles);
+    visit(kSlices, slicing.entries, slice_entries);
+    visit(kSlices, slicing.masks, slice_entries);
     if (macro.sorts_in_global_memory) {
-      visit(kSlices, sort_memory_, slicing.sort_memory,
+      visit(kSlices, slicing.sort_memory,
             Slicing::kGlobalSorts * Slicing::sort_bytes(macro.sample_capacity));
     }
-    visit(kSlices, spilled_, slicing.spilled, spilled);
-    visit(kSlices, spilled_tiles_, slicing.spilled_tiles, spilled);
-    visit(kSlices, macro_tile_of_, slicing.macro_tile_of, macro.slices);
-    visit(kSlices, least_keys_, slicing.least_keys, macro.slices);
-    visit(kSlices, slice_counts_, slicing.counts, macro.slices);
-    visit(kSlices, list_begins_, slicing.list_begins,
-          std::size_t{macro.slices} * MacroTiles::kTiles);
-    visit(kSlices, slice_entries_, slicing.entries, slice_entries);
-    visit(kSlices, slice_masks_, slicing.masks, slice_entries);
   }
 
-  std::uint32_t* wave_sizes_ = nullptr;  // set to zero, see WavesView
   DeviceBuffer<std::uint64_t> memory_;
-  DeviceBuffer<std::uint32_t> schedule_;
-  DeviceBuffer<Segment> segments_;
-  DeviceBuffer<std::uint32_t> first_segments_, marks_, waves_;
-  DeviceBuffer<SegmentResult> results_;
-  DeviceBuffer<std::uint32_t> large_, order_;
-  DeviceBuffer<SortEntry> entries_, spilled_, samples_, slice_entries_;
-  DeviceBuffer<std::uint8_t> masks_, slice_masks_;
-  DeviceBuffer<Slicing::Slices> slices_;
-  DeviceBuffer<std::uint32_t> spilled_tiles_, macro_tile_of_, slice_counts_;
-  DeviceBuffer<std::uint64_t> least_keys_, list_begins_;
-  DeviceBuffer<std::byte> sort_memory_;
+  std::array<DeviceBuffer<std::byte>, 27> buffers_;  // of for_each_array()
 };
 
 }  // namespace qs::cuda::fast

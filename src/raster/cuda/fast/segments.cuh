@@ -130,7 +130,7 @@ class LongList {
       const std::uint32_t sum = inclusive_sum_of_warp(own);
       const unsigned beyond = __ballot_sync(kAllLanes, before + sum > rank);
       if (beyond != 0) {
-        const unsigned lane = static_cast<unsigned>(__ffs(static_cast<int>(beyond))) - 1;
+        const unsigned lane = lowest_bit(beyond);
         return {first + lane, before + __shfl_sync(kAllLanes, sum - own, lane)};
       }
       before += __shfl_sync(kAllLanes, sum, kWarp - 1);
@@ -150,8 +150,7 @@ class LongList {
     const unsigned mark = marks_[first + word.index];
     const bool is_it = (mark >> lane_index() & 1) != 0 &&
                        static_cast<std::uint32_t>(__popc(mark & lanes_below())) == left;
-    const auto bit = static_cast<int>(__ballot_sync(kAllLanes, is_it));
-    return (first + word.index) * kWarp + static_cast<unsigned>(__ffs(bit)) - 1;
+    return (first + word.index) * kWarp + lowest_bit(__ballot_sync(kAllLanes, is_it));
   }
 
   Segment* segments_;

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "raster/cuda/common/device_limits.cuh"
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/fast/list_block.cuh"
 
@@ -99,18 +98,15 @@ __device__ void move_entries(const MacroTiles& tiles, std::uint32_t* counts, std
   }
   __syncthreads();
 #pragma unroll
-  for (unsigned k = 0; k < kMovedEach; ++k) {
+  for (unsigned k = 0; k < kMovedEach; ++k)
     if (chosen[k] != kNoSlice && counts_here) atomicAdd(&counts[chosen[k]], 1u);
-  }
   __syncthreads();
-  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) {
+  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads)
     if (counts[s] > 0) counts[s] = atomicAdd(&slicing.counts[s], counts[s]);
-  }
   __syncthreads();
 #pragma unroll
-  for (unsigned k = 0; k < kMovedEach; ++k) {
+  for (unsigned k = 0; k < kMovedEach; ++k)
     slots[k] = chosen[k] == kNoSlice ? kNoSlice : atomicAdd(&places[chosen[k]], 1u);
-  }
 #pragma unroll
   for (unsigned k = 0; k < kMovedEach; ++k) {
     if (slots[k] >= slicing.size.slice_capacity) continue;
@@ -242,9 +238,8 @@ __global__ void __launch_bounds__(kBlock, blocks_at_once(kResident, kBlock))
                 min(slicing.counts[slice], capacity));
     block.sort(slicing.entries + first, slicing.masks + first, tiles.entry_order);
     if (Block::kParts > 1) block.count();
-    if (threadIdx.x < Block::kTiles) {
+    if (threadIdx.x < Block::kTiles)
       shared.begins[threadIdx.x] = slicing.list_begins[slice * Block::kTiles + threadIdx.x];
-    }
     __syncthreads();
     block.write(out);
   }
@@ -252,33 +247,33 @@ __global__ void __launch_bounds__(kBlock, blocks_at_once(kResident, kBlock))
 
 }  // namespace
 
-void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                 FastPairs& pairs, cudaStream_t stream) {
-  const Lists out = Lists::of(frame, size, scratch, pairs);
+void list_sliced(const Scratch& scratch, cudaStream_t stream) {
+  const Lists out = Lists::of(scratch);
   const MacroTiles& tiles = scratch.macro_tiles;
+  const MacroSize& size = scratch.size.macro;
   FastCounters* const counters = scratch.counters;
-  const auto count = std::min(kBlocks * multiprocessors(), static_cast<unsigned>(tiles.count()));
+  const unsigned blocks = kBlocks * scratch.multiprocessors;
   const auto launch_for = [&](std::uint32_t capacity, auto kernel, unsigned threads,
                               auto... arguments) {
-    launch("sort", kernel,
-           Blocks(kBlocks * multiprocessors(), threads, SharedArrays::bytes(capacity)), stream,
+    launch("sort", kernel, Blocks(blocks, threads, SharedArrays::bytes(capacity)), stream,
            arguments...);
   };
-  if (size.macro.sorts_in_global_memory) {
+  if (size.sorts_in_global_memory) {
     launch("sort", find_slices<kLargeThreads, true>, Blocks(Slicing::kGlobalSorts, kLargeThreads),
            stream, tiles, counters);
   } else {
-    const std::uint32_t capacity = size.macro.sample_capacity;
-    const bool is_usual = capacity <= MacroSize::kUsual;
-    launch_for(capacity,
+    const bool is_usual = size.sample_capacity <= MacroSize::kUsual;
+    launch_for(size.sample_capacity,
                is_usual ? find_slices<kUsualThreads, false> : find_slices<kLargeThreads, false>,
                is_usual ? kUsualThreads : kLargeThreads, tiles, counters);
   }
-  const std::size_t counted = std::min(kCountedSlices, size.macro.slices) * sizeof(std::uint32_t);
+  const std::size_t counted = std::min(kCountedSlices, size.slices) * sizeof(std::uint32_t);
   launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
-  launch("sort", count_slices, Blocks(kBlocks * multiprocessors()), stream, tiles, counters);
-  launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);
-  const std::uint32_t capacity = size.macro.slice_capacity;
+  launch("sort", count_slices, blocks, stream, tiles, counters);
+  launch("sort", place_slices,
+         Blocks(std::min(blocks, static_cast<unsigned>(tiles.count())), kPlaceThreads), stream,
+         tiles, out, counters);
+  const std::uint32_t capacity = size.slice_capacity;
   const bool is_usual = capacity <= MacroSize::kUsual;
   launch_for(capacity,
              is_usual                         ? sort_slices<kUsualThreads, kUsualBlocks>

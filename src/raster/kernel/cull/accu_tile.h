@@ -28,22 +28,17 @@ struct AccuTileWalk {
     const float v0 = low > -v_max ? low : -v_max;
     const float v1 = high < v_max ? high : v_max;
     if (!(v0 <= v1)) return {0, 0};
-    const float left = u_at(clamp(-v_at_u_max, v0, v1), -1.0f);
-    const float right = u_at(clamp(v_at_u_max, v0, v1), 1.0f);
+    const float left = u_at(clamped(-v_at_u_max, v0, v1), -1.0f);
+    const float right = u_at(clamped(v_at_u_max, v0, v1), 1.0f);
     return intersection(tiles_meeting<kTilePx>(mean_u + left, mean_u + right, box.end), box);
   }
   QS_HD Span widest() const { return box; }
 
  private:
-  static QS_HD float clamp(float x, float low, float high) {
-    return x < low ? low : (x > high ? high : x);
-  }
   QS_HD float u_at(float v, float sign) const {
     const float under = (b * b - p * r) * v * v + t * p;
     return (sign * sqrtf(under > 0.0f ? under : 0.0f) - b * v) / p;
   }
-
-  friend struct AccuTile;
 };
 
 struct AccuTile {

@@ -15,6 +15,8 @@
 // tests, command line and viewer find it there.
 #pragma once
 
+#include <type_traits>
+
 #include "raster/kernel/footprint.h"
 #include "raster/kernel/tile_grid.h"
 
@@ -85,20 +87,22 @@ QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visi
   } else {
     const auto walk = P::template walk<kTilePx>(footprint, grid);
     for_each_line(walk, [&](int line, Span span) {
-      for (int tile = span.begin; tile < span.end; ++tile) {
+      for (int tile = span.begin; tile < span.end; ++tile)
         visit(walk.by_rows ? line * grid.columns + tile : tile * grid.columns + line);
-      }
     });
   }
 }
 
-/// Number of tiles that for_each_tile visits.
+/// Number of tiles that for_each_tile visits, in constant time for a rectangle.
 template <class P, int kTilePx = kTileSize>
 QS_HD unsigned count_tiles(const Footprint& footprint, TileGrid grid) {
   unsigned count = 0;
   if constexpr (kWalks<P>) {
-    for_each_line(P::template walk<kTilePx>(footprint, grid),
-                  [&](int, Span span) { count += static_cast<unsigned>(span.size()); });
+    const auto walk = P::template walk<kTilePx>(footprint, grid);
+    if constexpr (std::is_same_v<decltype(walk), const RectWalk>)
+      count = static_cast<unsigned>(walk.lines.size()) * static_cast<unsigned>(walk.tiles.size());
+    else
+      for_each_line(walk, [&](int, Span span) { count += static_cast<unsigned>(span.size()); });
   } else {
     for_each_tile<P, kTilePx>(footprint, grid, [&](int) { ++count; });
   }

@@ -31,8 +31,8 @@ struct ExactWalk {
     if (v0 > v1) return {0, 0};
     // u(v) = (s_uv v +- sqrt((s_vv gamma - v^2) det)) / s_vv is concave / convex, so its extremes
     // over [v0, v1] are at the ellipse's own extremes or at the nearest end.
-    const float right = u_at(clamp(v_at_u_max, v0, v1), 1.0f);
-    const float left = u_at(clamp(-v_at_u_max, v0, v1), -1.0f);
+    const float right = u_at(clamped(v_at_u_max, v0, v1), 1.0f);
+    const float left = u_at(clamped(-v_at_u_max, v0, v1), -1.0f);
     return intersection(
         tiles_with_centers<kTilePx>(boxes.mean_u + left, boxes.mean_u + right, boxes.limit),
         boxes.span(line));
@@ -41,16 +41,10 @@ struct ExactWalk {
   QS_HD Span widest() const { return boxes.widest(); }
 
  private:
-  static QS_HD float clamp(float x, float low, float high) {
-    return x < low ? low : (x > high ? high : x);
-  }
-
   QS_HD float u_at(float v, float sign) const {
     const float under = (s_vv * gamma - v * v) * determinant;
     return (s_uv * v + sign * sqrtf(under > 0.0f ? under : 0.0f)) / s_vv;
   }
-
-  friend struct Exact;
 };
 
 struct Exact {

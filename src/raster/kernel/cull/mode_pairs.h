@@ -45,23 +45,6 @@ QS_HD bool keeps(float gamma) {
   return kKeepsFaint<P> || gamma > 0.0f;
 }
 
-/// count_tiles(), in constant time for a rectangle.
-template <class P, int kTilePx = kTileSize>
-QS_HD unsigned number_of_tiles(const Footprint& footprint, TileGrid grid) {
-  if constexpr (kWalks<P>) {
-    const auto walk = P::template walk<kTilePx>(footprint, grid);
-    if constexpr (std::is_same_v<decltype(walk), const RectWalk>) {
-      return static_cast<unsigned>(walk.lines.size()) * static_cast<unsigned>(walk.tiles.size());
-    } else {
-      unsigned count = 0;
-      for_each_line(walk, [&](int, Span span) { count += static_cast<unsigned>(span.size()); });
-      return count;
-    }
-  } else {
-    return count_tiles<P, kTilePx>(footprint, grid);
-  }
-}
-
 /// The tiles of one Gaussian; index = mode - 1.
 struct TilesOfModes {
   unsigned tiles[kCullerCount];
@@ -76,9 +59,8 @@ QS_HD TilesOfModes tiles_of_modes(const Footprint& footprint, TileGrid grid,
   const auto count = [&]<int kMode>(std::integral_constant<int, kMode>) {
     using P = CullerOf<kMode>;
     if constexpr (kCountsItself<kMode>) {
-      if (keeps<P>(footprint.gamma)) {
-        all.tiles[kMode - 1] = number_of_tiles<P, kTilePx>(footprint, grid);
-      }
+      if (keeps<P>(footprint.gamma))
+        all.tiles[kMode - 1] = count_tiles<P, kTilePx>(footprint, grid);
     }
   };
   (count(std::integral_constant<int, kIndex + 1>()), ...);

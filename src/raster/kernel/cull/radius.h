@@ -42,9 +42,8 @@ QS_HD glm::ivec2 radii_of(RadiusRule rule, const Footprint& footprint, float opa
   // There, pixel i has its centre at i + 0.5.
   const glm::vec2 mean = footprint.mean_px + 0.5f;
   const auto size = glm::vec2(width, height);
-  for (int axis = 0; axis < 2; ++axis) {
+  for (int axis = 0; axis < 2; ++axis)
     if (mean[axis] + radii[axis] <= 0 || mean[axis] - radii[axis] >= size[axis]) return {0, 0};
-  }
   return {clamp_to_int(radii.x, kLargest), clamp_to_int(radii.y, kLargest)};
 }
 

@@ -39,8 +39,7 @@ struct LargestAlphaTest {
 
   /// The smallest p u^2 + 2b u v + r v^2 over low <= v <= high.
   QS_HD float smallest_on_edge(float p, float r, float u, float low, float high) const {
-    const float lowest = -conic.y * u / r;
-    const float v = lowest < low ? low : (lowest > high ? high : lowest);
+    const float v = clamped(-conic.y * u / r, low, high);
     return p * u * u + 2.0f * conic.y * u * v + r * v * v;
   }
 };

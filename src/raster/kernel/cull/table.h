@@ -99,9 +99,8 @@ static_assert(
 
 /// The mode with this name; -1 if none has it.
 constexpr CullMode number_of(std::string_view name) {
-  for (int mode = 0; mode <= kModeCount; ++mode) {
+  for (int mode = 0; mode <= kModeCount; ++mode)
     if (name == kCullers[mode].name) return mode;
-  }
   return -1;
 }
 

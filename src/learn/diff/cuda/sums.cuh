@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// Adds up the numbers of the pairs of each Gaussian, in the order of tiles, which is the order of
-// their places.
+// Sums in orders that do not depend on the order in which threads run: of the numbers of the pairs
+// of each Gaussian, in the order of tiles, which is the order of their places; and of rows of
+// numbers, in double precision.
 #pragma once
 
-#include <algorithm>
-
-#include "learn/diff/cuda/segment.cuh"
+#include "learn/diff/cuda/frame_blocks.cuh"
+#include "raster/cuda/common/warp.cuh"
 
 namespace qs::cuda::diff {
 
@@ -96,15 +96,31 @@ __global__ void __launch_bounds__(kThreads) sum_gaussians(SumInput in, unsigned 
   in.sums[thread] = sum;
 }
 
-/// Enqueues the sums. Their order does not depend on the order in which threads run.
+/// Enqueues the sums of kNumbers numbers each of the first `count` Gaussians.
 template <unsigned kNumbers>
-void sum_pairs_of_gaussians(const SumInput& in, cudaStream_t stream) {
+void sum_pairs_of_gaussians(const GpuGaussianBlock& gaussians, std::uint32_t count,
+                            const void* pairs, void* sums, cudaStream_t stream) {
   static_assert(kNumbers <= kWarp);
-  if (in.count == 0) return;
-  const unsigned blocks_of_many = blocks_for(in.count);
+  if (count == 0) return;
+  const unsigned blocks_of_many = blocks_for(count);
   launch("sum_gaussians", sum_gaussians<kNumbers>,
-         blocks_of_many + blocks_for(std::uint64_t{kNumbers} * in.count), stream, in,
+         blocks_of_many + blocks_for(std::uint64_t{kNumbers} * count), stream,
+         SumInput{count, gaussians.first_places, gaussians.tile_counts,
+                  static_cast<const float*>(pairs), static_cast<float*>(sums)},
          blocks_of_many);
+}
+
+/// out[k] is the sum of number k of all rows, which are packed. One block.
+template <class Out>
+__global__ void __launch_bounds__(kThreads)
+    add_rows(const double* rows, unsigned count, unsigned numbers, Out* out) {
+  for (unsigned k = 0; k < numbers; ++k) {
+    double own = 0;
+    for (unsigned row = threadIdx.x; row < count; row += kThreads)
+      own += rows[std::size_t{row} * numbers + k];
+    const double sum = sum_of_block<kThreads>(own).total;
+    if (threadIdx.x == 0) out[k] = static_cast<Out>(sum);
+  }
 }
 
 }  // namespace qs::cuda::diff

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Footprints in three arrays with elements of 16, 16 and 8 bytes, by index in the cloud.
+// Footprints in three arrays with elements of 16, 16 and 8 bytes, by index in the cloud, and the
+// part of the settings that decides which footprint a Gaussian has.
 #pragma once
 
+#include "raster/api/renderer.h"
 #include "raster/cuda/common/device_buffer.cuh"
 #include "raster/kernel/footprint.h"
 
@@ -41,5 +43,11 @@ struct FootprintBuffers {
 
   FootprintArrays arrays() { return {means.data(), conics.data(), levels.data()}; }
 };
+
+/// RenderSettings::antialiased may be unset, so it is passed.
+inline FootprintRules footprint_rules(const RenderSettings& settings, bool antialiased) {
+  return {row_of(settings.mode).keeps_faint, antialiased, settings.splat_scale,
+          static_cast<float>(settings.dilation)};
+}
 
 }  // namespace qs::cuda

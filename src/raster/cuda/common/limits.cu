@@ -3,7 +3,7 @@
 
 #include "raster/cuda/common/block_sort.cuh"
 #include "raster/cuda/common/check.cuh"
-#include "raster/cuda/common/device_limits.cuh"
+#include "raster/cuda/common/limits.cuh"
 
 namespace qs::cuda {
 namespace {
@@ -27,6 +27,13 @@ std::uint32_t most_in_shared_memory() {
   const std::size_t available = static_cast<std::size_t>(bytes) - kStaticBytes;
   return static_cast<std::uint32_t>(
       std::max<std::size_t>(available / SharedArrays::bytes(1), kUsualSort));
+}
+
+void require_indexable(std::uint64_t tile_pairs) {
+  if (tile_pairs <= kMaxPairs) return;
+  throw Error(ErrorKind::device, "cuda: bin: this view lists " + std::to_string(tile_pairs) +
+                                     " tile pairs, at most " + std::to_string(kMaxPairs) +
+                                     " can be sorted");
 }
 
 }  // namespace qs::cuda

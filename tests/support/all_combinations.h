@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Whether a test tries every combination of its cases. With every push it tries each case once; the
+// Tests that loop over cases read here if they try every combination. With every push they try each case once; the
 // builds with sanitizers in all code, which scripts/test --all runs, try all combinations.
 #pragma once
 

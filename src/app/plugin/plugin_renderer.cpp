@@ -10,9 +10,9 @@
 #include <unistd.h>
 
 #include "app/plugin/scene_arrays.h"
+#include "base/assets.h"
 #include "base/child_process.h"
 #include "base/fail.h"
-#include "base/assets.h"
 
 namespace qs {
 namespace {

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
 // The bytes of a client's connection, encrypted or not: an AsyncStream of Boost.Beast over a
-// tcp_stream, whose timeouts hold for both. Part of server.cpp.
+// tcp_stream, whose timeouts hold for both. Part of server.cpp. Beast has a type for the handler of
+// each of its operations. Here all of them become one type, so that the operations on a socket are
+// compiled once.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <utility>  // Asio 1.74 uses std::exchange without it
 #include <variant>
+#include <vector>
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
@@ -32,6 +37,8 @@ class ClientStream {
 #endif
   using executor_type = Plain::executor_type;
   using next_layer_type = Plain;
+  template <class... Result>
+  using Handler = std::function<void(error_code, Result...)>;
 
   /// Without a context the bytes are not encrypted. The context must outlive the stream.
   ClientStream(asio::ip::tcp::socket socket, [[maybe_unused]] TlsContext* context)
@@ -43,8 +50,7 @@ class ClientStream {
 
   /// Begins the encryption, if there is any. `done(error, is_http)`: the client speaks HTTP without
   /// encryption, and further bytes pass as they are.
-  template <class Done>
-  void async_begin(Done done) {
+  void async_begin(Handler<bool> done) {
 #ifdef QUADSPLAT_TLS
     if (auto* const encrypted = std::get_if<Encrypted>(&stream_)) {
       return encrypted->async_handshake(
@@ -61,8 +67,7 @@ class ClientStream {
   }
 
   /// Ends the encryption with a message, by which the client knows that nothing is missing.
-  template <class Done>
-  void async_end(Done done) {
+  void async_end(Handler<> done) {
 #ifdef QUADSPLAT_TLS
     if (auto* const encrypted = std::get_if<Encrypted>(&stream_))
       return encrypted->async_shutdown(std::move(done));
@@ -70,14 +75,13 @@ class ClientStream {
     done(error_code());
   }
 
-  template <class Handler>
-  void async_teardown(beast::role_type role, Handler&& handler) {
+  void async_teardown(beast::role_type role, Handler<> done) {
     using beast::websocket::async_teardown;
 #ifdef QUADSPLAT_TLS
     if (auto* const encrypted = std::get_if<Encrypted>(&stream_))
-      return encrypted->async_shutdown(std::forward<Handler>(handler));
+      return encrypted->async_shutdown(std::move(done));
 #endif
-    async_teardown(role, next_layer().socket(), std::forward<Handler>(handler));
+    async_teardown(role, next_layer().socket(), std::move(done));
   }
 
   executor_type get_executor() noexcept { return next_layer().get_executor(); }
@@ -86,22 +90,34 @@ class ClientStream {
                       stream_);
   }
 
-  template <class Buffers, class Handler>
-  void async_read_some(const Buffers& buffers, Handler&& handler) {
-    const auto read = [&](auto& stream) {
-      stream.async_read_some(buffers, std::forward<Handler>(handler));
-    };
-    std::visit(read, stream_);
+  template <class Buffers, class Done>
+  void async_read_some(const Buffers& buffers, Done&& done) {
+    const std::vector<asio::mutable_buffer> all(asio::buffer_sequence_begin(buffers),
+                                                asio::buffer_sequence_end(buffers));
+    read_some(all, handler<std::size_t>(std::forward<Done>(done)));
   }
-  template <class Buffers, class Handler>
-  void async_write_some(const Buffers& buffers, Handler&& handler) {
-    const auto write = [&](auto& stream) {
-      stream.async_write_some(buffers, std::forward<Handler>(handler));
-    };
-    std::visit(write, stream_);
+  template <class Buffers, class Done>
+  void async_write_some(const Buffers& buffers, Done&& done) {
+    const std::vector<asio::const_buffer> all(asio::buffer_sequence_begin(buffers),
+                                              asio::buffer_sequence_end(buffers));
+    write_some(all, handler<std::size_t>(std::forward<Done>(done)));
+  }
+
+  /// Handlers of Beast can be moved alone, and a std::function is copied.
+  template <class... Result, class Done>
+  static Handler<Result...> handler(Done&& done) {
+    return [done = std::make_shared<std::decay_t<Done>>(std::forward<Done>(done))](
+               error_code error, Result... result) { std::move (*done)(error, result...); };
   }
 
  private:
+  void read_some(const std::vector<asio::mutable_buffer>& buffers, Handler<std::size_t> done) {
+    std::visit([&](auto& stream) { stream.async_read_some(buffers, std::move(done)); }, stream_);
+  }
+  void write_some(const std::vector<asio::const_buffer>& buffers, Handler<std::size_t> done) {
+    std::visit([&](auto& stream) { stream.async_write_some(buffers, std::move(done)); }, stream_);
+  }
+
   template <class Stream, class... Arguments>
   void replace(Arguments&... arguments) {
     Plain plain = std::move(next_layer());
@@ -116,9 +132,9 @@ class ClientStream {
 };
 
 /// Called by Beast at the end of a WebSocket.
-template <class Handler>
-void async_teardown(beast::role_type role, ClientStream& stream, Handler&& handler) {
-  stream.async_teardown(role, std::forward<Handler>(handler));
+template <class Done>
+void async_teardown(beast::role_type role, ClientStream& stream, Done&& done) {
+  stream.async_teardown(role, ClientStream::handler<>(std::forward<Done>(done)));
 }
 
 }  // namespace qs

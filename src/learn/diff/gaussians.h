@@ -16,8 +16,8 @@
 #include <glm/vec3.hpp>
 
 #include "learn/diff/strided_arrays.h"
-#include "raster/kernel/hd.h"
 #include "raster/kernel/blend.h"
+#include "raster/kernel/hd.h"
 #include "raster/kernel/tile_grid.h"
 
 namespace qs::diff {

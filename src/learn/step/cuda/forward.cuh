@@ -16,8 +16,8 @@
 
 #include "learn/diff/cuda/frame_blocks.cuh"
 #include "learn/gradient/pixel.h"
-#include "learn/step/model_state.h"
 #include "learn/step/cuda/parameters.cuh"
+#include "learn/step/model_state.h"
 #include "raster/api/renderer.h"
 #include "raster/cuda/common/stream.cuh"
 

@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 #include <glm/gtc/constants.hpp>
 
-#include "app/film/film_file.h"
 #include "app/framing/camera_control.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/statistics.h"

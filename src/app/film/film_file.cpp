@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/film/film_file.h"
-
 #include <algorithm>
 #include <cstdlib>
 #include <span>
@@ -9,6 +7,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "app/film/film.h"
 #include "base/child_process.h"
 #include "base/fail.h"
 #include "base/text.h"

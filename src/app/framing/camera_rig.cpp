@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/framing/camera_rig.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -9,6 +7,7 @@
 #include <glm/matrix.hpp>
 
 #include "app/framing/camera_control.h"
+#include "app/framing/first_view.h"
 #include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
 

@@ -10,7 +10,7 @@
 
 #include "base/fail.h"
 #include "io/camera/camera_formats.h"
-#include "io/camera/points.h"
+#include "io/camera/cameras.h"
 
 namespace qs {
 

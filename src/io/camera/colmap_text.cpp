@@ -11,8 +11,8 @@
 #include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
 #include "io/camera/camera_formats.h"
+#include "io/camera/cameras.h"
 #include "io/camera/colmap.h"
-#include "io/camera/points.h"
 
 namespace qs {
 namespace {

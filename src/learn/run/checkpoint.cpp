@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "learn/run/checkpoint.h"
-
 #include <cstring>
 #include <fstream>
 #include <ostream>
@@ -16,6 +14,7 @@
 #include "io/bytes/mapped_file.h"
 #include "io/bytes/replace_file.h"
 #include "learn/run/hash.h"
+#include "learn/run/model_folder.h"
 
 namespace qs::train {
 namespace {

@@ -13,7 +13,7 @@
 #include <glm/vec3.hpp>
 
 #include "base/progress.h"
-#include "io/camera/points.h"
+#include "io/camera/cameras.h"
 #include "learn/run/photograph_view.h"
 
 namespace qs::train {

@@ -11,7 +11,6 @@
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 
-#include "io/bytes/byte_writer.h"
+#include "io/bytes/byte_cursor.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/quantised.h"

@@ -10,7 +10,6 @@
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
 #include "io/cloud/cloud_memory.h"
-#include "io/cloud/cloud_parts.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/cloud/quantised.h"
 #include "io/scene/splat/splat.h"

@@ -10,7 +10,6 @@
 
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
-#include "io/bytes/byte_writer.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"

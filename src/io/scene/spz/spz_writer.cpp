@@ -10,7 +10,7 @@
 #include <zstd.h>
 
 #include "base/fail.h"
-#include "io/bytes/byte_writer.h"
+#include "io/bytes/byte_cursor.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/axes.h"

@@ -28,7 +28,7 @@
 namespace qs {
 
 // Writes the pictures of a film to a file or folder, which appears whole or not at all. To add a
-// format that ffmpeg can write: a row in film_file.cpp.
+// format that ffmpeg can write: a row in film.cpp.
 
 /// True if ffmpeg is on the PATH.
 bool ffmpeg_is_installed();

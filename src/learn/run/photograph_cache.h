@@ -19,7 +19,6 @@
 
 #include "base/parallel.h"
 #include "learn/run/data_set.h"
-#include "learn/run/photograph_view.h"
 #include "raster/scene/resample.h"
 
 namespace qs::train {

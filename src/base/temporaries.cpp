@@ -8,6 +8,8 @@
 #include <string>
 #include <system_error>
 
+#include "base/fail.h"
+
 namespace qs {
 namespace {
 
@@ -60,6 +62,13 @@ void move_undisturbed(const std::function<void()>& move) {
 void delete_temporaries() {
   temporaries_mutex.lock();  // for ever
   for (const std::filesystem::path& folder : all_temporaries()) delete_folder(folder);
+}
+
+WorkFolder::WorkFolder() try
+    : UnfinishedFolder(std::filesystem::temp_directory_path() / "quadsplat-") {
+} catch (const std::filesystem::filesystem_error& error) {
+  fail("{}: no temporary folder can be created: {}", error.path1().string(),
+       error.code().message());
 }
 
 }  // namespace qs

@@ -36,4 +36,12 @@ void move_undisturbed(const std::function<void()>& move);
 /// one waits for ever.
 void delete_temporaries();
 
+// A new folder among the system's temporary files. The destructor deletes it.
+
+class WorkFolder : public UnfinishedFolder {
+ public:
+  /// Throws Error(input) if the folder cannot be created.
+  WorkFolder();
+};
+
 }  // namespace qs

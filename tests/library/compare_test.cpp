@@ -5,7 +5,6 @@
 #include <random>
 
 #include "library/opened_scene.h"
-#include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
 #include "support/lpips_weights.h"
 #include "support/pool.h"

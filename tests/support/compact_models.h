@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-#include "io/scene/compact/compact_writer.h"
+#include "io/scene/compact/compact_model.h"
 #include "support/golden_field.h"
 
 namespace qs::test {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "app/measure/bench_row.h"
-#include "app/report/scene_study.h"
+#include "app/report/study_page.h"
 
 namespace qs::test {
 

@@ -9,12 +9,11 @@
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
+#include "app/conformance/judge.h"
 #include "app/conformance/kit_scenes.h"
-#include "app/conformance/verdict_text.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 
 namespace qs {
 namespace {

@@ -12,7 +12,6 @@
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 
 namespace qs {
 namespace {

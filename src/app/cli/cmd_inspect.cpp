@@ -15,7 +15,6 @@
 #include "base/fail.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 #include "io/picture/image_file.h"
 
 namespace qs {

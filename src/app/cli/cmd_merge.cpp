@@ -8,14 +8,13 @@
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
+#include "app/report/bench_report.h"
 #include "app/report/eval_report.h"
 #include "app/report/merge.h"
-#include "app/report/write_report.h"
 #include "app/session/session.h"
 #include "base/fail.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 
 namespace qs {
 namespace {

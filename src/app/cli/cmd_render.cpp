@@ -20,7 +20,6 @@
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 #include "io/picture/image_file.h"
 
 namespace qs {

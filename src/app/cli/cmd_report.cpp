@@ -18,7 +18,6 @@
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

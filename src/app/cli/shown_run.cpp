@@ -5,7 +5,7 @@
 
 #include "app/viewer/render/training_thread.h"
 #include "app/viewer/view_options.h"
-#include "learn/run/overfitting.h"
+#include "learn/run/train_log.h"
 #include "learn/run/trainer.h"
 
 namespace qs {

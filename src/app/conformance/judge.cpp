@@ -79,11 +79,9 @@ class KitJudge {
   // The fit of every picture to the pictures of all sets. The first set has no mistakes.
   void measure() {
     std::vector<std::vector<Fit>> fits(views_.size());
-    pool_.for_chunks(views_.size(), 1, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t scene = begin; scene < end; ++scene) {
-        const Picture8& picture = submission_.pictures[scene];
-        if (!picture.empty()) fits[scene] = variants_.fits(scene, picture);
-      }
+    pool_.for_each(views_.size(), 1, [&](std::size_t scene) {
+      const Picture8& picture = submission_.pictures[scene];
+      if (!picture.empty()) fits[scene] = variants_.fits(scene, picture);
     });
     for (std::size_t scene = 0; scene < views_.size(); ++scene) {
       SceneVerdict& verdict = judgement_.scenes.emplace_back();
@@ -134,10 +132,8 @@ class KitJudge {
     for (std::size_t mistake = 0; mistake < mistakes().size(); ++mistake) {
       if (!excluded(set, mistake)) scores.push_back({with(set, mistake)});
     }
-    pool_.for_chunks(scores.size(), 1, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t i = begin; i < end; ++i) {
-        for (const auto& [scene, fits] : fits_) add(fit(scene, scores[i].set), scores[i]);
-      }
+    pool_.for_each(scores.size(), 1, [&](std::size_t i) {
+      for (const auto& [scene, fits] : fits_) add(fit(scene, scores[i].set), scores[i]);
     });
     return scores;
   }
@@ -233,19 +229,17 @@ Variants::Variants(int most, ThreadPool& pool, const Progress& progress) {
   pictures_.resize(scenes);
   std::mutex mutex;
   std::size_t done = 0;
-  pool.for_chunks(scenes, 1, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t scene = begin; scene < end; ++scene) {
-      const KitView view = kit_scenes()[scene].make();
-      std::map<Picture8, std::uint32_t> known;
-      for (const MistakeSet& set : sets_) {
-        const auto [entry, added] = known.try_emplace(picture8(draw_with(view, set)),
-                                                      static_cast<std::uint32_t>(known.size()));
-        if (added) pictures_[scene].push_back(entry->first);
-        which_[scene].push_back(entry->second);
-      }
-      const std::lock_guard lock(mutex);
-      progress.update(static_cast<float>(++done) / static_cast<float>(scenes));
+  pool.for_each(scenes, 1, [&](std::size_t scene) {
+    const KitView view = kit_scenes()[scene].make();
+    std::map<Picture8, std::uint32_t> known;
+    for (const MistakeSet& set : sets_) {
+      const auto [entry, added] = known.try_emplace(picture8(draw_with(view, set)),
+                                                    static_cast<std::uint32_t>(known.size()));
+      if (added) pictures_[scene].push_back(entry->first);
+      which_[scene].push_back(entry->second);
     }
+    const std::lock_guard lock(mutex);
+    progress.update(static_cast<float>(++done) / static_cast<float>(scenes));
   });
 }
 

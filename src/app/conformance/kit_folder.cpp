@@ -8,7 +8,6 @@
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"

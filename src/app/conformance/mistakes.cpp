@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/conformance/mistakes.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "app/conformance/plain_renderer.h"
 #include "app/picture/canvas.h"
 
 namespace qs {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/conformance/verdict_text.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -8,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/conformance/judge.h"
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
 #include "app/report/html_page.h"

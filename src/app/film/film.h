@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "app/framing/whole_subject.h"
@@ -22,8 +23,30 @@
 #include "app/picture/heatmap.h"
 #include "app/picture/value_map.h"
 #include "raster/api/renderer.h"
+#include "raster/scene/image.h"
 
 namespace qs {
+
+// Writes the pictures of a film to a file or folder, which appears whole or not at all. To add a
+// format that ffmpeg can write: a row in film.cpp.
+
+/// True if ffmpeg is on the PATH.
+bool ffmpeg_is_installed();
+
+/// Takes the next picture of a film: RGB, of the film's size.
+using AddPicture = std::function<void(const Image& picture)>;
+
+/// Throws Error: usage for an unknown extension, for a size or rate that the format cannot hold,
+/// and if a command may not write a film to `path`, because it exists (io/bytes/file_guard.h);
+/// device if the format needs ffmpeg and ffmpeg is not installed.
+void check_film(const std::filesystem::path& path, glm::ivec2 size, double fps);
+
+/// Calls draw(add), which adds the pictures in order, and moves the finished file or folder to
+/// `path`. The name of `path` determines the format. A folder holds
+/// frame_00000.png and so on; pictures of an earlier, longer film are removed. Throws what draw()
+/// throws, and Error.
+void write_film_file(const std::filesystem::path& path, glm::ivec2 size, double fps,
+                     const std::function<void(const AddPicture& add)>& draw);
 
 /// The places where the camera slows down to a stop, besides keyframes with `eases`: nowhere, at
 /// the film's begin and end, or at every keyframe.
@@ -140,9 +163,10 @@ ValueScale film_scale(const FilmPlan& plan, const Progress& progress);
 /// Cancelled.
 Scale film_heat_scale(const FilmPlan& plan, CullMode baseline, const Progress& progress);
 
-/// Draws the film and writes it, see film_file.h. Returns the numbers of each way; with several
-/// ways, or with FilmPlan::numbers, they are measured with frames of colours alone. The FPS in the
-/// picture are the median of the last second. Throws Error and Cancelled, and then leaves no file.
+/// Draws the film and writes it, see write_film_file(). Returns the numbers of each way; with
+/// several ways, or with FilmPlan::numbers, they are measured with frames of colours alone. The FPS
+/// in the picture are the median of the last second. Throws Error and Cancelled, and then leaves no
+/// file.
 std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const FilmPlan& plan,
                                       const Progress& progress);
 

@@ -11,7 +11,6 @@
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
 #include "base/text.h"
-#include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "app/measure/noise.h"
 #include "app/measure/paired_ratios.h"
 #include "app/measure/statistics.h"
 #include "base/error.h"

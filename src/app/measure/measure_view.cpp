@@ -8,7 +8,6 @@
 #include "app/measure/statistics.h"
 #include "base/error.h"
 #include "base/progress_bar.h"
-#include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

@@ -13,6 +13,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "base/not_copied.h"
 #include "raster/scene/image.h"
 
 struct ImFontAtlas;
@@ -23,13 +24,11 @@ namespace qs {
 /// A font of one size for drawing on pictures without a window: Roboto from the assets, rasterised
 /// by Dear ImGui's font atlas as in the viewer. If the asset is missing, ImGui's built-in pixel
 /// font is used. Covers ASCII and Latin-1.
-class Font {
+class Font : NotCopied {
  public:
   /// `line_height` in pixels; at least 8 is used.
   explicit Font(int line_height);
   ~Font();
-  Font(const Font&) = delete;
-  Font& operator=(const Font&) = delete;
 
   int line_height() const { return line_height_; }
 

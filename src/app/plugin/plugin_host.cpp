@@ -16,6 +16,7 @@
 #include "app/plugin/protocol.h"
 #include "app/plugin/scene_arrays.h"
 #include "base/fail.h"
+#include "base/not_copied.h"
 
 namespace qs {
 namespace {
@@ -62,7 +63,7 @@ const QsPlugin& load(const std::string& library) {
 
 // Memory of a GPU for plugins that draw on it. It uses CUDA's driver, loaded when it is first
 // needed, so that a program built without CUDA can measure plugins that use it.
-class DeviceMemory {
+class DeviceMemory : NotCopied {
  public:
   /// Makes the primary context of a GPU current in this thread. Throws Error(device) without a
   /// driver or such a GPU.
@@ -78,8 +79,6 @@ class DeviceMemory {
     for (const Address address : memory_) free_(address);
     release_(device_);
   }
-  DeviceMemory(const DeviceMemory&) = delete;
-  DeviceMemory& operator=(const DeviceMemory&) = delete;
 
   /// Addresses in device memory, as CUDA's runtime accepts them. They throw Error(device).
   void* allocate(std::size_t bytes) {

@@ -89,22 +89,20 @@ QsScene fill_scene(const GaussianCloud& cloud, ThreadPool& pool, SharedMemory& m
   point_into(memory.mapping(), arrays);
   const auto writable = [](const float* array) { return const_cast<float*>(array); };
   const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
-  pool.for_chunks(cloud.size(), 1 << 14, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const glm::quat& rotation = cloud.rotations[i];
-      const float quaternion[] = {rotation.w, rotation.x, rotation.y, rotation.z};
-      const Activated active = activate(cloud, i);
-      const Covariance3<float>& c = active.gaussian.covariance;
-      const float covariance[] = {c.xx, c.xy, c.xz, c.yy, c.yz, c.zz};
-      std::memcpy(writable(arrays.positions) + 3 * i, &cloud.positions[i], sizeof(float[3]));
-      std::memcpy(writable(arrays.log_scales) + 3 * i, &cloud.log_scales[i], sizeof(float[3]));
-      std::memcpy(writable(arrays.rotations) + 4 * i, quaternion, sizeof quaternion);
-      std::memcpy(writable(arrays.sh) + 3 * coefficients * i, &cloud.sh[coefficients * i],
-                  coefficients * sizeof(float[3]));
-      std::memcpy(writable(arrays.covariances) + 6 * i, covariance, sizeof covariance);
-      writable(arrays.opacity_logits)[i] = cloud.opacity_logits[i];
-      writable(arrays.opacities)[i] = active.opacity;
-    }
+  pool.for_each(cloud.size(), 1 << 14, [&](std::size_t i) {
+    const glm::quat& rotation = cloud.rotations[i];
+    const float quaternion[] = {rotation.w, rotation.x, rotation.y, rotation.z};
+    const Activated active = activate(cloud, i);
+    const Covariance3<float>& c = active.gaussian.covariance;
+    const float covariance[] = {c.xx, c.xy, c.xz, c.yy, c.yz, c.zz};
+    std::memcpy(writable(arrays.positions) + 3 * i, &cloud.positions[i], sizeof(float[3]));
+    std::memcpy(writable(arrays.log_scales) + 3 * i, &cloud.log_scales[i], sizeof(float[3]));
+    std::memcpy(writable(arrays.rotations) + 4 * i, quaternion, sizeof quaternion);
+    std::memcpy(writable(arrays.sh) + 3 * coefficients * i, &cloud.sh[coefficients * i],
+                coefficients * sizeof(float[3]));
+    std::memcpy(writable(arrays.covariances) + 6 * i, covariance, sizeof covariance);
+    writable(arrays.opacity_logits)[i] = cloud.opacity_logits[i];
+    writable(arrays.opacities)[i] = active.opacity;
   });
   return scene;
 }

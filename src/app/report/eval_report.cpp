@@ -14,7 +14,6 @@
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 #include "io/camera/cameras.h"
 
 namespace qs {

@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "app/measure/noise.h"
 #include "app/measure/statistics.h"
 #include "app/report/environment.h"
 #include "base/text.h"

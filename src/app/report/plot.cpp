@@ -9,7 +9,7 @@
 #include "base/child_process.h"
 #include "base/error.h"
 #include "base/text.h"
-#include "io/bytes/text_file.h"
+#include "io/bytes/replace_file.h"
 #include "raster/kernel/cull/mode.h"
 
 namespace qs {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "app/report/scene_study.h"
-
 #include <algorithm>
 
 #include "app/measure/measure.h"
 #include "app/measure/statistics.h"
+#include "app/report/study_page.h"
 #include "app/session/session.h"
 #include "raster/kernel/cull/square.h"
 

@@ -9,7 +9,7 @@
 #include "app/framing/scene_box.h"
 #include "app/picture/palette.h"
 #include "app/report/html_page.h"
-#include "app/report/work_folder.h"
+#include "base/temporaries.h"
 #include "base/text.h"
 
 namespace qs {

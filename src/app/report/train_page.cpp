@@ -8,8 +8,7 @@
 #include "app/report/html_page.h"
 #include "base/text.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
-#include "learn/run/overfitting.h"
+#include "learn/run/train_log.h"
 
 namespace qs::train {
 namespace {

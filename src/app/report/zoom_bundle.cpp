@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "app/measure/camera_path.h"
-#include "app/measure/noise.h"
 #include "app/measure/scene_facts.h"
+#include "app/measure/statistics.h"
 #include "app/picture/legend.h"
 #include "app/report/environment.h"
 #include "base/fail.h"
@@ -18,7 +18,6 @@
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 

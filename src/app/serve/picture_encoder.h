@@ -9,7 +9,7 @@
 #include <stop_token>
 #include <string>
 
-#include "io/picture/encode.h"
+#include "io/picture/image_file.h"
 #include "io/picture/vp9.h"
 
 namespace qs {

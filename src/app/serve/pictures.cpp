@@ -12,7 +12,7 @@
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
 #include "base/error.h"
-#include "io/picture/encode.h"
+#include "io/picture/image_file.h"
 
 namespace qs {
 namespace {

@@ -25,7 +25,7 @@
 #include "base/assets.h"
 #include "base/fail.h"
 #include "base/quit_signals.h"
-#include "io/bytes/text_file.h"
+#include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
 
 namespace qs {

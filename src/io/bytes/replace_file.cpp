@@ -19,7 +19,6 @@
 #include "base/fail.h"
 #include "base/temporaries.h"
 #include "io/bytes/file_guard.h"
-#include "io/bytes/text_file.h"
 
 namespace qs {
 

@@ -12,6 +12,7 @@
 #include <initializer_list>
 #include <iosfwd>
 #include <optional>
+#include <string>
 
 #include "base/descriptor.h"
 
@@ -67,5 +68,8 @@ class FolderLock {
  private:
   Descriptor folder_;
 };
+
+/// Writes the text to a file, or to stdout if the path is "-". Throws Error(input).
+void write_text(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace qs

@@ -13,7 +13,6 @@
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
-#include "io/bytes/byte_writer.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/replace_file.h"
 

@@ -14,8 +14,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/fail.h"
-#include "io/bytes/json_entry.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "io/camera/camera_formats.h"
 
 namespace qs {

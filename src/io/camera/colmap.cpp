@@ -1,19 +1,37 @@
 // SPDX-License-Identifier: MIT
+//
+// COLMAP's cameras.txt, images.txt and points3D.txt. Lines that begin with # are comments.
+//   cameras.txt  ID MODEL WIDTH HEIGHT PARAMETERS...
+//   images.txt   two lines each: ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then its points as
+//                X Y POINT_ID ..., which may be an empty line and are skipped
+//   points3D.txt ID X Y Z R G B, then values that are skipped
+//
+// COLMAP's cameras.bin, images.bin and points3D.bin, little endian:
+//   cameras  u64 count, each: u32 id, i32 model, u64 width, u64 height, f64 per parameter
+//   images   u64 count, each: u32 id, f64 quaternion w x y z, f64 translation x y z, u32 camera,
+//            name ending with 0, u64 points, each: f64 x, f64 y, u64 point (skipped)
+//   points3D u64 count, each: u64 id, f64 x y z, u8 r g b, f64 error, u64 images, each: u32 image,
+//            u32 point (skipped)
 #include "io/camera/colmap.h"
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
+#include <functional>
 #include <system_error>
 
 #include <glm/gtc/quaternion.hpp>
 
 #include "base/fail.h"
+#include "base/not_copied.h"
+#include "io/bytes/byte_cursor.h"
+#include "io/bytes/byte_text.h"
+#include "io/bytes/mapped_file.h"
 #include "io/camera/camera_formats.h"
-#include "io/camera/points.h"
+#include "io/camera/cameras.h"
 
 namespace qs {
-
 namespace {
 
 constexpr std::array kModels = {
@@ -38,6 +56,148 @@ template <class F>
 const ColmapModel* find_model(const F& is_wanted) {
   const auto found = std::find_if(kModels.begin(), kModels.end(), is_wanted);
   return found == kModels.end() ? nullptr : &*found;
+}
+
+constexpr std::string_view kSpace = " \t\r";
+
+// One line, split into words; errors name file and line.
+class Line {
+ public:
+  Line(std::string_view text, const std::string& path, std::uint64_t number)
+      : rest_(text), path_(path), number_(number) {
+    skip_space();
+  }
+
+  std::string where() const { return fmt::format("{}: line {}", path_, number_); }
+  bool empty() const { return rest_.empty(); }
+  bool is_comment() const { return rest_.starts_with('#'); }
+
+  std::string_view word(const char* what) {
+    if (rest_.empty()) fail("{}: {} is missing", where(), what);
+    const std::size_t end = std::min(rest_.find_first_of(kSpace), rest_.size());
+    const std::string_view word = rest_.substr(0, end);
+    rest_.remove_prefix(end);
+    skip_space();
+    return word;
+  }
+
+  template <class T>
+  T read(const char* what) {
+    const std::string_view text = word(what);
+    T value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size())
+      fail("{}: {} '{}' is not a number", where(), what, text.substr(0, 40));
+    return value;
+  }
+
+  const ColmapModel& model() {
+    const std::string_view name = word("the model");
+    const ColmapModel* const found = find_colmap_model(name);
+    if (found == nullptr) fail("{}: there is no camera model '{}'", where(), name.substr(0, 40));
+    return *found;
+  }
+
+  /// The rest of the line, which may contain spaces: a file name.
+  std::string_view all(const char* what) {
+    if (rest_.empty()) fail("{}: {} is missing", where(), what);
+    return rest_.substr(0, rest_.find_last_not_of(kSpace) + 1);
+  }
+
+ private:
+  void skip_space() {
+    rest_.remove_prefix(std::min(rest_.find_first_not_of(kSpace), rest_.size()));
+  }
+
+  std::string_view rest_;
+  const std::string& path_;
+  std::uint64_t number_;
+};
+
+class Lines {
+ public:
+  explicit Lines(const std::filesystem::path& path)
+      : file_(path), path_(path.string()), rest_(text_of(file_.content())) {}
+
+  bool at_end() const { return rest_.empty(); }
+
+  Line next() {
+    const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+    const std::string_view text = rest_.substr(0, end);
+    rest_.remove_prefix(std::min(end + 1, rest_.size()));
+    return {text, path_, ++number_};
+  }
+
+ private:
+  MappedFile file_;
+  std::string path_;
+  std::string_view rest_;
+  std::uint64_t number_ = 0;
+};
+
+// Skips the second line of an image. If a file had lost these lines, every other image would be
+// skipped silently, so the line is checked.
+void skip_points(Line line) {
+  int words = 0;
+  for (; !line.empty(); ++words) line.word("a point");
+  if (words % 3 != 0)
+    fail("{}: not a list of points, but every image has such a line, even if empty", line.where());
+}
+
+constexpr std::uint64_t kPointBytes = 24;
+constexpr std::uint64_t kTrackBytes = 8;
+
+// A file may have millions of records, so nothing is formatted before an error.
+class Record : NotCopied {
+ public:
+  Record(ByteSpan bytes, const std::string& name, std::uint64_t number)
+      : name_(name), number_(number), cursor_(bytes, [this] { return where(); }) {}
+
+  std::string where() const { return fmt::format("{} {}", name_, number_); }
+  std::uint64_t bytes() const { return cursor_.offset(); }
+
+  template <class T>
+  T read(const char* what) {
+    return cursor_.read<T>(what);
+  }
+
+  const ColmapModel& model() {
+    const auto id = read<std::int32_t>("the model");
+    const ColmapModel* const found = find_colmap_model(id);
+    if (found == nullptr) fail("{}: there is no camera model {}", where(), id);
+    return *found;
+  }
+
+  // A number of items, and the items.
+  void skip_list(std::uint64_t item_bytes, const char* items) {
+    const auto count = read<std::uint64_t>("the number of items");
+    if (!fits(count, item_bytes, cursor_.left()))
+      fail("{}: cut off: {} {} do not fit into {} bytes", where(), count, items, cursor_.left());
+    cursor_.take(count * item_bytes, items);
+  }
+
+ private:
+  const std::string& name_;
+  std::uint64_t number_;
+  ByteCursor cursor_;
+};
+
+// Calls read(record) for every record of a file that begins with their number.
+template <class F>
+void for_each_record(const std::filesystem::path& path, const char* kind, F read) {
+  const MappedFile file(path);
+  ByteCursor header(file.content(), path.string());
+  const auto count = header.read<std::uint64_t>("the number of records");
+  auto rest = file.content().subspan(header.offset());
+  const std::string name = fmt::format("{}: {}", path.string(), kind);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    Record record(rest, name, i);
+    read(record);
+    rest = rest.subspan(record.bytes());
+  }
+  if (!rest.empty())
+    fail("{}: {} bytes follow the {} {}s that it announces", path.string(), rest.size(), count,
+         kind);
 }
 
 }  // namespace
@@ -113,6 +273,59 @@ std::optional<std::filesystem::path> find_points_file(const std::filesystem::pat
 std::vector<ScenePoint> read_points(const std::filesystem::path& file) {
   return file.extension() == ".txt" ? read_colmap_points_text(file)
                                     : read_colmap_points_binary(file);
+}
+
+std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file) {
+  ColmapLenses lenses;
+  for (Lines lines(file.parent_path() / "cameras.txt"); !lines.at_end();) {
+    Line line = lines.next();
+    if (!line.empty() && !line.is_comment()) read_colmap_lens(line, lenses);
+  }
+  std::vector<LensCamera> cameras;
+  for (Lines lines(file.parent_path() / "images.txt"); !lines.at_end();) {
+    Line line = lines.next();
+    if (line.empty() || line.is_comment()) continue;
+    ColmapImage image = read_colmap_image(line);
+    image.name = line.all("the name");
+    cameras.push_back(colmap_camera(lenses, image, line.where()));
+    if (!lines.at_end()) skip_points(lines.next());
+  }
+  sort_by_name(cameras);
+  return cameras;
+}
+
+std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& file) {
+  std::vector<ScenePoint> points;
+  for (Lines lines(file); !lines.at_end();) {
+    Line line = lines.next();
+    if (!line.empty() && !line.is_comment()) points.push_back(read_colmap_point(line));
+  }
+  return points;
+}
+
+std::vector<LensCamera> read_colmap_binary(const std::filesystem::path& file) {
+  ColmapLenses lenses;
+  for_each_record(file.parent_path() / "cameras.bin", "camera",
+                  [&](Record& record) { read_colmap_lens(record, lenses); });
+  std::vector<LensCamera> cameras;
+  for_each_record(file.parent_path() / "images.bin", "image", [&](Record& record) {
+    ColmapImage image = read_colmap_image(record);
+    while (const char c = record.read<char>("the name")) image.name += c;
+    record.skip_list(kPointBytes, "points");
+    cameras.push_back(colmap_camera(lenses, image, record.where()));
+  });
+  sort_by_name(cameras);
+  return cameras;
+}
+
+std::vector<ScenePoint> read_colmap_points_binary(const std::filesystem::path& file) {
+  std::vector<ScenePoint> points;
+  for_each_record(file, "point", [&](Record& record) {
+    points.push_back(read_colmap_point(record));
+    record.read<double>("the error");
+    record.skip_list(kTrackBytes, "images");
+  });
+  return points;
 }
 
 }  // namespace qs

@@ -17,8 +17,8 @@
 #include <glm/vec3.hpp>
 
 #include "base/fail.h"
+#include "io/camera/cameras.h"
 #include "io/camera/lens.h"
-#include "io/camera/points.h"
 
 namespace qs {
 

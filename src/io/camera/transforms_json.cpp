@@ -11,8 +11,8 @@
 #include <glm/matrix.hpp>
 #include <nlohmann/json.hpp>
 
-#include "io/bytes/json_entry.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "io/camera/camera_formats.h"
 #include "io/picture/image_file.h"
 

@@ -6,7 +6,9 @@
 // members hold.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -31,5 +33,31 @@ std::vector<std::size_t> fill_drawable(GaussianCloud& cloud, ThreadPool& pool,
 
 /// Adds a warning that `count` Gaussians have no valid rotation and got the identity.
 void warn_of_missing_rotations(Scene& scene, std::size_t count);
+
+// A cloud assembled from consecutive parts (sections, files, meshes).
+
+class CloudParts {
+ public:
+  /// Appends a part of `count` Gaussians. The caller keeps the sum far below 2^64.
+  void add(std::uint64_t count) { ends_.push_back(this->count() + count); }
+
+  std::uint64_t count() const { return ends_.empty() ? 0 : ends_.back(); }
+
+  /// Calls visit(part, row, i) for the Gaussians [begin, end) of the cloud: Gaussian `i` of it is
+  /// Gaussian `row` of the part.
+  template <class Visit>
+  void for_range(std::size_t begin, std::size_t end, const Visit& visit) const {
+    auto part = static_cast<std::size_t>(std::upper_bound(ends_.begin(), ends_.end(), begin) -
+                                         ends_.begin());
+    for (; begin < end && part < ends_.size(); ++part) {
+      const std::uint64_t start = part == 0 ? 0 : ends_[part - 1];
+      for (; begin < std::min<std::uint64_t>(end, ends_[part]); ++begin)
+        visit(part, begin - start, begin);
+    }
+  }
+
+ private:
+  std::vector<std::uint64_t> ends_;
+};
 
 }  // namespace qs

@@ -7,8 +7,11 @@
 //   floor(255 * clamp(x, 0, 1) + 0.5)
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
+#include <span>
+#include <stop_token>
 #include <string>
 
 #include "base/progress.h"
@@ -45,5 +48,21 @@ void write_16_bit_png(const Image& image, const std::filesystem::path& path,
 
 /// The extension in lower case, such as ".png", with .jpg for .jpeg.
 std::string picture_extension(const std::filesystem::path& path);
+
+// Pictures as the bytes of a file, for browsers: JPEG while the camera moves, lossless WebP at
+// rest. Writing files: image_file.h.
+
+/// 8-bit RGBA, rows from the top; the alpha is ignored. 4 * width * height values.
+struct RgbaPixels {
+  std::span<const std::uint8_t> values;
+  int width = 0, height = 0;  ///< 1 to 16,383
+};
+
+/// `quality`: 1 to 100. Throws Error(device) when memory runs out.
+std::string encode_jpeg(const RgbaPixels& pixels, int quality);
+
+/// Lossless: decoders give exactly these colours. Throws Error(device) when memory runs out, and
+/// Cancelled after a stop.
+std::string encode_webp(const RgbaPixels& pixels, const std::stop_token& stop = {});
 
 }  // namespace qs

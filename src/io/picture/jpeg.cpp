@@ -15,7 +15,7 @@
 
 #include "base/fail.h"
 #include "base/not_copied.h"
-#include "io/picture/encode.h"
+#include "io/picture/image_file.h"
 #include "io/picture/picture_formats.h"
 
 namespace qs {

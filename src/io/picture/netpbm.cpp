@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "base/fail.h"
-#include "io/bytes/byte_writer.h"
+#include "io/bytes/byte_cursor.h"
 #include "io/picture/picture_formats.h"
 
 namespace qs {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/fail.h"
-#include "io/bytes/byte_writer.h"
+#include "io/bytes/byte_cursor.h"
 #include "io/picture/picture_formats.h"
 
 namespace qs {

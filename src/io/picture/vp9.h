@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "io/picture/encode.h"
+#include "io/picture/image_file.h"
 
 namespace qs {
 

@@ -8,7 +8,7 @@
 #include "base/not_copied.h"
 #include "base/progress.h"
 #include "io/bytes/byte_text.h"
-#include "io/picture/encode.h"
+#include "io/picture/image_file.h"
 
 namespace qs {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/tensor/safetensors.h"
-
 #include <cstring>
 #include <optional>
 #include <string_view>
@@ -12,6 +10,7 @@
 #include "io/bytes/byte_text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/mapped_file.h"
+#include "io/tensor/tensor.h"
 
 namespace qs {
 namespace {

@@ -11,7 +11,6 @@
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
-#include "io/bytes/byte_writer.h"
 #include "io/bytes/zip.h"
 #include "raster/kernel/half.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/fail.h"
-#include "io/tensor/safetensors.h"
+#include "io/tensor/tensor.h"
 #include "learn/lpips/metric.h"
 
 namespace qs {

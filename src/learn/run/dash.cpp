@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // DashGaussian (Chen et al., CVPR 2025, and its published code): photographs are reduced at first
-// (resolution_schedule.h), and the number of Gaussians grows with the resolution. The number is
+// (schedule.h), and the number of Gaussians grows with the resolution. The number is
 // limited by a budget, which grows with the number of Gaussians that want to be cloned or split.
 // Gaussians are added in nine tenths of the run, published as 27,000 of 30,000 iterations; shorter
 // runs have a shorter schedule.

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "io/scene/compact/compact_writer.h"
+#include "io/scene/compact/compact_model.h"
 #include "learn/field/code_training.h"
 #include "learn/step/shape_codes.h"
 #include "raster/field/field_evaluator.h"

@@ -16,7 +16,7 @@
 #include "learn/run/field_model.h"
 #include "learn/run/initial.h"
 #include "learn/run/model_folder.h"
-#include "learn/run/overfitting.h"
+#include "learn/run/train_log.h"
 #include "learn/run/trainer.h"
 #include "raster/scene/image_metrics.h"
 

@@ -16,8 +16,8 @@
 
 #include "base/training_command.h"
 #include "base/warn.h"
-#include "learn/run/checkpoint.h"
 #include "learn/run/data_set.h"
+#include "learn/run/model_folder.h"
 #include "learn/step/training_model.h"
 
 namespace qs::train {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <utility>
 
@@ -14,6 +15,21 @@ namespace {
 constexpr double kFirstMeanRate = 1.6e-4, kLastMeanRate = 1.6e-6;
 constexpr int kMeanRateIterations = 30'000;
 constexpr int kShDegreeIterations = 1000;
+
+constexpr double kMostScale = 8, kLeastSpectrum = 0.25;
+constexpr int kLevels = 32;  // factors from the first to 1
+constexpr int kFirstRenewal = 600, kRenewal = 100;
+constexpr double kDetailScale = 2;
+
+// The factor with which the sum within(factor) reaches `wanted`.
+double scale_with(double wanted, const std::function<double(double)>& within) {
+  double low = 0, high = 1, middle = 1;
+  for (int step = 0; step < 64; ++step) {
+    middle = (low + high) / 2;
+    (within(1 / middle) < wanted ? low : high) = middle;
+  }
+  return 1 / middle;
+}
 
 }  // namespace
 
@@ -61,6 +77,72 @@ std::vector<std::size_t> drawn_views(std::size_t views, std::size_t count, std::
     std::swap(order[drawn], order[drawn + random.bits(drawn) % (views - drawn)]);
   order.resize(count);
   return order;
+}
+
+void PhotographSpectra::add(const Image& photograph, ThreadPool& pool) {
+  const Spectrum spectrum = Spectrum::of(photograph, pool);
+  const SpectrumSums sums(spectrum);
+  largest_ = std::min(largest_, scale_with(kLeastSpectrum * sums.total(),
+                                           [&](double scale) { return sums.within(scale); }));
+  ++photographs_;
+  for (Spectrum& same : by_size_) {
+    if (same.width == spectrum.width && same.height == spectrum.height) return same.add(spectrum);
+  }
+  by_size_.push_back(spectrum);
+}
+
+std::vector<SpectrumSums> PhotographSpectra::means() const {
+  std::vector<SpectrumSums> means;
+  for (Spectrum mean : by_size_) {
+    for (double& magnitude : mean.magnitudes) magnitude /= static_cast<double>(photographs_);
+    means.emplace_back(mean);
+  }
+  return means;
+}
+
+ResolutionSchedule::ResolutionSchedule(const PhotographSpectra& spectra, int end)
+    : scales_{spectra.largest_scale()} {
+  const std::vector<SpectrumSums> means = spectra.means();
+  const auto within = [&](double scale) {
+    double sum = 0;
+    for (const SpectrumSums& mean : means) sum += mean.within(scale);
+    return sum;
+  };
+  double total = 0;
+  for (const SpectrumSums& mean : means) total += mean.total();
+  const double least = within(scales_[0]);
+  const double range = std::log(total / least);
+  for (int level = 1; level < kLevels - 1 && range > 0; ++level) {
+    const double wanted = least + (total - least) * level / (kLevels - 1);
+    scales_.push_back(scale_with(wanted, within));
+    begins_.push_back(static_cast<int>(end * (std::log(wanted / least) / range)));
+  }
+  scales_.push_back(1);
+  begins_.push_back(end);
+}
+
+int ResolutionSchedule::factor_at(int iteration) const {
+  const auto next = std::upper_bound(begins_.begin(), begins_.end(), iteration);
+  if (next == begins_.end()) return 1;
+  const auto i = static_cast<std::size_t>(next - begins_.begin());
+  const auto detail = [&](std::size_t level) { return 1 / (scales_[level] * scales_[level]); };
+  const double t = static_cast<double>(iteration - begins_[i - 1]) / (begins_[i] - begins_[i - 1]);
+  const double mixed = detail(i - 1) + t * (detail(i) - detail(i - 1));
+  return std::max(1, static_cast<int>(std::sqrt(1 / mixed)));
+}
+
+int ResolutionSchedule::factor_in(int iteration) const {
+  const int end = begins_.back();
+  if (iteration > end) return 1;
+  const int last = std::min(iteration - 1, end - 1) / kRenewal * kRenewal;
+  return factor_at(last >= kFirstRenewal ? last : 1);
+}
+
+int ResolutionSchedule::details_from() const {
+  const auto first = std::find_if(scales_.begin(), scales_.end(),
+                                  [](double scale) { return scale < kDetailScale; });
+  const auto level = static_cast<std::size_t>(first - scales_.begin());
+  return begins_[level == 0 ? 0 : level - 1];
 }
 
 }  // namespace qs::train

@@ -6,6 +6,7 @@
 
 #include "base/fail.h"
 #include "learn/run/density_rules.h"
+#include "learn/run/field_model.h"
 
 namespace qs::train {
 namespace {
@@ -48,6 +49,8 @@ constexpr std::array kStrategies = {
              .change = adc_change,
              .adjust_step = mask_step},
 };
+
+constexpr double kMaskRate = 0.01, kMaskWeight = 5e-4;
 
 }  // namespace
 
@@ -107,6 +110,18 @@ const Strategy& find_strategy(std::string_view name) {
                                   [&](const Strategy& row) { return row.name == name; });
   if (found == kStrategies.end()) fail(ErrorKind::usage, "--strategy: '{}' is no strategy", name);
   return *found;
+}
+
+// Learned masks (Compact 3D Gaussian Representation, Lee et al., CVPR 2024, arXiv 2311.13681, with
+// the constants of its published code): adaptive density control, in which every Gaussian has a
+// mask that is trained (kernel/gradient/mask.h). The mean mask has a share in the loss, so
+// Gaussians that the photographs do not need are masked out, and removed at the next change. After
+// densification they are removed every 1,000 iterations. A clone and the children of a split have
+// the mask of their Gaussian.
+void mask_step(const IterationContext& context, StepOrder& order) {
+  order.rates.mask = kMaskRate;
+  order.mask_weight = kMaskWeight;
+  order.field_rate = field_rate_at(context.iteration);
 }
 
 }  // namespace qs::train

@@ -12,8 +12,6 @@
 #include "base/progress.h"
 #include "learn/run/data_set.h"
 #include "learn/run/photograph_cache.h"
-#include "learn/run/reduced_photographs.h"
-#include "learn/run/resolution_schedule.h"
 #include "learn/run/schedule.h"
 #include "learn/run/settings.h"
 #include "learn/run/strategy.h"

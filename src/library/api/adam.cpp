@@ -85,13 +85,10 @@ struct CheckedStep {
 
 void step_on_host(const CheckedStep& given, const Use& use) {
   const auto& [adam, shape, rule, step] = given;
-  use.pool().for_chunks(static_cast<std::size_t>(shape[0]), 1024,
-                        [&](std::size_t begin, std::size_t end, int) {
-                          for (std::size_t i = begin; i < end; ++i) {
-                            const auto row = static_cast<std::int64_t>(i);
-                            if (is_visible(adam, row)) step_row(adam, shape, rule, step, row);
-                          }
-                        });
+  use.pool().for_each(static_cast<std::size_t>(shape[0]), 1024, [&](std::size_t i) {
+    const auto row = static_cast<std::int64_t>(i);
+    if (is_visible(adam, row)) step_row(adam, shape, rule, step, row);
+  });
 }
 
 #ifdef QUADSPLAT_HAVE_CUDA

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "library/check/call.h"
+#include "library/check/stage_arguments.h"
 #include "library/check/structs.h"
-#include "library/check/view_arguments.h"
 #include "quadsplat/quadsplat.h"
 
 struct QsCameras {

@@ -9,7 +9,6 @@
 #include "library/check/arrays.h"
 #include "library/check/context.h"
 #include "library/check/structs.h"
-#include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
 
 using namespace qs::library;

@@ -6,8 +6,8 @@
 
 #include "library/api/scene.h"
 #include "library/check/arrays.h"
+#include "library/check/stage_arguments.h"
 #include "library/check/structs.h"
-#include "library/check/view_arguments.h"
 
 using namespace qs::library;
 

@@ -81,10 +81,7 @@ int32_t qs_relocate(QsContext* context, const QsArray* opacities, const QsArray*
     const RelocationArrays given{*opacities, *scales, *counts, *new_opacities, *new_scales};
     const std::int64_t count = check_relocation(given);
     const Use use(*context->context, {function, "context"});
-    use.pool().for_chunks(static_cast<std::size_t>(count), 64,
-                          [&](std::size_t begin, std::size_t end, int) {
-                            for (std::size_t i = begin; i < end; ++i)
-                              relocate(given, static_cast<std::int64_t>(i));
-                          });
+    use.pool().for_each(static_cast<std::size_t>(count), 64,
+                        [&](std::size_t i) { relocate(given, static_cast<std::int64_t>(i)); });
   });
 }

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "library/check/structs.h"
-#include "library/check/view_arguments.h"
 
 namespace qs::library {
 namespace {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "library/check/view_arguments.h"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "io/camera/camera_formats.h"
+#include "library/check/stage_arguments.h"
 #include "library/check/structs.h"
 #include "raster/kernel/tile_grid.h"
 

@@ -6,8 +6,8 @@
 
 #include "base/fail.h"
 #include "raster/cpu/classic/classic.h"
+#include "raster/cpu/common/frame_context.h"
 #include "raster/cpu/common/reference.h"
-#include "raster/cpu/common/stage_clock.h"
 #include "raster/cpu/fast/pipeline.h"
 
 namespace qs {

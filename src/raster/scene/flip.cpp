@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "raster/scene/flip.h"
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -9,6 +7,8 @@
 #include <vector>
 
 #include <glm/glm.hpp>
+
+#include "raster/scene/image_metrics.h"
 
 namespace qs {
 namespace {

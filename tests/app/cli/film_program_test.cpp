@@ -12,7 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/film/film_file.h"
+#include "app/film/film.h"
 #include "app/support/run_program.h"
 #include "io/bytes/json_text.h"
 #include "io/picture/image_file.h"

@@ -16,7 +16,6 @@
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "raster/api/renderer.h"
-#include "raster/scene/flip.h"
 #include "raster/scene/image_metrics.h"
 #include "support/pool.h"
 #include "support/scene_files.h"

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "app/support/run_program.h"
-#include "io/tensor/safetensors.h"
+#include "io/tensor/tensor.h"
 #include "support/paths.h"
 #include "support/safetensors.h"
 #include "support/temporary_folder.h"

@@ -13,7 +13,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/film/film_file.h"
 #include "app/framing/camera_control.h"
 #include "io/picture/image_file.h"
 #include "support/error_of.h"

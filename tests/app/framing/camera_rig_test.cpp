@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/framing/camera_rig.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -9,6 +7,8 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
+
+#include "app/framing/first_view.h"
 
 namespace qs {
 namespace {

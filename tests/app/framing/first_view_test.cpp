@@ -10,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include "app/framing/camera_control.h"
-#include "app/framing/camera_rig.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "raster/api/renderer.h"

@@ -11,7 +11,7 @@
 
 #include "app/film/film.h"
 #include "app/framing/camera_control.h"
-#include "app/framing/camera_rig.h"
+#include "app/framing/first_view.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "support/paths.h"

@@ -16,7 +16,6 @@
 #include "app/measure/load_times.h"
 #include "app/measure/measure.h"
 #include "app/measure/measure_view.h"
-#include "app/measure/noise.h"
 #include "app/measure/replicate.h"
 #include "app/measure/scene_facts.h"
 #include "app/measure/shard.h"

@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/measure/noise.h"
 #include "app/measure/paired_ratios.h"
+#include "app/measure/statistics.h"
 #include "app/report/bench_report.h"
 #include "app/report/markdown.h"
 

@@ -12,9 +12,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/report/bench_report.h"
 #include "app/report/study_page.h"
 #include "app/report/train_page.h"
-#include "app/report/write_report.h"
 #include "app/report/zoom_bundle.h"
 #include "support/random_reports.h"
 

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "app/inspect/comparison_sheet.h"
-#include "app/measure/noise.h"
+#include "app/measure/statistics.h"
 #include "app/report/markdown.h"
 #include "app/report/study_page.h"
 #include "base/text.h"

@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/film/film_file.h"
+#include "app/film/film.h"
 #include "app/serve/paint.h"
 #include "app/serve/panel_json.h"
 #include "app/serve/served_room.h"

@@ -15,7 +15,6 @@
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/file_source.h"
 #include "io/bytes/inflate.h"
-#include "io/bytes/json_entry.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "support/corpus.h"

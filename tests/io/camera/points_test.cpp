@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // COLMAP's points, written as text and binary, and read back.
-#include "io/camera/points.h"
-
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -9,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "io/camera/cameras.h"
 #include "support/error_of.h"
 #include "support/shared.h"
 #include "support/temporary_folder.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Pictures for browsers: WebP keeps every colour, JPEG about.
-#include "io/picture/encode.h"
 
 #include <cstdlib>
 #include <fstream>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "io/tensor/safetensors.h"
+#include "support/safetensors.h"
 
 #include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "io/tensor/tensor.h"
 #include "support/error_of.h"
-#include "support/safetensors.h"
 #include "support/shared.h"
 #include "support/temporary_folder.h"
 

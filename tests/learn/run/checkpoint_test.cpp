@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Checkpoints that end early or were changed.
-#include "learn/run/checkpoint.h"
-
 #include <filesystem>
 #include <set>
 
@@ -10,6 +8,7 @@
 
 #include "app/support/training.h"
 #include "base/error.h"
+#include "learn/run/model_folder.h"
 #include "support/error_of.h"
 #include "support/temporary_folder.h"
 

@@ -12,7 +12,6 @@
 
 #include "app/support/training.h"
 #include "io/scene/reader.h"
-#include "learn/run/checkpoint.h"
 #include "learn/run/initial.h"
 #include "learn/run/model_folder.h"
 #include "learn/run/trainer.h"

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Runs say where the test views got worse, and keep the best evaluation.
-#include "learn/run/overfitting.h"
-
 #include <filesystem>
 #include <fstream>
 
@@ -11,9 +9,9 @@
 #include "app/report/train_page.h"
 #include "app/support/training.h"
 #include "io/bytes/json_text.h"
-#include "learn/run/checkpoint.h"
 #include "learn/run/model_folder.h"
 #include "learn/run/run.h"
+#include "learn/run/train_log.h"
 #include "support/pool.h"
 #include "support/temporary_folder.h"
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Training with reduced photographs: frequencies, the schedule of factors, and the filters. Golden
 // numbers were computed from DashGaussian's published rules with numpy's transform.
-#include "learn/run/resolution_schedule.h"
-
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -12,7 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "learn/run/reduced_photographs.h"
+#include "learn/run/photograph_cache.h"
+#include "learn/run/schedule.h"
 #include "learn/run/spectrum.h"
 #include "support/pool.h"
 #include "support/scenes.h"

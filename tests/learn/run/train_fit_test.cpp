@@ -12,7 +12,7 @@
 #include "app/support/forwarding_model.h"
 #include "app/support/training.h"
 #include "base/fail.h"
-#include "learn/run/checkpoint.h"
+#include "learn/run/model_folder.h"
 #include "learn/run/run.h"
 #include "learn/run/trainer.h"
 #include "support/error_of.h"

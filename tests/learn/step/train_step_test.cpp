@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "learn/step/cpu/loss.h"
-#include "learn/step/cpu/step.h"
+#include "learn/step/cpu/passes.h"
 #include "raster/scene/image_metrics.h"
 #include "support/differences.h"
 #include "support/pool.h"

@@ -10,7 +10,7 @@
 
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
-#include "raster/cpu/fast/blocks.h"
+#include "raster/cpu/fast/survivors.h"
 #include "raster/kernel/composite.h"
 #include "support/gpu.h"
 #include "support/instruction_set.h"

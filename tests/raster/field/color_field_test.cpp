@@ -12,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include "raster/field/field_evaluator.h"
-#include "raster/field/sh_design.h"
 #include "raster/kernel/sh.h"
 #include "support/golden_field.h"
 #include "support/instruction_set.h"

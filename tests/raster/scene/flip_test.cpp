@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 // FLIP against values of an independent evaluation (tests/golden/flip.py), and at colours whose
 // difference is known.
-#include "raster/scene/flip.h"
-
 #include <fstream>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "raster/scene/image_metrics.h"
 #include "support/pool.h"
 #include "support/shared.h"
 

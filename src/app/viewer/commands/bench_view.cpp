@@ -5,8 +5,8 @@
 
 #include "app/measure/measure_view.h"
 #include "app/measure/scene_facts.h"
+#include "app/report/bench_report.h"
 #include "app/report/environment.h"
-#include "app/report/write_report.h"
 #include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/render_context.h"

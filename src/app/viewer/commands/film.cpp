@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "app/film/film_file.h"
 #include "app/measure/scene_facts.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_file.h"

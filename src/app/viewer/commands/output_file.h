@@ -11,8 +11,8 @@
 
 #include <fmt/format.h>
 
-#include "app/report/work_folder.h"
 #include "app/viewer/render/render_context.h"
+#include "base/temporaries.h"
 
 namespace qs {
 

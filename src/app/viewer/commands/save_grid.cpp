@@ -18,7 +18,6 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/mode_table.h"
 #include "io/bytes/replace_file.h"
-#include "io/bytes/text_file.h"
 #include "io/picture/image_file.h"
 #include "raster/scene/image_metrics.h"
 

@@ -5,7 +5,7 @@
 #include <thread>
 #include <utility>
 
-#include "app/framing/camera_rig.h"
+#include "app/framing/first_view.h"
 #include "app/framing/scene_box.h"
 #include "app/framing/whole_subject.h"
 #include "app/measure/scene_facts.h"

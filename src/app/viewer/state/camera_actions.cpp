@@ -10,7 +10,7 @@
 #include <glm/trigonometric.hpp>
 
 #include "app/framing/camera_control.h"
-#include "app/framing/camera_rig.h"
+#include "app/framing/first_view.h"
 #include "app/viewer/state/actions.h"
 #include "base/error.h"
 #include "base/text.h"

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <optional>
 
-#include "app/measure/noise.h"
 #include "app/measure/paired_ratios.h"
+#include "app/measure/statistics.h"
 #include "app/viewer/state/viewer.h"
 
 namespace qs {

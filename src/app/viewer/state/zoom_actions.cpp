@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "app/measure/noise.h"
+#include "app/measure/statistics.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/charts.h"
 #include "app/viewer/state/mode_numbers.h"

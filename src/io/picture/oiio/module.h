@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The interface of the OpenImageIO module, a shared library that image_module.cpp loads with dlopen
+// The interface of the OpenImageIO module, a shared library that image_file.cpp loads with dlopen
 // when a format needs it. The interface is plain C: no exception, C++ type or ownership of memory
 // crosses it. On failure functions return 0 and set `message` to a clause without the file's name.
 // Every change here must change kOiioModuleVersion; the loader refuses other versions.

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/compact/compact_writer.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include "io/bytes/byte_text.h"
 #include "io/bytes/replace_file.h"
 #include "io/bytes/zip.h"
+#include "io/scene/compact/compact_model.h"
 #include "io/scene/compact/huffman.h"
 #include "io/scene/ply/ply.h"
 #include "io/tensor/npy.h"

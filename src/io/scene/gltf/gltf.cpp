@@ -15,7 +15,6 @@
 #include "io/bytes/json_text.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"
-#include "io/cloud/cloud_parts.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/scene/gltf/gltf_file.h"
 #include "io/scene/ply/ply.h"

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/fail.h"
-#include "io/bytes/byte_writer.h"
+#include "io/bytes/byte_cursor.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"

@@ -8,7 +8,7 @@
 
 #include "base/fail.h"
 #include "base/parallel.h"
-#include "io/bytes/byte_writer.h"
+#include "io/bytes/byte_cursor.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/scene/ply/ply.h"
@@ -63,10 +63,8 @@ void write_rows(const GaussianCloud& cloud, const char* comment, ThreadPool& poo
   for (std::size_t first = 0; first < cloud.size() && file; first += kRowsPerWrite) {
     progress.update(static_cast<float>(first) / static_cast<float>(cloud.size()));
     const std::size_t rows = std::min(kRowsPerWrite, cloud.size() - first);
-    pool.for_chunks(rows, kRowsPerChunk, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t i = begin; i < end; ++i)
-        fill_row(cloud, first + i, rest, &buffer[i * values]);
-    });
+    pool.for_each(rows, kRowsPerChunk,
+                  [&](std::size_t i) { fill_row(cloud, first + i, rest, &buffer[i * values]); });
     write_values(file, std::span(buffer).first(rows * values));
   }
   progress.update(1);

@@ -10,10 +10,9 @@
 #include <vector>
 
 #include "io/bytes/byte_text.h"
-#include "io/bytes/json_entry.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "io/cloud/cloud_memory.h"
-#include "io/cloud/cloud_parts.h"
 #include "io/cloud/fill_cloud.h"
 #include "io/scene/sog/sog_decoder.h"
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "io/bytes/byte_cursor.h"
-#include "io/bytes/json_entry.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/quantised.h"
 #include "io/picture/webp_image.h"
@@ -180,9 +180,8 @@ SogDecoder::SogDecoder(std::string_view meta, const std::string& source, FileSou
     fail("{}: {} Gaussians are announced, more than pictures of {} bytes can hold", source,
          meta_.count, picture_bytes_);
   // Decode.
-  pool.for_chunks(pictures.size(), 1, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t i = begin; i < end; ++i)
-      *pictures[i].pixels = decode_webp(pictures[i].packed, source + ": " + pictures[i].name);
+  pool.for_each(pictures.size(), 1, [&](std::size_t i) {
+    *pictures[i].pixels = decode_webp(pictures[i].packed, source + ": " + pictures[i].name);
   });
 }
 

@@ -162,9 +162,7 @@ SpzContent unpack_plain(ByteSpan file, const std::string& path, ThreadPool& pool
   if (cursor.left() > 0)
     content.warnings.push_back(
         fmt::format("{} bytes after the last stream were ignored.", cursor.left()));
-  pool.for_chunks(streams.size(), 1, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t i = begin; i < end; ++i) unpack_zstd(streams[i], i, path);
-  });
+  pool.for_each(streams.size(), 1, [&](std::size_t i) { unpack_zstd(streams[i], i, path); });
   return content;
 }
 

@@ -5,6 +5,8 @@
 
 #include "learn/diff/cpu/project_gaussians.h"
 #include "learn/diff/gaussian_terms.h"
+#include "raster/cpu/common/tile_lists.h"
+#include "raster/kernel/cull/modes.h"
 
 namespace qs::cpu::diff {
 namespace {
@@ -37,6 +39,24 @@ PoseGradient set_gradients(const GivenGradient<Real>& gradient, const Boundary<c
 }
 
 }  // namespace
+
+CountTiles tile_counter(CullMode mode) {
+  return with_culler(mode, []<class P>(P) -> CountTiles {
+    return
+        [](const Footprint& footprint, TileGrid grid) { return count_tiles<P>(footprint, grid); };
+  });
+}
+
+PixelArea PixelArea::of(const Footprint& footprint) {
+  // The slack covers the rounding of the falloff, as in pipeline `classic`.
+  const PixelBound bound = PixelBound::of(footprint);
+  return {footprint.mean_px,
+          bound.half,
+          bound.slope,
+          footprint.gamma > 0 ? bound.threshold / kLog2OfFalloff : 0,
+          1 / footprint.covariance.yy,
+          1 / footprint.conic.x};
+}
 
 template <class Real>
 void project(const DrawnView& view, const GaussianInputs<Real>& gaussians, const Workers& workers,

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "learn/step/cpu/field_pass.h"
-#include "learn/step/cpu/step.h"
+#include "learn/step/cpu/passes.h"
 #include "learn/step/shape_codes.h"
 
 namespace qs::cpu::train {

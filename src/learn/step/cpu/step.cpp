@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "learn/step/cpu/step.h"
-
 #include <algorithm>
 #include <utility>
 
 #include "learn/gradient/density.h"
+#include "learn/step/cpu/passes.h"
 
 namespace qs::cpu::train {
 namespace {

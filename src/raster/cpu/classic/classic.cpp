@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/classic/classic.h"
 
-#include "raster/cpu/common/stage_clock.h"
+#include "raster/cpu/common/frame_context.h"
 
 namespace qs::cpu {
 

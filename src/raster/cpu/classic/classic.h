@@ -6,8 +6,6 @@
 
 #include <algorithm>
 
-#include "raster/cpu/common/mode_pairs.h"
-#include "raster/cpu/common/pixel_bound.h"
 #include "raster/cpu/common/tile_lists.h"
 #include "raster/kernel/blend.h"
 #include "raster/scene/activated_cloud.h"

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <functional>
 #include <stop_token>
 
@@ -52,5 +53,26 @@ struct FrameContext {
     });
   }
 };
+
+// Stage times. Measuring them costs nothing noticeable, so it always happens.
+
+class Stopwatch {
+ public:
+  float ms() const {
+    return std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - start_)
+        .count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Runs work() and stores its time.
+template <class Work>
+void timed(Stage stage, RenderStats& stats, const Work& work) {
+  const Stopwatch clock;
+  work();
+  stats.stage_ms[static_cast<int>(stage)] = clock.ms();
+}
 
 }  // namespace qs::cpu

@@ -8,10 +8,29 @@
 #include <functional>
 #include <numeric>
 
+#include <glm/vec2.hpp>
+
 #include "raster/cpu/common/frame_context.h"
+#include "raster/kernel/constants.h"
+#include "raster/kernel/cull/culler.h"
+#include "raster/kernel/cull/mode_pairs.h"
 #include "raster/scene/radix_sort.h"
 
 namespace qs::cpu {
+
+/// Conservative bound of the pixels with alpha >= 1/255, used to skip pixels cheaply. It may
+/// include other pixels but never excludes such a pixel.
+struct PixelBound {
+  glm::vec2 half;   ///< half size in pixels of a box around the mean; 0 = no pixel
+  float slope;      ///< along a row the falloff is largest at dx = slope * dy
+  float threshold;  ///< pixels with a smaller log2 of the falloff have alpha < 1/255
+
+  static PixelBound of(const Footprint& footprint) {
+    if (!(footprint.gamma > 0.0f)) return {{0, 0}, 0, 0};
+    return {extents(footprint).max + 1.0f, footprint.covariance.xy / footprint.covariance.yy,
+            kLog2OfFalloff * footprint.gamma - kLog2Slack};
+  }
+};
 
 /// Storage for a frame's visible Gaussians. Every chunk of the cloud owns a fixed block of slots
 /// (some stay unused), so threads fill chunks in parallel without synchronising. Slots are in the
@@ -88,5 +107,34 @@ using SplatOf = std::function<Splat(std::uint32_t slot)>;
 /// already set.
 void collect(const VisibleSlots& visible, const TileLists& lists, const SplatOf& splat_of,
              const Outputs& outputs, Frame& result);
+
+/// The sums of Outputs::mode_pairs, for both pipelines: each worker adds the counts of its chunks
+/// to counts of its own.
+class ModeSums {
+ public:
+  void begin(const ThreadPool& pool) { sums_.assign(static_cast<std::size_t>(pool.size()), {}); }
+
+  void add(int worker, const ModeCounts& counts) {
+    ModeCounts& sum = sums_[static_cast<std::size_t>(worker)];
+    for (int i = 0; i < kCullerCount; ++i) {
+      sum.tile_pairs[i] += counts.tile_pairs[i];
+      sum.visible[i] += counts.visible[i];
+    }
+  }
+
+  /// Sets Frame::mode_pairs.
+  void store(Frame& result) const {
+    result.mode_pairs.assign(kCullerCount, {});
+    for (const ModeCounts& sum : sums_) {
+      for (std::size_t i = 0; i < kCullerCount; ++i) {
+        result.mode_pairs[i].tile_pairs += sum.tile_pairs[i];
+        result.mode_pairs[i].visible += sum.visible[i];
+      }
+    }
+  }
+
+ private:
+  std::vector<ModeCounts> sums_;
+};
 
 }  // namespace qs::cpu

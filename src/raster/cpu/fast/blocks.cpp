@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/blocks.h"
-
 #include <atomic>
 #include <cmath>
 
+#include "raster/cpu/fast/survivors.h"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/cloud_order.h"
 

@@ -1,9 +1,93 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/fast/pipeline.h"
 
-#include "raster/cpu/common/stage_clock.h"
+#include <algorithm>
+#include <cmath>
+
+#include "raster/cpu/common/frame_context.h"
 
 namespace qs::cpu::fast {
+namespace {
+
+Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
+  constexpr float kWider = 1.0005f;  // more than the error of a root in tile.cpp
+  Record record;
+  record.mean_x = s.mean_x[k];
+  record.mean_y = s.mean_y[k];
+  record.log2_256_opacity = s.log2_opacity[k] + 8;
+  record.along = -kLog2OfFalloff / s.xx[k];
+  record.slope = s.xy[k] / s.xx[k];
+  record.scale = std::sqrt(-kLog2OfFalloff * s.conic_c[k]);
+  record.height = kWider / record.scale;
+  record.red = colors.red[s.lane[k]];
+  record.green = colors.green[s.lane[k]];
+  record.blue = colors.blue[s.lane[k]];
+  return record;
+}
+
+/// Adds rects[begin...] to a table of corner differences.
+void count_tiles_of(const RectList& rects, std::size_t begin, TileGrid grid,
+                    Array<std::int32_t>& corners) {
+  const auto stride = static_cast<std::size_t>(grid.columns) + 1;
+  for (std::size_t i = begin; i < rects.size(); ++i) {
+    const PackedTileRect& rect = rects[i];
+    ++corners[rect.row_begin * stride + rect.column_begin];
+    --corners[rect.row_begin * stride + rect.column_end];
+    --corners[rect.row_end * stride + rect.column_begin];
+    ++corners[rect.row_end * stride + rect.column_end];
+  }
+}
+
+}  // namespace
+
+void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced,
+                FastVisible& visible) {
+  visible.resize(frame.cloud.size());
+  visible.rows.resize(visible.slots());
+  visible.listings.resize(visible.slots());
+  visible.records.resize(visible.slots());
+  visible.footprints.resize(traced ? visible.slots() : 0);
+  visible.rects.resize(visible.chunk_counts.size());
+  visible.corners.resize(static_cast<std::size_t>(frame.pool.size()));
+  for (Array<std::int32_t>& corners : visible.corners) {
+    corners.assign(static_cast<std::size_t>((frame.grid.rows + 1) * (frame.grid.columns + 1)), 0);
+  }
+
+  const View<float> view = make_view<float>(frame.camera);
+  const FootprintRules rules = frame.rules();
+  const Frustum frustum(view, rules, frame.grid);
+
+  frame.for_chunks(
+      visible.slots(), FastVisible::kChunk, [&](std::size_t begin, std::size_t end, int worker) {
+        const std::size_t chunk = begin / FastVisible::kChunk;
+        // Moved out while it grows, to avoid false sharing: neighbouring lists share a cache line.
+        RectList rects = std::move(visible.rects[chunk]);
+        rects.clear();
+        Survivors survivors;
+        Colors colors;
+        std::size_t slot = begin;
+        for (std::size_t b = begin / kBlock; b < std::min(end / kBlock, scene.blocks.size()); ++b) {
+          if (frustum.misses(scene.bounds[b])) continue;
+          const Block& block = scene.blocks[b];
+          const std::size_t counted = rects.size();
+          project(view, rules, frame.grid, block, survivors);
+          list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot],
+                     &visible.rows[slot]);
+          color({scene.harmonics, frame.sh_degree(), view.position}, block, b, survivors, colors);
+          count_tiles_of(rects, counted, frame.grid,
+                         visible.corners[static_cast<std::size_t>(worker)]);
+          for (std::size_t k = 0; k < survivors.count; ++k, ++slot) {
+            visible.gaussians[slot] = block.gaussian[survivors.lane[k]];
+            visible.depths[slot] = survivors.depth[k];
+            visible.records[slot] = record_of(survivors, k, colors);
+            if (traced) visible.footprints[slot] = survivors.footprint(k);
+          }
+        }
+        visible.rects[chunk] = std::move(rects);
+        visible.chunk_counts[chunk] = static_cast<std::uint32_t>(slot - begin);
+      });
+  visible.count_all();
+}
 
 void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame& result) {
   RenderStats& stats = result.stats;

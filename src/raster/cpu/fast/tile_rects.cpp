@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/tile_rects.h"
-
 #include <algorithm>
 
+#include "raster/cpu/fast/pipeline.h"
 #include "raster/kernel/cull/modes.h"
 
 #undef HWY_TARGET_INCLUDE

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "io/scene/compact/compact_writer.h"
-
 #include <cmath>
 #include <map>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "io/scene/compact/compact_model.h"
 #include "io/support/zip_archive.h"
 #include "io/tensor/npy.h"
 #include "io/tensor/torch_tensor.h"

@@ -6,9 +6,9 @@
 #include <gmock/gmock.h>
 
 #include "app/support/training.h"
-#include "learn/run/checkpoint.h"
 #include "learn/run/field_model.h"
 #include "learn/run/initial.h"
+#include "learn/run/model_folder.h"
 #include "learn/run/strategy.h"
 #include "support/error_of.h"
 #include "support/golden_field.h"

@@ -5,7 +5,6 @@
 #include "learn/step/cpu/cpu_model.h"
 #include "learn/step/cpu/loss.h"
 #include "learn/step/cpu/passes.h"
-#include "learn/step/cpu/step.h"
 #include "learn/step/cuda/gpu_model.h"
 #include "support/gpu.h"
 #include "support/scenes.h"

@@ -94,12 +94,10 @@ Pictures::~Pictures() {
   all_.request_stop();
   renderer_.request_stop();
   for (std::jthread& encoder : encoders_) encoder.request_stop();
-  {
-    const std::lock_guard lock(mutex_);
-    for (auto& [visitor, work] : work_) work.stop.request_stop();
-    long_stop_.request_stop();
-    measuring_stop_.request_stop();
-  }
+  const std::lock_guard lock(mutex_);
+  for (auto& [visitor, work] : work_) work.stop.request_stop();
+  long_stop_.request_stop();
+  measuring_stop_.request_stop();
   changed_.notify_all();
 }
 

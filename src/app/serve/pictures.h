@@ -98,8 +98,6 @@ class Pictures {
   Pictures(ServedScenes& scenes, Receiver receiver);
   /// Cancels all work.
   ~Pictures();
-  Pictures(const Pictures&) = delete;
-  Pictures& operator=(const Pictures&) = delete;
 
   /// The number of another visitor, from 1 on.
   int new_visitor() { return ++visitors_; }

@@ -48,10 +48,8 @@ DesktopDialog::DesktopDialog(std::function<void()> wake) : reports_(std::move(wa
 }
 
 void DesktopDialog::show(const std::filesystem::path& folder, Choosing choosing) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!wanted_) wanted_ = Wanted{folder, choosing};
-  }
+  const std::lock_guard lock(mutex_);
+  if (!wanted_) wanted_ = Wanted{folder, choosing};
   changed_.notify_all();
 }
 

@@ -26,7 +26,7 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
   std::vector<CullMode> modes;
   const auto add = [&modes](const std::vector<CullMode>& more) {
     for (const CullMode mode : more)
-      if (std::find(modes.begin(), modes.end(), mode) == modes.end()) modes.push_back(mode);
+      if (std::ranges::count(modes, mode) == 0) modes.push_back(mode);
   };
   if (text == "+peers") add(usual.empty() ? all_modes() : usual);
   for (const std::string& name : separated(text)) {
@@ -182,7 +182,7 @@ void require_heatmaps(const char* command, const HeatOptions& heat,
                       const std::vector<CullMode>& modes) {
   const HeatQuantity quantity = heat.quantity.value_or(HeatQuantity::evaluated);
   check_rules(command, {{quantity != HeatQuantity::evaluated &&
-                             std::count(modes.begin(), modes.end(), kReferenceMode) > 0,
+                             std::ranges::count(modes, kReferenceMode) > 0,
                          fmt::format("--heatmap {}: mode reference has no tile lists",
                                      heatmap_row(quantity).name)}});
 }

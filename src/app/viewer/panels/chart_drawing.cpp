@@ -131,8 +131,8 @@ void draw_curve(ImDrawList& draw, const block::Curve& curve, const PlotArea& are
 }
 
 void draw_reading(const block::Reading& reading) {
-  const bool two = std::any_of(reading.rows.begin(), reading.rows.end(),
-                               [](const auto& row) { return !row.beneath.empty(); });
+  const bool two =
+      std::ranges::any_of(reading.rows, [](const auto& row) { return !row.beneath.empty(); });
   ImGui::BeginTooltip();
   ImGui::TextColored(palette::kFaint, "%s%s", reading.title.c_str(),
                      two ? ", dashed at the right" : "");

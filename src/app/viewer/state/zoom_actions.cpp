@@ -202,9 +202,7 @@ void set_part(ZoomPlan& plan, const std::string& name, const std::string& value)
 }
 
 bool is_listed(const std::vector<ZoomRecord>& records, const std::filesystem::path& folder) {
-  return !folder.empty() && std::any_of(records.begin(), records.end(), [&](const auto& record) {
-    return record.folder == folder;
-  });
+  return !folder.empty() && std::ranges::count(records, folder, &ZoomRecord::folder) > 0;
 }
 
 std::filesystem::path full_path(const std::filesystem::path& path) {

@@ -47,34 +47,6 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
   return modes;
 }
 
-}  // namespace
-
-std::optional<std::filesystem::path> cameras_file(const FrameOptions& frame,
-                                                  const std::filesystem::path& scene) {
-  return frame.cameras ? frame.cameras : find_cameras_file(scene);
-}
-
-void note_inputs(const FrameOptions& frame) {
-  const std::filesystem::path scene = find_scene_file(frame.scene, frame.iteration);
-  note_input(scene);
-  if (const auto cameras = cameras_file(frame, scene)) note_input(*cameras);
-}
-
-void require_folder(const char* command, const std::filesystem::path& folder) {
-  std::error_code error;
-  if (!std::filesystem::exists(folder, error))
-    fail("{}: {}: does not exist", command, folder.string());
-  if (!std::filesystem::is_directory(folder, error))
-    fail("{}: {}: is a file, but a folder is needed", command, folder.string());
-}
-
-void declare_frame_options(Options& options, FrameOptions& frame) {
-  options.positional("SCENE", frame.scene, kSceneHelp, kSceneSamples);
-  declare_common_options(options, frame);
-}
-
-namespace {
-
 // The scene, its cameras and the size of their pictures.
 void declare_scene(Options& options, FrameOptions& frame) {
   options.integer("--iteration", "N", 0, 1'000'000'000, frame.iteration,
@@ -142,6 +114,30 @@ void declare_look(Options& options, FrameOptions& frame) {
 }
 
 }  // namespace
+
+std::optional<std::filesystem::path> cameras_file(const FrameOptions& frame,
+                                                  const std::filesystem::path& scene) {
+  return frame.cameras ? frame.cameras : find_cameras_file(scene);
+}
+
+void note_inputs(const FrameOptions& frame) {
+  const std::filesystem::path scene = find_scene_file(frame.scene, frame.iteration);
+  note_input(scene);
+  if (const auto cameras = cameras_file(frame, scene)) note_input(*cameras);
+}
+
+void require_folder(const char* command, const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::exists(folder, error))
+    fail("{}: {}: does not exist", command, folder.string());
+  if (!std::filesystem::is_directory(folder, error))
+    fail("{}: {}: is a file, but a folder is needed", command, folder.string());
+}
+
+void declare_frame_options(Options& options, FrameOptions& frame) {
+  options.positional("SCENE", frame.scene, kSceneHelp, kSceneSamples);
+  declare_common_options(options, frame);
+}
 
 void declare_common_options(Options& options, FrameOptions& frame) {
   options.common([&] {

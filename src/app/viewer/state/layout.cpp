@@ -82,18 +82,15 @@ glm::ivec2 first_window_size(glm::ivec2 screen) {
   return glm::max(screen * 4 / 5, glm::min(screen, glm::ivec2(640, 400)));
 }
 
-namespace action {
-
-void step_interface_scale(Viewer& v, int step) {
+void action::step_interface_scale(Viewer& v, int step) {
   const std::ptrdiff_t last = std::ssize(kInterfaceScales) - 1;
   const std::ptrdiff_t next = nearest_scale(interface_scale(v)) + step;
   set_interface_scale(v, kInterfaceScales[std::clamp<std::ptrdiff_t>(next, 0, last)]);
 }
 
-void set_interface_scale(Viewer& v, float scale) {
+void action::set_interface_scale(Viewer& v, float scale) {
   v.interface_scale = std::clamp(scale, kInterfaceScales[0], *std::rbegin(kInterfaceScales));
   notify(v, fmt::format("interface at {:.0f} %", 100 * v.interface_scale));
 }
 
-}  // namespace action
 }  // namespace qs

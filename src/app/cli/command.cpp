@@ -10,7 +10,6 @@
 
 #include <fmt/format.h>
 
-#include "app/cli/manual.h"
 #include "app/plugin/protocol.h"
 #include "base/fail.h"
 #include "base/quit_signals.h"

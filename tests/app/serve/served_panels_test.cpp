@@ -11,8 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "app/film/film_file.h"
-#include "app/serve/paint.h"
-#include "app/serve/panel_json.h"
+#include "app/serve/pictures.h"
 #include "app/serve/served_room.h"
 #include "app/serve/state_json.h"
 #include "app/viewer/commands/controls.h"

@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <imgui.h>
 
-#include "app/viewer/panels/blocks.h"
+#include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
 namespace qs {

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "app/viewer/panels/blocks.h"
+#include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/mode_table.h"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Tests that loop over cases read here if they try every combination. With every push they try each case once; the
-// builds with sanitizers in all code, which scripts/test --all runs, try all combinations.
+// Tests that loop over cases read here if they try every combination. With every push they try each
+// case once; the builds with sanitizers in all code, which scripts/test --all runs, try all
+// combinations.
 #pragma once
 
 namespace qs::test {

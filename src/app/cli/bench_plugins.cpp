@@ -43,8 +43,7 @@ std::vector<Guest> BenchPlugins::guests() const {
 }
 
 Renderer* BenchPlugins::find(const std::string& name) const {
-  const auto plugin = std::find_if(plugins_.begin(), plugins_.end(),
-                                   [&](const Plugin& each) { return each.name == name; });
+  const auto plugin = std::ranges::find(plugins_, name, &Plugin::name);
   return plugin == plugins_.end() ? nullptr : plugin->renderer.get();
 }
 

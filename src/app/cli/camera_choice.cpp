@@ -33,8 +33,7 @@ std::vector<Shot> all_shots(const std::vector<Camera>& cameras) {
 // Every N-th camera by name. The shots keep the numbers of the cameras in the file.
 std::vector<Shot> test_shots(const std::vector<Camera>& cameras, int holdout) {
   std::vector<Shot> shots = all_shots(cameras);
-  std::stable_sort(shots.begin(), shots.end(),
-                   [](const Shot& a, const Shot& b) { return a.camera.name < b.camera.name; });
+  std::ranges::stable_sort(shots, {}, [](const Shot& shot) { return shot.camera.name; });
   std::vector<Shot> test;
   for (std::size_t i = 0; i < shots.size(); i += static_cast<std::size_t>(holdout))
     test.push_back(shots[i]);

@@ -126,7 +126,7 @@ class Bench {
     for (std::size_t i = first_row; i < report_.rows.size(); ++i) {
       BenchRow& row = report_.rows[i];
       const auto& modes = command_.frame.modes;
-      const auto mode = std::find(modes.begin(), modes.end(), find_culler(row.mode));
+      const auto mode = std::ranges::find(modes, find_culler(row.mode));
       if (row.backend == kPluginBackend || mode == modes.end()) continue;
       row.ms_paper =
           times[static_cast<std::size_t>(mode - modes.begin())][places[row.view - first_view]];
@@ -186,8 +186,8 @@ class Bench {
 
   // Rows are grouped by the scene's name, but two files may have the same name.
   bool is_taken(const std::string& name) const {
-    return std::any_of(report_.scenes.begin(), report_.scenes.end(),
-                       [&](const auto& scene) { return scene["name"] == name; });
+    return std::ranges::any_of(report_.scenes,
+                               [&](const auto& scene) { return scene["name"] == name; });
   }
 
   void describe(const Session& session) {
@@ -225,7 +225,7 @@ void check_bench(const BenchCommand& command) {
        {command.exact_color && (!command.judges_images() || copies),
         "--exact-color needs --psnr or --plugin, whose reference it changes, and excludes "
         "--replicate and --scaling"},
-       {command.baseline && std::find(modes.begin(), modes.end(), *command.baseline) == modes.end(),
+       {command.baseline && std::ranges::count(modes, *command.baseline) == 0,
         fmt::format("--baseline {0} is not measured: add {0} to --cull",
                     mode_name(command.baseline.value_or(default_mode())))},
        {command.load &&

@@ -65,9 +65,8 @@ void check_format(const ConvertCommand& command) {
   if (find_writer(command.output, command.format) != nullptr) return;
   const std::vector<std::string> endings = written(&WriterRow::extension);
   const std::string ending = command.output.extension().string();
-  const bool is_read = std::any_of(readers().begin(), readers().end(), [&](const ReaderRow& row) {
-    const std::vector<std::string> words = separated(row.extensions, ' ');
-    return std::find(words.begin(), words.end(), ending) != words.end();
+  const bool is_read = std::ranges::any_of(readers(), [&](const ReaderRow& row) {
+    return std::ranges::count(separated(row.extensions, ' '), ending) > 0;
   });
   fail(ErrorKind::usage, "convert: {}: {}; writable are {}{}", command.output.string(),
        ending.empty() ? "the name needs an ending that tells the format"

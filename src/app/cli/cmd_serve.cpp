@@ -14,6 +14,7 @@
 #include "base/fail.h"
 #include "base/progress.h"
 #include "base/quit_signals.h"
+#include "base/warn.h"
 
 namespace qs {
 namespace {
@@ -84,7 +85,7 @@ int serve_scenes(ServeCommand& command, Arguments arguments) {
   complete(serve);
   serve.sibr = sibr_options(command, arguments);
   const auto server = make_server(serve);  // throws before the scenes are read
-  print_warnings(*server);
+  for (const std::string& sentence : server->warnings()) warn(sentence);
   ServedScenes scenes;
   for (const std::filesystem::path& path : command.scenes) {
     command.frame.scene = path;

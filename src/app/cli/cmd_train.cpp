@@ -14,6 +14,7 @@
 #include "base/progress_bar.h"
 #include "base/quit_signals.h"
 #include "base/text.h"
+#include "base/warn.h"
 #include "learn/run/train_options.h"
 #include "learn/step/training_model.h"
 
@@ -61,7 +62,7 @@ std::unique_ptr<Server> make_server(TrainCommand& command, Arguments arguments) 
   if (!command.in_browser) return nullptr;
   complete(command.serve);
   auto server = make_server(command.serve);
-  print_warnings(*server);
+  for (const std::string& sentence : server->warnings()) warn(sentence);
   return server;
 }
 

@@ -10,7 +10,6 @@
 
 #include <fmt/format.h>
 
-#include "app/cli/manual.h"
 #include "app/plugin/protocol.h"
 #include "base/fail.h"
 #include "base/quit_signals.h"
@@ -112,14 +111,13 @@ void check_first_word(const std::string& word) {
 // of view.
 void check_order(Arguments arguments, const Options& options) {
   const auto takes_value = [&](const std::string& word) {
-    return std::any_of(options.table().begin(), options.table().end(), [&](const Option& option) {
+    return std::ranges::any_of(options.table(), [&](const Option& option) {
       return option.most > 0 && (word == option.name || word == option.short_name());
     });
   };
   for (std::size_t i = 1; i < arguments.size(); ++i) {
     const std::string& word = arguments[i];
-    const bool is_command = std::any_of(std::begin(kCommands), std::end(kCommands),
-                                        [&](const Command& row) { return word == row.name; });
+    const bool is_command = std::ranges::count(kCommands, word, &Command::name) > 0;
     std::error_code error;
     if (!is_command || std::filesystem::exists(word, error) || takes_value(arguments[i - 1]))
       continue;
@@ -180,8 +178,7 @@ int run_program(Arguments arguments) {
   }
   // bench --plugin starts this program with this command; users do not call it.
   if (first == kPluginHostCommand && arguments.size() == 2) return run_plugin_host(arguments[1]);
-  const Command* command = std::find_if(std::begin(kCommands), std::end(kCommands),
-                                        [&](const Command& row) { return first == row.name; });
+  const Command* command = std::ranges::find(kCommands, first, &Command::name);
   const bool named = command != std::end(kCommands);
   if (named) {
     arguments = arguments.subspan(1);

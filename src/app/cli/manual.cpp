@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/cli/manual.h"
 
 #include <set>
 #include <vector>

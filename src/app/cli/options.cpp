@@ -61,8 +61,7 @@ bool Options::parse(std::span<const std::string> arguments) const try {
 void Options::check_dashes(std::span<const std::string> arguments) const {
   for (const std::string& word : arguments) {
     const std::string full = "-" + word.substr(0, word.find('='));
-    if (word.size() > 2 && std::any_of(table().begin(), table().end(),
-                                       [&](const Option& option) { return option.name == full; }))
+    if (word.size() > 2 && std::ranges::count(table(), full, &Option::name) > 0)
       complain_of_option(word);
   }
 }
@@ -122,7 +121,7 @@ std::string Options::help() const {
   lines(true, false);
   lines(false, false);
   line("--help", "this text");
-  if (std::any_of(table().begin(), table().end(), [](const Option& o) { return o.common; })) {
+  if (std::ranges::any_of(table(), &Option::common)) {
     text += "\nscene and rendering:\n";
     lines(false, true);
   }

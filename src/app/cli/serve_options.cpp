@@ -7,7 +7,6 @@
 
 #include "app/serve/requests.h"
 #include "base/fail.h"
-#include "base/warn.h"
 
 namespace qs {
 namespace {
@@ -54,10 +53,6 @@ void print_address(const ServeOptions& serve, int port, const std::string& what)
              "{}://localhost:{}/#token={}\n",
              what, port, everywhere ? "localhost" : host_text(serve.address), port, scheme, port,
              serve.token);
-}
-
-void print_warnings(const Server& server) {
-  for (const std::string& sentence : server.warnings()) warn(sentence);
 }
 
 }  // namespace qs

@@ -22,7 +22,4 @@ void complete(ServeOptions& serve);
 /// Prints the address of the page, and that `what` is served.
 void print_address(const ServeOptions& serve, int port, const std::string& what);
 
-/// Prints what the user should know before visitors come (Server::warnings()).
-void print_warnings(const Server& server);
-
 }  // namespace qs

@@ -26,7 +26,7 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
   std::vector<CullMode> modes;
   const auto add = [&modes](const std::vector<CullMode>& more) {
     for (const CullMode mode : more)
-      if (std::find(modes.begin(), modes.end(), mode) == modes.end()) modes.push_back(mode);
+      if (std::ranges::count(modes, mode) == 0) modes.push_back(mode);
   };
   if (text == "+peers") add(usual.empty() ? all_modes() : usual);
   for (const std::string& name : separated(text)) {
@@ -46,34 +46,6 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
   }
   return modes;
 }
-
-}  // namespace
-
-std::optional<std::filesystem::path> cameras_file(const FrameOptions& frame,
-                                                  const std::filesystem::path& scene) {
-  return frame.cameras ? frame.cameras : find_cameras_file(scene);
-}
-
-void note_inputs(const FrameOptions& frame) {
-  const std::filesystem::path scene = find_scene_file(frame.scene, frame.iteration);
-  note_input(scene);
-  if (const auto cameras = cameras_file(frame, scene)) note_input(*cameras);
-}
-
-void require_folder(const char* command, const std::filesystem::path& folder) {
-  std::error_code error;
-  if (!std::filesystem::exists(folder, error))
-    fail("{}: {}: does not exist", command, folder.string());
-  if (!std::filesystem::is_directory(folder, error))
-    fail("{}: {}: is a file, but a folder is needed", command, folder.string());
-}
-
-void declare_frame_options(Options& options, FrameOptions& frame) {
-  options.positional("SCENE", frame.scene, kSceneHelp, kSceneSamples);
-  declare_common_options(options, frame);
-}
-
-namespace {
 
 // The scene, its cameras and the size of their pictures.
 void declare_scene(Options& options, FrameOptions& frame) {
@@ -143,6 +115,30 @@ void declare_look(Options& options, FrameOptions& frame) {
 
 }  // namespace
 
+std::optional<std::filesystem::path> cameras_file(const FrameOptions& frame,
+                                                  const std::filesystem::path& scene) {
+  return frame.cameras ? frame.cameras : find_cameras_file(scene);
+}
+
+void note_inputs(const FrameOptions& frame) {
+  const std::filesystem::path scene = find_scene_file(frame.scene, frame.iteration);
+  note_input(scene);
+  if (const auto cameras = cameras_file(frame, scene)) note_input(*cameras);
+}
+
+void require_folder(const char* command, const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::exists(folder, error))
+    fail("{}: {}: does not exist", command, folder.string());
+  if (!std::filesystem::is_directory(folder, error))
+    fail("{}: {}: is a file, but a folder is needed", command, folder.string());
+}
+
+void declare_frame_options(Options& options, FrameOptions& frame) {
+  options.positional("SCENE", frame.scene, kSceneHelp, kSceneSamples);
+  declare_common_options(options, frame);
+}
+
 void declare_common_options(Options& options, FrameOptions& frame) {
   options.common([&] {
     declare_scene(options, frame);
@@ -182,7 +178,7 @@ void require_heatmaps(const char* command, const HeatOptions& heat,
                       const std::vector<CullMode>& modes) {
   const HeatQuantity quantity = heat.quantity.value_or(HeatQuantity::evaluated);
   check_rules(command, {{quantity != HeatQuantity::evaluated &&
-                             std::count(modes.begin(), modes.end(), kReferenceMode) > 0,
+                             std::ranges::count(modes, kReferenceMode) > 0,
                          fmt::format("--heatmap {}: mode reference has no tile lists",
                                      heatmap_row(quantity).name)}});
 }

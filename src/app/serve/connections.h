@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "base/not_copied.h"
+
 namespace qs {
 
 struct ConnectionLimit {
@@ -40,20 +42,16 @@ struct ServeLimits {
 /// opens its next connection before it closes such a one.
 enum class ConnectionKind { request, visitor, leaving };
 
-class Connections {
+class Connections : NotCopied {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
   explicit Connections(const ServeLimits& limits) : limits_(limits) {}
-  Connections(const Connections&) = delete;
-  Connections& operator=(const Connections&) = delete;
 
   /// A connection that is counted as long as this object exists.
-  class Place {
+  class Place : NotCopied {
    public:
     ~Place();
-    Place(const Place&) = delete;
-    Place& operator=(const Place&) = delete;
 
     ConnectionKind kind() const { return kind_; }
     const std::string& address() const { return address_; }

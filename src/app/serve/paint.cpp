@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "app/serve/paint.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "app/picture/heatmap.h"
+#include "app/serve/pictures.h"
 #include "app/viewer/render/host_frames.h"
 
 namespace qs {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/serve/panel_json.h"
-
 #include <algorithm>
 #include <map>
 #include <string_view>
@@ -10,6 +8,7 @@
 #include "app/picture/grid_places.h"
 #include "app/picture/palette.h"
 #include "app/serve/served_commands.h"
+#include "app/serve/state_json.h"
 #include "app/viewer/commands/controls.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/state/crop_actions.h"

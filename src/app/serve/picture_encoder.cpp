@@ -7,11 +7,8 @@
 #include <utility>
 
 namespace qs {
-namespace {
 
 constexpr std::size_t kMostThreads = 4;  ///< as many as a video has tile columns
-
-}  // namespace
 
 int video_threads(std::size_t processors, std::size_t visitors) {
   const std::size_t each = processors / std::max<std::size_t>(1, visitors);

@@ -8,7 +8,6 @@
 #include <ranges>
 #include <utility>
 
-#include "app/serve/paint.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
 #include "base/error.h"
@@ -94,12 +93,10 @@ Pictures::~Pictures() {
   all_.request_stop();
   renderer_.request_stop();
   for (std::jthread& encoder : encoders_) encoder.request_stop();
-  {
-    const std::lock_guard lock(mutex_);
-    for (auto& [visitor, work] : work_) work.stop.request_stop();
-    long_stop_.request_stop();
-    measuring_stop_.request_stop();
-  }
+  const std::lock_guard lock(mutex_);
+  for (auto& [visitor, work] : work_) work.stop.request_stop();
+  long_stop_.request_stop();
+  measuring_stop_.request_stop();
   changed_.notify_all();
 }
 
@@ -223,7 +220,7 @@ void Pictures::render(const std::stop_token& stop) {
 void Pictures::serve(Lock& lock, int visitor) {
   Work& work = work_[visitor];
   served_ms_ = work.used_ms;
-  const auto began = std::chrono::steady_clock::now();
+  const double began = seconds_now();
   if (!work.jobs.empty() && (work.drew_last || !work.order)) {
     const auto [scene, job] = std::move(work.jobs.front());
     work.jobs.pop_front();
@@ -242,9 +239,9 @@ void Pictures::serve(Lock& lock, int visitor) {
     lock.unlock();
     draw(visitor, std::move(next), token, scale);
   }
-  const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - began;
+  const double spent_ms = 1e3 * (seconds_now() - began);
   lock.lock();
-  if (Work* const still = find(visitor)) still->used_ms += spent.count();
+  if (Work* const still = find(visitor)) still->used_ms += spent_ms;
 }
 
 // Between two parts of a long job: everybody who waits gets one picture or short job.
@@ -273,7 +270,7 @@ void Pictures::measure_next(Lock& lock) {
   measured_visitor_ = turn.visitor;
   measuring_stop_ = std::stop_source();
   const std::stop_token token = measuring_stop_.get_token();
-  const auto began = std::chrono::steady_clock::now();
+  const double began = seconds_now();
   lock.unlock();
   const auto tell = [&](Measuring state) {
     if (receiver_.measuring) receiver_.measuring(turn.visitor, turn.request.version, state);
@@ -284,9 +281,9 @@ void Pictures::measure_next(Lock& lock) {
       [&](RenderContext& context) { measure_modes(context, turn.request); }, token);
   const bool answered = !token.stop_requested();
   tell(answered ? Measuring::none : Measuring::waits);
-  const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - began;
+  const double spent_ms = 1e3 * (seconds_now() - began);
   lock.lock();
-  turns_.measured(turn.visitor, turn.request.version, spent.count(), answered);
+  turns_.measured(turn.visitor, turn.request.version, spent_ms, answered);
   measured_visitor_ = -1;
 }
 

@@ -98,8 +98,6 @@ class Pictures {
   Pictures(ServedScenes& scenes, Receiver receiver);
   /// Cancels all work.
   ~Pictures();
-  Pictures(const Pictures&) = delete;
-  Pictures& operator=(const Pictures&) = delete;
 
   /// The number of another visitor, from 1 on.
   int new_visitor() { return ++visitors_; }
@@ -189,5 +187,12 @@ class Pictures {
   std::vector<std::jthread> encoders_;
   std::jthread renderer_;
 };
+
+/// The pixels of a frame as visitors see them: with its heat map and legend, beside the other frame
+/// of a split window, or as their difference. The window draws the same by shaders/present.frag.
+/// 8-bit RGBA, rows from the top. `split`: of a frame with a second frame; an amplification of 0 is
+/// chosen from the frames.
+std::vector<std::uint8_t> painted(const FrameRequest& request, const std::optional<Split>& split,
+                                  RenderedFrame frame);
 
 }  // namespace qs

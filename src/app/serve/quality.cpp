@@ -6,7 +6,6 @@
 #include "app/viewer/render/resolution.h"
 
 namespace qs {
-namespace {
 
 // The limits of the rates differ, so that a rate between them changes nothing.
 constexpr double kVideoBelow = 60e6, kJpegAbove = 90e6;  ///< bits per second of the line
@@ -20,8 +19,6 @@ constexpr int kPatience = 30, kMostPatience = 480;  ///< pictures
 constexpr int kShortJpeg = 300;  ///< pictures; a line that JPEG leaves sooner is at the limit
 constexpr int kCodecPatience = 120, kMostCodecPatience = 7680;  ///< pictures
 constexpr int kFailedGrowth = 90;  ///< pictures; a size that lasts no longer was too large
-
-}  // namespace
 
 void Quality::decodes_video(bool decodes) {
   decodes_ = decodes;

@@ -10,12 +10,9 @@
 #include "base/error.h"
 
 namespace qs {
-namespace {
 
 constexpr std::chrono::milliseconds kLookTime{100};  ///< between two looks for the first model
 constexpr double kFarewellSeconds = 0.5;             ///< for visitors to hear of the end
-
-}  // namespace
 
 void ServedTraining::apply(const Actions& actions) {
   for (const Action& action : actions) store_.apply(action, host_);

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/serve/panel_json.h"
 #include "app/serve/served_commands.h"
 #include "app/viewer/commands/keys.h"
 #include "io/camera/cameras.h"

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/cli/manual.h"
+#include "app/cli/command.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "support/paths.h"

@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/cli/manual.h"
+#include "app/cli/command.h"
 #include "app/measure/load_times.h"
 #include "app/support/run_program.h"
 #include "io/scene/reader.h"

@@ -2,7 +2,6 @@
 //
 // The manual page, the completion of bash, suggestions for mistyped words, and the order of the
 // help.
-#include "app/cli/manual.h"
 
 #include <algorithm>
 #include <cstdlib>

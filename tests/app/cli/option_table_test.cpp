@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include "app/cli/command.h"
-#include "app/cli/manual.h"
 #include "app/cli/shared_options.h"
 #include "base/error.h"
 

@@ -11,8 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "app/film/film.h"
-#include "app/serve/paint.h"
-#include "app/serve/panel_json.h"
+#include "app/serve/pictures.h"
 #include "app/serve/served_room.h"
 #include "app/serve/state_json.h"
 #include "app/viewer/commands/controls.h"
@@ -55,7 +54,8 @@ void click(ServedRoom& room, glm::dvec2 at) {
   room.take(message::Button{0, false, at});
 }
 
-// ---- whose table is measured -------------------------------------------------------------------
+// ---- whose table is measured
+// -------------------------------------------------------------------
 MeasuringTurns::Turn turn_of(int visitor, int version = 1) {
   MeasuringTurns::Turn turn;
   turn.visitor = visitor;
@@ -102,7 +102,8 @@ TEST(ServeMeasuringTurns, a_request_stays_until_it_is_answered) {
   EXPECT_FALSE(turns.next());
 }
 
-// ---- the table ---------------------------------------------------------------------------------
+// ---- the table
+// ---------------------------------------------------------------------------------
 TEST(ServePanels, the_table_has_the_window_s_columns_and_rows) {
   ServedRoom room;
   EXPECT_TRUE(section(room.of(1), "table").is_null());
@@ -276,7 +277,8 @@ TEST_F(ServeSharedRenderer, a_long_job_ends_with_its_visitor) {
   EXPECT_EQ(records_.count("began"), 1);
 }
 
-// ---- split and grid ----------------------------------------------------------------------------
+// ---- split and grid
+// ----------------------------------------------------------------------------
 TEST(ServePanels, a_split_shows_two_modes_and_their_facts) {
   ServedRoom room;
   room.command(kSplit);
@@ -347,7 +349,8 @@ TEST(ServePaint, differences_are_amplified_and_opaque) {
   EXPECT_EQ(painted({}, std::nullopt, two_frames(8, 2))[0], 200);
 }
 
-// ---- the inspector -----------------------------------------------------------------------------
+// ---- the inspector
+// -----------------------------------------------------------------------------
 TEST(ServePanels, a_click_inspects_a_pixel) {
   ServedRoom room;
   click(room, {32, 24});
@@ -378,7 +381,8 @@ TEST(ServePanels, a_click_inspects_a_pixel) {
   EXPECT_EQ(text_in(room.of(1), "inspector/text2"), kInspectedEarlier);
 }
 
-// ---- the zoom recorder -------------------------------------------------------------------------
+// ---- the zoom recorder
+// -------------------------------------------------------------------------
 TEST(ServePanels, a_zoom_is_recorded_charted_and_sent_as_csv) {
   ServedRoom room;
   room.command(kRecorder);
@@ -423,7 +427,8 @@ TEST(ServePanels, a_recording_is_stopped_by_its_visitor) {
   EXPECT_TRUE(room.until([&] { return !room.viewer().zoom.running; }));
 }
 
-// ---- crop and clean ----------------------------------------------------------------------------
+// ---- crop and clean
+// ----------------------------------------------------------------------------
 TEST(ServePanels, a_crop_is_shared_and_a_box_is_not) {
   ServedRoom room(2);
   const std::uint64_t whole = room.viewer(1).scene->gaussians;
@@ -498,7 +503,8 @@ TEST(ServePanels, the_box_is_dragged_by_its_handles) {
   EXPECT_TRUE(section(room.of(1), "box").is_null());
 }
 
-// ---- settings, path and film -------------------------------------------------------------------
+// ---- settings, path and film
+// -------------------------------------------------------------------
 TEST(ServeControls, every_control_has_a_name_and_takes_its_own_value) {
   ServedRoom room;
   std::set<std::string> names;
@@ -656,7 +662,8 @@ TEST(ServePanels, a_visitor_cannot_ask_for_endless_work) {
   EXPECT_EQ(room.viewer().keyframes.size(), 500u);
 }
 
-// ---- views and sections ------------------------------------------------------------------------
+// ---- views and sections
+// ------------------------------------------------------------------------
 TEST(ServePanels, a_kept_view_comes_back) {
   ServedRoom room;
   room.take(message::ShowScene{1});
@@ -777,7 +784,8 @@ TEST(ServePanels, paths_in_messages_become_names) {
   EXPECT_EQ(public_text(viewer, ""), "");
 }
 
-// ---- files -------------------------------------------------------------------------------------
+// ---- files
+// -------------------------------------------------------------------------------------
 TEST(ServeFiles, a_file_is_sent_in_parts) {
   const SentFile file{"a.csv", std::make_shared<const std::string>(kFilePart + 3, 'x')};
   const std::string first = file_message(file, 5, 0), last = file_message(file, 5, kFilePart);

@@ -279,8 +279,7 @@ std::span<const KeyCommand> key_commands() {
 
 std::string command_hint(std::string_view help) {
   const std::span<const KeyCommand> rows = key_commands();
-  const auto found = std::find_if(rows.begin(), rows.end(),
-                                  [&](const KeyCommand& row) { return row.help == help; });
+  const auto found = std::ranges::find(rows, help, &KeyCommand::help);
   if (found == rows.end()) return std::string(help);
   return fmt::format("{} ({})", help, key_name(found->key, found->mods));
 }
@@ -290,9 +289,8 @@ const KeyCommand* find_key_command(int key, int mods) {
   // Many keyboards have the plus sign above the equals sign.
   if (main_key == GLFW_KEY_EQUAL && mods == (kCtrl | kShift)) mods = kCtrl;
   const std::span<const KeyCommand> rows = key_commands();
-  const auto found = std::find_if(rows.begin(), rows.end(), [&](const KeyCommand& row) {
-    return row.key == main_key && row.mods == mods;
-  });
+  const auto keys = [](const KeyCommand& row) { return std::pair(row.key, row.mods); };
+  const auto found = std::ranges::find(rows, std::pair(main_key, mods), keys);
   return found == rows.end() ? nullptr : &*found;
 }
 

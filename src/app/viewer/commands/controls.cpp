@@ -80,7 +80,7 @@ std::size_t index_of(double value) { return static_cast<std::size_t>(value); }
 // The index of a value in a list; 0 for other values.
 template <class Values, class Value>
 std::size_t index_in(const Values& values, const Value& value) {
-  const auto found = std::find(std::begin(values), std::end(values), value);
+  const auto found = std::ranges::find(values, value);
   return static_cast<std::size_t>(found - std::begin(values)) % std::size(values);
 }
 
@@ -521,8 +521,7 @@ std::string size_text(const Viewer& v, glm::ivec2 size) {
 }
 
 bool records_mode(const ZoomPlan& plan, CullMode mode) {
-  const std::vector<CullMode> modes = zoom_modes(plan);
-  return std::find(modes.begin(), modes.end(), mode) != modes.end();
+  return std::ranges::count(zoom_modes(plan), mode) > 0;
 }
 
 // The last mode cannot be switched off.
@@ -762,8 +761,7 @@ std::span<const Control> controls() {
 
 const Control* find_control(std::string_view name) {
   const auto rows = controls();
-  const auto found =
-      std::find_if(rows.begin(), rows.end(), [&](const Control& row) { return row.name == name; });
+  const auto found = std::ranges::find(rows, name, &Control::name);
   return found == rows.end() ? nullptr : &*found;
 }
 

@@ -91,10 +91,8 @@ void Input::release_all(Actions& actions) {
 }
 
 bool Input::flies() const {
-  const auto keys = fly_keys();
-  return (mods_ & GLFW_MOD_CONTROL) == 0 &&
-         std::any_of(keys.begin(), keys.end(),
-                     [&](const FlyKey& row) { return held_.count(row.key) > 0; });
+  const auto is_held = [&](const FlyKey& row) { return held_.contains(row.key); };
+  return (mods_ & GLFW_MOD_CONTROL) == 0 && std::ranges::any_of(fly_keys(), is_held);
 }
 
 void Input::tick(Actions& actions) const {

@@ -140,7 +140,7 @@ std::vector<std::filesystem::path> zoom_files(const std::filesystem::path& folde
     const auto time = std::filesystem::last_write_time(path, unreadable);
     if (!unreadable && bytes <= kMostZoomBytes) found.emplace_back(time, path);
   }
-  std::sort(found.begin(), found.end());
+  std::ranges::sort(found);
   std::vector<std::filesystem::path> paths;
   for (const auto& [time, path] : found) paths.push_back(path);
   if (std::ssize(paths) > kMostFound) paths.erase(paths.begin(), paths.end() - kMostFound);

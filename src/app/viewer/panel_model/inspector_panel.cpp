@@ -8,7 +8,7 @@
 #include <glm/common.hpp>
 
 #include "app/inspect/construction.h"
-#include "app/viewer/panel_model/panel_rows.h"
+#include "app/viewer/panel_model/panel_model.h"
 
 namespace qs {
 namespace {

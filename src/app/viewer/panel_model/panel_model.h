@@ -241,4 +241,21 @@ std::span<const PanelRow> panel_rows();
 std::optional<std::size_t> cell_under_cursor(const Viewer& viewer, int cell_px, int columns,
                                              int rows);
 
+// The functions that make the blocks of each panel. `viewer.scene` is set, except for the training.
+
+Blocks table_blocks(const Viewer& viewer);
+Blocks split_blocks(const Viewer& viewer);
+Blocks recorder_blocks(const Viewer& viewer);
+Blocks training_blocks(const Viewer& viewer);
+Blocks crop_blocks(const Viewer& viewer);
+Blocks inspector_blocks(const Viewer& viewer);
+Blocks camera_blocks(const Viewer& viewer);
+Blocks settings_blocks(const Viewer& viewer);
+
+/// Buttons and fields in a line, as far as they fit.
+block::Controls in_line(std::vector<block::Placed> controls);
+
+/// Fields below each other, `width` letters wide.
+block::Controls fields(float width, std::vector<std::string> names);
+
 }  // namespace qs

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/panel_model/panel_rows.h"
 
 #include "app/viewer/panel_model/panel_model.h"
 

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "app/viewer/panel_model/panel_rows.h"
+#include "app/viewer/panel_model/panel_model.h"
 #include "app/viewer/state/charts.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/training_actions.h"

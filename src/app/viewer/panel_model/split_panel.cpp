@@ -3,7 +3,7 @@
 // The other side of a split window, and the differences of both.
 #include <fmt/format.h>
 
-#include "app/viewer/panel_model/panel_rows.h"
+#include "app/viewer/panel_model/panel_model.h"
 #include "app/viewer/state/hud_text.h"
 
 namespace qs {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "app/viewer/panel_model/panel_rows.h"
+#include "app/viewer/panel_model/panel_model.h"
 #include "app/viewer/state/hud_text.h"
 
 namespace qs {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/panels/blocks.h"
-
 #include <algorithm>
 
 #include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
+#include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
 namespace qs {

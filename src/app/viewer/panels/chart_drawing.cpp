@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <imgui.h>
 
-#include "app/viewer/panels/blocks.h"
+#include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
 namespace qs {
@@ -131,8 +131,8 @@ void draw_curve(ImDrawList& draw, const block::Curve& curve, const PlotArea& are
 }
 
 void draw_reading(const block::Reading& reading) {
-  const bool two = std::any_of(reading.rows.begin(), reading.rows.end(),
-                               [](const auto& row) { return !row.beneath.empty(); });
+  const bool two =
+      std::ranges::any_of(reading.rows, [](const auto& row) { return !row.beneath.empty(); });
   ImGui::BeginTooltip();
   ImGui::TextColored(palette::kFaint, "%s%s", reading.title.c_str(),
                      two ? ", dashed at the right" : "");

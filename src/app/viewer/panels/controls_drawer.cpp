@@ -157,8 +157,6 @@ void ControlsDrawer::draw_radio(std::string_view name, bool in_lines) const {
   });
 }
 
-void ControlsDrawer::draw_radio_list(std::string_view name) const { draw_radio(name, false); }
-
 void ControlsDrawer::draw_range(const block::Placed& placed) const {
   const std::string ends[] = {placed.name + ", from", placed.name + ", to"};
   with(ends[0], [&](const Control&, const ControlNow& from) {

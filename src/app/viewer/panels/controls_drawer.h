@@ -19,8 +19,8 @@ class ControlsDrawer {
 
   /// A check box, list, slider, field, colour or button, by the kind of the control.
   void draw(const block::Placed& placed) const;
-  /// The choices below each other.
-  void draw_radio_list(std::string_view name) const;
+  /// The choices below each other, or in lines.
+  void draw_radio(std::string_view name, bool in_lines) const;
   /// An entry of a menu with a tick.
   void draw_menu_item(std::string_view name) const;
 
@@ -33,7 +33,6 @@ class ControlsDrawer {
   // Calls the function with the control if it is of use now, and shows the tooltip afterwards.
   void with(std::string_view name,
             const std::function<void(const Control& control, const ControlNow& now)>& draw) const;
-  void draw_radio(std::string_view name, bool in_lines) const;
   void draw_range(const block::Placed& placed) const;
 
   const Viewer& viewer_;

@@ -27,10 +27,8 @@ bool is_folder(const fs::path& path) {
 bool readable(const fs::path& path) {
   const std::string ending = path.extension().string();
   if (ending == ".json") return true;
-  const auto rows = readers();
-  return std::any_of(rows.begin(), rows.end(), [&](const ReaderRow& row) {
-    const std::vector<std::string> endings = separated(row.extensions, ' ');
-    return std::find(endings.begin(), endings.end(), ending) != endings.end();
+  return std::ranges::any_of(readers(), [&](const ReaderRow& row) {
+    return std::ranges::count(separated(row.extensions, ' '), ending) > 0;
   });
 }
 
@@ -95,9 +93,8 @@ void FileChooser::list(const fs::path& folder) {
     if (is_folder(entry.path()) || (!chooses_folder_ && readable(entry.path())))
       entries_.push_back(entry_of(entry.path()));
   }
-  std::sort(entries_.begin(), entries_.end(), [](const FileEntry& a, const FileEntry& b) {
-    return a.folder != b.folder ? a.folder : a.path < b.path;
-  });
+  std::ranges::sort(entries_, {},
+                    [](const FileEntry& entry) { return std::pair(!entry.folder, entry.path); });
   if (folder.has_parent_path() && folder.parent_path() != folder)
     entries_.insert(entries_.begin(), FileEntry{folder.parent_path(), "../", true, "", ""});
 }
@@ -114,9 +111,9 @@ void FileChooser::type(const std::string& text) {
 void FileChooser::filter() {
   const std::string part = lower(typed_.substr(typed_.rfind('/') + 1));
   rows_.clear();
-  std::copy_if(
-      entries_.begin(), entries_.end(), std::back_inserter(rows_),
-      [&](const FileEntry& entry) { return lower(entry.name).find(part) != std::string::npos; });
+  std::ranges::copy_if(entries_, std::back_inserter(rows_), [&](const FileEntry& entry) {
+    return lower(entry.name).find(part) != std::string::npos;
+  });
 }
 
 fs::path FileChooser::typed_path() const {

@@ -10,7 +10,6 @@
 #include <imgui.h>
 
 #include "app/picture/grid_places.h"
-#include "app/viewer/panels/blocks.h"
 #include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
@@ -92,7 +91,7 @@ void draw_heat_settings(const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginPopup(kSettings)) return;
   if (pressed(ImGuiKey_Escape)) ImGui::CloseCurrentPopup();
   const ControlsDrawer controls(viewer, actions);
-  controls.draw_radio_list("Heat map");
+  controls.draw_radio("Heat map", false);
   ImGui::Separator();
   controls.draw({"opacity over the colours", 9});
   controls.draw({"colour map", 0, false, block::Form::radio});

@@ -8,7 +8,6 @@
 #include <imgui.h>
 
 #include "app/viewer/commands/commands.h"
-#include "app/viewer/panels/blocks.h"
 #include "app/viewer/panels/style.h"
 
 namespace qs {

@@ -14,6 +14,7 @@
 
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/panel_model/panel_model.h"
+#include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/file_chooser.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
@@ -101,5 +102,16 @@ void draw_hints(const Viewer& viewer);
 void draw_lost(const Viewer& viewer);         ///< the arrow to the subject, if the user has lost it
 Rect view_choice_area(const Viewer& viewer);  ///< of the strip of first views; empty: it is closed
 void draw_view_choice(const Viewer& viewer, const PanelState& state, Actions& actions);
+
+/// Draws the blocks of a panel (panel_model.h).
+void draw_blocks(const Blocks& blocks, const Viewer& viewer, PanelState& state, Actions& actions);
+
+// The larger blocks, a file each.
+void draw_table(const block::Table& table, PanelState& state, const ControlsDrawer& controls);
+void draw_chart(const block::Chart& chart);
+void draw_color_bar(const Legend& legend);
+
+/// Names in their colours in a line.
+void draw_keys(const std::vector<block::Key>& keys);
 
 }  // namespace qs

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "app/viewer/panels/blocks.h"
+#include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/mode_table.h"
 
@@ -121,8 +121,7 @@ void draw_cell(const block::Table& table, const block::Row& row, const ShownColu
                const ControlsDrawer& controls) {
   const block::Cell& cell = row.cells[column.cell];
   const char* const text = cell.text.c_str();
-  const bool has_buttons = std::any_of(row.cells.begin(), row.cells.end(),
-                                       [](const block::Cell& each) { return each.is_button; });
+  const bool has_buttons = std::ranges::any_of(row.cells, &block::Cell::is_button);
   ImGui::PushStyleColor(ImGuiCol_Text, cell.tone == Tone::faint ? palette::kFaint : palette::kText);
   if (cell.is_button) {
     if (ImGui::SmallButton(text)) controls.set(*cell.use);
@@ -181,8 +180,7 @@ void draw_table(const block::Table& table, PanelState& state, const ControlsDraw
   const std::vector<ShownColumn> columns = shown_columns(table);
   const std::vector<std::string> titles = titles_of(columns);
   if (table.name == std::string_view("modes")) state.columns = titles;
-  const bool is_ordering = std::any_of(columns.begin(), columns.end(),
-                                       [](const auto& column) { return column.is_ordering; });
+  const bool is_ordering = std::ranges::any_of(columns, &ShownColumn::is_ordering);
   ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_NoSavedSettings;
   if (is_ordering) flags |= ImGuiTableFlags_Sortable;
   const float line = ImGui::GetTextLineHeight() + 2 * ImGui::GetStyle().CellPadding.y;

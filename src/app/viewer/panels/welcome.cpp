@@ -37,8 +37,7 @@ std::string formats_text() {
   std::vector<std::string> endings;
   for (const ReaderRow& row : readers()) {
     for (const std::string& word : separated(row.extensions, ' ')) {
-      const bool known = std::find(endings.begin(), endings.end(), word) != endings.end();
-      if (!known && word.find('.', 1) == word.npos) endings.push_back(word);
+      if (word.find('.', 1) == word.npos) add_new(endings, word);
     }
   }
   return "Or drop a scene here (" + joined(endings, ", ") +

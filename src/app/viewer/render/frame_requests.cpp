@@ -97,8 +97,7 @@ bool FrameRequests::next_counts(const Viewer& viewer) const {
 }
 
 void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool window_rests) {
-  if (!viewer.scene || viewer.zoom.running) return;
-  if (!may_draw(viewer)) return;
+  if (!viewer.scene || viewer.zoom.running || !may_draw(viewer)) return;
   const int divisor = next_divisor(viewer);
   const bool continuous = !viewer.on_demand && !render.busy();
   const bool rescales = viewer.shown.version == viewer.version && viewer.shown.divisor == 1 &&

@@ -32,8 +32,7 @@ void GlFrames::unbind() {
 
 GlTexture GlFrames::take(int width, int height) {
   const std::lock_guard lock(mutex_);
-  const auto slot =
-      std::find_if(slots_.begin(), slots_.end(), [](const Slot& s) { return !s.taken; });
+  const auto slot = std::ranges::find(slots_, false, &Slot::taken);
   assert(slot != slots_.end());
   if (slot->width != width || slot->height != height) {
     glDeleteTextures(1, &slot->texture.name);

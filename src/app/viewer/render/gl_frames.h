@@ -22,8 +22,6 @@ class GlFrames {
   /// Error(device).
   explicit GlFrames(GLFWwindow* window);
   ~GlFrames();
-  GlFrames(const GlFrames&) = delete;
-  GlFrames& operator=(const GlFrames&) = delete;
 
   /// On the render thread: makes the shared context current. unbind() also frees the textures.
   void bind();

@@ -64,11 +64,9 @@ PhotographReader::PhotographReader(std::function<void()> wake) : reports_(std::m
 }
 
 void PhotographReader::read(Work work) {
-  {
-    const std::lock_guard lock(mutex_);
-    wanted_ = std::move(work);
-    reading_ = true;
-  }
+  const std::lock_guard lock(mutex_);
+  wanted_ = std::move(work);
+  reading_ = true;
   changed_.notify_all();
 }
 

@@ -25,28 +25,22 @@ RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wa
 
 RenderThread::~RenderThread() {
   thread_.request_stop();
-  {
-    const std::lock_guard lock(mutex_);
-    running_.request_stop();
-  }
+  const std::lock_guard lock(mutex_);
+  running_.request_stop();
   changed_.notify_all();
 }
 
 void RenderThread::request(FrameRequest request) {
-  {
-    const std::lock_guard lock(mutex_);
-    frame_ = std::move(request);
-    numbers_.reset();
-    if (gives_way()) running_.request_stop();
-  }
+  const std::lock_guard lock(mutex_);
+  frame_ = std::move(request);
+  numbers_.reset();
+  if (gives_way()) running_.request_stop();
   changed_.notify_all();
 }
 
 void RenderThread::request(NumbersRequest request) {
-  {
-    const std::lock_guard lock(mutex_);
-    numbers_ = std::move(request);
-  }
+  const std::lock_guard lock(mutex_);
+  numbers_ = std::move(request);
   changed_.notify_all();
 }
 
@@ -57,19 +51,15 @@ void RenderThread::cancel_numbers() {
 }
 
 void RenderThread::run(Job job) {
-  {
-    const std::lock_guard lock(mutex_);
-    jobs_.push_back(std::move(job));
-    if (gives_way()) running_.request_stop();
-  }
+  const std::lock_guard lock(mutex_);
+  jobs_.push_back(std::move(job));
+  if (gives_way()) running_.request_stop();
   changed_.notify_all();
 }
 
 void RenderThread::run_behind(Job job) {
-  {
-    const std::lock_guard lock(mutex_);
-    behind_ = std::move(job);
-  }
+  const std::lock_guard lock(mutex_);
+  behind_ = std::move(job);
   changed_.notify_all();
 }
 

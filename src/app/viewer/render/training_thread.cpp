@@ -146,18 +146,16 @@ void TrainingThread::hand_over(const TrainingProgress& progress,
 
 void TrainingThread::command(TrainingCommand command) {
   using enum TrainingCommand;
-  {
-    const std::lock_guard lock(mutex_);
-    obeying_ = true;
-    if (command == step && paused_) ++steps_;
-    if (command == pause || command == step) paused_ = true;
-    if (command == resume) {
-      paused_ = false;
-      steps_ = 0;
-    }
-    saving_ |= command == save;
-    stopping_ |= command == stop;
+  const std::lock_guard lock(mutex_);
+  obeying_ = true;
+  if (command == step && paused_) ++steps_;
+  if (command == pause || command == step) paused_ = true;
+  if (command == resume) {
+    paused_ = false;
+    steps_ = 0;
   }
+  saving_ |= command == save;
+  stopping_ |= command == stop;
   changed_.notify_all();
 }
 

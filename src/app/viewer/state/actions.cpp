@@ -109,7 +109,7 @@ void remember_seen(Viewer& v, const ShownFrame& frame) {
 
 // The row of the same mode and pipeline; null if there is none.
 BenchRow* row_like(std::vector<BenchRow>& rows, const BenchRow& wanted) {
-  const auto found = std::find_if(rows.begin(), rows.end(), [&](const BenchRow& row) {
+  const auto found = std::ranges::find_if(rows, [&](const BenchRow& row) {
     return row.mode == wanted.mode && row.pipeline == wanted.pipeline;
   });
   return found == rows.end() ? nullptr : &*found;

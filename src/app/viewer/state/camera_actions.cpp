@@ -39,11 +39,6 @@ std::optional<Camera> camera_for(const std::map<std::string, std::string>& views
                   [](const std::string& text) { return parse_camera(text, "settings"); });
 }
 
-// The first view that the user chose for this scene file, of any size.
-std::optional<Camera> chosen_first_view(const Viewer& v, const std::filesystem::path& scene) {
-  return camera_for(v.first_views, scene);
-}
-
 Camera framed(const Viewer& v, const Framing& framing) {
   return framed_camera(framing, std::max(v.camera.width, 1), std::max(v.camera.height, 1));
 }
@@ -55,7 +50,7 @@ Camera fitted(const Viewer& v, const Camera& camera) {
 // The first camera of the data set, else the chosen first view, else the framed scene.
 Camera first_view(const Viewer& v, const ViewedScene& scene) {
   if (!scene.cameras.empty()) return fitted(v, scene.cameras.front());
-  if (const auto chosen = chosen_first_view(v, scene.path)) return fitted(v, *chosen);
+  if (const auto chosen = camera_for(v.first_views, scene.path)) return fitted(v, *chosen);
   return framed(v, scene.framing);
 }
 
@@ -281,7 +276,7 @@ void step_camera(Viewer& v, Host& host, CameraStep step) {
 void go_home(Viewer& v, Host& host) {
   if (!v.scene) return;
   if (!v.scene->cameras.empty()) return go_to_camera(v, host, 0);
-  const bool chosen = chosen_first_view(v, v.scene->path).has_value();
+  const bool chosen = camera_for(v.first_views, v.scene->path).has_value();
   go(v, v.home, chosen ? natural_pivot(v.home, *v.scene) : v.scene->framing.target);
 }
 

@@ -63,10 +63,8 @@ void set_axes(ZoomChart& chart, ZoomQuantity quantity) {
 double log_distance(double a, double b) { return std::abs(std::log(a / b)); }
 
 const ZoomPoint& nearest_point(const ZoomCurve& curve, double zoom) {
-  return *std::min_element(curve.points.begin(), curve.points.end(),
-                           [&](const ZoomPoint& a, const ZoomPoint& b) {
-                             return log_distance(a.zoom, zoom) < log_distance(b.zoom, zoom);
-                           });
+  const auto distance = [&](const ZoomPoint& point) { return log_distance(point.zoom, zoom); };
+  return *std::ranges::min_element(curve.points, {}, distance);
 }
 
 // True if no other step of the curve's recording is nearer.
@@ -114,8 +112,7 @@ std::optional<ZoomReading> read_zoom_chart(const ZoomChart& chart, double x) {
   for (const ZoomCurve& curve : chart.curves) {
     const ZoomPoint& point = nearest_point(curve, at.zoom);
     if (!is_at(curve, point, at.zoom)) continue;
-    auto row = std::find_if(reading.rows.begin(), reading.rows.end(),
-                            [&](const ZoomReading::Row& each) { return each.mode == curve.mode; });
+    auto row = std::ranges::find(reading.rows, curve.mode, &ZoomReading::Row::mode);
     if (row == reading.rows.end())
       row = reading.rows.insert(row, ZoomReading::Row{curve.mode, "", ""});
     (curve.is_beneath ? row->beneath : row->value) = value_text(point.value);
@@ -142,10 +139,10 @@ LossChart loss_chart(const std::vector<LossPoint>& losses) {
 }
 
 const LossPoint& loss_near(const std::vector<LossPoint>& losses, double iteration) {
-  return *std::min_element(
-      losses.begin(), losses.end(), [&](const LossPoint& a, const LossPoint& b) {
-        return std::abs(a.iteration - iteration) < std::abs(b.iteration - iteration);
-      });
+  const auto distance = [&](const LossPoint& point) {
+    return std::abs(point.iteration - iteration);
+  };
+  return *std::ranges::min_element(losses, {}, distance);
 }
 
 }  // namespace qs

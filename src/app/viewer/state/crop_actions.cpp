@@ -127,9 +127,7 @@ std::optional<CropBox> dragged(const CropBox& box, int face, const Camera& camer
   return moved;
 }
 
-namespace action {
-
-void change_crop(Viewer& v, const CropWish& wish) {
+void action::change_crop(Viewer& v, const CropWish& wish) {
   if (!v.scene || wish == v.crop.wish) return;
   const CropWish before = std::exchange(v.crop.wish, wish);
   if (std::exchange(v.crop.applied, false)) v.crop.done.push_back(before);
@@ -145,7 +143,7 @@ void change_crop(Viewer& v, const CropWish& wish) {
   }
 }
 
-void choose_crop(Viewer& v, const std::string& words) {
+void action::choose_crop(Viewer& v, const std::string& words) {
   CropWish wish = v.crop.wish;
   if (words == "floaters") {
     wish.cleans = true;
@@ -159,9 +157,9 @@ void choose_crop(Viewer& v, const std::string& words) {
   change_crop(v, wish);
 }
 
-void mark_removed(Viewer& v, bool marks) { v.crop.marks = marks; }
+void action::mark_removed(Viewer& v, bool marks) { v.crop.marks = marks; }
 
-void fit_crop_box(Viewer& v) {
+void action::fit_crop_box(Viewer& v) {
   if (!v.scene) return;
   CropWish wish = v.crop.wish;
   wish.boxed = true;
@@ -169,7 +167,7 @@ void fit_crop_box(Viewer& v) {
   change_crop(v, wish);
 }
 
-void show_crop_box(Viewer& v) {
+void action::show_crop_box(Viewer& v) {
   if (!v.scene || !v.crop.wish.boxed) return;
   constexpr double kMargin = 1.1;
   const CropBox& box = v.crop.wish.box;
@@ -183,7 +181,7 @@ void show_crop_box(Viewer& v) {
   move(v, stepped(v.camera, seen - glm::dvec3(0, 0, distance)));
 }
 
-void apply_crop(Viewer& v) {
+void action::apply_crop(Viewer& v) {
   Crop& crop = v.crop;
   if (!v.scene || crop.applied) return;
   if (is_training(v)) return notify(v, "the model is being trained: stop that run before cropping");
@@ -199,7 +197,7 @@ void apply_crop(Viewer& v) {
   crop.applied = true;
 }
 
-void undo_crop(Viewer& v) {
+void action::undo_crop(Viewer& v) {
   Crop& crop = v.crop;
   if (!crop.applied && crop.done.empty()) return;
   crop.applied = !crop.done.empty();
@@ -212,10 +210,10 @@ void undo_crop(Viewer& v) {
   notify(v, "the whole scene again");
 }
 
-void toggle_crop(Viewer& v) { v.crop.applied ? undo_crop(v) : apply_crop(v); }
+void action::toggle_crop(Viewer& v) { v.crop.applied ? undo_crop(v) : apply_crop(v); }
 
-void crop_shown(Viewer& v, const CropRequest& request, const std::optional<RemovalCounts>& counts,
-                std::uint64_t gaussians) {
+void action::crop_shown(Viewer& v, const CropRequest& request,
+                        const std::optional<RemovalCounts>& counts, std::uint64_t gaussians) {
   Crop& crop = v.crop;
   crop.busy = false;
   crop.counts = counts;
@@ -227,11 +225,10 @@ void crop_shown(Viewer& v, const CropRequest& request, const std::optional<Remov
   if (request.view == CropView::rest && counts) notify(v, removal_text(*counts, "removed"));
 }
 
-void crop_failed(Viewer& v, const std::string& sentence) {
+void action::crop_failed(Viewer& v, const std::string& sentence) {
   v.crop.busy = v.crop.applied = false;
   v.crop.counts.reset();
   notify_error(v, sentence);
 }
 
-}  // namespace action
 }  // namespace qs

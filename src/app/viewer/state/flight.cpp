@@ -44,21 +44,19 @@ double flying_speed(const Viewer& v) {
   return kDistancesPerSecond * distance * v.flight.factor;
 }
 
-namespace action {
-
-void fly(Viewer& v, glm::dvec3 direction, double factor) {
+void action::fly(Viewer& v, glm::dvec3 direction, double factor) {
   if (!v.scene) return;
   v.flight.wish = factor * direction;
   v.last_motion = v.now;
 }
 
-void turn_wheel(Viewer& v, double notches) {
+void action::turn_wheel(Viewer& v, double notches) {
   if (v.navigation == Navigation::orbit) return dolly(v, notches);
   v.flight.factor = std::clamp(v.flight.factor * std::pow(kFasterPerNotch, notches),
                                1 / kMostFactor, kMostFactor);
 }
 
-void travel_to(Viewer& v, const Camera& camera, int dataset_camera) {
+void action::travel_to(Viewer& v, const Camera& camera, int dataset_camera) {
   const Camera to = v.camera.width > 0 ? camera.resized(v.camera.width, v.camera.height) : camera;
   v.flight.velocity = {};
   v.view_choice = {};
@@ -67,7 +65,7 @@ void travel_to(Viewer& v, const Camera& camera, int dataset_camera) {
   v.last_motion = v.now;
 }
 
-void arrive(Viewer& v) {
+void action::arrive(Viewer& v) {
   if (!v.travel) return;
   v.camera = v.travel->to;
   v.dataset_camera = v.travel->dataset_camera;
@@ -76,7 +74,7 @@ void arrive(Viewer& v) {
   view_changed(v);
 }
 
-void advance_motion(Viewer& v, double seconds) {
+void action::advance_motion(Viewer& v, double seconds) {
   if (!v.scene) return;
   if (v.travel) {
     Travel& travel = *v.travel;
@@ -105,5 +103,4 @@ void advance_motion(Viewer& v, double seconds) {
   shift(v, seconds * flight.velocity);
 }
 
-}  // namespace action
 }  // namespace qs

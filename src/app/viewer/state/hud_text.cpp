@@ -190,11 +190,10 @@ void add_overlays(const Viewer& viewer, ordered_json& json) {
 
 // The help for a user who is lost or new, and the size of letters.
 void add_guides(const Viewer& viewer, ordered_json& json) {
+  json["arrow"] = nullptr;
   if (const std::optional<WayToSubject> way = way_to_subject(viewer)) {
     json["arrow"] = {{"tip", {way->tip.x, way->tip.y}},
                      {"direction", {way->direction.x, way->direction.y}}};
-  } else {
-    json["arrow"] = nullptr;
   }
   json["first_views"] = viewer.view_choice.pictures && viewer.scene
                             ? viewer.scene->candidates.size()
@@ -203,8 +202,7 @@ void add_guides(const Viewer& viewer, ordered_json& json) {
 }
 
 void add_messages(const Viewer& viewer, ordered_json& json) {
-  json["hints"] = ordered_json::array();
-  for (const std::string& hint : hint_texts(viewer.hints)) json["hints"].push_back(hint);
+  json["hints"] = hint_texts(viewer.hints);
   json["toasts"] = ordered_json::array();
   for (const Toast& toast : viewer.toasts) json["toasts"].push_back(toast.text);
 }

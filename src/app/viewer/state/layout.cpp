@@ -21,8 +21,7 @@ constexpr float kMostShare = 0.6f;                      ///< all bars, of the wi
 constexpr float kMostRight = 0.2f;                      ///< the right bar beside a wide left bar
 
 bool any_open(const Panels& panels, std::span<bool Panels::*const> switches) {
-  return std::any_of(switches.begin(), switches.end(),
-                     [&](bool Panels::*which) { return panels.*which; });
+  return std::ranges::any_of(switches, [&](bool Panels::*which) { return panels.*which; });
 }
 
 // `letters`: the user's setting, 0 if unset.
@@ -37,10 +36,8 @@ constexpr float kUnscaledHeight = 1296;  ///< of the screen: letters grow with h
 constexpr float kMostGuessed = 2;
 
 std::ptrdiff_t nearest_scale(float scale) {
-  const auto nearest =
-      std::min_element(std::begin(kInterfaceScales), std::end(kInterfaceScales),
-                       [&](float a, float b) { return std::abs(a - scale) < std::abs(b - scale); });
-  return nearest - std::begin(kInterfaceScales);
+  const auto distance = [&](float each) { return std::abs(each - scale); };
+  return std::ranges::min_element(kInterfaceScales, {}, distance) - kInterfaceScales;
 }
 
 }  // namespace
@@ -85,18 +82,15 @@ glm::ivec2 first_window_size(glm::ivec2 screen) {
   return glm::max(screen * 4 / 5, glm::min(screen, glm::ivec2(640, 400)));
 }
 
-namespace action {
-
-void step_interface_scale(Viewer& v, int step) {
+void action::step_interface_scale(Viewer& v, int step) {
   const std::ptrdiff_t last = std::ssize(kInterfaceScales) - 1;
   const std::ptrdiff_t next = nearest_scale(interface_scale(v)) + step;
   set_interface_scale(v, kInterfaceScales[std::clamp<std::ptrdiff_t>(next, 0, last)]);
 }
 
-void set_interface_scale(Viewer& v, float scale) {
+void action::set_interface_scale(Viewer& v, float scale) {
   v.interface_scale = std::clamp(scale, kInterfaceScales[0], *std::rbegin(kInterfaceScales));
   notify(v, fmt::format("interface at {:.0f} %", 100 * v.interface_scale));
 }
 
-}  // namespace action
 }  // namespace qs

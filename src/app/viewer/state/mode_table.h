@@ -66,9 +66,8 @@ std::vector<Column> columns_that_fit(std::vector<Column> columns, float width, f
     for (const Column& column : columns) sum += column.letters + padding;
     return sum;
   };
-  const auto by_rank = [](const Column& a, const Column& b) { return a.rank < b.rank; };
   while (columns.size() > 2 && used() > width)
-    columns.erase(std::max_element(columns.begin(), columns.end(), by_rank));
+    columns.erase(std::ranges::max_element(columns, {}, &Column::rank));
   return columns;
 }
 

@@ -46,13 +46,10 @@ void action::next_axes(Viewer& v, Host& host) {
   if (!v.scene) return;
   std::vector<std::string>& frames = v.axes_to_try;
   const std::string& now = v.scene->axes;
-  if (now.empty() || std::find(frames.begin(), frames.end(), now) == frames.end())
+  if (now.empty() || std::ranges::count(frames, now) == 0)
     frames = frames_to_try(v.scene->declared_axes, now.empty() && v.scene->framing.upside_down);
-  auto next = frames.begin();
-  if (!now.empty()) {
-    next = std::find(frames.begin(), frames.end(), now);
-    if (next != frames.end()) ++next;
-  }
+  auto next = now.empty() ? frames.begin() : std::ranges::find(frames, now);
+  if (!now.empty() && next != frames.end()) ++next;
   const std::string axes(next == frames.end() ? "" : *next);
   notify(v, axes.empty() ? "axes as the file declares them"
                          : fmt::format("read as if its axes were {}; Y again for others", axes));

@@ -10,43 +10,6 @@
 #include "app/viewer/state/mode_numbers.h"
 
 namespace qs {
-
-std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode) {
-  const ViewCounts& counts = viewer.counts;
-  if (mode < 1 || static_cast<std::size_t>(mode) > counts.modes.size()) return std::nullopt;
-  const bool exact = counts.view_version == viewer.shown.view_version;
-  const int frames_ago = exact ? 0 : viewer.frames - counts.frame;
-  if (frames_ago > kMostFramesAgo) return std::nullopt;
-  const ModePairs& pairs = counts.modes[static_cast<std::size_t>(mode - 1)];
-  return LiveCount{pairs.tile_pairs, pairs.visible, frames_ago};
-}
-
-bool shows_counts(const Viewer& viewer) {
-  return viewer.scene && !viewer.remote && viewer.panels.hud && viewer.panels.all;
-}
-
-bool counts_are_current(const Viewer& viewer) {
-  return viewer.counts.view_version == viewer.view_version;
-}
-
-const ModeSample* sample_of(const Viewer& viewer, CullMode mode) {
-  const auto found = viewer.samples.find(mode);
-  if (found == viewer.samples.end()) return nullptr;
-  const ModeSample& sample = found->second;
-  const Variant wanted{mode, viewer.settings.pipeline, viewer.backend};
-  if (sample.variant != wanted) return nullptr;
-  const bool of_this_view = sample.view_version == viewer.view_version;
-  return of_this_view || viewer.frames - sample.frame <= kMostFramesOfSample ? &sample : nullptr;
-}
-
-double fps_of(const ModeSample& sample) { return sample.frame_ms > 0 ? 1000 / sample.frame_ms : 0; }
-
-std::string sample_text(const ModeSample& sample) {
-  return "~" + rough(fps_of(sample)) + size_text(sample.divisor);
-}
-
-std::string size_text(int divisor) { return divisor > 1 ? fmt::format(" at 1/{}", divisor) : ""; }
-
 namespace {
 
 // The value of one step in the second significant digit. `value` > 0.
@@ -89,6 +52,42 @@ void learn_growth(PairGrowth& growth, const ShownFrame& before, const ShownFrame
 
 }  // namespace
 
+std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode) {
+  const ViewCounts& counts = viewer.counts;
+  if (mode < 1 || static_cast<std::size_t>(mode) > counts.modes.size()) return std::nullopt;
+  const bool exact = counts.view_version == viewer.shown.view_version;
+  const int frames_ago = exact ? 0 : viewer.frames - counts.frame;
+  if (frames_ago > kMostFramesAgo) return std::nullopt;
+  const ModePairs& pairs = counts.modes[static_cast<std::size_t>(mode - 1)];
+  return LiveCount{pairs.tile_pairs, pairs.visible, frames_ago};
+}
+
+bool shows_counts(const Viewer& viewer) {
+  return viewer.scene && !viewer.remote && viewer.panels.hud && viewer.panels.all;
+}
+
+bool counts_are_current(const Viewer& viewer) {
+  return viewer.counts.view_version == viewer.view_version;
+}
+
+const ModeSample* sample_of(const Viewer& viewer, CullMode mode) {
+  const auto found = viewer.samples.find(mode);
+  if (found == viewer.samples.end()) return nullptr;
+  const ModeSample& sample = found->second;
+  const Variant wanted{mode, viewer.settings.pipeline, viewer.backend};
+  if (sample.variant != wanted) return nullptr;
+  const bool of_this_view = sample.view_version == viewer.view_version;
+  return of_this_view || viewer.frames - sample.frame <= kMostFramesOfSample ? &sample : nullptr;
+}
+
+double fps_of(const ModeSample& sample) { return sample.frame_ms > 0 ? 1000 / sample.frame_ms : 0; }
+
+std::string sample_text(const ModeSample& sample) {
+  return "~" + rough(fps_of(sample)) + size_text(sample.divisor);
+}
+
+std::string size_text(int divisor) { return divisor > 1 ? fmt::format(" at 1/{}", divisor) : ""; }
+
 std::string rough(double value) {
   if (value <= 0) return "0";
   const double shown = rounded(value);
@@ -113,15 +112,13 @@ bool shows_colors_alone(const ShownFrame& frame) {
   return !frame.heatmap && !frame.values && !frame.other && !frame.grid;
 }
 
-namespace action {
-
-void mode_sampled(Viewer& v, const ModeSample& sample) {
+void action::mode_sampled(Viewer& v, const ModeSample& sample) {
   ModeSample& kept = v.samples[sample.variant.mode];
   kept = sample;
   kept.frame = v.frames;
 }
 
-void learn_from_frame(Viewer& v, const ShownFrame& frame) {
+void action::learn_from_frame(Viewer& v, const ShownFrame& frame) {
   if (frame.grid) return;
   learn_growth(v.pair_growth, v.shown, frame);
   if (!shows_colors_alone(frame) || frame.stats.frame_ms <= 0) return;
@@ -130,10 +127,9 @@ void learn_from_frame(Viewer& v, const ShownFrame& frame) {
                    frame.view_version, v.frames});
 }
 
-void forget_samples(Viewer& v) {
+void action::forget_samples(Viewer& v) {
   v.samples.clear();
   v.pair_growth = {};
 }
 
-}  // namespace action
 }  // namespace qs

@@ -44,6 +44,22 @@ ViewedScene remote_scene(const std::string& address, const std::vector<Camera>& 
 
 bool is_count(double number) { return number >= 0 && number < 1e15; }
 
+// The last loss stays, because it is the newest.
+void drop_every_second(std::vector<LossPoint>& losses) {
+  const std::size_t first = (losses.size() + 1) % 2;
+  std::size_t kept = 0;
+  for (std::size_t i = first; i < losses.size(); i += 2) losses[kept++] = losses[i];
+  losses.resize(kept);
+}
+
+// Null if the panel does not show this view of this run.
+TestView* shown_test_view(Viewer& v, const std::shared_ptr<const TestViews>& views,
+                          std::size_t view) {
+  if (!v.training || v.training->views != views || v.training->test_view.view != view)
+    return nullptr;
+  return &v.training->test_view;
+}
+
 }  // namespace
 
 std::string usual_model(const std::string& data) {
@@ -183,35 +199,14 @@ void require_scene(const Viewer& viewer) {
          "this window shows a training in another program, of which it has pictures only");
 }
 
-namespace action {
-namespace {
-
-// The last loss stays, because it is the newest.
-void drop_every_second(std::vector<LossPoint>& losses) {
-  const std::size_t first = (losses.size() + 1) % 2;
-  std::size_t kept = 0;
-  for (std::size_t i = first; i < losses.size(); i += 2) losses[kept++] = losses[i];
-  losses.resize(kept);
-}
-
-// Null if the panel does not show this view of this run.
-TestView* shown_test_view(Viewer& v, const std::shared_ptr<const TestViews>& views,
-                          std::size_t view) {
-  if (!v.training || v.training->views != views || v.training->test_view.view != view)
-    return nullptr;
-  return &v.training->test_view;
-}
-
-}  // namespace
-
-void start_training(Viewer& v, Host& host, const TrainingRequest& request) {
+void action::start_training(Viewer& v, Host& host, const TrainingRequest& request) {
   if (v.training && v.training->phase != TrainingPhase::ended)
     return notify_error(v, "a model is being trained: stop that run first");
   v.training = Training();
   host.start_training(request);
 }
 
-void command_training(Viewer& v, Host& host, TrainingCommand command) {
+void action::command_training(Viewer& v, Host& host, TrainingCommand command) {
   if (!v.training || v.training->phase == TrainingPhase::ended) return;
   const bool paused = v.training->phase == TrainingPhase::paused;
   if (command == TrainingCommand::pause && paused) return;
@@ -219,13 +214,13 @@ void command_training(Viewer& v, Host& host, TrainingCommand command) {
   host.train(command);
 }
 
-void toggle_training(Viewer& v, Host& host) {
+void action::toggle_training(Viewer& v, Host& host) {
   if (v.remote) host.train(v.remote->paused ? TrainingCommand::resume : TrainingCommand::pause);
   const bool paused = v.training && v.training->phase == TrainingPhase::paused;
   command_training(v, host, paused ? TrainingCommand::resume : TrainingCommand::pause);
 }
 
-void step_test_view(Viewer& v, int by) {
+void action::step_test_view(Viewer& v, int by) {
   if (!v.training || !v.training->views) return;
   const int count = static_cast<int>(v.training->views->cameras.size());
   TestView& shown = v.training->test_view;
@@ -235,8 +230,8 @@ void step_test_view(Viewer& v, int by) {
   shown.view = static_cast<std::size_t>(view);
 }
 
-void training_began(Viewer& v, const std::filesystem::path& folder,
-                    const std::shared_ptr<const TestViews>& views) {
+void action::training_began(Viewer& v, const std::filesystem::path& folder,
+                            const std::shared_ptr<const TestViews>& views) {
   if (!v.training || v.training->phase == TrainingPhase::ended) v.training = Training();
   v.training->folder = folder;
   v.training->views = views;
@@ -244,7 +239,7 @@ void training_began(Viewer& v, const std::filesystem::path& folder,
   v.panels.training = true;
 }
 
-void training_progressed(Viewer& v, const TrainingProgress& progress) {
+void action::training_progressed(Viewer& v, const TrainingProgress& progress) {
   if (!v.training) return;
   Training& training = *v.training;
   if (progress.iteration > training.progress.iteration) {
@@ -254,12 +249,12 @@ void training_progressed(Viewer& v, const TrainingProgress& progress) {
   training.progress = progress;
 }
 
-void training_paused(Viewer& v, bool paused) {
+void action::training_paused(Viewer& v, bool paused) {
   if (!v.training || v.training->phase == TrainingPhase::ended) return;
   v.training->phase = paused ? TrainingPhase::paused : TrainingPhase::running;
 }
 
-void training_ended(Viewer& v, const std::string& outcome, bool is_error) {
+void action::training_ended(Viewer& v, const std::string& outcome, bool is_error) {
   if (!v.training) return;
   v.training->phase = TrainingPhase::ended;
   v.training->outcome = outcome;
@@ -271,22 +266,23 @@ void training_ended(Viewer& v, const std::string& outcome, bool is_error) {
   }
 }
 
-void test_photograph_read(Viewer& v, const std::shared_ptr<const TestViews>& views,
-                          std::size_t view, const std::shared_ptr<const TestPhotograph>& photograph,
-                          const std::shared_ptr<const Image>& shown) {
+void action::test_photograph_read(Viewer& v, const std::shared_ptr<const TestViews>& views,
+                                  std::size_t view,
+                                  const std::shared_ptr<const TestPhotograph>& photograph,
+                                  const std::shared_ptr<const Image>& shown) {
   TestView* const test_view = shown_test_view(v, views, view);
   if (test_view == nullptr) return;
   test_view->photograph = photograph;
   test_view->shown = shown;
 }
 
-void test_view_failed(Viewer& v, const std::shared_ptr<const TestViews>& views, std::size_t view,
-                      const std::string& problem) {
+void action::test_view_failed(Viewer& v, const std::shared_ptr<const TestViews>& views,
+                              std::size_t view, const std::string& problem) {
   if (TestView* const test_view = shown_test_view(v, views, view)) test_view->problem = problem;
 }
 
-void test_view_compared(Viewer& v, const std::shared_ptr<const TestViews>& views,
-                        const TestComparison& comparison, double seconds) {
+void action::test_view_compared(Viewer& v, const std::shared_ptr<const TestViews>& views,
+                                const TestComparison& comparison, double seconds) {
   if (is_training(v)) v.training->budget.spent(v.now, seconds, DrawingBudget::kResting);
   test_view_given_up(v);
   TestView* const test_view = shown_test_view(v, views, comparison.view);
@@ -295,11 +291,11 @@ void test_view_compared(Viewer& v, const std::shared_ptr<const TestViews>& views
   test_view->compared_at = v.now;
 }
 
-void test_view_given_up(Viewer& v) {
+void action::test_view_given_up(Viewer& v) {
   if (v.training) v.training->test_view.compares = false;
 }
 
-void model_shown(Viewer& v, int iteration, std::uint64_t gaussians, double seconds) {
+void action::model_shown(Viewer& v, int iteration, std::uint64_t gaussians, double seconds) {
   if (!v.training || !v.scene) return;
   v.training->shown = iteration;
   v.training->budget.spent(v.now, seconds, DrawingBudget::kResting);
@@ -308,8 +304,8 @@ void model_shown(Viewer& v, int iteration, std::uint64_t gaussians, double secon
   view_changed(v);
 }
 
-void remote_opened(Viewer& v, Host& host, const std::string& address,
-                   const std::vector<Camera>& cameras) {
+void action::remote_opened(Viewer& v, Host& host, const std::string& address,
+                           const std::vector<Camera>& cameras) {
   const std::vector<std::filesystem::path> recent = v.recent;
   scene_opened(v, host, {remote_scene(address, cameras), v.settings, v.backend});
   v.recent = recent;  // it is no file
@@ -319,7 +315,7 @@ void remote_opened(Viewer& v, Host& host, const std::string& address,
   v.panels.hud = false;
 }
 
-void remote_reported(Viewer& v, const RemoteRun& run) {
+void action::remote_reported(Viewer& v, const RemoteRun& run) {
   if (!v.remote) return;
   const bool is_new = !run.problem.empty() && run.problem != v.remote->problem;
   v.remote = run;
@@ -328,5 +324,4 @@ void remote_reported(Viewer& v, const RemoteRun& run) {
   if (is_new) notify_error(v, run.problem);
 }
 
-}  // namespace action
 }  // namespace qs

@@ -42,14 +42,8 @@ void ViewHistory::keep(const PastView& view) {
   at = views.size() - 1;
 }
 
-const PastView* ViewHistory::back() {
-  if (at == 0) return nullptr;
-  return &views[--at];
-}
+const PastView* ViewHistory::back() { return at == 0 ? nullptr : &views[--at]; }
 
-const PastView* ViewHistory::forward() {
-  if (at + 1 >= views.size()) return nullptr;
-  return &views[++at];
-}
+const PastView* ViewHistory::forward() { return at + 1 >= views.size() ? nullptr : &views[++at]; }
 
 }  // namespace qs

@@ -72,6 +72,49 @@ ordered_json chart_json(const ZoomRecorder& zoom) {
           {"curves", list_json(chart.curves, curve_json)}};
 }
 
+std::vector<CullMode> parse_zoom_modes(const std::string& names) {
+  std::vector<CullMode> modes;
+  for (const std::string& name : separated(names)) {
+    const CullMode mode = find_culler(name);
+    if (mode < 1 || mode > culler_count())
+      fail(ErrorKind::usage, "zoom: '{}' is not one of the modes of the recorder", name);
+    modes.push_back(mode);
+  }
+  return modes;
+}
+
+void set_part(ZoomPlan& plan, const std::string& name, const std::string& value) {
+  if (name == "steps") {
+    plan.steps = parse_integer("zoom: steps", value, kFewestZoomSteps, kMostZoomSteps);
+  } else if (name == "frames") {
+    plan.frames = parse_integer("zoom: frames", value, kFewestZoomFrames, kMostZoomFrames);
+  } else if (name == "closer") {
+    plan.closer = parse_real("zoom: closer", value, kLeastCloser, kMostCloser);
+  } else if (name == "modes") {
+    plan.modes = parse_zoom_modes(value);
+  } else if (name == "size") {
+    plan.size = value == "window" ? glm::ivec2(0) : parse_size("zoom: size", value);
+  } else {
+    fail(ErrorKind::usage, "zoom: '{}' is none of steps, frames, closer, modes and size", name);
+  }
+}
+
+bool is_listed(const std::vector<ZoomRecord>& records, const std::filesystem::path& folder) {
+  return !folder.empty() && std::ranges::count(records, folder, &ZoomRecord::folder) > 0;
+}
+
+std::filesystem::path full_path(const std::filesystem::path& path) {
+  return std::filesystem::absolute(path).lexically_normal();
+}
+
+// The recording in the chart if it has files, else null with a message.
+const ZoomRecord* saved_zoom(Viewer& v) {
+  const ZoomRecord* record = shown_zoom(v.zoom);
+  if (record != nullptr && !record->folder.empty()) return record;
+  action::notify(v, "this zoom is not saved");
+  return nullptr;
+}
+
 }  // namespace
 
 std::optional<double> zoom_seconds(const Viewer& viewer) {
@@ -171,61 +214,11 @@ ordered_json zoom_json(const Viewer& viewer) {
           {"chart", chart_json(zoom)}};
 }
 
-namespace action {
-namespace {
-
-std::vector<CullMode> parse_zoom_modes(const std::string& names) {
-  std::vector<CullMode> modes;
-  for (const std::string& name : separated(names)) {
-    const CullMode mode = find_culler(name);
-    if (mode < 1 || mode > culler_count())
-      fail(ErrorKind::usage, "zoom: '{}' is not one of the modes of the recorder", name);
-    modes.push_back(mode);
-  }
-  return modes;
-}
-
-void set_part(ZoomPlan& plan, const std::string& name, const std::string& value) {
-  if (name == "steps") {
-    plan.steps = parse_integer("zoom: steps", value, kFewestZoomSteps, kMostZoomSteps);
-  } else if (name == "frames") {
-    plan.frames = parse_integer("zoom: frames", value, kFewestZoomFrames, kMostZoomFrames);
-  } else if (name == "closer") {
-    plan.closer = parse_real("zoom: closer", value, kLeastCloser, kMostCloser);
-  } else if (name == "modes") {
-    plan.modes = parse_zoom_modes(value);
-  } else if (name == "size") {
-    plan.size = value == "window" ? glm::ivec2(0) : parse_size("zoom: size", value);
-  } else {
-    fail(ErrorKind::usage, "zoom: '{}' is none of steps, frames, closer, modes and size", name);
-  }
-}
-
-bool is_listed(const std::vector<ZoomRecord>& records, const std::filesystem::path& folder) {
-  return !folder.empty() && std::any_of(records.begin(), records.end(), [&](const auto& record) {
-    return record.folder == folder;
-  });
-}
-
-std::filesystem::path full_path(const std::filesystem::path& path) {
-  return std::filesystem::absolute(path).lexically_normal();
-}
-
-// The recording in the chart if it has files, else null with a message.
-const ZoomRecord* saved_zoom(Viewer& v) {
-  const ZoomRecord* record = shown_zoom(v.zoom);
-  if (record != nullptr && !record->folder.empty()) return record;
-  notify(v, "this zoom is not saved");
-  return nullptr;
-}
-
-}  // namespace
-
-void change_zoom_plan(Viewer& v, const ZoomPlan& plan) {
+void action::change_zoom_plan(Viewer& v, const ZoomPlan& plan) {
   v.zoom.plan = clamped_plan(plan, v.backend);
 }
 
-void choose_zoom(Viewer& v, const std::string& words) {
+void action::choose_zoom(Viewer& v, const std::string& words) {
   ZoomPlan plan = v.zoom.plan;
   std::istringstream in(words);
   for (std::string word; in >> word;) {
@@ -237,25 +230,25 @@ void choose_zoom(Viewer& v, const std::string& words) {
   change_zoom_plan(v, plan);
 }
 
-void start_zoom_here(Viewer& v) { v.zoom.plan.start = v.camera; }
+void action::start_zoom_here(Viewer& v) { v.zoom.plan.start = v.camera; }
 
-void forget_zoom_start(Viewer& v) { v.zoom.plan.start.reset(); }
+void action::forget_zoom_start(Viewer& v) { v.zoom.plan.start.reset(); }
 
-void show_zoom(Viewer& v, std::size_t index) {
+void action::show_zoom(Viewer& v, std::size_t index) {
   if (v.zoom.running || index >= v.zoom.records.size()) return;
   v.zoom.shown = index;
   if (v.zoom.beneath == index) v.zoom.beneath.reset();
 }
 
-void lay_zoom_beneath(Viewer& v, std::size_t index) {
+void action::lay_zoom_beneath(Viewer& v, std::size_t index) {
   if (index >= v.zoom.records.size()) return;
   if (v.zoom.beneath == index) return v.zoom.beneath.reset();
   if (v.zoom.shown != index) v.zoom.beneath = index;
 }
 
-void show_zoom_quantity(Viewer& v, ZoomQuantity quantity) { v.zoom.quantity = quantity; }
+void action::show_zoom_quantity(Viewer& v, ZoomQuantity quantity) { v.zoom.quantity = quantity; }
 
-void copy_zoom_figure(Viewer& v, Host& host) {
+void action::copy_zoom_figure(Viewer& v, Host& host) {
   const ZoomRecord* record = saved_zoom(v);
   if (record == nullptr) return;
   if (!record->has_figures)
@@ -267,14 +260,14 @@ void copy_zoom_figure(Viewer& v, Host& host) {
   notify(v, fmt::format("the path of the figure is on the clipboard: {}", path));
 }
 
-void open_zoom_folder(Viewer& v, Host& host) {
+void action::open_zoom_folder(Viewer& v, Host& host) {
   const ZoomRecord* record = saved_zoom(v);
   if (record != nullptr) host.open_with_desktop(full_path(record->folder));
 }
 
-void zoom_job_ended(Viewer& v) { v.zoom.starting = false; }
+void action::zoom_job_ended(Viewer& v) { v.zoom.starting = false; }
 
-void zoom_began(Viewer& v, const ZoomRecord& record) {
+void action::zoom_began(Viewer& v, const ZoomRecord& record) {
   // Only the last recording that was not saved stays.
   ZoomRecorder& zoom = v.zoom;
   if (!zoom.records.empty() && zoom.records.back().folder.empty()) {
@@ -287,13 +280,13 @@ void zoom_began(Viewer& v, const ZoomRecord& record) {
   zoom.starting = false;
 }
 
-void zoom_stepped(Viewer& v, const std::vector<BenchRow>& rows_of_step) {
+void action::zoom_stepped(Viewer& v, const std::vector<BenchRow>& rows_of_step) {
   if (!v.zoom.running) return;
   std::vector<BenchRow>& rows = v.zoom.records.back().rows;
   rows.insert(rows.end(), rows_of_step.begin(), rows_of_step.end());
 }
 
-void zoom_ended(Viewer& v, const std::filesystem::path& folder, bool has_figures) {
+void action::zoom_ended(Viewer& v, const std::filesystem::path& folder, bool has_figures) {
   ZoomRecorder& zoom = v.zoom;
   if (zoom.running) {
     ZoomRecord& record = zoom.records.back();
@@ -308,13 +301,13 @@ void zoom_ended(Viewer& v, const std::filesystem::path& folder, bool has_figures
   picture_changed(v);  // the window still shows the recorder's last frame
 }
 
-void zoom_end_found(Viewer& v, double closer) {
+void action::zoom_end_found(Viewer& v, double closer) {
   v.zoom.plan.closer = closer;
   v.zoom.plan = clamped_plan(v.zoom.plan, v.backend);
   notify(v, fmt::format("the zoom ends {:.3g}x closer", v.zoom.plan.closer));
 }
 
-void zooms_found(Viewer& v, const std::vector<ZoomRecord>& records) {
+void action::zooms_found(Viewer& v, const std::vector<ZoomRecord>& records) {
   ZoomRecorder& zoom = v.zoom;
   std::vector<ZoomRecord> added = records;
   std::erase_if(added, [&](const auto& record) { return is_listed(zoom.records, record.folder); });
@@ -323,5 +316,4 @@ void zooms_found(Viewer& v, const std::vector<ZoomRecord>& records) {
   if (zoom.beneath) *zoom.beneath += added.size();
 }
 
-}  // namespace action
 }  // namespace qs

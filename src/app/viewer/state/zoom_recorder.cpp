@@ -29,7 +29,7 @@ ZoomPlan clamped_plan(ZoomPlan plan, Backend backend) {
   plan.closer = std::clamp(closer, kLeastCloser, kMostCloser);
   plan.steps = std::clamp(plan.steps, kFewestZoomSteps, kMostZoomSteps);
   plan.frames = std::clamp(plan.frames, kFewestZoomFrames, kMostZoomFrames);
-  std::sort(plan.modes.begin(), plan.modes.end());
+  std::ranges::sort(plan.modes);
   plan.modes.erase(std::unique(plan.modes.begin(), plan.modes.end()), plan.modes.end());
   std::erase_if(plan.modes, [](CullMode mode) { return mode < 1 || mode > culler_count(); });
   if (plan.modes == all_modes()) plan.modes.clear();
@@ -37,8 +37,7 @@ ZoomPlan clamped_plan(ZoomPlan plan, Backend backend) {
   plan.size.x = std::min(plan.size.x, kMostZoomSide);
   plan.size.y = std::min(plan.size.y, kMostZoomSide);
   const std::span<const Pipeline> pipelines = pipelines_of(backend);
-  if (plan.pipeline && (pipelines.size() < 2 || std::find(pipelines.begin(), pipelines.end(),
-                                                          *plan.pipeline) == pipelines.end()))
+  if (plan.pipeline && (pipelines.size() < 2 || std::ranges::count(pipelines, *plan.pipeline) == 0))
     plan.pipeline.reset();
   return plan;
 }

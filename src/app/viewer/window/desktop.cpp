@@ -48,10 +48,8 @@ DesktopDialog::DesktopDialog(std::function<void()> wake) : reports_(std::move(wa
 }
 
 void DesktopDialog::show(const std::filesystem::path& folder, Choosing choosing) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!wanted_) wanted_ = Wanted{folder, choosing};
-  }
+  const std::lock_guard lock(mutex_);
+  if (!wanted_) wanted_ = Wanted{folder, choosing};
   changed_.notify_all();
 }
 
@@ -143,9 +141,7 @@ class Connection {
   template <class F>
   Message first(Clock::time_point end, F is_wanted) {
     for (;;) {
-      const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const Message& message) {
-        return is_wanted(message.get());
-      });
+      const auto found = std::ranges::find_if(kept_, is_wanted, &Message::get);
       if (found != kept_.end()) {
         Message message = std::move(*found);
         kept_.erase(found);

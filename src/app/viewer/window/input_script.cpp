@@ -21,9 +21,7 @@ std::vector<ScriptStep> read_script(const std::filesystem::path& path) {
     ScriptStep step;
     step.line = number;
     if (!(words >> step.command) || step.command.front() == '#') continue;
-    const auto row =
-        std::find_if(kScriptCommands.begin(), kScriptCommands.end(),
-                     [&](const ScriptCommand& command) { return step.command == command.name; });
+    const auto row = std::ranges::find(kScriptCommands, step.command, &ScriptCommand::name);
     if (row == kScriptCommands.end())
       fail("{}: line {}: there is no command '{}'", path.string(), number, step.command);
     // A single argument may hold spaces: a text, a path.

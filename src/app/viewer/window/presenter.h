@@ -11,6 +11,7 @@
 #include "app/viewer/render/gl_frames.h"
 #include "app/viewer/render/render_thread.h"
 #include "app/viewer/state/action.h"
+#include "base/not_copied.h"
 #include "raster/scene/image.h"
 
 namespace qs {
@@ -38,13 +39,11 @@ enum class Enlarging { linear, cubic };
 /// Cubic; linear if the CPU emulates OpenGL, because it needs its time for the frames.
 Enlarging suitable_enlarging();
 
-class Presenter {
+class Presenter : NotCopied {
  public:
   /// In the window's GL context. Throws Error(device) if a shader is missing or does not compile.
   explicit Presenter(Enlarging enlarging = suitable_enlarging());
   ~Presenter();
-  Presenter(const Presenter&) = delete;
-  Presenter& operator=(const Presenter&) = delete;
 
   /// Draws this frame from now on. Its GL texture, if any, is given back to `frames` once a later
   /// frame was drawn; `frames` may be null if frames never have a texture.
@@ -95,12 +94,9 @@ class Presenter {
 };
 
 /// A texture with a picture for panels, in the window's GL context.
-class PictureTexture {
+class PictureTexture : NotCopied {
  public:
-  PictureTexture() = default;
   ~PictureTexture();
-  PictureTexture(const PictureTexture&) = delete;
-  PictureTexture& operator=(const PictureTexture&) = delete;
 
   /// The GL texture with this picture (height x width x 3), uploaded if the picture has changed
   /// since the last call; 0 if it is null.

@@ -330,7 +330,7 @@ void Window::play(const ScriptStep& step, double now, Actions& actions) {
     press(key, false);
   } else if (step.command == "press" || step.command == "release") {
     const bool down = step.command == "press";
-    const auto button = std::find(std::begin(kButtons), std::end(kButtons), step.words[0]);
+    const auto button = std::ranges::find(kButtons, step.words[0]);
     if (button != std::end(kButtons)) {
       click(static_cast<int>(button - std::begin(kButtons)), down);
     } else {

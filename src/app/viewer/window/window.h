@@ -13,20 +13,19 @@
 #include "app/viewer/commands/input.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/window/input_script.h"
+#include "base/not_copied.h"
 
 struct GLFWwindow;
 
 namespace qs {
 
-class Window {
+class Window : NotCopied {
  public:
   /// `size` in screen units; 0: first_window_size() of the screen. `screen`: the size of the screen
   /// for which the scale is guessed; 0: its own. Throws Error(device) without a display or OpenGL
   /// 3.3.
   explicit Window(glm::ivec2 size, glm::ivec2 screen = glm::ivec2(0));
   ~Window();
-  Window(const Window&) = delete;
-  Window& operator=(const Window&) = delete;
 
   /// Handles events; waits up to `seconds` for the first event.
   void poll(double seconds, Navigation navigation, Actions& actions);

@@ -46,10 +46,9 @@ int run_load_bench(const BenchCommand& command) {
   ThreadPool pool(command.frame.threads);
   ProgressBar bar("reading");
   const Progress progress = bar.progress();
-  for (std::size_t i = 0; i < command.scenes.size(); ++i) {
+  for (std::size_t i = 0; i < command.scenes.size(); ++i)
     rows.push_back(measure_loading(command.scenes[i], pool, std::max(command.plan.rounds, 5),
                                    step_of(progress, i, command.scenes.size())));
-  }
   bar.hide();
   fmt::print("{}", format_load_times(rows));
   return kExitOk;
@@ -64,10 +63,9 @@ class Bench {
     const int sizes = std::max(command_.scaling, 1);
     parts_ = command_.scenes.size() * static_cast<std::size_t>(sizes);
     for (const std::filesystem::path& path : command_.scenes) {
-      for (int size = 1; size <= sizes; ++size) {
+      for (int size = 1; size <= sizes; ++size)
         one_scene(path, command_.scaling > 0 ? glm::ivec2(size)
                                              : command_.replicate.value_or(glm::ivec2(1)));
-      }
     }
     report_.view_count = view_;
     add_clock(report_.environment, clock_);

@@ -82,9 +82,8 @@ int run(const ConvertCommand& command) {
   Scene scene = load_scene(command.input, pool, -1, command.axes);
   if (command.removes()) scene.cloud = without_removed(command, scene.cloud);
   scene.cloud = with_sh_degree(std::move(scene.cloud), command.degree);
-  if (command.largest > 0) {
+  if (command.largest > 0)
     scene.cloud = keep_largest(std::move(scene.cloud), static_cast<std::size_t>(command.largest));
-  }
   const WriterRow& format = [&]() -> const WriterRow& {
     ProgressBar bar("writing");
     return write_scene(scene.cloud, command.output, pool, bar.progress(), command.format);

@@ -190,12 +190,10 @@ class Judging {
     Image truth, judged;
     if (view.truth) truth = read(view.truth);
     if (view.judged) judged = read(view.judged);
-    if (!view.truth) {
+    if (!view.truth)
       truth = draw(truth_, view.judged ? fitted(*view.camera, judged, view.judged) : *view.camera);
-    }
-    if (!view.judged) {
+    if (!view.judged)
       judged = draw(judged_, view.truth ? fitted(*view.camera, truth, view.truth) : *view.camera);
-    }
     if (truth.width != judged.width || truth.height != judged.height) {
       fail(
           "{}: {} has {} x {} pixels and {} has {} x {}: only pictures of one size can be "

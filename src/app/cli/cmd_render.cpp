@@ -98,9 +98,7 @@ class RenderRun {
       if (shard.takes(view)) one_shot(shots[view], view);
     }
     bar_.hide();
-    if (command_.stats) {
-      write_text(*command_.stats, format_stats(session_, records_, shots.size()));
-    }
+    if (command_.stats) write_text(*command_.stats, format_stats(session_, records_, shots.size()));
     return exit_code_;
   }
 

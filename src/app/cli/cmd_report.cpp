@@ -193,10 +193,9 @@ class Report {
 };
 
 int run(ReportCommand& command) {
-  if (command.frame.backend == Backend::cuda) {
+  if (command.frame.backend == Backend::cuda)
     fail(ErrorKind::usage,
          "report: it studies several tile sizes, which runs with --backend cpu only");
-  }
   command.frame.backend = Backend::cpu;
   note_inputs(command.frame);
   return Report(command).run();

@@ -97,9 +97,8 @@ int replay(const ZoomCommand& command) {
 }
 
 int run(ZoomCommand& command, Arguments arguments) {
-  if (command.scenes.size() != (command.replay ? 0u : 1u)) {
+  if (command.scenes.size() != (command.replay ? 0u : 1u))
     fail(ErrorKind::usage, "zoom: give either one SCENE or --replay DIR");
-  }
   if (command.replay) {
     require_folder("zoom", *command.replay);
     note_input(*command.replay / "zoom.json");

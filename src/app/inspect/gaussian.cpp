@@ -113,10 +113,9 @@ GaussianReport inspect_gaussian(const Trace& trace, std::size_t slot, const Tile
   report.visible = report.footprint.gamma > 0;
   report.anisotropy = anisotropy_of(report.footprint);
   report.tilt = tilt_of(report.footprint);
-  if (report.visible) {
+  if (report.visible)
     report.half_axes = glm::vec2(glm::sqrt(static_cast<double>(report.footprint.gamma) *
                                            eigenvalues(report.footprint.covariance)));
-  }
   add_boxes(report);
   for (CullMode mode = 1; mode <= culler_count(); ++mode)
     report.modes.push_back(mode_tiles(mode, report.footprint, grid));

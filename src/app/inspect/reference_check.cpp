@@ -76,10 +76,9 @@ Image render_reference(Renderer& cpu, const CheckedView& view, const Progress& p
     const PixelBox part{region.x0, y, region.x1, std::min(y + band, region.y1)};
     const Frame& frame =
         cpu.render(view.camera, settings, {.region = part}, HostImage{}, progress.stop);
-    for (int row = y; row < part.y1; ++row) {
+    for (int row = y; row < part.y1; ++row)
       std::copy(frame.color.row(row) + 3 * part.x0, frame.color.row(row) + 3 * part.x1,
                 image.row(row) + 3 * part.x0);
-    }
   }
   progress.update(1);
   return image;

@@ -14,10 +14,9 @@ std::string file_hash(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   uLong crc = crc32(0, nullptr, 0);
   std::vector<char> block(std::size_t{1} << 20);
-  while (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0) {
+  while (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0)
     crc =
         crc32(crc, reinterpret_cast<const Bytef*>(block.data()), static_cast<uInt>(file.gcount()));
-  }
   if (!file.eof()) fail("{}: cannot be read", path.string());
   return fmt::format("crc32:{:08x}", crc);
 }

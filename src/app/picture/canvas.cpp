@@ -109,9 +109,8 @@ Font::Font(int line_height)
   config.OversampleH = 1;  // glyphs are placed on whole pixels and copied texel by texel
   config.PixelSnapH = true;
   const auto size = static_cast<float>(line_height_);
-  if (const auto file = find_font()) {
+  if (const auto file = find_font())
     font_ = atlas_->AddFontFromFileTTF(file->c_str(), size, &config);
-  }
   if (!font_) {
     config.SizePixels = size;
     font_ = atlas_->AddFontDefault(&config);

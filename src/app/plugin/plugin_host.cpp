@@ -188,10 +188,9 @@ class Host {
   }
 
   void copy_to_device() {
-    for (const SceneArray& array : scene_arrays(scene_)) {
+    for (const SceneArray& array : scene_arrays(scene_))
       scene_.*array.member = static_cast<const float*>(
           device_->copied(scene_.*array.member, scene_.count * array.width * sizeof(float)));
-    }
     scene_memory_ = {};
   }
 

@@ -122,10 +122,9 @@ void PluginRenderer::upload(std::shared_ptr<const GaussianCloud> cloud, const Pr
 PluginReply PluginRenderer::ask(const PluginRequest& request, const std::stop_token& stop) {
   PluginReply reply;
   try {
-    if (process_ == nullptr) {
+    if (process_ == nullptr)
       process_ = std::make_unique<PluginProcess>(options_.library, scene_.descriptor(),
                                                  image_.descriptor());
-    }
     reply = process_->request(request, options_.timeout_s, stop);
   } catch (const Error& error) {
     usable_ = usable_ && process_ != nullptr && !process_->timed_out();

@@ -235,11 +235,10 @@ std::string format_markdown(const BenchReport& report) {
       measured_on(report.environment), report.environment.value("backend", "?"),
       report.environment.value("commit", "?"), report.environment.value("utc", "?"),
       100 * kNoisySpread, 100 * kNoiseTolerance);
-  if (has_paper_fps(means)) {
+  if (has_paper_fps(means))
     text +=
         "\nFPS (paper) is computed as in the published script: after 5 views to warm up, every "
         "view is drawn once, and 1000 is divided by the mean time in milliseconds.\n";
-  }
   if (!ratios.empty()) {
     text += fmt::format(
         "\nRatios are the time of `{}` divided by the mode's time on the same camera in the same "

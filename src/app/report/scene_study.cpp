@@ -60,9 +60,8 @@ void bin_gaussians(const Frame& frame, std::size_t view, glm::ivec2 size, SceneS
   for (std::size_t slot = 0; slot < trace.footprints.size(); ++slot) {
     const Footprint& footprint = trace.footprints[slot];
     std::array<std::uint32_t, kCullerCount> pairs{};
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    for (CullMode mode = 1; mode <= kCullerCount; ++mode)
       pairs[static_cast<std::size_t>(mode - 1)] = count_mode_tiles(mode, footprint, frame.grid);
-    }
     for (std::size_t q = 0; q < study.binned.size(); ++q) {
       const std::size_t bin =
           bin_of(kGaussianQuantities[q], kGaussianQuantities[q].of(footprint, trace.splats[slot]));

@@ -195,11 +195,10 @@ class Writer {
         "sorted and blended, so the number of pairs determines the cost of a frame. The culling "
         "modes below differ in how tightly they bound the tiles of a Gaussian. This page shows {}.",
         grouped(study_.gaussians), page_.views));
-    if (study_.huge > 0) {
+    if (study_.huge > 0)
       html_.paragraph(huge_text(study_.huge) +
                       ". They are usually remains of a training that failed; the option "
                       "--skip-huge leaves them out.");
-    }
     if (!problem.empty()) html_.paragraph("This page has tables only, no plots: " + problem + ".");
     mode_table({"what it lists", "pairs", "3dgs = 1", "per visible Gaussian", "false positives",
                 "ms per frame", "3dgs = 1"},

@@ -49,10 +49,9 @@ std::vector<Plot> train_plots(const TrainLog& log, const std::string& caption) {
   };
   std::vector<Plot> plots = {plot("loss", "Training loss (mean since the row before)", "loss",
                                   "0:*", rows, "using 1:2 with lines linewidth 2")};
-  if (!tests.empty()) {
+  if (!tests.empty())
     plots.push_back(plot("psnr", "PSNR on the test views", "PSNR (dB)", "*:*", tests,
                          "using 1:2 with linespoints linewidth 2 pointtype 7 pointsize 1.3"));
-  }
   plots.push_back(plot("gaussians", "Number of Gaussians", "Gaussians (thousands)", "0:*", rows,
                        "using 1:3 with lines linewidth 2"));
   return plots;

@@ -56,10 +56,9 @@ Encoding Quality::next(const LineSpeed& line) {
 void Quality::learn(const EncodedPicture& picture, int divisor) {
   if (divisor < divisor_) return;  // it was ordered before the size shrank
   ++since_growth_;
-  if (picture.codec == PictureCodec::vp9) {
+  if (picture.codec == PictureCodec::vp9)
     return choose_size(picture.quantizer >= kMostQuantizer, picture.quantizer <= kEasyQuantizer,
                        divisor);
-  }
   if (line_rate_ <= 0) return;
   const auto bytes = static_cast<double>(picture.bytes.size());
   const double budget = kShare * line_rate_ / 8 / kJpegRate;

@@ -20,15 +20,12 @@ namespace {
 Backend choose_backend(const FrameOptions& frame) {
   const bool reference = std::count(frame.modes.begin(), frame.modes.end(), kReferenceMode) > 0;
   const bool other_tiles = frame.settings.tile_px != kTileSize;
-  if (!frame.backend) {
-    return reference || other_tiles ? Backend::cpu : available_backends().front();
-  }
+  if (!frame.backend) return reference || other_tiles ? Backend::cpu : available_backends().front();
   if (other_tiles && *frame.backend != Backend::cpu) {
     fail(ErrorKind::usage, "--tile-size {} runs with --backend cpu only", frame.settings.tile_px);
   }
-  if (reference && *frame.backend != Backend::cpu) {
+  if (reference && *frame.backend != Backend::cpu)
     fail(ErrorKind::usage, "--cull reference runs with --backend cpu only");
-  }
   return *frame.backend;
 }
 
@@ -42,10 +39,9 @@ std::unique_ptr<Renderer> upload(const Session& session, Backend backend, bool e
                                  const std::optional<Progress>& progress) {
   ProgressBar bar("uploading");
   auto renderer = make_renderer(backend, *session.pool, session.device);
-  if (exact_color && session.scene->network) {
+  if (exact_color && session.scene->network)
     renderer = with_exact_color(std::move(renderer), *session.scene->network, session.scene->axes,
                                 *session.pool);
-  }
   renderer->upload(cloud_of(session.scene), progress.value_or(bar.progress()));
   return renderer;
 }

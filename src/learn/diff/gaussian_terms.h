@@ -267,10 +267,9 @@ struct GivenGradient {
     const glm::dvec3 d_point(placed.geometry.mean), position(mean);
     for (int row = 0; row < 3; ++row) {
       const glm::dvec3 through_covariance(placed.geometry.rows[row]);
-      for (int column = 0; column < 3; ++column) {
+      for (int column = 0; column < 3; ++column)
         pose.view_from_world[column][row] +=
             d_point[row] * position[column] + through_covariance[column];
-      }
       pose.view_from_world[3][row] += d_point[row];
     }
     pose.position -= glm::dvec3(by_direction);

@@ -84,10 +84,9 @@ glm::vec<3, Real> FieldGradient<Real>::output(const glm::vec<3, Real>& mean,
   Pass pass;
   run(mean, eye, pass);
   std::array<Real, NetworkShape::kOutputs> out{};
-  for (std::size_t k = 0; k < static_cast<std::size_t>(network_.width); ++k) {
+  for (std::size_t k = 0; k < static_cast<std::size_t>(network_.width); ++k)
     add_multiple(pass.second[k], &columns_[network_.third() + k * out.size()], out.size(),
                  out.data());
-  }
   return {out[0], out[1], out[2]};
 }
 

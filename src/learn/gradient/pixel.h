@@ -91,10 +91,9 @@ QS_HD glm::vec<2, Real> add_pixel(const typename PixelMath<Real>::Splat& splat,
   const Real dx = pixel.x - splat.mean_px.x, dy = pixel.y - splat.mean_px.y;
   sums.color += alpha * pixel.transmittance * pixel.d_pixel;
   Real unclamped = alpha;
-  if (!(alpha < rules.alpha_max)) {
+  if (!(alpha < rules.alpha_max))
     unclamped =
         rules.alpha_max_passes ? splat.opacity * Math::exp2(log2_falloff(splat, dx, dy)) : Real(0);
-  }
   const Real d = unclamped * d_alpha;
   sums.d += d;
   sums.dx += d * dx;

@@ -50,9 +50,8 @@ HWY_INLINE void convolve_pixels(const RowBlock& block, int x, std::size_t output
   }
   for (int p = 0; p < kCount; ++p) {
     float* out = block.out + static_cast<std::size_t>(x + p) * block.out_step + output;
-    for (int v = 0; v < kVectors; ++v) {
+    for (int v = 0; v < kVectors; ++v)
       hn::StoreU(hn::Max(sum[p][v], hn::Zero(d)), d, out + static_cast<std::size_t>(v) * lanes);
-    }
   }
 }
 

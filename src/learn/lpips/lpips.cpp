@@ -227,9 +227,8 @@ class Comparison {
 int smallest_side(const Network& network) {
   int side = 1;
   const std::vector<Layer> layers = layers_of(network);
-  for (auto layer = layers.rbegin(); layer != layers.rend(); ++layer) {
+  for (auto layer = layers.rbegin(); layer != layers.rend(); ++layer)
     side = std::max(1, (side - 1) * layer->stride + layer->size - 2 * layer->padding);
-  }
   return side;
 }
 

@@ -71,10 +71,9 @@ void clone_and_split(const IterationContext& context, const GaussianFacts& facts
     for (const std::uint32_t i : splits) plan.add_copy_of(i);
   }
   const Random random = context.random(RandomUse::split);
-  for (std::size_t child = first_child; child < plan.size(); ++child) {
+  for (std::size_t child = first_child; child < plan.size(); ++child)
     shrink_child(plan, child, facts.rotations[plan.sources[child]],
                  random.normal3(child - first_child));
-  }
   // The children replace the Gaussians that were split, which are in ascending order.
   auto split = splits.begin();
   plan.keep_if([&](std::size_t i) {

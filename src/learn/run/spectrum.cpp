@@ -34,10 +34,9 @@ void transform_rows(Plane& plane, ThreadPool& pool) {
   const Fourier fourier(plane.width);
   std::vector<Fourier::Work> work(static_cast<std::size_t>(pool.size()));
   pool.for_chunks(plane.height, 16, [&](std::size_t begin, std::size_t end, int worker) {
-    for (std::size_t y = begin; y < end; ++y) {
+    for (std::size_t y = begin; y < end; ++y)
       fourier.transform(&plane.values.re[y * plane.width], &plane.values.im[y * plane.width],
                         work[static_cast<std::size_t>(worker)]);
-    }
   });
 }
 

@@ -35,9 +35,8 @@ class CpuRenderer final : public Renderer {
                       const Target& target, std::stop_token stop) override {
     assert(settings.mode >= 0 && settings.mode <= mode_count());
     assert(camera.width > 0 && camera.height > 0);
-    if (!std::holds_alternative<HostImage>(target)) {
+    if (!std::holds_alternative<HostImage>(target))
       fail(ErrorKind::device, "backend cpu: it renders only into host memory");
-    }
     if (std::find(kTileSizes.begin(), kTileSizes.end(), settings.tile_px) == kTileSizes.end()) {
       fail(ErrorKind::device, "backend cpu: cannot use tiles of {} pixels, only 8, 16 or 32",
            settings.tile_px);

@@ -45,10 +45,9 @@ class CudaRenderer final : public Renderer {
     assert(camera.width > 0 && camera.height > 0);
     if (settings.mode == kReferenceMode)
       throw Error(ErrorKind::device, "cuda: mode reference runs on the backend cpu only");
-    if (settings.tile_px != kTileSize) {
+    if (settings.tile_px != kTileSize)
       throw Error(ErrorKind::device, "cuda: tiles of " + std::to_string(settings.tile_px) +
                                          " pixels run on the backend cpu only");
-    }
     select_device();
     const auto* texture = outputs.color ? std::get_if<GlTexture>(&target) : nullptr;
     const TileGrid grid = TileGrid::of_image(camera.width, camera.height);

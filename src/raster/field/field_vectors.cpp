@@ -300,20 +300,18 @@ void fit_of(const Packed& packed, std::span<const glm::vec3> means, glm::vec3* s
           value += lanes;
         }
       }
-      for (std::size_t channel = 0; channel < 3; ++channel) {
+      for (std::size_t channel = 0; channel < 3; ++channel)
         hn::Store(hn::Mul(sum[channel], to_color), d, fitted.get() + (3 * i + channel) * lanes);
-      }
     }
     V squares = hn::Zero(d);
     const float* value = outputs.get();
     for (std::size_t j = 0; j < kDesignSize; ++j) {
       for (std::size_t channel = 0; channel < 3; ++channel, value += lanes) {
         V difference = hn::Mul(hn::Load(d, value), to_color);
-        for (std::size_t i = 0; i < 16; ++i) {
+        for (std::size_t i = 0; i < 16; ++i)
           difference =
               hn::NegMulAdd(hn::Set(d, packed.design.basis[j][i]),
                             hn::Load(d, fitted.get() + (3 * i + channel) * lanes), difference);
-        }
         squares = hn::MulAdd(difference, difference, squares);
       }
     }

@@ -27,14 +27,13 @@ QS_HD glm::vec<3, Real> unclamped_sh_color(int degree, const glm::vec<3, Real>& 
                    (x * y * coefficients(4) - y * z * coefficients(5) - x * z * coefficients(7)) +
                Real(kSh2B) * (2 * zz - xx - yy) * coefficients(6) +
                Real(kSh2C) * (xx - yy) * coefficients(8);
-      if (degree > 2) {
+      if (degree > 2)
         color += Real(kSh3B) * x * y * z * coefficients(10) -
                  Real(kSh3A) *
                      (y * (3 * xx - yy) * coefficients(9) + x * (xx - 3 * yy) * coefficients(15)) -
                  Real(kSh3C) * (4 * zz - xx - yy) * (y * coefficients(11) + x * coefficients(13)) +
                  Real(kSh3D) * z * (2 * zz - 3 * xx - 3 * yy) * coefficients(12) +
                  Real(kSh3E) * z * (xx - yy) * coefficients(14);
-      }
     }
   }
   return color + Real(0.5);

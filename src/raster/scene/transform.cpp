@@ -101,9 +101,8 @@ Transform::Transform(const glm::dmat4& matrix) : matrix_(matrix), linear_(matrix
     sh_basis(glm::transpose(q) * d, from.data());
     for (std::size_t l = 0; l <= kMaxShDegree; ++l) {
       for (std::size_t k = 0; k < 2 * l + 1; ++k) {
-        for (std::size_t j = 0; j < 2 * l + 1; ++j) {
+        for (std::size_t j = 0; j < 2 * l + 1; ++j)
           sh_[l][k][j] += static_cast<float>(weight * to[l * l + k] * from[l * l + j]);
-        }
       }
     }
   });
@@ -137,9 +136,8 @@ void Transform::apply(GaussianCloud& cloud, std::size_t i) const {
     diagonalise(half * glm::transpose(half), axes, variances);
     if (glm::determinant(axes) < 0) axes[0] = -axes[0];
     rotation = glm::quat(glm::normalize(glm::quat_cast(axes)));
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis)
       log_scale[axis] = static_cast<float>(0.5 * std::log(std::max(variances[axis], 0.0)));
-    }
   }
   turn_sh(&cloud.sh[i * static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree))],
           cloud.sh_degree);

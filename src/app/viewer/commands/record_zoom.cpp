@@ -43,10 +43,9 @@ std::optional<glm::dvec3> zoom_target(RenderContext& context, const Viewer& view
   const Camera start = zoom_start(viewer.zoom.plan, viewer.camera);
   const auto target =
       find_point(*context.session.renderer, start, zoom_settings(viewer), center_pixel(start));
-  if (!target) {
+  if (!target)
     context.report(action::notify_error,
                    "there is nothing to zoom to in the middle of the picture");
-  }
   return target;
 }
 
@@ -118,10 +117,9 @@ void find_end(RenderContext& context, const Viewer& viewer) {
   const Camera start = zoom_start(viewer.zoom.plan, viewer.camera);
   const double closer =
       glm::distance(start.position(), *target) / glm::distance(viewer.camera.position(), *target);
-  if (!(closer >= kLeastCloser)) {
+  if (!(closer >= kLeastCloser))
     return context.report(action::notify_error,
                           "this view is not nearer to the target of the zoom than its start");
-  }
   context.report(action::zoom_end_found, closer);
 }
 
@@ -168,9 +166,8 @@ void list_zooms(RenderContext& context, const Viewer& viewer) {
 void action::toggle_zoom_recording(Viewer& viewer, Host& host) {
   if (viewer.zoom.running) return host.stop_job();
   if (!viewer.scene || viewer.zoom.starting) return;
-  if (is_training(viewer)) {
+  if (is_training(viewer))
     return notify_error(viewer, "a zoom is recorded once training is paused or over");
-  }
   // Opening the panel would change the size of the picture that is recorded.
   if (!viewer.panels.recorder || !viewer.panels.all)
     notify(viewer, "recording a zoom: the panel of Z shows it, Shift+Z stops it");

@@ -351,10 +351,9 @@ void frame_shown(Viewer& v, const ShownFrame& frame) {
   learn_from_frame(v, frame);
   v.shown = frame;
   if (!frame.mode_pairs.empty()) v.counts = {frame.view_version, v.frames, frame.mode_pairs};
-  if (is_training(v)) {
+  if (is_training(v))
     v.training->budget.spent(v.now, static_cast<double>(frame.stats.frame_ms) / 1000,
                              v.moving() ? DrawingBudget::kMoving : DrawingBudget::kResting);
-  }
   if (frame.divisor > 1) return;
   remember_seen(v, frame);
   v.frame_ms.push_back(frame.stats.frame_ms);

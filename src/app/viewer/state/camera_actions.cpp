@@ -219,11 +219,10 @@ void frame_point(Viewer& v, glm::dvec3 point) {
   const glm::dvec3 direction = to_eye / distance;
   Camera camera = moved_to(v.camera, point + kept * direction);
   constexpr double kNearPole = 0.999;
-  if (std::abs(glm::dot(direction, up_of(v))) < kNearPole) {
+  if (std::abs(glm::dot(direction, up_of(v))) < kNearPole)
     camera.view_from_world = look_at(camera.position(), point, up_of(v), vertical_fov(camera),
                                      camera.width, camera.height)
                                  .view_from_world;
-  }
   go(v, camera, point);
 }
 

@@ -286,10 +286,9 @@ void count_tile(const PictureSize& size, const PixelRules<Real>& rules,
       }
     });
     // Several tiles may add to a Gaussian. The order does not matter for integers.
-    if (pixels > 0) {
+    if (pixels > 0)
       std::atomic_ref(counts.at(frame.gaussians[slot]))
           .fetch_add(pixels, std::memory_order_relaxed);
-    }
   }
 }
 

@@ -102,10 +102,9 @@ struct WarpLists {
     __syncwarp();  // the list may be in use
     for (std::uint32_t group = 0; group < size; group += kWarp) {
       const unsigned all = segment.reaching(group, size);
-      if ((all >> lane_index() & 1) != 0) {
+      if ((all >> lane_index() & 1) != 0)
         own[count + static_cast<unsigned>(__popc(all & lanes_below()))] =
             static_cast<std::uint8_t>(group + lane_index());
-      }
       count += static_cast<unsigned>(__popc(all));
     }
     __syncwarp();

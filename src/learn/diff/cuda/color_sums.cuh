@@ -120,11 +120,10 @@ __device__ float sum_of_half(unsigned lane, const float (&values)[kCount]) {
   constexpr unsigned kHalf = (kCount + 1) / 2;
   float folded[kHalf];
 #pragma unroll
-  for (unsigned k = 0; k < kHalf; ++k) {
+  for (unsigned k = 0; k < kHalf; ++k)
     folded[k] = 2 * k + 1 < kCount
                     ? fold<kDistance>(lane, values[2 * k], values[(2 * k + 1) % kCount])
                     : fold<kDistance>(values[2 * k]);
-  }
   if constexpr (kDistance > 1)
     return sum_of_half<kDistance / 2>(lane, folded);
   else

@@ -155,10 +155,9 @@ void set_gradients(const DrawnView& view, const GaussianInputs<float>& gaussians
            Blocks(blocks, kThreads, shared.bytes()), stream,
            GivenGradient<float>(rules, gaussians, out), shared, source, sums);
   }
-  if (pose != nullptr) {
+  if (pose != nullptr)
     launch("sum_poses", add_rows<double>, 1, stream, sums, blocks, kPoseNumbers,
            reinterpret_cast<double*>(pose));
-  }
 }
 
 }  // namespace

@@ -75,10 +75,9 @@ __global__ void __launch_bounds__(kThreads) sum_gaussians(SumInput in, unsigned 
   if (blockIdx.x < blocks_of_many) {
     const std::uint32_t gaussian = blockIdx.x * kThreads + threadIdx.x;
     const bool has_many = gaussian < in.count && in.tile_counts[gaussian] > kFewPairs;
-    for (unsigned many = __ballot_sync(kAllLanes, has_many); many != 0; many &= many - 1) {
+    for (unsigned many = __ballot_sync(kAllLanes, has_many); many != 0; many &= many - 1)
       sum_many_pairs<kNumbers>(in, gaussian - lane_index() + lowest_bit(many),
                                chunks[threadIdx.x / kWarp]);
-    }
     return;
   }
   const std::uint64_t thread = std::uint64_t{blockIdx.x - blocks_of_many} * kThreads + threadIdx.x;

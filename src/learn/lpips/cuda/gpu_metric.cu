@@ -262,11 +262,10 @@ double GpuMetric::distance(const Image& a, const Image& b, InputRange range) {
   s.maps.reserve(kWhat, maps.size());
   s.next.reserve(kWhat, maps.size());
   const Image* const images[] = {&a, &b};
-  for (std::size_t side = 0; side < 2; ++side) {
+  for (std::size_t side = 0; side < 2; ++side)
     check(cudaMemcpyAsync(s.next.data() + side * maps.size() / 2, images[side]->values.data(),
                           maps.size() / 2 * sizeof(float), cudaMemcpyHostToDevice, s.stream),
           "the pictures of LPIPS");
-  }
   for_each_item("scale_input", maps.size(), s.stream,
                 [in = s.next.data(), symmetric = range == InputRange::symmetric,
                  out = s.maps.data()] __device__(std::size_t i) {

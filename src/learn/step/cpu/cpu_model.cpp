@@ -59,10 +59,9 @@ void CpuModel::backward(const BackwardOrder& order) {
 }
 
 void CpuModel::step(const StepOrder& order) {
-  if (order.counts_density) {
+  if (order.counts_density)
     add_view(gradients_, order.counts_by_mode ? frame_.listed : gradients_.visible, camera_.width,
              camera_.height, state_.density);
-  }
   qs::train::Parameters& p = state_.parameters;
   const auto for_gaussians = [&](const auto& each) { pool_.for_each(p.size(), 1024, each); };
   const auto count = static_cast<double>(p.size());

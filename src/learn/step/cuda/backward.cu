@@ -43,10 +43,9 @@ void backward(const StepView& view, const ParametersView& parameters, ForwardFra
   const diff::GpuGaussianBlock& gaussians = frame.listed.gaussians;
   diff::sum_pairs_of_gaussians<diff::kSums>(gaussians, parameters.count, scratch.pairs.data(),
                                             scratch.sums.data(), view.stream);
-  if (order.absolute) {
+  if (order.absolute)
     diff::sum_pairs_of_gaussians<2>(gaussians, parameters.count, scratch.absolute.data(),
                                     gradients.absolute_px.data(), view.stream);
-  }
   for_each_item(
       "gaussian_gradients", parameters.count, view.stream,
       [=, tile_counts = gaussians.tile_counts, sums = scratch.sums.data(),

@@ -136,10 +136,9 @@ __global__ void __launch_bounds__(kNetworkThreads, 2)
     __syncthreads();
     hidden_layer<kMostRows>(shared.weights.second, shared.y, shared.x);
     __syncthreads();
-    for (unsigned output = own.part; own.exists && output < kUsedOutputs; output += kTileParts) {
+    for (unsigned output = own.part; own.exists && output < kUsedOutputs; output += kTileParts)
       splats[own.gaussian].splat.color[static_cast<int>(output)] =
           color_of_output(output_of(shared.weights, output, own.column, shared.x));
-    }
     __syncthreads();  // the next tile overwrites x
   }
 }
@@ -186,10 +185,9 @@ __global__ void __launch_bounds__(kNetworkThreads, 2)
   for (std::uint32_t first = 0; first < size; first += kFieldTile) {
     const TileThread own(in.lists.by_index, block, first);
     load_inputs<kInputs>(in, own, shared.x);
-    for (unsigned output = own.part; output < kUsedOutputs; output += kTileParts) {
+    for (unsigned output = own.part; output < kUsedOutputs; output += kTileParts)
       shared.d_output[output][own.column] =
           own.exists ? d_outputs[own.gaussian][static_cast<int>(output)] : 0.0f;
-    }
     __syncthreads();
     hidden_layer<kInputs>(shared.weights.first, shared.x, shared.first);
     __syncthreads();
@@ -304,10 +302,9 @@ __global__ void __launch_bounds__(kThreads)
     const GridItem& item = items[run][k];
     units += sum_units(item.cell.weight(corner) * item.by[feature]);
     if (!leaves[run][k]) continue;
-    if (units != 0) {
+    if (units != 0)
       atomicAdd(&sums[kGridFeatures * item.cell.entry(level, corner) + feature],
                 static_cast<unsigned long long>(units));
-    }
     units = 0;
   }
 }

@@ -65,10 +65,9 @@ struct Surroundings {
       const int x = shape.left() + n % kWideRow - kMargin;
       const int y = shape.top() + n / kWideRow - kSsimRadius;
       const bool inside = shape.contains(x, y);
-      for (int f = 0; f < kFields; ++f) {
+      for (int f = 0; f < kFields; ++f)
         values[f][n / kWideRow][n % kWideRow] =
             inside ? value_at(f, static_cast<std::uint32_t>(y * shape.row + x)) : 0.0f;
-      }
     }
   }
 
@@ -98,10 +97,9 @@ struct Surroundings {
   template <int kRun>
   static __device__ void clear(float (&sums)[kMoments][kRun]) {
 #pragma unroll
-    for (int m = 0; m < kMoments; ++m) {
+    for (int m = 0; m < kMoments; ++m)
 #pragma unroll
       for (int own = 0; own < kRun; ++own) sums[m][own] = 0;
-    }
   }
 
   /// Adds input j of a run to the sums that it belongs to.
@@ -136,10 +134,9 @@ struct Surroundings {
       add_to_run(shape, j, moments, sums);
     }
 #pragma unroll
-    for (int m = 0; m < kMoments; ++m) {
+    for (int m = 0; m < kMoments; ++m)
 #pragma unroll
       for (int own = 0; own < kAlong; ++own) rows[m][y][begin + own * kChannels] = sums[m][own];
-    }
   }
 };
 

@@ -35,10 +35,9 @@ void Parameters::resize_shapes(std::uint32_t gaussians, bool masks) {
 }
 
 void upload(const qs::train::Parameters& host, cudaStream_t stream, Parameters& parameters) {
-  if (host.size() > std::numeric_limits<std::int32_t>::max()) {
+  if (host.size() > std::numeric_limits<std::int32_t>::max())
     throw Error(ErrorKind::device, "cuda: the model has " + std::to_string(host.size()) +
                                        " Gaussians, at most 2147483647 can be trained");
-  }
   const std::size_t count = host.size(), width = host.sh_stride();
   parameters.resize(static_cast<std::uint32_t>(count), host.sh_degree, host.has_masks);
   std::vector<float> sh(3 * width * sh_row(parameters.count));

@@ -47,9 +47,8 @@ void bin_with(const FrameContext& frame, const VisibleSlots& visible, const Dept
   std::uint64_t sum = 0;
   for (std::size_t tile = 0; tile < tiles; ++tile) {
     lists.begin[tile] = sum;
-    for (std::size_t segment = 0; segment < segments; ++segment) {
+    for (std::size_t segment = 0; segment < segments; ++segment)
       sum += std::exchange(cursors[segment * tiles + tile], sum);
-    }
   }
   lists.begin[tiles] = sum;
   refuse_if_too_many(sum);

@@ -49,9 +49,8 @@ void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced
   visible.footprints.resize(traced ? visible.slots() : 0);
   visible.rects.resize(visible.chunk_counts.size());
   visible.corners.resize(static_cast<std::size_t>(frame.pool.size()));
-  for (Array<std::int32_t>& corners : visible.corners) {
+  for (Array<std::int32_t>& corners : visible.corners)
     corners.assign(static_cast<std::size_t>((frame.grid.rows + 1) * (frame.grid.columns + 1)), 0);
-  }
 
   const View<float> view = make_view<float>(frame.camera);
   const FootprintRules rules = frame.rules();

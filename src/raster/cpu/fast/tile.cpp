@@ -133,20 +133,18 @@ void load_batch(const TileJob& job, std::uint32_t first, std::uint32_t size, con
   }
   batch.limited = brightest > kLog2Of256AlphaMax;
   std::fill_n(reached + size, Batch::kVector, 0u);
-  for (int cell = 0; cell < kCells; ++cell) {
+  for (int cell = 0; cell < kCells; ++cell)
     batch.counts[cell] =
         open[cell] ? list_cell(reached, size, bit_of(cell), batch.reaching[cell]) : 0;
-  }
 }
 
 /// Writes the colours of `count` pixels of one row of a cell, from pixel `from`.
 HWY_INLINE void write_pixels(const Cell& cell, int from, int count, float* color) {
   const hn::CappedTag<float, kCellSide> d;
   if (count == kCellSide) {
-    for (int i = from; i < from + count; i += static_cast<int>(hn::Lanes(d))) {
+    for (int i = from; i < from + count; i += static_cast<int>(hn::Lanes(d)))
       hn::StoreInterleaved3(hn::LoadU(d, cell.red + i), hn::LoadU(d, cell.green + i),
                             hn::LoadU(d, cell.blue + i), d, color + 3 * (i - from));
-    }
     return;
   }
   for (int i = from; i < from + count; ++i, color += 3) {

@@ -128,10 +128,9 @@ HWY_INLINE void add_rects(const Footprint& footprint, TileGrid grid, Joiner& joi
 
 HWY_INLINE void add_walked(const Walks& walks, std::size_t k, Joiner& joiner) {
   const int lines = walks.lines_end[k] - walks.lines_begin[k];
-  for (int i = 0; i < lines; ++i) {
+  for (int i = 0; i < lines; ++i)
     add_line(walks.by_rows[k] != 0, walks.lines_begin[k] + i, walks.begin[i][k], walks.end[i][k],
              joiner);
-  }
 }
 
 template <class P>

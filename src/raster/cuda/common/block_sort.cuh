@@ -159,10 +159,9 @@ class BlockSort {
     __syncthreads();
     std::uint32_t sum = 0;
     const unsigned own = thread * kOwnDigits;
-    for (unsigned d = own; d < own + kOwnDigits && d < kDigits; ++d) {
+    for (unsigned d = own; d < own + kOwnDigits && d < kDigits; ++d)
 #pragma unroll
       for (unsigned w = 0; w < kWarps; ++w) sum += count_of(w, d);
-    }
     std::uint32_t before = sum_of_block<kBlock>(sum).before;
     for (unsigned d = own; d < own + kOwnDigits && d < kDigits; ++d) {
 #pragma unroll

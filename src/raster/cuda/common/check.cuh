@@ -63,11 +63,10 @@ void launch(const char* what, void (*kernel)(Parameters...), Blocks blocks, cuda
   config.gridDim = dim3(blocks.count);
   config.blockDim = dim3(blocks.threads);
   config.dynamicSmemBytes = blocks.shared_bytes;
-  if (blocks.shared_bytes > 0) {
+  if (blocks.shared_bytes > 0)
     check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                static_cast<int>(blocks.shared_bytes)),
           what);
-  }
   config.stream = stream;
   check(cudaLaunchKernelEx(&config, kernel, Parameters(arguments)...), what);
 }

@@ -43,14 +43,12 @@ Gpu inspect(int device) {
 /// The reason why cudaGetDeviceCount found no GPU. A missing driver and an outdated driver give the
 /// same error; only the driver's version distinguishes them.
 std::string why_none(cudaError_t error, int driver, int runtime) {
-  if (driver == 0) {
+  if (driver == 0)
     return "no NVIDIA driver was found: a GPU needs one for CUDA " + version_text(runtime) +
            " or newer";
-  }
-  if (error == cudaErrorInsufficientDriver) {
+  if (error == cudaErrorInsufficientDriver)
     return "the NVIDIA driver is too old: it supports CUDA " + version_text(driver) +
            ", this program needs one for CUDA " + version_text(runtime) + " or newer";
-  }
   if (error == cudaSuccess || error == cudaErrorNoDevice) return "there is no NVIDIA GPU";
   return std::string("the GPU cannot be used: ") + cudaGetErrorString(error);
 }

@@ -145,10 +145,9 @@ class Upload {
     const auto n = static_cast<unsigned>(count);
     staging_.gather(cloud_, order_, first, count, pool_);
     // Copies have left the staging memory when they return, because it is not pinned.
-    if (!order_.empty()) {
+    if (!order_.empty())
       copy_to_device(staging_.bounds.data(), staging_.bounds.size(),
                      device_.bounds.data() + first / kBlockGaussians, stream_);
-    }
     copy_to_device(staging_.gaussians.data(), count, gaussians_.data(), stream_);
     split_gaussians(gaussians_.data(), n, device_.positions.data() + first,
                     device_.covariances.data() + first, device_.covariances_z.data() + first,
@@ -187,10 +186,9 @@ void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Pro
             cudaStream_t stream, DeviceCloud& device) {
   // The old scene is freed first, because both scenes together may not fit.
   device = {};
-  if (cloud.size() > std::numeric_limits<std::int32_t>::max()) {
+  if (cloud.size() > std::numeric_limits<std::int32_t>::max())
     throw Error(ErrorKind::device, "cuda: the scene has " + std::to_string(cloud.size()) +
                                        " Gaussians, at most 2147483647 can be drawn");
-  }
   progress.update(0);
   Array<std::uint32_t> file_indices;
   if (order == Order::space) file_indices = spatial_order(cloud, pool);

@@ -53,10 +53,9 @@ __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& win
   const std::uint32_t end = inclusive_sum_of_warp(length);
   const std::uint32_t total = __shfl_sync(kAllLanes, end, kWarp - 1);
   std::uint64_t begin = 0;
-  if (lane == 0 && total > 0) {
+  if (lane == 0 && total > 0)
     begin = atomicAdd(reinterpret_cast<unsigned long long*>(&counters->tile_pairs),
                       static_cast<unsigned long long>(total));
-  }
   begin = __shfl_sync(kAllLanes, begin, 0) + end - length;
   if (!exists) return begin;
   const int tile = row * out.grid.columns + column;

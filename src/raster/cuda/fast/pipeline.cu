@@ -44,10 +44,9 @@ std::uint32_t with_half(std::uint32_t count) { return count + count / 2; }
 }  // namespace
 
 bool MacroSizePolicy::fits(const FastCounters& counters, const MacroSize& size) {
-  if (size.has_slices()) {
+  if (size.has_slices())
     return counters.spilled <= size.spilled && counters.slices <= size.slices &&
            counters.fullest_slice <= size.slice_capacity;
-  }
   const std::uint32_t fullest = counters.fullest_macro_tile;
   return fullest < MacroTiles::kUsual || (size.keeps_whole() && fullest <= size.capacity);
 }

@@ -260,10 +260,9 @@ struct Scratch {
     visit(kSlices, slicing.list_begins, std::size_t{macro.slices} * MacroTiles::kTiles);
     visit(kSlices, slicing.entries, slice_entries);
     visit(kSlices, slicing.masks, slice_entries);
-    if (macro.sorts_in_global_memory) {
+    if (macro.sorts_in_global_memory)
       visit(kSlices, slicing.sort_memory,
             Slicing::kGlobalSorts * Slicing::sort_bytes(macro.sample_capacity));
-    }
   }
 
   DeviceBuffer<std::uint64_t> memory_;

@@ -127,11 +127,10 @@ class Walk {
     const Reach reach(splat.ellipse, x0, y0);
     const bool clamps = exists && y0 <= rows && y0 + (kHalfTileHeight - 1) >= -rows;
     const Stage stage(splat, x0, y0, in_.background);
-    if (kRows == Rows::products && __any_sync(kAllLanes, rows == INFINITY)) {
+    if (kRows == Rows::products && __any_sync(kAllLanes, rows == INFINITY))
 #pragma unroll
       for (unsigned s = 0; s < kSubTiles; ++s)
         exists = exists && (rows < INFINITY || !reach.reached[s] || stage.is_finite(s));
-    }
 #pragma unroll
     for (unsigned s = 0; s < kSubTiles; ++s) {
       const bool mine = reach.reached[s] && exists && (live >> s & 1) != 0;

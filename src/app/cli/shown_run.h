@@ -13,7 +13,7 @@ namespace qs {
 
 class ShownRun {
  public:
-  /// All must outlive this object. The model of `prepared` is new.
+  /// The arguments must outlive this object. The model of `prepared` is not yet trained.
   ShownRun(const train::TrainOptions& options, train::PreparedRun& prepared, ThreadPool& pool)
       : options_(options), prepared_(prepared), pool_(pool) {}
 
@@ -31,7 +31,8 @@ class ShownRun {
   std::exception_ptr error_;
 };
 
-/// ViewOptions::train_request; in cmd_train.cpp.
+/// The value of ViewOptions::train_request. It runs the command `train`, so cmd_train.cpp defines
+/// it.
 std::string train_request_in_window(TrainingThread& thread, const TrainingRequest& request);
 
 }  // namespace qs

@@ -3,8 +3,7 @@
 // The extents of a scene: the box of all centres, the core box without outliers, and the view of a
 // whole box: upright, slightly from above, as large as fits. The camera is oriented to the world's
 // up direction; the scene is not rotated. first_view.h chooses better views of a scene; grids of
-// growing size are compared in this view. Also Gaussians that are larger than their scene: a failed
-// training leaves such Gaussians, and a single one can cover every picture.
+// growing size are compared in this view.
 #pragma once
 
 #include <algorithm>
@@ -58,6 +57,9 @@ float smallest_framing(const GaussianCloud& cloud);
 
 /// frame_box() of the scene's core extents.
 Camera frame_cloud(const GaussianCloud& cloud, glm::dvec3 up, int width, int height);
+
+// A failed training leaves Gaussians that are larger than their scene, and a single one can cover
+// every picture.
 
 /// The standard deviation above which a Gaussian is larger than the scene, world units, > 0: the
 /// diagonal of core_box(), but at least smallest_framing().

@@ -5,8 +5,8 @@
 // A path file is a list of cameras in the layout of cameras.json, each with an optional "time" in
 // seconds (default: one second apart), so every cameras.json is a path. At a keyframe with
 // "ease": true the camera slows down to a stop.
-// Also the path of a zoom towards a target: the camera keeps its orientation and moves along the
-// line to the target, so that the distance shrinks by the same factor at every step.
+// On the path of a zoom the camera keeps its orientation and moves along the line to a target. Its
+// distance shrinks by the same factor at every step.
 #pragma once
 
 #include <filesystem>

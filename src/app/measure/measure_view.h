@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Measures modes on one view as every benchmark does: interleaved, after a warm-up, without copying
-// images to the host. Stage times come from extra frames. Also the image quality of a renderer on
-// one view, and frame times as the published script of QuadBox measures them.
+// images to the host. Stage times come from extra frames.
 #pragma once
 
 #include <cstdint>

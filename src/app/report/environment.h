@@ -9,10 +9,7 @@
 //   "plugins": ["`own`: a description (libown.so, crc32:89abcdef). Its times are ..."],
 //   "plugin_problems": ["plush, camera 3: plugin own: crashed with signal 11 while rendering"]
 // Reports without plugins have neither. A merged report has a list of the parts' values of
-// "gpu_clock", and every line of their other lists once. Also the statistics of rendered frames as
-// JSON, with everything needed to repeat them:
-//   {"environment": {...}, "scene": {...}, "view_count": 97,
-//    "frames": [{view, mode, pairs, times, camera, ...}, ...]}
+// "gpu_clock", and every line of their other lists once.
 #pragma once
 
 #include <string>
@@ -41,6 +38,9 @@ struct FrameRecord {
   std::optional<double> reference_psnr;  ///< dB against --reference
 };
 
+/// The statistics of rendered frames as JSON, with everything needed to repeat them:
+///   {"environment": {...}, "scene": {...}, "view_count": 97,
+///    "frames": [{view, mode, pairs, times, camera, ...}, ...]}
 /// `view_count`: number of shots in all shards.
 std::string format_stats(const Session& session, const std::vector<FrameRecord>& frames,
                          std::size_t view_count);

@@ -103,7 +103,8 @@ class ClientStream {
     write_some(all, handler<std::size_t>(std::forward<Done>(done)));
   }
 
-  /// Handlers of Beast can be moved alone, and a std::function is copied.
+  /// A std::function holds only what can be copied. Handlers of Beast can only be moved, so it
+  /// shares a pointer to the handler.
   template <class... Result, class Done>
   static Handler<Result...> handler(Done&& done) {
     return [done = std::make_shared<std::decay_t<Done>>(std::forward<Done>(done))](

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // A frame's image and maps on the device, as both pipelines write them: every target (host image,
-// GL texture) is filled from them. Also the parameters of the blend kernels, and the copies of a
-// frame's decisions (lists, used pairs, trace) to the host.
+// GL texture) is filled from them.
+// The blend kernels of both pipelines take BlendInput and BlendOutput.
 #pragma once
 
 #include <algorithm>

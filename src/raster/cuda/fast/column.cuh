@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Compositing of one Gaussian onto the pixels of one lane: the inner loop of the blend stage. Also
-// the queues of the Gaussians that wait for it, one for each of a warp's sub-tiles, in shared
-// memory. All four begin at the same slot, because they advance together.
+// Compositing of one Gaussian onto the pixels of one lane: the inner loop of the blend stage.
+// Gaussians wait for it in queues in shared memory, one for each of a warp's sub-tiles. All four
+// queues begin at the same slot, because they advance together.
 #pragma once
 
 #include "raster/cuda/common/flush.cuh"

@@ -10,6 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include <pthread.h>
+#include <time.h>
+
 namespace qs {
 
 struct ThreadPool::State {
@@ -65,6 +68,21 @@ ThreadPool::ThreadPool(int threads) : state_(std::make_unique<State>()) {
 }
 
 ThreadPool::~ThreadPool() = default;
+
+static double seconds_of(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+double ThreadPool::processor_seconds() const {
+  double sum = seconds_of(CLOCK_THREAD_CPUTIME_ID);
+  for (std::jthread& worker : state_->workers) {
+    clockid_t clock{};
+    if (pthread_getcpuclockid(worker.native_handle(), &clock) == 0) sum += seconds_of(clock);
+  }
+  return sum;
+}
 
 int ThreadPool::size() const { return static_cast<int>(state_->workers.size()) + 1; }
 

@@ -20,6 +20,10 @@ class ThreadPool {
 
   int size() const;
 
+  /// Processor time of the calling thread and of the pool's threads so far, seconds. Unlike time on
+  /// the wall it does not grow while other programs use the processors.
+  double processor_seconds() const;
+
   /// Calls body(begin, end, worker) for consecutive chunks of at most `grain` indices that cover
   /// [0, count). Chunks start in ascending order; 0 <= worker < size(). Returns when all chunks are
   /// done. After an exception no new chunk starts, and the first exception is rethrown here. Not

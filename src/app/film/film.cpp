@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "app/framing/camera_control.h"
+#include "app/inspect/comparison_sheet.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/statistics.h"
 #include "app/measure/turn_order.h"
@@ -70,10 +71,14 @@ struct Numbers {
   }
 };
 
-std::vector<std::string> lines_of(const RenderStats& stats, double ms) {
-  const double fps = 1000 / std::max(ms, 1e-6);
-  std::vector<std::string> lines = {fmt::format("{:.{}f} FPS", fps, fps < 100 ? 1 : 0)};
+// `ms`: of the frames of the last second.
+std::vector<std::string> lines_of(const RenderStats& stats, const FilmedBy& way, glm::ivec2 size,
+                                  double ms) {
+  std::vector<std::string> lines = {fmt::format("~{} FPS", rough(1000 / std::max(ms, 1e-6)))};
   if (stats.tile_pairs > 0) lines.push_back(grouped(stats.tile_pairs) + " pairs");
+  const Backend backend = stats.threads > 0 ? Backend::cpu : Backend::cuda;
+  lines.push_back(fmt::format("{} x {}", size.x, size.y));
+  lines.push_back(drawn_by({way.settings.mode, stats.pipeline, backend}));
   return lines;
 }
 
@@ -427,7 +432,9 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
         if (measures && !draws_colors)  // maps take time that the mode does not need
           shown.stats = frame_of(plan, plan.ways[k], i, progress.stop, Quantity::color).stats;
         numbers[k].add(shown.stats);
-        if (plan.numbers) screen.label(k, lines_of(shown.stats, numbers[k].recent_ms(per_second)));
+        if (plan.numbers)
+          screen.label(
+              k, lines_of(shown.stats, plan.ways[k], plan.size, numbers[k].recent_ms(per_second)));
       }
       Image& picture = screen.picture();
       if (legend) draw_legend_over(picture, *legend);

@@ -94,6 +94,22 @@ std::string significant(double value, double uncertainty) {
   return fmt::format("{:.0f}", std::round(value / unit) * unit);
 }
 
+// The value of one step in the second significant digit. `value` > 0.
+static double second_digit(double value) {
+  return std::pow(10.0, std::floor(std::log10(value)) - 1);
+}
+
+double rounded(double value) {
+  if (value <= 0) return 0;
+  const double unit = second_digit(value);
+  return std::round(value / unit) * unit;
+}
+
+std::string rough(double value) {
+  const double shown = rounded(value);
+  return shown > 0 ? significant(shown, second_digit(shown)) : "0";
+}
+
 std::string ms_text(double ms) { return fmt::format("{:.3f}", ms); }
 std::string fps_text(double fps) { return fmt::format("{:.{}f}", fps, fps < 1000 ? 1 : 0); }
 

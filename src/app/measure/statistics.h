@@ -40,6 +40,11 @@ double relative_spread(std::span<const double> values);
 /// 12.3456 with 0.04 is "12.35", 1234 with 40 is "1230".
 std::string significant(double value, double uncertainty);
 
+/// Two significant digits, because single frames give no more: 312.5 is 310, "310"; 0.834 is
+/// "0.83". 0 for values that are not positive.
+double rounded(double value);
+std::string rough(double value);
+
 /// Milliseconds with three decimals; FPS with one below 1000.
 std::string ms_text(double ms);
 std::string fps_text(double fps);

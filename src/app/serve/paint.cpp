@@ -6,6 +6,7 @@
 #include "app/picture/heatmap.h"
 #include "app/serve/pictures.h"
 #include "app/viewer/render/host_frames.h"
+#include "app/viewer/state/samples.h"
 
 namespace qs {
 namespace {
@@ -99,6 +100,7 @@ std::vector<std::uint8_t> painted(const FrameRequest& request, const std::option
   Legend legend =
       shown.heatmap ? make_legend(*shown.heatmap, shown.map_scale, mode, request.heat_style.colors)
                     : make_legend(*shown.values, mode);
+  legend.title += size_text(shown.divisor);
   if (beside) legend.facts.clear();  // they are of one side
   draw_legend_over(image, legend);
   return to_rgba(image);

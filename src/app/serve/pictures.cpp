@@ -315,11 +315,30 @@ void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
     drawn.rgba.clear();
   }
   context.stop = outer_stop;
+  const PictureOrder drawn_order = drawn.picture.order;
+  const RenderStats stats = drawn.picture.shown.stats;
   change([&] {
     if (Work* const work = find(visitor)) work->heat_scale = context.heat_scale;
     drawn_.push_back(std::move(drawn));
   });
   receiver_.drawn(visitor);
+  if (drawn_order.request.moving && stats.frame_ms > 0) pair(visitor, drawn_order, stats);
+}
+
+// Draws another mode at the view of a picture, for the visitor's table.
+void Pictures::pair(int visitor, const PictureOrder& order, const RenderStats& shown) {
+  PairedFrames paired;
+  change([&] {
+    if (Work* const work = find(visitor)) paired = work->paired;
+  });
+  const Camera camera = reduced(order.request.camera, order.request.divisor);
+  run_job(
+      visitor, order.scene,
+      [&](RenderContext& context) { paired.follow(context, order.request, camera, shown); },
+      all_.get_token());
+  change([&] {
+    if (Work* const work = find(visitor)) work->paired = paired;
+  });
 }
 
 void Pictures::run_job(int visitor, std::size_t scene, const Job& job, std::stop_token stop) {

@@ -127,6 +127,7 @@ class Pictures {
     std::stop_source stop;                // of the order in progress
     bool lossless = false;                // the order in progress
     bool drew_last = false;               // a job is next
+    PairedFrames paired;
     std::shared_ptr<PictureEncoder> encoder = std::make_shared<PictureEncoder>();
     bool encodes = false;  // a thread uses it
     bool watches = false;  // has ordered pictures: not SIBR's viewers, a training, or nobody
@@ -164,6 +165,7 @@ class Pictures {
   void measure_next(Lock& lock);
   void draw(int visitor, PictureOrder order, std::stop_token stop,
             std::optional<HeldScale> heat_scale);
+  void pair(int visitor, const PictureOrder& order, const RenderStats& shown);
   void run_job(int visitor, std::size_t scene, const Job& job, std::stop_token stop);
 
   ServedScenes& scenes_;

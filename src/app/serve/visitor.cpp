@@ -234,7 +234,8 @@ std::optional<PictureOrder> Visitor::next_order(const LineSpeed& line) {
   if (order.request.other) order.split = v.split;
   if (shows_counts(v) && !counts_are_current(v) &&
       (counting_pace_.counts_next() || !order.request.moving))
-    order.request.counted = CountedView{measured_camera(v), order.request.settings};
+    order.request.counted = CountedView{counted_camera(v), order.request.settings};
+  order.request.pairs = is_new && wants_pairs(v, order.request);
   ordered_version_ = v.version;
   ordered_lossless_ = order.lossless;
   return order;

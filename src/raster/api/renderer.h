@@ -155,6 +155,7 @@ struct RenderStats {
   /// All other pairs are false positives. Unset without Outputs::used and in mode reference.
   std::optional<std::uint64_t> used_pairs;
   int threads = 0;     ///< threads of the CPU backend's pool; 0 for other backends
+  float cpu_ms = 0;    ///< processor time of these threads in frame_ms; 0 for other backends
   float count_ms = 0;  ///< time of Outputs::mode_pairs on the CPU; 0 for other backends
 };
 

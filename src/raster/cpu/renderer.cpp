@@ -48,6 +48,7 @@ class CpuRenderer final : public Renderer {
       classic_.activate_once(*cloud_, pool_);
 
     const Stopwatch frame_clock;
+    const double processor_seconds = pool_.processor_seconds();
     const FrameContext frame{
         *cloud_,  camera,
         settings, TileGrid::of_image(camera.width, camera.height, settings.tile_px),
@@ -70,6 +71,8 @@ class CpuRenderer final : public Renderer {
       result_.stats.stage_ms[static_cast<int>(Stage::blend)] += depth_clock.ms();
     }
     result_.stats.frame_ms = frame_clock.ms();
+    result_.stats.cpu_ms =
+        static_cast<float>(1e3 * (pool_.processor_seconds() - processor_seconds));
     if (outputs.mode_pairs) count_modes(frame, outputs.counted);
     return result_;
   }

@@ -133,6 +133,20 @@ TEST(ServePanels, the_table_has_the_window_s_columns_and_rows) {
   EXPECT_EQ(table.at("caption"), table_caption(v));
 }
 
+TEST(ServePanels, a_flight_has_the_rates_of_all_modes) {
+  ServedRoom room;
+  room.command(kTable);
+  constexpr int kForward = 87;  // W
+  room.take(message::Key{kForward, true, false, 0});
+  const auto has_rates = [&] {
+    return std::ranges::all_of(hud_rows(room.viewer()),
+                               [](const HudRow& row) { return row.is_live && row.fps.value > 0; });
+  };
+  ASSERT_TRUE(room.until(has_rates));
+  EXPECT_TRUE(room.viewer().moving());
+  room.take(message::Key{kForward, false, false, 0});
+}
+
 TEST(ServePanels, a_view_that_moves_is_not_measured) {
   ServedRoom room;
   room.command(kTable);

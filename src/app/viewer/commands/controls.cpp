@@ -517,7 +517,8 @@ constexpr Part<ZoomPlan> kPlan = {[](const Viewer& v) -> const ZoomPlan& { retur
 
 std::string size_text(const Viewer& v, glm::ivec2 size) {
   if (size.x > 0) return fmt::format("{} x {}", size.x, size.y);
-  return fmt::format("as the window, {} x {}", v.camera.width, v.camera.height);
+  const Camera camera = measured_camera(v);
+  return fmt::format("as the table, {} x {}", camera.width, camera.height);
 }
 
 bool records_mode(const ZoomPlan& plan, CullMode mode) {

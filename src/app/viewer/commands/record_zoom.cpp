@@ -40,7 +40,7 @@ RenderSettings zoom_settings(const Viewer& viewer) {
 // The point that the start of the plan approaches. Empty, with a message, if the middle of its
 // picture is empty.
 std::optional<glm::dvec3> zoom_target(RenderContext& context, const Viewer& viewer) {
-  const Camera start = zoom_start(viewer.zoom.plan, viewer.camera);
+  const Camera start = zoom_start(viewer.zoom.plan, measured_camera(viewer));
   const auto target =
       find_point(*context.session.renderer, start, zoom_settings(viewer), center_pixel(start));
   if (!target)
@@ -51,7 +51,7 @@ std::optional<glm::dvec3> zoom_target(RenderContext& context, const Viewer& view
 
 ZoomBundle planned_zoom(const Session& session, const Viewer& viewer, glm::dvec3 target) {
   const ZoomPlan& plan = viewer.zoom.plan;
-  ZoomBundle bundle = start_zoom(session, zoom_start(plan, viewer.camera), target);
+  ZoomBundle bundle = start_zoom(session, zoom_start(plan, measured_camera(viewer)), target);
   bundle.steps = plan.steps;
   bundle.closest = 1 / plan.closer;
   bundle.modes = zoom_modes(plan);
@@ -114,7 +114,7 @@ void record(RenderContext& context, const Viewer& viewer) {
 void find_end(RenderContext& context, const Viewer& viewer) {
   const std::optional<glm::dvec3> target = zoom_target(context, viewer);
   if (!target) return;
-  const Camera start = zoom_start(viewer.zoom.plan, viewer.camera);
+  const Camera start = zoom_start(viewer.zoom.plan, measured_camera(viewer));
   const double closer =
       glm::distance(start.position(), *target) / glm::distance(viewer.camera.position(), *target);
   if (!(closer >= kLeastCloser))

@@ -14,7 +14,7 @@
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
-#include "app/viewer/state/mode_table.h"
+#include "app/viewer/state/hud_text.h"
 #include "io/bytes/replace_file.h"
 
 namespace qs::job {

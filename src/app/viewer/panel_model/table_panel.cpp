@@ -12,15 +12,21 @@
 namespace qs {
 namespace {
 
-// The ends of the axes of all bars: milliseconds, and FPS above the fastest mode's interval.
+// The ends of the axes of all bars: milliseconds, and FPS above the fastest mode's interval. In
+// flight, pairs have bars until all modes have FPS.
 struct TableScale {
-  double ms = 0, fps = 0;
-  bool current = false;  ///< the numbers are of this view
+  double ms = 0, fps = 0, pairs = 0;
 };
 
 TableScale table_scale(const Viewer& v, const std::vector<HudRow>& rows) {
-  TableScale scale{0, 0, numbers_are_current(v)};
+  TableScale scale;
+  const auto has_rate = [](const HudRow& row) { return row.fps.value > 0 || !row.is_live; };
+  const bool has_rates = std::ranges::all_of(rows, has_rate);
   for (const HudRow& row : rows) {
+    if (!has_rates) {
+      scale.pairs = std::max(scale.pairs, 1.05 * row.pairs.value);
+      continue;
+    }
     scale.fps = std::max({scale.fps, 1.05 * row.fps.value, 1.05 * row.fps_high});
     if (const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline)) {
       const auto stages = stages_of(*measured);
@@ -33,10 +39,7 @@ TableScale table_scale(const Viewer& v, const std::vector<HudRow>& rows) {
 block::Cell table_cell(const Viewer& v, const HudRow& row, const TableColumn& column,
                        const TableScale& scale) {
   const HudCell number = column.cell == nullptr ? HudCell{""} : row.*column.cell;
-  const bool live = column.cell == &HudRow::pairs && row.pairs_live;
-  const bool sampled = column.kind == CellKind::bar && row.fps_sampled;  // "~" marks it
-  const bool faint = !live && !sampled && (!scale.current || number.noisy);
-  block::Cell cell{number.text, faint ? Tone::faint : Tone::plain, number.value};
+  block::Cell cell{number.text, number.noisy ? Tone::faint : Tone::plain, number.value};
   const BenchRow* measured = measured_row(v, row.mode, v.settings.pipeline);
   if (column.kind == CellKind::mode) {
     if (!v.is_remote) cell.text = fmt::format("{} {}", row.mode, number.text);
@@ -46,7 +49,10 @@ block::Cell table_cell(const Viewer& v, const HudRow& row, const TableColumn& co
   } else if (column.kind == CellKind::bar && scale.fps > 0) {
     cell.bar = block::Bar{row.fps.value / scale.fps, row.fps_low / scale.fps,
                           row.fps_high / scale.fps, ink_of(row.mode)};
-  } else if (column.kind == CellKind::stages && measured != nullptr && scale.ms > 0) {
+  } else if (column.cell == &HudRow::pairs && scale.pairs > 0) {
+    cell.bar = block::Bar{row.pairs.value / scale.pairs, 0, 0, ink_of(row.mode)};
+  } else if (column.kind == CellKind::stages && !row.is_live && measured != nullptr &&
+             scale.ms > 0) {
     for (const double ms : stages_of(*measured)) cell.parts.push_back(ms / scale.ms);
     cell.tooltip = stages_text(*measured);
   }

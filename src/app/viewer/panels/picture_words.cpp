@@ -13,6 +13,7 @@
 #include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
+#include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/lost.h"
 #include "app/viewer/state/mode_table.h"
 

@@ -2,7 +2,9 @@
 #include "app/viewer/render/all_modes.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/measure_view.h"
@@ -10,6 +12,7 @@
 #include "app/picture/grid_places.h"
 #include "app/picture/palette.h"
 #include "app/viewer/render/host_frames.h"
+#include "app/viewer/render/resolution.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/samples.h"
 #include "raster/scene/image_metrics.h"
@@ -49,15 +52,47 @@ ViewPlan numbers_plan(Backend backend, bool more) {
 
 ViewPlan warm_up_plan(Backend backend) { return {backend == Backend::cpu ? 1 : 8, 0, 1, false}; }
 
+// Draws a frame that nobody sees.
+RenderStats stats_of(RenderContext& context, const Camera& camera, RenderSettings settings,
+                     CullMode mode) {
+  settings.mode = mode;
+  const bool cpu = context.session.backend == Backend::cpu;
+  const Target target = cpu ? Target(HostImage{}) : Target(DeviceImage{});
+  return context.session.renderer->render(camera, settings, {}, target, context.stop).stats;
+}
+
+// The time by which two frames compare. Other programs interrupt frames of a busy processor for
+// longer than frames take, so the CPU's frames compare by the time that they use.
+double used_ms(const RenderStats& stats) {
+  return static_cast<double>(stats.cpu_ms > 0 ? stats.cpu_ms : stats.frame_ms);
+}
+
+// Draws a frame of another mode than a picture's, which used `shown_ms`, and reports the pair.
+void draw_pair(RenderContext& context, const Camera& camera, const RenderSettings& settings,
+               CullMode mode, double shown_ms, int view_version) {
+  PairedFrame pair;
+  pair.variant = {mode, settings.pipeline, context.session.backend};
+  pair.shown = settings.mode;
+  pair.size = {camera.width, camera.height};
+  pair.view_version = view_version;
+  const double ms = used_ms(stats_of(context, camera, settings, mode));
+  if (ms <= 0 || shown_ms <= 0) return;
+  pair.speed = shown_ms / ms;
+  context.report(action::frame_paired, pair);
+}
+
 // Draws each mode once before a measurement, which warms it up, and shows the times until enough
 // frames are measured.
-void sample_all(RenderContext& context, const NumbersRequest& request) {
-  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-    ModeSample about;
-    about.variant.mode = mode;
-    about.view_version = request.version;
-    sample_mode(context, request.camera, request.settings, about);
-  }
+void pair_all(RenderContext& context, const NumbersRequest& request) {
+  const auto& [camera, settings, version, more] = request;
+  const double ms = used_ms(stats_of(context, camera, settings, settings.mode));
+  for (CullMode mode = 1; mode <= culler_count(); ++mode)
+    if (mode != settings.mode) draw_pair(context, camera, settings, mode, ms, version);
+}
+
+double now_ms() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration<double, std::milli>(now).count();
 }
 
 }  // namespace
@@ -97,17 +132,28 @@ RenderedFrame draw_grid(RenderContext& context, const FrameRequest& request, con
   return rendered;
 }
 
-void sample_mode(RenderContext& context, const Camera& camera, const RenderSettings& settings,
-                 ModeSample about) {
-  RenderSettings of_mode = settings;
-  of_mode.mode = about.variant.mode;
-  const Backend backend = context.session.backend;
-  about.variant.pipeline = settings.pipeline;
-  about.variant.backend = backend;
-  const Target target = backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
-  const Frame& frame = context.session.renderer->render(camera, of_mode, {}, target, context.stop);
-  about.frame_ms = static_cast<double>(frame.stats.frame_ms);
-  context.report(action::mode_sampled, about);
+void PairedFrames::follow(RenderContext& context, const FrameRequest& request, const Camera& camera,
+                          const RenderStats& shown) {
+  constexpr double kMostPauseMs = 500;  // a longer one gives no more credit
+  const CullMode before = std::exchange(shown_, request.settings.mode);
+  if (!request.pairs) return;
+  const bool switched = before > 0 && before != shown_;
+  const double began = now_ms();
+  if (now_ == 0) now_ = began;
+  const double passed = std::min(began - std::exchange(now_, began), kMostPauseMs);
+  credit_ += passed * (context.session.backend == Backend::cpu ? 0.18 : 0.05);
+  if (cost_ == 0) cost_ = static_cast<double>(shown.frame_ms);
+  if (credit_ < cost_ && !switched) return;
+  if (!switched) {
+    do {
+      last_ = last_ % culler_count() + 1;
+    } while (last_ == shown_);
+  }
+  const RenderSettings settings = reduced(request.settings, request.divisor);
+  draw_pair(context, camera, settings, switched ? before : last_, used_ms(shown),
+            request.view_version);
+  cost_ = now_ms() - began;
+  credit_ = std::min(credit_ - cost_, cost_);
 }
 
 void measure_modes(RenderContext& context, const NumbersRequest& request) {
@@ -116,7 +162,7 @@ void measure_modes(RenderContext& context, const NumbersRequest& request) {
   const auto settings = with_settings(session, request.settings);
   ModeNumbers numbers{request.version, {}};
   try {
-    if (!request.more) sample_all(context, request);
+    if (!request.more) pair_all(context, request);
     for (const Pipeline pipeline : pipelines_of(session.backend)) {
       session.settings.pipeline = pipeline;
       const auto measured_with = [&](const ViewPlan& plan) {

@@ -39,6 +39,11 @@ bool shows_colors_alone(const FrameRequest& request) {
 
 }  // namespace
 
+bool wants_pairs(const Viewer& viewer, const FrameRequest& request) {
+  return viewer.moving() && shows_counts(viewer) && shows_colors_alone(request) &&
+         !is_training(viewer);
+}
+
 FrameRequest full_frame(const Viewer& viewer) {
   FrameRequest request;
   request.camera = viewer.camera;
@@ -108,10 +113,9 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
     FrameRequest request = full_frame(viewer);
     request.divisor = divisor;
     request.moving = viewer.moving();
-    request.samples = viewer.moving() && shows_counts(viewer) && shows_colors_alone(request) &&
-                      !is_training(viewer);
+    request.pairs = wants_pairs(viewer, request);
     if (next_counts(viewer)) {
-      request.counted = CountedView{measured_camera(viewer), request.settings};
+      request.counted = CountedView{counted_camera(viewer), request.settings};
       counted_version_ = viewer.view_version;
     }
     render.request(std::move(request));

@@ -17,6 +17,9 @@ FrameRequest full_frame(const Viewer& viewer);
 /// demand and shows the full-size frame.
 bool numbers_are_missing(const Viewer& viewer);
 
+/// True if frames of other modes should follow the picture of a moving camera: FrameRequest::pairs.
+bool wants_pairs(const Viewer& viewer, const FrameRequest& request);
+
 /// True if numbers_are_missing(), or if the table is not precise enough yet.
 bool numbers_are_wanted(const Viewer& viewer);
 

@@ -165,6 +165,8 @@ ShownFrame shown_of(const FrameRequest& request, const Frame& frame) {
   ShownFrame shown;
   shown.stats = frame.stats;
   shown.mode_pairs = frame.mode_pairs;
+  if (request.counted)
+    shown.counted_size = {request.counted->camera.width, request.counted->camera.height};
   shown.mode = request.settings.mode;
   shown.version = request.version;
   shown.view_version = request.view_version;

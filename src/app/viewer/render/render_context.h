@@ -33,8 +33,8 @@ struct FrameRequest {
   /// If set, the frame also counts every mode's pairs for this view at full size.
   std::optional<CountedView> counted;
   int version = 0, view_version = 0;  ///< as in Viewer
-  int picture = -1;      ///< equal for requests that differ in the mode only; -1: not known
-  bool samples = false;  ///< some frames are followed by a frame of another mode, for its time
+  int picture = -1;    ///< equal for requests that differ in the mode only; -1: not known
+  bool pairs = false;  ///< some frames are followed by a frame of another mode, for its time
 };
 
 /// A frame for the window: pixels on the host, or in a GL texture.

@@ -196,25 +196,9 @@ void RenderThread::answer(const FrameRequest& request) {
   }
   RenderedFrame frame = drawn(request);
   kept_.keep(request, frame);
+  const RenderStats stats = frame.shown.stats;
   show(std::move(frame));
-  sample_in_turn(request);
-}
-
-// While the camera moves, every tenth frame is followed by a frame of another mode: a tenth of the
-// time keeps the FPS of all modes alive.
-void RenderThread::sample_in_turn(const FrameRequest& request) {
-  constexpr int kFramesPerSample = 10;
-  if (!request.samples || ++frames_since_sample_ < kFramesPerSample) return;
-  frames_since_sample_ = 0;
-  do {
-    sampled_ = sampled_ % culler_count() + 1;
-  } while (sampled_ == request.settings.mode);
-  ModeSample about;
-  about.variant.mode = sampled_;
-  about.divisor = request.divisor;
-  about.view_version = request.view_version;
-  sample_mode(context_, reduced(request.camera, request.divisor),
-              reduced(request.settings, request.divisor), about);
+  paired_.follow(context_, request, reduced(request.camera, request.divisor), stats);
 }
 
 // Replaces a frame that the window did not take.

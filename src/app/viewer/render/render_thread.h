@@ -78,7 +78,6 @@ class RenderThread {
   void answer(const FrameRequest& request);
   RenderedFrame drawn(FrameRequest request);
   void show(RenderedFrame frame);
-  void sample_in_turn(const FrameRequest& request);
   void publish(RenderedFrame frame);
   std::function<void()> next_work();
   void guarded(const std::function<void()>& work);
@@ -89,8 +88,7 @@ class RenderThread {
   InteropRetry interop_;
   PreparedTexture<GlFrames> next_texture_;
   KeptFrames kept_;
-  int frames_since_sample_ = 0;
-  CullMode sampled_ = 0;  // the mode of the last sample of a moving camera
+  PairedFrames paired_;
   ActionQueue reports_;
   RenderContext context_;
 

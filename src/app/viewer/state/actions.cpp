@@ -96,17 +96,6 @@ struct EndOfOpening {
   }
 };
 
-// Keeps the statistics of a frame for the comparison with other modes. A frame with a map or a
-// second frame takes longer, so only its counts are kept.
-void remember_seen(Viewer& v, const ShownFrame& frame) {
-  if (frame.view_version != v.view_version) return;
-  if (v.seen.view_version != v.view_version) v.seen = {v.view_version, {}};
-  RenderStats& seen = v.seen.stats[frame.mode];
-  const float before = seen.frame_ms;
-  seen = frame.stats;
-  if (!shows_colors_alone(frame)) seen.frame_ms = before;
-}
-
 // The row of the same mode and pipeline; null if there is none.
 BenchRow* row_like(std::vector<BenchRow>& rows, const BenchRow& wanted) {
   const auto found = std::ranges::find_if(rows, [&](const BenchRow& row) {
@@ -298,7 +287,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
     v.playback = {};
     forget_zoom_views(v.zoom);
     v.counts = {};
-    forget_samples(v);
+    forget_live_times(v);
     v.inspected.reset();
     v.comparison.reset();
     set_first_view(v, host);
@@ -350,12 +339,12 @@ void frame_shown(Viewer& v, const ShownFrame& frame) {
   ++v.frames;
   learn_from_frame(v, frame);
   v.shown = frame;
-  if (!frame.mode_pairs.empty()) v.counts = {frame.view_version, v.frames, frame.mode_pairs};
+  if (!frame.mode_pairs.empty())
+    v.counts = {frame.view_version, frame.counted_size, v.frames, frame.mode_pairs};
   if (is_training(v))
     v.training->budget.spent(v.now, static_cast<double>(frame.stats.frame_ms) / 1000,
                              v.moving() ? DrawingBudget::kMoving : DrawingBudget::kResting);
   if (frame.divisor > 1) return;
-  remember_seen(v, frame);
   v.frame_ms.push_back(frame.stats.frame_ms);
   if (v.frame_ms.size() > kMostFrames) v.frame_ms.pop_front();
 }

@@ -31,8 +31,13 @@ std::string signed_text(std::int64_t number) {
 
 namespace {
 
-// The row of the table that is of the picture in the window; null if there is none, or if the
-// picture shows more than the colours of one mode.
+bool is_measured_size(const Viewer& viewer) {
+  const Camera measured = measured_camera(viewer);
+  return measured.width == viewer.camera.width && measured.height == viewer.camera.height;
+}
+
+// The row of the table that is of the view in the window; null if there is none, or if the picture
+// shows more than the colours of one mode.
 const BenchRow* row_of_picture(const Viewer& viewer) {
   const ShownFrame& shown = viewer.shown;
   if (!numbers_are_current(viewer) || shown.version != viewer.version || shown.divisor > 1 ||
@@ -42,33 +47,54 @@ const BenchRow* row_of_picture(const Viewer& viewer) {
   return row != nullptr && row->fps_median > 0 ? row : nullptr;
 }
 
-// " at 1280 x 720" if the modes were measured at another size than the picture's.
-std::string measured_elsewhere(const Viewer& viewer) {
-  const Camera measured = measured_camera(viewer);
-  if (measured.width == viewer.camera.width && measured.height == viewer.camera.height) return "";
-  return fmt::format(" at {} x {}", measured.width, measured.height);
-}
+// The numbers of the mode in the window, all of one size.
+struct PictureNumbers {
+  std::string ms, fps;  // empty: unknown
+  std::string pairs;
+  std::string time_at, pairs_at;  // " at 1/2" if they are of a reduced frame
+  std::uint32_t visible = 0, largest_tile = 0;
+  std::string elsewhere = {};  // "1280 x 720" if the table and the picture differ in their size
+};
 
-// The time of the picture: the table's numbers if they are of it, else the time of its one frame.
-// Empty without a time.
-std::string time_of_picture(const Viewer& viewer) {
-  if (const BenchRow* row = row_of_picture(viewer)) {
-    const std::optional<double> spread = spread_ms(*row);
-    return fmt::format("{} ms, {} FPS{}", time_text(row->ms_median, spread),
-                       rate_text(row->ms_median, spread), measured_elsewhere(viewer));
+// The time of the last picture, and its pairs at its full size, or the pairs of a reduced frame,
+// which say so.
+PictureNumbers numbers_of_shown(const Viewer& viewer) {
+  const RenderStats& stats = viewer.shown.stats;
+  const std::string size = size_text(viewer.shown.divisor);
+  PictureNumbers numbers{
+      {}, {}, grouped(stats.tile_pairs), size, size, stats.visible, stats.max_pairs_in_a_tile};
+  if (const std::optional<FullSizePairs> full = full_size_pairs(viewer)) {
+    numbers.pairs = (full->exact ? "" : "~") + grouped(full->pairs);
+    numbers.pairs_at.clear();
   }
-  const double ms = static_cast<double>(viewer.shown.stats.frame_ms);
-  if (ms <= 0) return "";
-  return fmt::format("~{} ms, ~{} FPS{}", rough(ms), rough(1000 / ms),
-                     size_text(viewer.shown.divisor));
+  if (numbers_are_current(viewer) && !is_measured_size(viewer))
+    numbers.elsewhere = fmt::format("{} x {}", viewer.camera.width, viewer.camera.height);
+  if (stats.frame_ms <= 0) return numbers;
+  const double ms = static_cast<double>(stats.frame_ms);
+  const std::optional<LiveRate> live = live_rate(viewer, viewer.shown.mode);
+  const double fps = live ? live->fps : 1000 / ms;
+  numbers.ms = "~" + rough(1000 / fps);
+  numbers.fps = "~" + rough(fps);
+  return numbers;
 }
 
-// The pairs of the picture at its full size, or the pairs of a reduced frame, which says so.
-// `unit` follows the number.
-std::string pairs_of_picture(const Viewer& viewer, const char* unit) {
-  if (const std::optional<FullSizePairs> full = full_size_pairs(viewer))
-    return (full->exact ? "" : "~") + grouped(full->pairs) + unit;
-  return grouped(viewer.shown.stats.tile_pairs) + unit + size_text(viewer.shown.divisor);
+// Of the table if it is of the view in the window.
+PictureNumbers numbers_of_picture(const Viewer& viewer) {
+  const BenchRow* row = row_of_picture(viewer);
+  if (row == nullptr) return numbers_of_shown(viewer);
+  const std::optional<double> spread = spread_ms(*row);
+  return {time_text(row->ms_median, spread),
+          rate_text(row->ms_median, spread),
+          grouped(row->pairs),
+          "",
+          "",
+          row->visible,
+          row->max_tile,
+          is_measured_size(viewer) ? "" : numbers_size(viewer)};
+}
+
+std::string rate_of(const PictureNumbers& numbers) {
+  return fmt::format("{} ms, {} FPS{}", numbers.ms, numbers.fps, numbers.time_at);
 }
 
 // The numbers of two scenes beside each other, in the order of their names.
@@ -85,12 +111,13 @@ std::vector<std::string> numbers_of_both(const Viewer& viewer) {
 }
 
 std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
-  const RenderStats& stats = viewer.shown.stats;
+  const PictureNumbers numbers = numbers_of_picture(viewer);
   std::vector<std::string> words = {mode_name(viewer.mode())};
-  if (const std::string time = time_of_picture(viewer); !time.empty()) words.push_back(time);
-  words.push_back(pairs_of_picture(viewer, " pairs"));
-  words.push_back(
-      fmt::format("{} of {} Gaussians", grouped(stats.visible), grouped(stats.gaussians)));
+  if (!numbers.elsewhere.empty()) words.front() += " at " + numbers.elsewhere;
+  if (!numbers.fps.empty()) words.push_back(rate_of(numbers));
+  words.push_back(numbers.pairs + " pairs" + numbers.pairs_at);
+  words.push_back(fmt::format("{} of {} Gaussians", grouped(numbers.visible),
+                              grouped(viewer.shown.stats.gaussians)));
   return words;
 }
 
@@ -135,7 +162,8 @@ ordered_json mode_json(const Viewer& viewer, const HudRow& row) {
           {"ms_median", row.ms.value},
           {"ms", row.ms.text},
           {"fps", row.fps.text},
-          {"fps_sampled", row.fps_sampled},
+          {"fps_value", row.fps.value},
+          {"is_live", row.is_live},
           {"pairs", row.pairs.text},
           {"per_visible", row.per_visible.text},
           {"unused", row.unused.text},
@@ -211,18 +239,19 @@ void add_messages(const Viewer& viewer, ordered_json& json) {
 
 std::vector<Fact> hud_facts(const Viewer& viewer) {
   const RenderStats& stats = viewer.shown.stats;
-  const std::string time = time_of_picture(viewer);
+  const PictureNumbers numbers = numbers_of_picture(viewer);
   std::vector<Fact> facts = {
-      {"render", time.empty() ? "-" : time},
+      {"render", numbers.fps.empty() ? "-" : rate_of(numbers)},
       {"display", viewer.display_fps > 0 ? fps_text(viewer.display_fps) + " FPS" : "at rest"},
       {"present",
        fmt::format("{} ms{}", ms_text(static_cast<double>(stats.present_ms + viewer.present_ms)),
                    viewer.shown.interop ? ", by interop" : ", through the host")},
       {"drawn by", drawn_by({viewer.shown.mode, stats.pipeline, viewer.backend})},
-      {"tile pairs", pairs_of_picture(viewer, "")},
-      {"visible", fmt::format("{} of {}", grouped(stats.visible), grouped(stats.gaussians))},
-      {"largest tile", grouped(stats.max_pairs_in_a_tile) + " pairs"},
+      {"tile pairs", numbers.pairs + numbers.pairs_at},
+      {"visible", fmt::format("{} of {}", grouped(numbers.visible), grouped(stats.gaussians))},
+      {"largest tile", grouped(numbers.largest_tile) + " pairs"},
   };
+  if (!numbers.elsewhere.empty()) facts.insert(facts.begin(), {"size", numbers.elsewhere});
   if (viewer.is_remote)  // these are of a window
     std::erase_if(
         facts, [](const Fact& fact) { return fact.label == "display" || fact.label == "present"; });
@@ -296,15 +325,29 @@ std::string hud_status(const Viewer& viewer) {
     if (frames > 0) text += fmt::format(": medians of {} frames each", frames);
     return text + (viewer.measuring ? ", measuring more ..." : "");
   }
-  const std::string sampled = viewer.samples.empty() ? "" : ", ~ of single frames";
-  const std::string measures = "measuring all modes for this view" + sampled + " ...";
-  if (viewer.measuring) return measures;
-  const std::string from =
-      (viewer.numbers.rows.empty() ? "not measured yet" : "from an earlier view") + sampled;
-  if (is_training(viewer)) return from + "; modes are not measured beside the trainer";
-  if (!viewer.on_demand) return from + "; all modes are measured while drawing on demand only";
+  if (viewer.measuring) return "measuring all modes for this view ...";
+  const std::string live = viewer.live.pairs.empty()
+                               ? "not measured yet"
+                               : fmt::format(
+                                     "in flight at {}: ~ of {} frames, each beside a "
+                                     "picture in the window",
+                                     numbers_size(viewer), kPairsOfMode);
+  if (is_training(viewer)) return live + "; modes are not measured beside the trainer";
+  if (!viewer.on_demand) return live + "; all modes are measured while drawing on demand only";
   const bool soon = viewer.still() && !viewer.playback.running;
-  return soon ? measures : from + "; measured once this view is still";
+  return soon ? "measuring all modes for this view ..."
+              : live + "; measured once this view is still";
+}
+
+std::vector<std::string> badge_lines(const Viewer& viewer) {
+  const PictureNumbers numbers =
+      is_measured_size(viewer) ? numbers_of_picture(viewer) : numbers_of_shown(viewer);
+  std::vector<std::string> lines;
+  if (!numbers.fps.empty()) lines.push_back(numbers.fps + " FPS" + numbers.time_at);
+  lines.push_back(numbers.pairs + " pairs" + numbers.pairs_at);
+  lines.push_back(fmt::format("{} x {}", viewer.camera.width, viewer.camera.height));
+  lines.push_back(drawn_by({viewer.shown.mode, viewer.shown.stats.pipeline, viewer.backend}));
+  return lines;
 }
 
 std::array<double, kStageCount> stages_of(const BenchRow& row) {

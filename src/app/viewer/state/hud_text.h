@@ -31,6 +31,10 @@ struct StatusLine {
 };
 StatusLine status_line(const Viewer& viewer);
 
+/// The lines of the badge below the mode's name, of the picture in the window at its own size: FPS
+/// if they are known, pairs, size and backend.
+std::vector<std::string> badge_lines(const Viewer& viewer);
+
 /// Facts of the two frames in a split window; empty otherwise.
 std::vector<Fact> split_facts(const Viewer& viewer);
 

@@ -34,26 +34,24 @@ void set_measured(HudRow& row, const BenchRow& measured) {
   row.fps_high = 1000 / (measured.ms_median - *spread);
 }
 
-// Counts of this view, or of a recent view of a moving camera, in place of an earlier measurement.
-void set_live_pairs(const Viewer& viewer, HudRow& row) {
-  if (numbers_are_current(viewer)) return;
-  const std::optional<LiveCount> live = live_pairs(viewer, row.mode);
-  if (!live) return;
-  row.pairs = {(live->frames_ago > 0 ? "~" : "") + grouped(live->tile_pairs),
-               static_cast<double>(live->tile_pairs)};
-  row.pairs_live = true;
-}
-
-// The FPS of a single frame in place of an earlier measurement. Measured FPS of another view have
-// no bar beside bars of samples.
-void set_sample(const Viewer& viewer, HudRow& row) {
-  if (numbers_are_current(viewer) || viewer.samples.empty()) return;
-  row.fps.value = row.fps_low = row.fps_high = 0;
-  const ModeSample* sample = sample_of(viewer, row.mode);
-  if (sample == nullptr) return;
-  row.fps.text = sample_text(*sample);
-  row.fps.value = fps_of(*sample);
-  row.fps_sampled = true;
+// Rates and counts of the view in the window, until its modes are measured: nothing of a row is of
+// an earlier view.
+void set_live(const Viewer& viewer, HudRow& row) {
+  row.is_live = true;
+  if (const std::optional<LiveCount> live = live_pairs(viewer, row.mode)) {
+    row.pairs = {(live->frames_ago > 0 ? "~" : "") + grouped(live->tile_pairs),
+                 static_cast<double>(live->tile_pairs)};
+    if (live->visible > 0) {
+      const double each = row.pairs.value / live->visible;
+      row.per_visible = {fmt::format("{:.2f}", each), each};
+    }
+  }
+  const std::optional<LiveRate> rate = live_rate(viewer, row.mode);
+  if (!rate) return;
+  row.fps = {live_text(*rate), rate->fps};
+  row.ms = {"~" + rough(1000 / rate->fps), 1000 / rate->fps};
+  const std::optional<LiveRate> base = live_rate(viewer, viewer.baseline);
+  if (base) row.ratio = {"~" + rough(rate->fps / base->fps) + "x", rate->fps / base->fps};
 }
 
 // "\u00b1" and "%" mean something else to LaTeX.
@@ -87,30 +85,6 @@ std::string markdown_line(std::vector<std::string> cells) {
   return "| " + joined(cells, " | ") + " |\n";
 }
 
-ModeGlance glance_of_row(const BenchRow& row) { return {row.fps_median, row.pairs}; }
-
-ModeGlance glance_of_seen(const Viewer& viewer, CullMode mode) {
-  ModeGlance glance;
-  const auto found = viewer.seen.stats.find(mode);
-  if (viewer.seen.view_version != viewer.view_version || found == viewer.seen.stats.end())
-    return glance;
-  const RenderStats& stats = found->second;
-  if (stats.frame_ms > 0) glance.fps = 1000 / static_cast<double>(stats.frame_ms);
-  glance.pairs = stats.tile_pairs;
-  return glance;
-}
-
-// FPS to three digits: one decimal below 100.
-std::string fps_glance(const std::optional<double>& fps) {
-  if (!fps) return "-";
-  if (*fps < 100) return fmt::format("{:.1f}", *fps);
-  return grouped(static_cast<std::uint64_t>(std::llround(*fps)));
-}
-
-std::string pairs_glance(const std::optional<std::uint64_t>& pairs) {
-  return pairs ? grouped(*pairs) : "-";
-}
-
 }  // namespace
 
 std::optional<Pipeline> other_pipeline(const Viewer& viewer) {
@@ -132,9 +106,11 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
     HudRow& row = rows.emplace_back();
     row.mode = mode;
     row.name = {mode_name(mode), static_cast<double>(mode)};
+    if (!numbers_are_current(viewer)) {
+      set_live(viewer, row);
+      continue;
+    }
     if (found != nullptr) set_measured(row, *found);
-    set_live_pairs(viewer, row);
-    set_sample(viewer, row);
     row.ratio = ratio_cell(viewer, found, here);
     if (!other) continue;
     const BenchRow* beside = measured_row(viewer, mode, *other);
@@ -148,6 +124,8 @@ std::string trust_text(const Viewer& viewer, CullMode mode) {
   const Pipeline here = viewer.settings.pipeline;
   const BenchRow* row = measured_row(viewer, mode, here);
   if (row == nullptr) return "not measured yet";
+  if (!numbers_are_current(viewer))
+    return fmt::format("~ is of {} frames, each beside a picture in the window", kPairsOfMode);
   const std::size_t frames = rounds_of(*row).size();
   std::string text = fmt::format("median of {} frame{}", frames, frames == 1 ? "" : "s");
   if (const std::optional<double> spread = spread_ms(*row)) {
@@ -207,29 +185,26 @@ std::string table_text(const Viewer& viewer, TableFormat format) {
   return text + "\\end{tabular}\n";
 }
 
-std::string table_caption(const Viewer& viewer) {
-  const std::vector<BenchRow>& rows = viewer.numbers.rows;
-  const Camera camera = measured_camera(viewer);
-  const glm::ivec2 size = rows.empty() ? glm::ivec2(camera.width, camera.height)
-                                       : glm::ivec2(rows.front().width, rows.front().height);
-  return fmt::format("{}, {} x {}, {}", viewer.scene ? viewer.scene->name : "no scene", size.x,
-                     size.y, drawn_by(viewer.variant()));
+std::string numbers_size(const Viewer& viewer) {
+  if (!numbers_are_current(viewer) || viewer.numbers.rows.empty())
+    return fmt::format("{} x {}{}", viewer.camera.width, viewer.camera.height,
+                       size_text(viewer.shown.divisor));
+  const BenchRow& row = viewer.numbers.rows.front();
+  return fmt::format("{} x {}", row.width, row.height);
 }
 
-GlancePair glances_of(const Viewer& viewer, CullMode from, CullMode to) {
-  const Pipeline pipeline = viewer.settings.pipeline;
-  const BenchRow* a = measured_row(viewer, from, pipeline);
-  const BenchRow* b = measured_row(viewer, to, pipeline);
-  if (numbers_are_current(viewer) && a != nullptr && b != nullptr)
-    return {glance_of_row(*a), glance_of_row(*b)};
-  return {glance_of_seen(viewer, from), glance_of_seen(viewer, to)};
+std::string table_caption(const Viewer& viewer) {
+  return fmt::format("{}, {}, {}", viewer.scene ? viewer.scene->name : "no scene",
+                     numbers_size(viewer), drawn_by(viewer.variant()));
 }
 
 std::string switch_text(const Viewer& viewer) {
-  const auto [from, to] = glances_of(viewer, viewer.mode_switch->from, viewer.mode_switch->to);
-  if (!from.pairs && !to.pairs) return "";
-  return fmt::format("FPS {} -> {}, pairs {} -> {}", fps_glance(from.fps), fps_glance(to.fps),
-                     pairs_glance(from.pairs), pairs_glance(to.pairs));
+  const std::vector<HudRow> rows = hud_rows(viewer);
+  const auto row_of = [&](CullMode mode) { return rows[static_cast<std::size_t>(mode - 1)]; };
+  const HudRow from = row_of(viewer.mode_switch->from), to = row_of(viewer.mode_switch->to);
+  if (from.pairs.value == 0 && to.pairs.value == 0) return "";
+  return fmt::format("FPS {} -> {}, pairs {} -> {}", from.fps.text, to.fps.text, from.pairs.text,
+                     to.pairs.text);
 }
 
 std::string grid_label(const Viewer& viewer, CullMode mode) {
@@ -240,19 +215,8 @@ std::string grid_label(const Viewer& viewer, CullMode mode) {
 
 std::string mode_label(const Viewer& viewer, CullMode mode, std::optional<std::uint64_t> counted) {
   const HudRow row = hud_rows(viewer)[static_cast<std::size_t>(mode - 1)];
-  const bool current = numbers_are_current(viewer);
-  std::string pairs = current ? row.pairs.text : "-";
-  if (pairs == "-") pairs = pairs_glance(counted);
-  return fmt::format("{} FPS \u00b7 {} pairs \u00b7 {}", current ? row.fps.text : "-", pairs,
-                     current ? row.ratio.text : "-");
-}
-
-std::vector<std::string> badge_lines(const Viewer& viewer) {
-  const ModeGlance glance = glances_of(viewer, viewer.mode(), viewer.mode()).to;
-  std::vector<std::string> lines;
-  if (glance.fps) lines.push_back(fps_glance(glance.fps) + " FPS");
-  if (glance.pairs) lines.push_back(pairs_glance(glance.pairs) + " pairs");
-  return lines;
+  const std::string pairs = counted && row.is_live ? grouped(*counted) : row.pairs.text;
+  return fmt::format("{} FPS \u00b7 {} pairs \u00b7 {}", row.fps.text, pairs, row.ratio.text);
 }
 
 }  // namespace qs

@@ -27,9 +27,9 @@ struct HudRow {
   CullMode mode = 0;
   HudCell name, ms, fps, pairs, per_visible, unused, ratio;
   HudCell other_ms{""}, other_ratio{""};  ///< of other_pipeline(); empty without another pipeline
-  double fps_low = 0, fps_high = 0;       ///< the middle half of the frames; 0 for a single frame
-  bool fps_sampled = false;  ///< the FPS are of a single frame of this or a recent view
-  bool pairs_live = false;   ///< the pairs were counted beside a frame of this or a recent view
+  double fps_low = 0, fps_high = 0;       ///< the middle half of the frames; 0 for live numbers
+  bool is_live =
+      false;  ///< the numbers are of the picture in the window: live_rate(), live_pairs()
 };
 
 std::vector<HudRow> hud_rows(const Viewer& viewer);
@@ -98,37 +98,22 @@ inline constexpr const char* kTableFormats[] = {"CSV", "Markdown", "LaTeX"};
 /// line with the scene, the size and the backend.
 std::string table_text(const Viewer& viewer, TableFormat format);
 
-/// "garden, 1280 x 720, fast on CPU": the scene, the size at which the rows were measured, and the
-/// backend.
+/// The size of all numbers of the table: "1280 x 720", or "1280 x 720 at 1/2" of a reduced picture.
+std::string numbers_size(const Viewer& viewer);
+
+/// "garden, 1280 x 720, fast on CPU": the scene, numbers_size() and the backend.
 std::string table_caption(const Viewer& viewer);
 
-// ---- the words over the picture about the mode
-// ---------------------------------------------------
-/// The numbers of a mode in the view in the window; unset if they are unknown.
-struct ModeGlance {
-  std::optional<double> fps;
-  std::optional<std::uint64_t> pairs;
-};
-
-/// The numbers of two modes from one source, so that they can be compared: both rows of the table
-/// if it is of this view, else the full-size frames of this view that were shown.
-struct GlancePair {
-  ModeGlance from, to;
-};
-GlancePair glances_of(const Viewer& viewer, CullMode from, CullMode to);
-
-/// "FPS 512 -> 1,040, pairs 5,227,642 -> 1,796,352" of Viewer::mode_switch, which must be set; "-"
-/// for unknown numbers, empty if all are unknown.
+// ---- the words over the picture about the mode -------------------------------------------------
+/// "FPS 512 -> 1,040, pairs 5,227,642 -> 1,796,352" of Viewer::mode_switch, which must be set: the
+/// rows of the table, also in flight. "-" for unknown numbers, empty without pairs.
 std::string switch_text(const Viewer& viewer);
 
 /// grid_label() with `counted` pairs until the table has them.
 std::string mode_label(const Viewer& viewer, CullMode mode, std::optional<std::uint64_t> counted);
 
-/// The numbers below a mode's picture in the grid: "1,040 FPS, 1,796,352 pairs, 2.03x"; FPS and the
-/// ratio are "-" until the table has them.
+/// The numbers below a mode's picture in the grid: "1,040 FPS, 1,796,352 pairs, 2.03x"; "-" for
+/// unknown numbers.
 std::string grid_label(const Viewer& viewer, CullMode mode);
-
-/// The lines of the badge below the name: "1,040 FPS" and "1,796,352 pairs", as far as known.
-std::vector<std::string> badge_lines(const Viewer& viewer);
 
 }  // namespace qs

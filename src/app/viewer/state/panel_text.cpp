@@ -11,6 +11,7 @@
 #include "app/framing/scene_box.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
+#include "app/viewer/state/samples.h"
 #include "base/text.h"
 
 namespace qs {
@@ -96,6 +97,7 @@ Legend heat_legend(const Viewer& viewer) {
   const ShownFrame& shown = viewer.shown;
   Legend legend = make_legend(*shown.heatmap, shown.map_scale, mode_name(shown.mode),
                               viewer.heat_view.style.colors);
+  legend.title += size_text(shown.divisor);
   legend.facts = heat_facts(viewer) + " \u00b7 " + scale_text(viewer);
   return legend;
 }
@@ -126,8 +128,8 @@ std::string heat_facts(const Viewer& viewer) {
 }
 
 std::string heat_text(const ShownFrame& shown, const Heatmap& map, std::size_t cell) {
-  std::string text =
-      fmt::format("here: {} {}", grouped(map.values[cell]), heatmap_row(map.quantity).unit);
+  std::string text = fmt::format("here: {} {}{}", grouped(map.values[cell]),
+                                 heatmap_row(map.quantity).unit, size_text(shown.divisor));
   if (shown.missed && &map == &*shown.heatmap && map.values[cell] > 0)
     text += fmt::format(", alpha to {:.2f}, color off by {:.3f}", shown.missed->alphas[cell],
                         shown.missed->errors[cell]);

@@ -6,20 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "app/measure/statistics.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/mode_numbers.h"
 
 namespace qs {
 namespace {
-
-// The value of one step in the second significant digit. `value` > 0.
-double second_digit(double value) { return std::pow(10.0, std::floor(std::log10(value)) - 1); }
-
-double rounded(double value) {
-  if (value <= 0) return 0;
-  const double unit = second_digit(value);
-  return std::round(value / unit) * unit;
-}
 
 // True if two frames of a moving camera show nearly the same Gaussians.
 bool are_near(const RenderStats& a, const RenderStats& b) {
@@ -50,7 +42,86 @@ void learn_growth(PairGrowth& growth, const ShownFrame& before, const ShownFrame
     if (reduced > 0) growth.factors[divisor] = pairs / reduced;
 }
 
+constexpr std::size_t kMostShownTimes = 200;
+
+// The speeds of the mode's last pairs of this size relative to the mode in use, oldest first.
+std::vector<double> speeds_of(const LiveTimes& live, CullMode mode, glm::ivec2 size) {
+  std::vector<double> speeds;
+  for (const PairedFrame& pair : live.pairs)
+    if (pair.variant.mode == mode && pair.size == size) speeds.push_back(pair.speed);
+  return speeds;
+}
+
+// Makes the speeds relative to the mode of the next picture. Those of a size with less than this
+// many pairs of both modes are forgotten: one bad pair would shift all rows.
+constexpr std::size_t kFewestToRefer = 3;
+void refer_to(LiveTimes& live, CullMode mode) {
+  const CullMode before = live.used.mode;
+  std::deque<PairedFrame> kept;
+  for (PairedFrame pair : live.pairs) {
+    const std::vector<double> speeds = speeds_of(live, mode, pair.size);
+    if (speeds.size() < kFewestToRefer) continue;
+    const bool swaps = pair.variant.mode == mode;
+    pair.speed = swaps ? 1 / pair.speed : pair.speed / median(speeds);
+    if (swaps) pair.variant.mode = before;
+    kept.push_back(pair);
+  }
+  live.pairs = kept;
+}
+
+// Begins anew for another pipeline or backend.
+void use(LiveTimes& live, const Variant& variant) {
+  if (live.used.pipeline != variant.pipeline || live.used.backend != variant.backend) {
+    live = {variant, {}, {}};
+  } else if (live.used.mode != variant.mode) {
+    refer_to(live, variant.mode);
+    live.used = variant;
+  }
+}
+
+// The median time of the last mode's pictures of this size, of the last second or of the view at
+// rest.
+double used_ms(const LiveTimes& live) {
+  const ShownTime& last = live.shown.back();
+  std::vector<double> times;
+  for (const ShownTime& shown : live.shown) {
+    const bool together =
+        last.at - shown.at <= kLiveSeconds || shown.view_version == last.view_version;
+    if (shown.mode == last.mode && shown.size == last.size && together) times.push_back(shown.ms);
+  }
+  return median(times);
+}
+
 }  // namespace
+
+std::optional<LiveRate> live_rate(const Viewer& viewer, CullMode mode) {
+  const LiveTimes& live = viewer.live;
+  const Variant& used = live.used;
+  if (live.shown.empty() || live.shown.back().view_version != viewer.shown.view_version ||
+      used.pipeline != viewer.settings.pipeline || used.backend != viewer.backend)
+    return std::nullopt;
+  const ShownTime& last = live.shown.back();
+  const double fps = 1000 / used_ms(live);
+  if (mode == used.mode) return LiveRate{fps, 0};
+  const std::vector<double> speeds = speeds_of(live, mode, last.size);
+  if (speeds.empty()) return std::nullopt;
+  const auto newest = std::ranges::find_if(
+      live.pairs.rbegin(), live.pairs.rend(),
+      [&](const PairedFrame& pair) { return pair.variant.mode == mode && pair.size == last.size; });
+  const bool rests = newest->view_version == viewer.view_version && !viewer.moving();
+  const bool is_told = viewer.mode_switch && viewer.mode_switch->from == mode;
+  if (!rests && !is_told && speeds.size() < kPairsOfMode) return std::nullopt;
+  return LiveRate{fps * median(speeds), rests ? 0 : viewer.now - newest->at};
+}
+
+std::string live_text(const LiveRate& rate) {
+  const std::string text = "~" + rough(rate.fps);
+  return rate.age > kLiveSeconds ? fmt::format("{} ({:.0f} s)", text, rate.age) : text;
+}
+
+Camera counted_camera(const Viewer& viewer) {
+  return viewer.moving() ? viewer.camera : measured_camera(viewer);
+}
 
 std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode) {
   const ViewCounts& counts = viewer.counts;
@@ -63,44 +134,29 @@ std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode) {
 }
 
 bool shows_counts(const Viewer& viewer) {
-  return viewer.scene && !viewer.remote && viewer.panels.hud && viewer.panels.all;
+  const bool table = viewer.panels.hud && viewer.panels.all;
+  return viewer.scene && !viewer.remote && (table || viewer.mode_switch || viewer.shows_badge);
 }
 
 bool counts_are_current(const Viewer& viewer) {
-  return viewer.counts.view_version == viewer.view_version;
+  const Camera camera = counted_camera(viewer);
+  return viewer.counts.view_version == viewer.view_version &&
+         viewer.counts.size == glm::ivec2(camera.width, camera.height);
 }
 
-const ModeSample* sample_of(const Viewer& viewer, CullMode mode) {
-  const auto found = viewer.samples.find(mode);
-  if (found == viewer.samples.end()) return nullptr;
-  const ModeSample& sample = found->second;
-  const Variant wanted{mode, viewer.settings.pipeline, viewer.backend};
-  if (sample.variant != wanted) return nullptr;
-  const bool of_this_view = sample.view_version == viewer.view_version;
-  return of_this_view || viewer.frames - sample.frame <= kMostFramesOfSample ? &sample : nullptr;
-}
-
-double fps_of(const ModeSample& sample) { return sample.frame_ms > 0 ? 1000 / sample.frame_ms : 0; }
-
-std::string sample_text(const ModeSample& sample) {
-  return "~" + rough(fps_of(sample)) + size_text(sample.divisor);
+glm::ivec2 drawn_size(const ShownFrame& frame) {
+  return glm::max(glm::ivec2(frame.camera.width, frame.camera.height) / frame.divisor,
+                  glm::ivec2(1));
 }
 
 std::string size_text(int divisor) { return divisor > 1 ? fmt::format(" at 1/{}", divisor) : ""; }
 
-std::string rough(double value) {
-  if (value <= 0) return "0";
-  const double shown = rounded(value);
-  return significant(shown, second_digit(shown));
-}
-
 std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer) {
   const ShownFrame& shown = viewer.shown;
   if (shown.divisor == 1) return FullSizePairs{shown.stats.tile_pairs, true};
-  const Camera measured = measured_camera(viewer);
   const std::optional<LiveCount> live = live_pairs(viewer, shown.mode);
-  if (live && live->frames_ago == 0 && measured.width == viewer.camera.width &&
-      measured.height == viewer.camera.height)
+  if (live && live->frames_ago == 0 &&
+      viewer.counts.size == glm::ivec2(viewer.camera.width, viewer.camera.height))
     return FullSizePairs{live->tile_pairs, true};
   const auto growth = viewer.pair_growth.factors.find(shown.divisor);
   if (growth == viewer.pair_growth.factors.end()) return std::nullopt;
@@ -112,23 +168,31 @@ bool shows_colors_alone(const ShownFrame& frame) {
   return !frame.heatmap && !frame.values && !frame.other && !frame.grid;
 }
 
-void action::mode_sampled(Viewer& v, const ModeSample& sample) {
-  ModeSample& kept = v.samples[sample.variant.mode];
-  kept = sample;
-  kept.frame = v.frames;
+void action::frame_paired(Viewer& v, const PairedFrame& pair) {
+  use(v.live, {pair.shown, pair.variant.pipeline, pair.variant.backend});
+  std::deque<PairedFrame>& pairs = v.live.pairs;
+  pairs.push_back(pair);
+  pairs.back().at = v.now;
+  const auto is_like = [&](const PairedFrame& other) {
+    return other.variant.mode == pair.variant.mode && other.size == pair.size;
+  };
+  if (static_cast<std::size_t>(std::ranges::count_if(pairs, is_like)) > kPairsOfMode)
+    pairs.erase(std::ranges::find_if(pairs, is_like));
 }
 
 void action::learn_from_frame(Viewer& v, const ShownFrame& frame) {
   if (frame.grid) return;
   learn_growth(v.pair_growth, v.shown, frame);
   if (!shows_colors_alone(frame) || frame.stats.frame_ms <= 0) return;
-  const Variant variant{frame.mode, v.settings.pipeline, v.backend};
-  mode_sampled(v, {variant, static_cast<double>(frame.stats.frame_ms), frame.divisor,
-                   frame.view_version, v.frames});
+  use(v.live, {frame.mode, v.settings.pipeline, v.backend});
+  std::deque<ShownTime>& shown = v.live.shown;
+  shown.push_back({frame.mode, static_cast<double>(frame.stats.frame_ms), drawn_size(frame),
+                   frame.view_version, v.now});
+  if (shown.size() > kMostShownTimes) shown.pop_front();
 }
 
-void action::forget_samples(Viewer& v) {
-  v.samples.clear();
+void action::forget_live_times(Viewer& v) {
+  v.live = {};
   v.pair_growth = {};
 }
 

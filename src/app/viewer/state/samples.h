@@ -6,9 +6,11 @@
 // full size of the picture, so a count is exact even where the frame in the window is reduced.
 // While the camera moves some frames may not count.
 //
-// Times of single frames are samples. A sample is less than a measurement, but it comes at once,
-// and also while the camera moves: frames in the window give samples of their mode, and the render
-// thread draws frames of the other modes in turns. Texts mark samples with "~".
+// FPS come from times of single frames until the modes are measured, and while the camera moves.
+// Frames of different views or sizes do not compare, so the render thread draws another mode at the
+// very view and size of a picture in the window, one mode after the other. The FPS of a mode are
+// those of the pictures of the last second, times the median ratio of the mode's last pairs. So all
+// rows of the table share size and moment. Texts mark such numbers with "~".
 #pragma once
 
 #include <optional>
@@ -18,24 +20,31 @@
 
 namespace qs {
 
-/// A sample is forgotten if more frames of other views than this were shown after it.
-inline constexpr int kMostFramesOfSample = 100;
+/// A mode in flight has a ratio once this many pairs of its size were drawn; the mode before a
+/// switch at once.
+inline constexpr std::size_t kPairsOfMode = 5;
 
-/// The sample of a mode with the pipeline and the backend in use; null if there is none of this
-/// view or of a recent view.
-const ModeSample* sample_of(const Viewer& viewer, CullMode mode);
+/// Seconds of pictures behind the FPS of the mode in use. Older ratios say their age.
+inline constexpr double kLiveSeconds = 1;
 
-/// FPS of the sample, without regard to its size.
-double fps_of(const ModeSample& sample);
+/// The FPS of a mode in the views of the last second.
+struct LiveRate {
+  double fps = 0;
+  double age = 0;  ///< seconds since the last pair; 0 for the mode in use and for a view at rest
+};
 
-/// "~310", or "~52 at 1/2" for a frame of half the size along each side.
-std::string sample_text(const ModeSample& sample);
+/// At the size of the picture in the window; unset until there are enough frames of the mode with
+/// the pipeline and the backend in use.
+std::optional<LiveRate> live_rate(const Viewer& viewer, CullMode mode);
+
+/// "~310", or "~310 (4 s)" for a rate of that age.
+std::string live_text(const LiveRate& rate);
+
+/// The size at which the frame was drawn, pixels.
+glm::ivec2 drawn_size(const ShownFrame& frame);
 
 /// " at 1/2" behind a number of a frame of half the size along each side; empty for the full size.
 std::string size_text(int divisor);
-
-/// Two significant digits, because one frame gives no more: 312.5 is "310", 0.834 is "0.83".
-std::string rough(double value);
 
 /// The tile pairs of the frame in the window at its full size.
 struct FullSizePairs {
@@ -60,10 +69,13 @@ struct LiveCount {
   int frames_ago = 0;
 };
 
+/// The camera of the counts: the picture's own while it moves, else measured_camera().
+Camera counted_camera(const Viewer& viewer);
+
 /// The count of a mode; unset if it is unknown, and for other modes than 1..culler_count().
 std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode);
 
-/// True if the table of modes is visible, so that frames count.
+/// True if the table of modes, the badge or a change of the mode is visible, so that frames count.
 bool shows_counts(const Viewer& viewer);
 
 /// True if the counts are of the view of the next frame.
@@ -71,14 +83,14 @@ bool counts_are_current(const Viewer& viewer);
 
 namespace action {
 
-/// A frame that was drawn for the table alone.
-void mode_sampled(Viewer& viewer, const ModeSample& sample);
+/// A frame that was drawn for its time alone.
+void frame_paired(Viewer& viewer, const PairedFrame& pair);
 
-/// Takes the sample and the pairs of a new frame; Viewer::shown is still the frame before it.
+/// Takes the time and the pairs of a new frame; Viewer::shown is still the frame before it.
 void learn_from_frame(Viewer& viewer, const ShownFrame& frame);
 
 /// Forgets everything of the scene.
-void forget_samples(Viewer& viewer);
+void forget_live_times(Viewer& viewer);
 
 }  // namespace action
 }  // namespace qs

@@ -225,22 +225,42 @@ struct ShownFrame {
   int scale_version = -1;           ///< Viewer::view_version that `map_scale` fits
   /// Frame::mode_pairs of the full-size view; empty if the frame did not count them
   std::vector<ModePairs> mode_pairs;
+  glm::ivec2 counted_size{0};  ///< of the view of `mode_pairs`, pixels
 };
 
 /// The last counted pairs of all modes; samples.h reads them.
 struct ViewCounts {
   int view_version = -1;         ///< Viewer::view_version
+  glm::ivec2 size{0};            ///< of the counted picture, pixels
   int frame = 0;                 ///< Viewer::frames of the frame that counted
   std::vector<ModePairs> modes;  ///< index = mode - 1; empty: nothing was counted yet
 };
 
-/// The time of one frame of a mode; samples.h reads it.
-struct ModeSample {
-  Variant variant;
-  double frame_ms = 0;
-  int divisor = 1;        ///< drawn at 1 / divisor of the full size
+/// A frame of another mode, drawn for its time at the very view and size of a picture in the
+/// window.
+struct PairedFrame {
+  Variant variant;        ///< of the frame
+  CullMode shown = 0;     ///< the picture's mode
+  double speed = 0;       ///< the picture's time divided by the frame's; processor time on the CPU
+  glm::ivec2 size{0};     ///< of both, pixels
   int view_version = -1;  ///< Viewer::view_version
-  int frame = 0;          ///< Viewer::frames when it came
+  double at = 0;          ///< Viewer::now when it came
+};
+
+/// The time of a picture in the window.
+struct ShownTime {
+  CullMode mode = 0;
+  double ms = 0;
+  glm::ivec2 size{0};     ///< as drawn, pixels
+  int view_version = -1;  ///< Viewer::view_version
+  double at = 0;          ///< Viewer::now
+};
+
+/// Times of single frames; samples.h makes the FPS of all modes of them.
+struct LiveTimes {
+  Variant used;                   ///< of the last picture; speeds are relative to its mode
+  std::deque<ShownTime> shown;    ///< the pictures of a second, newest last
+  std::deque<PairedFrame> pairs;  ///< the last of each mode and size, newest last
 };
 
 /// The tile pairs of full-size frames relative to the pairs of reduced frames, learned from views
@@ -267,12 +287,6 @@ struct ModeSwitch {
 
 /// Seconds for which a change of the mode is shown.
 inline constexpr double kSwitchSeconds = 2;
-
-/// Statistics of the full-size frames of one view, one per mode that was shown.
-struct SeenModes {
-  int view_version = -1;  ///< Viewer::view_version
-  std::map<CullMode, RenderStats> stats;
-};
 
 struct InspectedView {
   int version = -1;  ///< Viewer::version
@@ -329,7 +343,7 @@ struct Loading {
   float fraction = 0;  ///< done, 0 to 1
 };
 
-/// The picture size at which all modes are measured. Panels do not change it.
+/// The picture size at which all modes and zooms are measured. Panels do not change it.
 struct MeasuredSize {
   const char* name;
   glm::ivec2 pixels;  ///< 0: of the window or of the camera
@@ -340,6 +354,7 @@ inline constexpr MeasuredSize kMeasuredSizes[] = {{"window", {0, 0}},
                                                   {"1280 x 720", {1280, 720}},
                                                   {"1600 x 1200", {1600, 1200}},
                                                   {"1920 x 1080", {1920, 1080}},
+                                                  {"3840 x 2160", {3840, 2160}},
                                                   {"camera", {0, 0}}};
 
 /// Seconds after the last motion of the camera: it counts as moving up to the first, as still from
@@ -420,10 +435,9 @@ struct Viewer : Turn {
   ShownFrame shown;
   int frames = 0;  ///< counts changes of `shown`
   ViewCounts counts;
-  std::map<CullMode, ModeSample> samples;
+  LiveTimes live;
   PairGrowth pair_growth;
   ModeNumbers numbers;
-  SeenModes seen;
   CullMode baseline = find_culler("3dgs");  ///< the mode to which ratios are relative
   std::size_t measured_size = 0;            ///< index into kMeasuredSizes
   std::deque<float> frame_ms;               ///< render times of the last full-size frames

@@ -45,7 +45,7 @@ ordered_json list_json(const Rows& rows, const Of& of) {
 
 ordered_json plan_json(const Viewer& viewer) {
   const ZoomPlan& plan = viewer.zoom.plan;
-  const Camera start = zoom_start(plan, viewer.camera);
+  const Camera start = zoom_start(plan, measured_camera(viewer));
   return {{"start", plan.start ? "remembered" : "this view"},
           {"closer", plan.closer},
           {"steps", plan.steps},
@@ -120,7 +120,7 @@ const ZoomRecord* saved_zoom(Viewer& v) {
 std::optional<double> zoom_seconds(const Viewer& viewer) {
   const ZoomPlan& plan = viewer.zoom.plan;
   if (viewer.camera.width < 1) return std::nullopt;
-  const Camera start = zoom_start(plan, viewer.camera);
+  const Camera start = zoom_start(plan, measured_camera(viewer));
   const double pixels = static_cast<double>(start.width) * start.height;
   double ms = 0;
   for (const CullMode mode : zoom_modes(plan)) {

@@ -23,7 +23,7 @@ inline constexpr int kZoomWarmUp = 3;  ///< untimed frames per mode, before ever
 inline constexpr double kLeastCloser = 1.1, kMostCloser = 1000;
 inline constexpr int kMostZoomSide = 8192;  ///< pixels
 
-/// The sizes that the panel offers; the first stands for the size of the picture in the window.
+/// The sizes that the panel offers; the first stands for the size of the table of modes.
 inline constexpr std::array<glm::ivec2, 4> kZoomSizes = {
     {{0, 0}, {1280, 720}, {1600, 1200}, {1920, 1080}}};
 
@@ -34,7 +34,7 @@ struct ZoomPlan {
   int steps = 12;
   int frames = kFewestZoomFrames;    ///< timed, per mode and step
   std::vector<CullMode> modes;       ///< sorted; empty: all
-  glm::ivec2 size{0};                ///< pixels; 0: as the picture in the window
+  glm::ivec2 size{0};                ///< pixels; 0: as the table of modes
   std::optional<Pipeline> pipeline;  ///< unset: the window's
 
   bool operator==(const ZoomPlan& other) const;

@@ -44,24 +44,24 @@ class GpuNumbers : public test::RenderingViewer {
     double first = 0, all = 0;
     while (viewer().numbers.rows.empty() && ms() < 60000) {
       take_reports();
-      if (first == 0 && !viewer().samples.empty()) first = ms();
-      if (all == 0 && viewer().samples.size() == static_cast<std::size_t>(culler_count()))
-        all = ms();
+      const std::size_t pairs = viewer().live.pairs.size();
+      if (first == 0 && pairs > 0) first = ms();
+      if (all == 0 && pairs + 1 == static_cast<std::size_t>(culler_count())) all = ms();
     }
     const double measured = ms();
-    EXPECT_EQ(viewer().samples.size(), static_cast<std::size_t>(culler_count()));
+    EXPECT_EQ(viewer().live.pairs.size() + 1, static_cast<std::size_t>(culler_count()));
     EXPECT_FALSE(viewer().numbers.rows.empty());
     fmt::print(
         "{}: {} Gaussians, first number {:.1f} ms, of all modes {:.1f} ms, measured {:.0f} ms; "
-        "{:.2f} times the time of a flight without samples\n",
+        "{:.2f} times the time of a flight without pairs\n",
         name, gaussians, first, all, measured, flight_ms(true) / flight_ms(false));
   }
 
   // Milliseconds of 600 frames in motion.
-  double flight_ms(bool samples) {
+  double flight_ms(bool pairs) {
     FrameRequest request = full_frame(viewer());
     request.moving = true;
-    request.samples = samples;
+    request.pairs = pairs;
     start_ = std::chrono::steady_clock::now();
     for (int i = 0; i < 600; ++i) {
       thread_.request(request);

@@ -6,7 +6,9 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <random>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -252,44 +254,54 @@ TEST_F(RenderThreadTest, a_frame_that_shall_count_is_drawn) {
   EXPECT_FALSE(draw(request)->shown.mode_pairs.empty());
 }
 
-TEST_F(RenderThreadTest, every_mode_has_a_sample_before_the_numbers_of_all_modes) {
-  std::vector<CullMode> sampled;
+TEST_F(RenderThreadTest, every_other_mode_is_paired_before_the_numbers_of_all_modes) {
   thread_.request(NumbersRequest{request_.camera, request_.settings, viewer().view_version});
   const auto deadline = std::chrono::steady_clock::now() + 60s;
+  std::set<CullMode> paired;
   while (viewer().numbers.rows.empty() && std::chrono::steady_clock::now() < deadline) {
     Actions reports;
     thread_.take_reports(reports);
     for (const Action& report : reports) {
-      const std::size_t before = viewer().samples.size();
+      const bool measured = !viewer().numbers.rows.empty();
       apply(report);
-      if (viewer().samples.size() > before) {
-        EXPECT_TRUE(viewer().numbers.rows.empty());
-        sampled.push_back(static_cast<CullMode>(viewer().samples.size()));
+      for (const PairedFrame& pair : viewer().live.pairs) {
+        if (paired.insert(pair.variant.mode).second) {
+          EXPECT_FALSE(measured);
+        }
       }
     }
   }
-  EXPECT_EQ(sampled.size(), static_cast<std::size_t>(culler_count()));
-  for (const auto& [mode, sample] : viewer().samples) {
-    EXPECT_EQ(sample.variant, (Variant{mode, request_.settings.pipeline, Backend::cpu}));
-    EXPECT_EQ(sample.divisor, 1);
-    EXPECT_GT(sample.frame_ms, 0);
+  EXPECT_EQ(paired.size(), static_cast<std::size_t>(culler_count() - 1));
+  EXPECT_EQ(paired.count(request_.settings.mode), 0u);
+  for (const PairedFrame& pair : viewer().live.pairs) {
+    EXPECT_EQ(pair.shown, request_.settings.mode);
+    EXPECT_EQ(pair.size, glm::ivec2(request_.camera.width, request_.camera.height));
+    EXPECT_GT(pair.speed, 0);
   }
 }
 
-TEST_F(RenderThreadTest, a_moving_camera_samples_all_other_modes_in_turns) {
+TEST_F(RenderThreadTest, other_modes_are_drawn_beside_the_pictures_of_a_moving_camera) {
   FrameRequest request = full_frame(viewer());
-  request.moving = request.samples = true;
+  request.moving = request.pairs = true;
   request.divisor = 2;
-  for (int frame = 0; frame < 9; ++frame) draw(request);
-  EXPECT_TRUE(viewer().samples.empty()) << "nine frames";
-  for (int frame = 9; frame < 10 * (culler_count() - 1); ++frame) draw(request);
-  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-    const auto found = viewer().samples.find(mode);
-    ASSERT_EQ(found != viewer().samples.end(), mode != request.settings.mode) << mode;
-    if (mode != request.settings.mode) {
-      EXPECT_EQ(found->second.divisor, 2);
-    }
+  const auto deadline = std::chrono::steady_clock::now() + 60s;
+  const auto modes = [&] {
+    std::map<CullMode, int> count;
+    for (const PairedFrame& pair : viewer().live.pairs) ++count[pair.variant.mode];
+    return count;
+  };
+  std::size_t pairs = 0;
+  while (modes().size() < static_cast<std::size_t>(culler_count() - 1) &&
+         std::chrono::steady_clock::now() < deadline) {
+    draw(request);
+    const std::size_t after = viewer().live.pairs.size();
+    EXPECT_LE(after, pairs + 1) << "at most one behind a picture";
+    pairs = after;
   }
+  EXPECT_EQ(pairs, static_cast<std::size_t>(culler_count() - 1)) << "in turns";
+  EXPECT_EQ(modes().count(request.settings.mode), 0u);
+  for (const PairedFrame& pair : viewer().live.pairs)
+    EXPECT_EQ(pair.size, glm::ivec2(request.camera.width, request.camera.height) / 2);
 }
 
 TEST_F(RenderThreadTest, numbers_of_all_modes_arrive_when_nothing_else_is_to_do) {

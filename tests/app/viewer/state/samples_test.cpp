@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The times of single frames in the table of modes, and the pairs of reduced frames.
+// The FPS of all modes in flight, by frames beside the pictures in the window, and the pairs of
+// reduced frames.
 #include "app/viewer/state/samples.h"
 
 #include <gmock/gmock.h>
@@ -39,69 +40,159 @@ TEST(Samples, have_the_two_digits_that_one_frame_gives) {
   EXPECT_EQ(rough(0.834), "0.83");
   EXPECT_EQ(rough(0.0123), "0.012");
   EXPECT_EQ(rough(0), "0");
-  ModeSample sample;
-  sample.frame_ms = 20;
-  EXPECT_EQ(sample_text(sample), "~50");
-  sample.divisor = 3;
-  EXPECT_EQ(sample_text(sample), "~50 at 1/3");
+  EXPECT_EQ(live_text({52.4, 0}), "~52");
+  EXPECT_EQ(live_text({52.4, 1}), "~52");
+  EXPECT_EQ(live_text({52.4, 4.2}), "~52 (4 s)");
 }
 
-TEST(Samples, of_frames_in_the_window_stand_in_the_table_until_the_modes_are_measured) {
-  Viewer viewer;
-  EXPECT_EQ(row_of(viewer, "quadbox").fps.text, "-");
-  viewer.settings.mode = find_culler("quadbox");
-  action::frame_shown(viewer, frame_of(viewer, 20, 1000, 2));
-  EXPECT_EQ(row_of(viewer, "quadbox").fps.text, "~50 at 1/2");
-  EXPECT_TRUE(row_of(viewer, "quadbox").fps_sampled);
-  EXPECT_EQ(row_of(viewer, "quadbox").fps.value, 50);
-  EXPECT_EQ(row_of(viewer, "3dgs").fps.text, "-");
-  EXPECT_THAT(hud_status(viewer), HasSubstr("~ of single frames"));
+// A flight of quadbox at 1/2 of 640 x 480, with a new view for every picture.
+class LiveRates : public testing::Test {
+ protected:
+  LiveRates() {
+    viewer_.settings.mode = find_culler("quadbox");
+    viewer_.camera.width = 640;
+    viewer_.camera.height = 480;
+  }
+
+  void show(double ms, int divisor = 2) {
+    viewer_.now += 0.02;
+    viewer_.last_motion = viewer_.now;
+    action::view_changed(viewer_);
+    ShownFrame frame = frame_of(viewer_, static_cast<float>(ms), 1000, divisor);
+    frame.camera = viewer_.camera;
+    action::frame_shown(viewer_, frame);
+  }
+
+  // A frame of another mode that took `ms` beside a picture that took `shown_ms`.
+  void pair(const char* mode, double shown_ms, double ms, int divisor = 2) {
+    PairedFrame pair;
+    pair.variant = {find_culler(mode), viewer_.settings.pipeline, viewer_.backend};
+    pair.shown = viewer_.mode();
+    pair.speed = shown_ms / ms;
+    pair.size = glm::ivec2(640, 480) / divisor;
+    pair.view_version = viewer_.view_version;
+    action::frame_paired(viewer_, pair);
+  }
+
+  std::string fps(const char* mode) const { return row_of(viewer_, mode).fps.text; }
+
+  Viewer viewer_;
+};
+
+TEST_F(LiveRates, are_those_of_the_last_second_times_the_median_ratio_of_five_pairs) {
+  show(20);
+  EXPECT_EQ(fps("quadbox"), "~50");
+  for (const double ms : {40.0, 40.0, 400.0, 10.0}) pair("3dgs", 20, ms);
+  EXPECT_EQ(fps("3dgs"), "-") << "four pairs";
+  pair("3dgs", 30, 60);
+  EXPECT_EQ(fps("3dgs"), "~25");
+  // The view becomes slower: all rows follow, by the same ratios.
+  for (int i = 0; i < 60; ++i) show(40);
+  EXPECT_EQ(fps("quadbox"), "~25");
+  EXPECT_EQ(fps("3dgs"), "~13 (1 s)");
+  // The last five of six.
+  for (const double ms : {40.0, 40.0, 40.0}) pair("3dgs", 40, ms);
+  EXPECT_EQ(fps("3dgs"), "~25");
+}
+
+TEST_F(LiveRates, leave_nothing_of_an_earlier_view_in_a_row) {
   BenchRow measured;
-  measured.mode = "quadbox";
-  measured.fps_median = 48;
-  measured.ms_median = 1000 / 48.0;
-  viewer.numbers = {viewer.view_version, {measured}};
-  EXPECT_EQ(row_of(viewer, "quadbox").fps.text, "48.0");
-  EXPECT_FALSE(row_of(viewer, "quadbox").fps_sampled);
+  measured.mode = "3dgs";
+  measured.ms_median = 1000 / (measured.fps_median = 48);
+  measured.pairs = 5000;
+  viewer_.numbers = {viewer_.view_version, {measured}};
+  EXPECT_EQ(row_of(viewer_, "3dgs").pairs.text, "5,000");
+  show(20);
+  const HudRow row = row_of(viewer_, "3dgs");
+  for (const HudCell& cell : {row.fps, row.ms, row.ratio, row.pairs, row.per_visible, row.unused}) {
+    EXPECT_EQ(cell.text, "-");
+    EXPECT_EQ(cell.value, 0);
+  }
+  for (int i = 0; i < 5; ++i) pair("3dgs", 20, 30);
+  EXPECT_EQ(row_of(viewer_, "3dgs").ms.text, "~30");
+  EXPECT_EQ(row_of(viewer_, "3dgs").ratio.text, "~1.0x");
+  EXPECT_EQ(row_of(viewer_, "quadbox").ratio.text, "~1.5x");
+  EXPECT_THAT(table_caption(viewer_), HasSubstr("640 x 480 at 1/2"));
 }
 
-TEST(Samples, in_motion_replace_old_numbers_whose_bars_would_not_compare) {
-  Viewer viewer;
-  std::vector<BenchRow> rows(2);
-  rows[0].mode = "3dgs";
-  rows[1].mode = "quadbox";
-  for (BenchRow& row : rows) row.ms_median = 1000 / (row.fps_median = 48);
-  viewer.numbers = {viewer.view_version, rows};
-  action::view_changed(viewer);
-  ModeSample sample;
-  sample.variant = {find_culler("quadbox"), viewer.settings.pipeline, viewer.backend};
-  sample.frame_ms = 10;
-  sample.view_version = viewer.view_version;
-  action::mode_sampled(viewer, sample);
-  EXPECT_EQ(row_of(viewer, "quadbox").fps.text, "~100");
-  EXPECT_EQ(row_of(viewer, "3dgs").fps.text, "48.0");
-  EXPECT_EQ(row_of(viewer, "3dgs").fps.value, 0);
+TEST_F(LiveRates, compare_frames_of_one_size) {
+  show(20);
+  for (int i = 0; i < 5; ++i) pair("3dgs", 20, 40);
+  show(50, 1);
+  EXPECT_EQ(fps("quadbox"), "~20");
+  EXPECT_EQ(fps("3dgs"), "-") << "no pair of this size";
+  for (int i = 0; i < 5; ++i) pair("3dgs", 50, 500, 1);
+  EXPECT_EQ(fps("3dgs"), "~2.0");
+  show(20);
+  EXPECT_EQ(fps("3dgs"), "~25") << "the pairs of the other size are kept";
 }
 
-TEST(Samples, are_of_the_pipeline_in_use_and_not_too_old) {
-  Viewer viewer;
-  const auto sampled = [&] { return sample_of(viewer, viewer.mode()) != nullptr; };
-  action::frame_shown(viewer, frame_of(viewer, 20, 1000, 1));
-  EXPECT_TRUE(sampled());
+TEST_F(LiveRates, outlive_a_switch_of_the_mode) {
+  show(20);
+  for (int i = 0; i < 5; ++i) {
+    pair("3dgs", 20, 40);
+    pair("exact", 20, 10);
+  }
+  viewer_.settings.mode = find_culler("3dgs");
+  show(80);
+  EXPECT_EQ(fps("3dgs"), "~13");
+  EXPECT_EQ(fps("quadbox"), "~25");
+  EXPECT_EQ(fps("exact"), "~50");
+  viewer_.mode_switch = {find_culler("quadbox"), find_culler("3dgs"), viewer_.now};
+  viewer_.counts = {
+      viewer_.view_version, {640, 480}, viewer_.frames, std::vector<ModePairs>(6, {5000, 10})};
+  EXPECT_EQ(switch_text(viewer_), "FPS ~25 -> ~13, pairs 5,000 -> 5,000");
+}
+
+TEST_F(LiveRates, of_the_mode_before_a_switch_need_one_pair) {
+  show(20);
+  viewer_.settings.mode = find_culler("3dgs");
+  viewer_.mode_switch = {find_culler("quadbox"), find_culler("3dgs"), viewer_.now};
+  show(40);
+  EXPECT_EQ(fps("quadbox"), "-");
+  pair("quadbox", 40, 20);
+  pair("exact", 40, 20);
+  EXPECT_EQ(fps("3dgs"), "~25");
+  EXPECT_EQ(fps("quadbox"), "~50");
+  EXPECT_EQ(fps("exact"), "-");
+}
+
+TEST_F(LiveRates, are_not_shifted_by_one_bad_pair_with_the_next_mode) {
+  show(20);
+  for (int i = 0; i < 5; ++i) pair("exact", 20, 10);
+  pair("3dgs", 20, 400);
+  viewer_.settings.mode = find_culler("3dgs");
+  show(40);
+  EXPECT_EQ(fps("3dgs"), "~25");
+  EXPECT_EQ(fps("exact"), "-");
+}
+
+TEST_F(LiveRates, of_a_view_at_rest_need_one_pair) {
+  show(20, 1);
+  pair("3dgs", 20, 40, 1);
+  EXPECT_EQ(fps("3dgs"), "-");
+  viewer_.now += 5;
+  EXPECT_EQ(fps("3dgs"), "~25");
+}
+
+TEST_F(LiveRates, are_of_the_pipeline_in_use_and_of_the_picture_in_the_window) {
+  show(20);
+  EXPECT_EQ(fps("quadbox"), "~50");
   const Pipeline used = std::exchange(
-      viewer.settings.pipeline,
-      viewer.settings.pipeline == Pipeline::fast ? Pipeline::classic : Pipeline::fast);
-  EXPECT_FALSE(sampled());
-  viewer.settings.pipeline = used;
-  viewer.frames += kMostFramesOfSample;
-  EXPECT_TRUE(sampled());
-  ++viewer.frames;
-  EXPECT_TRUE(sampled()) << "the view is the same";
-  ++viewer.view_version;
-  EXPECT_FALSE(sampled());
+      viewer_.settings.pipeline,
+      viewer_.settings.pipeline == Pipeline::fast ? Pipeline::classic : Pipeline::fast);
+  EXPECT_EQ(fps("quadbox"), "-");
+  viewer_.settings.pipeline = used;
+  EXPECT_EQ(fps("quadbox"), "~50");
+  // A picture with a map takes longer, and its view is another one.
+  action::view_changed(viewer_);
+  ShownFrame frame = frame_of(viewer_, 30, 1000, 2);
+  frame.heatmap.emplace();
+  action::frame_shown(viewer_, frame);
+  EXPECT_EQ(fps("quadbox"), "-");
 }
 
-TEST(Samples, come_only_from_frames_that_draw_the_mode_alone) {
+TEST(LiveTimes, come_only_from_frames_that_draw_the_mode_alone) {
   Viewer viewer;
   ShownFrame frame = frame_of(viewer, 20, 1000, 1);
   frame.heatmap.emplace();
@@ -112,7 +203,7 @@ TEST(Samples, come_only_from_frames_that_draw_the_mode_alone) {
   frame.other.reset();
   frame.grid.emplace();
   action::frame_shown(viewer, frame);
-  EXPECT_TRUE(viewer.samples.empty());
+  EXPECT_TRUE(viewer.live.shown.empty());
 }
 
 TEST(FullSizePairs, of_a_reduced_frame_are_estimated_from_views_that_were_drawn_in_both_sizes) {
@@ -156,17 +247,18 @@ TEST(FullSizePairs, of_a_reduced_frame_that_counted_are_exact) {
   ShownFrame frame = frame_of(viewer, 20, 1000, 2);
   for (unsigned i = 0; i < static_cast<unsigned>(culler_count()); ++i)
     frame.mode_pairs.push_back({4000 + i, 10});
+  frame.counted_size = {640, 480};
+  viewer.camera.width = 640;
+  viewer.camera.height = 480;
   action::frame_shown(viewer, frame);
   ASSERT_TRUE(full_size_pairs(viewer));
   EXPECT_EQ(full_size_pairs(viewer)->pairs, 3999u + static_cast<unsigned>(viewer.mode()));
   EXPECT_TRUE(full_size_pairs(viewer)->exact);
-  viewer.bare_size = {1280, 720};  // the count is of another size than the picture
-  viewer.camera.width = 832;
-  viewer.camera.height = 720;
+  viewer.camera.width = 832;  // the count is of another size than the picture
   EXPECT_FALSE(full_size_pairs(viewer));
 }
 
-TEST(Samples, are_forgotten_with_their_scene) {
+TEST(LiveTimes, are_forgotten_with_their_scene) {
   Viewer viewer;
   test::RecordingHost host;
   OpenedScene opened{};
@@ -174,10 +266,10 @@ TEST(Samples, are_forgotten_with_their_scene) {
   action::scene_opened(viewer, host, opened);
   action::frame_shown(viewer, frame_of(viewer, 20, 1000, 2));
   action::frame_shown(viewer, frame_of(viewer, 20, 3000, 1));
-  EXPECT_FALSE(viewer.samples.empty());
+  EXPECT_FALSE(viewer.live.shown.empty());
   opened.facts.path = "/data/b.ply";
   action::scene_opened(viewer, host, opened);
-  EXPECT_TRUE(viewer.samples.empty());
+  EXPECT_TRUE(viewer.live.shown.empty());
   EXPECT_EQ(viewer.pair_growth.factors.size(), 1u);
 }
 

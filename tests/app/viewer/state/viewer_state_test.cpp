@@ -328,8 +328,8 @@ TEST(State, only_frames_of_colours_alone_give_the_time_of_their_mode) {
     ShownFrame edited = frame;
     edit(edited);
     driven.apply(frame_shown, edited);
-    EXPECT_EQ(driven.viewer.seen.stats.at(frame.mode).frame_ms, 7);
-    EXPECT_EQ(driven.viewer.samples.at(frame.mode).frame_ms, 7);
+    ASSERT_THAT(driven.viewer.live.shown, SizeIs(1));
+    EXPECT_EQ(driven.viewer.live.shown.front().ms, 7);
   };
   shown_with([](ShownFrame& edited) { edited.heatmap.emplace(); });
   shown_with([](ShownFrame& edited) { edited.values.emplace(); });

@@ -21,8 +21,11 @@ namespace qs {
 namespace {
 
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
+using testing::Not;
 using testing::SizeIs;
+using testing::StartsWith;
 
 std::string value_of(const std::vector<Fact>& facts, const std::string& label) {
   for (const Fact& fact : facts) {
@@ -268,14 +271,9 @@ TEST(ModeGlance, a_switch_tells_both_modes_of_the_same_view) {
   Viewer viewer = known_viewer();
   viewer.mode_switch = {find_culler("3dgs"), find_culler("quadbox"), 0};
   EXPECT_EQ(switch_text(viewer), "") << "nothing is known";
-  viewer.seen = {viewer.view_version, {}};
-  RenderStats& seen = viewer.seen.stats[find_culler("3dgs")];
-  seen.frame_ms = 8;
-  seen.tile_pairs = 5000;
-  EXPECT_EQ(switch_text(viewer), "FPS 125 -> -, pairs 5,000 -> -");
   viewer.numbers = {viewer.view_version,
                     {row_of_mode("3dgs", 2, 5227642), row_of_mode("quadbox", 0.9612, 1796352)}};
-  EXPECT_EQ(switch_text(viewer), "FPS 500 -> 1,040, pairs 5,227,642 -> 1,796,352");
+  EXPECT_EQ(switch_text(viewer), "FPS 500.0 -> 1040, pairs 5,227,642 -> 1,796,352");
   ++viewer.view_version;  // the numbers and the frames are of an earlier view
   EXPECT_EQ(switch_text(viewer), "");
 }
@@ -301,8 +299,26 @@ TEST(HudText, the_picture_s_time_is_the_table_s_once_the_table_is_of_it) {
   const std::string time = fmt::format("{} ms, {} FPS", shown.ms.text, shown.fps.text);
   EXPECT_THAT(status_line(viewer).numbers, HasSubstr(time + "  "));
   EXPECT_EQ(value_of(hud_facts(viewer), "render"), time);
+  EXPECT_EQ(badge_lines(viewer)[0], shown.fps.text + " FPS");
+  EXPECT_THAT(status_line(viewer).numbers, StartsWith("quadbox  "));
   viewer.bare_size = {1600, 900};
-  EXPECT_THAT(status_line(viewer).numbers, HasSubstr(time + " at 1600 x 900"));
+  // The table is of another size than the picture: so are all numbers of the line and the panel.
+  viewer.shown.stats.tile_pairs = 1000000;
+  viewer.shown.stats.visible = 99;
+  viewer.numbers.rows[0].width = 1600;
+  viewer.numbers.rows[0].height = 900;
+  viewer.numbers.rows[0].visible = 1234;
+  viewer.numbers.rows[0].max_tile = 77;
+  EXPECT_THAT(status_line(viewer).numbers, StartsWith("quadbox at 1600 x 900  "));
+  EXPECT_THAT(status_line(viewer).numbers, HasSubstr(time + "  "));
+  EXPECT_THAT(status_line(viewer).numbers, HasSubstr("1,796,352 pairs"));
+  const std::vector<Fact> facts = hud_facts(viewer);
+  EXPECT_EQ(value_of(facts, "size"), "1600 x 900");
+  EXPECT_EQ(value_of(facts, "tile pairs"), "1,796,352");
+  EXPECT_EQ(value_of(facts, "visible"), "1,234 of 5,834,784");
+  EXPECT_EQ(value_of(facts, "largest tile"), "77 pairs");
+  // The badge goes into saved pictures, so it is of the picture.
+  EXPECT_THAT(badge_lines(viewer), ElementsAre("~250 FPS", "1,000,000 pairs", "1280 x 720", "cpu"));
   // A frame that does more than the mode is not the table's.
   viewer.shown.heatmap.emplace();
   EXPECT_THAT(status_line(viewer).numbers, HasSubstr("~250 FPS"));
@@ -403,14 +419,14 @@ TEST(HudText, the_state_of_the_table_is_said) {
       "all modes measured off screen for this view: medians of 2 frames each, measuring more ...");
   viewer.measuring = false;
   ++viewer.view_version;
-  EXPECT_EQ(hud_status(viewer), "from an earlier view; measured once this view is still");
+  EXPECT_EQ(hud_status(viewer), "not measured yet; measured once this view is still");
   viewer.now += 1;
   EXPECT_EQ(hud_status(viewer), measuring);
   viewer.playback.running = true;
-  EXPECT_EQ(hud_status(viewer), "from an earlier view; measured once this view is still");
+  EXPECT_EQ(hud_status(viewer), "not measured yet; measured once this view is still");
   viewer.on_demand = false;
   EXPECT_EQ(hud_status(viewer),
-            "from an earlier view; all modes are measured while drawing on demand only");
+            "not measured yet; all modes are measured while drawing on demand only");
   viewer.measuring = true;
   EXPECT_EQ(hud_status(viewer), measuring);
   viewer.numbers.version = viewer.view_version;
@@ -568,6 +584,11 @@ TEST(PanelText, a_heat_map_s_ticks_stand_at_their_values) {
     EXPECT_THAT(ticks[i].text, HasSubstr(i == 0 ? "0" : i % 2 == 0 ? "000" : "500"));
   }
   EXPECT_EQ(heat_text(shown, *shown.heatmap, 1), "here: 1,234 pairs");
+  EXPECT_THAT(heat_legend(viewer).title, Not(HasSubstr(" at ")));
+  shown.divisor = 2;  // a reduced picture has fewer tiles
+  EXPECT_THAT(heat_legend(viewer).title, EndsWith(" at 1/2"));
+  EXPECT_EQ(heat_text(shown, *shown.heatmap, 1), "here: 1,234 pairs at 1/2");
+  shown.divisor = 1;
 }
 
 TEST(PanelText, a_map_of_missed_contributions_names_their_alpha_and_error) {

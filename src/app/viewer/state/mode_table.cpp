@@ -212,8 +212,9 @@ std::string table_caption(const Viewer& viewer) {
   const Camera camera = measured_camera(viewer);
   const glm::ivec2 size = rows.empty() ? glm::ivec2(camera.width, camera.height)
                                        : glm::ivec2(rows.front().width, rows.front().height);
-  return fmt::format("{}, {} x {}, {}", viewer.scene ? viewer.scene->name : "no scene", size.x,
-                     size.y, drawn_by(viewer.variant()));
+  const std::string altered = alterations_of(viewer).text;
+  return fmt::format("{}, {} x {}, {}{}", viewer.scene ? viewer.scene->name : "no scene", size.x,
+                     size.y, drawn_by(viewer.variant()), altered.empty() ? "" : ", " + altered);
 }
 
 GlancePair glances_of(const Viewer& viewer, CullMode from, CullMode to) {

@@ -211,6 +211,8 @@ bool has_bars(const std::vector<BenchRow>& rows) {
 }
 
 MiddleHalf middle_half(const BenchRow& row) {
+  if (row.turn_ms && !row.turn_ms->empty())
+    return {percentile(*row.turn_ms, 0.25), percentile(*row.turn_ms, 0.75)};
   const double ms = row.ms_median, spread = spread_ms(row).value_or(0);
   return {std::max(ms - spread, 0.1 * ms), ms + spread};
 }

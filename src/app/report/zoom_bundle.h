@@ -53,7 +53,8 @@ std::uint64_t frames_per_point(const std::vector<BenchRow>& rows);
 /// True if every row has at least kFewestBarFrames frames. False without rows.
 bool has_bars(const std::vector<BenchRow>& rows);
 
-/// The middle half of the frame times, ms: the median and its spread_ms() on both sides.
+/// The quartiles of the frame times, ms. Reports of earlier versions lack the frames: there it is
+/// the median and its spread_ms() on both sides.
 struct MiddleHalf {
   double low, high;  ///< > 0 if the median is
 };

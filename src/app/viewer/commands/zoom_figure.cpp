@@ -12,7 +12,7 @@ namespace qs {
 namespace {
 
 constexpr glm::ivec2 kZoomFigure{1400, 800};
-constexpr int kChartLeft = 120, kChartTop = 170, kChartRight = 1170, kChartBottom = 680;
+constexpr int kChartLeft = 120, kChartTop = 130, kChartRight = 1170, kChartBottom = 680;
 constexpr int kZoomTitle = 30, kZoomText = 24;
 
 // The lines and texts of a figure with the pixels of the chart.
@@ -66,7 +66,6 @@ Figure zoom_figure(const ZoomBundle& bundle, ZoomQuantity quantity) {
                 kZoomTitle);
   drawing.write({kChartLeft, 52}, zoom_caption(bundle, has_times));
   drawing.write({kChartLeft, 82}, alterations_in(bundle.rows));
-  drawing.write({kChartLeft, kChartTop - 48}, chart.title, Align::left, on_white::kFaint);
   drawing.write({(kChartLeft + kChartRight) / 2, kChartBottom + 44}, kZoomAxis, Align::center);
   const std::string noisy = noisy_steps(bundle.rows);
   if (has_times)

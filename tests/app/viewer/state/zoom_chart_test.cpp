@@ -111,6 +111,17 @@ TEST(ZoomChart, a_bar_needs_five_frames_at_every_point) {
   EXPECT_THAT(texts(chart.value_ticks), ElementsAre("0", "2", "4", "6")) << "no bar to show";
 }
 
+TEST(ZoomChart, bars_are_the_quartiles_of_the_frames_if_they_are_known) {
+  ZoomRecord record = some_record();
+  record.rows[0].turn_ms = {{9, 1, 2, 3, 4}};
+  const ZoomChart ms = zoom_chart(&record, nullptr, ZoomQuantity::ms);
+  EXPECT_EQ(ms.curves[0].points[0].low, 2);
+  EXPECT_EQ(ms.curves[0].points[0].high, 4);
+  const ZoomChart fps = zoom_chart(&record, nullptr, ZoomQuantity::fps);
+  EXPECT_EQ(fps.curves[0].points[0].low, 250);
+  EXPECT_EQ(fps.curves[0].points[0].high, 500);
+}
+
 TEST(ZoomChart, another_recording_is_beneath_and_widens_the_axes) {
   const ZoomRecord record = some_record();
   ZoomRecord beneath = some_record(3, 10);

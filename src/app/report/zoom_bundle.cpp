@@ -100,7 +100,8 @@ std::string x_axis(const ZoomBundle& bundle, bool has_times) {
     ticks.push_back(fmt::format("{} {}", quoted(tick.text), tick.value));
   const std::string noisy = has_times ? noisy_steps(bundle.rows) : "";
   return fmt::format(
-      "set logscale x 2\nset errorbars 0\nset yrange [0:*]\nset xrange [{:.6g}:{:.6g}]\nset xtics ({})\n"
+      "set logscale x 2\nset errorbars 0\nset yrange [0:*]\nset xrange [{:.6g}:{:.6g}]\nset xtics "
+      "({})\n"
       "set xlabel \"zoom (first distance to the target / distance)\"{}\n",
       1 / margin, most * margin, joined(ticks, ", "),
       noisy.empty() ? "" : " . \"\\n\" . " + quoted("noisy steps: " + noisy));

@@ -91,8 +91,8 @@ std::string numbers_text(const Viewer& viewer, CullMode mode, std::uint64_t pair
   double worst = 0;  // spread, of the median
   for (const BenchRow& each : viewer.numbers.rows)
     worst = std::max(worst, spread_ms(each).value_or(0) / each.ms_median);
-  std::string text = fmt::format("{} FPS \u00b7 {}",
-                                 rate_text(row->ms_median, worst * row->ms_median), counted);
+  std::string text =
+      fmt::format("{} FPS \u00b7 {}", rate_text(row->ms_median, worst * row->ms_median), counted);
   const auto ratio = ratio_to_baseline(viewer, row, viewer.settings.pipeline);
   if (!ratio) return text;
   text += fmt::format(" \u00b7 {:.2f}x", ratio->value);

@@ -40,14 +40,18 @@ function chartSvg(chart, place) {
   svg.append(svgText(chart.axis, { x: width - right, y: height - 5, "text-anchor": "end" }));
   for (const [from, to, share, color] of chart.columns)
     svg.append(makeSvg("rect", { x: x(from), y: y(share), width: Math.max(1, x(to) - x(from)), height: y(0) - y(share), fill: color, opacity: 0.7 }));
-  for (const curve of chart.curves.filter((one) => one.band)) {
-    const band = [...curve.points.map(([a, , low]) => [a, low]), ...curve.points.map(([a, , , high]) => [a, high]).reverse()];
-    svg.append(makeSvg("polygon", { points: points(band), fill: themed(curve.ink), opacity: 0.12 }));
-  }
+  chart.curves.forEach((curve, number) => {
+    const aside = 2 * (number - (chart.curves.length - 1) / 2);
+    if (curve.bars) for (const [a, , low, high] of curve.points)
+      svg.append(makeSvg("line", { x1: x(a) + aside, x2: x(a) + aside, y1: y(low), y2: y(high), stroke: themed(curve.ink), opacity: 0.8 }));
+  });
   for (const curve of chart.curves) {
     const color = themed(curve.ink);
     svg.append(makeSvg("polyline", { points: points(curve.points), fill: "none", stroke: color, "stroke-width": curve.width, "stroke-dasharray": curve.dashed ? "6 4" : "none" }));
-    if (curve.marked) for (const [a, b] of curve.points) svg.append(makeSvg("circle", { cx: x(a), cy: y(b), r: 2.5, fill: color }));
+    if (curve.marked) for (const [a, b, , , noisy] of curve.points) {
+      svg.append(makeSvg("circle", { cx: x(a), cy: y(b), r: 2.5, fill: color }));
+      if (noisy) svg.append(makeSvg("circle", { cx: x(a), cy: y(b), r: 5, fill: "none", stroke: color }));
+    }
   }
   const line = makeSvg("line", { y1: y(0), y2: y(1), stroke: "var(--faint)", visibility: "hidden" });
   svg.append(line);

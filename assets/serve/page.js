@@ -247,7 +247,7 @@ function showView() {
   at("mode").value = view.mode;
   for (const button of at("commands").querySelectorAll("button"))
     button.setAttribute("aria-pressed", view.checked.includes(button.dataset.help));
-  document.title = sections.scenes[view.scene].name + " - quadsplat";
+  document.title = view.title;
 }
 
 function showStatus() {

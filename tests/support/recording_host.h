@@ -26,6 +26,8 @@ class RecordingHost : public Host {
   std::vector<TrainingRequest> trained;
   int cancelled = 0, stopped = 0, fullscreens = 0, quits = 0;
   std::string text;  ///< on the clipboard
+  bool copies_pictures = false;
+  std::vector<std::filesystem::path> copied;  ///< pictures, if copies_pictures
 
   void open(const std::filesystem::path& path, const std::string& axes) override {
     opened.push_back({path, axes});
@@ -51,6 +53,10 @@ class RecordingHost : public Host {
   }
   std::string clipboard() const override { return text; }
   void set_clipboard(const std::string& content) override { text = content; }
+  bool copy_picture(const std::filesystem::path& file) override {
+    if (copies_pictures) copied.push_back(file);
+    return copies_pictures;
+  }
   void toggle_fullscreen() override { ++fullscreens; }
   void quit() override { ++quits; }
 };

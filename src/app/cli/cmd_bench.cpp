@@ -17,6 +17,7 @@
 #include "app/report/bench_report.h"
 #include "app/report/environment.h"
 #include "app/report/markdown.h"
+#include "app/session/alterations.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
@@ -88,13 +89,16 @@ class Bench {
     if (command_.exact_color) frame.network = NetworkUse::reference;
     const bool grid = copies != glm::ivec2(1);
     Session session = open_session(frame, [&](Scene& scene) {
-      if (grid) scene.cloud = replicate(scene.cloud, copies, world_up(scene.vertical_axis));
+      if (!grid) return;
+      scene.cloud = replicate(scene.cloud, copies, world_up(scene.vertical_axis));
+      scene.edits.copies = copies;
     });
     if (report_.environment.is_null()) describe(session);
     std::string name = scene_name(session.scene->path);
     if (grid || command_.scaling > 0) name += fmt::format(" {}x{}", copies.x, copies.y);
     if (is_taken(name)) name += fmt::format(" ({})", report_.scenes.size() + 1);
     report_.scenes.push_back(scene_facts(*session.scene, name));
+    alterations_of(session).add_to(report_.scenes.back());
     const std::vector<Shot> views = choose_views(frame, session);
     BenchPlugins plugins(command_.plugins, command_.plugin_timeout, session, name,
                          report_.environment);

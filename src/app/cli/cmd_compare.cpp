@@ -11,6 +11,7 @@
 #include "app/inspect/comparison_sheet.h"
 #include "app/inspect/reference_check.h"
 #include "app/measure/scene_facts.h"
+#include "app/session/alterations.h"
 #include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
@@ -70,13 +71,12 @@ class Compare {
     bar_.hide();
     view.crop = command_.crop.value_or(most_different_crop(
         view.truth, view.variants, default_crop_size(shot_.camera.width, shot_.camera.height)));
-    fmt::print("{}, {} x {}, {}", shot_.origin, shot_.camera.width, shot_.camera.height,
-               format_comparison(view));
+    fmt::print("{}, {} x {}{}, {}", shot_.origin, shot_.camera.width, shot_.camera.height,
+               altered_clause(session_), format_comparison(view));
     if (!command_.sheet) return kExitOk;
     write_image(draw_comparison(view, command_.amplification,
                                 picture_title(session_.scene->path, shot_.origin), *session_.pool),
-                *command_.sheet,
-                frame_metadata(session_.scene->path, shot_.camera, command_.against, {}));
+                *command_.sheet, frame_metadata(session_, shot_.camera, command_.against, {}));
     fmt::print(stderr, "wrote {}\n", command_.sheet->string());
     return kExitOk;
   }

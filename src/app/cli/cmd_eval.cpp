@@ -96,11 +96,8 @@ class EvalRun {
     session_ = open_session(command_.frame);
     if (network_ != nullptr)
       distance_ = make_lpips(session_.backend, weights, *session_.pool, session_.device);
-    report_ = {environment_json(session_),
-               scene_json(*session_.scene),
-               method(views),
-               views.list.size(),
-               {}};
+    report_ = {
+        environment_json(session_), scene_json(session_), method(views), views.list.size(), {}};
     if (command_.save) make_folder(*command_.save);
     {
       ProgressBar bar("evaluating");
@@ -193,7 +190,8 @@ class EvalRun {
   void save(const Image& image, const EvalView& view, const char* what) const {
     if (!command_.save) return;
     const std::filesystem::path path = *command_.save / ("view." + command_.save_format);
-    write_image(image, with_word(with_word(path, view.camera.name), what));
+    write_image(image, with_word(with_word(path, view.camera.name), what),
+                altered_metadata(session_));
   }
 
   const EvalCommand& command_;

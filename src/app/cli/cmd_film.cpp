@@ -9,6 +9,7 @@
 #include "app/framing/first_view.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/statistics.h"
+#include "app/session/alterations.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/quit_signals.h"
@@ -82,6 +83,7 @@ int film(const FilmCommand& command) {
   Session session = open_session(command.frame);
   plan.track = choose_track(command, session, plan.size);
   plan.seconds = command.seconds.value_or(plan.track.seconds);
+  plan.altered = alterations_of(session).text;
   plan.numbers = command.numbers.value_or(command.frame.modes.size() > 1);
   for (const CullMode mode : command.frame.modes) {
     plan.ways.push_back({session.renderer.get(), session.settings, mode_name(mode)});
@@ -96,8 +98,8 @@ int film(const FilmCommand& command) {
     ProgressBar bar("filming");
     numbers = write_film(command.output, plan, until_signal(bar.progress()));
   }
-  fmt::print(stderr, "wrote {} ({} pictures, {} x {}, {} per second)\n", command.output.string(),
-             plan.frames(), plan.size.x, plan.size.y, plan.fps);
+  fmt::print(stderr, "wrote {} ({} pictures, {} x {}, {} per second{})\n", command.output.string(),
+             plan.frames(), plan.size.x, plan.size.y, plan.fps, altered_clause(session));
   if (plan.quantity != Quantity::color) {
     fmt::print(stderr, "{}: colours from {}{}\n", row_of(plan.quantity).name,
                plan.scale.text_of_ends(), row_of(plan.quantity).unit);

@@ -11,6 +11,7 @@
 #include "app/inspect/construction.h"
 #include "app/inspect/inspection.h"
 #include "app/measure/scene_facts.h"
+#include "app/session/alterations.h"
 #include "app/session/shot.h"
 #include "base/fail.h"
 #include "io/bytes/json_text.h"
@@ -73,8 +74,8 @@ int run(const InspectCommand& command) {
     write_text(*command.json, json_file_text(json));
   }
   if (command.json != "-") {
-    fmt::print("{}, {} x {}, mode {}\n{}", shot.origin, size.x, size.y, mode,
-               format_inspection(inspection));
+    fmt::print("{}, {} x {}, mode {}{}\n{}", shot.origin, size.x, size.y, mode,
+               altered_clause(session), format_inspection(inspection));
   }
   if (!command.output) return kExitOk;
   if (!inspection.gaussian) {
@@ -83,7 +84,7 @@ int run(const InspectCommand& command) {
   write_image(draw_construction({inspection, frame.color, frame.grid,
                                  picture_title(session.scene->path, shot.origin)}),
               *command.output,
-              frame_metadata(session.scene->path, shot.camera, session.settings.mode, frame.stats));
+              frame_metadata(session, shot.camera, session.settings.mode, frame.stats));
   fmt::print(stderr, "wrote {}\n", command.output->string());
   return kExitOk;
 }

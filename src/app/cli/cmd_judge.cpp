@@ -16,6 +16,7 @@
 #include "app/report/bench_report.h"
 #include "app/report/environment.h"
 #include "app/report/eval_report.h"
+#include "app/session/alterations.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
@@ -234,7 +235,10 @@ class Judging {
          "views that differ"},
         {"ssim", ssim_method(SsimBorder::zeros)},
         {"flip", "LDR-FLIP at 67.02 pixels per degree, mean over pixels"}};
-    if (const Side* side = scene()) result_.environment = environment_json(side->session);
+    if (const Side* side = scene()) {
+      result_.environment = environment_json(side->session);
+      alterations_of(side->session).add_to(result_.environment);
+    }
     const bool to_stdout = options_.csv == "-" || options_.json == "-";
     fmt::print(to_stdout ? stderr : stdout, "{}", format_judgement_table(result_));
     if (options_.csv) write_text(*options_.csv, format_judgement_csv(result_));

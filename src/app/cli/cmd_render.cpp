@@ -15,6 +15,7 @@
 #include "app/picture/image_difference.h"
 #include "app/picture/value_map.h"
 #include "app/report/environment.h"
+#include "app/session/alterations.h"
 #include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
@@ -141,10 +142,10 @@ class RenderRun {
     }
     if (command_.measures()) {
       bar_.hide();
-      fmt::print(report(), "{}, {} x {}, {} backend, median of {} frame{}\n{}", shot.origin,
+      fmt::print(report(), "{}, {} x {}, {} backend, median of {} frame{}{}\n{}", shot.origin,
                  shot.camera.width, shot.camera.height,
                  kBackendNames[static_cast<int>(session_.backend)], repeats,
-                 repeats == 1 ? "" : "s", format_mode_table(results));
+                 repeats == 1 ? "" : "s", altered_clause(session_), format_mode_table(results));
     }
   }
 
@@ -175,7 +176,7 @@ class RenderRun {
     std::filesystem::path path = *command_.output;
     if (command_.cameras.several()) path = with_shot(path, shot);
     if (command_.several_modes()) path = with_word(path, name);
-    ImageMetadata metadata = frame_metadata(session_.scene->path, shot.camera, mode, frame.stats);
+    ImageMetadata metadata = frame_metadata(session_, shot.camera, mode, frame.stats);
     const bool one = !command_.measures();
     const Progress progress = one ? part_of(progress_, kDrawn, 1) : Progress();
     std::string values;  // the unit of the file's values instead of colours
@@ -200,7 +201,7 @@ class RenderRun {
     }
     bar_.hide();
     fmt::print(stderr, "wrote {} ({}, {}, {} x {}{})\n", path.string(), shot.origin, name,
-               shot.camera.width, shot.camera.height, values);
+               shot.camera.width, shot.camera.height, values + altered_clause(session_));
     return path.string();
   }
 

@@ -13,6 +13,7 @@
 #include "app/measure/scene_facts.h"
 #include "app/picture/heatmap.h"
 #include "app/report/study_page.h"
+#include "app/session/alterations.h"
 #include "base/environment.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
@@ -96,8 +97,8 @@ class Report {
   }
 
   std::string plots_caption(const std::string& name) const {
-    return fmt::format("{}, {} view{}, {}", name, shots_.size(), shots_.size() == 1 ? "" : "s",
-                       size());
+    return fmt::format("{}, {} view{}, {}{}", name, shots_.size(), shots_.size() == 1 ? "" : "s",
+                       size(), altered_clause(session_));
   }
 
   const Frame& render(CullMode mode, const Outputs& outputs) {
@@ -179,12 +180,12 @@ class Report {
   std::string made_with() const {
     const Environment environment = read_environment();
     return fmt::format(
-        "quadsplat {} (commit {}) on {}, {}, with {} threads. Scene file {}, {}. Counts do not "
+        "quadsplat {} (commit {}) on {}, {}, with {} threads. Scene file {}, {}{}. Counts do not "
         "depend on the machine; times do. 'quadsplat report' makes this page again; 'quadsplat "
         "inspect' shows any other pixel and Gaussian.",
         environment.version, environment.commit, environment.cpu, environment.utc,
         session_.pool->size(), session_.scene->path.filename().string(),
-        file_hash(session_.scene->path));
+        file_hash(session_.scene->path), altered_clause(session_));
   }
 
   std::filesystem::path path_;

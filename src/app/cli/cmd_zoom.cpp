@@ -12,6 +12,7 @@
 #include "app/report/bench_report.h"
 #include "app/report/environment.h"
 #include "app/report/zoom_bundle.h"
+#include "app/session/alterations.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
@@ -79,6 +80,11 @@ int replay(const ZoomCommand& command) {
   if (hash != bundle.scene_hash) {
     fail("{}: has changed since the zoom was measured ({}, now {})", session.scene->path.string(),
          bundle.scene_hash, hash);
+  }
+  nlohmann::ordered_json was = bundle.altered, is = alterations_of(session).json;
+  if (was["edits"] != is["edits"]) {
+    fail(ErrorKind::usage, "zoom: {}: its scene was edited, and these edits cannot be repeated",
+         command.replay->string());
   }
   nlohmann::ordered_json environment = environment_json(session);
   std::vector<BenchRow> rows =

@@ -265,10 +265,13 @@ class Ffmpeg {
 
 fs::path picture_name(int number) { return fmt::format("frame_{:05}.png", number); }
 
-void write_folder(const fs::path& path, const std::function<void(const AddPicture& add)>& draw) {
+void write_folder(const fs::path& path, const std::function<void(const AddPicture& add)>& draw,
+                  const ImageMetadata& metadata) {
   int count = 0;
   replace_folder(path, [&](const fs::path& hidden) {
-    draw([&](const Image& picture) { write_image(picture, hidden / picture_name(count++)); });
+    draw([&](const Image& picture) {
+      write_image(picture, hidden / picture_name(count++), metadata);
+    });
   });
   std::error_code ignored;
   while (is_own_report(path / picture_name(count)))
@@ -290,9 +293,14 @@ void check_film(const fs::path& path, glm::ivec2 size, double fps) {
 }
 
 void write_film_file(const fs::path& path, glm::ivec2 size, double fps,
-                     const std::function<void(const AddPicture& add)>& draw) {
-  const FilmFormat& format = checked_format(path, size, fps);
-  if (format.folder()) return write_folder(path, draw);
+                     const std::function<void(const AddPicture& add)>& draw,
+                     const std::string& altered) {
+  FilmFormat format = checked_format(path, size, fps);
+  if (format.folder())
+    return write_folder(path, draw,
+                        altered.empty() ? ImageMetadata() : ImageMetadata{{"Altered", altered}});
+  if (!altered.empty())
+    format.options.insert(format.options.end(), {"-metadata", "comment=Altered: " + altered});
   replace_file(path, [&](const fs::path& temporary) {
     Ffmpeg ffmpeg(temporary, path.string(), size, fps, format.options);
     draw([&](const Image& picture) { ffmpeg.add(picture); });
@@ -421,27 +429,31 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
     names.push_back({way.name, on_dark::mode_color(way.settings.mode)});
   SplitScreen screen(std::move(names), plan.size.x, plan.size.y);
   TurnOrder order;
-  write_film_file(path, plan.size, plan.fps, [&](const AddPicture& add) {
-    if (plan.numbers)  // a renderer's first frame takes longer
-      for (const FilmedBy& way : plan.ways) frame_of(plan, way, 0, progress.stop, Quantity::color);
-    for (int i = 0; i < count; ++i) {
-      std::optional<Legend> legend;
-      for (const std::size_t k : order.next(plan.ways.size())) {
-        ShownWay shown = show_way(screen, k, plan, i, progress.stop);
-        legend = std::move(shown.legend);
-        if (measures && !draws_colors)  // maps take time that the mode does not need
-          shown.stats = frame_of(plan, plan.ways[k], i, progress.stop, Quantity::color).stats;
-        numbers[k].add(shown.stats);
-        if (plan.numbers)
-          screen.label(
-              k, lines_of(shown.stats, plan.ways[k], plan.size, numbers[k].recent_ms(per_second)));
-      }
-      Image& picture = screen.picture();
-      if (legend) draw_legend_over(picture, *legend);
-      add(picture);
-      progress.update(static_cast<float>(i + 1) / static_cast<float>(count));
-    }
-  });
+  write_film_file(
+      path, plan.size, plan.fps,
+      [&](const AddPicture& add) {
+        if (plan.numbers)  // a renderer's first frame takes longer
+          for (const FilmedBy& way : plan.ways)
+            frame_of(plan, way, 0, progress.stop, Quantity::color);
+        for (int i = 0; i < count; ++i) {
+          std::optional<Legend> legend;
+          for (const std::size_t k : order.next(plan.ways.size())) {
+            ShownWay shown = show_way(screen, k, plan, i, progress.stop);
+            legend = std::move(shown.legend);
+            if (measures && !draws_colors)  // maps take time that the mode does not need
+              shown.stats = frame_of(plan, plan.ways[k], i, progress.stop, Quantity::color).stats;
+            numbers[k].add(shown.stats);
+            if (plan.numbers)
+              screen.label(k, lines_of(shown.stats, plan.ways[k], plan.size,
+                                       numbers[k].recent_ms(per_second)));
+          }
+          Image& picture = screen.picture();
+          if (legend) draw_legend_over(picture, *legend);
+          add(picture);
+          progress.update(static_cast<float>(i + 1) / static_cast<float>(count));
+        }
+      },
+      plan.altered);
   std::vector<FilmedNumbers> medians;
   for (const Numbers& way : numbers)
     medians.push_back(

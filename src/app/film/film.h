@@ -42,11 +42,13 @@ using AddPicture = std::function<void(const Image& picture)>;
 void check_film(const std::filesystem::path& path, glm::ivec2 size, double fps);
 
 /// Calls draw(add), which adds the pictures in order, and moves the finished file or folder to
-/// `path`. The name of `path` determines the format. A folder holds
+/// `path`. The name of `path` determines the format. `altered` becomes the comment of a film, or
+/// metadata of the pictures. A folder holds
 /// frame_00000.png and so on; pictures of an earlier, longer film are removed. Throws what draw()
 /// throws, and Error.
 void write_film_file(const std::filesystem::path& path, glm::ivec2 size, double fps,
-                     const std::function<void(const AddPicture& add)>& draw);
+                     const std::function<void(const AddPicture& add)>& draw,
+                     const std::string& altered = {});
 
 /// The places where the camera slows down to a stop, besides keyframes with `eases`: nowhere, at
 /// the film's begin and end, or at every keyframe.
@@ -139,6 +141,7 @@ struct FilmPlan {
   glm::ivec2 size{1280, 720};
   double seconds = 0, fps = 30;         ///< pictures per second
   std::vector<FilmedBy> ways;           ///< at least one
+  std::string altered;                  ///< of the scene, for the metadata; usually empty
   bool numbers = false;                 ///< name, FPS and tile pairs are part of the picture
   Quantity quantity = Quantity::color;  ///< other quantities are drawn by a colour map
   ValueScale scale;                     ///< the scale of the colour map; see film_scale()

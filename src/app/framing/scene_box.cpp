@@ -12,6 +12,7 @@
 #include <glm/trigonometric.hpp>
 
 #include "base/text.h"
+#include "io/scene/reader.h"
 #include "raster/scene/cloud_order.h"
 
 namespace qs {
@@ -91,6 +92,16 @@ std::size_t drop_huge(GaussianCloud& cloud) {
     if (!(largest_of(cloud.log_scales[i]) > most)) kept.push_back(static_cast<std::uint32_t>(i));
   const std::size_t dropped = cloud.size() - kept.size();
   if (dropped > 0) cloud = select(cloud, kept);
+  return dropped;
+}
+
+std::size_t drop_huge(Scene& scene) {
+  Edits edits = scene.edits;
+  const float most = std::log(scene_length(scene.cloud));
+  edits.remove(scene.cloud.size(),
+               [&](std::size_t i) { return largest_of(scene.cloud.log_scales[i]) > most; });
+  const std::size_t dropped = drop_huge(scene.cloud);
+  if (dropped > 0) scene.edits = std::move(edits);
   return dropped;
 }
 

@@ -18,6 +18,8 @@
 
 namespace qs {
 
+struct Scene;
+
 /// The vertical field of view of the cameras that framings make.
 inline constexpr double kVerticalFov = glm::radians(60.0);
 
@@ -72,8 +74,10 @@ inline std::size_t count_huge(const GaussianCloud& cloud) {
   return count_huge(cloud, scene_length(cloud));
 }
 
-/// Removes Gaussians above scene_length() and returns their number.
+/// Removes Gaussians above scene_length() and returns their number. For a scene this is a step of
+/// its edits.
 std::size_t drop_huge(GaussianCloud& cloud);
+std::size_t drop_huge(Scene& scene);
 
 /// "3 Gaussians are larger than the scene", with the right form for 1.
 std::string huge_text(std::size_t count);

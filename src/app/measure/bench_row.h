@@ -46,6 +46,9 @@ struct BenchRow {
   std::optional<double> round_spread;  ///< relative_spread() of round_ms; unset for one round
   /// half of the distance between the quartiles of the frame times; unset for one frame
   std::optional<double> ms_spread;
+  /// the alterations of the scene in words, see session/alterations.h; unset without any. A column
+  /// and a member only where it is set.
+  std::optional<std::string> altered;
   /// the frame's time in a run over the test views, see paper_times(); its mean over the rounds
   std::optional<double> ms_paper;
   /// every timed frame, in order; unset for several rounds and in reports of earlier versions

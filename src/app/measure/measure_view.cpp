@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "app/measure/statistics.h"
+#include "app/session/alterations.h"
 #include "base/error.h"
 #include "base/progress_bar.h"
 #include "raster/scene/image_metrics.h"
@@ -122,6 +123,7 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
   std::vector<Measured> all(modes.size() + plan.guests.size());
   TurnOrder order(plan.first_round);
   for (int round = 0; round < plan.rounds; ++round) measure_round(view, round, order, all);
+  const std::string altered = alterations_of(session).text;
   std::vector<BenchRow> rows;
   for (std::size_t i = 0; i < all.size(); ++i) {
     ModeResult& result = all[i].result;
@@ -144,6 +146,7 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
     }
     BenchRow& row = rows.emplace_back(make_row(session, camera, result, all[i].frame_ms));
     row.round_ms = all[i].medians;
+    if (!altered.empty()) row.altered = altered;
     if (plan.rounds > 1) {
       row.round_spread = relative_spread(row.round_ms);
     } else {

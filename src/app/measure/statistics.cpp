@@ -176,8 +176,13 @@ std::string noise_markdown(const std::vector<BenchRow>& rows) {
   return text;
 }
 
-std::string noisy_steps(const std::vector<BenchRow>& rows) {
+bool is_noisy_step(const BenchRow& row) {
   constexpr double kCurveTolerance = 0.1;  // a share of the median
+  return row.ms_spread && (*row.ms_spread > kCurveTolerance * row.ms_median ||
+                           std::abs(row.drift) > kCurveTolerance);
+}
+
+std::string noisy_steps(const std::vector<BenchRow>& rows) {
   std::vector<std::string> modes, words;
   for (const BenchRow& row : rows) add_new(modes, row.mode);
   int most = 0;
@@ -186,8 +191,7 @@ std::string noisy_steps(const std::vector<BenchRow>& rows) {
     for (const BenchRow& row : rows) {
       if (row.mode != mode) continue;
       ++steps;
-      noisy += row.ms_spread && (*row.ms_spread > kCurveTolerance * row.ms_median ||
-                                 std::abs(row.drift) > kCurveTolerance);
+      noisy += is_noisy_step(row);
     }
     most = std::max(most, steps);
     if (noisy > 0) words.push_back(fmt::format("{} {}", mode, noisy));

@@ -93,9 +93,12 @@ std::string noise_sentence(const std::vector<BenchRow>& rows);
 /// noise_sentence() as a Markdown section with a table of the noisy rows; empty if no row is noisy.
 std::string noise_markdown(const std::vector<BenchRow>& rows);
 
-/// The number of noisy steps per mode of a zoom: "3dgs 2, exact 1 of 12". Empty if no point is
-/// noisy. A step is noisy if its row has at least two frames, and half of the distance between
-/// their quartiles, or their drift, exceeds a tenth of the median.
+/// True for a row of a zoom with at least two frames if half of the distance between their
+/// quartiles, or their drift, exceeds a tenth of the median.
+bool is_noisy_step(const BenchRow& row);
+
+/// The number of noisy steps per mode of a zoom: "3dgs 2, exact 1 of 12". Empty if no step is
+/// noisy.
 std::string noisy_steps(const std::vector<BenchRow>& rows);
 
 }  // namespace qs

@@ -19,6 +19,16 @@ std::string svg_of(const FigurePicture& picture) {
       base64(encode_png(picture.image)));
 }
 
+std::string svg_of(const FigureLine& line) {
+  std::string points;
+  for (const glm::vec2 at : line.points) points += fmt::format("{:.1f},{:.1f} ", at.x, at.y);
+  return fmt::format(
+      "<{} points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-opacity=\"{}\" "
+      "stroke-linecap=\"round\" stroke-linejoin=\"round\"/>\n",
+      line.closed ? "polygon" : "polyline", points, hex_text(line.pen.color), line.pen.width,
+      line.pen.opacity);
+}
+
 // The baseline of Roboto is 0.78 of a line below its top, and a line is 1.17 times the font's size.
 std::string svg_of(const FigureText& text) {
   const double size = text.size;
@@ -33,6 +43,7 @@ std::string svg_of(const FigureText& text) {
 Image draw_figure(const Figure& figure) {
   Image page = plain_picture(figure.size.x, figure.size.y, on_white::kWhite);
   for (const FigurePicture& picture : figure.pictures) paste(page, picture.image, picture.at);
+  for (const FigureLine& line : figure.lines) stroke(page, line.points, line.closed, line.pen);
   for (const FigureText& text : figure.texts)
     draw_text(page, Font(text.size), text.at, text.text, text.color, text.align);
   return page;
@@ -45,6 +56,7 @@ std::string figure_svg(const Figure& figure, const std::string& title) {
       "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
       figure.size.x, figure.size.y, html_escaped(title));
   for (const FigurePicture& picture : figure.pictures) svg += svg_of(picture);
+  for (const FigureLine& line : figure.lines) svg += svg_of(line);
   for (const FigureText& text : figure.texts) svg += svg_of(text);
   return svg + "</svg>\n";
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A figure of pictures, plain areas and texts on white. It becomes one PNG, or an SVG whose texts
+// A figure of pictures, lines and texts on white. It becomes one PNG, or an SVG whose texts
 // stay texts.
 #pragma once
 
@@ -25,9 +25,16 @@ struct FigurePicture {
   Image image;       ///< RGB
 };
 
+struct FigureLine {
+  std::vector<glm::vec2> points;  ///< a dot is the same point twice
+  Pen pen;
+  bool closed = false;
+};
+
 struct Figure {
   glm::ivec2 size{0};  ///< pixels
   std::vector<FigurePicture> pictures;
+  std::vector<FigureLine> lines;
   std::vector<FigureText> texts;
 };
 

@@ -7,6 +7,8 @@
 #include <cstdint>
 
 #include <fmt/format.h>
+#include <glm/exponential.hpp>
+#include <glm/geometric.hpp>
 
 #include "raster/scene/image.h"
 
@@ -57,6 +59,14 @@ glm::vec3 plugin_color(std::size_t number) {
   // Colours that no mode has: a dark red, Okabe and Ito's yellow, a brown, grays.
   constexpr glm::vec3 kColors[] = {kRed, rgb(0xF0E442), rgb(0x8C564B), kGray, kLightGray};
   return kColors[number % std::size(kColors)];
+}
+
+glm::vec3 on_white::mode_color(CullMode mode) {
+  constexpr glm::vec3 kShares{0.2126f, 0.7152f, 0.0722f};
+  constexpr float kMostLuminance = 0.175f;  // white has 1.05 / (0.175 + 0.05) = 4.67 times as much
+  glm::vec3 color = qs::mode_color(mode);
+  while (glm::dot(kShares, glm::pow(color, glm::vec3(2.2f))) > kMostLuminance) color *= 0.98f;
+  return color;
 }
 
 glm::vec3 on_dark::mode_color(CullMode mode) {

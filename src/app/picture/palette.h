@@ -36,6 +36,9 @@ inline constexpr glm::vec3 kWhite{1.0f}, kInk = rgb(0x1A1C21), kFaint = rgb(0x6B
                                          kPanel = rgb(0xF6F7F8), kLine = rgb(0xD5D7DB);
 /// Index = Stage.
 inline constexpr glm::vec3 kStages[] = {kBlue, kSkyBlue, kOrange, kVermillion};
+
+/// mode_color(), darkened for text: its contrast on white is at least 4.5.
+glm::vec3 mode_color(CullMode mode);
 }  // namespace on_white
 
 /// The viewer, and the legend of a heat map.

@@ -211,10 +211,13 @@ std::string format_csv(const std::vector<BenchRow>& rows) {
   const BenchRow header;
   for_each_member(kBenchColumns, header,
                   [&](const char* name, const auto&) { text += name + ","s; });
+  const bool altered = std::ranges::any_of(rows, [](const auto& row) { return !!row.altered; });
+  if (altered) text += "altered,";
   text.back() = '\n';
   for (const BenchRow& row : rows) {
     for_each_member(kBenchColumns, row,
                     [&](const char*, const auto& value) { text += cell(value) + ","; });
+    if (altered) text += cell(row.altered) + ",";
     text.back() = '\n';
   }
   return text;
@@ -226,14 +229,18 @@ std::string baseline_of(const BenchReport& report) {
 
 std::string format_ratios_csv(const BenchReport& report) {
   const std::string baseline = baseline_of(report);
-  std::string text = "scene,camera,mode,pipeline,baseline,ratio,ratio_low,ratio_high,samples\n";
+  const bool altered = !alterations_in(report.rows).empty();
+  std::string text =
+      fmt::format("scene,camera,mode,pipeline,baseline,ratio,ratio_low,ratio_high,samples{}\n",
+                  altered ? ",altered" : "");
   for (const PairedRatio& each : paired_ratios(report.rows, baseline)) {
     const std::string cells[] = {cell(each.scene),         cell(each.camera),
                                  cell(each.mode),          cell(each.pipeline),
                                  cell(baseline),           cell(each.ratio.value),
                                  cell(low_of(each.ratio)), cell(high_of(each.ratio)),
                                  cell(each.ratio.samples)};
-    text += joined(cells, ",") + "\n";
+    text += joined(cells, ",");
+    text += altered ? "," + cell(alterations_in(report.rows, each.scene)) + "\n" : "\n";
   }
   return text;
 }
@@ -245,6 +252,7 @@ ordered_json rows_json(const std::vector<BenchRow>& rows) {
     const auto add = [&](const char* name, const auto& value) { json[name] = to_json(value); };
     for_each_member(kBenchColumns, row, add);
     for_each_member(kBenchDetails, row, add);
+    if (row.altered) json["altered"] = *row.altered;
   }
   return list;
 }
@@ -260,6 +268,7 @@ std::vector<BenchRow> read_rows(const ordered_json& list) {
     };
     for_each_member(kBenchColumns, row, take);
     for_each_member(kBenchDetails, row, take);
+    if (from.contains("altered")) row.altered = from["altered"].get<std::string>();
   }
   return rows;
 }
@@ -290,7 +299,10 @@ BenchReport parse_bench_report(const ordered_json& json) {
 
 std::string measured_on(const ordered_json& environment) {
   const std::string gpu = environment.value("gpu", "");
-  return gpu.empty() ? environment.value("cpu", "unknown") : gpu;
+  if (!gpu.empty()) return gpu;
+  const int threads = environment.value("threads", 0);
+  return environment.value("cpu", "unknown") +
+         (threads > 0 ? fmt::format(", {} thread{}", threads, threads == 1 ? "" : "s") : "");
 }
 
 std::string pipeline_note(const std::vector<BenchRow>& rows) {
@@ -299,6 +311,13 @@ std::string pipeline_note(const std::vector<BenchRow>& rows) {
     if (row.backend == kBackendNames[static_cast<int>(Backend::cuda)]) add_new(words, row.pipeline);
   }
   return words.empty() ? "" : "; pipeline " + joined(words, " and ");
+}
+
+std::string alterations_in(const std::vector<BenchRow>& rows, const std::string& scene) {
+  std::vector<std::string> texts;
+  for (const BenchRow& row : rows)
+    if (row.altered && (scene.empty() || row.scene == scene)) add_new(texts, *row.altered);
+  return joined(texts, "; ");
 }
 
 std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
@@ -331,6 +350,7 @@ std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
              plot_per_mode(means,
                            "using 2:3 with linespoints pointtype {} pointsize 1.3 linewidth 1.8")});
   }
+  for (Plot& plot : plots) plot.altered = alterations_in(report.rows);
   return plots;
 }
 

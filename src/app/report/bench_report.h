@@ -46,11 +46,15 @@ std::string format_bench_json(const BenchReport& report);
 /// Parses the result of format_bench_json(). Throws json::exception.
 BenchReport parse_bench_report(const nlohmann::ordered_json& json);
 
-/// The device for captions: the GPU on CUDA, else the model of the CPU.
+/// The device for captions: the GPU on CUDA, else the model of the CPU and the threads in use.
 std::string measured_on(const nlohmann::ordered_json& environment);
 
 /// "; pipeline fast" if rows are from CUDA, else "".
 std::string pipeline_note(const std::vector<BenchRow>& rows);
+
+/// The alterations of the scenes of the rows, or of one scene: "splat scale 0.56"; empty without
+/// any.
+std::string alterations_in(const std::vector<BenchRow>& rows, const std::string& scene = {});
 
 // Writes the folder of a benchmark: bench.csv, ratios.csv, bench.json, bench.md and the plots: FPS
 // per mode with the range of the rounds, stacked stage times, pairs per mode, and frame time

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/measure/scene_facts.h"
+#include "app/session/alterations.h"
 #include "base/environment.h"
 #include "base/json_of.h"
 #include "io/bytes/json_text.h"
@@ -73,6 +74,7 @@ ordered_json environment_json(const Session& session) {
                        {"cuda_toolkit", environment.cuda_toolkit},
                        {"cpu", environment.cpu},
                        {"hardware_threads", environment.hardware_threads},
+                       {"threads", session.pool ? session.pool->size() : 0},
                        {"backend", kBackendNames[static_cast<int>(session.backend)]},
                        {"pipeline", pipeline_name(session.backend, session.settings.pipeline)},
                        {"utc", environment.utc}};
@@ -84,20 +86,23 @@ ordered_json environment_json(const Session& session) {
   return json;
 }
 
-ordered_json scene_json(const Scene& scene) {
-  return {{"file", scene.path.string()},
-          {"hash", file_hash(scene.path)},
-          {"format", scene.format},
-          {"bytes", scene.file_bytes},
-          {"gaussians", scene.cloud.size()},
-          {"sh_degree", scene.cloud.sh_degree},
-          {"antialiased", scene.cloud.antialiased}};
+ordered_json scene_json(const Session& session) {
+  const Scene& scene = *session.scene;
+  ordered_json json = {{"file", scene.path.string()},
+                       {"hash", file_hash(scene.path)},
+                       {"format", scene.format},
+                       {"bytes", scene.file_bytes},
+                       {"gaussians", scene.cloud.size()},
+                       {"sh_degree", scene.cloud.sh_degree},
+                       {"antialiased", scene.cloud.antialiased}};
+  alterations_of(session).add_to(json);
+  return json;
 }
 
 std::string format_stats(const Session& session, const std::vector<FrameRecord>& frames,
                          std::size_t view_count) {
   ordered_json json = {{"environment", environment_json(session)},
-                       {"scene", scene_json(*session.scene)},
+                       {"scene", scene_json(session)},
                        {"view_count", view_count},
                        {"frames", ordered_json::array()}};
   for (const FrameRecord& record : frames) json["frames"].push_back(frame_json(record));

@@ -27,8 +27,8 @@ namespace qs {
 /// Build, machine and backend, as reports contain them.
 nlohmann::ordered_json environment_json(const Session& session);
 
-/// File, hash and size of a scene.
-nlohmann::ordered_json scene_json(const Scene& scene);
+/// File, hash, size and alterations of the session's scene.
+nlohmann::ordered_json scene_json(const Session& session);
 
 struct FrameRecord {
   Shot shot;

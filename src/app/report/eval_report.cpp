@@ -31,6 +31,10 @@ void add_lpips(const std::optional<LpipsValues>& lpips, ordered_json& entry) {
   entry["lpips"] = lpips->symmetric;
 }
 
+std::string altered_text(const ordered_json& scene) {
+  return scene.contains("altered") ? scene["altered"].value("text", "") : "";
+}
+
 nlohmann::ordered_json quality_json(const PictureQuality& q) {
   return {{"view", q.view}, {"psnr", finite_or_null(q.psnr)}, {"ssim", q.ssim}, {"flip", q.flip}};
 }
@@ -86,7 +90,8 @@ std::string format_eval_table(const EvalReport& report) {
   };
   for (const EvaluatedView& row : report.rows) line(row.camera.name, row);
   for (const MeanQuality& mean : means) line(mean_title(mean), mean);
-  return text;
+  const std::string altered = altered_text(report.scene);
+  return altered.empty() ? text : text + "The scene is altered: " + altered + "\n";
 }
 
 std::string format_eval_csv(const EvalReport& report) {
@@ -94,7 +99,9 @@ std::string format_eval_csv(const EvalReport& report) {
   std::string text =
       "scene,camera,mode,backend,gaussians,width,height,compared_width,"
       "compared_height,psnr,ssim";
-  text += has_lpips(report) ? ",lpips_paper,lpips\n" : "\n";
+  text += has_lpips(report) ? ",lpips_paper,lpips" : "";
+  const std::string altered = altered_text(report.scene);
+  text += altered.empty() ? "\n" : ",altered\n";
   for (const EvaluatedView& row : report.rows) {
     text += fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{:.8f}",
                         csv_field(scene.filename().string()), csv_field(row.camera.name),
@@ -102,7 +109,7 @@ std::string format_eval_csv(const EvalReport& report) {
                         report.scene.at("gaussians").get<std::uint64_t>(), row.camera.width,
                         row.camera.height, row.width, row.height, row.psnr, row.ssim);
     if (row.lpips) text += fmt::format(",{:.8f},{:.8f}", row.lpips->paper, row.lpips->symmetric);
-    text += '\n';
+    text += altered.empty() ? "\n" : "," + csv_field(altered) + "\n";
   }
   return text;
 }

@@ -260,9 +260,10 @@ std::string format_markdown(const BenchReport& report) {
       add_new(cameras, row.camera);
       add_new(sizes, fmt::format("{} x {}", row.width, row.height));
     }
-    text +=
-        fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", markdown_text(name), cameras.size(),
-                    cameras.size() == 1 ? "" : "s", joined(sizes, ", "), table(scene, baseline));
+    const std::string altered = markdown_text(alterations_in(report.rows, name));
+    text += fmt::format("\n## {}\n\n{} camera{}, {}{}\n\n{}", markdown_text(name), cameras.size(),
+                        cameras.size() == 1 ? "" : "s", joined(sizes, ", "),
+                        altered.empty() ? "" : "; altered: " + altered, table(scene, baseline));
     text += quality_table(scene);
     if (report.environment.contains("baseline")) text += camera_table(ratios, name, baseline);
   }

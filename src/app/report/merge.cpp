@@ -23,13 +23,19 @@ std::string environment_word(const ordered_json& report, const char* key) {
   return report.at("environment").value(key, "");
 }
 
-// Scenes are equal if their hashes are; their paths may differ from machine to machine.
+std::string hash_and_edits(const ordered_json& scene) {
+  const std::string hash = scene.value("hash", "");
+  return scene.contains("altered") ? hash + " " + scene["altered"].value("text", "") : hash;
+}
+
+// Scenes are equal if their hashes and alterations are; their paths may differ from machine to
+// machine.
 std::string scene_words(const ordered_json& report) {
   const ordered_json scenes = report.value("scenes", ordered_json::array());
   std::vector<std::string> words;
   for (const ordered_json& scene : scenes)
-    words.push_back(scene.value("name", "") + " " + scene.value("hash", ""));
-  if (report.contains("scene")) words.push_back(report["scene"].value("hash", ""));
+    words.push_back(scene.value("name", "") + " " + hash_and_edits(scene));
+  if (report.contains("scene")) words.push_back(hash_and_edits(report["scene"]));
   return joined(words, ", ");
 }
 

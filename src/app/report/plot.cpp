@@ -18,7 +18,7 @@ namespace {
 constexpr const char* kScript = R"(# {0}: draw it again with `gnuplot {0}.gp` in this folder
 set encoding utf8
 set termoption noenhanced
-set title {1} . "\n" . {2} font ",19"
+set title {1} . "\n" . {2}{5} font ",19"
 set grid back ytics linetype 1 linewidth 0.5 linecolor rgb "{4}"
 set border 3
 set tics nomirror out
@@ -34,7 +34,8 @@ std::string script(const Plot& plot) {
              "set output {}\n",
              quoted(plot.name + ".png")) +
          fmt::format(fmt::runtime(kScript), plot.name, quoted(plot.title), quoted(plot.caption),
-                     plot.commands, hex_text(on_white::kLine)) +
+                     plot.commands, hex_text(on_white::kLine),
+                     plot.altered.empty() ? "" : " . \"\\n\" . " + quoted(plot.altered)) +
          fmt::format(
              "set terminal svg size 1400,800 font 'sans,17' fontscale 1.3 linewidth 2 "
              "background 'white'\n"

@@ -17,7 +17,8 @@ namespace qs {
 struct Plot {
   std::string name;  ///< file name without extension
   std::string title, caption;
-  std::string commands;  ///< gnuplot: data blocks, axes, and at the end one plot_command()
+  std::string commands;      ///< gnuplot: data blocks, axes, and at the end one plot_command()
+  std::string altered = {};  ///< a line below the caption; usually empty
 };
 
 /// Writes the scripts and runs gnuplot. Returns "", or one sentence with instructions for drawing

@@ -10,7 +10,10 @@
 #include "app/measure/scene_facts.h"
 #include "app/measure/statistics.h"
 #include "app/picture/legend.h"
+#include "app/picture/palette.h"
 #include "app/report/environment.h"
+#include "app/session/alterations.h"
+#include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/json_of.h"
 #include "base/progress_bar.h"
@@ -33,56 +36,74 @@ void read_vector(const ordered_json& json, Vector& vector) {
 
 constexpr double kRoundingSlack = 1e-9;  ///< relative slack when ticks are compared
 
-// Columns of a mode's data block.
-enum Column { kZoom = 1, kFps, kFpsLow, kFpsHigh, kMs, kMsLow, kMsHigh, kPairs };
+// Columns of a mode's data block. Behind FPS and milliseconds are the ends of their bars; noisy
+// values are NaN at other steps.
+constexpr int kZoom = 1, kFps = 2, kMs = 5, kPairs = 8, kBarZoom = 9, kNoisyFps = 10, kNoisyMs = 11;
 
+// The bars of a step stand side by side, 0.6 % of the axis apart but within 0.6 of the way to the
+// next step, so that no mode hides another.
 std::string blocks(const ZoomBundle& bundle) {
   std::string text;
+  const auto modes = static_cast<double>(bundle.modes.size());
   for (std::size_t m = 0; m < bundle.modes.size(); ++m) {
+    const double apart = std::min(0.006, 0.6 / (modes * (bundle.steps - 1)));
+    const double aside =
+        std::pow(bundle.closest, -apart * (static_cast<double>(m) - 0.5 * (modes - 1)));
     std::vector<std::string> lines;
     for (std::size_t i = m; i < bundle.rows.size(); i += bundle.modes.size()) {
       const BenchRow& row = bundle.rows[i];
-      lines.push_back(fmt::format("{} {} {} {} {} {} {} {}",
-                                  zoom_factor(row, bundle.steps, bundle.closest), row.fps_median,
-                                  1000 / row.ms_p95, 1000 / row.ms_p05, row.ms_median, row.ms_p05,
-                                  row.ms_p95, static_cast<double>(row.pairs) / 1e6));
+      const double zoom = zoom_factor(row, bundle.steps, bundle.closest);
+      const auto [low, high] = middle_half(row);
+      lines.push_back(fmt::format(
+          "{} {} {} {} {} {} {} {} {:.6g} {}", zoom, row.fps_median, 1000 / high, 1000 / low,
+          row.ms_median, low, high, static_cast<double>(row.pairs) / 1e6, zoom * aside,
+          is_noisy_step(row) ? fmt::format("{} {}", row.fps_median, row.ms_median) : "NaN NaN"));
     }
     text += data_block(fmt::format("mode{}", m), lines);
   }
   return text;
 }
 
-// Bands come first, so that all curves are drawn over them. quadbox-naive lists the same pairs as
-// quadbox: its wider curve stays visible under the other.
-std::string curves(const ZoomBundle& bundle, int column, bool band) {
-  std::vector<std::string> bands, lines;
+// Bars come first, so that all curves are drawn over them. quadbox-naive lists the same pairs as
+// quadbox: its wider curve stays visible under the other. `noisy`: the column of rings; 0: without
+// bars and rings.
+std::string curves(const ZoomBundle& bundle, int column, int noisy) {
+  constexpr const char* kRing = "linewidth 1.5 pointtype 6 pointsize 2.6";
+  std::vector<std::string> bars, rings, lines;
   for (std::size_t m = 0; m < bundle.modes.size(); ++m) {
-    const std::string mode = mode_name(bundle.modes[m]);
-    bands.push_back(fmt::format(
-        "$mode{} using {}:{}:{} with filledcurves {} fillstyle transparent solid 0.2 noborder "
-        "notitle",
-        m, static_cast<int>(kZoom), column + 1, column + 2, mode_color_option(mode)));
+    const std::string mode = mode_name(bundle.modes[m]), color = mode_color_option(mode);
+    bars.push_back(
+        fmt::format("$mode{0} using {1}:{2}:{3}:{4}:{2} with financebars {5} linewidth 1.5 notitle",
+                    m, kBarZoom, column, column + 1, column + 2, color));
+    rings.push_back(fmt::format("$mode{} using {}:{} with points {} {} notitle", m, kZoom, noisy,
+                                color, kRing));
     lines.push_back(
         fmt::format("$mode{} using {}:{} with linespoints linewidth {} pointtype {} pointsize 1.3 "
                     "pointinterval {} {}",
-                    m, static_cast<int>(kZoom), column, mode == "quadbox-naive" ? 4.0 : 1.8,
-                    mode_marker(mode), std::max(1, bundle.steps / 8), mode_options(mode, mode)));
+                    m, kZoom, column, mode == "quadbox-naive" ? 4.0 : 1.8, mode_marker(mode),
+                    std::max(1, bundle.steps / 8), mode_options(mode, mode)));
   }
-  if (band) lines.insert(lines.begin(), bands.begin(), bands.end());
+  if (noisy != 0 && has_bars(bundle.rows)) lines.insert(lines.begin(), bars.begin(), bars.end());
+  if (noisy != 0 && std::ranges::any_of(bundle.rows, is_noisy_step)) {
+    lines.insert(lines.end(), rings.begin(), rings.end());
+    lines.push_back(fmt::format("NaN with points {} {} title \"noisy step\"",
+                                color_option(on_white::kInk), kRing));
+  }
   return plot_command(lines);
 }
 
 // The noisy steps are named below the axis, where there is room for all modes.
-std::string x_axis(const ZoomBundle& bundle) {
-  const double most = 1 / bundle.closest;
+std::string x_axis(const ZoomBundle& bundle, bool has_times) {
+  const double most = 1 / bundle.closest, margin = std::pow(most, 0.02);
   std::vector<std::string> ticks;
   for (const AxisTick& tick : zoom_ticks(most))
     ticks.push_back(fmt::format("{} {}", quoted(tick.text), tick.value));
-  const std::string noisy = noisy_steps(bundle.rows);
+  const std::string noisy = has_times ? noisy_steps(bundle.rows) : "";
   return fmt::format(
-      "set logscale x 2\nset yrange [0:*]\nset xrange [1:{}]\nset xtics ({})\n"
+      "set logscale x 2\nset errorbars 0\nset yrange [0:*]\nset xrange [{:.6g}:{:.6g}]\nset xtics "
+      "({})\n"
       "set xlabel \"zoom (first distance to the target / distance)\"{}\n",
-      most, joined(ticks, ", "),
+      1 / margin, most * margin, joined(ticks, ", "),
       noisy.empty() ? "" : " . \"\\n\" . " + quoted("noisy steps: " + noisy));
 }
 
@@ -113,6 +134,7 @@ std::string format_zoom_json(const ZoomBundle& bundle) {
   ordered_json json = {{"environment", bundle.environment},
                        {"scene", bundle.scene.string()},
                        {"scene_hash", bundle.scene_hash},
+                       {"altered", bundle.altered},
                        {"start", camera_json(bundle.start)},
                        {"target", {bundle.target.x, bundle.target.y, bundle.target.z}},
                        {"steps", bundle.steps},
@@ -125,6 +147,7 @@ std::string format_zoom_json(const ZoomBundle& bundle) {
                          {"antialiased", json_of(settings.antialiased)}}},
                        {"noisy_steps", noisy_steps(bundle.rows)},
                        {"rows", rows_json(bundle.rows)}};
+  if (bundle.altered.is_null()) json.erase("altered");
   return json_file_text(json);
 }
 
@@ -134,6 +157,7 @@ ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
   bundle.environment = json.at("environment");
   bundle.scene = json.at("scene").get<std::string>();
   json.at("scene_hash").get_to(bundle.scene_hash);
+  bundle.altered = json.value("altered", ordered_json());
   bundle.start = camera_of(json.at("start"), path.string());
   read_vector(json.at("target"), bundle.target);
   json_value(json.at("steps"), bundle.steps);
@@ -183,8 +207,22 @@ std::uint64_t frames_per_point(const std::vector<BenchRow>& rows) {
   return fewest;
 }
 
-bool has_bands(const std::vector<BenchRow>& rows) {
-  return frames_per_point(rows) >= kFewestBandFrames;
+bool has_bars(const std::vector<BenchRow>& rows) {
+  return frames_per_point(rows) >= kFewestBarFrames;
+}
+
+MiddleHalf middle_half(const BenchRow& row) {
+  if (row.turn_ms && !row.turn_ms->empty())
+    return {percentile(*row.turn_ms, 0.25), percentile(*row.turn_ms, 0.75)};
+  const double ms = row.ms_median, spread = spread_ms(row).value_or(0);
+  return {std::max(ms - spread, 0.1 * ms), ms + spread};
+}
+
+std::string zoom_caption(const ZoomBundle& bundle, bool has_times) {
+  const BenchRow& row = bundle.rows.front();
+  return fmt::format("{}; {} x {}; {}", row.scene, row.width, row.height,
+                     measured_on(bundle.environment)) +
+         pipeline_note(bundle.rows) + (has_times ? frames_note(bundle.rows) : "");
 }
 
 double zoom_factor(const BenchRow& row, int steps, double closest) {
@@ -222,22 +260,21 @@ std::vector<AxisTick> round_ticks(double most) {
 
 std::vector<Plot> zoom_plots(const ZoomBundle& bundle) {
   if (bundle.rows.empty()) return {};
-  const BenchRow& row = bundle.rows.front();
-  const std::string caption = fmt::format("{}; {} x {}; {}", row.scene, row.width, row.height,
-                                          measured_on(bundle.environment)) +
-                              pipeline_note(bundle.rows) + frames_note(bundle.rows);
-  const bool bands = has_bands(bundle.rows);
-  const std::string note = bands ? " (band: 5-95 % of the frames)" : "";
+  const bool bars = has_bars(bundle.rows);
+  const std::string note = bars ? " (bars: the middle half of the frames)" : "";
   const auto plot = [&](const char* name, const std::string& title, const char* label, int column,
-                        bool band) {
-    return Plot{name, title, caption,
-                blocks(bundle) + x_axis(bundle) + fmt::format("set ylabel {}\n", quoted(label)) +
-                    curves(bundle, column, band)};
+                        int noisy) {
+    const bool has_times = noisy != 0;
+    return Plot{name, title, zoom_caption(bundle, has_times),
+                blocks(bundle) + x_axis(bundle, has_times) +
+                    fmt::format("set ylabel {}\n", quoted(label)) + curves(bundle, column, noisy),
+                alterations_in(bundle.rows)};
   };
-  return {plot("zoom_fps", "Frames per second while zooming in" + note, "frames per second", kFps,
-               bands),
-          plot("zoom_ms", "Frame time while zooming in" + note, "time per frame (ms)", kMs, bands),
-          plot("zoom_pairs", "Tile pairs while zooming in", "pairs (millions)", kPairs, false)};
+  return {
+      plot("zoom_fps", "Frames per second while zooming in" + note, "frames per second", kFps,
+           kNoisyFps),
+      plot("zoom_ms", "Frame time while zooming in" + note, "time per frame (ms)", kMs, kNoisyMs),
+      plot("zoom_pairs", "Tile pairs while zooming in", "pairs (millions)", kPairs, 0)};
 }
 
 ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 target) {
@@ -247,6 +284,7 @@ ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 ta
   bundle.start = start;
   bundle.target = target;
   bundle.settings = session.settings;
+  bundle.altered = alterations_of(session).json;
   bundle.environment = environment_json(session);
   bundle.modes = all_modes();
   return bundle;
@@ -293,7 +331,7 @@ std::string save_zoom(Session& session, const ZoomBundle& bundle,
     settings.mode = default_mode();
     for (const std::size_t step : {std::size_t{0}, path.size() / 2, path.size() - 1}) {
       write_image(session.renderer->render(path[step], settings).color,
-                  hidden / fmt::format("step_{:04}.png", step));
+                  hidden / fmt::format("step_{:04}.png", step), altered_metadata(session));
     }
     problem = draw_plots(hidden, zoom_plots(bundle), folder);
   });

@@ -3,9 +3,9 @@
 // A zoom: its inputs and measurements in zoom.json, its plots, and its recording.
 // `quadsplat zoom --replay DIR` reads zoom.json, renders the same steps and compares the counts,
 // which do not depend on the machine. The plots show FPS, milliseconds and pairs against the zoom,
-// one curve per mode. Times have a band of 5-95 % of the frames, if there are enough frames for
-// one. `quadsplat zoom` and the viewer's recorder measure the steps and write the folder of
-// results.
+// one curve per mode. Times are medians, with a bar for the middle half of the frames, if there are
+// enough frames for one, and a ring where they are noisy. `quadsplat zoom` and the viewer's
+// recorder measure the steps and write the folder of results.
 #pragma once
 
 #include <cstddef>
@@ -30,6 +30,7 @@ struct ZoomBundle {
   double closest = 0.05;  ///< last distance to the target / first distance
   std::vector<CullMode> modes;
   RenderSettings settings;
+  nlohmann::ordered_json altered;  ///< Alterations::json()
   nlohmann::ordered_json environment;
   std::vector<BenchRow> rows;  ///< steps x modes; `camera` and `view` are the number of the step
 };
@@ -44,14 +45,23 @@ ZoomBundle read_zoom_json(const std::filesystem::path& path);
 std::vector<std::string> count_differences(const std::vector<BenchRow>& recorded,
                                            const std::vector<BenchRow>& replayed);
 
-inline constexpr std::uint64_t kFewestBandFrames =
-    5;  ///< a point with fewer frames has no band of 5-95 %
+inline constexpr std::uint64_t kFewestBarFrames = 5;  ///< a point with fewer frames has no bar
 
 /// The smallest number of frames behind a row; 0 if it is unknown or there are no rows.
 std::uint64_t frames_per_point(const std::vector<BenchRow>& rows);
 
-/// True if every row has at least kFewestBandFrames frames. False without rows.
-bool has_bands(const std::vector<BenchRow>& rows);
+/// True if every row has at least kFewestBarFrames frames. False without rows.
+bool has_bars(const std::vector<BenchRow>& rows);
+
+/// The quartiles of the frame times, ms. Reports of earlier versions lack the frames: there it is
+/// the median and its spread_ms() on both sides.
+struct MiddleHalf {
+  double low, high;  ///< > 0 if the median is
+};
+MiddleHalf middle_half(const BenchRow& row);
+
+/// "plush; 1600 x 1200; NVIDIA H200; pipeline fast". `has_times`: adds "; medians of 20 frames".
+std::string zoom_caption(const ZoomBundle& bundle, bool has_times);
 
 /// The zoom of a row: first distance to the target / distance, >= 1. `steps` >= 2.
 double zoom_factor(const BenchRow& row, int steps, double closest);

@@ -128,11 +128,13 @@ Json reading_json(const block::Reading& reading) {
 }
 
 Json curve_json(const block::Curve& curve) {
-  const auto point_of = [](const auto& at) -> Json { return {at.x, at.y, at.low, at.high}; };
+  const auto point_of = [](const auto& at) -> Json {
+    return {at.x, at.y, at.low, at.high, int{at.is_noisy}};
+  };
   return {{"name", curve.name},
           {"ink", ink_json(curve.ink)},
           {"dashed", curve.is_dashed},
-          {"band", curve.is_banded},
+          {"bars", curve.has_bars},
           {"marked", curve.is_marked},
           {"width", curve.width},
           {"points", json_list(curve.points, point_of)}};

@@ -34,6 +34,7 @@ std::vector<CropWish> applied_crops(const CropRequest& request) {
 void Sharing::follow_crops(Viewer& v, const Shared& shared) {
   v.crop = crop_with(shared.crops, shared.counts);
   v.scene->gaussians = shared.gaussians;
+  v.scene->edits = shared.edits;
   v.inspected.reset();
   action::view_changed(v);
   action::notify(v, shared.crops.empty()
@@ -70,6 +71,7 @@ bool Sharing::meet(Visitor& visitor, double now) {
     shared.crops = applied_crops(v.crop.asked);
     shared.counts = v.crop.asked.view == CropView::rest ? v.crop.counts : std::nullopt;
     shared.gaussians = v.scene->gaussians;
+    shared.edits = v.scene->edits;
     has_changed = true;
   }
   visitor.set_met({v.crop.busy ? visitor.met().asked : v.crop.asked, v.backend});

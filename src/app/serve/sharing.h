@@ -27,6 +27,7 @@ class Sharing {
     std::vector<CropWish> crops;
     std::optional<RemovalCounts> counts;  // of the last crop
     std::uint64_t gaussians = 0;
+    EditFacts edits;
     std::optional<Backend> backend;  // unset: as opened
   };
   static void follow_crops(Viewer& viewer, const Shared& shared);

@@ -48,6 +48,7 @@ Json view_json(const Visitor& visitor) {
     return command->is_checked && command->is_checked(v) ? Json(command->help) : Json();
   };
   return {{"scene", visitor.scene()},
+          {"title", window_title(v)},
           {"navigation", v.navigation == Navigation::orbit ? "orbit" : "fly"},
           {"mode", mode_name(v.mode())},
           {"heatmap", v.heatmap ? heatmap_row(*v.heatmap).name : ""},

@@ -49,7 +49,7 @@ std::unique_ptr<Renderer> upload(const Session& session, Backend backend, bool e
 // Removes the Gaussians that are larger than the scene if `skips`, else only counts them.
 void look_for_huge(Scene& scene, bool skips) {
   if (skips) {
-    const std::size_t dropped = drop_huge(scene.cloud);
+    const std::size_t dropped = drop_huge(scene);
     if (dropped > 0) warn(huge_text(dropped) + ": left out");
   } else if (const std::size_t count = count_huge(scene.cloud); count > 0) {
     warn(huge_text(count) + "; --skip-huge draws without");

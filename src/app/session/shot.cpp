@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "app/session/alterations.h"
 #include "io/camera/cameras.h"
 #include "version.h"
 
@@ -31,13 +32,20 @@ std::filesystem::path with_shot(const std::filesystem::path& path, const Shot& s
   return shot.camera.name.empty() ? numbered : with_word(numbered, shot.camera.name);
 }
 
-ImageMetadata frame_metadata(const std::filesystem::path& scene, const Camera& camera,
-                             CullMode mode, const RenderStats& stats) {
-  return {{"Software", fmt::format("quadsplat {} ({})", kVersion, kCommit)},
-          {"Scene", scene.filename().string()},
-          {"Camera", format_camera(camera)},
-          {"Mode", mode_name(mode)},
-          {"TilePairs", fmt::format("{}", stats.tile_pairs)}};
+ImageMetadata altered_metadata(const Session& session) {
+  const std::string altered = alterations_of(session).text;
+  return altered.empty() ? ImageMetadata() : ImageMetadata{{"Altered", altered}};
+}
+
+ImageMetadata frame_metadata(const Session& session, const Camera& camera, CullMode mode,
+                             const RenderStats& stats) {
+  ImageMetadata metadata = {{"Software", fmt::format("quadsplat {} ({})", kVersion, kCommit)},
+                            {"Scene", session.scene->path.filename().string()},
+                            {"Camera", format_camera(camera)},
+                            {"Mode", mode_name(mode)},
+                            {"TilePairs", fmt::format("{}", stats.tile_pairs)}};
+  metadata.merge(altered_metadata(session));
+  return metadata;
 }
 
 }  // namespace qs

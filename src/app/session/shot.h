@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <string>
 
+#include "app/session/session.h"
 #include "io/picture/image_file.h"
-#include "raster/api/renderer.h"
 
 namespace qs {
 
@@ -26,8 +26,12 @@ std::string safe_file_name(std::string name);
 /// OUT.png -> OUT_WORD.png, with a safe_file_name().
 std::filesystem::path with_word(const std::filesystem::path& path, const std::string& word);
 
-/// Metadata of every picture of a scene: enough to render it again.
-ImageMetadata frame_metadata(const std::filesystem::path& scene, const Camera& camera,
-                             CullMode mode, const RenderStats& stats);
+/// "Altered": the session's alterations, if there are any.
+ImageMetadata altered_metadata(const Session& session);
+
+/// Metadata of every picture of the session's scene: enough to render it again, and
+/// altered_metadata().
+ImageMetadata frame_metadata(const Session& session, const Camera& camera, CullMode mode,
+                             const RenderStats& stats);
 
 }  // namespace qs

@@ -194,6 +194,7 @@ class ViewLoop final : public Host {
   }
   std::string clipboard() const override { return window_.clipboard(); }
   void set_clipboard(const std::string& text) override { window_.set_clipboard(text); }
+  bool copy_picture(const std::filesystem::path& file) override { return qs::copy_picture(file); }
   void toggle_fullscreen() override { window_.toggle_fullscreen(); }
   void quit() override { quit_ = true; }
 
@@ -382,7 +383,7 @@ class ViewLoop final : public Host {
     render_->note_drawing();
     if (pacing_.begin_drawing(viewer_)) render_->cancel_numbers();
     if (viewer_.vsync != vsync_) window_.set_vsync(vsync_ = viewer_.vsync);
-    window_.set_title(viewer_.scene ? viewer_.scene->name + " - quadsplat" : "quadsplat");
+    window_.set_title(window_title(viewer_));
     panel_state_.photograph = photograph_.show(viewer_.photograph.image);
     if (viewer_.training) {
       const TestView& test_view = viewer_.training->test_view;
@@ -399,7 +400,8 @@ class ViewLoop final : public Host {
     presenter_.draw(pixels, picture_area(), shown_split(viewer_), viewer_.heat_view.style);
     window_.end_ui();
     turn_.drawn_columns = panel_state_.columns;
-    grab_.take([&] { return Presenter::grab(pixels.x, pixels.y); }, actions);
+    grab_.take([&] { return Presenter::grab(pixels.x, pixels.y); }, actions,
+               alterations_of(viewer_).text);
     window_.swap();
     if (!viewer_.on_demand || viewer_.zoom.running) Presenter::finish();
     turn_.display_fps = pacing_.end_drawing(viewer_, around.now);

@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 
 #include "base/progress.h"
+#include "io/cloud/edits.h"
 #include "raster/field/color_field.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -54,6 +55,7 @@ struct Scene {
   std::vector<FilePart> parts;   ///< set by formats that consist of arrays
   double unpack_ms = 0;          ///< headers, decompression and allocation
   double fill_ms = 0;            ///< conversion of the values into the cloud, with checks
+  Edits edits;                   ///< of the cloud since it was read
 
   template <class... Args>
   void warn(fmt::format_string<Args...> sentence, Args&&... args) {

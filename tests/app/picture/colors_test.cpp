@@ -3,12 +3,15 @@
 // Colours compared with the published tables from which they come, and scales compared with a
 // search over all round steps.
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <set>
 #include <sstream>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/picture/figure.h"
 #include "app/picture/legend.h"
 #include "app/picture/palette.h"
 
@@ -35,6 +38,46 @@ TEST(Colors, viridis_has_the_published_colours_at_every_eighth_and_is_linear_bet
   }
   EXPECT_EQ(viridis(-3), viridis(0));
   EXPECT_EQ(viridis(7), viridis(1));
+}
+
+// (L + 0.05) / (l + 0.05), by WCAG 2.
+double contrast_on_white(glm::vec3 color) {
+  constexpr double kShares[] = {0.2126, 0.7152, 0.0722};
+  double luminance = 0;
+  for (int c = 0; c < 3; ++c) {
+    const auto v = static_cast<double>(color[c]);
+    luminance += kShares[c] * (v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+  }
+  return 1.05 / (luminance + 0.05);
+}
+
+TEST(Colors, names_of_modes_are_readable_on_white_and_keep_colours_that_are) {
+  for (CullMode mode = -1; mode <= mode_count(); ++mode) {
+    const glm::vec3 color = on_white::mode_color(mode), light = mode_color(mode);
+    EXPECT_GE(contrast_on_white(color), 4.5) << mode;
+    EXPECT_EQ(color == light, contrast_on_white(light) >= 4.6) << mode;
+    EXPECT_LT(contrast_on_white(color), std::max(5.2, contrast_on_white(light) + 0.01)) << mode;
+  }
+}
+
+TEST(Figure, lines_are_drawn_and_stay_lines_in_the_svg) {
+  Figure figure;
+  figure.size = {60, 40};
+  figure.lines = {{{{10, 10}, {50, 10}}, {kBlue, 4}},
+                  {{{30, 30}, {30, 30}}, {kRed, 10}},
+                  {{{5, 20}, {15, 20}, {10, 35}}, {kGreen, 2, 0.5f}, true}};
+  const Image page = draw_figure(figure);
+  const auto pixel = [&](int x, int y) {
+    return hex_text({page.at(x, y, 0), page.at(x, y, 1), page.at(x, y, 2)});
+  };
+  EXPECT_EQ(pixel(30, 10), hex_text(kBlue));
+  EXPECT_EQ(pixel(30, 29), hex_text(kRed)) << "a dot";
+  EXPECT_EQ(pixel(55, 35), "#FFFFFF");
+  const std::string svg = figure_svg(figure, "lines");
+  EXPECT_THAT(svg, testing::HasSubstr("<polyline points=\"10.0,10.0 50.0,10.0 \" fill=\"none\" "
+                                      "stroke=\"#0072B2\" stroke-width=\"4\""));
+  EXPECT_THAT(svg, testing::HasSubstr("<polyline points=\"30.0,30.0 30.0,30.0 \""));
+  EXPECT_THAT(svg, testing::HasSubstr("<polygon points=\"5.0,20.0 15.0,20.0 10.0,35.0 \""));
 }
 
 TEST(Colors, of_signed_values_pass_through_seven_colours) {

@@ -264,7 +264,10 @@ ZoomBundle zoom_of_five_steps() {
   for (std::uint64_t step = 0; step < 5; ++step) {
     for (const char* mode : kModes) {
       bundle.rows.push_back(test::random_row("scene", mode, step));
-      bundle.rows.back().frames = kFewestBandFrames;
+      BenchRow& row = bundle.rows.back();
+      row.frames = kFewestBarFrames;
+      row.ms_spread = 0.0625 * row.ms_median;
+      row.drift = 0;
     }
   }
   return bundle;
@@ -282,23 +285,28 @@ void expect_values(const Curve& curve, const ZoomBundle& bundle, std::size_t mod
   }
 }
 
-TEST(ZoomPlots, curves_and_bands_come_from_their_columns) {
+TEST(ZoomPlots, curves_and_bars_come_from_their_columns) {
   using Members = std::vector<std::function<double(const BenchRow&)>>;
   const ZoomBundle bundle = zoom_of_five_steps();
   struct Case {
     const char *name, *label;
-    Members line, band;
+    Members line, bar;
   };
   const Case cases[] = {
       {"zoom_fps",
        "frames per second",
        {[](const BenchRow& r) { return r.fps_median; }},
-       {[](const BenchRow& r) { return 1000 / r.ms_p95; },
-        [](const BenchRow& r) { return 1000 / r.ms_p05; }}},
+       {[](const BenchRow& r) { return r.fps_median; },
+        [](const BenchRow& r) { return 1000 / (r.ms_median * 1.0625); },
+        [](const BenchRow& r) { return 1000 / (r.ms_median * 0.9375); },
+        [](const BenchRow& r) { return r.fps_median; }}},
       {"zoom_ms",
        "time per frame (ms)",
        {[](const BenchRow& r) { return r.ms_median; }},
-       {[](const BenchRow& r) { return r.ms_p05; }, [](const BenchRow& r) { return r.ms_p95; }}},
+       {[](const BenchRow& r) { return r.ms_median; },
+        [](const BenchRow& r) { return r.ms_median * 0.9375; },
+        [](const BenchRow& r) { return r.ms_median * 1.0625; },
+        [](const BenchRow& r) { return r.ms_median; }}},
       {"zoom_pairs",
        "pairs (millions)",
        {[](const BenchRow& r) { return static_cast<double>(r.pairs) / 1e6; }},
@@ -309,46 +317,81 @@ TEST(ZoomPlots, curves_and_bands_come_from_their_columns) {
   for (const Case& expected : cases) {
     const Script script(named(plots, expected.name));
     EXPECT_THAT(script.settings, HasSubstr(std::string("set ylabel \"") + expected.label + "\""));
-    ASSERT_EQ(script.curves.size(), (expected.band.empty() ? 1 : 2) * std::size(kModes));
+    ASSERT_EQ(script.curves.size(), (expected.bar.empty() ? 1 : 2) * std::size(kModes));
     for (std::size_t m = 0; m < std::size(kModes); ++m) {
       const Curve& line = script.titled(kModes[m]);
       expect_values(line, bundle, m, expected.line);
-      if (expected.band.empty()) continue;
-      const Curve& band = script.curves[m];
-      EXPECT_THAT(band.text, HasSubstr("filledcurves")) << "bands are drawn below all curves";
-      EXPECT_EQ(band.color, line.color);
-      expect_values(band, bundle, m, expected.band);
+      if (expected.bar.empty()) continue;
+      Curve bar = script.curves[m];
+      EXPECT_THAT(bar.text, HasSubstr("financebars")) << "bars are drawn below all curves";
+      EXPECT_EQ(bar.color, line.color);
+      // Side by side, 0.6 % of the four octaves apart.
+      for (std::size_t step = 0; step < 5; ++step) {
+        const double aside = std::log2(bar.columns[0][step]) - static_cast<double>(step);
+        EXPECT_NEAR(aside, 0.024 * (static_cast<double>(m) - 1), 1e-4);
+      }
+      bar.columns[0] = line.columns[0];
+      expect_values(bar, bundle, m, expected.bar);
     }
   }
 }
 
-TEST(ZoomPlots, a_band_needs_five_frames_at_every_point_and_is_not_claimed_without_them) {
+TEST(ZoomPlots, a_bar_needs_five_frames_at_every_point_and_is_not_claimed_without_them) {
   ZoomBundle bundle = zoom_of_five_steps();
-  EXPECT_THAT(named(zoom_plots(bundle), "zoom_fps").title, HasSubstr("band: 5-95 %"));
+  EXPECT_THAT(named(zoom_plots(bundle), "zoom_fps").title, HasSubstr("bars: the middle half"));
   EXPECT_THAT(named(zoom_plots(bundle), "zoom_fps").caption, HasSubstr("; medians of 5 frames"));
-  EXPECT_THAT(named(zoom_plots(bundle), "zoom_pairs").title, Not(HasSubstr("band")));
-  const auto expect_no_band = [&](const char* note) {
+  const Plot pairs = named(zoom_plots(bundle), "zoom_pairs");
+  EXPECT_THAT(pairs.title, Not(HasSubstr("bars")));
+  EXPECT_THAT(pairs.caption, Not(HasSubstr("medians"))) << "counts have no noise";
+  const auto expect_no_bars = [&](const char* note) {
     for (const char* name : {"zoom_fps", "zoom_ms"}) {
       const Plot plot = named(zoom_plots(bundle), name);
-      EXPECT_THAT(plot.title, Not(HasSubstr("band"))) << note;
-      EXPECT_THAT(plot.commands, Not(HasSubstr("filledcurves"))) << note;
+      EXPECT_THAT(plot.title, Not(HasSubstr("bars"))) << note;
+      EXPECT_THAT(plot.commands, Not(HasSubstr("financebars"))) << note;
       EXPECT_THAT(plot.caption, HasSubstr(note));
     }
   };
-  bundle.rows[7].frames = kFewestBandFrames - 1;
-  expect_no_band("; medians of 4 frames");
+  bundle.rows[7].frames = kFewestBarFrames - 1;
+  expect_no_bars("; medians of 4 frames");
   bundle.rows[7].frames = 1;
-  expect_no_band("; single frames");
+  expect_no_bars("; single frames");
   bundle.rows[7].frames.reset();  // a file of an earlier version
-  expect_no_band("some CPU");
+  expect_no_bars("some CPU");
 }
 
-TEST(ZoomPlots, noisy_steps_are_told_below_the_axis) {
+TEST(ZoomPlots, noisy_steps_are_told_below_the_axis_and_have_rings) {
   ZoomBundle bundle = zoom_of_five_steps();
   EXPECT_THAT(named(zoom_plots(bundle), "zoom_ms").commands, Not(HasSubstr("noisy")));
   bundle.rows[3].ms_spread = bundle.rows[3].ms_median;
   EXPECT_THAT(named(zoom_plots(bundle), "zoom_ms").commands,
               HasSubstr(R"x(distance)" . "\n" . "noisy steps: quadbox 1 of 5")x"));
+  for (const auto& [name, median] :
+       {std::pair("zoom_fps", &BenchRow::fps_median), std::pair("zoom_ms", &BenchRow::ms_median)}) {
+    const Script script(named(zoom_plots(bundle), name));
+    ASSERT_EQ(script.curves.size(), 3 * std::size(kModes) + 1);
+    EXPECT_EQ(script.curves.back().title, "noisy step");
+    const Curve& ring = script.curves[2 * std::size(kModes)];
+    EXPECT_EQ(ring.color, script.titled("quadbox").color);
+    for (std::size_t step = 0; step < 5; ++step) {
+      const double value = ring.columns[1][step];
+      EXPECT_EQ(std::isnan(value), step != 1) << name;
+      EXPECT_TRUE(step != 1 || std::abs(value - bundle.rows[3].*median) < 1e-9) << name;
+    }
+  }
+  EXPECT_THAT(named(zoom_plots(bundle), "zoom_pairs").commands, Not(HasSubstr("noisy")));
+}
+
+TEST(ZoomPlots, say_how_the_scene_was_altered) {
+  ZoomBundle bundle = zoom_of_five_steps();
+  EXPECT_EQ(named(zoom_plots(bundle), "zoom_fps").altered, "");
+  for (BenchRow& row : bundle.rows) row.altered = "splat scale 0.5";
+  for (const Plot& plot : zoom_plots(bundle)) EXPECT_EQ(plot.altered, "splat scale 0.5");
+}
+
+TEST(ZoomPlots, a_processor_has_its_threads) {
+  EXPECT_EQ(measured_on({{"cpu", "some CPU"}, {"threads", 2}}), "some CPU, 2 threads");
+  EXPECT_EQ(measured_on({{"cpu", "some CPU"}, {"threads", 1}}), "some CPU, 1 thread");
+  EXPECT_EQ(measured_on({{"cpu", "some CPU"}, {"threads", 2}, {"gpu", "some GPU"}}), "some GPU");
 }
 
 std::vector<std::string> texts_of(const std::vector<AxisTick>& ticks) {

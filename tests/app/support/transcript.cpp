@@ -310,7 +310,8 @@ void Transcript::show(const std::string& file) {
 std::string Transcript::masked(std::string text) const {
   const Environment environment = read_environment();
   replace_all(text, folder_.path().string(), "FOLDER");
-  replace_all(text, environment.cpu + ", backend", "CPU, backend");
+  mask_between(text, environment.cpu + ", ", ", backend");  // the threads
+  replace_all(text, environment.cpu + ", #, backend", "CPU, backend");
   replace_all(text, ") on " + environment.cpu, ") on CPU");
   replace_all(text, "commit " + environment.commit, "commit COMMIT");
   mask_between(text, "COMMIT, ", ". Times");

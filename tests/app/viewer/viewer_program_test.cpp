@@ -292,7 +292,7 @@ TEST_F(ViewerProgram, a_recorded_zoom_has_the_numbers_of_its_csv_and_replays_wit
     const json& curve = zoom["chart"]["curves"][(i - 1) % static_cast<std::size_t>(culler_count())];
     EXPECT_EQ(rows[i][column("mode")], curve["mode"].get<std::string>());
     EXPECT_EQ(rows[i][column("frames")], "20");
-    EXPECT_TRUE(curve["band"].get<bool>());
+    EXPECT_TRUE(curve["bars"].get<bool>());
     EXPECT_NEAR(curve["points"][step][0].get<double>(), std::pow(2, step), 1e-9);
     const double fps = std::stod(rows[i][column("fps_median")]);
     EXPECT_NEAR(curve["points"][step][1].get<double>(), fps, 1e-4 * fps + 1e-3);

@@ -7,6 +7,7 @@
 #include "app/measure/scene_facts.h"
 #include "app/report/bench_report.h"
 #include "app/report/environment.h"
+#include "app/session/alterations.h"
 #include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/render_context.h"
@@ -23,6 +24,7 @@ void bench_view(RenderContext& context, const Viewer& viewer) {
   report.environment = environment_json(session);
   const std::string name = scene_name(session.scene->path);
   report.scenes.push_back(scene_facts(*session.scene, name));
+  alterations_of(session).add_to(report.scenes.back());
   ViewPlan plan = session.backend == Backend::cpu ? ViewPlan{1, 1, 5} : ViewPlan{20, 4, 5};
   GpuClock clock = clock_of(session);
   plan.clock = &clock;

@@ -13,6 +13,7 @@
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/panel_text.h"
 #include "base/fail.h"
 
 namespace qs {
@@ -66,6 +67,7 @@ void film_view(RenderContext& context, const Viewer& viewer) {
     fail(ErrorKind::usage, "a film of {:.0f} s is too long to send: at most {:.0f} s", plan.seconds,
          kMostSentSeconds);
   plan.ways = ways_of(context, viewer);
+  plan.altered = alterations_of(viewer).text;
   plan.numbers = plan.ways.size() > 1 || viewer.shows_badge;
   if (viewer.heatmap)
     plan.heatmap =

@@ -17,8 +17,15 @@ OutputFile::OutputFile(const Viewer& viewer, const std::string& folder, const st
     return;
   }
   const std::filesystem::path place = viewer.out_dir / folder;
+  std::error_code error;
+  if (!std::filesystem::exists(place, error)) new_folder_ = place;
   make_folder(place);
   path_ = free_name(place, stem, ending);
+}
+
+OutputFile::~OutputFile() {
+  std::error_code error;  // if it is not empty
+  std::filesystem::remove(new_folder_, error);
 }
 
 void OutputFile::done(RenderContext& context, const std::string& more) const {

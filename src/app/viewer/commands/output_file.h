@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "app/viewer/render/render_context.h"
+#include "base/not_copied.h"
 #include "base/temporaries.h"
 
 namespace qs {
@@ -31,7 +32,7 @@ inline std::string camera_name(const Viewer& viewer) {
   return viewer.dataset_camera >= 0 ? fmt::format("camera{}", viewer.dataset_camera) : "view";
 }
 
-class OutputFile {
+class OutputFile : NotCopied {
  public:
   /// The largest file that is sent, bytes.
   static constexpr std::uintmax_t kMostSent = std::uintmax_t{256} << 20;
@@ -40,6 +41,8 @@ class OutputFile {
   /// created. Throws Error(input).
   OutputFile(const Viewer& viewer, const std::string& folder, const std::string& stem,
              const std::string& ending);
+  /// Removes the folder if it was created for this file and is empty.
+  ~OutputFile();
 
   /// The file to write.
   const std::filesystem::path& path() const { return path_; }
@@ -50,7 +53,7 @@ class OutputFile {
 
  private:
   std::optional<WorkFolder> work_;
-  std::filesystem::path path_;
+  std::filesystem::path path_, new_folder_;
 };
 
 }  // namespace qs

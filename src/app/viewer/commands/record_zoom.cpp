@@ -21,6 +21,7 @@
 #include "app/report/zoom_bundle.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_file.h"
+#include "app/viewer/commands/zoom_figure.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
@@ -101,8 +102,11 @@ void record(RenderContext& context, const Viewer& viewer) {
     const std::filesystem::path path =
         free_name(viewer.out_dir / "zoom", scene_name(session.scene->path), "");
     const std::string problem = save_zoom(session, bundle, path);
-    if (!problem.empty()) context.report(action::notify, problem);
-    context.report(action::zoom_ended, path, problem.empty());
+    if (!problem.empty()) {
+      write_zoom_figures(bundle, path);
+      context.report(action::notify, problem + ", or use the window's own figures there");
+    }
+    context.report(action::zoom_ended, path, true);
     context.report(action::notify_file, path, std::string());
   } catch (...) {
     context.report(action::zoom_ended, std::filesystem::path(), false);

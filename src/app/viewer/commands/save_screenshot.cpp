@@ -32,13 +32,15 @@ Image with_badge(const Viewer& viewer, const Image& picture) {
 
 void save_screenshot(RenderContext& context, const Viewer& viewer) {
   const FrameRequest request = full_frame(viewer);
+  const auto settings = with_settings(context.session, request.settings);
   const Camera& camera = request.camera;
   const CullMode mode = request.settings.mode;
   const std::filesystem::path scene = context.session.scene->path;
   Renderer& renderer = *context.session.renderer;
   Image picture;
   RenderStats stats;
-  ImageMetadata shown;  // instead of colours
+  std::string map;      // instead of colours
+  ImageMetadata shown;  // of the map
   if (request.heatmap) {
     const Scale scale = heat_scale(context, request, camera).scale;
     const HeatmapFrame mapped = render_with_heatmap(
@@ -46,15 +48,18 @@ void save_screenshot(RenderContext& context, const Viewer& viewer) {
     picture = draw_heatmap(mapped.frame.color, mapped.heatmap, scale, mode_name(mode),
                            viewer.heat_view.style);
     stats = mapped.frame.stats;
+    map = heatmap_row(*request.heatmap).name;
+    shown = {{"Heatmap", map}, {"HeatmapTotal", fmt::format("{}", mapped.heatmap.total)}};
   } else if (request.quantity != Quantity::color) {
     const Outputs outputs = outputs_for(request.quantity);
     const Frame& frame =
         renderer.render(camera, request.settings, outputs, HostImage{}, context.stop);
-    const ValueMap map = map_of(frame, request.quantity, camera.width, camera.height);
-    picture = with_legend(colored(map), make_legend(map, mode_name(mode)));
+    const ValueMap values = map_of(frame, request.quantity, camera.width, camera.height);
+    picture = with_legend(colored(values), make_legend(values, mode_name(mode)));
     stats = frame.stats;
-    shown = {{"Picture", row_of(map.quantity).name},
-             {"Colours", map.scale.text_of_ends() + row_of(map.quantity).unit}};
+    map = row_of(values.quantity).name;
+    shown = {{"Picture", map},
+             {"Colours", values.scale.text_of_ends() + row_of(values.quantity).unit}};
   } else {
     const Frame& frame = renderer.render(camera, request.settings, {}, HostImage{}, context.stop);
     picture = frame.color;
@@ -63,12 +68,18 @@ void save_screenshot(RenderContext& context, const Viewer& viewer) {
   if (viewer.shows_badge) picture = with_badge(viewer, picture);
   const std::filesystem::path folder = viewer.out_dir / "screenshots";
   make_folder(folder);
-  const std::string stem = fmt::format("{}_{}_{}_{}x{}", scene_name(scene), camera_name(viewer),
-                                       mode_name(mode), camera.width, camera.height);
+  // Of several pictures in the window it is one.
+  const bool alone = request.other || request.grid;
+  if (alone)
+    shown["Split"] = fmt::format("{} alone, without the pictures beside it", mode_name(mode));
+  const std::string stem = fmt::format("{}_{}_{}{}{}_{}x{}", scene_name(scene), camera_name(viewer),
+                                       mode_name(mode), alone ? "_alone" : "",
+                                       map.empty() ? "" : "_" + map, picture.width, picture.height);
   const std::filesystem::path path = free_name(folder, safe_file_name(stem), ".png");
-  shown.merge(frame_metadata(scene, camera, mode, stats));
+  shown.merge(frame_metadata(context.session, camera, mode, stats));
   write_image(picture, path, shown);
-  context.report(action::notify_file, path, std::string());
+  context.report(action::notify_file, path,
+                 alone ? fmt::format(": {} alone", mode_name(mode)) : std::string());
 }
 
 }  // namespace qs::job

@@ -164,12 +164,13 @@ struct Items {
 
 struct ChartPoint {
   double x = 0, y = 0, low = 0, high = 0;  ///< shares of the width, and of the height
+  bool is_noisy = false;                   ///< has a ring
 };
 struct Curve {
   std::string name = {};
   Ink ink = {};
   std::vector<ChartPoint> points = {};
-  bool is_dashed = false, is_banded = false, is_marked = true;
+  bool is_dashed = false, has_bars = false, is_marked = true;
   float width = 2;
 };
 /// A filled column from the bottom.

@@ -14,14 +14,15 @@ namespace qs {
 namespace {
 
 block::Curve zoom_curve(const ZoomChart& chart, const ZoomCurve& from) {
-  block::Curve curve{mode_name(from.mode), ink_of(from.mode), {}, from.is_beneath, from.is_banded};
+  block::Curve curve{mode_name(from.mode), ink_of(from.mode), {}, from.is_beneath, from.has_bars};
   curve.is_marked = !from.is_beneath;
   // quadbox-naive lists the same pairs as quadbox: its wider curve stays visible under the other.
   if (from.is_beneath) curve.width = 1.5f;
   if (!from.is_beneath && from.mode == find_culler("quadbox-naive")) curve.width = 3.5f;
   for (const ZoomPoint& point : from.points) {
     const glm::dvec2 at = chart.place(point.zoom, point.value);
-    curve.points.push_back({at.x, at.y, chart.place(1, point.low).y, chart.place(1, point.high).y});
+    curve.points.push_back({at.x, at.y, chart.place(1, point.low).y, chart.place(1, point.high).y,
+                            point.is_noisy && !from.is_beneath});
   }
   return curve;
 }
@@ -67,7 +68,7 @@ void add_shown(const ZoomRecorder& zoom, Blocks& blocks) {
   };
   add(zoom_label(*record));
   if (beneath != nullptr) add("dashed: " + zoom_label(*beneath));
-  add(zoom_trust_text(*record));
+  if (zoom.quantity != ZoomQuantity::pairs) add(zoom_trust_text(*record));  // counts have no noise
   if (zoom.running) return;
   add(zoom_status(zoom));
   blocks.push_back(block::Controls{{{"Open folder", 0, false, block::Form::small_button},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Charts: axes with lines at the ticks, columns, bands and curves, and the values at the mouse. And
+// Charts: axes with lines at the ticks, columns, bars and curves, and the values at the mouse. And
 // the bar of a legend with its ticks below it, which fills the width of the panel.
 #include <algorithm>
 #include <cmath>
@@ -109,13 +109,18 @@ void draw_dashed(ImDrawList& draw, const std::vector<ImVec2>& points, ImU32 colo
   }
 }
 
-void draw_band(ImDrawList& draw, const block::Curve& curve, const PlotArea& area) {
-  const ImU32 color = color_of(curve.ink.dark, 0.12f);
-  for (std::size_t i = 1; i < curve.points.size(); ++i) {
-    const block::ChartPoint &a = curve.points[i - 1], &b = curve.points[i];
-    const ImVec2 corners[] = {area.at(a.x, a.low), area.at(a.x, a.high), area.at(b.x, b.high),
-                              area.at(b.x, b.low)};
-    draw.AddConvexPolyFilled(corners, 4, color);
+// The bars of the curves of a point stand side by side.
+void draw_bars(ImDrawList& draw, const block::Chart& chart, const PlotArea& area) {
+  const float step = 2 * drawing_scale();
+  float aside = -0.5f * step * static_cast<float>(chart.curves.size() - 1);
+  for (const block::Curve& curve : chart.curves) {
+    for (const block::ChartPoint& point : curve.points) {
+      if (!curve.has_bars) break;
+      const ImVec2 low = area.at(point.x, point.low), high = area.at(point.x, point.high);
+      draw.AddLine({low.x + aside, low.y}, {high.x + aside, high.y}, color_of(curve.ink.dark, 0.8f),
+                   drawing_scale());
+    }
+    aside += step;
   }
 }
 
@@ -127,7 +132,10 @@ void draw_curve(ImDrawList& draw, const block::Curve& curve, const PlotArea& are
   if (curve.is_dashed) return draw_dashed(draw, points, color, curve.width * by);
   draw.AddPolyline(points.data(), static_cast<int>(points.size()), color, 0, curve.width * by);
   if (!curve.is_marked) return;
-  for (const ImVec2& point : points) draw.AddCircleFilled(point, 2.5f * by, color);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    draw.AddCircleFilled(points[i], 2.5f * by, color);
+    if (curve.points[i].is_noisy) draw.AddCircle(points[i], 5 * by, color, 0, 1.2f * by);
+  }
 }
 
 void draw_reading(const block::Reading& reading) {
@@ -174,9 +182,7 @@ void draw_chart(const block::Chart& chart) {
     const ImVec2 low = area.at(column.x0, column.y), high = area.at(column.x1, 0);
     draw.AddRectFilled(low, {std::max(high.x, low.x + 1), high.y}, color_of(column.color, 0.7f));
   }
-  for (const block::Curve& curve : chart.curves) {
-    if (curve.is_banded) draw_band(draw, curve, area);
-  }
+  draw_bars(draw, chart, area);
   for (const block::Curve& curve : chart.curves) draw_curve(draw, curve, area);
   if (!hovered || !chart.reading) return;
   const auto reading = chart.reading(area.mouse_x());

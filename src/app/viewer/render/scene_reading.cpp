@@ -101,7 +101,7 @@ class EarlyView {
 LoadedScene read_beside(const OpenRequest& request, int threads, const ReadOptions& options) {
   ThreadPool pool(threads);
   Scene scene = read_scene(request.path, pool, options);
-  if (request.skip_huge) drop_huge(scene.cloud);
+  if (request.skip_huge) drop_huge(scene);
   return {std::make_shared<const Scene>(std::move(scene))};
 }
 
@@ -112,7 +112,7 @@ LoadedScene read_whole(const OpenRequest& request, int threads, ReadOptions opti
   ThreadPool pool(threads);
   Scene scene = read_scene(request.path, pool, options);
   const std::vector<Framing> framings = early.framings_of(scene);
-  const std::size_t skipped = request.skip_huge ? drop_huge(scene.cloud) : 0;
+  const std::size_t skipped = request.skip_huge ? drop_huge(scene) : 0;
   LoadedScene loaded;
   loaded.facts = framings.empty() ? view_facts(scene, request.cameras_file, pool, request.up)
                                   : view_facts_with(scene, request.cameras_file, request.up,
@@ -186,6 +186,7 @@ ViewedScene view_facts_with(
   facts.file_bytes = scene.file_bytes;
   facts.sh_degree = scene.cloud.sh_degree;
   facts.antialiased = scene.cloud.antialiased;
+  facts.edits = scene.edits;
   facts.white_background = model_wants_white_background(scene.path);
   facts.core = core_box(scene.cloud);
   facts.subject = subject_box(scene.cloud);

@@ -73,7 +73,8 @@ std::unique_ptr<Renderer> make_room_and_upload(RenderContext& context,
   return renderer;
 }
 
-std::shared_ptr<const Scene> with_cloud(const Scene& scene, GaussianCloud cloud) {
+// The scene without the Gaussians to remove, or with them tinted.
+std::shared_ptr<const Scene> after(const Scene& scene, const Removal& removal, bool tints) {
   auto result = std::make_shared<Scene>();
   result->path = scene.path;
   result->format = scene.format;
@@ -81,7 +82,12 @@ std::shared_ptr<const Scene> with_cloud(const Scene& scene, GaussianCloud cloud)
   result->declared_axes = scene.declared_axes;
   result->vertical_axis = scene.vertical_axis;
   result->file_bytes = scene.file_bytes;
-  result->cloud = std::move(cloud);
+  result->edits = scene.edits;
+  result->edits.tinted = tints;
+  if (!tints)
+    result->edits.remove(removal.marks.size(),
+                         [&](std::size_t i) { return removal.marks[i] != Removed::no; });
+  result->cloud = tints ? tinted(scene.cloud, removal) : keep_rest(scene.cloud, removal);
   return result;
 }
 
@@ -105,7 +111,7 @@ std::shared_ptr<const Scene> rest_of(const RenderContext& context,
   std::shared_ptr<const Scene> rest = whole;
   for (const CropWish& wish : done) {
     const Removal removal = find_removal(rest->cloud, wish.used_box(), wish.used_floaters());
-    rest = with_cloud(*whole, keep_rest(rest->cloud, removal));
+    rest = after(*rest, removal, false);
   }
   return rest;
 }
@@ -131,7 +137,7 @@ std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest
     if (base != whole) context.cropped = CroppedScene{whole, false, request.done, base};
   } else {
     const bool tints = request.view == CropView::marked;
-    show(context, with_cloud(*whole, tints ? tinted(cloud, removal) : keep_rest(cloud, removal)));
+    show(context, after(*base, removal, tints));
     context.cropped = CroppedScene{whole, tints, request.done, base};
   }
   return removal;
@@ -234,6 +240,7 @@ Job show_crop(const CropRequest& request) {
   return [request](RenderContext& context) {
     try {
       const std::optional<RemovalCounts> counts = carry_out(context, request);
+      context.report(action::scene_edited, EditFacts(context.session.scene->edits));
       context.report(action::crop_shown, request, counts,
                      std::uint64_t{context.session.scene->cloud.size()});
     } catch (const std::bad_alloc&) {

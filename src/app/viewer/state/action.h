@@ -70,6 +70,8 @@ class Host {
   virtual void open_with_desktop(const std::filesystem::path& path) = 0;
   virtual std::string clipboard() const = 0;
   virtual void set_clipboard(const std::string& text) = 0;
+  /// Puts a PNG file on the clipboard as a picture. False if no program on this machine can.
+  virtual bool copy_picture(const std::filesystem::path& /*file*/) { return false; }
   virtual void toggle_fullscreen() = 0;
   virtual void quit() = 0;
 };

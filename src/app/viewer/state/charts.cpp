@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "app/measure/statistics.h"
 #include "base/text.h"
 
 namespace qs {
@@ -18,17 +19,19 @@ double rate(double ms) { return ms > 0 ? 1000 / ms : 0; }
 ZoomPoint point_of(const BenchRow& row, const ZoomRecord& record, ZoomQuantity quantity) {
   const double zoom = zoom_factor(row, record.steps, record.closest);
   const auto pairs = static_cast<double>(row.pairs);
+  const auto [low, high] = middle_half(row);
+  const bool noisy = is_noisy_step(row);
   if (quantity == ZoomQuantity::fps)
-    return {zoom, rate(row.ms_median), rate(row.ms_p95), rate(row.ms_p05)};
-  if (quantity == ZoomQuantity::ms) return {zoom, row.ms_median, row.ms_p05, row.ms_p95};
+    return {zoom, rate(row.ms_median), rate(high), rate(low), noisy};
+  if (quantity == ZoomQuantity::ms) return {zoom, row.ms_median, low, high, noisy};
   return {zoom, pairs, pairs, pairs};
 }
 
 void add_curves(const ZoomRecord& record, ZoomQuantity quantity, bool is_beneath,
                 std::vector<ZoomCurve>& curves) {
-  const bool is_banded = !is_beneath && quantity != ZoomQuantity::pairs && has_bands(record.rows);
+  const bool barred = !is_beneath && quantity != ZoomQuantity::pairs && has_bars(record.rows);
   for (const CullMode mode : record.modes) {
-    ZoomCurve curve{mode, is_beneath, is_banded, {}};
+    ZoomCurve curve{mode, is_beneath, barred, {}};
     for (const BenchRow& row : record.rows) {
       if (row.mode != mode_name(mode) || !(row.ms_median > 0)) continue;
       const ZoomPoint point = point_of(row, record, quantity);
@@ -48,7 +51,7 @@ void set_axes(ZoomChart& chart, ZoomQuantity quantity) {
   double most = 0;
   for (const ZoomCurve& curve : chart.curves) {
     for (const ZoomPoint& point : curve.points)
-      most = std::max(most, curve.is_banded ? std::max(point.high, point.value) : point.value);
+      most = std::max(most, curve.has_bars ? std::max(point.high, point.value) : point.value);
   }
   if (!(most > 0)) most = 1;
   const double unit = unit_of(most, quantity);

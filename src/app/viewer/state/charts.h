@@ -17,16 +17,16 @@
 
 namespace qs {
 
-/// Values in the unit of the quantity; low and high are 5 and 95 % of the frames if the curve is
-/// banded.
+/// Values in the unit of the quantity; low and high are the ends of the middle half of the frames.
 struct ZoomPoint {
   double zoom = 1, value = 0, low = 0, high = 0;
+  bool is_noisy = false;  ///< is_noisy_step()
 };
 
 struct ZoomCurve {
   CullMode mode = 0;
-  bool is_beneath = false;  ///< of the recording that is drawn dashed
-  bool is_banded = false;
+  bool is_beneath = false;        ///< of the recording that is drawn dashed
+  bool has_bars = false;          ///< from low to high
   std::vector<ZoomPoint> points;  ///< by increasing zoom
 };
 

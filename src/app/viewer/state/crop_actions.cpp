@@ -225,6 +225,10 @@ void action::crop_shown(Viewer& v, const CropRequest& request,
   if (request.view == CropView::rest && counts) notify(v, removal_text(*counts, "removed"));
 }
 
+void action::scene_edited(Viewer& v, const EditFacts& edits) {
+  if (v.scene) v.scene->edits = edits;
+}
+
 void action::crop_failed(Viewer& v, const std::string& sentence) {
   v.crop.busy = v.crop.applied = false;
   v.crop.counts.reset();

@@ -76,6 +76,8 @@ void toggle_crop(Viewer& viewer);
 /// `gaussians`: of the scene in the window now.
 void crop_shown(Viewer& viewer, const CropRequest& request,
                 const std::optional<RemovalCounts>& counts, std::uint64_t gaussians);
+/// The scene in the window has these edits now.
+void scene_edited(Viewer& viewer, const EditFacts& edits);
 void crop_failed(Viewer& viewer, const std::string& sentence);
 
 }  // namespace action

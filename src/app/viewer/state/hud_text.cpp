@@ -299,6 +299,8 @@ StatusLine status_line(const Viewer& viewer) {
   }
   const bool both = viewer.shown.other && viewer.shown.other->scene;
   std::vector<std::string> words = both ? numbers_of_both(viewer) : numbers_of_frame(viewer);
+  if (const std::string altered = alterations_of(viewer).brief; !altered.empty())
+    words.push_back(altered);
   if (viewer.display_fps > 0) words.push_back(fps_text(viewer.display_fps) + " pictures a second");
   line.numbers = joined(words, "  \u00b7  ");
   line.faint = viewer.shown.divisor > 1;

@@ -194,8 +194,10 @@ std::string numbers_size(const Viewer& viewer) {
 }
 
 std::string table_caption(const Viewer& viewer) {
-  return fmt::format("{}, {}, {}", viewer.scene ? viewer.scene->name : "no scene",
-                     numbers_size(viewer), drawn_by(viewer.variant()));
+  const std::string altered = alterations_of(viewer).text;
+  return fmt::format("{}, {}, {}{}", viewer.scene ? viewer.scene->name : "no scene",
+                     numbers_size(viewer), drawn_by(viewer.variant()),
+                     altered.empty() ? "" : ", " + altered);
 }
 
 std::string switch_text(const Viewer& viewer) {

@@ -46,6 +46,22 @@ std::string scene_summary(const Viewer& viewer) {
       kBackendNames[static_cast<int>(viewer.backend)], viewer.camera.width, viewer.camera.height);
 }
 
+Alterations alterations_of(const Viewer& viewer) {
+  if (!viewer.scene) return {};
+  const ViewedScene& scene = *viewer.scene;
+  return alterations_of(
+      viewer.settings,
+      {scene.sh_degree, scene.antialiased, scene.white_background,
+       scene.axes.empty() ? scene.declared_axes : scene.axes, scene.declared_axes, scene.edits});
+}
+
+std::string window_title(const Viewer& viewer) {
+  if (!viewer.scene) return "quadsplat";
+  const std::string altered = alterations_of(viewer).brief;
+  return viewer.scene->name + (altered.empty() ? "" : fmt::format(" ({})", altered)) +
+         " - quadsplat";
+}
+
 std::vector<Fact> scene_facts_of(const Viewer& viewer) {
   const ViewedScene& scene = *viewer.scene;
   const glm::dvec3 at = viewer.camera.position();

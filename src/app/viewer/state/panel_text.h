@@ -10,6 +10,7 @@
 
 #include <glm/vec2.hpp>
 
+#include "app/session/alterations.h"
 #include "app/viewer/state/viewer.h"
 
 namespace qs {
@@ -21,6 +22,13 @@ struct Fact {
 
 /// "garden   500 Gaussians   cpu   640 x 480": the right end of the menu bar.
 std::string scene_summary(const Viewer& viewer);
+
+/// The alterations of the scene in the window, of which its pictures and numbers are. Empty without
+/// a scene.
+Alterations alterations_of(const Viewer& viewer);
+
+/// "garden (splat scale 0.56) - quadsplat".
+std::string window_title(const Viewer& viewer);
 
 /// The facts of the scene and of the view.
 std::vector<Fact> scene_facts_of(const Viewer& viewer);

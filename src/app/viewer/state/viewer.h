@@ -29,6 +29,7 @@
 #include "app/viewer/state/training.h"
 #include "app/viewer/state/view_history.h"
 #include "app/viewer/state/zoom_recorder.h"
+#include "io/cloud/edits.h"
 #include "raster/api/renderer.h"
 #include "raster/scene/removal.h"
 
@@ -92,6 +93,7 @@ struct ViewedScene {
   std::vector<Framing> candidates;    ///< choose_framings() of a scene without cameras
   std::string axes;                   ///< ReadOptions::axes that the file was read with
   std::string declared_axes = "RDF";  ///< of the file
+  EditFacts edits;                    ///< of its Gaussians, crops included
   std::vector<Camera> cameras;        ///< of the data set, may be empty
   std::filesystem::path cameras_file;
   std::map<int, std::filesystem::path> photographs;  ///< by index into `cameras`

@@ -63,7 +63,7 @@ ordered_json chart_json(const ZoomRecorder& zoom) {
   const auto curve_json = [&](const ZoomCurve& curve) {
     return ordered_json{{"mode", mode_name(curve.mode)},
                         {"dashed", curve.is_beneath},
-                        {"band", curve.is_banded},
+                        {"bars", curve.has_bars},
                         {"points", list_json(curve.points, point_json)}};
   };
   return {{"title", chart.title},
@@ -185,8 +185,10 @@ std::string zoom_title(const ZoomRecord& record) {
 }
 
 std::string zoom_label(const ZoomRecord& record) {
-  return fmt::format("{} \u00b7 {} \u00b7 {} x {} \u00b7 {}", zoom_title(record), record.pipeline,
-                     record.width, record.height, record.machine);
+  const std::string altered = alterations_in(record.rows);
+  return fmt::format("{} \u00b7 {} \u00b7 {} x {} \u00b7 {}{}", zoom_title(record), record.pipeline,
+                     record.width, record.height, record.machine,
+                     altered.empty() ? "" : " \u00b7 " + altered);
 }
 
 std::string zoom_trust_text(const ZoomRecord& record) {
@@ -194,9 +196,10 @@ std::string zoom_trust_text(const ZoomRecord& record) {
   std::string text;
   if (frames == 1) text = "single frames";
   if (frames > 1) text = fmt::format("medians of {} frames", frames);
-  if (has_bands(record.rows)) text += ", band: 5-95 % of them";
+  if (has_bars(record.rows)) text += ", bars: the middle half of them";
   const std::string noisy = noisy_steps(record.rows);
-  if (!noisy.empty()) text += fmt::format("{}noisy steps: {}", text.empty() ? "" : "; ", noisy);
+  if (!noisy.empty())
+    text += fmt::format("{}noisy steps (rings): {}", text.empty() ? "" : "; ", noisy);
   return text;
 }
 
@@ -256,8 +259,12 @@ void action::copy_zoom_figure(Viewer& v, Host& host) {
                                  record->folder.string()));
   const ZoomQuantityRow& row = kZoomQuantities[static_cast<std::size_t>(v.zoom.quantity)];
   const std::string path = full_path(record->folder / row.figure).string();
+  if (host.copy_picture(path)) return notify(v, "the figure is on the clipboard");
   host.set_clipboard(path);
-  notify(v, fmt::format("the path of the figure is on the clipboard: {}", path));
+  notify(v,
+         fmt::format("the path of the figure is on the clipboard, because pictures need xclip or "
+                     "wl-copy: {}",
+                     path));
 }
 
 void action::open_zoom_folder(Viewer& v, Host& host) {

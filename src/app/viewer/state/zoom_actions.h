@@ -64,7 +64,7 @@ void show_zoom(Viewer& viewer, std::size_t index);
 /// Draws a recording dashed under the other, or no longer if it is drawn so already.
 void lay_zoom_beneath(Viewer& viewer, std::size_t index);
 void show_zoom_quantity(Viewer& viewer, ZoomQuantity quantity);
-/// Copies the path of the plot of the shown quantity to the clipboard.
+/// Copies the plot of the shown quantity to the clipboard, or else its path.
 void copy_zoom_figure(Viewer& viewer, Host& host);
 void open_zoom_folder(Viewer& viewer, Host& host);
 

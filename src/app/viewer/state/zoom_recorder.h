@@ -55,7 +55,7 @@ int zoom_frames(const ZoomPlan& plan, Backend backend);
 /// A recorded zoom, or the part of it that is measured so far.
 struct ZoomRecord {
   std::filesystem::path folder;  ///< empty until it is saved
-  bool has_figures = false;      ///< gnuplot has drawn the plots in `folder`
+  bool has_figures = false;      ///< the plots in `folder` are drawn
   std::string scene, machine;    ///< `machine`: measured_on()
   std::string pipeline;          ///< as in reports: "cpu", "classic", "fast"
   int width = 0, height = 0;     ///< pixels

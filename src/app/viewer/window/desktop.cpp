@@ -12,14 +12,36 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <sys/socket.h>
+#include <unistd.h>
 #ifdef QUADSPLAT_PORTAL
 #include <dbus/dbus.h>
 #endif
 
 #include "app/viewer/state/actions.h"
 #include "base/fail.h"
+#include "base/text.h"
+#include "io/bytes/mapped_file.h"
 
 namespace qs {
+
+bool copy_picture(const std::filesystem::path& file) {
+  const MappedFile picture(file);
+  std::vector<std::string> commands = {"xclip -selection clipboard -t image/png"};
+  if (std::getenv("WAYLAND_DISPLAY") != nullptr)
+    commands.insert(commands.begin(), "wl-copy --type image/png");
+  for (const std::string& command : commands) {
+    try {
+      ChildProcess program(
+          {.words = separated(command, ' '), .socket = {{SOCK_STREAM, STDIN_FILENO}}});
+      program.send(picture.content());
+      program.close_socket();
+      if (program.wait().good()) return true;
+    } catch (const Error&) {  // it is not installed
+    }
+  }
+  return false;
+}
 
 void DesktopPrograms::open(const std::filesystem::path& path) {
   ChildCommand command;

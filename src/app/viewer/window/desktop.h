@@ -59,6 +59,10 @@ class DesktopDialog {
   std::jthread thread_;
 };
 
+/// Puts a PNG file on the clipboard through wl-copy (Wayland) or xclip (X11). False if neither is
+/// installed and works. Throws Error(input) if the file cannot be read.
+bool copy_picture(const std::filesystem::path& file);
+
 /// Opens files in the desktop's programs for them, through xdg-open.
 class DesktopPrograms {
  public:

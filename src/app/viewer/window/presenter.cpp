@@ -352,13 +352,15 @@ void WindowGrab::request(const std::filesystem::path& path, bool notify) {
   notify_ = notify;
 }
 
-void WindowGrab::take(const std::function<Image()>& pixels, Actions& actions) {
+void WindowGrab::take(const std::function<Image()>& pixels, Actions& actions,
+                      const std::string& altered) {
   if (!requested()) return;
   const std::filesystem::path path = std::exchange(path_, {});
   try {
     std::error_code ignored;  // write_image() reports a missing folder
     std::filesystem::create_directories(path.parent_path(), ignored);
-    write_image(pixels(), path);
+    write_image(pixels(), path,
+                altered.empty() ? ImageMetadata() : ImageMetadata{{"Altered", altered}});
     if (notify_) actions.push_back(call(action::notify_file, path, std::string()));
   } catch (const Error& error) {
     actions.push_back(call(action::notify_error, std::string(error.what())));

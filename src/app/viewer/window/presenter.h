@@ -115,7 +115,9 @@ class WindowGrab {
   bool requested() const { return !path_.empty(); }
 
   /// Writes `pixels()` if a picture was requested; appends the message for the user to `actions`.
-  void take(const std::function<Image()>& pixels, Actions& actions);
+  /// `altered`: of the file's metadata, if it is not empty.
+  void take(const std::function<Image()>& pixels, Actions& actions,
+            const std::string& altered = {});
 
  private:
   std::filesystem::path path_;

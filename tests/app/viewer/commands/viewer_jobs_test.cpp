@@ -3,6 +3,7 @@
 // Background jobs of the viewer in a window that is wider than high: their results, and the part of
 // the view that they cover.
 #include <fstream>
+#include <regex>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -14,9 +15,13 @@
 #include "app/inspect/reference_check.h"
 #include "app/measure/camera_path.h"
 #include "app/support/rendering_viewer.h"
+#include "app/support/run_program.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/panel_pictures.h"
+#include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "app/viewer/window/presenter.h"
@@ -27,8 +32,10 @@
 namespace qs {
 namespace {
 
+using testing::AnyOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using testing::SizeIs;
 
 class ViewerJobs : public test::RenderingViewer {
@@ -87,7 +94,8 @@ class FilmJob : public ViewerJobs {
   ~FilmJob() override { setenv("PATH", path_variable_.c_str(), 1); }
   std::vector<std::filesystem::path> films() const {
     std::vector<std::filesystem::path> found;
-    for (const auto& entry : std::filesystem::directory_iterator(scenes_ / "film"))
+    std::error_code missing;
+    for (const auto& entry : std::filesystem::directory_iterator(scenes_ / "film", missing))
       found.push_back(entry.path());
     return found;
   }
@@ -183,6 +191,7 @@ TEST_F(FilmJob, a_film_can_be_stopped_and_leaves_nothing) {
   EXPECT_THAT(viewer().toasts.back().text, HasSubstr("the film was stopped, nothing was saved"));
   EXPECT_FALSE(viewer().loading);
   EXPECT_THAT(films(), testing::IsEmpty());
+  EXPECT_FALSE(std::filesystem::exists(scenes_ / "film")) << "an empty folder";
 }
 
 TEST_F(ViewerJobs, a_heat_map_has_the_scale_of_the_baseline_s_map) {
@@ -312,6 +321,168 @@ TEST_F(ViewerJobs, the_figure_of_all_modes_ends_with_a_margin_below_its_last_lin
     EXPECT_GE(figure.height - 1 - last, 30);
     EXPECT_LE(figure.height - 1 - last, 80);
   }
+}
+
+// ---- pictures and numbers say what they are ----------------------------------------------------
+class AlteredViewer : public FilmJob {
+ protected:
+  AlteredViewer() {
+    change([](Viewer& viewer) {
+      ViewedScene& scene = *viewer.scene;
+      scene.sh_degree = 1;
+      viewer.panels.crop = true;
+      viewer.crop.wish.boxed = true;
+      viewer.crop.wish.box = {{-9, -9, -9}, {0.5f, 9, 9}};
+    });
+  }
+  void alter() {
+    change([](Viewer& viewer) { viewer.settings.splat_scale = 2; });
+    crop();
+    press("Shift+R");
+    crop();
+  }
+  void crop() {
+    apply(call(action::follow_crop));
+    settle();
+  }
+  std::string edits() const {
+    return fmt::format("{} of 300 Gaussians", viewer().scene->gaussians);
+  }
+  // The only new file below a folder, by its ending.
+  std::string content(const std::string& folder, const std::string& ending) const {
+    std::string found;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(scenes_ / folder))
+      if (entry.path().string().ends_with(ending)) found = test::content_of(entry.path());
+    return found;
+  }
+};
+
+TEST_F(AlteredViewer, all_that_is_saved_shown_and_copied_says_the_scale_and_the_crop) {
+  for (const bool altered : {false, true}) {
+    SCOPED_TRACE(altered);
+    if (altered) alter();
+    for (const char* folder : {"bench", "zoom", "film", "screenshots", "figures"})
+      std::filesystem::remove_all(scenes_ / folder);
+    ZoomPlan plan;
+    plan.steps = 2;
+    plan.modes = {1};
+    apply(call(action::change_zoom_plan, plan));
+    press("K");
+    press("K");
+    apply(call(action::delay_keyframe, std::size_t{1}, 0.1));
+    for (const char* key : {"P", "Shift+Z", "Ctrl+K", "Ctrl+F12", "Ctrl+F9"}) {
+      press(key);
+      settle();
+    }
+    const std::pair<const char*, std::string> outputs[] = {
+        {"bench.json", content("bench", "bench.json")},
+        {"bench.md", content("bench", "bench.md")},
+        {"bench.csv", content("bench", "bench.csv")},
+        {"bench's plot", content("bench", "fps.gp")},
+        {"zoom.json", content("zoom", "zoom.json")},
+        {"zoom.csv", content("zoom", "zoom.csv")},
+        {"zoom's plot", content("zoom", "zoom_fps.gp")},
+        {"zoom's own figure", content("zoom", "zoom_ms.svg")},
+        {"film", content("film", "frame_00000.png")},
+        {"screenshot", content("screenshots", ".png")},
+        {"figure", content("figures", ".png")},
+        {"figure as SVG", content("figures", ".svg")},
+        {"copied CSV", table_text(viewer(), TableFormat::csv)},
+        {"copied Markdown", table_text(viewer(), TableFormat::markdown)},
+        {"copied LaTeX", table_text(viewer(), TableFormat::latex)},
+        {"list of zooms", zoom_label(viewer().zoom.records.back())},
+    };
+    const std::string words = "splat scale 2, edited: 1 step, " + edits() + ", crc32:";
+    for (const auto& [name, saved_text] : outputs) {
+      ASSERT_NE(saved_text, "") << name;
+      if (altered) {
+        EXPECT_THAT(saved_text, HasSubstr(words)) << name;
+      } else {
+        EXPECT_THAT(saved_text, Not(AnyOf(HasSubstr("ltered"), HasSubstr("edited")))) << name;
+      }
+    }
+    const std::string brief = "splat scale 2, cropped: " + edits();
+    EXPECT_EQ(window_title(viewer()),
+              altered ? "random (" + brief + ") - quadsplat" : "random - quadsplat");
+    const std::string line = status_line(viewer()).numbers;
+    EXPECT_EQ(line.find(brief) != std::string::npos, altered) << line;
+  }
+}
+
+TEST_F(AlteredViewer, a_second_crop_is_a_second_step_and_undoing_it_leaves_the_first) {
+  alter();
+  const EditFacts first = viewer().scene->edits;
+  EXPECT_EQ(first.steps, 1);
+  EXPECT_LT(first.kept, 300u);
+  EXPECT_EQ(first.of, 300u);
+  CropWish wish = viewer().crop.wish;
+  wish.box.high.y = 0;
+  apply(call(action::change_crop, wish));
+  crop();
+  EXPECT_TRUE(viewer().scene->edits.tinted);
+  press("Shift+R");
+  crop();
+  const EditFacts second = viewer().scene->edits;
+  EXPECT_EQ(second.steps, 2);
+  EXPECT_LT(second.kept, first.kept);
+  EXPECT_NE(second.crc, first.crc);
+  press("Shift+R");
+  crop();
+  EXPECT_EQ(viewer().scene->edits, first);
+  press("Shift+R");
+  crop();
+  EXPECT_EQ(viewer().scene->edits, EditFacts());
+}
+
+TEST_F(ViewerJobs, a_screenshot_names_its_mode_its_map_and_its_own_size) {
+  const auto saved = [&] {
+    std::filesystem::remove_all(scenes_ / "screenshots");
+    press("Ctrl+F12");
+    settle();
+    std::filesystem::path file;
+    for (const auto& entry : std::filesystem::directory_iterator(scenes_ / "screenshots"))
+      file = entry.path();
+    return file;
+  };
+  EXPECT_EQ(saved().filename(), "random_scene_view_quadbox_96x64_0001.png");
+  press("C");
+  settle();
+  const std::filesystem::path half = saved();
+  EXPECT_EQ(half.filename(), "random_scene_view_quadbox_alone_96x64_0001.png");
+  EXPECT_THAT(test::content_of(half), HasSubstr("quadbox alone"));
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr(": quadbox alone"));
+  press("C");
+  press("H");
+  settle();
+  const std::filesystem::path map = saved();
+  const Image picture = read_image(map);
+  EXPECT_GT(picture.height, 64) << "with its legend";
+  EXPECT_EQ(map.filename(), fmt::format("random_scene_view_quadbox_pairs_{}x{}_0001.png",
+                                        picture.width, picture.height));
+  EXPECT_THAT(test::content_of(map), HasSubstr("HeatmapTotal"));
+  press("J");
+  settle();
+  EXPECT_THAT(saved().filename().string(), HasSubstr("_quadbox_depth_"));
+}
+
+TEST_F(ViewerJobs, the_figure_of_all_modes_says_who_measured_when_and_what_lossy_modes_lose) {
+  press("F10");
+  press("F9");
+  thread_.request(
+      NumbersRequest{measured_camera(viewer()), viewer().settings, viewer().view_version, false});
+  settle();
+  press("Ctrl+F9");
+  settle();
+  std::string svg;
+  for (const auto& entry : std::filesystem::directory_iterator(scenes_ / "figures"))
+    if (entry.path().extension() == ".svg") svg = test::content_of(entry.path());
+  EXPECT_THAT(svg, HasSubstr(", 1 thread; 20"));  // the processor and the year
+  EXPECT_THAT(svg, HasSubstr("; medians of "));
+  EXPECT_THAT(svg, testing::ContainsRegex("FPS .+ [0-9,]+ pairs .+ [0-9.]+x .+ lossless"));
+  EXPECT_THAT(svg, testing::ContainsRegex("pairs .+ PSNR ([0-9.]+|inf) dB"));
+  const std::regex ratio("[0-9]+\\.([0-9]+)x ");
+  for (std::sregex_iterator each(svg.begin(), svg.end(), ratio), end; each != end; ++each)
+    EXPECT_EQ((*each)[1].length(), 2) << each->str();
 }
 
 TEST_F(ViewerJobs, the_inspector_works_up_to_the_right_and_the_lower_border) {

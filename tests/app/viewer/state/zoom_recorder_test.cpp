@@ -241,12 +241,16 @@ TEST(ZoomRecorder, earlier_recordings_come_first_and_the_choice_of_the_chart_sta
 TEST(ZoomRecorder, labels_and_reliability_are_told) {
   ZoomRecord record = found_record("out/zoom/garden_0001");
   EXPECT_EQ(zoom_label(record), "garden_0001 \u00b7 cpu \u00b7 640 x 480 \u00b7 some CPU");
-  EXPECT_EQ(zoom_trust_text(record), "medians of 20 frames, band: 5-95 % of them");
+  EXPECT_EQ(zoom_trust_text(record), "medians of 20 frames, bars: the middle half of them");
   record.rows[1].ms_spread = 3;
-  EXPECT_EQ(zoom_trust_text(record),
-            "medians of 20 frames, band: 5-95 % of them; noisy steps: 3dgs 1 of 2");
+  EXPECT_EQ(
+      zoom_trust_text(record),
+      "medians of 20 frames, bars: the middle half of them; noisy steps (rings): 3dgs 1 of 2");
   record.rows[0].frames = 1;
-  EXPECT_EQ(zoom_trust_text(record), "single frames; noisy steps: 3dgs 1 of 2");
+  EXPECT_EQ(zoom_trust_text(record), "single frames; noisy steps (rings): 3dgs 1 of 2");
+  record.rows[0].altered = "splat scale 0.5";
+  EXPECT_EQ(zoom_label(record),
+            "garden_0001 \u00b7 cpu \u00b7 640 x 480 \u00b7 some CPU \u00b7 splat scale 0.5");
   record.folder.clear();
   EXPECT_EQ(zoom_title(record), "garden, not saved");
 }
@@ -275,6 +279,20 @@ TEST(ZoomRecorder, the_figure_s_path_is_copied_and_the_folder_opened) {
   driven.apply(open_zoom_folder);
   ASSERT_THAT(driven.opened_outside, SizeIs(1));
   EXPECT_EQ(driven.opened_outside[0], std::filesystem::absolute("zoom/a"));
+}
+
+TEST(ZoomRecorder, the_figure_is_copied_as_a_picture_where_a_program_can) {
+  DrivenScene driven(1);
+  ZoomRecord record = found_record("./zoom/a");
+  record.has_figures = true;
+  driven.apply(zooms_found, std::vector<ZoomRecord>{record});
+  driven.apply(show_zoom, std::size_t{0});
+  driven.copies_pictures = true;
+  driven.apply(copy_zoom_figure);
+  EXPECT_EQ(driven.text, "") << "no path";
+  ASSERT_THAT(driven.copied, SizeIs(1));
+  EXPECT_THAT(driven.copied[0].string(), EndsWith("zoom/a/zoom_fps.png"));
+  EXPECT_EQ(driven.viewer.toasts.back().text, "the figure is on the clipboard");
 }
 
 TEST(ZoomRecorder, nothing_is_recorded_while_a_model_is_trained) {

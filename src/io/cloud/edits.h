@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+//
+// The edits of a scene: what was done to its Gaussians after its file was read.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+namespace qs {
+
+/// Edits as reports name them.
+struct EditFacts {
+  int steps = 0;            ///< steps that removed Gaussians
+  std::uint64_t kept = 0;   ///< Gaussians of the file that are left
+  std::uint64_t of = 0;     ///< Gaussians of the file as it was read
+  std::string crc;          ///< "crc32:89abcdef" of Edits::removed; empty without steps
+  bool tinted = false;      ///< some Gaussians have another colour
+  glm::ivec2 copies{1, 1};  ///< the rest is repeated on a grid
+
+  bool operator==(const EditFacts&) const = default;
+};
+
+struct Edits : EditFacts {
+  /// By the index in the file as it was read; empty without steps. Its CRC-32 is computed
+  /// over bits: Gaussian i is bit i % 8 of byte i / 8, and the last byte is filled with zeros. So
+  /// equal rests have equal hashes, independent of the steps.
+  std::vector<bool> removed;
+
+  /// One step: removes Gaussian i of the `count` that are left if goes(i).
+  void remove(std::size_t count, const std::function<bool(std::size_t i)>& goes);
+};
+
+}  // namespace qs

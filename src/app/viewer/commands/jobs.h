@@ -56,5 +56,9 @@ void film(Viewer& viewer, Host& host);
 /// that exists.
 void save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name);
 
+/// Writes keyframes and a crop to files, and leaves once they are written. For results it asks for
+/// a folder, and stays.
+void save_and_leave(Viewer& viewer, Host& host, const std::filesystem::path& opens);
+
 }  // namespace action
 }  // namespace qs

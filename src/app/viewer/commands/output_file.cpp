@@ -9,6 +9,24 @@
 
 namespace qs {
 
+void save_results(RenderContext& context, const Viewer& viewer, const std::string& folder,
+                  const std::string& stem,
+                  const std::function<void(const std::filesystem::path& path)>& save,
+                  const std::string& more) {
+  try {
+    const std::filesystem::path path = free_name(viewer.out_dir / folder, stem, "");
+    save(path);
+    context.report(action::notify_file, path, more);
+  } catch (const Error& error) {
+    context.unsaved = [&context, save, stem](const std::filesystem::path& place) {
+      const std::filesystem::path path = free_name(place, stem, "");
+      save(path);
+      context.report(action::results_saved, path);
+    };
+    context.report(action::results_kept, folder, std::string(error.what()));
+  }
+}
+
 OutputFile::OutputFile(const Viewer& viewer, const std::string& folder, const std::string& stem,
                        const std::string& ending) {
   if (viewer.is_remote) {

@@ -98,6 +98,9 @@ struct RenderContext {
   std::optional<ReferenceImage> reference = {};  ///< the last computed image
   std::optional<HeldScale> heat_scale = {};      ///< the last heat map at rest has it
   std::stop_token stop = {};                     ///< stops the running job
+  std::atomic<bool> keeps_part = true;           ///< a stopped job is kept as far as it got
+  /// Writes measured results, which could not be written, into a new folder in this one.
+  std::function<void(const std::filesystem::path& folder)> unsaved = {};
   std::atomic<bool> measuring = false;
   std::atomic<int> drawings = 0;          ///< drawings of the window that have begun
   std::atomic<bool> window_rests = true;  ///< the window is not drawn now, nor soon

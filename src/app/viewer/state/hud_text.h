@@ -31,6 +31,9 @@ struct StatusLine {
 };
 StatusLine status_line(const Viewer& viewer);
 
+/// "filming, 31 % - plush - quadsplat".
+std::string window_title(const Viewer& viewer);
+
 /// Facts of the two frames in a split window; empty otherwise.
 std::vector<Fact> split_facts(const Viewer& viewer);
 

@@ -225,9 +225,10 @@ std::string log_time(const LogEntry& entry) {
 
 std::vector<std::string> hint_texts(const Hints& hints) {
   std::vector<std::string> texts;
-  if (hints.turn) texts.emplace_back("drag: turn the view");
-  if (hints.modes) texts.push_back(fmt::format("1 to {}: culling modes", culler_count()));
-  if (hints.map) texts.emplace_back("H: where the work is");
+  if (hints.fly) texts.emplace_back("W A S D: fly");
+  if (hints.modes) texts.push_back(fmt::format("1 to {}: modes", culler_count()));
+  if (hints.map) texts.emplace_back("H: heat map");
+  if (hints.zoom) texts.emplace_back("Z: record the zoom");
   return texts;
 }
 

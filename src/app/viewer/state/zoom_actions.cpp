@@ -151,6 +151,13 @@ std::string about_text(double seconds) {
   return fmt::format("about {:.0f} h", std::ceil(seconds / 3600));
 }
 
+std::string loading_text(const Loading& loading, double now) {
+  constexpr float kKnown = 0.05f;
+  const double left = (now - loading.began) * (1 / static_cast<double>(loading.fraction) - 1);
+  return fmt::format("{:.0f} %{}", 100 * loading.fraction,
+                     loading.fraction > kKnown ? fmt::format(", {} left", about_text(left)) : "");
+}
+
 const char* zoom_start_text(const ZoomPlan& plan) {
   return plan.start ? "from a remembered view" : "from this view";
 }
@@ -161,6 +168,17 @@ std::string zoom_plan_text(const Viewer& viewer) {
   const std::optional<double> seconds = zoom_seconds(viewer);
   return fmt::format("{} steps of {} mode{}: {}", plan.steps, modes, modes == 1 ? "" : "s",
                      seconds ? about_text(*seconds) : "time not known yet");
+}
+
+std::string running_text(const Viewer& viewer) {
+  if (viewer.zoom.running && !viewer.zoom.records.empty()) {
+    const ZoomRecord& record = viewer.zoom.records.back();
+    const std::size_t last = static_cast<std::size_t>(record.steps);
+    return fmt::format("recording a zoom, step {} of {}", std::min(steps_done(record) + 1, last),
+                       last);
+  }
+  if (!viewer.loading) return "";
+  return fmt::format("{}, {:.0f} %", viewer.loading->what, 100 * viewer.loading->fraction);
 }
 
 std::string zoom_status(const ZoomRecorder& zoom) {
@@ -288,7 +306,7 @@ void action::zoom_stepped(Viewer& v, const std::vector<BenchRow>& rows_of_step) 
 
 void action::zoom_ended(Viewer& v, const std::filesystem::path& folder, bool has_figures) {
   ZoomRecorder& zoom = v.zoom;
-  if (zoom.running) {
+  if (!zoom.records.empty() && zoom.records.back().folder.empty()) {
     ZoomRecord& record = zoom.records.back();
     record.folder = folder;
     record.has_figures = has_figures;

@@ -163,9 +163,10 @@ TEST_F(PanelsTest, the_arrow_keys_choose_a_command_of_the_palette) {
   draw("interface");
   const std::vector<const KeyCommand*> found = find_commands("interface", driven_.viewer);
   ASSERT_THAT(found, SizeIs(3));
-  draw("", ImGuiKey_DownArrow);
-  draw("", ImGuiKey_DownArrow);
-  draw("", ImGuiKey_DownArrow);
+  for (int i = 0; i < 3; ++i) {
+    draw("", ImGuiKey_DownArrow);
+    draw();
+  }
   EXPECT_EQ(state_.chosen_command, 2);
   draw("", ImGuiKey_Enter);
   EXPECT_EQ(driven_.viewer.interface_scale, 1) << found[2]->help;

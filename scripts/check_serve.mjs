@@ -161,7 +161,7 @@ async function checkPanels(page, box) {
   await open("table");
   if (isChrome) {
     const tree = JSON.stringify(await page.accessibility.snapshot({ interestingOnly: false }));
-    for (const name of ["Numbers of all modes", "Open panels", "measure at", "Close Numbers of all modes"])
+    for (const name of ["FPS of all modes", "Open panels", "measure at", "Close FPS of all modes"])
       check(`"${name}" has a name for screen readers`, tree.includes(name));
   }
   for (const [width, height] of [[3840, 2160], [1280, 720]]) {

@@ -76,10 +76,8 @@ std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size) {
   for (const char* name : {"cameras", "up", "axes", "first_views", "keyframes", "crops"})
     while (json[name].size() > kMostScenes) json[name].erase(json[name].begin());
   std::size_t bytes = 0;
-  for (const auto& [scene, path] : viewer.kept_paths) {
-    bytes += path.size();
-    if (bytes > kMostPathBytes) json["keyframes"].erase(scene);
-  }
+  for (const auto& [scene, path] : viewer.kept_paths)
+    if ((bytes += path.size()) > kMostPathBytes) json["keyframes"].erase(scene);
   if (viewer.heatmap) json["heat_map"] = heatmap_row(*viewer.heatmap).name;
   json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
   json["recent"] = ordered_json::array();

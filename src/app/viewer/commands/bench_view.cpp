@@ -24,17 +24,18 @@ namespace {
 
 // Shows the progress between timed frames, four times a second: the next frame waits until the
 // window was drawn and rests.
-Progress bench_progress(RenderContext& context, const std::filesystem::path& path) {
+Progress bench_progress(RenderContext& context) {
   using Clock = std::chrono::steady_clock;
-  const auto report = [&context, path, shown = Clock::now()](float fraction) mutable {
+  const auto report = [&context, shown = Clock::time_point()](float fraction) mutable {
     constexpr std::chrono::milliseconds kPause{250}, kLongest{100}, kTurn{2};
     if (Clock::now() - shown < kPause) return;
     const int drawings = context.drawings;
-    context.report(action::show_progress, Loading{path, kBenching, fraction});
-    const auto end = Clock::now() + kLongest;
-    while ((context.drawings == drawings || !context.window_rests) && Clock::now() < end)
-      std::this_thread::sleep_for(kTurn);
+    context.report(action::show_progress,
+                   Loading{context.session.scene->path, kBenching, fraction});
     shown = Clock::now();
+    while ((context.drawings == drawings || !context.window_rests) &&
+           Clock::now() < shown + kLongest)
+      std::this_thread::sleep_for(kTurn);
   };
   return {report, context.stop};
 }
@@ -54,9 +55,8 @@ void bench_view(RenderContext& context, const Viewer& viewer) {
   GpuClock clock = clock_of(session);
   plan.clock = &clock;
   const auto end = hide_progress_at_end(context);
-  context.report(action::show_progress, Loading{session.scene->path, kBenching, 0});
-  report.rows = measure_view(session, all_modes(), measured_camera(viewer), plan,
-                             bench_progress(context, session.scene->path));
+  report.rows =
+      measure_view(session, all_modes(), measured_camera(viewer), plan, bench_progress(context));
   add_clock(report.environment, clock);
   for (BenchRow& row : report.rows) {
     row.scene = name;

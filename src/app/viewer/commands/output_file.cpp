@@ -13,16 +13,16 @@ void save_results(RenderContext& context, const Viewer& viewer, const std::strin
                   const std::string& stem,
                   const std::function<void(const std::filesystem::path& path)>& save,
                   const std::string& more) {
-  try {
-    const std::filesystem::path path = free_name(viewer.out_dir / folder, stem, "");
+  const auto save_in = [=, &context](const std::filesystem::path& place) {
+    const std::filesystem::path path = free_name(place, stem, "");
     save(path);
+    context.report(action::results_saved);
     context.report(action::notify_file, path, more);
+  };
+  try {
+    save_in(viewer.out_dir / folder);
   } catch (const Error& error) {
-    context.unsaved = [&context, save, stem](const std::filesystem::path& place) {
-      const std::filesystem::path path = free_name(place, stem, "");
-      save(path);
-      context.report(action::results_saved, path);
-    };
+    context.unsaved = save_in;
     context.report(action::results_kept, folder, std::string(error.what()));
   }
 }

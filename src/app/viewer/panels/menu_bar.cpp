@@ -20,15 +20,13 @@
 namespace qs {
 namespace {
 
-constexpr std::size_t kMostFolderLetters = 40;
-
 void draw_recent(const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginMenu("Recent files", !viewer.recent.empty())) return;
   for (const std::filesystem::path& path : viewer.recent) {
     ImGui::PushID(path.c_str());
-    const std::string folder = shortened_middle(path.parent_path().string(), kMostFolderLetters);
-    if (ImGui::MenuItem(fitted(path.filename().string(), 20 * ImGui::GetFontSize()).c_str(),
-                        folder.c_str()))
+    const float most = 20 * ImGui::GetFontSize();
+    const std::string name = fitted(path.filename().string(), most);
+    if (ImGui::MenuItem(name.c_str(), fitted(path.parent_path().string(), most).c_str()))
       actions.push_back(call(action::open, path));
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", path.c_str());
     ImGui::PopID();
@@ -49,9 +47,6 @@ void draw_about(const Viewer& viewer, Actions& actions) {
   page("Licence: MIT", "LICENSE");
   if (ImGui::MenuItem("Copy a report of a problem"))
     actions.push_back(call(action::copy_text, version + "\n" + state_json(viewer)));
-  if (ImGui::IsItemHovered())
-    ImGui::SetTooltip(
-        "The version and what the window shows, for CONTRIBUTING.md's list of issues");
   if (ImGui::MenuItem(version.c_str())) actions.push_back(call(action::copy_text, version));
 }
 

@@ -17,17 +17,16 @@ namespace qs {
 namespace {
 
 void draw_loading(const Viewer& viewer, const Rect& picture, Actions& actions) {
-  const Loading& loading = *viewer.loading;
   const float width = std::min(26 * ImGui::GetFontSize(), picture.size().x);
   // The progress is at the lower edge of the picture.
   const float low = picture.high.y - ImGui::GetFontSize();
   ImGui::SetNextWindowPos({picture.center().x, low}, ImGuiCond_Always, {0.5f, 1});
   ImGui::SetNextWindowSize({width, 0});
   ImGui::Begin("Loading", nullptr, kBareWindow);
-  ImGui::Text("%s %s", loading.what.c_str(), loading.path.filename().c_str());
+  ImGui::TextUnformatted(viewer.loading->path.filename().c_str());
   ImGui::SameLine();
-  right_aligned(loading_text(loading, viewer.now));
-  ImGui::ProgressBar(loading.fraction, {-1, 0.5f * ImGui::GetFontSize()}, "");
+  right_aligned(running_text(viewer));
+  ImGui::ProgressBar(viewer.loading->fraction, {-1, 0.5f * ImGui::GetFontSize()}, "");
   if (ImGui::Button("Cancel")) actions.push_back(call(action::cancel_loading));
   ImGui::End();
 }

@@ -273,17 +273,11 @@ void cancel_running(Viewer& v, Host& host) {
 
 void results_kept(Viewer& v, const std::string& name, const std::string& reason) {
   v.unsaved_results = name;
-  show(v,
-       {.text = fmt::format("{}; the {} stays in memory until the window closes", reason, name),
-        .error = true,
-        .offer = ToastOffer::save_results},
-       kErrorSeconds);
+  const std::string text = fmt::format("{}; the {} stays in memory", reason, name);
+  show(v, {.text = text, .error = true, .offer = ToastOffer::save_results}, kErrorSeconds);
 }
 
-void results_saved(Viewer& v, const std::filesystem::path& folder) {
-  v.unsaved_results.clear();
-  notify_file(v, folder, "");
-}
+void results_saved(Viewer& v) { v.unsaved_results.clear(); }
 
 void tick(Viewer& v, const Turn& turn, double seconds) {
   static_cast<Turn&>(v) = turn;
@@ -298,8 +292,8 @@ void tick(Viewer& v, const Turn& turn, double seconds) {
 }
 
 void show_progress(Viewer& v, const Loading& loading) {
-  const bool goes_on = v.loading && v.loading->what == loading.what;
-  const double began = goes_on ? v.loading->began : v.now;
+  const bool begins = !v.loading || v.loading->what != loading.what;
+  const double began = begins ? v.now : v.loading->began;
   v.loading = loading;
   v.loading->began = began;
 }

@@ -102,7 +102,7 @@ void cancel_loading(Viewer& viewer, Host& host);
 void cancel_running(Viewer& viewer, Host& host);
 /// Measured results of this name ("zoom") could not be written and stay in memory, or were written.
 void results_kept(Viewer& viewer, const std::string& name, const std::string& reason);
-void results_saved(Viewer& viewer, const std::filesystem::path& folder);
+void results_saved(Viewer& viewer);
 
 // ---- camera path -------------------------------------------------------------------------------
 void add_keyframe(Viewer& viewer);

@@ -21,7 +21,7 @@ std::string unsaved_text(const Viewer& viewer, const std::filesystem::path& open
 namespace action {
 
 /// Keeps the work on the scene in the window, and shows the work that was kept for it. Without
-/// `another` the scene was read again: its keyframes are there.
+/// `another` the scene was read again and keeps its keyframes.
 void keep_work(Viewer& viewer);
 void restore_work(Viewer& viewer, bool another);
 

@@ -151,13 +151,6 @@ std::string about_text(double seconds) {
   return fmt::format("about {:.0f} h", std::ceil(seconds / 3600));
 }
 
-std::string loading_text(const Loading& loading, double now) {
-  constexpr float kKnown = 0.05f;
-  const double left = (now - loading.began) * (1 / static_cast<double>(loading.fraction) - 1);
-  return fmt::format("{:.0f} %{}", 100 * loading.fraction,
-                     loading.fraction > kKnown ? fmt::format(", {} left", about_text(left)) : "");
-}
-
 const char* zoom_start_text(const ZoomPlan& plan) {
   return plan.start ? "from a remembered view" : "from this view";
 }
@@ -171,14 +164,15 @@ std::string zoom_plan_text(const Viewer& viewer) {
 }
 
 std::string running_text(const Viewer& viewer) {
-  if (viewer.zoom.running && !viewer.zoom.records.empty()) {
-    const ZoomRecord& record = viewer.zoom.records.back();
-    const std::size_t last = static_cast<std::size_t>(record.steps);
-    return fmt::format("recording a zoom, step {} of {}", std::min(steps_done(record) + 1, last),
-                       last);
-  }
+  constexpr float kKnown = 0.05f;  // of the work, before its time is estimated
+  if (viewer.zoom.running && !viewer.zoom.records.empty())
+    return "recording a zoom, " + zoom_status(viewer.zoom);
   if (!viewer.loading) return "";
-  return fmt::format("{}, {:.0f} %", viewer.loading->what, 100 * viewer.loading->fraction);
+  const Loading& loading = *viewer.loading;
+  const double left =
+      (viewer.now - loading.began) * (1 / static_cast<double>(loading.fraction) - 1);
+  return fmt::format("{}, {:.0f} %{}", loading.what, 100 * loading.fraction,
+                     loading.fraction > kKnown ? fmt::format(", {} left", about_text(left)) : "");
 }
 
 std::string zoom_status(const ZoomRecorder& zoom) {

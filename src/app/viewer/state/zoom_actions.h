@@ -25,16 +25,14 @@ std::optional<double> zoom_seconds_left(const ZoomRecorder& zoom);
 /// "about 40 s", "about 3 min": rounded up.
 std::string about_text(double seconds);
 
-/// "31 %, about 20 s left"; the time once it is known.
-std::string loading_text(const Loading& loading, double now);
-
 /// The begin of a recording: "from this view".
 const char* zoom_start_text(const ZoomPlan& plan);
 
 /// "12 steps of 6 modes: about 40 s".
 std::string zoom_plan_text(const Viewer& viewer);
 
-/// The work that runs: "recording a zoom, step 5 of 12", "filming, 31 %"; empty: none.
+/// The work that runs: "recording a zoom, step 5 of 12, about 40 s left", "filming, 31 %"; empty:
+/// none.
 std::string running_text(const Viewer& viewer);
 
 /// The steps so far while a zoom is recorded, else the place of the recording in the chart.

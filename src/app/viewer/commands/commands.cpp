@@ -189,7 +189,8 @@ std::vector<KeyCommand> make_commands() {
           [](const Viewer& v) { return v.beside.has_value(); })),
       asks(always(
           panel(GLFW_KEY_T, kCtrl | kShift, train, "Train from photographs", &Panels::train))),
-      row(GLFW_KEY_R, kCtrl, file, "Save the cropped scene", save_crop, std::filesystem::path()),
+      row(GLFW_KEY_R, kCtrl, file, "Save the cropped scene", save_crop, std::filesystem::path(),
+          Action()),
       row(GLFW_KEY_F5, 0, file, "Reload", reload),
       row(GLFW_KEY_Y, 0, file, "Turn upright: read with other axes", next_axes),
       row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),

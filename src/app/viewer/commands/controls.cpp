@@ -508,7 +508,7 @@ Controls crop_controls() {
              // The window asks for a file.
              only_if([](const Viewer& v) { return v.is_remote && v.crop.applied; },
                      button_row("Save the cropped scene",
-                                call(action::save_crop, std::filesystem::path())))});
+                                call(action::save_crop, std::filesystem::path(), Action())))});
   return rows;
 }
 

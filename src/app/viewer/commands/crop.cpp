@@ -53,13 +53,13 @@ void write(RenderContext& context, const std::filesystem::path& path) {
   }
 }
 
-// `then`: after the file was written; may be null.
-void save_crop_then(Viewer& viewer, Host& host, const std::filesystem::path& name,
-                    const Action& then) {
+}  // namespace
+
+void action::save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name,
+                       const Action& then) {
   if (!viewer.scene) return;
   if (!viewer.crop.applied)
-    return action::notify(viewer,
-                          "nothing is cropped: apply a box or the search for floaters first");
+    return notify(viewer, "nothing is cropped: apply a box or the search for floaters first");
   if (viewer.is_remote) return start_job(viewer, host, send);
   const std::filesystem::path folder = viewer.out_dir;
   const std::string stem = viewer.scene->name + "_cropped";
@@ -70,12 +70,6 @@ void save_crop_then(Viewer& viewer, Host& host, const std::filesystem::path& nam
   });
 }
 
-}  // namespace
-
-void action::save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name) {
-  save_crop_then(viewer, host, name, nullptr);
-}
-
 void action::save_and_leave(Viewer& viewer, Host& host, const std::filesystem::path& opens) {
   viewer.leaving.reset();
   if (opens.empty() && !viewer.unsaved_results.empty())
@@ -83,7 +77,7 @@ void action::save_and_leave(Viewer& viewer, Host& host, const std::filesystem::p
   if (!viewer.keeps_work) save_keyframes(viewer, host);
   if (viewer.keeps_work || applied_wishes(viewer.crop).empty())
     return leave_now(viewer, host, opens, true);
-  save_crop_then(viewer, host, {}, call(leave_now, opens, true));
+  save_crop(viewer, host, {}, call(leave_now, opens, true));
 }
 
 }  // namespace qs

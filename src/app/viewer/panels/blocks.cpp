@@ -28,7 +28,7 @@ void draw_crop_file(const Viewer& viewer, PanelState& state, Actions& actions) {
   ImGui::InputTextWithHint("##file", "new file, e.g. cropped.ply; empty: a free name",
                            &state.crop_file);
   if (ImGui::Button("Save as"))
-    actions.push_back(call(action::save_crop, std::filesystem::path(state.crop_file)));
+    actions.push_back(call(action::save_crop, std::filesystem::path(state.crop_file), Action()));
   command_tooltip("Save the cropped scene");
 }
 

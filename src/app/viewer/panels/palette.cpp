@@ -62,7 +62,8 @@ void draw_leaving(const Viewer& viewer, Actions& actions) {
   if (!begin_dialog(kTitle, 30, 0, open)) return;
   ImGui::TextWrapped("Not saved: %s.", unsaved_text(viewer, *viewer.leaving).c_str());
   const std::size_t before = actions.size();
-  if (ImGui::Button("Save")) actions.push_back(call(action::save_and_leave, *viewer.leaving));
+  if (ImGui::Button("Save") || enter_pressed())
+    actions.push_back(call(action::save_and_leave, *viewer.leaving));
   ImGui::SameLine();
   if (ImGui::Button("Discard")) actions.push_back(call(action::leave_now, *viewer.leaving, false));
   ImGui::SameLine();

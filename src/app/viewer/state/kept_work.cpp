@@ -2,10 +2,10 @@
 #include "app/viewer/state/kept_work.h"
 
 #include <sstream>
+#include <tuple>
 
 #include <fmt/format.h>
 
-#include "app/session/removal_text.h"
 #include "app/viewer/state/actions.h"
 #include "base/error.h"
 #include "base/text.h"
@@ -28,29 +28,26 @@ std::vector<std::string> work_of(const Viewer& v) {
 
 bool is_filming(const Viewer& v) { return v.loading && v.loading->what == kFilming; }
 
-// One line per crop.
+// The values of a crop, in the order in which they are kept.
+auto values_of(auto& crop) {
+  auto& [low, high] = crop.box;
+  auto& f = crop.floaters;
+  return std::tie(crop.boxed, low.x, low.y, low.z, high.x, high.y, high.z, crop.cleans, f.faint,
+                  f.large, f.isolated, f.least_opacity, f.largest_size, f.fewest_neighbours);
+}
+
 std::string format_crops(const std::vector<CropWish>& crops) {
   std::string text;
-  for (const CropWish& crop : crops) {
-    const Floaters& f = crop.floaters;
-    text += fmt::format("{:d} {} {:d} {:d} {:d} {:d} {} {} {}\n", crop.boxed,
-                        format_crop_box(crop.box), crop.cleans, f.faint, f.large, f.isolated,
-                        f.least_opacity, f.largest_size, f.fewest_neighbours);
-  }
+  const auto add = [&](const auto&... value) { ((text += fmt::format("{} ", +value)), ...); };
+  for (const CropWish& crop : crops) std::apply(add, values_of(crop));
   return text;
 }
 
 std::vector<CropWish> parse_crops(const std::string& text) {
   std::vector<CropWish> crops;
   std::istringstream in(text);
-  std::string box;
-  CropWish crop;
-  Floaters& f = crop.floaters;
-  while (in >> crop.boxed >> box >> crop.cleans >> f.faint >> f.large >> f.isolated >>
-         f.least_opacity >> f.largest_size >> f.fewest_neighbours) {
-    crop.box = parse_crop_box("settings", box);
-    crops.push_back(crop);
-  }
+  const auto read = [&](auto&... value) { (in >> ... >> value); };
+  for (CropWish crop; std::apply(read, values_of(crop)), in;) crops.push_back(crop);
   return crops;
 }
 

@@ -108,7 +108,7 @@ TEST(KeptWork, outlives_the_program) {
   // Settings that were edited by hand are no reason to fail.
   driven.apply([](Viewer& viewer) {
     viewer.kept_paths["/data/b.ply RDF"] = "[{]";
-    viewer.kept_crops["/data/b.ply RDF"] = "1 somewhere 0 0 0 0 0 0 0";
+    viewer.kept_crops["/data/b.ply RDF"] = "1 somewhere";
   });
   open_scene(driven, "/data/b.ply");
   EXPECT_THAT(driven.viewer.keyframes, IsEmpty());

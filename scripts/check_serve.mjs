@@ -225,6 +225,10 @@ try {
   await page.screenshot({ path: kind + "_commands.png" });
   const names = await page.$$eval("#commands button", (buttons) => buttons.map((button) => button.dataset.help));
   check("the commands of the window are offered", names.includes("Frame the scene") && names.includes("quadbox"), names);
+  await page.type("#commands input", "map heat");
+  const found = await page.$$eval("#commands button:not([hidden])", (buttons) => buttons.map((button) => button.dataset.help));
+  check("a command is found by words", found.length === 2 && found.includes("Heat map"), found);
+  await page.$eval("#commands input", (field) => { field.value = ""; field.dispatchEvent(new Event("input")); });
   check("commands that open or write files here are not", !names.some((name) => /screenshot|open a|reload|quit|save|train/i.test(name)), names);
   await page.keyboard.press("Escape");
   await page.click("#ask");

@@ -373,7 +373,7 @@ canvas.addEventListener("wheel", (event) => {
 function key(event, down) {
   if (event.metaKey || (event.target !== canvas && event.target !== document.body)) return;
   const browsers = ["Tab", "F5", "F11", "F12"];  // keys that stay the browser's
-  if (browsers.includes(event.key) || (event.ctrlKey && down)) return;
+  if (browsers.includes(event.key) || (event.ctrlKey && down && event.code !== "KeyZ")) return;
   if (event.code === "F1") {
     event.preventDefault();
     if (down) at("ask").click();

@@ -168,7 +168,7 @@ class ViewLoop final : public Host {
   void stop_job() override { render_->stop_job(); }
   void leave_job(bool keeps) override { render_->stop_job(keeps); }
   void save_results(const std::filesystem::path& folder) override {
-    render_->run([folder](RenderContext& context) { context.unsaved(folder); });
+    render_->run([folder](RenderContext& context) { context.save_unsaved(folder); });
   }
   void run_behind(Job job) override {
     if (!remote_) render_->run_behind(std::move(job));

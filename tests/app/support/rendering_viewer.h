@@ -53,7 +53,7 @@ class RenderingViewer : public testing::Test, protected RecordingHost {
   void stop_job() override { thread_.stop_job(); }
   void leave_job(bool keeps) override { thread_.stop_job(keeps); }
   void save_results(const std::filesystem::path& folder) override {
-    thread_.run([folder](RenderContext& context) { context.unsaved(folder); });
+    thread_.run([folder](RenderContext& context) { context.save_unsaved(folder); });
   }
 
   // Shows a scene with black behind it, as after reading.

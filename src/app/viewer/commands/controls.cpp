@@ -616,7 +616,7 @@ Controls recorder_controls() {
                   action::show_zoom_quantity)),
       only_if(shows_remote_zoom, button_row("The zoom as CSV", call(send_zoom))),
       only_if([](const Viewer& v) { return !v.unsaved_results.empty(); },
-              button_row("Save as", call(action::toggle_open_dialog, Choosing::results),
+              button_row("Save as ...", call(action::toggle_open_dialog, Choosing::results),
                          "writes the results that could not be written into another folder")),
       only_if(shows_saved_zoom, button_row("Open folder", call(action::open_zoom_folder))),
       only_if(shows_saved_zoom,

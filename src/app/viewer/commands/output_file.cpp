@@ -14,15 +14,14 @@ void save_results(RenderContext& context, const Viewer& viewer, const std::strin
                   const std::function<void(const std::filesystem::path& path)>& save,
                   const std::string& more) {
   const auto save_in = [=, &context](const std::filesystem::path& place) {
-    const std::filesystem::path path = free_name(place, stem, "");
+    const std::filesystem::path path = free_name(place / folder, stem, "");
     save(path);
-    context.report(action::results_saved);
     context.report(action::notify_file, path, more);
   };
   try {
-    save_in(viewer.out_dir / folder);
+    save_in(viewer.out_dir);
   } catch (const Error& error) {
-    context.unsaved = save_in;
+    context.unsaved.push_back(save_in);
     context.report(action::results_kept, folder, std::string(error.what()));
   }
 }

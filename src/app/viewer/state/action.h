@@ -49,7 +49,7 @@ class Host {
   virtual void stop_job() = 0;  ///< the running job
   /// Stops a film or a zoom; `keeps` it as far as it got.
   virtual void leave_job(bool /*keeps*/) { stop_job(); }
-  /// Writes the results that could not be written into a new folder in this one.
+  /// Writes the results that could not be written below this folder.
   virtual void save_results(const std::filesystem::path& /*folder*/) {}
   /// When no frame is wanted. A frame or a job cancels it; a job that still waits is replaced.
   virtual void run_behind(Job job) = 0;

@@ -272,12 +272,15 @@ void cancel_running(Viewer& v, Host& host) {
 }
 
 void results_kept(Viewer& v, const std::string& name, const std::string& reason) {
-  v.unsaved_results = name;
+  v.unsaved_results += (v.unsaved_results.empty() ? "" : " and a ") + name;
   const std::string text = fmt::format("{}; the {} stays in memory", reason, name);
   show(v, {.text = text, .error = true, .offer = ToastOffer::save_results}, kErrorSeconds);
 }
 
-void results_saved(Viewer& v) { v.unsaved_results.clear(); }
+void results_saved(Viewer& v) {
+  v.unsaved_results.clear();
+  std::erase_if(v.toasts, [](const Toast& t) { return t.offer == ToastOffer::save_results; });
+}
 
 void tick(Viewer& v, const Turn& turn, double seconds) {
   static_cast<Turn&>(v) = turn;

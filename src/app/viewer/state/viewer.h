@@ -405,7 +405,7 @@ struct Viewer : Turn {
   std::map<std::string, std::string> kept_paths;   ///< work_name() -> format_camera_path()
   std::map<std::string, std::string> kept_crops;   ///< work_name() -> format_crops()
   bool keeps_work = true;                          ///< a preferences file keeps these two
-  std::string unsaved_results;  ///< "zoom" or "bench" that could not be written; empty: none
+  std::string unsaved_results;  ///< "zoom and a bench" that could not be written; empty: none
   /// The user is asked what to do with unsaved work before this file is opened, or, if it is empty,
   /// the window closes.
   std::optional<std::filesystem::path> leaving;

@@ -622,15 +622,22 @@ TEST_F(ZoomJobs, results_that_cannot_be_written_stay_and_are_saved_elsewhere) {
   EXPECT_EQ(viewer().unsaved_results, "zoom");
   EXPECT_EQ(viewer().toasts.back().offer, ToastOffer::save_results);
   EXPECT_EQ(zoom_status(viewer().zoom), "all 2 steps, not saved");
+  change([&](Viewer& viewer) { viewer.out_dir = scenes_ / "later"; });
+  press("P");
+  while (!viewer().loading && thread_.busy()) take_reports();
+  std::ofstream(scenes_ / "later") << "a file too";
+  settle();
+  EXPECT_EQ(viewer().unsaved_results, "zoom and a bench");
   apply(call(action::path_chosen, scenes_ / "random scene.ply", Choosing::results));
   settle();
-  EXPECT_EQ(viewer().unsaved_results, "zoom") << "not there either";
+  EXPECT_EQ(viewer().unsaved_results, "zoom and a bench") << "not there either";
   apply(call(action::path_chosen, scenes_ / "elsewhere", Choosing::results));
   settle();
   EXPECT_EQ(viewer().unsaved_results, "");
-  const std::filesystem::path folder = scenes_ / "elsewhere/random scene_0001";
+  const std::filesystem::path folder = scenes_ / "elsewhere/zoom/random scene_0001";
   EXPECT_EQ(viewer().zoom.records.back().folder, folder);
   EXPECT_THAT(read_zoom_json(folder / "zoom.json").rows, SizeIs(2));
+  EXPECT_TRUE(std::filesystem::exists(scenes_ / "elsewhere/bench/random scene_0001/bench.json"));
 }
 
 TEST_F(ViewerJobs, a_bench_says_if_its_rows_are_noisy) {

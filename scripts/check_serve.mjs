@@ -161,7 +161,7 @@ async function checkPanels(page, box) {
   await open("table");
   if (isChrome) {
     const tree = JSON.stringify(await page.accessibility.snapshot({ interestingOnly: false }));
-    for (const name of ["Numbers of all modes", "Open panels", "measure at", "Close Numbers of all modes"])
+    for (const name of ["FPS of all modes", "Open panels", "measure at", "Close FPS of all modes"])
       check(`"${name}" has a name for screen readers`, tree.includes(name));
   }
   for (const [width, height] of [[3840, 2160], [1280, 720]]) {
@@ -225,6 +225,10 @@ try {
   await page.screenshot({ path: kind + "_commands.png" });
   const names = await page.$$eval("#commands button", (buttons) => buttons.map((button) => button.dataset.help));
   check("the commands of the window are offered", names.includes("Frame the scene") && names.includes("quadbox"), names);
+  await page.type("#commands input", "map heat");
+  const found = await page.$$eval("#commands button:not([hidden])", (buttons) => buttons.map((button) => button.dataset.help));
+  check("a command is found by words", found.length === 2 && found.includes("Heat map"), found);
+  await page.$eval("#commands input", (field) => { field.value = ""; field.dispatchEvent(new Event("input")); });
   check("commands that open or write files here are not", !names.some((name) => /screenshot|open a|reload|quit|save|train/i.test(name)), names);
   await page.keyboard.press("Escape");
   await page.click("#ask");

@@ -210,6 +210,12 @@ function showCommands() {
   const modes = sections.commands.filter((command) => command.menu === "Mode");
   fill(at("mode"), modes.map((command) => [command.help, command.help]));
   at("commands").replaceChildren();
+  const words = make("input", "", at("commands"));
+  Object.assign(words, { type: "search", placeholder: "words of a command", ariaLabel: "Words of a command" });
+  words.oninput = () => filterCommands(words.value);
+  words.onkeydown = (event) => {
+    if (event.key === "Enter") at("commands").querySelector("button:not([hidden])")?.click();
+  };
   let menu = "";
   for (const command of sections.commands) {
     if (command.held) continue;  // only a key can be held
@@ -219,12 +225,23 @@ function showCommands() {
     button.type = "button";
     button.title = command.tooltip;
     button.dataset.help = command.help;
+    button.dataset.menu = command.menu;
     make("kbd", command.key, button);
     button.onclick = () => {
       send({ type: "command", command: command.help });
       canvas.focus();
     };
   }
+}
+
+// Shows the commands whose menu, name or key contain every word.
+function filterCommands(text) {
+  const words = text.toLowerCase().split(" ");
+  for (const button of at("commands").querySelectorAll("button")) {
+    const about = (button.dataset.menu + " " + button.textContent).toLowerCase();
+    button.hidden = !words.every((word) => about.includes(word));
+  }
+  for (const menu of at("commands").querySelectorAll("h2")) menu.hidden = text !== "";
 }
 
 function showHelp() {
@@ -356,7 +373,7 @@ canvas.addEventListener("wheel", (event) => {
 function key(event, down) {
   if (event.metaKey || (event.target !== canvas && event.target !== document.body)) return;
   const browsers = ["Tab", "F5", "F11", "F12"];  // keys that stay the browser's
-  if (browsers.includes(event.key) || (event.ctrlKey && down)) return;
+  if (browsers.includes(event.key) || (event.ctrlKey && down && event.code !== "KeyZ")) return;
   if (event.code === "F1") {
     event.preventDefault();
     if (down) at("ask").click();

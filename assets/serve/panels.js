@@ -101,7 +101,7 @@ function showItems(place, block) {
   place.className = "list";
   place.replaceChildren();
   block.rows.forEach((items, i) => {
-    const line = make("div", "", place), name = items.at(-1).label;
+    const line = make("div", "", place), name = items.find((item) => item.kind === "item").label;
     for (const item of items) makeItem(line, item, i, name);
   });
 }

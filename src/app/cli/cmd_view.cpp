@@ -77,6 +77,7 @@ int run(ViewCommand& command) {
 CommandAction view_command(Options& options) {
   const auto command = std::make_shared<ViewCommand>();
   ViewOptions& view = command->view;
+  view.frame.modes.clear();  // without --cull the mode of the last run
   options.positionals("SCENE", command->scenes, 0, kSceneHelp, kSceneSamples);
   declare_common_options(options, view.frame);
   options.text("--beside", "NAME", view.beside,

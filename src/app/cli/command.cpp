@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -158,6 +159,9 @@ int run_action(const CommandAction& action, const Options& options, Arguments ar
 std::span<const Command> commands() { return kCommands; }
 
 int run_program(Arguments arguments) {
+  static const std::string kView = kCommands[0].name;
+  const bool has_display = std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
+  if (arguments.empty() && has_display) arguments = {&kView, 1};
   if (arguments.empty()) {
     fmt::print(stderr, "{}", program_help());
     return kExitUsage;

@@ -435,7 +435,7 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
         if (plan.numbers)  // a renderer's first frame takes longer
           for (const FilmedBy& way : plan.ways)
             frame_of(plan, way, 0, progress.stop, Quantity::color);
-        for (int i = 0; i < count; ++i) {
+        const auto draw = [&](int i) {
           std::optional<Legend> legend;
           for (const std::size_t k : order.next(plan.ways.size())) {
             ShownWay shown = show_way(screen, k, plan, i, progress.stop);
@@ -451,6 +451,12 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
           if (legend) draw_legend_over(picture, *legend);
           add(picture);
           progress.update(static_cast<float>(i + 1) / static_cast<float>(count));
+        };
+        int drawn = 0;
+        try {
+          for (; drawn < count; ++drawn) draw(drawn);
+        } catch (const Cancelled&) {
+          if (drawn == 0 || !plan.keeps_part || !plan.keeps_part()) throw;
         }
       },
       plan.altered);

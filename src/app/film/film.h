@@ -146,6 +146,8 @@ struct FilmPlan {
   Quantity quantity = Quantity::color;  ///< other quantities are drawn by a colour map
   ValueScale scale;                     ///< the scale of the colour map; see film_scale()
   std::optional<FilmHeatmap> heatmap;   ///< over the colours; only with Quantity::color
+  /// Asked if the film is cancelled: true keeps the pictures so far. Null: nothing is kept.
+  std::function<bool()> keeps_part = {};
 
   /// Number of pictures, at least 1.
   int frames() const { return std::max(static_cast<int>(std::lround(seconds * fps)), 1); }

@@ -82,18 +82,26 @@ std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm:
   return std::nullopt;
 }
 
+[[noreturn]] void fail_to_be_a_path(const std::string& name) {
+  fail("{}: is not a camera path: a list of at least two cameras", name);
+}
+
 }  // namespace
 
 std::vector<Keyframe> read_camera_path(const std::filesystem::path& path) {
   const std::string text = read_text_file(path, std::size_t{64} << 20);
+  std::vector<Keyframe> keyframes = parse_camera_path(text, path.string());
+  if (keyframes.size() < 2) fail_to_be_a_path(path.string());
+  return keyframes;
+}
+
+std::vector<Keyframe> parse_camera_path(const std::string& text, const std::string& name) {
   const bool is_json = json_kind(text) != JsonKind::none;
-  const nlohmann::json json = is_json ? parse_json(text, path.string()) : nlohmann::json();
-  if (!json.is_array() || json.size() < 2) {
-    fail("{}: is not a camera path: a list of at least two cameras", path.string());
-  }
+  const nlohmann::json json = is_json ? parse_json(text, name) : nlohmann::json();
+  if (!json.is_array()) fail_to_be_a_path(name);
   std::vector<Keyframe> keyframes;
   for (const nlohmann::json& entry : json) {
-    const std::string where = fmt::format("{}: keyframe {}", path.string(), keyframes.size());
+    const std::string where = fmt::format("{}: keyframe {}", name, keyframes.size());
     const Camera camera = camera_of(entry, where);
     const double fallback = keyframes.empty() ? 0 : keyframes.back().time + 1;
     const bool timed = entry.contains("time");

@@ -30,6 +30,9 @@ struct Keyframe {
 /// Reads at least two keyframes with increasing times. Throws Error(input).
 std::vector<Keyframe> read_camera_path(const std::filesystem::path& path);
 
+/// The same from the text of a path file, of at least one keyframe. `name` stands in messages.
+std::vector<Keyframe> parse_camera_path(const std::string& text, const std::string& name);
+
 /// The text of a path file; read_camera_path() restores the keyframes exactly.
 std::string format_camera_path(const std::vector<Keyframe>& keyframes);
 

@@ -327,9 +327,10 @@ std::string save_zoom(Session& session, const ZoomBundle& bundle,
   replace_folder(folder, [&](const std::filesystem::path& hidden) {
     write_text(hidden / "zoom.csv", format_csv(bundle.rows));
     write_text(hidden / "zoom.json", format_zoom_json(bundle));
-    RenderSettings settings = session.settings;
+    RenderSettings settings = bundle.settings;
     settings.mode = default_mode();
     for (const std::size_t step : {std::size_t{0}, path.size() / 2, path.size() - 1}) {
+      if (std::filesystem::absolute(session.scene->path) != bundle.scene) break;
       write_image(session.renderer->render(path[step], settings).color,
                   hidden / fmt::format("step_{:04}.png", step), altered_metadata(session));
     }

@@ -94,8 +94,9 @@ std::vector<BenchRow> measure_zoom_step(Session& session, const ZoomBundle& bund
 std::vector<BenchRow> record_zoom(Session& session, const ZoomBundle& bundle, const ViewPlan& plan,
                                   const Progress& progress);
 
-/// Writes zoom.csv, zoom.json, plots, and pictures of the first, middle and last step. Creates the
-/// folder. Returns one sentence if the plots could not be drawn, else "".
+/// Writes zoom.csv, zoom.json, plots, and, while the session has its scene, pictures of the first,
+/// middle and last step. Creates the folder. Returns one sentence if the plots could not be drawn,
+/// else "".
 std::string save_zoom(Session& session, const ZoomBundle& bundle,
                       const std::filesystem::path& folder);
 

@@ -27,13 +27,15 @@ constexpr std::string_view kServed[] = {
     "This view is upright",
     "Orbit or fly",
     "Previous mode, while held",
-    "Numbers of all modes",
+    "FPS of all modes",
     "Scene and render settings",
     "Inspector: boxes of a Gaussian",
     "Crop and clean",
     "Apply or undo the crop",
     "Cameras and path",
     "Set a keyframe",
+    "Undo a change of the keyframes",
+    "Redo a change of the keyframes",
     "Play the path",
     "Film of the path, or round the scene",
     "All modes side by side",
@@ -60,6 +62,7 @@ std::span<const KeyCommand* const> served_commands() {
     std::vector<const KeyCommand*> served;
     for (const KeyCommand& command : key_commands())
       if (is_served(command)) served.push_back(&command);
+    std::ranges::stable_sort(served, {}, &KeyCommand::menu);
     return served;
   }();
   return kCommands;

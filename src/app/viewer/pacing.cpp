@@ -35,7 +35,7 @@ bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) con
   const bool continuous = (!viewer.on_demand || viewer.playback.running) && !viewer.zoom.running;
   return draw_once_ || ended || told || viewer.toasts.size() != toasts_ ||
          around.now < draw_until_ || around.now - around.last_event < kUiSeconds || continuous ||
-         viewer.loading || viewer.moving();
+         (viewer.loading && !viewer.measuring) || viewer.moving();
 }
 
 bool Pacing::frame_comes_first(const Viewer& viewer, const Surroundings& around) const {

@@ -18,6 +18,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMostScenes = 100;
+constexpr std::size_t kMostPathBytes = std::size_t{2} << 20;  ///< of all keyframes together
 
 /// Calls visit(name, member) for the members that JSON stores directly.
 template <class V, class Size, class Visit>
@@ -37,6 +38,9 @@ void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
   visit("axes", viewer.axes);
   visit("first_views", viewer.first_views);
   visit("interface_scale", viewer.interface_scale);
+  visit("keyframes", viewer.kept_paths);
+  visit("crops", viewer.kept_crops);
+  visit("mode", viewer.settings.mode);
 }
 
 }  // namespace
@@ -54,6 +58,9 @@ void parse_preferences(const std::string& text, Viewer& viewer, glm::ivec2& wind
     read.interface_scale = std::clamp(read.interface_scale, 0.75f, 3.0f);
   read.navigation =
       json.value("navigation", "orbit") == "fly" ? Navigation::fly : Navigation::orbit;
+  const auto map = std::ranges::find(kHeatmaps, json.value("heat_map", ""), &HeatmapRow::name);
+  if (map != kHeatmaps.end())
+    read.heatmap = read.last_heatmap = static_cast<HeatQuantity>(map - kHeatmaps.begin());
   for (const auto& path : json.value("recent", std::vector<std::string>()))
     read.recent.emplace_back(path);
   // A size that the file does not name stays, also if it is 0: not chosen yet.
@@ -66,8 +73,12 @@ std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size) {
   for_each_preference(viewer, window_size,
                       [&](const char* name, const auto& value) { json[name] = value; });
   if (viewer.scene) json["cameras"][viewer.scene->path.string()] = format_camera(viewer.camera);
-  for (const char* name : {"cameras", "up", "axes", "first_views"})
+  for (const char* name : {"cameras", "up", "axes", "first_views", "keyframes", "crops"})
     while (json[name].size() > kMostScenes) json[name].erase(json[name].begin());
+  std::size_t bytes = 0;
+  for (const auto& [scene, path] : viewer.kept_paths)
+    if ((bytes += path.size()) > kMostPathBytes) json["keyframes"].erase(scene);
+  if (viewer.heatmap) json["heat_map"] = heatmap_row(*viewer.heatmap).name;
   json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
   json["recent"] = ordered_json::array();
   for (const auto& path : viewer.recent) json["recent"].push_back(path.string());

@@ -15,6 +15,7 @@
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/view_options.h"
@@ -32,6 +33,7 @@ namespace qs {
 namespace {
 
 constexpr double kLongestTurn = 0.1;  ///< seconds: a longer one does not make the camera jump
+constexpr int kWide = 1280;  ///< screen units: such a window shows FPS of all modes at first
 constexpr double kMemorySeconds = 1;  ///< between two measurements of memory
 
 glm::ivec2 size_of(const PixelBox& box) { return {box.x1 - box.x0, box.y1 - box.y0}; }
@@ -76,6 +78,8 @@ class ViewLoop final : public Host {
     if (options.train) training_.emplace(Window::wake, options.train);
     window_.set_vsync(vsync_ = viewer_.vsync);
     follow_scale();
+    if (first_start(options) && !options.script && window_.size().x >= kWide)
+      apply(action::toggle_panel, &Panels::hud);
     const glm::ivec2 pixels = size_of(picture_area());
     apply(action::resize, pixels.x, pixels.y);
     if (options.connect) {
@@ -89,7 +93,9 @@ class ViewLoop final : public Host {
       Actions actions;
       window_.poll(pacing_.sleep_seconds(viewer_, surroundings(), numbers_are_wanted(viewer_)),
                    viewer_.navigation, actions);
-      if (window_.close_requested() || QuitSignals::arrived()) quit();
+      if (QuitSignals::arrived()) quit();
+      if (window_.close_requested())
+        actions.push_back(call(action::leave, std::filesystem::path()));
       const double now = glfwGetTime(), seconds = std::min(now - viewer_.now, kLongestTurn);
       play_script(actions);
       window_.input().tick(actions);
@@ -122,6 +128,7 @@ class ViewLoop final : public Host {
       draw();
       request_frames();
     }
+    apply(action::keep_work);
     write_preferences(options_.settings, viewer_, window_.windowed_size());
   }
 
@@ -159,6 +166,10 @@ class ViewLoop final : public Host {
     render_->run(std::move(job));
   }
   void stop_job() override { render_->stop_job(); }
+  void leave_job(bool keeps) override { render_->stop_job(keeps); }
+  void save_results(const std::filesystem::path& folder) override {
+    render_->run([folder](RenderContext& context) { context.save_unsaved(folder); });
+  }
   void run_behind(Job job) override {
     if (!remote_) render_->run_behind(std::move(job));
   }
@@ -202,7 +213,7 @@ class ViewLoop final : public Host {
 
   // Reading and training would disturb the frames that the recorder times.
   void stop_zoom() {
-    if (viewer_.zoom.running) render_->stop_job();
+    if (viewer_.zoom.running) render_->stop_job(true);
   }
 
   OpenRequest request_to_open(const std::filesystem::path& path, const std::string& axes) const {

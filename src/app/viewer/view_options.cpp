@@ -17,7 +17,7 @@ bool first_start(const ViewOptions& options) {
 Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
   const FrameOptions& frame = options.frame;
   Viewer viewer;
-  if (first_start(options)) viewer.hints = {true, true, true};
+  if (first_start(options)) viewer.hints = {true, true, true, true};
   const std::string problem = read_preferences(options.settings, viewer, window_size);
   if (!problem.empty()) action::notify_error(viewer, problem);
   if (frame.size) window_size = *frame.size;
@@ -26,9 +26,12 @@ Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
   viewer.restores_views = !frame.cameras;
   viewer.offers_views = !options.script;
   viewer.backend = frame.backend.value_or(available_backends().front());
+  const CullMode kept = viewer.settings.mode;
   viewer.settings = frame.settings;
-  viewer.settings.mode =
-      frame.modes.front() == kReferenceMode ? default_mode() : frame.modes.front();
+  viewer.settings.mode = frame.modes.empty() ? kept : frame.modes.front();
+  if (viewer.settings.mode < 1 || viewer.settings.mode > mode_count())
+    viewer.settings.mode = default_mode();
+  viewer.keeps_work = !options.settings.empty();
   viewer.skips_huge = frame.skip_huge;
   viewer.settings.background = frame.background.value_or(glm::vec3(0));
   viewer.previous_mode = find_culler("3dgs");

@@ -164,7 +164,7 @@ void check_folder(const fs::path& folder) {
   const auto [place, above] = place_of(folder);
   if (fs::is_directory(place, error)) return;
   if (fs::exists(place, error)) fail("{}: cannot be created: it is a file", folder.string());
-  if (access(above.c_str(), W_OK) != 0)
+  if (!fs::is_directory(above, error) || access(above.c_str(), W_OK) != 0)
     fail("{}: cannot be created: the folder {} does not allow it", folder.string(), above.string());
 }
 

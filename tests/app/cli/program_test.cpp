@@ -155,7 +155,12 @@ TEST_F(Program, wrong_command_lines_end_with_1) {
   expect_failure(
       render({"--output", path("a.png"), "--all-cameras", "--shard", "1/2", "--heatmap", "pairs"}),
       kExitUsage, "needs --heatmap-max");
-  EXPECT_EQ(run_quadsplat({}).exit_code, kExitUsage);
+  // With a display it opens the window.
+  unsetenv("DISPLAY");
+  unsetenv("WAYLAND_DISPLAY");
+  const ProgramRun alone = run_quadsplat({});
+  EXPECT_EQ(alone.exit_code, kExitUsage);
+  EXPECT_THAT(alone.err, HasSubstr("usage: quadsplat [view] SCENE"));
 }
 
 TEST_F(Program, heat_maps_of_lists_need_a_mode_with_lists) {

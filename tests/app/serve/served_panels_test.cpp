@@ -31,7 +31,7 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::UnorderedElementsAre;
 
-constexpr const char* kTable = "Numbers of all modes";
+constexpr const char* kTable = "FPS of all modes";
 constexpr const char* kInspector = "Inspector: boxes of a Gaussian";
 constexpr const char* kSplit = "Split: beside another mode or scene";
 constexpr const char* kSettings = "Scene and render settings";

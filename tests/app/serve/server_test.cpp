@@ -386,7 +386,7 @@ TEST_F(ServeLive, a_file_comes_in_confirmed_parts_between_the_pictures) {
 TEST_F(ServeLive, the_table_of_a_view_at_rest_is_measured) {
   Socket socket = open();
   greet(socket);
-  say(socket, R"({"type":"command","command":"Numbers of all modes","input":1})");
+  say(socket, R"({"type":"command","command":"FPS of all modes","input":1})");
   std::string status;
   while (status.find("medians of") == status.npos) {
     const Message message = read(socket);
@@ -769,7 +769,7 @@ TEST_F(ServeLive, an_exception_of_a_visitors_handler_ends_that_visitor_alone) {
   Socket socket = open();
   greet(socket);
   EXPECT_NE(exact_picture(socket), "");
-  say(socket, R"({"type":"command","command":"Numbers of all modes"})");
+  say(socket, R"({"type":"command","command":"FPS of all modes"})");
   EXPECT_EQ(code_at_end(socket), 1011);
   say(other, R"({"type":"resize","width":32,"height":24})");
   EXPECT_NE(read(other).bytes, "") << "the others are still served";

@@ -51,6 +51,10 @@ class RenderingViewer : public testing::Test, protected RecordingHost {
 
   void run(Job job) override { thread_.run(std::move(job)); }
   void stop_job() override { thread_.stop_job(); }
+  void leave_job(bool keeps) override { thread_.stop_job(keeps); }
+  void save_results(const std::filesystem::path& folder) override {
+    thread_.run([folder](RenderContext& context) { context.save_unsaved(folder); });
+  }
 
   // Shows a scene with black behind it, as after reading.
   void show(Scene scene, const ViewedScene& facts, Backend backend = Backend::cpu) {

@@ -96,7 +96,9 @@ TEST_F(ViewerProgram, the_first_start_opens_the_bundled_scene_and_a_later_one_we
     ASSERT_EQ(run.exit_code, 0) << run.err;
   }
   EXPECT_EQ(state("first")["scene"], "plush");
-  EXPECT_EQ(state("first")["hints"].size(), 3u);
+  EXPECT_EQ(state("first")["hints"],
+            json({"W A S D: fly", fmt::format("1 to {}: modes", culler_count()), "H: heat map",
+                  "Z: record the zoom"}));
   EXPECT_EQ(state("later")["scene"], "");
   EXPECT_EQ(state("later")["hints"].size(), 0u);
   // The welcome screen with the scene's picture is in the middle.
@@ -674,6 +676,56 @@ TEST_F(ViewerProgram, a_signal_to_end_closes_the_window_and_saves_the_settings) 
     EXPECT_EQ(json::parse(kept["cameras"][path("scene.ply")].get<std::string>()),
               state("ready.json")["camera"]);
   }
+}
+
+TEST_F(ViewerProgram, the_program_s_name_alone_opens_the_window) {
+  setenv("XDG_CONFIG_HOME", path("config").c_str(), 1);
+  const auto end = [&](pid_t program) {
+    std::this_thread::sleep_for(std::chrono::seconds(3));
+    kill(program, SIGTERM);
+  };
+  const ProgramRun run = run_quadsplat({}, end);
+  unsetenv("XDG_CONFIG_HOME");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const json kept = state("config/quadsplat/viewer.json");
+  EXPECT_THAT(kept["recent"].dump(), HasSubstr("plush.ply"));
+  EXPECT_EQ(kept["hud"], false) << "a window of 1024 pixels";
+}
+
+TEST_F(ViewerProgram, keyframes_crop_mode_and_map_are_kept_and_the_scale_is_not) {
+  const std::vector<std::string> arguments = {path("scene.ply"), "--settings", path("kept.json")};
+  const ProgramRun run = play(
+      "wait\nkey K\nkey ]\nwait\nkey K\ncrop -9,-9,-9,0,9,9\nkey Shift+R\nwait\nkey 2\nkey H\n"
+      "key -\nwait\nstate " +
+          path("a.json") + "\nkey Ctrl+Q\nsleep 100\n",
+      arguments);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  ASSERT_EQ(
+      play("wait\nstate " + path("b.json") + "\nkey Ctrl+Z\nstate " + path("c.json") + "\nquit\n",
+           arguments)
+          .exit_code,
+      0);
+  const json a = state("a.json"), b = state("b.json");
+  EXPECT_EQ(b["keyframes"], 2);
+  EXPECT_EQ(b["crop"], a["crop"]);
+  EXPECT_EQ(b["gaussians"], a["gaussians"]);
+  EXPECT_EQ(b["mode"], "adr");
+  EXPECT_EQ(b["heatmap"]["quantity"], "pairs");
+  EXPECT_EQ(state("c.json")["keyframes"], 2) << "nothing was changed in this run";
+}
+
+TEST_F(ViewerProgram, leaving_asks_what_to_do_with_work_that_no_settings_keep) {
+  std::filesystem::copy(path("scene.ply"), path("other.ply"));
+  const ProgramRun run =
+      play("wait\nkey K\nkey K\nkey Ctrl+Q\nsleep 0.2\nkey H\nstate " + path("a.json") +
+               "\nkey Escape\nsleep 0.2\ndrop " + path("other.ply") + "\nsleep 0.2\nstate " +
+               path("b.json") + "\nshot " + path("asks.png") + "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(state("a.json")["leaving"], "2 keyframes");
+  EXPECT_FALSE(state("a.json").contains("heatmap")) << "keys do nothing else";
+  EXPECT_EQ(state("b.json")["leaving"], "2 keyframes");
+  EXPECT_EQ(state("b.json")["scene"], "scene");
 }
 
 TEST_F(ViewerProgram, settings_and_the_last_view_are_kept) {

@@ -2,6 +2,7 @@
 #include "app/viewer/commands/commands.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <iterator>
 
@@ -16,8 +17,10 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/training_actions.h"
+#include "base/text.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
 
@@ -150,6 +153,11 @@ KeyCommand last(KeyCommand command) {
   return command;
 }
 
+KeyCommand asks(KeyCommand command) {
+  command.opens_dialog = true;
+  return command;
+}
+
 KeyCommand held(int key, int mods, const char* help, void (*function)(Viewer&, bool held)) {
   KeyCommand command = row(key, mods, Menu::none, help, function, true);
   command.on_release = call(function, false);
@@ -173,33 +181,39 @@ KeyCommand mode_row(CullMode mode) {
 std::vector<KeyCommand> make_commands() {
   using enum Menu;
   std::vector<KeyCommand> rows = {
-      always(
+      asks(always(
           checked(row(GLFW_KEY_O, kCtrl, file, "Open a file", toggle_open_dialog, Choosing::scene),
-                  [](const Viewer& v) { return v.panels.open && v.choosing == Choosing::scene; })),
-      checked(row(GLFW_KEY_O, kCtrl | kShift, file, "Open or close a scene beside", toggle_beside),
-              [](const Viewer& v) { return v.beside.has_value(); }),
-      always(panel(GLFW_KEY_T, kCtrl | kShift, file, "Train from photographs", &Panels::train)),
-      row(GLFW_KEY_R, kCtrl, file, "Save the cropped scene", save_crop, std::filesystem::path()),
+                  [](const Viewer& v) { return v.panels.open && v.choosing == Choosing::scene; }))),
+      asks(checked(
+          row(GLFW_KEY_O, kCtrl | kShift, file, "Open or close a scene beside", toggle_beside),
+          [](const Viewer& v) { return v.beside.has_value(); })),
+      asks(always(
+          panel(GLFW_KEY_T, kCtrl | kShift, train, "Train from photographs", &Panels::train))),
+      row(GLFW_KEY_R, kCtrl, file, "Save the cropped scene", save_crop, std::filesystem::path(),
+          Action()),
       row(GLFW_KEY_F5, 0, file, "Reload", reload),
       row(GLFW_KEY_Y, 0, file, "Turn upright: read with other axes", next_axes),
       row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
       row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", save_screenshot),
-      last(always(row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }))),
+      last(always(row(GLFW_KEY_Q, kCtrl, file, "Quit", leave, std::filesystem::path()))),
 
-      panel(GLFW_KEY_F10, 0, view, "Numbers of all modes", &Panels::hud),
+      row(GLFW_KEY_Z, kCtrl, edit, "Undo a change of the keyframes", step_keyframes, true),
+      row(GLFW_KEY_Z, kCtrl | kShift, edit, "Redo a change of the keyframes", step_keyframes,
+          false),
+      panel(GLFW_KEY_F10, 0, measure, "FPS of all modes", &Panels::hud),
       panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
       panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
-      panel(GLFW_KEY_R, 0, view, "Crop and clean", &Panels::crop),
-      checked(row(GLFW_KEY_R, kShift, view, "Apply or undo the crop", toggle_crop),
+      panel(GLFW_KEY_R, 0, edit, "Crop and clean", &Panels::crop),
+      checked(row(GLFW_KEY_R, kShift, edit, "Apply or undo the crop", toggle_crop),
               [](const Viewer& v) { return v.crop.applied; }),
-      panel(GLFW_KEY_M, 0, view, "Messages", &Panels::messages),
-      panel(GLFW_KEY_T, 0, view, "Training", &Panels::training),
-      row(GLFW_KEY_T, kShift, view, "Pause or resume training", toggle_training),
-      row(GLFW_KEY_T, kCtrl, view, "One iteration of training", command_training,
+      panel(GLFW_KEY_M, 0, window, "Messages", &Panels::messages),
+      panel(GLFW_KEY_T, 0, train, "Training", &Panels::training),
+      row(GLFW_KEY_T, kShift, train, "Pause or resume training", toggle_training),
+      row(GLFW_KEY_T, kCtrl, train, "One iteration of training", command_training,
           TrainingCommand::step),
-      always(panel(GLFW_KEY_TAB, 0, view, "All windows", &Panels::all)),
-      drawn_here(row(GLFW_KEY_H, 0, view, "Heat map", toggle_heatmap)),
-      drawn_here(row(GLFW_KEY_H, kShift, view, "Next heat map", next_heatmap)),
+      always(panel(GLFW_KEY_TAB, 0, window, "All windows", &Panels::all)),
+      drawn_here(row(GLFW_KEY_H, 0, measure, "Heat map", toggle_heatmap)),
+      drawn_here(row(GLFW_KEY_H, kShift, measure, "Next heat map", next_heatmap)),
       drawn_here(
           checked(row(GLFW_KEY_J, 0, view, "Depth or alpha instead of colours", toggle_quantity),
                   [](const Viewer& v) { return v.quantity != Quantity::color; })),
@@ -208,10 +222,10 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_EQUAL, 0, view, "Larger splats", scale_splats, 1.1f),
       row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
       row(GLFW_KEY_Y, kShift, view, "Turn the scene over, and back", turn_over),
-      always(row(GLFW_KEY_EQUAL, kCtrl, view, "Larger interface", step_interface_scale, 1)),
-      always(row(GLFW_KEY_MINUS, kCtrl, view, "Smaller interface", step_interface_scale, -1)),
-      always(row(GLFW_KEY_0, kCtrl, view, "Interface at 100 %", set_interface_scale, 1.0f)),
-      always(row(GLFW_KEY_F11, 0, view, "Full screen",
+      always(row(GLFW_KEY_EQUAL, kCtrl, window, "Larger interface", step_interface_scale, 1)),
+      always(row(GLFW_KEY_MINUS, kCtrl, window, "Smaller interface", step_interface_scale, -1)),
+      always(row(GLFW_KEY_0, kCtrl, window, "Interface at 100 %", set_interface_scale, 1.0f)),
+      always(row(GLFW_KEY_F11, 0, window, "Full screen",
                  [](Viewer&, Host& host) { host.toggle_fullscreen(); })),
 
       panel(GLFW_KEY_L, 0, camera, "Cameras and path", &Panels::cameras),
@@ -256,6 +270,8 @@ std::vector<KeyCommand> make_commands() {
               job::compare_around_cursor),
 
       always(panel(GLFW_KEY_F1, 0, help, "Keys and mouse", &Panels::help)),
+      asks(always(
+          panel(GLFW_KEY_P, kCtrl | kShift, help, "Find a command by words", &Panels::palette))),
   };
   auto at = std::ranges::find(rows, Menu::none, &KeyCommand::menu) + 1;
   for (CullMode number = 1; number <= culler_count(); ++number)
@@ -282,6 +298,25 @@ std::string command_hint(std::string_view help) {
   const auto found = std::ranges::find(rows, help, &KeyCommand::help);
   if (found == rows.end()) return std::string(help);
   return fmt::format("{} ({})", help, key_name(found->key, found->mods));
+}
+
+std::string menu_label(const KeyCommand& command) {
+  return command.help + (command.opens_dialog ? " ..." : "");
+}
+
+std::vector<const KeyCommand*> find_commands(const std::string& text, const Viewer& viewer) {
+  std::vector<const KeyCommand*> found;
+  for (const KeyCommand& row : key_commands()) {
+    if (row.menu == Menu::none || !(row.without_scene || viewer.scene)) continue;
+    const std::string about = fmt::format("{} {} {}", kMenuNames[static_cast<int>(row.menu)],
+                                          row.help, key_name(row.key, row.mods));
+    const auto lower = [](unsigned char c) { return std::tolower(c); };
+    const auto has_word = [&](const std::string& word) {
+      return std::ranges::search(about, word, {}, lower, lower).begin() != about.end();
+    };
+    if (std::ranges::all_of(separated(text, ' '), has_word)) found.push_back(&row);
+  }
+  return found;
 }
 
 const KeyCommand* find_key_command(int key, int mods) {

@@ -8,15 +8,17 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "app/viewer/state/action.h"
 
 namespace qs {
 
-enum class Menu { file, view, camera, mode, measure, help, none };
+enum class Menu { file, edit, view, camera, mode, measure, train, window, help, none };
 
 /// Index = Menu; `none` has no menu.
-inline constexpr const char* kMenuNames[] = {"File", "View", "Camera", "Mode", "Measure", "Help"};
+inline constexpr const char* kMenuNames[] = {"File",    "Edit",  "View",   "Camera", "Mode",
+                                             "Measure", "Train", "Window", "Help"};
 
 struct KeyCommand {
   int key;   ///< GLFW_KEY_*
@@ -30,6 +32,7 @@ struct KeyCommand {
   /// also works without a scene; else the menu's entry is gray without one
   bool without_scene = false;
   bool line_above = false;        ///< in the menu
+  bool opens_dialog = false;      ///< "..." follows the menu's label
   bool Panels::*panel = nullptr;  ///< that the command opens and closes; null: none
 };
 
@@ -37,6 +40,12 @@ std::span<const KeyCommand> key_commands();
 
 /// "Flip the split (X)": the help and the key of the command with this KeyCommand::help.
 std::string command_hint(std::string_view help);
+
+/// The label in the menu.
+std::string menu_label(const KeyCommand& command);
+
+/// The commands that act now and whose menu, label or key contain every word of the text.
+std::vector<const KeyCommand*> find_commands(const std::string& text, const Viewer& viewer);
 
 /// The command of a key; digits, plus and minus of the keypad count as keys of the main row. Null
 /// if the key has no command.

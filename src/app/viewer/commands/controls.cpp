@@ -500,14 +500,15 @@ Controls crop_controls() {
                          "Tint what goes", [](const Viewer& v) { return v.crop.marks; },
                          [](Viewer& v, bool marks) { v.crop.marks = marks; })),
              only_if([](const Viewer& v) { return !v.crop.applied; },
-                     button_row("Apply", call(action::apply_crop),
-                                command_hint("Apply or undo the crop"))),
+                     gray_unless([](const Viewer& v) { return v.crop.wish.removes(); },
+                                 button_row("Apply", call(action::apply_crop),
+                                            command_hint("Apply or undo the crop")))),
              only_if([](const Viewer& v) { return v.crop.applied || !v.crop.done.empty(); },
                      button_row("Undo", call(action::undo_crop), "The scene before the last crop")),
              // The window asks for a file.
              only_if([](const Viewer& v) { return v.is_remote && v.crop.applied; },
                      button_row("Save the cropped scene",
-                                call(action::save_crop, std::filesystem::path())))});
+                                call(action::save_crop, std::filesystem::path(), Action())))});
   return rows;
 }
 
@@ -615,6 +616,9 @@ Controls recorder_controls() {
                   },
                   action::show_zoom_quantity)),
       only_if(shows_remote_zoom, button_row("The zoom as CSV", call(send_zoom))),
+      only_if([](const Viewer& v) { return !v.unsaved_results.empty(); },
+              button_row("Save as ...", call(action::toggle_open_dialog, Choosing::results),
+                         "writes the results that could not be written into another folder")),
       only_if(shows_saved_zoom, button_row("Open folder", call(action::open_zoom_folder))),
       only_if(shows_saved_zoom,
               button_row("Copy figure", call(action::copy_zoom_figure),

@@ -9,6 +9,7 @@
 #include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/kept_work.h"
 #include "base/fail.h"
 #include "base/text.h"
 #include "io/bytes/replace_file.h"
@@ -54,7 +55,8 @@ void write(RenderContext& context, const std::filesystem::path& path) {
 
 }  // namespace
 
-void action::save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name) {
+void action::save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name,
+                       const Action& then) {
   if (!viewer.scene) return;
   if (!viewer.crop.applied)
     return notify(viewer, "nothing is cropped: apply a box or the search for floaters first");
@@ -64,7 +66,18 @@ void action::save_crop(Viewer& viewer, Host& host, const std::filesystem::path& 
   host.run([=](RenderContext& context) {
     make_folder(folder);
     write(context, name.empty() ? free_name(folder, stem, ".ply") : folder / name);
+    if (then) context.report(then);
   });
+}
+
+void action::save_and_leave(Viewer& viewer, Host& host, const std::filesystem::path& opens) {
+  viewer.leaving.reset();
+  if (opens.empty() && !viewer.unsaved_results.empty())
+    return toggle_open_dialog(viewer, Choosing::results);
+  if (!viewer.keeps_work) save_keyframes(viewer, host);
+  if (viewer.keeps_work || applied_wishes(viewer.crop).empty())
+    return leave_now(viewer, host, opens, true);
+  save_crop(viewer, host, {}, call(leave_now, opens, true));
 }
 
 }  // namespace qs

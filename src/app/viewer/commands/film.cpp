@@ -73,6 +73,8 @@ void film_view(RenderContext& context, const Viewer& viewer) {
     plan.heatmap =
         FilmHeatmap{*viewer.heatmap, {}, viewer.heat_view.style, context.session.pool.get()};
 
+  if (!viewer.is_remote) plan.keeps_part = [&context] { return context.keeps_part.load(); };
+
   const bool encodes = ffmpeg_is_installed();
   if (viewer.is_remote && !encodes)
     fail(ErrorKind::device, "a film needs ffmpeg, which is not installed on the server");
@@ -80,10 +82,10 @@ void film_view(RenderContext& context, const Viewer& viewer) {
                           encodes ? ".mp4" : "");
   const std::filesystem::path& path = output.path();
   const auto end = hide_progress_at_end(context);
-  context.report(action::show_progress, Loading{path, "filming", 0});
+  context.report(action::show_progress, Loading{path, kFilming, 0});
   try {
     const Progress progress =
-        giving_way(shown_progress(path, "filming", context.stop, context.reports), context);
+        giving_way(shown_progress(path, kFilming, context.stop, context.reports), context);
     if (plan.heatmap)
       plan.heatmap->scale = viewer.heat_view.maximum > 0
                                 ? exact_scale(viewer.heat_view.maximum)
@@ -93,7 +95,8 @@ void film_view(RenderContext& context, const Viewer& viewer) {
     context.report(action::notify, "the film was stopped, nothing was saved");
     throw;
   }
-  output.done(context, encodes ? "" : ": PNG files, because ffmpeg is not installed");
+  const std::string part = context.stop.stop_requested() ? "; it ends where it was stopped" : "";
+  output.done(context, part + (encodes ? "" : ": PNG files, because ffmpeg is not installed"));
 }
 
 }  // namespace

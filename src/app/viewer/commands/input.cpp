@@ -24,7 +24,7 @@ constexpr double kFast = 5, kSlow = 0.2;
 // is applied, because the key that opens the dialog may be an action of the same poll.
 Action unless_typing(Action action) {
   return [action = std::move(action)](Viewer& viewer, Host& host) {
-    if (!viewer.panels.open) action(viewer, host);
+    if (!viewer.has_dialog()) action(viewer, host);
   };
 }
 

@@ -53,8 +53,12 @@ void film(Viewer& viewer, Host& host);
 
 /// Writes the rest of a cropped scene to a new file, in the format of its extension. A relative
 /// `name` is below Viewer::out_dir; an empty name stands for SCENE_cropped_NNNN.ply. Refuses a file
-/// that exists.
-void save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name);
+/// that exists. `then`: after the file was written; may be null.
+void save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name, const Action& then);
+
+/// Writes keyframes and a crop to files, and leaves once they are written. For results it asks for
+/// a folder, and stays.
+void save_and_leave(Viewer& viewer, Host& host, const std::filesystem::path& opens);
 
 }  // namespace action
 }  // namespace qs

@@ -9,6 +9,23 @@
 
 namespace qs {
 
+void save_results(RenderContext& context, const Viewer& viewer, const std::string& folder,
+                  const std::string& stem,
+                  const std::function<void(const std::filesystem::path& path)>& save,
+                  const std::string& more) {
+  const auto save_in = [=, &context](const std::filesystem::path& place) {
+    const std::filesystem::path path = free_name(place / folder, stem, "");
+    save(path);
+    context.report(action::notify_file, path, more);
+  };
+  try {
+    save_in(viewer.out_dir);
+  } catch (const Error& error) {
+    context.unsaved.push_back(save_in);
+    context.report(action::results_kept, folder, std::string(error.what()));
+  }
+}
+
 OutputFile::OutputFile(const Viewer& viewer, const std::string& folder, const std::string& stem,
                        const std::string& ending) {
   if (viewer.is_remote) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -31,6 +32,13 @@ inline std::filesystem::path free_name(const std::filesystem::path& folder, cons
 inline std::string camera_name(const Viewer& viewer) {
   return viewer.dataset_camera >= 0 ? fmt::format("camera{}", viewer.dataset_camera) : "view";
 }
+
+/// Calls save() with the name of a new folder, FOLDER/STEM_0001, and reports the folder. Results
+/// that cannot be written stay in memory with `save`, and the window offers another place.
+void save_results(RenderContext& context, const Viewer& viewer, const std::string& folder,
+                  const std::string& stem,
+                  const std::function<void(const std::filesystem::path& path)>& save,
+                  const std::string& more = "");
 
 class OutputFile : NotCopied {
  public:

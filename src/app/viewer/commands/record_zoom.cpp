@@ -5,6 +5,7 @@
 // A program that sends its files keeps the numbers only. And the search for the zooms of earlier
 // sessions in the folder zoom of Viewer::out_dir.
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <iterator>
@@ -28,6 +29,7 @@
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "base/error.h"
+#include "io/bytes/replace_file.h"
 
 namespace qs {
 namespace {
@@ -67,13 +69,13 @@ void show_step(RenderContext& context, const Viewer& viewer, const ZoomBundle& b
   context.show(request);
 }
 
-// Measures every step while the window rests; between the steps the window shows the new points.
-std::vector<BenchRow> measure_steps(RenderContext& context, const Viewer& viewer,
-                                    const ZoomBundle& bundle, GpuClock& clock) {
+// Adds every step to the bundle, measured while the window rests; between the steps the window
+// shows the new points. Throws Cancelled if the zoom is stopped.
+void measure_steps(RenderContext& context, const Viewer& viewer, ZoomBundle& bundle,
+                   GpuClock& clock) {
   ViewPlan plan{viewer.zoom.plan.frames, kZoomWarmUp, 1};
   plan.clock = &clock;
   const auto measuring = mark_measuring(context);
-  std::vector<BenchRow> rows;
   for (int step = 0; step < bundle.steps; ++step) {
     show_step(context, viewer, bundle, step);
     const std::vector<BenchRow> measured = undisturbed(context, [&](const Progress& progress) {
@@ -81,38 +83,57 @@ std::vector<BenchRow> measure_steps(RenderContext& context, const Viewer& viewer
                                progress);
     });
     context.report(action::zoom_stepped, measured);
-    rows.insert(rows.end(), measured.begin(), measured.end());
+    bundle.rows.insert(bundle.rows.end(), measured.begin(), measured.end());
   }
-  return rows;
+}
+
+// Makes a stopped zoom a whole one that ends at its last step. False if it has less than two steps.
+bool end_at_last_step(ZoomBundle& bundle) {
+  const int done = static_cast<int>(bundle.rows.size() / bundle.modes.size());
+  if (done < kFewestZoomSteps) return false;
+  bundle.closest = std::pow(bundle.closest, (done - 1.0) / (bundle.steps - 1));
+  bundle.steps = done;
+  return true;
+}
+
+// Saves the zoom. If it cannot be written, it stays in memory.
+void save(RenderContext& context, const Viewer& viewer, const ZoomBundle& bundle) {
+  save_results(context, viewer, "zoom", scene_name(bundle.scene),
+               [&context, bundle](const std::filesystem::path& path) {
+                 const std::string problem = save_zoom(context.session, bundle, path);
+                 if (!problem.empty()) {
+                   write_zoom_figures(bundle, path);
+                   context.report(action::notify, problem + ", or use the window's own figures");
+                 }
+                 context.report(action::zoom_ended, path, true);
+               });
 }
 
 void record(RenderContext& context, const Viewer& viewer) {
   Session& session = context.session;
   const AtEnd ended{[&context] { context.report(action::zoom_job_ended); }};
+  if (!viewer.is_remote) check_folder(free_name(viewer.out_dir / "zoom", "new", ""));
   const auto settings = with_settings(session, zoom_settings(viewer));
   const std::optional<glm::dvec3> target = zoom_target(context, viewer);
   if (!target) return;
   ZoomBundle bundle = planned_zoom(session, viewer, *target);
   context.report(action::zoom_began, make_zoom_record(bundle));
+  const AtEnd over{
+      [&context] { context.report(action::zoom_ended, std::filesystem::path(), false); }};
+  GpuClock clock = clock_of(session);
   try {
-    GpuClock clock = clock_of(session);
-    bundle.rows = measure_steps(context, viewer, bundle, clock);
-    add_clock(bundle.environment, clock);
-    if (viewer.is_remote) return context.report(action::zoom_ended, std::filesystem::path(), false);
-    const std::filesystem::path path =
-        free_name(viewer.out_dir / "zoom", scene_name(session.scene->path), "");
-    const std::string problem = save_zoom(session, bundle, path);
-    if (!problem.empty()) {
-      write_zoom_figures(bundle, path);
-      context.report(action::notify, problem + ", or use the window's own figures there");
-    }
-    context.report(action::zoom_ended, path, true);
-    context.report(action::notify_file, path, std::string());
-  } catch (...) {
-    context.report(action::zoom_ended, std::filesystem::path(), false);
-    context.report(action::notify, "the zoom was stopped, nothing was saved");
-    throw;
+    measure_steps(context, viewer, bundle, clock);
+  } catch (const Cancelled&) {
+    const int planned = bundle.steps;
+    const bool saves = !viewer.is_remote && context.keeps_part && end_at_last_step(bundle);
+    context.report(action::notify,
+                   fmt::format("the zoom was stopped{}",
+                               saves ? fmt::format(" after {} of {} steps", bundle.steps, planned)
+                                     : ", nothing was saved"));
+    if (!saves) throw;
   }
+  add_clock(bundle.environment, clock);
+  if (!viewer.is_remote) save(context, viewer, bundle);
 }
 
 void find_end(RenderContext& context, const Viewer& viewer) {
@@ -168,7 +189,7 @@ void list_zooms(RenderContext& context, const Viewer& viewer) {
 }  // namespace
 
 void action::toggle_zoom_recording(Viewer& viewer, Host& host) {
-  if (viewer.zoom.running) return host.stop_job();
+  if (viewer.zoom.running) return host.leave_job(true);
   if (!viewer.scene || viewer.zoom.starting) return;
   if (is_training(viewer))
     return notify_error(viewer, "a zoom is recorded once training is paused or over");

@@ -8,7 +8,7 @@ Ink ink_of(CullMode mode) { return {on_dark::mode_color(mode), mode_color(mode)}
 
 std::span<const PanelRow> panel_rows() {
   static constexpr PanelRow kRows[] = {
-      {&Panels::hud, "table", "Numbers of all modes", table_blocks},
+      {&Panels::hud, "table", "FPS of all modes", table_blocks},
       {&Panels::split, "split", "Split", split_blocks},
       {&Panels::recorder, "recorder", "Zoom recorder", recorder_blocks},
       {&Panels::training, "training", "Training", training_blocks},

@@ -132,7 +132,7 @@ void add_recordings(const ZoomRecorder& zoom, Blocks& blocks) {
 Blocks recorder_blocks(const Viewer& v) {
   const ZoomRecorder& zoom = v.zoom;
   Blocks blocks = {
-      in_line({{"Record"}}),
+      in_line({{"Record"}, {"Save as ..."}}),
       block::Text{zoom.running ? zoom_status(zoom) : zoom_plan_text(v), Tone::plain, true}};
   add_shown(zoom, blocks);
   add_plan(v, blocks);

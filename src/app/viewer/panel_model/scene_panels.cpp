@@ -61,13 +61,12 @@ Blocks crop_blocks(const Viewer& v) {
 namespace {
 
 std::vector<block::Item> keyframe_items(const Viewer& v, std::size_t i) {
-  std::vector<block::Item> items = {
-      {ControlKind::button, "remove keyframe", "x"},
-      {ControlKind::toggle, "ease", "ease", v.keyframes[i].eases ? 1.0 : 0.0}};
+  std::vector<block::Item> items = {{ControlKind::button, "remove keyframe", "x"},
+                                    {ControlKind::item, "keyframe", keyframe_label(v, i)}};
   if (i > 0)
     items.push_back({ControlKind::number, "seconds", "seconds after the keyframe before",
                      v.keyframes[i].time - v.keyframes[i - 1].time, 0.05, 3600});
-  items.push_back({ControlKind::item, "keyframe", keyframe_label(v, i)});
+  items.push_back({ControlKind::toggle, "ease", "ease", v.keyframes[i].eases ? 1.0 : 0.0});
   return items;
 }
 

@@ -28,7 +28,7 @@ void draw_crop_file(const Viewer& viewer, PanelState& state, Actions& actions) {
   ImGui::InputTextWithHint("##file", "new file, e.g. cropped.ply; empty: a free name",
                            &state.crop_file);
   if (ImGui::Button("Save as"))
-    actions.push_back(call(action::save_crop, std::filesystem::path(state.crop_file)));
+    actions.push_back(call(action::save_crop, std::filesystem::path(state.crop_file), Action()));
   command_tooltip("Save the cropped scene");
 }
 
@@ -92,6 +92,7 @@ struct BlockDrawer {
   void operator()(const block::Items& block) const {
     for (std::size_t row = 0; row < block.rows.size(); ++row) {
       ImGui::PushID(static_cast<int>(row));
+      ImGui::AlignTextToFramePadding();
       for (std::size_t i = 0; i < block.rows[row].size(); ++i) {
         if (i > 0) ImGui::SameLine();
         draw_item(block.rows[row][i], row);
@@ -103,7 +104,8 @@ struct BlockDrawer {
     const char* const label = item.label.c_str();
     if (item.kind == ControlKind::button && ImGui::SmallButton(label))
       controls.set(item.control, 0, row);
-    if (item.kind == ControlKind::item && ImGui::Selectable(label))
+    const ImVec2 size{8 * ImGui::GetFontSize(), 0};
+    if (item.kind == ControlKind::item && ImGui::Selectable(label, false, 0, size))
       controls.set(item.control, 0, row);
     bool is_on = item.value != 0;
     if (item.kind == ControlKind::toggle && ImGui::Checkbox(label, &is_on))

@@ -102,7 +102,6 @@ void FileChooser::list(const fs::path& folder) {
 void FileChooser::type(const std::string& text) {
   typed_ = text;
   problem_.clear();
-  selected_ = -1;
   const fs::path named = text.find('/') == std::string::npos ? folder_ : typed_path().parent_path();
   if (named != listed_ && is_folder(named)) list(named);
   filter();
@@ -114,6 +113,8 @@ void FileChooser::filter() {
   std::ranges::copy_if(entries_, std::back_inserter(rows_), [&](const FileEntry& entry) {
     return lower(entry.name).find(part) != std::string::npos;
   });
+  moved_ = false;
+  selected_ = part.empty() || rows_.empty() ? -1 : 0;
 }
 
 fs::path FileChooser::typed_path() const {
@@ -125,6 +126,7 @@ fs::path FileChooser::typed_path() const {
 void FileChooser::select(int by) {
   const int last = static_cast<int>(rows_.size()) - 1;
   selected_ = last < 0 ? -1 : std::clamp(selected_ + by, 0, last);
+  moved_ = selected_ >= 0;
 }
 
 std::optional<fs::path> FileChooser::choose(const FileEntry& entry) {
@@ -134,12 +136,14 @@ std::optional<fs::path> FileChooser::choose(const FileEntry& entry) {
 }
 
 std::optional<fs::path> FileChooser::enter() {
-  if (selected_ >= 0) return choose(FileEntry(rows_[static_cast<std::size_t>(selected_)]));
-  if (typed_.empty()) return chooses_folder_ ? std::optional(listed_) : std::nullopt;
   const fs::path path = typed_path();
   std::error_code unreachable;
-  if (!fs::exists(path, unreachable)) {
-    if (rows_.size() == 1) return choose(FileEntry(rows_.front()));
+  // The first row is selected while a name is typed; a whole name means its file or folder.
+  const bool is_whole = !typed_.empty() && !moved_ && fs::exists(path, unreachable);
+  if (selected_ >= 0 && !is_whole)
+    return choose(FileEntry(rows_[static_cast<std::size_t>(selected_)]));
+  if (typed_.empty()) return chooses_folder_ ? std::optional(listed_) : std::nullopt;
+  if (!is_whole) {
     problem_ = fmt::format("{} does not exist", path.string());
     return std::nullopt;
   }

@@ -27,15 +27,17 @@ class FileChooser {
   /// Lists another folder and clears the typed text.
   void go_to(const std::filesystem::path& folder);
 
-  /// The text of the path field changed. A text with a slash lists the folder that it names.
+  /// The text of the path field changed. A text with a slash lists the folder that it names. The
+  /// first row that matches a name is selected.
   void type(const std::string& text);
 
   /// Moves the selection among the rows, down if `by` is positive.
   void select(int by);
 
-  /// Carries out Enter: opens the selected row or the typed path, or lists it if it is a folder
-  /// without a scene. Returns the path to open. If a folder is chosen, a selected row is listed, a
-  /// typed folder is returned, and without both the listed folder.
+  /// Carries out Enter: opens the typed path if it exists and no arrow key was used, else the
+  /// selected row, or lists it if it is a folder without a scene. Returns the path to open. If a
+  /// folder is chosen, a selected row is listed, a typed folder is returned, and without both the
+  /// listed folder.
   std::optional<std::filesystem::path> enter();
 
   /// Carries out a click on a row.
@@ -59,6 +61,7 @@ class FileChooser {
   std::vector<FileEntry> entries_, rows_;
   std::string typed_, problem_;
   bool chooses_folder_ = false;
+  bool moved_ = false;  // the arrow keys chose the selected row
   int selected_ = -1, moves_ = 0;
 };
 

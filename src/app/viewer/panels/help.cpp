@@ -83,9 +83,10 @@ void draw_columns(const HelpWidths& widths, float room) {
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
   mouse_sections(widths);
+  menu_sections({Menu::edit, Menu::train}, widths);
   if (columns < 3) menu_sections({Menu::camera, Menu::mode}, widths);
   if (columns > 1) ImGui::TableNextColumn();
-  menu_sections({Menu::file, Menu::view, Menu::measure, Menu::help}, widths);
+  menu_sections({Menu::file, Menu::view, Menu::measure, Menu::window, Menu::help}, widths);
   if (columns == 3) {
     ImGui::TableNextColumn();
     menu_sections({Menu::camera, Menu::mode}, widths);
@@ -108,7 +109,6 @@ void draw_help(const Viewer&, Actions& actions) {
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav |
                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove);
   draw_columns(help_widths(), display.x - 4 * ImGui::GetFontSize());
-  if (pressed(ImGuiKey_Escape)) open = false;
   ImGui::End();
   if (!open) actions.push_back(call(action::toggle_panel, &Panels::help));
 }

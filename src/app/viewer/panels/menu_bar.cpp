@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
 #include <imgui.h>
 
 #include "app/viewer/commands/commands.h"
@@ -13,6 +14,8 @@
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/panel_text.h"
+#include "base/assets.h"
+#include "version.h"
 
 namespace qs {
 namespace {
@@ -20,9 +23,31 @@ namespace {
 void draw_recent(const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginMenu("Recent files", !viewer.recent.empty())) return;
   for (const std::filesystem::path& path : viewer.recent) {
-    if (ImGui::MenuItem(path.c_str())) actions.push_back(call(action::open, path));
+    ImGui::PushID(path.c_str());
+    const float most = 20 * ImGui::GetFontSize();
+    const std::string name = fitted(path.filename().string(), most);
+    if (ImGui::MenuItem(name.c_str(), fitted(path.parent_path().string(), most).c_str()))
+      actions.push_back(call(action::open, path));
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", path.c_str());
+    ImGui::PopID();
   }
   ImGui::EndMenu();
+}
+
+// The version, the licence, the manual, and a report of a problem.
+void draw_about(const Viewer& viewer, Actions& actions) {
+  const std::string version = fmt::format("quadsplat {} (commit {})", kVersion, kCommit);
+  ImGui::Separator();
+  const auto page = [&](const char* label, const char* file) {
+    const auto path = find_asset(file);
+    if (ImGui::MenuItem(label, nullptr, false, path.has_value()))
+      actions.push_back(call(&Host::open_with_desktop, *path));
+  };
+  page("Manual", "docs/viewer.md");
+  page("Licence: MIT", "LICENSE");
+  if (ImGui::MenuItem("Copy a report of a problem"))
+    actions.push_back(call(action::copy_text, version + "\n" + state_json(viewer)));
+  if (ImGui::MenuItem(version.c_str())) actions.push_back(call(action::copy_text, version));
 }
 
 void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
@@ -34,14 +59,19 @@ void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
     const bool checked = row.is_checked && row.is_checked(viewer);
     const bool enabled = row.without_scene || viewer.scene;
     if (row.line_above) ImGui::Separator();
-    if (ImGui::MenuItem(row.help.c_str(), key_name(row.key, row.mods).c_str(), checked, enabled))
+    if (ImGui::MenuItem(menu_label(row).c_str(), key_name(row.key, row.mods).c_str(), checked,
+                        enabled))
       actions.push_back(row.action);
     if (row.tooltip != nullptr && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row.tooltip);
     if (menu == Menu::file && std::exchange(first, false)) draw_recent(viewer, actions);
   }
-  if (menu == Menu::view) {
+  if (menu == Menu::measure) {
     ImGui::Separator();
     draw_heat_scale_menu(viewer, actions);
+  }
+  if (menu == Menu::help) draw_about(viewer, actions);
+  if (menu == Menu::view) {
+    ImGui::Separator();
     const auto option = [&](const char* name, bool Viewer::*which) {
       if (ImGui::MenuItem(name, nullptr, viewer.*which))
         actions.push_back(call(action::toggle_option, which));
@@ -57,11 +87,10 @@ void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
 void draw_summary(std::string text) {
   const float right = ImGui::GetWindowWidth() - 2 * ImGui::GetStyle().WindowPadding.x;
   const float room = right - ImGui::GetCursorPosX();
-  const auto width = [&] { return ImGui::CalcTextSize(text.c_str()).x; };
-  for (std::size_t most = letters_of(text); width() > room && most > 8; --most)
-    text = shortened_middle(text, most);
-  if (width() > room) return;
-  ImGui::SameLine(right - width());
+  text = fitted(text, room);
+  const float width = ImGui::CalcTextSize(text.c_str()).x;
+  if (width > room) return;
+  ImGui::SameLine(right - width);
   ImGui::TextColored(palette::kFaint, "%s", text.c_str());
 }
 

@@ -11,21 +11,22 @@
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/zoom_actions.h"
 
 namespace qs {
 namespace {
 
-void draw_loading(const Loading& loading, const Rect& picture, Actions& actions) {
+void draw_loading(const Viewer& viewer, const Rect& picture, Actions& actions) {
   const float width = std::min(26 * ImGui::GetFontSize(), picture.size().x);
   // The progress is at the lower edge of the picture.
   const float low = picture.high.y - ImGui::GetFontSize();
   ImGui::SetNextWindowPos({picture.center().x, low}, ImGuiCond_Always, {0.5f, 1});
   ImGui::SetNextWindowSize({width, 0});
   ImGui::Begin("Loading", nullptr, kBareWindow);
-  ImGui::Text("%s %s", loading.what.c_str(), loading.path.filename().c_str());
+  ImGui::TextUnformatted(viewer.loading->path.filename().c_str());
   ImGui::SameLine();
-  right_aligned(fmt::format("{:.0f} %", 100 * loading.fraction));
-  ImGui::ProgressBar(loading.fraction, {-1, 0.5f * ImGui::GetFontSize()}, "");
+  right_aligned(running_text(viewer));
+  ImGui::ProgressBar(viewer.loading->fraction, {-1, 0.5f * ImGui::GetFontSize()}, "");
   if (ImGui::Button("Cancel")) actions.push_back(call(action::cancel_loading));
   ImGui::End();
 }
@@ -61,6 +62,8 @@ void draw_offer(ToastOffer offer, Actions& actions) {
     actions.push_back(call(action::next_axes));
   if (offer == ToastOffer::turn_over && ImGui::Button("Turn it over"))
     actions.push_back(call(action::turn_over));
+  if (offer == ToastOffer::save_results && ImGui::Button("Save as ..."))
+    actions.push_back(call(action::toggle_open_dialog, Choosing::results));
 }
 
 // Draws a message, counted from the newest, with its lower right corner at `corner`, and moves the
@@ -147,7 +150,7 @@ void draw_log(const Viewer& viewer, Actions& actions) {
 
 void draw_messages(const Viewer& viewer, Actions& actions) {
   const Rect picture = current_layout(viewer).picture;
-  if (viewer.loading) draw_loading(*viewer.loading, picture, actions);
+  if (viewer.loading) draw_loading(viewer, picture, actions);
   draw_toasts(viewer, picture, actions);
 }
 

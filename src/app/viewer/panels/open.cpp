@@ -17,16 +17,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool chooses_folder(const Viewer& viewer) { return viewer.choosing == Choosing::photographs; }
+// Index = Choosing.
+constexpr const char* kTitles[] = {"Open", "Open beside", "Folder of the photographs",
+                                   "Folder of the results"};
 
-const char* open_title(const Viewer& viewer) {
-  return chooses_folder(viewer) ? "Folder of the photographs" : "Open";
-}
+bool chooses_folder(const Viewer& viewer) { return chooses_folder(viewer.choosing); }
 
 fs::path start_folder(const Viewer& viewer) {
   std::error_code error;
   const fs::path typed = viewer.train_form.data;
-  if (chooses_folder(viewer) && fs::is_directory(typed, error)) return typed;
+  if (viewer.choosing == Choosing::photographs && fs::is_directory(typed, error)) return typed;
   return viewer.scene ? viewer.scene->path.parent_path() : fs::current_path(error);
 }
 
@@ -43,25 +43,12 @@ int insert_early(ImGuiInputTextCallbackData* data) {
 
 void draw_path_field(const Viewer& viewer, PanelState& state) {
   FileChooser& chooser = state.chooser;
-  // ImGui keeps the text of an active field, so a field with a new text needs another identity.
-  ImGui::PushID(chooser.moves());
-  if (state.focus_path) {
-    ImGui::SetKeyboardFocusHere();
-    // The field drops input until the frame after it has become active.
-    for (const ImWchar c : ImGui::GetIO().InputQueueCharacters) {
-      if (c >= ' ' && c < 127) state.typed_early += static_cast<char>(c);
-    }
-    ImGui::GetIO().ClearInputCharacters();
-  }
-  ImGui::SetNextItemWidth(-1);
   std::string typed = chooser.typed();
-  ImGui::InputTextWithHint(
-      "##path",
-      chooses_folder(viewer) ? "path of the folder" : "path of a scene, a model folder or cameras",
-      &typed, ImGuiInputTextFlags_CallbackAlways, insert_early, &state.typed_early);
-  if (ImGui::IsItemActive()) state.focus_path = false;
-  ImGui::PopID();
-  if (typed != chooser.typed()) chooser.type(typed);
+  if (draw_first_field(state, chooser.moves(),
+                       chooses_folder(viewer) ? "path of the folder"
+                                              : "path of a scene, a model folder or cameras",
+                       typed))
+    chooser.type(typed);
 }
 
 std::optional<fs::path> draw_rows(PanelState& state) {
@@ -80,8 +67,12 @@ std::optional<fs::path> draw_rows(PanelState& state) {
     const bool selected = static_cast<int>(i) == chooser.selected();
     ImGui::TableNextRow();
     ImGui::TableNextColumn();
-    if (ImGui::Selectable(entry.name.c_str(), selected, ImGuiSelectableFlags_SpanAllColumns))
+    const std::string name = fitted(entry.name, ImGui::GetContentRegionAvail().x);
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::Selectable(name.c_str(), selected, ImGuiSelectableFlags_SpanAllColumns))
       clicked = entry;
+    ImGui::PopID();
+    if (name != entry.name && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", entry.name.c_str());
     if (selected && state.scroll_files) ImGui::SetScrollHereY();
     for (const std::string& text : {entry.size, entry.date}) {
       ImGui::TableNextColumn();
@@ -128,10 +119,28 @@ std::optional<fs::path> draw_end(const Viewer& viewer, const FileChooser& choose
 
 }  // namespace
 
+bool draw_first_field(PanelState& state, int identity, const char* hint, std::string& text) {
+  ImGui::PushID(identity);
+  if (state.focus_path) {
+    ImGui::SetKeyboardFocusHere();
+    // The field drops input until the frame after it has become active.
+    for (const ImWchar c : ImGui::GetIO().InputQueueCharacters) {
+      if (c >= ' ' && c < 127) state.typed_early += static_cast<char>(c);
+    }
+    ImGui::GetIO().ClearInputCharacters();
+  }
+  ImGui::SetNextItemWidth(-1);
+  const bool changed = ImGui::InputTextWithHint(
+      "##first", hint, &text, ImGuiInputTextFlags_CallbackAlways, insert_early, &state.typed_early);
+  if (ImGui::IsItemActive()) state.focus_path = false;
+  ImGui::PopID();
+  return changed;
+}
+
 void draw_open(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (!viewer.panels.open) return;
   FileChooser& chooser = state.chooser;
-  const char* const title = open_title(viewer);
+  const char* const title = kTitles[static_cast<int>(viewer.choosing)];
   if (!ImGui::IsPopupOpen(title)) {
     ImGui::OpenPopup(title);
     chooser.start(start_folder(viewer), chooses_folder(viewer));

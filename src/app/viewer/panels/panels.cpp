@@ -70,7 +70,29 @@ void draw_bars(const Viewer& viewer, const Layout& layout, PanelState& state, Ac
   }
 }
 
+// Escape closes one thing: a menu or a dialog closes itself; then the help, the strip of first
+// views, and what runs.
+void use_escape(const Viewer& viewer, Actions& actions) {
+  constexpr ImGuiPopupFlags kAny = ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel;
+  if (!pressed(ImGuiKey_Escape) || ImGui::IsPopupOpen(nullptr, kAny) || ImGui::IsAnyItemActive())
+    return;
+  if (viewer.panels.help && viewer.panels.all) {
+    actions.push_back(call(action::toggle_panel, &Panels::help));
+  } else if (!view_choice_area(viewer).empty()) {
+    actions.push_back(call(action::close_view_choice));
+  } else {
+    actions.push_back(call(action::cancel_running));
+  }
+}
+
 }  // namespace
+
+std::string fitted(std::string text, float width) {
+  for (std::size_t most = letters_of(text); ImGui::CalcTextSize(text.c_str()).x > width && most > 8;
+       --most)
+    text = shortened_middle(text, most);
+  return text;
+}
 
 void right_aligned(const std::string& text) {
   const float room = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(text.c_str()).x;
@@ -147,6 +169,7 @@ std::optional<float> draw_divider_line(const char* name, const Rect& picture, fl
 
 void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
   const Layout layout = current_layout(viewer);
+  use_escape(viewer, actions);
   draw_overlay(viewer, state, actions);
   draw_lost(viewer);
   draw_heat_legend(viewer, state, actions);
@@ -162,14 +185,16 @@ void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
     draw_hints(viewer);
     draw_view_choice(viewer, state, actions);
     draw_verdict(viewer, actions);
-    // The help requests the focus in every frame, which would close the dialog.
-    if (viewer.panels.help && !viewer.panels.open) draw_help(viewer, actions);
+    // The help requests the focus in every frame, which would close a dialog.
+    if (viewer.panels.help && !viewer.has_dialog()) draw_help(viewer, actions);
     if (!viewer.scene && !viewer.loading) draw_welcome(viewer, state, actions);
   }
   state.drawn = viewer.panels;
   draw_messages(viewer, actions);
   draw_open(viewer, state, actions);
   draw_train(viewer, state, actions);
+  draw_palette(viewer, state, actions);
+  draw_leaving(viewer, actions);
 }
 
 }  // namespace qs

@@ -29,7 +29,9 @@ struct PanelState {
   std::span<const PanelRow> rows = panel_rows();  ///< the panels in the bars
   FileChooser chooser;                            ///< of the dialog Open
   std::string typed_early;    ///< text that was typed before the path field had the keyboard
-  bool focus_path = false;    ///< the path field requests the keyboard
+  bool focus_path = false;    ///< the first field of the dialog requests the keyboard
+  std::string words;          ///< typed into the palette
+  int chosen_command = 0;     ///< in the palette
   bool scroll_files = false;  ///< to the selected row
   bool focus_train = false;   ///< the first field of the dialog Train requests the keyboard
   std::string crop_file;      ///< typed name of the cropped scene
@@ -73,6 +75,13 @@ void same_line_if_fits(float width);
 /// `height` 0: of its content. False if it is not shown.
 bool begin_dialog(const char* title, float width, float height, bool& open);
 
+/// A field over the whole width that takes the keyboard when its dialog opens. ImGui keeps the text
+/// of an active field, so a field with a new text needs another `identity`. True if it changed.
+bool draw_first_field(PanelState& state, int identity, const char* hint, std::string& text);
+
+/// The text, or shortened_middle() of it if it is wider.
+std::string fitted(std::string text, float width);
+
 /// Shows a tooltip for the control that was drawn last: the equivalent command and its key.
 void command_tooltip(const char* help);
 
@@ -94,7 +103,9 @@ void draw_help(const Viewer& viewer, Actions& actions);
 void draw_divider(const Viewer& viewer, Actions& actions);                  ///< of the split window
 void draw_verdict(const Viewer& viewer, Actions& actions);                  ///< of the reference
 void draw_open(const Viewer& viewer, PanelState& state, Actions& actions);  ///< modal
-void draw_train(const Viewer& viewer, PanelState& state, Actions& actions);  ///< modal
+void draw_train(const Viewer& viewer, PanelState& state, Actions& actions);    ///< modal
+void draw_palette(const Viewer& viewer, PanelState& state, Actions& actions);  ///< modal
+void draw_leaving(const Viewer& viewer, Actions& actions);                     ///< modal
 void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& actions);
 void draw_messages(const Viewer& viewer, Actions& actions);
 void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& actions);

@@ -75,7 +75,6 @@ void draw_view_choice(const Viewer& viewer, const PanelState& state, Actions& ac
       actions.push_back(call(action::choose_first_view, i));
     ImGui::PopID();
   }
-  if (pressed(ImGuiKey_Escape)) actions.push_back(call(action::close_view_choice));
   ImGui::End();
   ImGui::PopStyleVar();
   ImGui::PopStyleColor();

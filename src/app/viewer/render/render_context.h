@@ -9,6 +9,7 @@
 #include <stop_token>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "app/session/session.h"
 #include "app/viewer/render/action_queue.h"
@@ -98,6 +99,9 @@ struct RenderContext {
   std::optional<ReferenceImage> reference = {};  ///< the last computed image
   std::optional<HeldScale> heat_scale = {};      ///< the last heat map at rest has it
   std::stop_token stop = {};                     ///< stops the running job
+  std::atomic<bool> keeps_part = true;           ///< a stopped job is kept as far as it got
+  /// Each writes measured results, which could not be written, below this folder.
+  std::vector<std::function<void(const std::filesystem::path& folder)>> unsaved = {};
   std::atomic<bool> measuring = false;
   std::atomic<int> drawings = 0;          ///< drawings of the window that have begun
   std::atomic<bool> window_rests = true;  ///< the window is not drawn now, nor soon
@@ -106,6 +110,12 @@ struct RenderContext {
   template <class... Words>
   void report(Words... words) {
     reports.report(std::move(words)...);
+  }
+
+  /// Writes the unsaved results below a folder. Throws Error.
+  void save_unsaved(const std::filesystem::path& folder) {
+    for (; !unsaved.empty(); unsaved.pop_back()) unsaved.back()(folder);
+    report(action::results_saved);
   }
 };
 

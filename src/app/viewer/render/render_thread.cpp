@@ -18,6 +18,7 @@ RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wa
                  show(drawn(request));
                },
                [this](RenderedFrame frame) { publish(std::move(frame)); }} {
+  context_.give_way = [this] { draw_between(); };
   context_.session.pool = std::make_unique<ThreadPool>(options.threads);
   context_.session.device = options.device == kFirstGpu ? first_gpu() : options.device;
   thread_ = std::jthread([this](const std::stop_token& stop) { loop(stop); });
@@ -63,9 +64,11 @@ void RenderThread::run_behind(Job job) {
   changed_.notify_all();
 }
 
-void RenderThread::stop_job() {
+void RenderThread::stop_job(bool keeps_part) {
   const std::lock_guard lock(mutex_);
-  if (task_ == Task::job) running_.request_stop();
+  if (task_ != Task::job || running_.stop_requested()) return;
+  context_.keeps_part = keeps_part;
+  running_.request_stop();
 }
 
 std::optional<RenderedFrame> RenderThread::take_frame() {
@@ -127,6 +130,7 @@ void RenderThread::loop(const std::stop_token& stop) {
   while (changed_.wait(lock, stop, takes_work) && !stop.stop_requested()) {
     running_ = {};
     context_.stop = running_.get_token();
+    context_.keeps_part = true;  // at the end of the program
     lock.unlock();
     guarded(work);
     wake_();
@@ -199,6 +203,17 @@ void RenderThread::answer(const FrameRequest& request) {
   const RenderStats stats = frame.shown.stats;
   show(std::move(frame));
   paired_.follow(context_, request, reduced(request.camera, request.divisor), stats);
+}
+
+// Between two parts of a long job: the newest requested frame, so that keys and the mouse work. A
+// measurement shows its own frames.
+void RenderThread::draw_between() {
+  std::optional<FrameRequest> request;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!context_.measuring) request = std::exchange(frame_, std::nullopt);
+  }
+  if (request) guarded([&] { answer(*request); });
 }
 
 // Replaces a frame that the window did not take.

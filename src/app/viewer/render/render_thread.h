@@ -51,7 +51,7 @@ class RenderThread {
   void request(NumbersRequest request);
   void cancel_numbers();
   void run(Job job);
-  void stop_job();  ///< the running job
+  void stop_job(bool keeps_part = false);  ///< the running job
   /// Runs a job when no frame is wanted. A new frame or job cancels it while it runs. A job that
   /// still waits is replaced.
   void run_behind(Job job);
@@ -76,6 +76,7 @@ class RenderThread {
     return task_ == Task::numbers || task_ == Task::behind || task_ == Task::refinement;
   }
   void answer(const FrameRequest& request);
+  void draw_between();
   RenderedFrame drawn(FrameRequest request);
   void show(RenderedFrame frame);
   void publish(RenderedFrame frame);

@@ -81,9 +81,11 @@ void SceneOpening::next(Viewer& viewer, Host& host, const LoadedScene& loaded) {
                                                                          const Progress& progress) {
                           return show_beside(context, scene, backend, progress);
                         });
-  const UploadOrder order{loaded.scene, loaded.facts,
-                          settings_for(loaded.facts, viewer.settings, request_.keep_background),
-                          viewer.backend};
+  UploadOrder order{loaded.scene, loaded.facts,
+                    settings_for(loaded.facts, viewer.settings, request_.keep_background),
+                    viewer.backend};
+  const bool another = viewer.scene && viewer.scene->path != loaded.facts.path;
+  if (another) order.settings.splat_scale = 1;
   begin_upload(viewer, host, *loaded.scene,
                [order](RenderContext& context, const Progress& progress) {
                  return show_scene(context, order, progress);

@@ -47,6 +47,10 @@ class Host {
   /// The same for a job that calls RenderContext::give_way between its parts.
   virtual void run_long(Job job) { run(std::move(job)); }
   virtual void stop_job() = 0;  ///< the running job
+  /// Stops a film or a zoom; `keeps` it as far as it got.
+  virtual void leave_job(bool /*keeps*/) { stop_job(); }
+  /// Writes the results that could not be written below this folder.
+  virtual void save_results(const std::filesystem::path& /*folder*/) {}
   /// When no frame is wanted. A frame or a job cancels it; a job that still waits is replaced.
   virtual void run_behind(Job job) = 0;
 

@@ -8,6 +8,7 @@
 
 #include "app/framing/scene_box.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/samples.h"
@@ -205,6 +206,7 @@ void change_settings(Viewer& v, const RenderSettings& settings) {
 
 void toggle_panel(Viewer& v, bool Panels::*panel) {
   v.panels.*panel = !(v.panels.*panel);
+  if (panel == &Panels::recorder) v.hints.zoom = false;
   if (panel != &Panels::split) return;
   if (v.split.other == v.variant()) v.split.other.mode = v.previous_mode;
   picture_changed(v);
@@ -229,7 +231,7 @@ void set_photograph_wipe(Viewer& v, float share) {
   v.photograph_wipe = std::clamp(share, 0.0f, 1.0f);
 }
 
-void open(Viewer&, Host& host, const std::filesystem::path& path) { host.open(path, {}); }
+void open(Viewer& v, Host& host, const std::filesystem::path& path) { leave(v, host, path); }
 
 void skip_huge(Viewer& v, Host& host, bool skips) {
   v.skips_huge = skips;
@@ -244,6 +246,7 @@ void toggle_open_dialog(Viewer& v, Choosing choosing) {
 void path_chosen(Viewer& v, Host& host, const std::filesystem::path& path, Choosing choosing) {
   if (choosing == Choosing::scene) return open(v, host, path);
   if (choosing == Choosing::scene_beside) return host.open_beside(path);
+  if (choosing == Choosing::results) return host.save_results(path);
   v.train_form.data = path.string();
 }
 
@@ -252,20 +255,40 @@ void cancel_loading(Viewer& v, Host& host) {
   end_progress(v);
 }
 
+void cancel_running(Viewer& v, Host& host) {
+  if (v.zoom.running || v.zoom.starting) return host.stop_job();
+  if (v.loading) cancel_loading(v, host);
+}
+
+void results_kept(Viewer& v, const std::string& name, const std::string& reason) {
+  v.unsaved_results += (v.unsaved_results.empty() ? "" : " and a ") + name;
+  const std::string text = fmt::format("{}; the {} stays in memory", reason, name);
+  show(v, {.text = text, .error = true, .offer = ToastOffer::save_results}, kErrorSeconds);
+}
+
+void results_saved(Viewer& v) {
+  v.unsaved_results.clear();
+  std::erase_if(v.toasts, [](const Toast& t) { return t.offer == ToastOffer::save_results; });
+}
+
 void tick(Viewer& v, const Turn& turn, double seconds) {
   static_cast<Turn&>(v) = turn;
   if (v.mode_switch && v.now - v.mode_switch->at > kSwitchSeconds) v.mode_switch.reset();
   if (!v.toasts_held)
     std::erase_if(v.toasts, [&](const Toast& toast) { return toast.until < v.now; });
   if (v.scene && v.hints.since < 0) v.hints.since = v.now;
-  if (v.hints.since >= 0 && v.now - v.hints.since > kHintSeconds)
-    v.hints.turn = v.hints.modes = v.hints.map = false;
+  if (v.hints.since >= 0 && v.now - v.hints.since > kHintSeconds) v.hints = {};
   advance_motion(v, seconds);
   play_on(v, seconds);
   if (v.still() && !v.playback.running) complete_move(v);
 }
 
-void show_progress(Viewer& v, const Loading& loading) { v.loading = loading; }
+void show_progress(Viewer& v, const Loading& loading) {
+  const bool begins = !v.loading || v.loading->what != loading.what;
+  const double began = begins ? v.now : v.loading->began;
+  v.loading = loading;
+  v.loading->began = began;
+}
 void end_progress(Viewer& v) { v.loading.reset(); }
 
 void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
@@ -275,15 +298,15 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
   const bool another = other_file || turned;
   const bool is_new = other_file && is_unknown(v, scene);
   if (v.scene) v.last_views[v.scene->path.string()] = format_camera(v.camera);
+  keep_work(v);
   const CullMode mode = v.settings.mode;
   v.scene = scene;
   v.settings = opened.settings;
   v.settings.mode = mode;
   v.backend = opened.backend;
   add_recent(v, scene.path);
-  v.crop = {};
+  restore_work(v, another);
   if (another) {
-    v.keyframes.clear();
     v.playback = {};
     forget_zoom_views(v.zoom);
     v.counts = {};

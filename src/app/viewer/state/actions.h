@@ -89,6 +89,7 @@ void set_photograph_opacity(Viewer& viewer, float opacity);
 void set_photograph_wipe(Viewer& viewer, float share);
 
 // ---- files -------------------------------------------------------------------------------------
+/// Opens a file, after a question if that would lose something (kept_work.h).
 void open(Viewer& viewer, Host& host, const std::filesystem::path& path);
 /// Opens or closes the dialog.
 void toggle_open_dialog(Viewer& viewer, Choosing choosing);
@@ -97,6 +98,11 @@ void skip_huge(Viewer& viewer, Host& host, bool skips);
 /// Opens the path as the scene or as the second scene, or enters it into the dialog Train.
 void path_chosen(Viewer& viewer, Host& host, const std::filesystem::path& path, Choosing choosing);
 void cancel_loading(Viewer& viewer, Host& host);
+/// Cancels the zoom, the film, the bench or the reading that runs.
+void cancel_running(Viewer& viewer, Host& host);
+/// Measured results of this name ("zoom") could not be written and stay in memory, or were written.
+void results_kept(Viewer& viewer, const std::string& name, const std::string& reason);
+void results_saved(Viewer& viewer);
 
 // ---- camera path -------------------------------------------------------------------------------
 void add_keyframe(Viewer& viewer);
@@ -106,6 +112,8 @@ void ease_keyframe(Viewer& viewer, std::size_t index, bool eases);
 /// `index` > 0.
 void delay_keyframe(Viewer& viewer, std::size_t index, double seconds);
 void set_keyframes(Viewer& viewer, const std::vector<Keyframe>& keyframes);
+/// Takes the last change of the keyframes in this scene `back`, or repeats it.
+void step_keyframes(Viewer& viewer, bool back);
 void toggle_playback(Viewer& viewer);
 void seek(Viewer& viewer, double time);  ///< seconds on the path
 /// Writes SCENE_path.json, in place of a path that was saved before. A file of another program

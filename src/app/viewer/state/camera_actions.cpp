@@ -168,13 +168,11 @@ void move(Viewer& v, const Camera& camera) {
 }
 
 void orbit(Viewer& v, glm::dvec2 pixels) {
-  v.hints.turn = false;
   const glm::dvec2 angles = kRadiansPerPixel * pixels;
   move(v, orbited(v.camera, v.pivot, up_of(v), angles.x, angles.y));
 }
 
 void look(Viewer& v, glm::dvec2 pixels) {
-  v.hints.turn = false;
   // The point under the cursor stays under the cursor.
   const glm::dvec2 angles = pixels / v.camera.focal_px;
   move(v, turned(v.camera, up_of(v), -angles.x, angles.y));

@@ -46,6 +46,7 @@ double flying_speed(const Viewer& v) {
 
 void action::fly(Viewer& v, glm::dvec3 direction, double factor) {
   if (!v.scene) return;
+  v.hints.fly = false;
   v.flight.wish = factor * direction;
   v.last_motion = v.now;
 }

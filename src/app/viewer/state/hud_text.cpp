@@ -11,6 +11,7 @@
 #include "app/session/removal_text.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/lost.h"
 #include "app/viewer/state/mode_table.h"
@@ -304,7 +305,9 @@ StatusLine status_line(const Viewer& viewer) {
   if (viewer.display_fps > 0) words.push_back(fps_text(viewer.display_fps) + " pictures a second");
   line.numbers = joined(words, "  \u00b7  ");
   line.faint = viewer.shown.divisor > 1;
-  line.note = hud_caveat(viewer);
+  line.note = running_text(viewer);
+  if (!line.note.empty() && !viewer.is_remote) line.note += "   Esc: cancel";
+  if (line.note.empty()) line.note = hud_caveat(viewer);
   line.caution = !line.note.empty();
   if (line.caution) return line;
   const bool flies = viewer.navigation == Navigation::fly || viewer.flight.distance > 0;
@@ -314,6 +317,17 @@ StatusLine status_line(const Viewer& viewer) {
     line.note = "F10: all modes   F1: keys";
   }
   return line;
+}
+
+std::string window_title(const Viewer& viewer) {
+  std::vector<std::string> words;
+  if (const std::string runs = running_text(viewer); !runs.empty()) words.push_back(runs);
+  if (viewer.scene) {
+    const std::string altered = alterations_of(viewer).brief;
+    words.push_back(viewer.scene->name + (altered.empty() ? "" : fmt::format(" ({})", altered)));
+  }
+  words.emplace_back("quadsplat");
+  return joined(words, " - ");
 }
 
 std::string hud_status(const Viewer& viewer) {
@@ -405,6 +419,8 @@ std::string state_json(const Viewer& viewer) {
   }
   if (viewer.remote) add_facts(json["remote"], remote_facts(viewer));
   json["open_dialog"] = viewer.panels.open;
+  json["leaving"] = viewer.leaving ? unsaved_text(viewer, *viewer.leaving) : "";
+  json["title"] = window_title(viewer);
   for (const HudRow& row : hud_rows(viewer)) json["modes"].push_back(mode_json(viewer, row));
   if (const auto facts = hud_facts(viewer); !facts.empty()) add_facts(json["facts"], facts);
   add_overlays(viewer, json);

@@ -35,6 +35,9 @@ StatusLine status_line(const Viewer& viewer);
 /// if they are known, pairs, size and backend.
 std::vector<std::string> badge_lines(const Viewer& viewer);
 
+/// "filming, 31 % - plush (splat scale 0.56) - quadsplat".
+std::string window_title(const Viewer& viewer);
+
 /// Facts of the two frames in a split window; empty otherwise.
 std::vector<Fact> split_facts(const Viewer& viewer);
 

@@ -55,13 +55,6 @@ Alterations alterations_of(const Viewer& viewer) {
        scene.axes.empty() ? scene.declared_axes : scene.axes, scene.declared_axes, scene.edits});
 }
 
-std::string window_title(const Viewer& viewer) {
-  if (!viewer.scene) return "quadsplat";
-  const std::string altered = alterations_of(viewer).brief;
-  return viewer.scene->name + (altered.empty() ? "" : fmt::format(" ({})", altered)) +
-         " - quadsplat";
-}
-
 std::vector<Fact> scene_facts_of(const Viewer& viewer) {
   const ViewedScene& scene = *viewer.scene;
   const glm::dvec3 at = viewer.camera.position();
@@ -243,9 +236,10 @@ std::string log_time(const LogEntry& entry) {
 
 std::vector<std::string> hint_texts(const Hints& hints) {
   std::vector<std::string> texts;
-  if (hints.turn) texts.emplace_back("drag: turn the view");
-  if (hints.modes) texts.push_back(fmt::format("1 to {}: culling modes", culler_count()));
-  if (hints.map) texts.emplace_back("H: where the work is");
+  if (hints.fly) texts.emplace_back("W A S D: fly");
+  if (hints.modes) texts.push_back(fmt::format("1 to {}: modes", culler_count()));
+  if (hints.map) texts.emplace_back("H: heat map");
+  if (hints.zoom) texts.emplace_back("Z: record the zoom");
   return texts;
 }
 

@@ -27,9 +27,6 @@ std::string scene_summary(const Viewer& viewer);
 /// a scene.
 Alterations alterations_of(const Viewer& viewer);
 
-/// "garden (splat scale 0.56) - quadsplat".
-std::string window_title(const Viewer& viewer);
-
 /// The facts of the scene and of the view.
 std::vector<Fact> scene_facts_of(const Viewer& viewer);
 

@@ -119,12 +119,16 @@ void use_cameras(ViewedScene& scene);
 struct Panels {
   bool hud = false, info = false, help = false, cameras = false;
   bool recorder = false, open = false, photograph = false, frusta = false, inspector = false,
-       split = false, messages = false, training = false, train = false, crop = false;
+       split = false, messages = false, training = false, train = false, crop = false,
+       palette = false;
   bool all = true;  ///< false hides all of them
 };
 
-/// The use of the path that the user chooses in the dialog Open, or in the desktop's dialog.
-enum class Choosing { scene, scene_beside, photographs };
+/// The use of the path that the user chooses in the dialog Open, or in the desktop's dialog. The
+/// last two are folders; results are measurements that could not be written below Viewer::out_dir.
+enum class Choosing { scene, scene_beside, photographs, results };
+
+inline bool chooses_folder(Choosing choosing) { return choosing >= Choosing::photographs; }
 
 /// Widths of the bars of panels beside the picture, in heights of a letter; 0: not set by the user.
 struct Bars {
@@ -134,16 +138,16 @@ struct Bars {
 /// The hints of the first start that are still shown. Each disappears once the user has followed
 /// it, and all disappear after kHintSeconds.
 struct Hints {
-  bool turn = false, modes = false, map = false;
+  bool fly = false, modes = false, map = false, zoom = false;
   double since = -1;  ///< Viewer::now of the first tick with a scene; negative: not yet
 
-  bool any() const { return turn || modes || map; }
+  bool any() const { return fly || modes || map || zoom; }
 };
 
 inline constexpr double kHintSeconds = 90;
 
 /// The button of a toast that does what the toast advises.
-enum class ToastOffer { none, skip_huge, next_axes, turn_over };
+enum class ToastOffer { none, skip_huge, next_axes, turn_over, save_results };
 
 struct Toast {
   std::string text = {};
@@ -339,10 +343,21 @@ struct Playback {
   double time = 0;  ///< seconds on the path
 };
 
+/// Loading::what of a film and of a bench.
+inline constexpr const char *kFilming = "filming", *kBenching = "benching";
+
 struct Loading {
   std::filesystem::path path;
   std::string what;    ///< "reading", "uploading"
   float fraction = 0;  ///< done, 0 to 1
+  double began = 0;    ///< Viewer::now, set by action::show_progress
+};
+
+/// The keyframes before and after the changes that Ctrl+Z takes back.
+struct KeyframeHistory {
+  std::vector<std::vector<Keyframe>> earlier, later;
+  std::ptrdiff_t dragged = -1;  ///< the keyframe whose time the last change set; -1: another change
+  double changed = 0;           ///< Viewer::now of the last change
 };
 
 /// The picture size at which all modes and zooms are measured. Panels do not change it.
@@ -404,6 +419,13 @@ struct Viewer : Turn {
   std::map<std::string, std::string> axes;         ///< scene file -> ReadOptions::axes, if chosen
   std::vector<std::string> axes_to_try;            ///< the frames that Y tries, in order
   bool restores_views = true;                      ///< a scene opens at its last view
+  std::map<std::string, std::string> kept_paths;   ///< work_name() -> format_camera_path()
+  std::map<std::string, std::string> kept_crops;   ///< work_name() -> format_crops()
+  bool keeps_work = true;                          ///< a preferences file keeps these two
+  std::string unsaved_results;  ///< "zoom and a bench" that could not be written; empty: none
+  /// The user is asked what to do with unsaved work before this file is opened, or, if it is empty,
+  /// the window closes.
+  std::optional<std::filesystem::path> leaving;
 
   bool skips_huge = false;  ///< scenes are read with FrameOptions::skip_huge
   RenderSettings settings;
@@ -452,7 +474,8 @@ struct Viewer : Turn {
                                      ///< no scene to draw, measure or save here
   Crop crop;
   std::vector<Keyframe> keyframes;
-  bool loops_path = false;  ///< after the last keyframe the path returns to the first
+  KeyframeHistory keyframe_history;  ///< of this scene
+  bool loops_path = false;           ///< after the last keyframe the path returns to the first
   Playback playback;
 
   /// `version` counts changes of the picture. `view_version` counts changes that affect the numbers
@@ -464,6 +487,9 @@ struct Viewer : Turn {
   double path_end() const {
     return loops_path ? keyframes.front().time + closed_length(keyframes) : keyframes.back().time;
   }
+
+  /// True if a dialog takes the keyboard.
+  bool has_dialog() const { return panels.open || panels.palette || leaving; }
 
   /// The mode of the next frame.
   CullMode mode() const { return peeking ? previous_mode : settings.mode; }

@@ -163,6 +163,18 @@ std::string zoom_plan_text(const Viewer& viewer) {
                      seconds ? about_text(*seconds) : "time not known yet");
 }
 
+std::string running_text(const Viewer& viewer) {
+  constexpr float kKnown = 0.05f;  // of the work, before its time is estimated
+  if (viewer.zoom.running && !viewer.zoom.records.empty())
+    return "recording a zoom, " + zoom_status(viewer.zoom);
+  if (!viewer.loading) return "";
+  const Loading& loading = *viewer.loading;
+  const double left =
+      (viewer.now - loading.began) * (1 / static_cast<double>(loading.fraction) - 1);
+  return fmt::format("{}, {:.0f} %{}", loading.what, 100 * loading.fraction,
+                     loading.fraction > kKnown ? fmt::format(", {} left", about_text(left)) : "");
+}
+
 std::string zoom_status(const ZoomRecorder& zoom) {
   if (zoom.running) {
     const ZoomRecord& record = zoom.records.back();
@@ -295,7 +307,7 @@ void action::zoom_stepped(Viewer& v, const std::vector<BenchRow>& rows_of_step) 
 
 void action::zoom_ended(Viewer& v, const std::filesystem::path& folder, bool has_figures) {
   ZoomRecorder& zoom = v.zoom;
-  if (zoom.running) {
+  if (!zoom.records.empty() && zoom.records.back().folder.empty()) {
     ZoomRecord& record = zoom.records.back();
     record.folder = folder;
     record.has_figures = has_figures;

@@ -31,6 +31,10 @@ const char* zoom_start_text(const ZoomPlan& plan);
 /// "12 steps of 6 modes: about 40 s".
 std::string zoom_plan_text(const Viewer& viewer);
 
+/// The work that runs: "recording a zoom, step 5 of 12, about 40 s left", "filming, 31 %"; empty:
+/// none.
+std::string running_text(const Viewer& viewer);
+
 /// The steps so far while a zoom is recorded, else the place of the recording in the chart.
 std::string zoom_status(const ZoomRecorder& zoom);
 
@@ -74,7 +78,7 @@ void zoom_job_ended(Viewer& viewer);
 /// `record` has no rows yet.
 void zoom_began(Viewer& viewer, const ZoomRecord& record);
 void zoom_stepped(Viewer& viewer, const std::vector<BenchRow>& rows_of_step);
-/// `folder`: empty if nothing was saved.
+/// `folder`: empty if nothing was saved. A recording that is not saved yet gets its folder later.
 void zoom_ended(Viewer& viewer, const std::filesystem::path& folder, bool has_figures);
 /// The end of the path is at the distance of the view that was chosen as the end.
 void zoom_end_found(Viewer& viewer, double closer);

@@ -327,7 +327,7 @@ void DesktopDialog::serve(const std::stop_token& stop) {
     const Wanted wanted = *wanted_;
     lock.unlock();
     const std::string request =
-        open_file(bus, wanted.folder.string(), wanted.choosing == Choosing::photographs);
+        open_file(bus, wanted.folder.string(), chooses_folder(wanted.choosing));
     Message response;
     if (!request.empty()) response = bus.response(request);
     if (stop.stop_requested()) return close_request(bus, request);

@@ -46,9 +46,7 @@ class DesktopDialog {
 
   void serve(const std::stop_token& stop);
   // Portals choose folders since version 3 of their interface.
-  bool portal_has(Choosing choosing) const {
-    return choosing != Choosing::photographs || version_ >= 3;
-  }
+  bool portal_has(Choosing choosing) const { return !chooses_folder(choosing) || version_ >= 3; }
 
   ActionQueue reports_;
   std::atomic<bool> available_ = false;

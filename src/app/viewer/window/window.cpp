@@ -371,7 +371,11 @@ void Window::play(const ScriptStep& step, double now, Actions& actions) {
   }
 }
 
-bool Window::close_requested() const { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
+bool Window::close_requested() {
+  const bool asked = glfwWindowShouldClose(window_) == GLFW_TRUE;
+  glfwSetWindowShouldClose(window_, GLFW_FALSE);
+  return asked;
+}
 
 void Window::set_title(const std::string& title) {
   if (title == title_) return;

@@ -38,7 +38,7 @@ class Window : NotCopied {
   /// Carries out a command of an input script that ScriptPlayer::next() returned.
   void play(const ScriptStep& step, double now, Actions& actions);
 
-  bool close_requested() const;
+  bool close_requested();  ///< since the last call
   void set_title(const std::string& title);
   void set_vsync(bool on);
   void toggle_fullscreen();

@@ -338,7 +338,7 @@ TEST_F(CropJobs, nothing_is_lost_if_nothing_would_stay) {
 }
 
 TEST_F(CropJobs, the_rest_is_saved_to_new_files_only) {
-  apply(call(action::save_crop, std::filesystem::path("early.ply")));
+  apply(call(action::save_crop, std::filesystem::path("early.ply"), Action()));
   settle();
   EXPECT_THAT(viewer().toasts.back().text, HasSubstr("nothing is cropped"));
   EXPECT_FALSE(std::filesystem::exists(scenes_ / "early.ply"));
@@ -362,14 +362,14 @@ TEST_F(CropJobs, the_rest_is_saved_to_new_files_only) {
   EXPECT_TRUE(std::filesystem::exists(scenes_ / "random_cropped_0002.ply"));
 
   const auto original = std::filesystem::file_size(viewer().scene->path);
-  apply(call(action::save_crop, viewer().scene->path));
+  apply(call(action::save_crop, viewer().scene->path, Action()));
   settle();
   EXPECT_THAT(viewer().toasts.back().text, HasSubstr("this file exists already"));
   EXPECT_EQ(std::filesystem::file_size(viewer().scene->path), original);
-  apply(call(action::save_crop, std::filesystem::path("rest.spz")));
+  apply(call(action::save_crop, std::filesystem::path("rest.spz"), Action()));
   settle();
   EXPECT_EQ(test::read_scene(scenes_ / "rest.spz").cloud.size(), inside_);
-  apply(call(action::save_crop, std::filesystem::path("rest.unknown")));
+  apply(call(action::save_crop, std::filesystem::path("rest.unknown"), Action()));
   settle();
   EXPECT_TRUE(viewer().toasts.back().error);
   EXPECT_FALSE(viewer().loading);

@@ -2,8 +2,11 @@
 //
 // Background jobs of the viewer in a window that is wider than high: their results, and the part of
 // the view that they cover.
+#include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <regex>
+#include <thread>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -14,6 +17,7 @@
 #include "app/inspect/inspection.h"
 #include "app/inspect/reference_check.h"
 #include "app/measure/camera_path.h"
+#include "app/measure/statistics.h"
 #include "app/support/rendering_viewer.h"
 #include "app/support/run_program.h"
 #include "app/viewer/commands/jobs.h"
@@ -192,6 +196,28 @@ TEST_F(FilmJob, a_film_can_be_stopped_and_leaves_nothing) {
   EXPECT_FALSE(viewer().loading);
   EXPECT_THAT(films(), testing::IsEmpty());
   EXPECT_FALSE(std::filesystem::exists(scenes_ / "film")) << "an empty folder";
+}
+
+TEST_F(FilmJob, keys_work_meanwhile_and_leaving_keeps_the_film_as_far_as_it_got) {
+  press("K");
+  press("K");
+  apply(call(action::delay_keyframe, std::size_t{1}, 3600.0));
+  press("Ctrl+K");
+  while (!viewer().loading && thread_.busy()) take_reports();
+  press("H");
+  thread_.request(full_frame(viewer()));
+  std::optional<RenderedFrame> frame;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!(frame = thread_.take_frame()) && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  ASSERT_TRUE(frame);
+  EXPECT_TRUE(frame->shown.heatmap);
+  EXPECT_TRUE(viewer().loading) << "the film is still drawn";
+  leave_job(true);
+  settle();
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("it ends where it was stopped"));
+  ASSERT_THAT(films(), SizeIs(1));
+  EXPECT_TRUE(std::filesystem::exists(films()[0] / "frame_00000.png"));
 }
 
 TEST_F(ViewerJobs, a_heat_map_has_the_scale_of_the_baseline_s_map) {
@@ -707,6 +733,94 @@ TEST_F(ZoomJobs, nothing_is_recorded_towards_an_empty_middle) {
   EXPECT_FALSE(viewer().zoom.starting);
   EXPECT_THAT(viewer().zoom.records, SizeIs(0));
   EXPECT_THAT(viewer().toasts.back().text, HasSubstr("nothing to zoom to"));
+}
+
+TEST_F(ZoomJobs, a_stopped_zoom_ends_at_its_last_step_and_a_cancelled_one_is_not_saved) {
+  ZoomPlan many;
+  many.steps = 200;
+  many.modes = {1};
+  plan(many);
+  const auto measure_some = [&] {
+    press("Shift+Z");
+    const auto measured = [&] {
+      return viewer().zoom.running && viewer().zoom.records.back().rows.size() >= 3;
+    };
+    while (!measured() && thread_.busy()) take_reports();
+    EXPECT_THAT(running_text(viewer()),
+                testing::MatchesRegex("recording a zoom, step [0-9]+ of 200.*"));
+  };
+  measure_some();
+  press("Shift+Z");
+  settle();
+  EXPECT_FALSE(viewer().zoom.running);
+  const ZoomRecord& record = viewer().zoom.records.back();
+  const ZoomBundle bundle = read_zoom_json(record.folder / "zoom.json");
+  EXPECT_EQ(static_cast<std::size_t>(bundle.steps), bundle.rows.size());
+  EXPECT_GE(bundle.steps, 3);
+  EXPECT_LT(bundle.steps, 200);
+  // The steps have the views that were measured.
+  EXPECT_NEAR(zoom_factor(bundle.rows[2], bundle.steps, bundle.closest),
+              zoom_factor(bundle.rows[2], 200, 0.05), 1e-9);
+  measure_some();
+  apply(call(action::cancel_running));
+  settle();
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("the zoom was stopped, nothing was saved"));
+  EXPECT_TRUE(viewer().zoom.records.back().folder.empty());
+}
+
+TEST_F(ZoomJobs, nothing_is_measured_for_a_folder_that_cannot_be_written) {
+  change([&](Viewer& viewer) { viewer.out_dir = scenes_ / "random scene.ply"; });
+  for (const char* key : {"Shift+Z", "P"}) {
+    press(key);
+    settle();
+    EXPECT_TRUE(viewer().toasts.back().error);
+    EXPECT_THAT(viewer().toasts.back().text, HasSubstr("cannot be created"));
+  }
+  EXPECT_THAT(viewer().zoom.records, SizeIs(0));
+  EXPECT_FALSE(viewer().zoom.starting);
+  EXPECT_EQ(viewer().numbers.version, -1);
+}
+
+TEST_F(ZoomJobs, results_that_cannot_be_written_stay_and_are_saved_elsewhere) {
+  ZoomPlan two;
+  two.steps = 2;
+  two.modes = {1};
+  plan(two);
+  press("Shift+Z");
+  while (!viewer().zoom.running && thread_.busy()) take_reports();
+  std::ofstream(scenes_ / "zoom") << "a file in the place of the folder";
+  settle();
+  EXPECT_EQ(viewer().unsaved_results, "zoom");
+  EXPECT_EQ(viewer().toasts.back().offer, ToastOffer::save_results);
+  EXPECT_EQ(zoom_status(viewer().zoom), "all 2 steps, not saved");
+  change([&](Viewer& viewer) { viewer.out_dir = scenes_ / "later"; });
+  press("P");
+  while (!viewer().loading && thread_.busy()) take_reports();
+  std::ofstream(scenes_ / "later") << "a file too";
+  settle();
+  EXPECT_EQ(viewer().unsaved_results, "zoom and a bench");
+  apply(call(action::path_chosen, scenes_ / "random scene.ply", Choosing::results));
+  settle();
+  EXPECT_EQ(viewer().unsaved_results, "zoom and a bench") << "not there either";
+  apply(call(action::path_chosen, scenes_ / "elsewhere", Choosing::results));
+  settle();
+  EXPECT_EQ(viewer().unsaved_results, "");
+  const std::filesystem::path folder = scenes_ / "elsewhere/zoom/random scene_0001";
+  EXPECT_EQ(viewer().zoom.records.back().folder, folder);
+  EXPECT_THAT(read_zoom_json(folder / "zoom.json").rows, SizeIs(2));
+  EXPECT_TRUE(std::filesystem::exists(scenes_ / "elsewhere/bench/random scene_0001/bench.json"));
+}
+
+TEST_F(ViewerJobs, a_bench_says_if_its_rows_are_noisy) {
+  press("P");
+  settle();
+  const std::vector<BenchRow>& rows = viewer().numbers.rows;
+  const auto noisy = std::ranges::count_if(rows, is_noisy);
+  EXPECT_THAT(viewer().toasts.back().text,
+              HasSubstr(noisy == 0 ? std::string("no row is noisy")
+                                   : fmt::format("{} of {} rows are noisy: do not publish these",
+                                                 noisy, rows.size())));
+  EXPECT_FALSE(viewer().loading);
 }
 
 TEST_F(ViewerJobs, the_candidates_for_the_first_view_are_side_by_side) {

@@ -76,6 +76,21 @@ TEST_F(FileChooserTest, enter_opens_a_file_a_model_or_the_only_match) {
   EXPECT_EQ(enter((folder_ / "b.ply").string()), folder_ / "b.ply");
 }
 
+TEST_F(FileChooserTest, the_first_of_several_matches_is_selected_while_typing_and_enter_opens_it) {
+  std::ofstream(folder_ / "bb.ply") << "ply";
+  chooser_.start(folder_.path());
+  chooser_.type(".ply");
+  ASSERT_THAT(names(), ElementsAre("b.ply", "bb.ply"));
+  EXPECT_EQ(chooser_.selected(), 0);
+  EXPECT_EQ(chooser_.enter(), folder_ / "b.ply");
+  chooser_.type(".ply");
+  chooser_.select(1);
+  EXPECT_EQ(chooser_.enter(), folder_ / "bb.ply");
+  chooser_.type("");
+  EXPECT_EQ(chooser_.selected(), -1);
+  EXPECT_EQ(enter("b.ply"), folder_ / "b.ply");
+}
+
 TEST_F(FileChooserTest, enter_lists_a_folder_without_a_scene_and_the_field_begins_again) {
   const int moves = chooser_.moves();
   EXPECT_EQ(enter("rooms"), std::nullopt);
@@ -123,7 +138,7 @@ TEST_F(FileChooserTest, arrow_keys_select_rows_from_the_first_to_the_last) {
   EXPECT_EQ(chooser_.selected(), 5);
   EXPECT_EQ(chooser_.enter(), folder_ / "cameras.json");
   chooser_.type("rooms");
-  EXPECT_EQ(chooser_.selected(), -1) << "typing selects nothing";
+  EXPECT_EQ(chooser_.selected(), 0) << "the first match";
   chooser_.select(1);
   EXPECT_EQ(chooser_.enter(), std::nullopt);
   chooser_.select(1);

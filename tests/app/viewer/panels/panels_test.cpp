@@ -113,6 +113,78 @@ TEST_F(PanelsTest, escape_closes_what_is_on_top_first) {
   EXPECT_FALSE(driven_.viewer.panels.help);
 }
 
+TEST_F(PanelsTest, one_escape_closes_one_thing_and_the_last_cancels_what_runs) {
+  driven_.apply([](Viewer& viewer) {
+    viewer.scene->candidates.resize(2);
+    viewer.view_choice.pictures = std::make_shared<Image>(64, 18, 3);
+    viewer.loading = Loading{"/a.mp4", kFilming, 0.5f};
+  });
+  state_.candidates = 1;
+  driven_.press("Ctrl+O");
+  for (int i = 0; i < 3; ++i) draw();
+  const auto left = [&] {
+    draw("", ImGuiKey_Escape);
+    draw();
+    return std::tuple(driven_.viewer.panels.open, driven_.viewer.view_choice.pictures != nullptr,
+                      driven_.cancelled);
+  };
+  EXPECT_EQ(left(), std::tuple(false, true, 0));
+  EXPECT_EQ(left(), std::tuple(false, false, 0));
+  EXPECT_EQ(left(), std::tuple(false, false, 1));
+  driven_.apply(action::zoom_began, ZoomRecord());
+  left();
+  EXPECT_EQ(driven_.stopped, 1);
+}
+
+TEST_F(PanelsTest, the_palette_finds_a_command_by_its_words_and_runs_it) {
+  driven_.press("Ctrl+Shift+P");
+  for (const char* letter : {"m", "a", "p", " ", "h", "e", "a"}) draw(letter);
+  draw();
+  EXPECT_TRUE(shows("Find a command"));
+  EXPECT_EQ(state_.words, "map hea");
+  draw("", ImGuiKey_Enter);
+  EXPECT_TRUE(driven_.viewer.heatmap);
+  EXPECT_FALSE(driven_.viewer.panels.palette);
+  draw();
+  draw();
+  EXPECT_FALSE(shows("Find a command"));
+  driven_.press("Ctrl+Shift+P");
+  for (int i = 0; i < 3; ++i) draw();
+  EXPECT_EQ(state_.words, "") << "it begins again";
+  draw("quit");
+  draw("", ImGuiKey_Escape);
+  EXPECT_FALSE(driven_.viewer.panels.palette);
+  EXPECT_EQ(driven_.quits, 0);
+}
+
+TEST_F(PanelsTest, the_arrow_keys_choose_a_command_of_the_palette) {
+  driven_.press("Ctrl+Shift+P");
+  for (int i = 0; i < 3; ++i) draw();
+  draw("interface");
+  const std::vector<const KeyCommand*> found = find_commands("interface", driven_.viewer);
+  ASSERT_THAT(found, SizeIs(3));
+  for (int i = 0; i < 3; ++i) {
+    draw("", ImGuiKey_DownArrow);
+    draw();
+  }
+  EXPECT_EQ(state_.chosen_command, 2);
+  draw("", ImGuiKey_Enter);
+  EXPECT_EQ(driven_.viewer.interface_scale, 1) << found[2]->help;
+}
+
+TEST_F(PanelsTest, unsaved_work_is_asked_about_and_escape_goes_back) {
+  driven_.apply([](Viewer& viewer) { viewer.unsaved_results = "bench"; });
+  driven_.press("Ctrl+Q");
+  for (int i = 0; i < 2; ++i) draw();
+  EXPECT_TRUE(shows("Not saved"));
+  draw("", ImGuiKey_Escape);
+  EXPECT_FALSE(driven_.viewer.leaving);
+  EXPECT_EQ(driven_.quits, 0);
+  draw();
+  draw();
+  EXPECT_FALSE(shows("Not saved"));
+}
+
 TEST_F(PanelsTest, the_help_shows_whole_texts_at_every_size) {
   for (const ImVec2 size : {ImVec2(640, 400), ImVec2(1280, 720), ImVec2(3840, 2160)}) {
     ImGui::GetIO().DisplaySize = size;
@@ -505,11 +577,13 @@ TEST_F(PanelsTest, without_a_scene_the_window_welcomes) {
 
 TEST(Hints, each_goes_away_once_it_is_followed) {
   DrivenScene driven(0);
-  driven.apply([](Viewer& viewer) { viewer.hints = {true, true, true}; });
+  driven.apply([](Viewer& viewer) { viewer.hints = {true, true, true, true}; });
   driven.press("H");
   EXPECT_FALSE(driven.viewer.hints.map);
-  driven.apply(action::orbit, glm::dvec2(1, 0));
-  EXPECT_FALSE(driven.viewer.hints.turn);
+  driven.apply(action::fly, glm::dvec3(0, 0, 1), 1.0);
+  EXPECT_FALSE(driven.viewer.hints.fly);
+  driven.press("Z");
+  EXPECT_FALSE(driven.viewer.hints.zoom);
   EXPECT_TRUE(driven.viewer.hints.modes);
   driven.press("1");
   EXPECT_FALSE(driven.viewer.hints.modes);

@@ -80,7 +80,7 @@ TEST(Messages, why_a_file_was_not_opened_goes_when_something_opens) {
 
 TEST(Hints, go_when_they_are_followed_and_after_their_time) {
   test::DrivenScene driven(1);
-  driven.apply([](Viewer& viewer) { viewer.hints = {true, true, true}; });
+  driven.apply([](Viewer& viewer) { viewer.hints = {true, true, true, true}; });
   const auto tick_at = [&](double now) {
     Turn turn;
     turn.now = now;

@@ -184,7 +184,7 @@ TEST_F(LiveRates, are_of_the_pipeline_in_use_and_of_the_picture_in_the_window) {
   EXPECT_EQ(fps("quadbox"), "-");
   viewer_.settings.pipeline = used;
   EXPECT_EQ(fps("quadbox"), "~50");
-  // A picture with a map takes longer, and its view is another one.
+  // A picture with a map takes longer, and its view has changed.
   action::view_changed(viewer_);
   ShownFrame frame = frame_of(viewer_, 30, 1000, 2);
   frame.heatmap.emplace();

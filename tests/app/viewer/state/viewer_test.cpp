@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The viewer's state without a window: actions, the table of commands, input.
+#include <map>
 #include <set>
 
 #define GLFW_INCLUDE_NONE
@@ -440,14 +441,39 @@ TEST(Commands, menus_without_a_scene_offer_what_acts_without_one_and_files_end_w
     if (row.menu == Menu::file) files.push_back(row.help);
     EXPECT_EQ(row.line_above, row.help == "Quit") << row.help;
   }
-  EXPECT_THAT(without, testing::UnorderedElementsAre("Open a file", "Train from photographs",
-                                                     "Quit", "All windows", "Full screen",
-                                                     "Keys and mouse", "Larger interface",
-                                                     "Smaller interface", "Interface at 100 %"));
+  EXPECT_THAT(without, testing::UnorderedElementsAre(
+                           "Open a file", "Train from photographs", "Quit", "All windows",
+                           "Full screen", "Keys and mouse", "Larger interface", "Smaller interface",
+                           "Interface at 100 %", "Find a command by words"));
   EXPECT_EQ(files.front(), "Open a file");
   EXPECT_EQ(files.back(), "Quit");
   EXPECT_EQ(std::string(kMenuNames[static_cast<int>(Menu::help)]), "Help");
   EXPECT_EQ(find_key_command(GLFW_KEY_F1, 0)->menu, Menu::help);
+}
+
+TEST(Commands, view_has_at_most_a_dozen_entries_and_what_measures_is_in_measure) {
+  std::map<Menu, int> entries;
+  for (const KeyCommand& row : key_commands()) ++entries[row.menu];
+  EXPECT_LE(entries[Menu::view], 12);
+  for (const char* help : {"FPS of all modes", "Heat map", "Zoom recorder", "Bench this view"})
+    EXPECT_EQ(std::ranges::find(key_commands(), help, &KeyCommand::help)->menu, Menu::measure);
+  EXPECT_EQ(menu_label(*find_key_command(GLFW_KEY_O, GLFW_MOD_CONTROL)), "Open a file ...");
+}
+
+TEST(Commands, are_found_by_words_of_their_menu_name_and_key) {
+  const auto found = [](const std::string& text, const Viewer& viewer) {
+    std::vector<std::string> helps;
+    for (const KeyCommand* row : find_commands(text, viewer)) helps.push_back(row->help);
+    return helps;
+  };
+  const DrivenScene driven(1);
+  EXPECT_THAT(found("ctrl+q", driven.viewer), testing::ElementsAre("Quit"));
+  EXPECT_THAT(found("ZOOM measure record", driven.viewer), testing::Contains("Record a zoom"));
+  EXPECT_THAT(found("no such words", driven.viewer), IsEmpty());
+  EXPECT_GT(found("", driven.viewer).size(), 50u);
+  EXPECT_THAT(found("", driven.viewer),
+              testing::Not(testing::Contains("Previous mode, while held")));
+  EXPECT_THAT(found("heat", Viewer()), IsEmpty()) << "it needs a scene";
 }
 
 TEST(Commands, names_of_keys_are_read_back) {

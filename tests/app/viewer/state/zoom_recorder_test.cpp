@@ -10,6 +10,7 @@
 #include "app/session/session.h"
 #include "app/support/driven_viewer.h"
 #include "app/viewer/commands/jobs.h"
+#include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "io/bytes/json_text.h"
@@ -320,6 +321,32 @@ TEST(ZoomRecorder, its_state_has_the_numbers_of_the_chart) {
   EXPECT_EQ(json["recordings"].size(), 1u);
   EXPECT_EQ(json["chart"]["curves"][0]["mode"], "3dgs");
   EXPECT_EQ(json["chart"]["curves"][0]["points"][0][1], 250);
+}
+
+TEST(RunningText, is_in_the_line_and_the_title_with_the_time_left) {
+  DrivenScene driven(1);
+  EXPECT_EQ(running_text(driven.viewer), "");
+  EXPECT_EQ(window_title(driven.viewer), "garden - quadsplat");
+  EXPECT_EQ(window_title(Viewer()), "quadsplat");
+  driven.apply(tick, Turn{10}, 0.0);
+  driven.apply(show_progress, Loading{"/a.mp4", kFilming, 0.01f});
+  EXPECT_EQ(running_text(driven.viewer), "filming, 1 %");
+  driven.apply(tick, Turn{20}, 0.0);
+  driven.apply(show_progress, Loading{"/a.mp4", kFilming, 0.25f});
+  EXPECT_EQ(running_text(driven.viewer), "filming, 25 %, about 30 s left");
+  EXPECT_EQ(status_line(driven.viewer).note, "filming, 25 %, about 30 s left   Esc: cancel");
+  EXPECT_EQ(window_title(driven.viewer), "filming, 25 %, about 30 s left - garden - quadsplat");
+  driven.apply(show_progress, Loading{"/a.ply", kBenching, 0.5f});
+  EXPECT_EQ(running_text(driven.viewer), "benching, 50 %, less than 1 s left") << "it begins again";
+  driven.apply(end_progress);
+  ZoomRecord record;
+  record.steps = 12;
+  record.modes = {1};
+  driven.apply(zoom_began, record);
+  driven.apply(zoom_stepped, std::vector<BenchRow>(5, timed_row("3dgs", 2)));
+  EXPECT_THAT(running_text(driven.viewer), testing::StartsWith("recording a zoom, step 5 of 12"));
+  driven.apply(cancel_running);
+  EXPECT_EQ(driven.stopped, 1);
 }
 
 }  // namespace

@@ -289,10 +289,19 @@ struct ReferenceComparison {
   std::string sentence;
 };
 
+/// The view of a camera compared with its photograph, as `eval` does.
+struct PhotographQuality {
+  int version = -1;  ///< Viewer::version
+  double psnr = 0, ssim = 0;
+  std::string problem;  ///< the reason why they cannot be compared
+};
+
 /// The photograph of the chosen camera.
 struct ShownPhotograph {
   std::filesystem::path path;
   std::shared_ptr<const Image> image;  ///< null until it is read
+  int compared = -1;                   ///< Viewer::version that was last compared with it
+  std::optional<PhotographQuality> quality = {};
 };
 
 /// Flying with keys.
@@ -301,6 +310,8 @@ struct Flight {
   glm::dvec3 velocity{0.0};  ///< in view axes, world units per second
   double factor = 1;         ///< set by the wheel
   double distance = 0;       ///< smoothed distance of the scene in front, world units; 0: unknown
+  int frame = -1;            ///< Viewer::frames of the picture that the user sees
+  double room = 0;           ///< the way that remains until the next picture, world units
 };
 
 /// A moment's move to another view.
@@ -340,6 +351,7 @@ inline constexpr MeasuredSize kMeasuredSizes[] = {{"window", {0, 0}},
                                                   {"1280 x 720", {1280, 720}},
                                                   {"1600 x 1200", {1600, 1200}},
                                                   {"1920 x 1080", {1920, 1080}},
+                                                  {"3840 x 2160", {3840, 2160}},
                                                   {"camera", {0, 0}}};
 
 /// Seconds after the last motion of the camera: it counts as moving up to the first, as still from

@@ -16,11 +16,13 @@ function showOverlay() {
   for (const old of [...place.children]) if (!old.dataset.drag) old.remove();
   showDivider(split && split.sides && !grid ? split : null);
   if (split && !grid && split.names) {
+    // At the top, below the legend of a heat map. Messages are at the bottom.
+    const top = sections.view && sections.view.heatmap ? "19%" : "0.7rem";
     if (split.sides) {
-      plate(split.names[0], { right: 100 - 100 * split.divider + "%", bottom: "0.7rem", marginRight: "0.7rem" }, place);
-      plate(split.names[1], { left: 100 * split.divider + "%", bottom: "0.7rem", marginLeft: "0.7rem" }, place);
+      plate(split.names[0], { right: 100 - 100 * split.divider + "%", top, marginRight: "0.7rem" }, place);
+      plate(split.names[1], { left: 100 * split.divider + "%", top, marginLeft: "0.7rem" }, place);
     } else if (split.view === "one at a time") {
-      plate(split.names[0], { left: "50%", bottom: "0.7rem", transform: "translateX(-50%)" }, place);
+      plate(split.names[0], { left: "50%", top, transform: "translateX(-50%)" }, place);
     }
   }
   if (grid) showGrid(place, grid);

@@ -38,6 +38,9 @@ function showTable(place, table) {
     place.structure = structure;
     makeTable(place, table, columns, rows);
   }
+  // Bars leave room for the numbers: a number on a bar has too little contrast.
+  const numbers = rows.flatMap((row) => row.cells.filter((cell) => cell.bar)).map((cell) => cell.text.length);
+  place.grid.style.setProperty("--numbers", Math.max(0, ...numbers) + 1 + "ch");
   const lines = place.grid.querySelectorAll("tbody tr");
   rows.forEach((row, i) => {
     lines[i].classList.toggle("here", row.here);
@@ -116,10 +119,11 @@ function showCell(place, row, cell, table) {
     }
     const [bar, span, words] = place.children;
     bar.style.background = span.style.background = themed(cell.bar.ink);
-    bar.style.width = 98 * cell.bar.value + "%";
+    const along = (share) => `calc((100% - var(--numbers)) * ${share})`;
+    bar.style.width = along(cell.bar.value);
     span.hidden = cell.bar.low <= 0;
-    span.style.left = 98 * cell.bar.low + "%";
-    span.style.width = 98 * Math.max(0, cell.bar.high - cell.bar.low) + "%";
+    span.style.left = along(cell.bar.low);
+    span.style.width = along(Math.max(0, cell.bar.high - cell.bar.low));
     setText(words, cell.text);
   } else if (cell.swatch) {
     const swatch = place.firstElementChild || make("span", "", place);

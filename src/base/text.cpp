@@ -156,6 +156,10 @@ std::string grouped(std::uint64_t number) {
   return result;
 }
 
+std::string counted(std::uint64_t number, std::string_view thing) {
+  return fmt::format("{} {}{}", grouped(number), thing, number == 1 ? "" : "s");
+}
+
 std::string bytes_text(std::uint64_t bytes) {
   static constexpr std::array kUnits = {"bytes", "kB", "MB", "GB", "TB"};
   double value = static_cast<double>(bytes);

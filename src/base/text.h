@@ -61,6 +61,9 @@ std::string shell_word(const std::string& word);
 /// 1796342 -> "1,796,342".
 std::string grouped(std::uint64_t number);
 
+/// "1 Gaussian", "34,321 Gaussians".
+std::string counted(std::uint64_t number, std::string_view thing);
+
 /// 18039653 -> "18.0 MB".
 std::string bytes_text(std::uint64_t bytes);
 

@@ -106,8 +106,8 @@ int film(const FilmCommand& command) {
   }
   if (plan.heatmap) {
     const HeatmapRow& row = heatmap_row(plan.heatmap->quantity);
-    fmt::print(stderr, "heat map {}: colours from 0 to {} {} per {}\n", row.name,
-               grouped(plan.heatmap->scale.maximum), row.unit, row.cell);
+    fmt::print(stderr, "heat map {}: colours from 0 to {} per {}\n", row.name,
+               counted(plan.heatmap->scale.maximum, row.unit), row.cell);
   }
   if (plan.ways.size() > 1) {
     fmt::print("{:16}{:>16}{:>10}{:>14}\n", "median of mode", "ms", "FPS", "pairs");

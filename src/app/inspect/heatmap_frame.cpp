@@ -105,9 +105,10 @@ Heatmap missed_heatmap(const MissedMap& map) {
 std::string missed_sentence(const MissedMap& map) {
   if (map.total == 0) return "no contribution is missed";
   return fmt::format(
-      "{} contributions are missed in {} pixels, alpha up to {:.3f}, color off by up "
+      "{} {} missed in {}, alpha up to {:.3f}, colour off by up "
       "to {:.3f}",
-      grouped(map.total), grouped(map.pixels), map.largest_alpha, map.largest_error);
+      counted(map.total, "contribution"), map.total == 1 ? "is" : "are",
+      counted(map.pixels, "pixel"), map.largest_alpha, map.largest_error);
 }
 
 HeatmapMaker::HeatmapMaker(Renderer& renderer, const Camera& camera, const RenderSettings& settings,

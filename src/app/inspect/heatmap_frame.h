@@ -38,7 +38,7 @@ MissedMap missed_contributions(const Frame& all, const Frame& frame, glm::ivec2 
 /// The counts as a heat map of HeatQuantity::missed.
 Heatmap missed_heatmap(const MissedMap& map);
 
-/// "12 contributions are missed in 3 pixels, alpha up to 0.2, color off by up to 0.1"
+/// "12 contributions are missed in 3 pixels, alpha up to 0.2, colour off by up to 0.1"
 std::string missed_sentence(const MissedMap& map);
 
 struct FrameHeatmap {

@@ -97,13 +97,13 @@ std::string lines_of(const Entries& entries, const char* indent, const LineOf& l
 std::string pixel_table(const PixelReport& pixel) {
   std::string text = fmt::format(
       "pixel {},{} in tile {}: {} Gaussians are listed, {} evaluated, {} blended\n"
-      "{:>9}  {:>10}  {:>7}  {:>13}  {:>7}  color\n",
+      "{:>9}  {:>10}  {:>7}  {:>13}  {:>7}  colour\n",
       pixel.pixel.x, pixel.pixel.y, pixel.tile, grouped(pixel.listed), grouped(pixel.evaluated),
       pixel.contributions.size(), "gaussian", "depth", "alpha", "transmittance", "weight");
   text += lines_of(pixel.contributions, "      ",
                    [](const Contribution& each) { return line_of(each, ""); });
   if (pixel.stopped_by) text += line_of(*pixel.stopped_by, "  <- stops the pixel");
-  return text + fmt::format("color {:.4f} {:.4f} {:.4f}, {:.5f} of the background is visible\n",
+  return text + fmt::format("colour {:.4f} {:.4f} {:.4f}, {:.5f} of the background is visible\n",
                             pixel.color.x, pixel.color.y, pixel.color.z, pixel.transmittance);
 }
 

@@ -21,7 +21,7 @@ constexpr int kBands = 16;  // bands of rows; progress and cancellation are chec
 constexpr const char* kDisagreements[] = {"does not blend it",
                                           "should not blend it",
                                           "blends it with another alpha",
-                                          "blends it with another color",
+                                          "blends it with another colour",
                                           "stops at another Gaussian",
                                           "differs by rounding only"};
 

@@ -113,6 +113,12 @@ std::string rough(double value) {
 std::string ms_text(double ms) { return fmt::format("{:.3f}", ms); }
 std::string fps_text(double fps) { return fmt::format("{:.{}f}", fps, fps < 1000 ? 1 : 0); }
 
+std::string three_digits(double value) {
+  const double size = std::abs(value);
+  const int decimals = size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3;
+  return fmt::format("{:.{}f}", value, decimals);
+}
+
 std::string time_text(double ms, std::optional<double> spread_ms) {
   if (!spread_ms) return ms_text(ms);
   return fmt::format("{} \u00b1{}", significant(ms, *spread_ms),

@@ -49,6 +49,9 @@ std::string rough(double value);
 std::string ms_text(double ms);
 std::string fps_text(double fps);
 
+/// Three significant digits, at most three decimals: 20.251 is "20.3".
+std::string three_digits(double value);
+
 /// A median and half of the distance between the quartiles: "12.35 \u00b10.04". ms_text() without a
 /// spread.
 std::string time_text(double ms, std::optional<double> spread_ms);

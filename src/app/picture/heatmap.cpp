@@ -100,14 +100,13 @@ Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode,
                                                   static_cast<double>(heatmap.whole),
                                               grouped(heatmap.whole));
   legend.facts =
-      fmt::format("mode {} \u00b7 {} {} in all{} \u00b7 at most {} in a {}", mode,
-                  grouped(heatmap.total), row.unit, share, grouped(heatmap.largest), row.cell);
+      fmt::format("mode {} \u00b7 {} in all{} \u00b7 at most {} in a {}", mode,
+                  counted(heatmap.total, row.unit), share, grouped(heatmap.largest), row.cell);
   const auto maximum = static_cast<float>(scale.maximum);
   for (const std::uint32_t tick : scale.ticks())
     legend.ticks.push_back({static_cast<float>(tick) / maximum, grouped(tick)});
-  // The plus sign shows that larger values have the last colour too.
-  legend.ticks.back().text +=
-      fmt::format("{} {}", heatmap.largest > scale.maximum ? "+" : "", row.unit);
+  // The plus sign shows that larger values have the last colour too. The title has the unit.
+  if (heatmap.largest > scale.maximum) legend.ticks.back().text += "+";
   legend.zero = heat_of_zero(0.5f);
   legend.color = [maximum, colors](float t) {
     return t * maximum < 0.5f ? heat_of_zero(0.5f) : heat(t, colors);

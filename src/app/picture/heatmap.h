@@ -22,19 +22,18 @@ enum class HeatQuantity { pairs, evaluated, false_positive, missed };
 struct HeatmapRow {
   const char* name;   ///< the name that users type
   const char* title;  ///< fmt string, {0} = side of a cell in pixels
-  const char* unit;
-  const char* cell;  ///< "tile" or "pixel"
+  const char* unit;   ///< one of them
+  const char* cell;   ///< "tile" or "pixel"
 };
 
 /// Index = HeatQuantity. One frame determines a quantity but the last, see
 /// inspect/heatmap_frame.h.
 inline constexpr std::array kHeatmaps = {
-    HeatmapRow{"pairs", "Tile pairs per {0} \u00d7 {0} tile", "pairs", "tile"},
-    HeatmapRow{"evaluated", "Evaluated pairs per pixel", "pairs", "pixel"},
+    HeatmapRow{"pairs", "Tile pairs per {0} \u00d7 {0} tile", "pair", "tile"},
+    HeatmapRow{"evaluated", "Evaluated pairs per pixel", "pair", "pixel"},
     HeatmapRow{"false-positive",
-               "False positives per {0} \u00d7 {0} tile: pairs that no pixel used", "pairs",
-               "tile"},
-    HeatmapRow{"missed", "Missed contributions per pixel: what the mode drops", "contributions",
+               "False positives per {0} \u00d7 {0} tile: pairs that no pixel used", "pair", "tile"},
+    HeatmapRow{"missed", "Missed contributions per pixel: what the mode drops", "contribution",
                "pixel"},
 };
 inline constexpr std::size_t kHeatQuantities = kHeatmaps.size();

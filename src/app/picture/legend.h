@@ -57,7 +57,7 @@ struct BarTick {
 
 struct Legend {
   std::string title, facts;
-  std::vector<BarTick> ticks;             ///< ticks from left to right; the last text has the unit
+  std::vector<BarTick> ticks;             ///< ticks from left to right
   std::function<glm::vec3(float)> color;  ///< the colour at a place from 0 to 1
   std::optional<glm::vec3> zero = {};     ///< the bar begins with this colour, of the value 0
 };
@@ -73,7 +73,7 @@ struct PlacedTick {
   bool has_text = true;       ///< false: the text would touch its neighbour
 };
 
-/// Places the ticks from the last text, which has the unit, to the left. The texts at both ends
+/// Places the ticks from the last text, which may have a unit, to the left. The texts at both ends
 /// stay inside of the bar. `gap`: least distance between texts; `text_width`: of a text in pixels.
 std::vector<PlacedTick> place_ticks(const std::vector<BarTick>& ticks, int width, int gap,
                                     const std::function<int(const std::string&)>& text_width);

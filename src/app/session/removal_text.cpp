@@ -37,8 +37,8 @@ std::string removal_text(const RemovalCounts& removal, std::string_view verb) {
     if (removal.counts[i] > 0)
       reasons.push_back(fmt::format("{} {}", grouped(removal.counts[i]), kReasons[i]));
   }
-  std::string text =
-      fmt::format("{} of {} Gaussians {}", grouped(removal.going()), grouped(removal.all()), verb);
+  std::string text = fmt::format("{} of {} {}", grouped(removal.going()),
+                                 counted(removal.all(), "Gaussian"), verb);
   return reasons.empty() ? text : text + ": " + joined(reasons, ", ");
 }
 

@@ -121,6 +121,7 @@ class ViewLoop final : public Host {
       apply(action::follow_crop);
       apply(action::follow_view_choice);
       apply(action::follow_test_view);
+      apply(action::follow_photograph);
       begin_beside();
       take_frame();
       // The CPU draws the next frame while the window shows this frame, a GPU afterwards.
@@ -301,6 +302,7 @@ class ViewLoop final : public Host {
     const auto at_rest = [&] {
       return is_settled(viewer_) && !opening_.busy() && !photographs_.busy() && !render_->busy() &&
              beside_.empty() && !test_photographs_.busy() && !test_view_is_pending(viewer_) &&
+             !photograph_is_pending(viewer_) &&
              !(remote_ && viewer_.shown.version != viewer_.version) &&
              !(training_ && (training_->busy() || training_->reads()));
     };
@@ -406,9 +408,12 @@ class ViewLoop final : public Host {
     turn_.drawn_status = hud_status(viewer_);
     const glm::ivec2 pixels = window_.framebuffer();
     Actions actions;
+    window_.show_names(viewer_, panel_state_.chooser);
     window_.begin_ui();
     draw_panels(viewer_, panel_state_, actions);
-    presenter_.draw(pixels, picture_area(), shown_split(viewer_), viewer_.heat_view.style);
+    HeatStyle style = viewer_.heat_view.style;
+    if (awaited_map(viewer_)) style.opacity = 0;  // the picture has another map
+    presenter_.draw(pixels, picture_area(), shown_split(viewer_), style);
     window_.end_ui();
     turn_.drawn_columns = panel_state_.columns;
     grab_.take([&] { return Presenter::grab(pixels.x, pixels.y); }, actions,

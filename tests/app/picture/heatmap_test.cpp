@@ -215,7 +215,18 @@ TEST(Scale, a_few_extreme_values_do_not_darken_the_others) {
   Heatmap map;
   map.values = values;
   map.largest = 1000000;
-  EXPECT_EQ(make_legend(map, scale_for(values), "any").ticks.back().text, "100+ pairs");
+  EXPECT_EQ(make_legend(map, scale_for(values), "any").ticks.back().text, "100+");
+}
+
+TEST(Legend, every_tick_of_a_map_of_missed_contributions_has_its_number) {
+  Heatmap map;
+  map.quantity = HeatQuantity::missed;
+  map.largest = 40;
+  const Legend legend = make_legend(map, {2, 16}, "dualbox");
+  const auto text_width = [](const std::string& text) { return 9 * static_cast<int>(text.size()); };
+  for (const PlacedTick& tick : place_ticks(legend.ticks, 400, 7, text_width))
+    EXPECT_TRUE(tick.has_text) << tick.line;
+  EXPECT_EQ(legend.ticks.back().text, "16+");
 }
 
 TEST(Font, measures_what_it_draws_and_knows_latin_1) {

@@ -87,6 +87,39 @@ TEST_F(ViewerProgram, counts_the_pairs_of_all_modes_while_it_flies_and_as_the_me
   }
 }
 
+TEST_F(ViewerProgram, compares_the_view_with_its_photograph_as_eval_does) {
+  // Photographs of half of the cameras' size, drawn in another mode.
+  std::vector<Camera> cameras = read_cameras(folder_ / "cameras.json");
+  cameras[0].name = "first.png";
+  cameras[1].name = "second.png";
+  test::write_cameras(cameras, folder_ / "cameras.json");
+  std::filesystem::create_directory(folder_ / "images");
+  for (const char* camera : {"0", "1"}) {
+    const std::string file = camera[0] == '0' ? "first.png" : "second.png";
+    const ProgramRun run = run_quadsplat(
+        {"render", path("scene.ply"), "--backend", "cpu", "--cull", "3dgs", "--camera-index",
+         camera, "--size", "160x120", "--splat-scale", "0.8", "--output", path("images/" + file)});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+  }
+  const ProgramRun run =
+      play("wait\nkey G\nwait\nstate " + path("first") + "\nkey ]\nwait\nstate " + path("second") +
+               "\ndrag 5 5 left\nwait\nstate " + path("moved") + "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun eval = run_quadsplat(
+      {"eval", path("scene.ply"), "--backend", "cpu", "--images", path("images"), "--json", "-"});
+  ASSERT_EQ(eval.exit_code, 0) << eval.err;
+  const json views = json::parse(eval.out)["views"];
+  ASSERT_EQ(views.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const char* const name = i == 0 ? "first" : "second";
+    EXPECT_EQ(state(name)["photograph"],
+              fmt::format("photograph {}.png \u00b7 PSNR {:.2f} dB, SSIM {:.3f}", name,
+                          views[i]["psnr"].get<double>(), views[i]["ssim"].get<double>()));
+  }
+  EXPECT_EQ(state("moved")["photograph"], "photograph second.png");
+}
+
 TEST_F(ViewerProgram, the_first_start_opens_the_bundled_scene_and_a_later_one_welcomes) {
   const std::vector<std::string> settings = {"--settings", path("viewer.json")};
   for (const char* name : {"first", "later"}) {
@@ -155,7 +188,7 @@ TEST_F(ViewerProgram, switches_all_modes_by_both_rows_of_digits) {
 TEST_F(ViewerProgram, panels_change_neither_the_measured_size_nor_the_counts_of_the_table) {
   const ProgramRun run = play("key F10\nwait\nstate " + path("left") +
                                   "\nkey I\nkey 1\nwait\nstate " + path("both") + "\nquit\n",
-                              {path("scene.ply")});
+                              {path("scene.ply"), "--size", "1100x240"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json left = state("left"), both = state("both");
   EXPECT_NE(left["camera"], both["camera"]) << "the second bar makes the picture narrower";
@@ -407,7 +440,7 @@ TEST_F(ViewerProgram, the_split_window_shows_both_variants_and_tells_how_they_di
   EXPECT_LE(clipped(factor), most);
   EXPECT_TRUE(factor == 128 || clipped(2 * factor) > most) << factor;
   // Rows that neither names nor the grip of the divider cover.
-  for (int y = 0; y < 100; ++y) {
+  for (int y = 40; y < 100; ++y) {
     for (const int x : {10, 60, 100, 200, 300}) {
       for (int c = 0; c < 3; ++c) {
         const bool left = x < 80;
@@ -467,7 +500,7 @@ TEST_F(ViewerProgram, another_scene_is_beside_the_first_from_the_same_camera) {
                   {"again.png", 80, false}};
   for (const auto& picture : pictures) {
     const Image shown = read_image(path(picture.file));
-    for (int y = 0; y < 100; ++y) {  // rows that neither names nor the grip of the divider cover
+    for (int y = 40; y < 100; ++y) {  // rows that neither names nor the grip of the divider cover
       for (const int x : {10, 60, 100, 140, 200, 300}) {
         const Image& expected = (x < picture.divider) != picture.flipped ? first : second;
         for (int c = 0; c < 3; ++c)

@@ -226,8 +226,11 @@ Controls table_controls() {
           "measure at", choice,
           [](const Viewer& v) {
             std::vector<std::string> names = names_by(kMeasuredSizes, &MeasuredSize::name);
-            const Camera camera = measured_camera(v);
-            names[v.measured_size] += fmt::format(" ({} x {})", camera.width, camera.height);
+            for (std::size_t i = 0; i < names.size(); ++i) {
+              const glm::ivec2 size = measured_size(v, i);
+              if (kMeasuredSizes[i].pixels.x == 0 && size.x > 0)
+                names[i] += fmt::format(" ({} x {})", size.x, size.y);
+            }
             return chosen(names, v.measured_size);
           },
           set_measured_size),

@@ -46,7 +46,7 @@ void write(RenderContext& context, const std::filesystem::path& path) {
     write_scene(cloud, path, *context.session.pool,
                 shown_progress(path, "writing", context.stop, context.reports));
     context.report(action::notify_file, path,
-                   fmt::format(" ({} Gaussians)", grouped(cloud.size())));
+                   fmt::format(" ({})", counted(cloud.size(), "Gaussian")));
   } catch (const Cancelled&) {
     context.report(action::notify, std::string("writing was cancelled, nothing was saved"));
     throw;

@@ -68,7 +68,7 @@ void Input::cursor(glm::dvec2 pixel, Navigation navigation, Actions& actions) {
   const glm::dvec2 by = pixel - cursor_;
   cursor_ = pixel;
   if (!dragged_ || by == glm::dvec2(0)) return;
-  const auto motion = dragged_ == GLFW_MOUSE_BUTTON_MIDDLE ? action::pan
+  const auto motion = is_pan()                             ? action::pan
                       : navigation == Navigation::fly      ? action::look
                       : dragged_ == GLFW_MOUSE_BUTTON_LEFT ? action::orbit
                                                            : action::pan;
@@ -89,6 +89,8 @@ void Input::release_all(Actions& actions) {
   dragged_.reset();
   mods_ = 0;
 }
+
+bool Input::is_pan() const { return dragged_ == GLFW_MOUSE_BUTTON_MIDDLE; }
 
 bool Input::flies() const {
   const auto is_held = [&](const FlyKey& row) { return held_.contains(row.key); };

@@ -26,6 +26,11 @@ class Input {
   /// Flies in the direction of the held keys.
   void tick(Actions& actions) const;
 
+  /// True while a drag turns a camera that flies.
+  bool looks_around(Navigation navigation) const {
+    return navigation == Navigation::fly && dragged_ && !is_pan();
+  }
+
   bool busy() const { return dragged_.has_value() || flies(); }
 
   /// The upper left corner of the picture in the window, pixels. Actions get positions in the
@@ -37,6 +42,7 @@ class Input {
 
  private:
   bool flies() const;
+  bool is_pan() const;
 
   std::set<int> held_;  // keys
   int mods_ = 0;

@@ -14,7 +14,7 @@ namespace qs {
 namespace {
 
 constexpr const char* kContributionColumns[] = {"Gaussian", "depth",  "alpha",
-                                                "in front", "weight", "color"};
+                                                "in front", "weight", "colour"};
 constexpr const char* kTileColumns[] = {"tiles of", "listed", "used", "hidden", "empty"};
 constexpr Ink kEllipseInk{kVermillion, kVermillion};
 

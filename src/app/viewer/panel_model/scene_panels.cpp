@@ -116,7 +116,9 @@ Blocks camera_blocks(const Viewer& v) {
     blocks.push_back(fields(10, {"opacity of the photograph"}));
   }
   blocks.push_back(block::Line{});
-  blocks.push_back(block::Text{fmt::format("Path: {} keyframes", v.keyframes.size()), Tone::faint});
+  blocks.push_back(block::Text{
+      fmt::format("Path: {} keyframe{}", v.keyframes.size(), v.keyframes.size() == 1 ? "" : "s"),
+      Tone::faint});
   block::Items keyframes;
   for (std::size_t i = 0; i < v.keyframes.size(); ++i)
     keyframes.rows.push_back(keyframe_items(v, i));

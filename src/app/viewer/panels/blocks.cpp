@@ -56,9 +56,11 @@ struct BlockDrawer {
   }
   void operator()(const block::Line&) const { ImGui::Separator(); }
   void operator()(const block::Facts& block) const {
+    const float letter = ImGui::GetFontSize();
+    const bool is_narrow = ImGui::GetContentRegionAvail().x < 12 * letter;
     for (const Fact& fact : block.facts) {
       ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
-      ImGui::SameLine(8 * ImGui::GetFontSize());
+      if (!is_narrow) ImGui::SameLine(8 * letter);
       ImGui::TextWrapped("%s", fact.value.c_str());
     }
   }

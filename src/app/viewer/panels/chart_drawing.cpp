@@ -192,6 +192,10 @@ void draw_chart(const block::Chart& chart) {
   draw_reading(*reading);
 }
 
+float color_bar_height() {
+  return std::round(0.9f * ImGui::GetFontSize()) + 6 + ImGui::GetTextLineHeight();
+}
+
 void draw_color_bar(const Legend& legend) {
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   const float letter = ImGui::GetFontSize(), height = std::round(0.9f * letter);
@@ -215,7 +219,7 @@ void draw_color_bar(const Legend& legend) {
                        std::floor(share * static_cast<float>(text_width(text)));
     draw.AddText({left, at.y + height + 5}, ImGui::GetColorU32(palette::kText), text.c_str());
   }
-  ImGui::Dummy({static_cast<float>(width), height + 6 + ImGui::GetTextLineHeight()});
+  ImGui::Dummy({static_cast<float>(width), color_bar_height()});
 }
 
 }  // namespace qs

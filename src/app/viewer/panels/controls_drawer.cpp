@@ -61,6 +61,7 @@ std::optional<double> draw_choice(const char* label, const ControlNow& now) {
   if (!ImGui::BeginCombo(label, now.choices[shown].c_str())) return chosen;
   for (std::size_t i = 0; i < now.choices.size(); ++i) {
     if (ImGui::Selectable(now.choices[i].c_str(), i == shown)) chosen = static_cast<double>(i);
+    if (i == shown) ImGui::SetItemDefaultFocus();
   }
   ImGui::EndCombo();
   return chosen;
@@ -188,7 +189,7 @@ void ControlsDrawer::set(std::string_view name, double value, std::size_t index)
 
 void ControlsDrawer::show_tooltip(std::string_view name) const {
   const std::string& help = control_named(name).help;
-  if (!help.empty() && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", help.c_str());
+  if (!help.empty() && ImGui::IsItemHovered()) tooltip_beside(help);
 }
 
 }  // namespace qs

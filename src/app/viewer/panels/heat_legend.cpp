@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "app/picture/grid_places.h"
 #include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
@@ -34,25 +33,29 @@ std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, i
 
 std::optional<LegendHere> legend_here(const Viewer& viewer) {
   const ShownFrame& shown = viewer.shown;
+  if (const std::optional<HeatQuantity> awaited = awaited_map(viewer)) {
+    Heatmap none;
+    none.quantity = *awaited;
+    none.cell_px = viewer.settings.tile_px;
+    Legend legend;
+    legend.title = make_legend(none, Scale(), "").title;
+    return LegendHere{legend, "computing ..."};
+  }
   if (shown.heatmap) {
     const Heatmap& map = heatmap_at(viewer, viewer.cursor);
     const auto cell = cell_under_mouse(viewer, map.cell_px * shown.divisor, map.columns, map.rows);
-    return LegendHere{heat_legend(viewer), cell && !shown.grid ? heat_text(shown, map, *cell) : ""};
+    LegendHere here{heat_legend(viewer), cell ? heat_text(shown, map, *cell) : ""};
+    if (shown.grid) {
+      here.under = scale_text(viewer);
+      here.legend.facts.clear();
+    }
+    return here;
   }
   if (!shown.values) return std::nullopt;
   const auto pixel =
       cell_under_mouse(viewer, shown.divisor, shown.values->width, shown.values->height);
   return LegendHere{make_legend(*shown.values, mode_name(shown.mode)),
                     pixel ? value_text(shown, *pixel) : ""};
-}
-
-// The middle of the legend's lower edge, inside the picture. `size`: of the legend.
-glm::vec2 legend_place(const Viewer& viewer, const Rect& picture, glm::vec2 size) {
-  const glm::vec2 usual{picture.center().x, picture.high.y - 12};
-  const glm::vec2 wish = usual + viewer.heat_view.shift * ImGui::GetFontSize();
-  const glm::vec2 low{picture.low.x + 0.5f * size.x, picture.low.y + size.y};
-  const glm::vec2 high{picture.high.x - 0.5f * size.x, picture.high.y};
-  return glm::max(low, glm::min(wish, high));
 }
 
 // Moves the legend while it is dragged. Returns true after a click.
@@ -77,7 +80,7 @@ bool drag_legend(const Viewer& viewer, PanelState& state, Actions& actions) {
 
 void choose_maximum(const Viewer& viewer, HeatView& view) {
   bool fits = view.maximum == 0;
-  const std::string text = fmt::format("fits {} in this view", mode_name(viewer.baseline));
+  const std::string text = fmt::format("fits {} in this view", mode_name(mode_of_scale(viewer)));
   const auto shown = static_cast<int>(viewer.shown.map_scale.maximum);
   if (ImGui::Checkbox(text.c_str(), &fits))
     view.maximum = fits ? 0 : static_cast<std::uint32_t>(shown);
@@ -102,15 +105,6 @@ void draw_heat_settings(const Viewer& viewer, Actions& actions) {
   ImGui::EndPopup();
 }
 
-// True if a whole legend below the grid of all modes would cover its labels.
-bool hides_grid_labels(const Viewer& viewer, const Rect& picture) {
-  constexpr float kLegendLetters = 5;  // height of a whole legend
-  if (!viewer.shown.grid || viewer.heat_view.shift != glm::vec2(0)) return false;
-  const GridPlaces places = grid_places(culler_count(), kGridLabel);
-  const float end = places.label_top(culler_count() - 1) + kGridLabel;
-  return (1 - end) * picture.size().y < kLegendLetters * ImGui::GetFontSize();
-}
-
 void draw_fold_button(const Viewer& viewer, Actions& actions) {
   const bool folded = viewer.heat_view.folded;
   if (ImGui::ArrowButton("fold", folded ? ImGuiDir_Right : ImGuiDir_Down)) {
@@ -119,6 +113,32 @@ void draw_fold_button(const Viewer& viewer, Actions& actions) {
     actions.push_back(call(action::change_heat_view, view));
   }
   ImGui::SameLine();
+}
+
+// `whole`: with the bar and the facts; else a line.
+void draw_legend_window(const Viewer& viewer, const LegendHere& here, const Rect& place, bool whole,
+                        PanelState& state, Actions& actions) {
+  const Legend& legend = here.legend;
+  ImGui::SetNextWindowPos({place.low.x, place.low.y});
+  ImGui::SetNextWindowSize({place.size().x, place.size().y});
+  ImGui::Begin("Heat map", nullptr,
+               kBareWindow | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus);
+  if (whole || viewer.heat_view.folded) draw_fold_button(viewer, actions);
+  const float value = ImGui::CalcTextSize(here.under.c_str()).x;
+  const float right = place.size().x - value - ImGui::GetStyle().WindowPadding.x;
+  const auto is_beside_value = [&](const std::string& text) {
+    return ImGui::GetCursorPosX() + ImGui::CalcTextSize(text.c_str()).x < right;
+  };
+  ImGui::TextUnformatted(fitting_parts(legend.title, " ", is_beside_value).c_str());
+  ImGui::SameLine(right);
+  ImGui::TextColored(palette::kAccent, "%s", here.under.c_str());
+  if (whole) {
+    if (legend.color) draw_color_bar(legend);
+    if (!legend.facts.empty()) draw_wrapped(palette::kFaint, legend.facts);
+  }
+  if (drag_legend(viewer, state, actions) && viewer.shown.heatmap) ImGui::OpenPopup(kSettings);
+  if (viewer.shown.heatmap) draw_heat_settings(viewer, actions);
+  ImGui::End();
 }
 
 }  // namespace
@@ -137,32 +157,32 @@ void draw_heat_scale_menu(const Viewer& viewer, Actions& actions) {
   ImGui::EndMenu();
 }
 
-void draw_heat_legend(const Viewer& viewer, PanelState& state, Actions& actions) {
+void draw_heat_legend(const Viewer& viewer, PanelState& state, Floats& floats, Actions& actions) {
   const std::optional<LegendHere> here = legend_here(viewer);
   if (!here) return state.legend_drag.reset();
-  const Legend& legend = here->legend;
-  const Rect picture = current_layout(viewer).picture;
-  const float width = std::min(picture.size().x - 20, 46 * ImGui::GetFontSize());
-  const glm::vec2 place = legend_place(viewer, picture, state.legend_size);
-  ImGui::SetNextWindowPos({place.x, place.y}, ImGuiCond_Always, {0.5f, 1});
-  ImGui::SetNextWindowSize({width, 0});
-  ImGui::Begin("Heat map", nullptr,
-               kBareWindow | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus);
-  const bool narrow = hides_grid_labels(viewer, picture);
-  if (!narrow) draw_fold_button(viewer, actions);
-  ImGui::TextUnformatted(legend.title.c_str());
-  const float shift = ImGui::CalcTextSize(here->under.c_str()).x;
-  ImGui::SameLine(width - shift - ImGui::GetStyle().WindowPadding.x);
-  ImGui::TextColored(palette::kAccent, "%s", here->under.c_str());
-  if (!viewer.heat_view.folded && !narrow) {
-    draw_color_bar(legend);
-    ImGui::TextColored(palette::kFaint, "%s", legend.facts.c_str());
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", legend.facts.c_str());
+  // The maps of the grid are parts of its pictures.
+  if (viewer.shown.grid && awaited_map(viewer)) {
+    const auto [low, high] = floats.picture();
+    ImGui::GetBackgroundDrawList()->AddRectFilled({low.x, low.y}, {high.x, high.y},
+                                                  color_of(on_dark::kPanel, 0.8f));
   }
-  if (drag_legend(viewer, state, actions) && viewer.shown.heatmap) ImGui::OpenPopup(kSettings);
-  if (viewer.shown.heatmap) draw_heat_settings(viewer, actions);
-  state.legend_size = {ImGui::GetWindowSize().x, ImGui::GetWindowSize().y};
-  ImGui::End();
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float letter = ImGui::GetFontSize(), width = std::min(floats.room(), 46 * letter);
+  const glm::vec2 line(width, ImGui::GetFrameHeight() + 2 * style.WindowPadding.y);
+  const ImVec2 facts = ImGui::CalcTextSize(here->legend.facts.c_str(), nullptr, false,
+                                           width - 2 * style.WindowPadding.x);
+  const float bar = here->legend.color ? color_bar_height() + style.ItemSpacing.y : 0;
+  const float words = here->legend.facts.empty() ? 0 : style.ItemSpacing.y + facts.y;
+  const glm::vec2 whole = line + glm::vec2(0, bar + words);
+  Floating legend{FloatKind::legend, viewer.heat_view.folded ? line : whole, line};
+  if (viewer.heat_view.shift != glm::vec2(0)) {
+    const Rect& picture = floats.picture();
+    legend.at = glm::vec2(picture.center().x, picture.high.y) + viewer.heat_view.shift * letter;
+  }
+  floats.add(legend, [&viewer, &state, &actions, here = *here, line](const Rect& place) {
+    const bool is_whole = place.size().y > line.y + 1;
+    draw_legend_window(viewer, here, place, is_whole, state, actions);
+  });
 }
 
 }  // namespace qs

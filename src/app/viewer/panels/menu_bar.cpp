@@ -112,14 +112,20 @@ void draw_status_line(const Viewer& viewer, const Rect& area) {
   const float letter = ImGui::GetFontSize();
   const float y = area.center().y - 0.5f * letter;
   const StatusLine line = status_line(viewer);
-  const float note = area.high.x - ImGui::CalcTextSize(line.note.c_str()).x - 0.8f * letter;
-  draw.PushClipRect({area.low.x, area.low.y}, {note - letter, area.high.y}, true);
-  draw.AddText({area.low.x + 0.8f * letter, y},
-               ImGui::GetColorU32(line.faint ? palette::kFaint : palette::kText),
-               line.numbers.c_str());
-  draw.PopClipRect();
-  draw.AddText({note, y}, ImGui::GetColorU32(line.caution ? palette::kCaution : palette::kFaint),
-               line.note.c_str());
+  const auto width = [](const std::string& text) { return ImGui::CalcTextSize(text.c_str()).x; };
+  // Whole words are left out: of the note beyond most of the line, then numbers that do not fit.
+  const float most = 0.7f * area.size().x;
+  std::string note =
+      fitting_parts(line.note, " ", [&](const std::string& text) { return width(text) <= most; });
+  if (note.size() < line.note.size()) note += " ...";
+  const float left = area.low.x + 0.8f * letter, right = area.high.x - width(note) - 0.8f * letter;
+  const std::string numbers =
+      fitting_parts(line.numbers, "  \u00b7  ",
+                    [&](const std::string& text) { return left + width(text) + letter <= right; });
+  draw.AddText({left, y}, ImGui::GetColorU32(line.faint ? palette::kFaint : palette::kText),
+               numbers.c_str());
+  draw.AddText({right, y}, ImGui::GetColorU32(line.caution ? palette::kCaution : palette::kFaint),
+               note.c_str());
 }
 
 }  // namespace qs

@@ -5,6 +5,7 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
 #include <imgui.h>
 
 #include "app/viewer/panels/panels.h"
@@ -16,16 +17,16 @@
 namespace qs {
 namespace {
 
-void draw_loading(const Viewer& viewer, const Rect& picture, Actions& actions) {
-  const float width = std::min(26 * ImGui::GetFontSize(), picture.size().x);
-  // The progress is at the lower edge of the picture.
-  const float low = picture.high.y - ImGui::GetFontSize();
-  ImGui::SetNextWindowPos({picture.center().x, low}, ImGuiCond_Always, {0.5f, 1});
-  ImGui::SetNextWindowSize({width, 0});
+void draw_loading(const Viewer& viewer, const Rect& place, Actions& actions) {
+  const std::string runs = running_text(viewer);
+  const float room = ImGui::CalcTextSize(runs.c_str()).x + ImGui::GetFontSize();
+  ImGui::SetNextWindowPos({place.low.x, place.low.y});
+  ImGui::SetNextWindowSize({place.size().x, place.size().y});
   ImGui::Begin("Loading", nullptr, kBareWindow);
-  ImGui::TextUnformatted(viewer.loading->path.filename().c_str());
+  const std::string name = viewer.loading->path.filename().string();
+  ImGui::TextUnformatted(fitted(name, ImGui::GetContentRegionAvail().x - room).c_str());
   ImGui::SameLine();
-  right_aligned(running_text(viewer));
+  right_aligned(runs);
   ImGui::ProgressBar(viewer.loading->fraction, {-1, 0.5f * ImGui::GetFontSize()}, "");
   if (ImGui::Button("Cancel")) actions.push_back(call(action::cancel_loading));
   ImGui::End();
@@ -66,27 +67,18 @@ void draw_offer(ToastOffer offer, Actions& actions) {
     actions.push_back(call(action::toggle_open_dialog, Choosing::results));
 }
 
-// Draws a message, counted from the newest, with its lower right corner at `corner`, and moves the
-// corner above it. True if the mouse is over the message.
-bool draw_toast(const Viewer& viewer, std::size_t number, glm::vec2& corner, float width,
-                Actions& actions) {
+// Draws a message, counted from the newest.
+void draw_toast(const Viewer& viewer, std::size_t number, const std::string& shown,
+                const Rect& place, Actions& actions) {
   const std::size_t index = viewer.toasts.size() - 1 - number;
   const Toast& toast = viewer.toasts[index];
-  const std::string shown = fitted_text(toast, width);
-  const ImGuiStyle& style = ImGui::GetStyle();
-  const ImVec2 text = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width);
-  const bool buttons = !toast.path.empty() || toast.offer != ToastOffer::none;
-  const float least = buttons ? 8 * ImGui::GetFontSize() : 0;
-  const float more = buttons ? style.ItemSpacing.y + ImGui::GetFrameHeight() : 0;
-  ImGui::SetNextWindowPos({corner.x, corner.y}, ImGuiCond_Always, {1, 1});
-  // A window without a height is not shown in its first drawing, which may be the only one.
-  ImGui::SetNextWindowSize({std::max(text.x, least) + 3 * style.WindowPadding.x,
-                            text.y + more + 2 * style.WindowPadding.y});
+  ImGui::SetNextWindowPos({place.low.x, place.low.y});
+  ImGui::SetNextWindowSize({place.size().x, place.size().y});
   ImGui::PushStyleColor(ImGuiCol_Border, toast.error ? palette::kError : palette::kAccent);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 2 * drawing_scale());
   ImGui::Begin(fmt::format("toast {}", number).c_str(), nullptr, kBareWindow);
   const bool hovered = ImGui::IsWindowHovered();
-  ImGui::PushTextWrapPos(style.WindowPadding.x + width);
+  ImGui::PushTextWrapPos(place.size().x - ImGui::GetStyle().WindowPadding.x);
   ImGui::TextUnformatted(shown.c_str());
   ImGui::PopTextWrapPos();
   draw_offer(toast.offer, actions);
@@ -97,27 +89,32 @@ bool draw_toast(const Viewer& viewer, std::size_t number, glm::vec2& corner, flo
   // A click beside the buttons takes the message away from the picture.
   if (hovered && ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !ImGui::IsAnyItemHovered())
     actions.push_back(call(action::dismiss_toast, index));
-  corner.y -= ImGui::GetWindowSize().y + 8 * drawing_scale();
   ImGui::End();
   ImGui::PopStyleVar();
   ImGui::PopStyleColor();
-  return hovered;
 }
 
-void draw_toasts(const Viewer& viewer, const Rect& picture, Actions& actions) {
+void add_toasts(const Viewer& viewer, Floats& floats, Actions& actions) {
   constexpr std::size_t kMostShown = 5;
-  const float by = drawing_scale();
-  const float letter = ImGui::GetFontSize(), margins = 60 * by;
-  // Beside wide bars the messages cover a bar too.
-  const float least = std::min(18 * letter, ImGui::GetIO().DisplaySize.x - margins);
-  const float width = std::clamp(picture.size().x - margins, least, 36 * letter);
-  glm::vec2 corner = picture.high - 14 * by;
-  const Rect strip = view_choice_area(viewer);
-  if (!strip.empty()) corner.y = strip.low.y - 8 * by;
-  bool hovered = false;
-  for (std::size_t number = 0; number < std::min(viewer.toasts.size(), kMostShown); ++number)
-    hovered |= draw_toast(viewer, number, corner, width, actions);
-  if (hovered != viewer.toasts_held) actions.push_back(call(action::hold_toasts, hovered));
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float letter = ImGui::GetFontSize();
+  const glm::vec2 padding(3 * style.WindowPadding.x, 2 * style.WindowPadding.y);
+  const float width = std::min(floats.room() - padding.x, 36 * letter);
+  for (std::size_t number = 0; number < std::min(viewer.toasts.size(), kMostShown); ++number) {
+    const Toast& toast = viewer.toasts[viewer.toasts.size() - 1 - number];
+    const std::string shown = fitted_text(toast, width);
+    const ImVec2 text = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width);
+    const bool buttons = !toast.path.empty() || toast.offer != ToastOffer::none;
+    const float least = buttons ? std::min(8 * letter, width) : 0;
+    const float more = buttons ? style.ItemSpacing.y + ImGui::GetFrameHeight() : 0;
+    const glm::vec2 size = glm::vec2(std::max(text.x, least), text.y + more) + padding;
+    // The end of a text that is higher than the picture is missing.
+    const float most = floats.picture().size().y - padding.x;
+    floats.add({FloatKind::message, glm::min(size, {size.x, most})},
+               [=, &viewer, &actions](const Rect& place) {
+                 draw_toast(viewer, number, shown, place, actions);
+               });
+  }
 }
 
 // The menu of a right click on the message that was drawn last.
@@ -148,10 +145,16 @@ void draw_log(const Viewer& viewer, Actions& actions) {
   }
 }
 
-void draw_messages(const Viewer& viewer, Actions& actions) {
-  const Rect picture = current_layout(viewer).picture;
-  if (viewer.loading) draw_loading(viewer, picture, actions);
-  draw_toasts(viewer, picture, actions);
+void draw_messages(const Viewer& viewer, Floats& floats, Actions& actions) {
+  if (viewer.loading) {
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float letter = ImGui::GetFontSize();
+    const float height = 1.5f * letter + ImGui::GetFrameHeight() + 2 * style.ItemSpacing.y +
+                         2 * style.WindowPadding.y;
+    floats.add({FloatKind::progress, {std::min(26 * letter, floats.room()), height}},
+               [&](const Rect& place) { draw_loading(viewer, place, actions); });
+  }
+  add_toasts(viewer, floats, actions);
 }
 
 }  // namespace qs

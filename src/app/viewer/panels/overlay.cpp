@@ -64,7 +64,7 @@ void draw_frustum(const Screen& screen, const Camera& camera, double depth, ImU3
 }
 
 void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen& screen,
-                     Actions& actions) {
+                     Floats& floats, Actions& actions) {
   const auto found = viewer.scene->photographs.find(viewer.dataset_camera);
   if (state.photograph == 0 || found == viewer.scene->photographs.end() ||
       found->second != viewer.photograph.path)
@@ -78,8 +78,8 @@ void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen
   const float wipe = viewer.photograph_wipe, x = left + wipe * width;
   screen.draw.AddImage(texture_id(state.photograph), {left, area.low.y}, {x, area.high.y}, {0, 0},
                        {wipe, 1}, ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
-  draw_plate("photograph " + viewer.photograph.path.filename().string(),
-             std::max(left, area.low.x) + 10, area.low.y + 10, 0);
+  floats.add_plate(FloatKind::photograph, photograph_text(viewer),
+                   glm::vec2(std::max(left, area.low.x) + 10, area.low.y));
   const float shown = std::clamp(x, area.low.x + 14, area.high.x - 14);
   if (const auto mouse = draw_divider_line("photograph's edge", area, shown))
     actions.push_back(call(action::set_photograph_wipe, (*mouse - left) / width));
@@ -166,14 +166,14 @@ void draw_verdict_marks(const Viewer& viewer, const Screen& screen) {
 
 }  // namespace
 
-void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& actions) {
+void draw_overlay(const Viewer& viewer, const PanelState& state, Floats& floats, Actions& actions) {
   if (!viewer.scene || viewer.shown.grid) return;
-  const Screen screen{viewer.camera, current_layout(viewer).picture,
-                      *ImGui::GetBackgroundDrawList(), drawing_scale()};
+  const Screen screen{viewer.camera, floats.picture(), *ImGui::GetBackgroundDrawList(),
+                      drawing_scale()};
   const auto [low, high] = screen.area;
   screen.draw.PushClipRect({low.x, low.y}, {high.x, high.y});
   if (viewer.panels.photograph && viewer.dataset_camera >= 0)
-    draw_photograph(viewer, state, screen, actions);
+    draw_photograph(viewer, state, screen, floats, actions);
   if (viewer.panels.frusta) {
     const double depth = 0.06 * viewer.scene->extent();
     for (std::size_t i = 0; i < viewer.scene->cameras.size(); ++i) {

@@ -56,7 +56,12 @@ void draw_bar(const char* name, const Rect& area, std::span<bool Panels::*const>
 // The bars, and the handles at their inner edges that change their widths.
 void draw_bars(const Viewer& viewer, const Layout& layout, PanelState& state, Actions& actions) {
   draw_bar("left bar", layout.left, kLeftPanels, viewer, state, actions);
-  draw_bar("right bar", layout.right, kRightPanels, viewer, state, actions);
+  // In a window too narrow for two bars, the left bar has all panels.
+  if (layout.right.empty()) {
+    draw_bar("left bar", layout.left, kRightPanels, viewer, state, actions);
+  } else {
+    draw_bar("right bar", layout.right, kRightPanels, viewer, state, actions);
+  }
   const float letter = ImGui::GetFontSize(), half = 0.25f * letter;
   const auto edge = [&](const char* name, const Rect& bar, float x) {
     if (bar.empty()) return std::optional<float>();
@@ -78,7 +83,7 @@ void use_escape(const Viewer& viewer, Actions& actions) {
     return;
   if (viewer.panels.help && viewer.panels.all) {
     actions.push_back(call(action::toggle_panel, &Panels::help));
-  } else if (!view_choice_area(viewer).empty()) {
+  } else if (viewer.view_choice.pictures != nullptr) {
     actions.push_back(call(action::close_view_choice));
   } else {
     actions.push_back(call(action::cancel_running));
@@ -111,13 +116,30 @@ bool begin_dialog(const char* title, float width, float height, bool& open) {
       ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize);
 }
 
+void tooltip_beside(const std::string& text) {
+  const ImVec2 at = ImGui::GetWindowPos(), display = ImGui::GetIO().DisplaySize;
+  const float letter = ImGui::GetFontSize();
+  const float width = ImGui::GetWindowWidth(), room = display.x - width;
+  const bool is_right = at.x + 0.5f * width > 0.5f * display.x;
+  if (room > 12 * letter)
+    ImGui::SetNextWindowPos({is_right ? at.x : at.x + width,
+                             std::min(ImGui::GetItemRectMin().y, display.y - 9 * letter)},
+                            ImGuiCond_Always, {is_right ? 1.0f : 0.0f, 0});
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(std::min(room, 40 * letter));
+  ImGui::TextUnformatted(text.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
+}
+
 void command_tooltip(const char* help) {
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", command_hint(help).c_str());
 }
 
 void same_line_if_fits(float width) {
-  ImGui::SameLine();
-  if (ImGui::GetContentRegionAvail().x < width) ImGui::NewLine();
+  const float right = ImGui::GetWindowPos().x + ImGui::GetWindowContentRegionMax().x;
+  const float end = ImGui::GetItemRectMax().x + ImGui::GetStyle().ItemSpacing.x + width;
+  if (end <= right) ImGui::SameLine();
 }
 
 Layout current_layout(const Viewer& viewer) {
@@ -142,15 +164,6 @@ std::optional<glm::vec2> draw_handle(const char* name, const Rect& area, int cur
   return active ? std::optional(glm::vec2(mouse.x, mouse.y)) : std::nullopt;
 }
 
-void draw_plate(const std::string& text, float x, float y, float align) {
-  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-  const float by = drawing_scale(), width = size.x + 16 * by;
-  const ImVec2 low{x - align * width, y}, high{low.x + width, low.y + size.y + 8 * by};
-  draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::kPanel), 4 * by);
-  draw.AddText({low.x + 8 * by, low.y + 4 * by}, ImGui::GetColorU32(palette::kText), text.c_str());
-}
-
 std::optional<float> draw_divider_line(const char* name, const Rect& picture, float x) {
   const float by = drawing_scale();
   const float grip = 14 * by;  // width in which the line can be dragged, screen units
@@ -170,31 +183,40 @@ std::optional<float> draw_divider_line(const char* name, const Rect& picture, fl
 void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
   const Layout layout = current_layout(viewer);
   use_escape(viewer, actions);
-  draw_overlay(viewer, state, actions);
-  draw_lost(viewer);
-  draw_heat_legend(viewer, state, actions);
-  draw_divider(viewer, actions);
-  draw_grid_labels(viewer);
-  draw_mode_plate(viewer);
+  Floats floats(layout.picture);
+  draw_overlay(viewer, state, floats, actions);
+  draw_lost(viewer, floats);
+  draw_heat_legend(viewer, state, floats, actions);
+  draw_divider(viewer, floats, actions);
+  draw_grid_labels(viewer, floats);
+  draw_mode_plate(viewer, floats);
   if (viewer.panels.all) {
     draw_menu_bar(viewer, actions);
     draw_bars(viewer, layout, state, actions);
     if (viewer.panels.recorder && viewer.scene && !viewer.zoom.searched)
       actions.push_back(call(action::find_zooms));
     if (!layout.status.empty()) draw_status_line(viewer, layout.status);
-    draw_hints(viewer);
-    draw_view_choice(viewer, state, actions);
+    draw_hints(viewer, floats);
+    draw_view_choice(viewer, state, floats, actions);
     draw_verdict(viewer, actions);
     // The help requests the focus in every frame, which would close a dialog.
     if (viewer.panels.help && !viewer.has_dialog()) draw_help(viewer, actions);
     if (!viewer.scene && !viewer.loading) draw_welcome(viewer, state, actions);
   }
   state.drawn = viewer.panels;
-  draw_messages(viewer, actions);
+  draw_messages(viewer, floats, actions);
+  const bool hovered = floats.draw();
+  if (hovered != viewer.toasts_held) actions.push_back(call(action::hold_toasts, hovered));
   draw_open(viewer, state, actions);
   draw_train(viewer, state, actions);
   draw_palette(viewer, state, actions);
   draw_leaving(viewer, actions);
+  // The arrow keys and Enter work in an open list or menu. Elsewhere keys are shortcuts.
+  const bool has_list = ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup) && !viewer.panels.open &&
+                        !viewer.panels.train;
+  ImGuiConfigFlags& flags = ImGui::GetIO().ConfigFlags;
+  flags = has_list ? flags | ImGuiConfigFlags_NavEnableKeyboard
+                   : flags & ~ImGuiConfigFlags_NavEnableKeyboard;
 }
 
 }  // namespace qs

@@ -16,6 +16,7 @@
 #include "app/viewer/panel_model/panel_model.h"
 #include "app/viewer/panels/controls_drawer.h"
 #include "app/viewer/panels/file_chooser.h"
+#include "app/viewer/panels/floats_drawing.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
@@ -44,7 +45,6 @@ struct PanelState {
   float thumbnail_aspect = 1;           ///< its width over its height
   Panels drawn;                      ///< the panels that were open when the window was drawn last
   std::vector<std::string> columns;  ///< of the table of modes when it was drawn last
-  glm::vec2 legend_size{0.0f};       ///< of the heat map's legend when it was drawn last
   std::optional<float> legend_drag;  ///< screen units that the mouse moved since it took the legend
 };
 
@@ -61,9 +61,6 @@ std::optional<glm::vec2> draw_handle(const char* name, const Rect& area, int cur
 /// A vertical line at `x` over the picture, with arrows to drag it by. Returns the mouse's x while
 /// it is dragged.
 std::optional<float> draw_divider_line(const char* name, const Rect& picture, float x);
-
-/// A name on a dark plate at the picture, from `align` 0 (right of x) to 1 (left of it).
-void draw_plate(const std::string& text, float x, float y, float align);
 
 /// Text at the right end of a table's cell.
 void right_aligned(const std::string& text);
@@ -82,6 +79,9 @@ bool draw_first_field(PanelState& state, int identity, const char* hint, std::st
 /// The text, or shortened_middle() of it if it is wider.
 std::string fitted(std::string text, float width);
 
+/// Shows a tooltip beside the bar of the panel, so that it covers no row of it.
+void tooltip_beside(const std::string& text);
+
 /// Shows a tooltip for the control that was drawn last: the equivalent command and its key.
 void command_tooltip(const char* help);
 
@@ -93,26 +93,29 @@ void draw_test_view(const Viewer& viewer, const PanelState& state, Actions& acti
 void draw_log(const Viewer& viewer, Actions& actions);
 
 // Elsewhere:
-void draw_grid_labels(const Viewer& viewer);  ///< of the grid of all modes
-void draw_mode_plate(const Viewer& viewer);   ///< the mode over the picture
+// Functions that take Floats only add to it: Floats::draw() draws when all sizes are known.
+void draw_grid_labels(const Viewer& viewer, Floats& floats);  ///< of the grid of all modes
+void draw_mode_plate(const Viewer& viewer, Floats& floats);   ///< the mode over the picture
 void draw_menu_bar(const Viewer& viewer, Actions& actions);
 void draw_status_line(const Viewer& viewer, const Rect& area);
 void draw_heat_scale_menu(const Viewer& viewer, Actions& actions);  ///< a submenu of View
-void draw_heat_legend(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_heat_legend(const Viewer& viewer, PanelState& state, Floats& floats, Actions& actions);
 void draw_help(const Viewer& viewer, Actions& actions);
-void draw_divider(const Viewer& viewer, Actions& actions);                  ///< of the split window
-void draw_verdict(const Viewer& viewer, Actions& actions);                  ///< of the reference
-void draw_open(const Viewer& viewer, PanelState& state, Actions& actions);  ///< modal
+/// Of the split window.
+void draw_divider(const Viewer& viewer, Floats& floats, Actions& actions);
+void draw_verdict(const Viewer& viewer, Actions& actions);                     ///< of the reference
+void draw_open(const Viewer& viewer, PanelState& state, Actions& actions);     ///< modal
 void draw_train(const Viewer& viewer, PanelState& state, Actions& actions);    ///< modal
 void draw_palette(const Viewer& viewer, PanelState& state, Actions& actions);  ///< modal
 void draw_leaving(const Viewer& viewer, Actions& actions);                     ///< modal
-void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& actions);
-void draw_messages(const Viewer& viewer, Actions& actions);
+void draw_overlay(const Viewer& viewer, const PanelState& state, Floats& floats, Actions& actions);
+void draw_messages(const Viewer& viewer, Floats& floats, Actions& actions);
 void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& actions);
-void draw_hints(const Viewer& viewer);
-void draw_lost(const Viewer& viewer);         ///< the arrow to the subject, if the user has lost it
-Rect view_choice_area(const Viewer& viewer);  ///< of the strip of first views; empty: it is closed
-void draw_view_choice(const Viewer& viewer, const PanelState& state, Actions& actions);
+void draw_hints(const Viewer& viewer, Floats& floats);
+/// The arrow to the subject, if the user has lost it.
+void draw_lost(const Viewer& viewer, Floats& floats);
+void draw_view_choice(const Viewer& viewer, const PanelState& state, Floats& floats,
+                      Actions& actions);  ///< the strip of first views
 
 /// Draws the blocks of a panel (panel_model.h).
 void draw_blocks(const Blocks& blocks, const Viewer& viewer, PanelState& state, Actions& actions);
@@ -121,6 +124,7 @@ void draw_blocks(const Blocks& blocks, const Viewer& viewer, PanelState& state, 
 void draw_table(const block::Table& table, PanelState& state, const ControlsDrawer& controls);
 void draw_chart(const block::Chart& chart);
 void draw_color_bar(const Legend& legend);
+float color_bar_height();
 
 /// Names in their colours in a line.
 void draw_keys(const std::vector<block::Key>& keys);

@@ -6,7 +6,6 @@
 // nothing.
 #include <algorithm>
 
-#include <glm/common.hpp>
 #include <imgui.h>
 
 #include "app/picture/grid_places.h"
@@ -21,36 +20,27 @@ namespace qs {
 namespace {
 
 // The leading parts of a label that fit into `room`; at least the first.
-std::string fitting_label(std::string label, float room) {
-  while (ImGui::CalcTextSize(label.c_str()).x > room) {
-    const std::size_t end = label.rfind(" \u00b7 ");
-    if (end == label.npos) break;
-    label.resize(end);
-  }
-  return label;
+std::string fitting_label(const std::string& label, const char* separator, float room) {
+  return fitting_parts(label, separator, [room](const std::string& text) {
+    return ImGui::CalcTextSize(text.c_str()).x <= room;
+  });
 }
 
-// The mode's name in its colour and `size`, above lines of text. `align`: 0 left, 0.5 centre of
-// `x`.
-void draw_mode_words(CullMode mode, const std::vector<std::string>& lines, glm::vec2 at,
+// The mode's name in its colour and `size`, above lines of text. `align`: of the lines, 0 left, 0.5
+// centre.
+void draw_mode_words(CullMode mode, const std::vector<std::string>& lines, const Rect& place,
                      float align, float size) {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   ImFont* font = ImGui::GetFont();
   const float letter = ImGui::GetFontSize(), padding = 0.5f * letter;
   const char* name = mode_name(mode);
-  float width = font->CalcTextSizeA(size, FLT_MAX, 0, name).x;
-  for (const std::string& line : lines)
-    width = std::max(width, ImGui::CalcTextSize(line.c_str()).x);
-  const float height =
-      size + static_cast<float>(lines.size()) * ImGui::GetTextLineHeightWithSpacing();
-  const ImVec2 low{at.x - align * (width + 2 * padding), at.y};
-  const ImVec2 high{low.x + width + 2 * padding, low.y + height + 2 * padding};
+  const ImVec2 low{place.low.x, place.low.y}, high{place.high.x, place.high.y};
   const ImU32 color = color_of(on_dark::mode_color(mode));
-  draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::with_opacity(on_dark::kPanel, 0.85f)),
-                     0.3f * letter);
+  // Opaque: over a white picture the colour of a mode has too little contrast.
+  draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::kPanel), 0.3f * letter);
   draw.AddRectFilled(low, {low.x + 0.25f * letter, high.y}, color, 0.1f * letter);
   const auto x_of = [&](float text_width) {
-    return low.x + padding + align * (width - text_width);
+    return low.x + padding + align * (place.size().x - 2 * padding - text_width);
   };
   float y = low.y + padding;
   draw.AddText(font, size, {x_of(font->CalcTextSizeA(size, FLT_MAX, 0, name).x), y}, color, name);
@@ -62,19 +52,30 @@ void draw_mode_words(CullMode mode, const std::vector<std::string>& lines, glm::
   }
 }
 
+void add_mode_words(Floats& floats, FloatKind kind, CullMode mode, std::vector<std::string> lines,
+                    float align, float size) {
+  const float letter = ImGui::GetFontSize();
+  float width = ImGui::GetFont()->CalcTextSizeA(size, FLT_MAX, 0, mode_name(mode)).x;
+  for (std::string& line : lines) {
+    line = fitting_label(line, ", ", floats.room() - letter);
+    width = std::max(width, ImGui::CalcTextSize(line.c_str()).x);
+  }
+  const float height =
+      size + static_cast<float>(lines.size()) * ImGui::GetTextLineHeightWithSpacing();
+  floats.add({kind, glm::vec2(width, height) + letter},
+             [=](const Rect& place) { draw_mode_words(mode, lines, place, align, size); });
+}
+
 // The name of each variant over its part of the picture.
-void draw_names(const Viewer& viewer, const Rect& picture, float x) {
+void add_names(const Viewer& viewer, Floats& floats, float x) {
   const Split& split = viewer.split;
   const auto [left, right] = split_names(viewer);
-  const float letter = ImGui::GetFontSize();
-  const bool legend_below = viewer.shown.heatmap.has_value();
-  const float y = legend_below ? picture.low.y + 0.8f * letter : picture.high.y - 3.4f * letter;
+  const float y = floats.picture().low.y, gap = 10 * drawing_scale();
   if (split.view == SplitView::sides) {
-    const float gap = 10 * drawing_scale();
-    draw_plate(left, x - gap, y, 1);
-    draw_plate(right, x + gap, y, 0);
+    floats.add_plate(FloatKind::left_name, left, glm::vec2(x - gap, y));
+    floats.add_plate(FloatKind::right_name, right, glm::vec2(x + gap, y));
   } else if (split.view == SplitView::whole) {
-    draw_plate(left, picture.center().x, y, 0.5f);
+    floats.add_plate(FloatKind::name, left);
   }
 }
 
@@ -95,9 +96,9 @@ void draw_arrow(ImDrawList& draw, glm::vec2 tip, glm::vec2 direction, float size
 
 }  // namespace
 
-void draw_grid_labels(const Viewer& viewer) {
+void draw_grid_labels(const Viewer& viewer, Floats& floats) {
   if (!viewer.shown.grid) return;
-  const Rect picture = current_layout(viewer).picture;
+  const Rect& picture = floats.picture();
   const GridPlaces places = grid_places(culler_count(), kGridLabel);
   const float letter = ImGui::GetFontSize();
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
@@ -108,35 +109,48 @@ void draw_grid_labels(const Viewer& viewer) {
     const ImU32 color = color_of(on_dark::mode_color(mode));
     const bool current = mode == viewer.mode();
     draw.AddRect({low.x, low.y}, {end.x, end.y}, color, 0, 0, current ? 3.0f : 1.0f);
-    const float room = picture.size().x / static_cast<float>(places.columns);
-    draw.PushClipRect({low.x, end.y}, {low.x + room, end.y + kGridLabel * picture.size().y}, true);
-    draw.AddText({low.x, end.y + 0.2f * letter}, color, mode_name(mode));
-    draw.AddText({low.x, end.y + 1.25f * letter}, ImGui::GetColorU32(palette::kText),
-                 fitting_label(grid_label(viewer, mode), room - 0.5f * letter).c_str());
-    draw.PopClipRect();
+    floats.add({FloatKind::cell, end - low, {}, low}, {});
+    const float column = picture.size().x / static_cast<float>(places.columns);
+    const float room = std::min(column - letter, picture.high.x - low.x);
+    const float height = std::min(kGridLabel * picture.size().y, 2.25f * letter);
+    // In a low window the name and the numbers are in one line.
+    const bool is_low = height < 2.25f * letter;
+    const std::string name = mode_name(mode);
+    const float name_width = is_low ? ImGui::CalcTextSize(name.c_str()).x + 0.6f * letter : 0;
+    const std::string label =
+        fitting_label(grid_label(viewer, mode), " \u00b7 ", room - name_width);
+    const float width = ImGui::CalcTextSize(label.c_str()).x;
+    floats.add({FloatKind::caption, {room, is_low ? 1.1f * letter : height}, {}, {{low.x, end.y}}},
+               [=](const Rect& place) {
+                 ImDrawList& words = *ImGui::GetBackgroundDrawList();
+                 const float y = place.low.y + (is_low ? 0 : 0.2f * letter);
+                 words.PushClipRect({low.x, place.low.y}, {place.high.x, place.high.y}, true);
+                 words.AddText({low.x, y}, color, name.c_str());
+                 if (!is_low || name_width + width <= room)
+                   words.AddText({low.x + name_width, is_low ? y : y + 1.05f * letter},
+                                 ImGui::GetColorU32(palette::kText), label.c_str());
+                 words.PopClipRect();
+               });
   }
 }
 
-void draw_mode_plate(const Viewer& viewer) {
+void draw_mode_plate(const Viewer& viewer, Floats& floats) {
   if (!viewer.scene) return;
-  const Rect picture = current_layout(viewer).picture;
   const float letter = ImGui::GetFontSize();
   if (viewer.mode_switch && viewer.panels.all) {
     std::vector<std::string> lines;
     if (const std::string text = switch_text(viewer); !text.empty()) lines.push_back(text);
-    draw_mode_words(viewer.mode_switch->to, lines,
-                    {picture.center().x, picture.low.y + 0.8f * letter}, 0.5f, 1.6f * letter);
+    add_mode_words(floats, FloatKind::plate, viewer.mode_switch->to, lines, 0.5f, 1.6f * letter);
   } else if (viewer.shows_badge) {
-    draw_mode_words(viewer.mode(), badge_lines(viewer),
-                    {picture.low.x + 0.8f * letter, picture.low.y + 0.8f * letter}, 0, letter);
+    add_mode_words(floats, FloatKind::badge, viewer.mode(), badge_lines(viewer), 0, letter);
   }
 }
 
-void draw_divider(const Viewer& viewer, Actions& actions) {
+void draw_divider(const Viewer& viewer, Floats& floats, Actions& actions) {
   if (!viewer.shown.other) return;
-  const Rect picture = current_layout(viewer).picture;
+  const Rect& picture = floats.picture();
   const float x = picture.low.x + viewer.split.divider * picture.size().x;
-  draw_names(viewer, picture, x);
+  add_names(viewer, floats, x);
   if (viewer.split.view != SplitView::sides) return;
   if (const auto mouse = draw_divider_line("divider", picture, x)) {
     const float divider = std::clamp((*mouse - picture.low.x) / picture.size().x, 0.0f, 1.0f);
@@ -145,9 +159,9 @@ void draw_divider(const Viewer& viewer, Actions& actions) {
   }
 }
 
-void draw_lost(const Viewer& viewer) {
+void draw_lost(const Viewer& viewer, Floats& floats) {
   const auto way = way_to_subject(viewer);
-  const Rect picture = current_layout(viewer).picture;
+  const Rect& picture = floats.picture();
   if (!way || picture.empty()) return;
   const float letter = ImGui::GetFontSize();
   const glm::vec2 per_pixel = picture.size() / glm::vec2(viewer.camera.width, viewer.camera.height);
@@ -159,10 +173,7 @@ void draw_lost(const Viewer& viewer) {
   const ImVec2 text = ImGui::CalcTextSize(kWayBack);
   const glm::vec2 plate = glm::vec2(text.x, text.y) + glm::vec2(16, 8) * drawing_scale();
   const glm::vec2 tail = tip - (2.2f * size + 0.7f * letter) * direction;
-  const glm::vec2 center = tail - 0.5f * plate * direction;
-  const glm::vec2 most = glm::max(picture.high - plate, picture.low);
-  const glm::vec2 low = glm::clamp(center - 0.5f * plate, picture.low, most);
-  draw_plate(kWayBack, low.x, low.y, 0);
+  floats.add_plate(FloatKind::way, kWayBack, tail - 0.5f * plate * direction);
 }
 
 }  // namespace qs

@@ -13,7 +13,8 @@ namespace {
 
 // A column that fits into the panel.
 struct ShownColumn : block::Column {
-  std::size_t cell = 0;  ///< index into Row::cells
+  std::size_t cell = 0;      ///< index into Row::cells
+  float beside_bars = 0.0f;  ///< width that bars leave to the numbers, which are not on them
 };
 
 std::vector<ShownColumn> shown_columns(const block::Table& table) {
@@ -42,18 +43,24 @@ void draw_table_text(const std::string& text, bool is_left) {
   right_aligned(text);
 }
 
+// Titles stand as the numbers below them, left of the arrow of the order. ImGui's own are at the
+// left.
 void draw_head(const std::vector<ShownColumn>& columns, bool is_ordering) {
-  ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
-  if (is_ordering) {
-    ImGui::TableHeadersRow();
-  } else {
-    ImGui::TableNextRow(ImGuiTableRowFlags_Headers);
-    for (const ShownColumn& column : columns) {
-      ImGui::TableNextColumn();
-      draw_table_text(column.title, column.is_left);
-    }
+  ImGui::TableNextRow(ImGuiTableRowFlags_Headers);
+  const ImGuiTableSortSpecs* order = is_ordering ? ImGui::TableGetSortSpecs() : nullptr;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    ImGui::TableNextColumn();
+    const std::string& title = columns[i].title;
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    const float width = ImGui::GetContentRegionAvail().x;
+    const bool has_arrow = order != nullptr && order->SpecsCount > 0 &&
+                           order->Specs->ColumnIndex == static_cast<int>(i);
+    const float arrow = has_arrow ? 0.65f * ImGui::GetFontSize() : 0;
+    const float free = std::max(0.0f, width - arrow - ImGui::CalcTextSize(title.c_str()).x);
+    if (is_ordering) ImGui::TableHeader(("##" + title).c_str());
+    ImGui::GetWindowDrawList()->AddText({at.x + (columns[i].is_left ? 0 : free), at.y},
+                                        ImGui::GetColorU32(palette::kFaint), title.c_str());
   }
-  ImGui::PopStyleColor();
 }
 
 // Orders the rows as the headers say.
@@ -79,8 +86,9 @@ struct CellPlace {
   }
 };
 
-void draw_bar_behind(const block::Bar& bar) {
-  const CellPlace place;
+void draw_cell_bar(const block::Bar& bar, float beside) {
+  CellPlace place;
+  place.width = std::max(0.0f, place.width - beside);
   const ImU32 color = color_of(bar.ink.dark);
   if (bar.value > 0) {
     place.fill(place.at.x, place.x(bar.value), 1, color_of(bar.ink.dark, 0.45f));
@@ -133,12 +141,11 @@ void draw_cell(const block::Table& table, const block::Row& row, const ShownColu
   } else if (cell.swatch) {
     draw_swatch(*cell.swatch);
   } else {
-    if (cell.bar) draw_bar_behind(*cell.bar);
+    if (cell.bar) draw_cell_bar(*cell.bar, column.beside_bars);
     draw_table_text(cell.text, column.is_left);
   }
   ImGui::PopStyleColor();
-  if (!cell.tooltip.empty() && ImGui::IsItemHovered())
-    ImGui::SetTooltip("%s", cell.tooltip.c_str());
+  if (!cell.tooltip.empty() && ImGui::IsItemHovered()) tooltip_beside(cell.tooltip);
   if (cell.use && !cell.is_button) draw_row_menu(row, controls);
 }
 
@@ -177,7 +184,14 @@ void draw_part_keys(const std::vector<block::Key>& keys) {
 }  // namespace
 
 void draw_table(const block::Table& table, PanelState& state, const ControlsDrawer& controls) {
-  const std::vector<ShownColumn> columns = shown_columns(table);
+  std::vector<ShownColumn> columns = shown_columns(table);
+  for (ShownColumn& column : columns) {
+    for (const block::Row& row : table.rows) {
+      const block::Cell& cell = row.cells[column.cell];
+      const float text = ImGui::CalcTextSize(cell.text.c_str()).x + 0.4f * ImGui::GetFontSize();
+      if (cell.bar) column.beside_bars = std::max(column.beside_bars, text);
+    }
+  }
   const std::vector<std::string> titles = titles_of(columns);
   if (table.name == std::string_view("modes")) state.columns = titles;
   const bool is_ordering = std::ranges::any_of(columns, &ShownColumn::is_ordering);

@@ -147,7 +147,7 @@ void draw_test_view(const Viewer& viewer, const PanelState& state, Actions& acti
   ImGui::TextWrapped("%s", test_view_title(training).c_str());
   const ImVec2 size = picture_size(training.views->cameras[training.test_view.view]);
   draw_test_picture("photograph", state.test_photograph, size);
-  ImGui::SameLine();
+  same_line_if_fits(std::max(size.x, ImGui::CalcTextSize("render").x));
   draw_test_picture("render", state.test_picture, size);
   ImGui::TextWrapped("%s", test_view_text(viewer).c_str());
   if (training.views->held_out) return;

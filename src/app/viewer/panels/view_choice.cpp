@@ -13,52 +13,34 @@ namespace qs {
 namespace {
 
 struct Strip {
-  Rect area;                ///< of its window
+  glm::vec2 size{0.0f};     ///< of its window
   glm::vec2 picture{0.0f};  ///< size of a picture
   float frame = 0;          ///< around a picture
 };
 
-// The pictures share the width, and none is enlarged. Beside wide bars they cover a bar too.
-Strip strip_of(const Viewer& viewer) {
+// The pictures share the width, and none is enlarged.
+Strip strip_of(const Viewer& viewer, float room) {
   const Image& pictures = *viewer.view_choice.pictures;
   const auto columns = static_cast<float>(viewer.scene->candidates.size());
-  const Rect picture = current_layout(viewer).picture;
   const ImGuiStyle& style = ImGui::GetStyle();
-  const float by = drawing_scale(), window = ImGui::GetIO().DisplaySize.x;
-  const float whole = std::max(picture.size().x, std::min(30 * ImGui::GetFontSize(), window));
+  const float by = drawing_scale();
   const float margins = 2 * style.WindowPadding.x + (columns - 1) * style.ItemSpacing.x;
   Strip strip;
   strip.frame = 2 * by;
-  const float room = (whole - 28 * by - margins) / columns - 2 * strip.frame;
-  strip.picture.x = std::clamp(room, 16.0f, 240 * by);
+  strip.picture.x = std::clamp((room - margins) / columns - 2 * strip.frame, 16.0f, 240 * by);
   strip.picture.y = strip.picture.x * columns * static_cast<float>(pictures.height) /
                     static_cast<float>(std::max(pictures.width, 1));
   const float words = ImGui::GetFontSize() + style.ItemSpacing.y + 2 * style.WindowPadding.y;
-  const glm::vec2 size(margins + columns * (strip.picture.x + 2 * strip.frame),
-                       words + strip.picture.y + 2 * strip.frame);
-  const float center = std::clamp(picture.center().x, 0.5f * whole, window - 0.5f * whole);
-  strip.area.low = {center - 0.5f * size.x, picture.high.y - 14 * by - size.y};
-  strip.area.high = strip.area.low + size;
+  strip.size = {margins + columns * (strip.picture.x + 2 * strip.frame),
+                words + strip.picture.y + 2 * strip.frame};
   return strip;
 }
 
-bool is_open(const Viewer& viewer) {
-  return viewer.panels.all && viewer.scene && viewer.view_choice.pictures != nullptr;
-}
-
-}  // namespace
-
-Rect view_choice_area(const Viewer& viewer) {
-  return is_open(viewer) ? strip_of(viewer).area : Rect();
-}
-
-void draw_view_choice(const Viewer& viewer, const PanelState& state, Actions& actions) {
-  if (!is_open(viewer) || state.candidates == 0) return;
-  const Strip strip = strip_of(viewer);
+void draw_strip(const Viewer& viewer, const PanelState& state, const Strip& strip,
+                const Rect& place, Actions& actions) {
   const std::size_t count = viewer.scene->candidates.size();
-  ImGui::SetNextWindowPos({strip.area.low.x, strip.area.low.y});
-  // A window without a size is not shown in its first drawing, which may be the only one.
-  ImGui::SetNextWindowSize({strip.area.size().x, strip.area.size().y});
+  ImGui::SetNextWindowPos({place.low.x, place.low.y});
+  ImGui::SetNextWindowSize({place.size().x, place.size().y});
   ImGui::PushStyleColor(ImGuiCol_Border, palette::kAccent);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0.5f * strip.frame);
   ImGui::Begin("First view", nullptr, kBareWindow);
@@ -78,6 +60,16 @@ void draw_view_choice(const Viewer& viewer, const PanelState& state, Actions& ac
   ImGui::End();
   ImGui::PopStyleVar();
   ImGui::PopStyleColor();
+}
+
+}  // namespace
+
+void draw_view_choice(const Viewer& viewer, const PanelState& state, Floats& floats,
+                      Actions& actions) {
+  if (!viewer.scene || viewer.view_choice.pictures == nullptr || state.candidates == 0) return;
+  const Strip strip = strip_of(viewer, floats.room());
+  floats.add({FloatKind::choice, strip.size},
+             [&, strip](const Rect& place) { draw_strip(viewer, state, strip, place, actions); });
 }
 
 }  // namespace qs

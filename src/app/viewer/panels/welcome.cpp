@@ -80,28 +80,22 @@ void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& action
   ImGui::End();
 }
 
-void draw_hints(const Viewer& viewer) {
+void draw_hints(const Viewer& viewer, Floats& floats) {
   const std::vector<std::string> hints = hint_texts(viewer.hints);
   if (hints.empty() || !viewer.scene || viewer.loading) return;
   // Hints wait until the lower part of the picture is free.
   const bool covered = viewer.shown.grid || viewer.shown.heatmap || viewer.shown.values;
   if (covered || !viewer.toasts.empty() || viewer.view_choice.pictures || viewer.panels.help)
     return;
-  const float letter = ImGui::GetFontSize(), gap = letter;
-  float width = -gap;
-  for (const std::string& hint : hints) width += ImGui::CalcTextSize(hint.c_str()).x + 2 * gap;
-  const Rect picture = current_layout(viewer).picture;
-  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  float x = picture.center().x - 0.5f * width;
-  const float y = picture.high.y - 3 * letter;
-  for (const std::string& hint : hints) {
-    const float text = ImGui::CalcTextSize(hint.c_str()).x;
-    draw.AddRectFilled({x, y}, {x + text + gap, y + 1.8f * letter},
-                       ImGui::GetColorU32(palette::kPanel), 4);
-    draw.AddText({x + 0.5f * gap, y + 0.4f * letter}, ImGui::GetColorU32(palette::kText),
-                 hint.c_str());
-    x += text + 2 * gap;
+  const float room = floats.room() - ImGui::GetFontSize();
+  std::string line = hints[0], text = line;
+  for (std::size_t i = 1; i < hints.size(); ++i) {
+    const std::string next = "   \u00b7   " + hints[i];
+    const bool fits = ImGui::CalcTextSize((line + next).c_str()).x <= room;
+    text += fits ? next : "\n" + hints[i];
+    line = fits ? line + next : hints[i];
   }
+  floats.add_plate(FloatKind::hints, text);
 }
 
 }  // namespace qs

@@ -154,6 +154,47 @@ Job compare_test_view(const Training& training) {
   };
 }
 
+Job compare_photograph(const Viewer& viewer) {
+  RenderSettings settings = viewer.settings;
+  settings.mode = viewer.mode();
+  const auto index = static_cast<std::size_t>(viewer.dataset_camera);
+  return [settings, camera = viewer.scene->cameras[index], photograph = viewer.photograph,
+          version = viewer.version](RenderContext& context) {
+    PhotographQuality quality;
+    const AtEnd end{[&] { context.report(action::photograph_compared, photograph.path, quality); }};
+    const Session& session = context.session;
+    const Image& image = *photograph.image;
+    try {
+      require_same_shape(image, photograph.path, camera);
+      Image picture =
+          session.renderer->render(camera, settings, {}, HostImage{}, context.stop).color;
+      clamp_to_unit(picture);
+      picture = area_average(picture, image.width, image.height, *session.pool);
+      quality.psnr = psnr(picture, image, *session.pool);
+      quality.ssim = ssim(picture, image, *session.pool);
+    } catch (const Error& error) {
+      quality.problem = error.what();
+    }
+    quality.version = version;
+  };
+}
+
+bool photograph_is_pending(const Viewer& v) {
+  if (!v.scene || v.remote || !v.panels.photograph || v.dataset_camera < 0 || !v.photograph.image ||
+      is_training(v) || v.zoom.running)
+    return false;
+  const auto found = v.scene->photographs.find(v.dataset_camera);
+  return found != v.scene->photographs.end() && found->second == v.photograph.path &&
+         !(v.photograph.quality && v.photograph.quality->version == v.version);
+}
+
+void action::follow_photograph(Viewer& v, Host& host) {
+  const bool shows_view = v.shown.version == v.version && v.shown.divisor == 1 && v.still();
+  if (!photograph_is_pending(v) || !shows_view || v.photograph.compared == v.version) return;
+  v.photograph.compared = v.version;
+  host.run_behind(compare_photograph(v));
+}
+
 bool test_view_is_pending(const Viewer& viewer) {
   if (!panel_asks(viewer)) return false;
   const TestView& shown = viewer.training->test_view;

@@ -65,7 +65,13 @@ Job compare_test_view(const Training& training);
 /// True if the panel will show another photograph or another comparison, without the user.
 bool test_view_is_pending(const Viewer& viewer);
 
+/// True if the view in the window will be compared with the photograph over it.
+bool photograph_is_pending(const Viewer& viewer);
+
 namespace action {
+
+/// Compares the view at rest with the photograph over it, once, behind the frames of the window.
+void follow_photograph(Viewer& viewer, Host& host);
 
 /// Asks for what the panel lacks while it is open: the photograph of its view, then a comparison,
 /// at once for another view, and every kTestViewSeconds while the model is trained. Nothing is

@@ -14,6 +14,7 @@
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "io/camera/cameras.h"
 
 namespace qs {
@@ -343,8 +344,8 @@ void cameras_opened(Viewer& v, Host& host, const OpenedCameras& opened) {
   v.scene->photographs = opened.photographs;
   use_cameras(*v.scene);
   set_first_view(v, host);
-  notify(v,
-         fmt::format("{} cameras from {}", opened.cameras.size(), opened.file.filename().string()));
+  notify(v, fmt::format("{} from {}", counted(opened.cameras.size(), "camera"),
+                        opened.file.filename().string()));
 }
 
 void opening_ended(Viewer& v, Host& host, const OpeningResult& result) {
@@ -356,6 +357,13 @@ void opening_ended(Viewer& v, Host& host, const OpeningResult& result) {
 
 void photograph_opened(Viewer& v, const ShownPhotograph& photograph) {
   if (photograph.path == v.photograph.path) v.photograph = photograph;
+}
+
+void photograph_compared(Viewer& v, const std::filesystem::path& photograph,
+                         const PhotographQuality& quality) {
+  if (photograph != v.photograph.path) return;
+  if (quality.version < 0) v.photograph.compared = -1;
+  v.photograph.quality = quality;
 }
 
 void frame_shown(Viewer& v, const ShownFrame& frame) {

@@ -133,6 +133,9 @@ void beside_opened(Viewer& viewer, const SceneBeside& scene);
 void cameras_opened(Viewer& viewer, Host& host, const OpenedCameras& opened);
 void backend_changed(Viewer& viewer, Backend backend);
 void photograph_opened(Viewer& viewer, const ShownPhotograph& photograph);
+/// `quality` without a version: it was cancelled.
+void photograph_compared(Viewer& viewer, const std::filesystem::path& photograph,
+                         const PhotographQuality& quality);
 void frame_shown(Viewer& viewer, const ShownFrame& frame);
 void numbers_measured(Viewer& viewer, const ModeNumbers& numbers);
 /// Adds frames to the numbers of the same view, unless these are complete.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
@@ -13,6 +14,8 @@ namespace qs {
 namespace {
 
 constexpr double kDistancesPerSecond = 0.5;  ///< speed over the distance ahead
+constexpr double kSideways = 0.5;  ///< the same speed would move what is near out of the picture
+constexpr double kMostOfDistance = 0.5;  ///< from one picture to the next
 constexpr double kFasterPerNotch = 1.2, kMostFactor = 100;
 constexpr double kAccelerationSeconds = 0.12;  ///< to reach 63 % of a new velocity
 constexpr double kDistanceSeconds = 0.4;       ///< the same for the distance ahead
@@ -47,7 +50,7 @@ double flying_speed(const Viewer& v) {
 void action::fly(Viewer& v, glm::dvec3 direction, double factor) {
   if (!v.scene) return;
   v.hints.fly = false;
-  v.flight.wish = factor * direction;
+  v.flight.wish = factor * glm::dvec3(kSideways, 1, 1) * direction;
   v.last_motion = v.now;
 }
 
@@ -101,7 +104,14 @@ void action::advance_motion(Viewer& v, double seconds) {
       (speed * flight.wish - flight.velocity) * approach(seconds, kAccelerationSeconds);
   flight.wish = {};
   if (!flies && glm::length(flight.velocity) < kStillShare * speed) flight.velocity = {};
-  shift(v, seconds * flight.velocity);
+  // Pictures that take long show the subject before the camera has passed it.
+  if (std::exchange(flight.frame, v.frames) != v.frames)
+    flight.room = kMostOfDistance * flight.distance;
+  glm::dvec3 step = seconds * flight.velocity;
+  const double length = glm::length(step);
+  if (length > flight.room) step *= flight.room / length;
+  flight.room -= std::min(length, flight.room);
+  shift(v, step);
 }
 
 }  // namespace qs

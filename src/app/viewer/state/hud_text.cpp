@@ -27,7 +27,7 @@ namespace qs {
 
 std::string signed_text(std::int64_t number) {
   const auto size = static_cast<std::uint64_t>(number < 0 ? -number : number);
-  return fmt::format("{}{}", number < 0 ? '-' : '+', grouped(size));
+  return (number < 0 ? "\u2212" : "+") + grouped(size);
 }
 
 namespace {
@@ -117,8 +117,8 @@ std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
   if (!numbers.elsewhere.empty()) words.front() += " at " + numbers.elsewhere;
   if (!numbers.fps.empty()) words.push_back(rate_of(numbers));
   words.push_back(numbers.pairs + " pairs" + numbers.pairs_at);
-  words.push_back(fmt::format("{} of {} Gaussians", grouped(numbers.visible),
-                              grouped(viewer.shown.stats.gaussians)));
+  words.push_back(fmt::format("{} of {}", grouped(numbers.visible),
+                              counted(viewer.shown.stats.gaussians, "Gaussian")));
   return words;
 }
 
@@ -245,12 +245,13 @@ std::vector<Fact> hud_facts(const Viewer& viewer) {
       {"render", numbers.fps.empty() ? "-" : rate_of(numbers)},
       {"display", viewer.display_fps > 0 ? fps_text(viewer.display_fps) + " FPS" : "at rest"},
       {"present",
-       fmt::format("{} ms{}", ms_text(static_cast<double>(stats.present_ms + viewer.present_ms)),
+       fmt::format("{} ms{}",
+                   three_digits(static_cast<double>(stats.present_ms + viewer.present_ms)),
                    viewer.shown.interop ? ", by interop" : ", through the host")},
       {"drawn by", drawn_by({viewer.shown.mode, stats.pipeline, viewer.backend})},
       {"tile pairs", numbers.pairs + numbers.pairs_at},
       {"visible", fmt::format("{} of {}", grouped(numbers.visible), grouped(stats.gaussians))},
-      {"largest tile", grouped(numbers.largest_tile) + " pairs"},
+      {"largest tile", counted(numbers.largest_tile, "pair")},
   };
   if (!numbers.elsewhere.empty()) facts.insert(facts.begin(), {"size", numbers.elsewhere});
   if (viewer.is_remote)  // these are of a window
@@ -381,7 +382,7 @@ std::string stages_text(const BenchRow& row) {
 std::string frame_plot_text(const Viewer& viewer) {
   const float longest = *std::max_element(viewer.frame_ms.begin(), viewer.frame_ms.end());
   return fmt::format("render ms, last {} frames, 0 to {}", viewer.frame_ms.size(),
-                     ms_text(static_cast<double>(longest)));
+                     three_digits(static_cast<double>(longest)));
 }
 
 std::vector<Fact> split_facts(const Viewer& viewer) {
@@ -395,11 +396,15 @@ std::vector<Fact> split_facts(const Viewer& viewer) {
                             : fmt::format("{}/255 at {}, {}", pixels.largest, pixels.largest_at.x,
                                           pixels.largest_at.y)},
       {"pixels that differ", grouped(pixels.pixels)}};
-  if (other.pairs)
-    facts.push_back(
-        {"tile pairs",
-         fmt::format("{} and {}: {}", grouped(viewer.shown.stats.tile_pairs),
-                     grouped(other.stats.tile_pairs), signed_text(other.pairs->total))});
+  if (other.pairs) {
+    const auto [first, second] = std::pair(viewer.shown.stats.tile_pairs, other.stats.tile_pairs);
+    std::string text = fmt::format("{} and {}: {}", grouped(first), grouped(second),
+                                   signed_text(other.pairs->total));
+    const double share = static_cast<double>(other.pairs->total) / static_cast<double>(second);
+    if (share != 0 && second > 0)
+      text += fmt::format(", {}{:.1f} %", share < 0 ? "\u2212" : "+", 100 * std::abs(share));
+    facts.push_back({"tile pairs", text});
+  }
   if (other.scene) {
     facts.push_back({"Gaussians", fmt::format("{} and {}", grouped(viewer.shown.stats.gaussians),
                                               grouped(other.scene->gaussians))});
@@ -431,6 +436,7 @@ std::string state_json(const Viewer& viewer) {
   add_guides(viewer, json);
   if (viewer.mode_switch) json["switch"] = switch_text(viewer);
   if (viewer.shows_badge) json["badge"] = badge_lines(viewer);
+  if (viewer.panels.photograph) json["photograph"] = photograph_text(viewer);
   json["keyframes"] = viewer.keyframes.size();
   json["zoom"] = zoom_json(viewer);
   return json_file_text(json);

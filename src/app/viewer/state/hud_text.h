@@ -51,7 +51,7 @@ std::string stages_text(const BenchRow& row);
 /// The caption of the plot of Viewer::frame_ms, which must not be empty.
 std::string frame_plot_text(const Viewer& viewer);
 
-/// "-1,234", "+5".
+/// "\u22121,234", "+5".
 std::string signed_text(std::int64_t number);
 
 /// The content of the window as JSON, for tests and for reports of problems.

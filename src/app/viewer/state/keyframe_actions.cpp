@@ -8,6 +8,7 @@
 
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "base/text.h"
 #include "io/bytes/file_guard.h"
 
 namespace qs::action {
@@ -78,7 +79,8 @@ void set_keyframes(Viewer& v, const std::vector<Keyframe>& keyframes) {
   before_change(v);
   v.keyframes = keyframes;
   v.playback = {};
-  notify(v, fmt::format("opened a path of {} keyframes: Space plays it", v.keyframes.size()));
+  notify(v, fmt::format("opened a path of {}: Space plays it",
+                        counted(v.keyframes.size(), "keyframe")));
 }
 
 void toggle_playback(Viewer& v) {

@@ -14,11 +14,11 @@
 namespace qs {
 namespace {
 
-constexpr float kDefaultShare = 0.35f;                  ///< of the window's width
-constexpr float kLeastDefault = 24, kMostDefault = 46;  ///< letters' heights
-constexpr float kLeastLetters = 14;                     ///< a bar's width
-constexpr float kMostShare = 0.6f;                      ///< all bars, of the width
-constexpr float kMostRight = 0.2f;                      ///< the right bar beside a wide left bar
+constexpr float kDefaultShare = 0.35f;                     ///< of the window's width
+constexpr float kLeastDefault = 27.2f, kMostDefault = 46;  ///< letters' heights
+constexpr float kLeastLetters = 14;                        ///< a bar's width
+constexpr float kMostShare = 0.4f;                         ///< all bars, of the width
+constexpr float kLeftShare = 0.6f;                         ///< of all bars, unless the user sets it
 
 bool any_open(const Panels& panels, std::span<bool Panels::*const> switches) {
   return std::ranges::any_of(switches, [&](bool Panels::*which) { return panels.*which; });
@@ -54,15 +54,16 @@ Layout layout_of(const Viewer& viewer, const WindowMetrics& window) {
   if (!viewer.scene) return layout;
   const bool left = any_open(viewer.panels, kLeftPanels);
   const bool right = any_open(viewer.panels, kRightPanels);
-  const float most = kMostShare * size.x / (left && right ? 2 : 1);
-  // In a small window the left bar keeps the columns of its table, and the others give way.
-  const float most_left =
-      std::max(most, std::min(kLeastDefault * window.letter, kMostShare * size.x));
+  const float most = kMostShare * size.x, least = kLeastLetters * window.letter;
+  // In a narrow window one bar has all panels.
+  const bool both = left && right && most >= 2 * least;
+  const float share = viewer.bars.left > 0 ? 1 : kLeftShare;
+  const float most_left = both ? std::min(share * most, most - least) : most;
   layout.left = layout.right = layout.picture;
   layout.left.high.x = left ? bar_width(viewer.bars.left, most_left, window) : 0;
-  const float rest = std::max(kMostShare * size.x - layout.left.high.x, kMostRight * size.x);
-  const float most_right = std::min(most, rest);
-  layout.right.low.x = size.x - (right ? bar_width(viewer.bars.right, most_right, window) : 0);
+  const float rest = most - layout.left.high.x;
+  const bool shows_right = right && (both || !left);
+  layout.right.low.x = size.x - (shows_right ? bar_width(viewer.bars.right, rest, window) : 0);
   layout.picture.low.x = layout.left.high.x;
   layout.picture.high.x = layout.right.low.x;
   return layout;

@@ -24,7 +24,7 @@ struct WindowMetrics {
   float letter = 15, line = 23;
 };
 
-/// Empty rectangles are not drawn.
+/// Empty rectangles are not drawn. In a window too narrow for two bars `left` has all panels.
 struct Layout {
   Rect menu, left, right, status, picture;
 
@@ -52,6 +52,9 @@ float interface_scale(const Viewer& viewer);
 /// One of kInterfaceScales for a screen: the nearest to the scale that the system declares, in
 /// letters per screen unit; if it declares 1 or less, a scale by the screen's size, up to 2.
 float guessed_scale(float declared, glm::ivec2 screen);
+
+/// The smallest size to which the user can make the window, screen units.
+inline constexpr glm::ivec2 kLeastWindow{320, 240};
 
 /// 80 % of a screen, at least 640 x 400 if the screen has as much. All in screen units.
 glm::ivec2 first_window_size(glm::ivec2 screen);

@@ -34,14 +34,17 @@ const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipel
   return nullptr;
 }
 
+glm::ivec2 measured_size(const Viewer& viewer, std::size_t index) {
+  if (index == 0) return viewer.bare_size;
+  if (index + 1 < std::size(kMeasuredSizes) || viewer.dataset_camera < 0)
+    return kMeasuredSizes[index].pixels;
+  const Camera& own = viewer.scene->cameras[static_cast<std::size_t>(viewer.dataset_camera)];
+  return {own.width, own.height};
+}
+
 Camera measured_camera(const Viewer& viewer) {
   const Camera& camera = viewer.camera;
-  glm::ivec2 size = kMeasuredSizes[viewer.measured_size].pixels;
-  if (viewer.measured_size == 0) size = viewer.bare_size;
-  if (viewer.measured_size + 1 == std::size(kMeasuredSizes) && viewer.dataset_camera >= 0) {
-    const Camera& own = viewer.scene->cameras[static_cast<std::size_t>(viewer.dataset_camera)];
-    size = {own.width, own.height};
-  }
+  const glm::ivec2 size = measured_size(viewer, viewer.measured_size);
   if (size.x <= 0 || size.y <= 0 || size == glm::ivec2(camera.width, camera.height)) return camera;
   return camera.resized(size.x, size.y);
 }

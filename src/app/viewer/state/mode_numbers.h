@@ -20,6 +20,10 @@ inline constexpr double kSmallInterval = 0.02;  ///< half of the interval of a r
 /// The numbers of a mode in a pipeline; null if it was not measured.
 const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline);
 
+/// A size of kMeasuredSizes in the view in the window; 0: the view has none, and the picture's
+/// size is used.
+glm::ivec2 measured_size(const Viewer& viewer, std::size_t index);
+
 /// The view in the window at the size at which all modes are measured.
 Camera measured_camera(const Viewer& viewer);
 

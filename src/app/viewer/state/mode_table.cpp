@@ -150,7 +150,7 @@ std::vector<TableColumn> table_columns(const Viewer& viewer) {
       {"mode", mode, 6.6f, 0, &HudRow::name},
       {"FPS", bar, 5.4f, 1, &HudRow::fps},
       {"pairs", number, 4.4f, 2, &HudRow::pairs},
-      {ratio, number, 6.6f, 3, &HudRow::ratio},
+      {ratio, number, 5.9f, 3, &HudRow::ratio},
       {"ms", number, 5.2f, 4, &HudRow::ms},
       {"unused", number, 3.6f, 6, &HudRow::unused},
       {"per visible", number, 4.8f, 9, &HudRow::per_visible},

@@ -34,15 +34,15 @@ std::string totals_of_split(const Viewer& viewer) {
   const std::array<std::string, 2> names = split_names(viewer);
   std::array<std::uint64_t, 2> totals = {shown.heatmap->total, shown.other->heatmap->total};
   if (viewer.split.flipped) std::swap(totals[0], totals[1]);
-  return fmt::format("{} {} \u00b7 {} {} {} in all", names[0], grouped(totals[0]), names[1],
-                     grouped(totals[1]), heatmap_row(shown.heatmap->quantity).unit);
+  return fmt::format("{} {} \u00b7 {} {} in all", names[0], grouped(totals[0]), names[1],
+                     counted(totals[1], heatmap_row(shown.heatmap->quantity).unit));
 }
 
 }  // namespace
 
 std::string scene_summary(const Viewer& viewer) {
   return fmt::format(
-      "{}   {} Gaussians   {}   {} x {}", viewer.scene->name, grouped(viewer.scene->gaussians),
+      "{}   {}   {}   {} x {}", viewer.scene->name, counted(viewer.scene->gaussians, "Gaussian"),
       kBackendNames[static_cast<int>(viewer.backend)], viewer.camera.width, viewer.camera.height);
 }
 
@@ -65,7 +65,7 @@ std::vector<Fact> scene_facts_of(const Viewer& viewer) {
       {"size", bytes_text(scene.file_bytes)},
       {"SH degree",
        fmt::format("{}{}", scene.sh_degree, scene.antialiased ? ", trained antialiased" : "")},
-      {"extent", fmt::format("{:.4g}", scene.extent())},
+      {"extent", fmt::format("{:.3g} units, the longest side of its middle 90 %", scene.extent())},
       {"cameras", scene.cameras.empty()
                       ? std::string("none: drop a cameras.json on the window")
                       : fmt::format("{}, {} with a photograph", scene.cameras.size(),
@@ -98,8 +98,18 @@ std::array<std::string, 4> contribution_cells(const Contribution& row, bool stop
 }
 
 std::string inspected_pixel_text(const PixelReport& pixel) {
-  return fmt::format("Pixel {}, {}: {} of the {} Gaussians of its tile are blended", pixel.pixel.x,
-                     pixel.pixel.y, pixel.contributions.size(), pixel.listed);
+  return fmt::format("Pixel {}, {}: {} of the {} of its tile {} blended", pixel.pixel.x,
+                     pixel.pixel.y, grouped(pixel.contributions.size()),
+                     counted(pixel.listed, "Gaussian"),
+                     pixel.contributions.size() == 1 ? "is" : "are");
+}
+
+std::optional<HeatQuantity> awaited_map(const Viewer& viewer) {
+  const std::optional<Heatmap>& shown = viewer.shown.heatmap;
+  const bool draws = viewer.scene && !viewer.zoom.running;
+  if (!draws || !viewer.heatmap || (shown && shown->quantity == *viewer.heatmap))
+    return std::nullopt;
+  return viewer.heatmap;
 }
 
 Legend heat_legend(const Viewer& viewer) {
@@ -111,11 +121,14 @@ Legend heat_legend(const Viewer& viewer) {
   return legend;
 }
 
+CullMode mode_of_scale(const Viewer& viewer) {
+  return scale_mode(viewer.shown.heatmap->quantity, viewer.baseline);
+}
+
 std::string scale_text(const Viewer& viewer) {
   if (viewer.heat_view.maximum > 0) return "fixed scale";
   if (viewer.shown.scale_version != viewer.shown.view_version) return "scale of an earlier view";
-  const CullMode mode = scale_mode(viewer.shown.heatmap->quantity, viewer.baseline);
-  return fmt::format("scale of {}", mode_name(mode));
+  return fmt::format("scale of {}", mode_name(mode_of_scale(viewer)));
 }
 
 const Heatmap& heatmap_at(const Viewer& viewer, glm::dvec2 pixel) {
@@ -137,10 +150,10 @@ std::string heat_facts(const Viewer& viewer) {
 }
 
 std::string heat_text(const ShownFrame& shown, const Heatmap& map, std::size_t cell) {
-  std::string text = fmt::format("here: {} {}{}", grouped(map.values[cell]),
-                                 heatmap_row(map.quantity).unit, size_text(shown.divisor));
+  std::string text = "here: " + counted(map.values[cell], heatmap_row(map.quantity).unit) +
+                     size_text(shown.divisor);
   if (shown.missed && &map == &*shown.heatmap && map.values[cell] > 0)
-    text += fmt::format(", alpha to {:.2f}, color off by {:.3f}", shown.missed->alphas[cell],
+    text += fmt::format(", alpha to {:.2f}, colour off by {:.3f}", shown.missed->alphas[cell],
                         shown.missed->errors[cell]);
   return text;
 }
@@ -173,7 +186,7 @@ Legend pair_legend(const ShownFrame& shown) {
   const std::string end = grouped(shown.other->pairs_scale.maximum);
   Legend legend;
   legend.title = "Tile pairs of the first minus the second";
-  legend.ticks = {{0, "-" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}};
+  legend.ticks = {{0, "\u2212" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}};
   legend.color = [](float t) { return diverging(2 * t - 1); };
   return legend;
 }
@@ -229,6 +242,15 @@ std::vector<Fact> verdict_facts(const ReferenceComparison& comparison) {
   return facts;
 }
 
+std::string photograph_text(const Viewer& viewer) {
+  const ShownPhotograph& photograph = viewer.photograph;
+  std::string text = "photograph " + photograph.path.filename().string();
+  const std::optional<PhotographQuality>& found = photograph.quality;
+  if (!found || found->version != viewer.version) return text;
+  if (!found->problem.empty()) return text + " \u00b7 " + found->problem;
+  return text + fmt::format(" \u00b7 PSNR {} dB, SSIM {:.3f}", decibels(found->psnr), found->ssim);
+}
+
 std::string log_time(const LogEntry& entry) {
   const int seconds = static_cast<int>(entry.time);
   return fmt::format("{}:{:02}", seconds / 60, seconds % 60);
@@ -241,6 +263,16 @@ std::vector<std::string> hint_texts(const Hints& hints) {
   if (hints.map) texts.emplace_back("H: heat map");
   if (hints.zoom) texts.emplace_back("Z: record the zoom");
   return texts;
+}
+
+std::string fitting_parts(std::string text, std::string_view separator,
+                          const std::function<bool(const std::string&)>& fits) {
+  while (!fits(text)) {
+    const std::size_t end = text.rfind(separator);
+    if (end == text.npos) break;
+    text.resize(end);
+  }
+  return text;
 }
 
 std::size_t letters_of(const std::string& text) { return begins_of(text).size() - 1; }

@@ -5,7 +5,10 @@
 #pragma once
 
 #include <array>
+#include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <glm/vec2.hpp>
@@ -45,8 +48,14 @@ std::string inspected_pixel_text(const PixelReport& pixel);
 /// The legend of the heat map in the window. Its facts are heat_facts() and scale_text().
 Legend heat_legend(const Viewer& viewer);
 
+/// The map that the user chose, while the picture does not show it yet.
+std::optional<HeatQuantity> awaited_map(const Viewer& viewer);
+
 /// For a window with a heat map: the mode with its total, or both totals of a split window.
 std::string heat_facts(const Viewer& viewer);
+
+/// The mode whose map gives the heat map in the window its scale.
+CullMode mode_of_scale(const Viewer& viewer);
 
 /// The origin of the scale: "scale of 3dgs", "fixed scale", or "scale of an earlier view" while the
 /// camera moves.
@@ -89,6 +98,9 @@ std::vector<Fact> verdict_facts(const ReferenceComparison& comparison);
 /// Minutes and seconds since the start: "3:07".
 std::string log_time(const LogEntry& entry);
 
+/// "photograph frame_7.png · PSNR 31.20 dB, SSIM 0.941": the numbers are of the view in the window.
+std::string photograph_text(const Viewer& viewer);
+
 /// The hints that are still shown.
 std::vector<std::string> hint_texts(const Hints& hints);
 
@@ -97,6 +109,11 @@ std::vector<std::string> hint_texts(const Hints& hints);
 /// The text with at most `most` letters, at least 3: an ellipsis replaces letters in its middle, so
 /// that the begin of a path and the name of its file stay. The text is UTF-8.
 std::string shortened_middle(const std::string& text, std::size_t most);
+
+/// The leading parts of a text for which fits() holds, at least the first; `separator`: between
+/// parts.
+std::string fitting_parts(std::string text, std::string_view separator,
+                          const std::function<bool(const std::string&)>& fits);
 
 /// The letters of a UTF-8 text.
 std::size_t letters_of(const std::string& text);

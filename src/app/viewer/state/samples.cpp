@@ -52,7 +52,7 @@ std::vector<double> speeds_of(const LiveTimes& live, CullMode mode, glm::ivec2 s
   return speeds;
 }
 
-// Makes the speeds relative to the mode of the next picture. Those of a size with less than this
+// Makes the speeds relative to the mode of the next picture. Speeds of a size with less than this
 // many pairs of both modes are forgotten: one bad pair would shift all rows.
 constexpr std::size_t kFewestToRefer = 3;
 void refer_to(LiveTimes& live, CullMode mode) {

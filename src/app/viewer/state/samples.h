@@ -9,8 +9,8 @@
 // FPS come from times of single frames until the modes are measured, and while the camera moves.
 // Frames of different views or sizes do not compare, so the render thread draws another mode at the
 // very view and size of a picture in the window, one mode after the other. The FPS of a mode are
-// the FPS of the pictures of the last second, times the median ratio of the mode's last pairs. So all
-// rows of the table share size and moment. Texts mark such numbers with "~".
+// the FPS of the pictures of the last second, times the median ratio of the mode's last pairs. So
+// all rows of the table share size and moment. Texts mark such numbers with "~".
 #pragma once
 
 #include <optional>

@@ -309,10 +309,19 @@ struct ReferenceComparison {
   std::string sentence;
 };
 
+/// The view of a camera compared with its photograph, as `eval` does.
+struct PhotographQuality {
+  int version = -1;  ///< Viewer::version
+  double psnr = 0, ssim = 0;
+  std::string problem;  ///< the reason why they cannot be compared
+};
+
 /// The photograph of the chosen camera.
 struct ShownPhotograph {
   std::filesystem::path path;
   std::shared_ptr<const Image> image;  ///< null until it is read
+  int compared = -1;                   ///< Viewer::version that was last compared with it
+  std::optional<PhotographQuality> quality = {};
 };
 
 /// Flying with keys.
@@ -321,6 +330,8 @@ struct Flight {
   glm::dvec3 velocity{0.0};  ///< in view axes, world units per second
   double factor = 1;         ///< set by the wheel
   double distance = 0;       ///< smoothed distance of the scene in front, world units; 0: unknown
+  int frame = -1;            ///< Viewer::frames of the picture that the user sees
+  double room = 0;           ///< the way that remains until the next picture, world units
 };
 
 /// A moment's move to another view.

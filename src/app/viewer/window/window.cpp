@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cfloat>
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
@@ -101,6 +102,10 @@ Window::Window(glm::ivec2 size, glm::ivec2 screen) {
   ImGui::GetIO().IniFilename = nullptr;
   ImGui_ImplGlfw_InitForOpenGL(window_, false);
   ImGui_ImplOpenGL3_Init("#version 330 core");
+#if IMGUI_VERSION_NUM < 18700
+  // Enter activates, as in later versions; the space bar stays a shortcut.
+  ImGui::GetIO().KeyMap[ImGuiKey_Space] = GLFW_KEY_ENTER;
+#endif
   set_scale(screen_scale());
   allow_waking(true);
 }
@@ -121,6 +126,8 @@ void Window::open_window(glm::ivec2 size) {
   }
   glfwMakeContextCurrent(window_);
   glfwSetWindowUserPointer(window_, this);
+  const glm::ivec2 least = glm::min(size, kLeastWindow);
+  glfwSetWindowSizeLimits(window_, least.x, least.y, GLFW_DONT_CARE, GLFW_DONT_CARE);
   set_callbacks();
 }
 
@@ -194,12 +201,39 @@ void Window::set_scale(float scale) {
 
 void Window::add_fonts(float pixels) {
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
+  glyphs_ = glyph_ranges(letters_);
   if (const auto file = find_font()) {
-    static const ImWchar kRanges[] = {0x20, 0xff, 0x2013, 0x2026, 0};  // Latin-1, dashes, ellipsis
-    fonts.AddFontFromFileTTF(file->c_str(), pixels, nullptr, kRanges);
+    fonts.AddFontFromFileTTF(file->c_str(), pixels, nullptr, glyphs_.Data);
   } else {
     fonts.AddFontDefault();
   }
+  if (letters_.empty()) return;
+  const std::optional<SystemFont> other = system_font(letters_);
+  std::error_code error;
+  if (!other || !std::filesystem::is_regular_file(other->file, error)) return;
+  ImFontConfig config;
+  config.MergeMode = true;
+  config.FontNo = other->index;
+  fonts.AddFontFromFileTTF(other->file.c_str(), pixels, &config, glyphs_.Data);
+}
+
+void Window::show_names(const Viewer& viewer, const FileChooser& chooser) {
+  if (!add_shown_letters(letters_, viewer, chooser)) return;
+  letter_pixels_ = 0;
+  set_scale(interface_scale(viewer));
+}
+
+// While a drag turns the camera that flies, the cursor does not stop at the screen's edge, and the
+// wheel reaches the window.
+void Window::lock_cursor() {
+  const bool locks = input_.looks_around(navigation_) && !scripted_cursor_;
+  if (locks == cursor_is_locked_) return;
+  cursor_is_locked_ = locks;
+  glfwSetInputMode(window_, GLFW_CURSOR, locks ? GLFW_CURSOR_DISABLED : GLFW_CURSOR_NORMAL);
+  if (locks) return;
+  double x = 0, y = 0;  // the place before, without an event of its own
+  glfwGetCursorPos(window_, &x, &y);
+  on_cursor(x, y);
 }
 
 void Window::on_key(int key, int action, int mods) {
@@ -245,6 +279,7 @@ void Window::poll(double seconds, Navigation navigation, Actions& actions) {
   } else {
     glfwPollEvents();
   }
+  lock_cursor();
   actions_ = nullptr;
 }
 
@@ -262,6 +297,7 @@ void Window::begin_ui() {
     put_scripted_cursor(glm::vec2(units));
   }
   press_briefly();
+  if (cursor_is_locked_) ImGui::GetIO().MousePos = {-FLT_MAX, -FLT_MAX};
   ImGui::NewFrame();
 }
 

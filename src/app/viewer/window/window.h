@@ -13,6 +13,7 @@
 #include "app/viewer/commands/input.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/window/input_script.h"
+#include "app/viewer/window/letters.h"
 #include "base/not_copied.h"
 
 struct GLFWwindow;
@@ -52,6 +53,8 @@ class Window : NotCopied {
   /// Makes letters and lines this factor larger. Letters are rasterised again, so they stay sharp.
   /// Called between end_ui() and begin_ui().
   void set_scale(float scale);
+  /// Makes the letters of these names drawable. Called between end_ui() and begin_ui().
+  void show_names(const Viewer& viewer, const FileChooser& chooser);
   WindowMetrics metrics() const;  ///< as set_scale() made them
   Input& input() { return input_; }
   GLFWwindow* handle() const { return window_; }
@@ -62,6 +65,7 @@ class Window : NotCopied {
   void set_callbacks();
   void open_window(glm::ivec2 size);
   void add_fonts(float pixels);
+  void lock_cursor();
   float pixels_per_unit() const;
   void on_key(int key, int action, int mods);
   void put_scripted_cursor(glm::vec2 units);
@@ -82,6 +86,9 @@ class Window : NotCopied {
   glm::ivec2 screen_{0};  // for which the scale is guessed
   // font size in screen units, and the pixel size of its atlas
   float letter_ = 0, letter_pixels_ = 0;
+  Letters letters_;                // of names, beside the usual ones
+  ImVector<ImWchar> glyphs_;       // of the atlas
+  bool cursor_is_locked_ = false;  // and hidden
   // keys pressed since the last frame, and keys already released
   std::vector<int> pressed_, brief_;
   double last_event_ = 0;

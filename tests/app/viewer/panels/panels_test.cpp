@@ -607,6 +607,133 @@ TEST_F(PanelsTest, a_slider_s_value_is_legible_over_its_grab) {
   }
 }
 
+TEST_F(PanelsTest, the_colour_of_every_mode_is_legible_on_plates) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
+    const ImVec4 color = palette::with_opacity(on_dark::mode_color(mode));
+    EXPECT_GT((luminance(color) + 0.05) / (luminance(palette::kPanel) + 0.05), 4.5)
+        << mode_name(mode);
+  }
+}
+
+// Rows of all modes with FPS from 100 to 1000.
+void measure(Viewer& viewer) {
+  viewer.numbers.version = viewer.view_version;
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
+    BenchRow& row = viewer.numbers.rows.emplace_back();
+    row.mode = mode_name(mode);
+    row.round_ms = {1.0 * mode, 1.001 * mode, 0.999 * mode};
+    row.ms_median = mode;
+    row.fps_median = 1000.0 / mode;
+    row.frames = 3;
+  }
+}
+
+TEST_F(PanelsTest, no_number_of_the_table_stands_on_a_bar) {
+  driven_.apply(measure);
+  driven_.press("F10");
+  for (const ImVec2 size : {ImVec2(640, 400), ImVec2(1280, 720), ImVec2(3840, 2160)}) {
+    ImGui::GetIO().DisplaySize = size;
+    for (int i = 0; i < 3; ++i) draw();
+    const ImVector<ImDrawVert>& points = ImGui::FindWindowByName("left bar")->DrawList->VtxBuffer;
+    const ImU32 text = ImGui::GetColorU32(palette::kText);
+    int bars = 0;
+    for (int i = 0; i + 3 < points.Size; ++i) {
+      const ImVec2 low = points[i].pos, high = points[i + 2].pos;
+      const bool is_bar = points[i].col >> IM_COL32_A_SHIFT == 115 &&
+                          points[i].col == points[i + 2].col && high.x > low.x && high.y > low.y;
+      if (!is_bar) continue;
+      ++bars;
+      for (const ImDrawVert& point : points) {
+        const bool is_on_it = point.pos.x > low.x + 1 && point.pos.x < high.x - 1 &&
+                              point.pos.y > low.y && point.pos.y < high.y;
+        ASSERT_FALSE(point.col == text && is_on_it) << size.x;
+      }
+    }
+    EXPECT_GE(bars, culler_count()) << size.x;
+  }
+}
+
+TEST_F(PanelsTest, the_tooltip_of_a_row_covers_no_row) {
+  driven_.apply(measure);
+  driven_.press("F10");
+  for (int i = 0; i < 3; ++i) draw();
+  const ImRect bar = ImGui::FindWindowByName("left bar")->Rect();
+  const float line = ImGui::GetTextLineHeight() + 2 * ImGui::GetStyle().CellPadding.y;
+  ImGui::GetIO().MousePos = {bar.Min.x + 40, bar.Min.y + 2 * ImGui::GetFrameHeight() + 2 * line};
+  for (int i = 0; i < 3; ++i) draw();
+  const ImGuiWindow* tooltip = ImGui::FindWindowByName("##Tooltip_00");
+  ASSERT_TRUE(tooltip != nullptr && tooltip->Active);
+  EXPECT_GE(tooltip->Pos.x, bar.Max.x);
+}
+
+TEST_F(PanelsTest, arrow_keys_and_enter_choose_in_an_open_list) {
+  const PanelRow row{
+      &Panels::hud, "sizes", "Sizes", [](const Viewer&) -> Blocks {
+        return {block::Controls{{{"measure at", block::kWholeLine, false, {}, "measure at"}}}};
+      }};
+  state_.rows = {&row, 1};
+  driven_.press("F10");
+  for (int i = 0; i < 3; ++i) draw();
+  EXPECT_EQ(ImGui::GetIO().ConfigFlags & ImGuiConfigFlags_NavEnableKeyboard, 0);
+  const ImRect bar = ImGui::FindWindowByName("left bar")->Rect();
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float y =
+      bar.Min.y + style.WindowPadding.y + 1.5f * ImGui::GetFrameHeight() + style.ItemSpacing.y;
+  clicked_at([this] { draw(); }, {bar.Max.x - 60, y});
+  ImGui::GetIO().MousePos = {640, 600};
+  for (int i = 0; i < 3; ++i) draw();
+  EXPECT_NE(ImGui::GetIO().ConfigFlags & ImGuiConfigFlags_NavEnableKeyboard, 0);
+  draw("", ImGuiKey_DownArrow);
+  draw();
+#if IMGUI_VERSION_NUM >= 18700
+  draw("", ImGuiKey_Enter);
+#else
+  draw("", ImGuiKey_Space);  // the window gives this name to Enter
+#endif
+  for (int i = 0; i < 3; ++i) draw();
+  EXPECT_EQ(driven_.viewer.measured_size, 1u);
+  EXPECT_EQ(ImGui::GetIO().ConfigFlags & ImGuiConfigFlags_NavEnableKeyboard, 0);
+}
+
+TEST_F(PanelsTest, a_map_that_is_computed_has_its_title_at_once) {
+  const auto legend_height = [this] {
+    for (int i = 0; i < 2; ++i) draw();
+    return shows("Heat map") ? ImGui::FindWindowByName("Heat map")->Size.y : 0;
+  };
+  EXPECT_EQ(legend_height(), 0);
+  driven_.press("H");
+  const float waits = legend_height();
+  EXPECT_GT(waits, 0);
+  driven_.apply([](Viewer& viewer) {
+    viewer.shown.heatmap = Heatmap{HeatQuantity::pairs, 1, 1, 640, {5}};
+    viewer.shown.map_scale = {1, 5};
+  });
+  EXPECT_GT(legend_height(), waits + 20) << "the scale is shown";
+  driven_.press("Shift+H");
+  EXPECT_FLOAT_EQ(legend_height(), waits) << "the scale of the map before is not shown";
+}
+
+TEST_F(PanelsTest, what_floats_does_not_overlap_in_the_smallest_window) {
+  ImGui::GetIO().DisplaySize = {320, 240};
+  driven_.apply([](Viewer& viewer) {
+    viewer.shown.heatmap = Heatmap{HeatQuantity::pairs, 1, 1, 640, {5}};
+    viewer.shown.map_scale = {1, 5};
+    viewer.heatmap = HeatQuantity::pairs;
+    viewer.loading = Loading{"/a/long/name/of/a/scene/garden.ply", "reading", 0.5f};
+  });
+  driven_.apply(action::notify, "a message of some words that needs several lines");
+  driven_.press("I");
+  for (int i = 0; i < 3; ++i) draw();
+  EXPECT_TRUE(shows("toast 0"));
+  const std::vector<Rect> rects = opaque_windows();
+  for (std::size_t i = 0; i < rects.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Rect both{glm::max(rects[i].low, rects[j].low), glm::min(rects[i].high, rects[j].high)};
+      EXPECT_TRUE(both.empty()) << i << ", " << j;
+    }
+  }
+}
+
 TEST(CommandHints, name_commands_that_exist_and_their_keys) {
   EXPECT_EQ(command_hint("Flip the split"), "Flip the split (X)");
   EXPECT_EQ(command_hint("Open a file"), "Open a file (Ctrl+O)");

@@ -92,11 +92,12 @@ struct FlightTest : testing::Test {
       v.camera = test::front_camera(640, 480);
     });
   }
-  // Flies as the loop does; returns the distance.
-  double fly_for(double seconds, glm::dvec3 direction, double factor = 1) {
+  // Flies as the loop does; returns the distance. `pictures`: of the camera's way are shown.
+  double fly_for(double seconds, glm::dvec3 direction, double factor = 1, bool pictures = true) {
     const glm::dvec3 from = viewer.camera.position();
     constexpr double kTurn = 1.0 / 64;
     for (double t = 0; t < seconds; t += kTurn) {
+      if (pictures) driven.apply([](Viewer& v) { ++v.frames; });
       if (direction != glm::dvec3(0)) driven.apply(action::fly, direction, factor);
       driven.apply(action::tick, Turn{viewer.now + kTurn}, kTurn);
     }
@@ -109,9 +110,9 @@ TEST_F(FlightTest, its_speed_follows_the_distance_ahead_not_the_scene_s_extent) 
     face_wall(distance);
     EXPECT_NEAR(flying_speed(viewer), 0.5 * static_cast<double>(distance),
                 1e-4 * static_cast<double>(distance));
-    // When flying sideways the distance stays the same. At full speed a second covers half of the
+    // When flying down the distance stays the same. At full speed a second covers half of the
     // distance.
-    fly_for(1, {0.001, 0, 0});
+    fly_for(1, {0, 0.001, 0});
     const double speed = glm::length(viewer.flight.velocity) / 0.001;
     EXPECT_NEAR(speed, 0.5 * static_cast<double>(distance), 0.01 * static_cast<double>(distance));
     fly_for(3, {});
@@ -120,10 +121,10 @@ TEST_F(FlightTest, its_speed_follows_the_distance_ahead_not_the_scene_s_extent) 
 
 TEST_F(FlightTest, accelerates_and_slows_down_to_a_stop) {
   face_wall(10);
-  const double first = fly_for(1.0 / 64, {1, 0, 0}), begin = fly_for(0.1, {1, 0, 0});
+  const double first = fly_for(1.0 / 64, {0, 1, 0}), begin = fly_for(0.1, {0, 1, 0});
   EXPECT_LT(first, 0.2 * 5 / 64);
   EXPECT_LT(begin, 0.8 * 0.1 * 5);
-  fly_for(1, {1, 0, 0});
+  fly_for(1, {0, 1, 0});
   const double after = fly_for(0.1, {});
   EXPECT_GT(after, 0.2 * 0.1 * 5);
   EXPECT_LT(after, 0.9 * 0.1 * 5);
@@ -131,6 +132,20 @@ TEST_F(FlightTest, accelerates_and_slows_down_to_a_stop) {
   EXPECT_EQ(viewer.flight.velocity, glm::dvec3(0));
   EXPECT_EQ(fly_for(1, {}), 0);
   EXPECT_TRUE(viewer.still());
+}
+
+TEST_F(FlightTest, is_half_as_fast_sideways) {
+  face_wall(10);
+  const double down = fly_for(1, {0, 1, 0});
+  fly_for(2, {});
+  EXPECT_NEAR(fly_for(1, {1, 0, 0}), 0.5 * down, 0.02 * down);
+}
+
+TEST_F(FlightTest, covers_at_most_half_of_the_distance_ahead_until_the_next_picture) {
+  face_wall(10);
+  EXPECT_NEAR(fly_for(4, {0, 0, 1}, 5, false), 5, 1e-4) << "no picture was shown meanwhile";
+  driven.apply([](Viewer& v) { ++v.frames; });
+  EXPECT_NEAR(fly_for(4, {0, 0, 1}, 5, false), 2.5, 0.05);
 }
 
 TEST_F(FlightTest, the_wheel_changes_the_speed_in_fly_mode_and_the_distance_in_orbit_mode) {

@@ -6,9 +6,11 @@
 #include <vector>
 
 #include <glm/common.hpp>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "app/support/driven_viewer.h"
+#include "app/viewer/state/mode_table.h"
 
 namespace qs {
 namespace {
@@ -52,9 +54,10 @@ TEST(Layout, its_parts_fill_the_window_and_do_not_overlap) {
           for (const Rect& other : parts) EXPECT_TRUE(part == other || !overlap(part, other));
         }
         EXPECT_FLOAT_EQ(sum, window.size.x * window.size.y);
+        const bool one_bar = left && right && 0.4f * window.size.x < 28 * window.letter;
         EXPECT_NE(layout.left.empty(), left);
-        EXPECT_NE(layout.right.empty(), right);
-        EXPECT_GE(layout.picture.size().x, 0.4f * window.size.x - 1);
+        EXPECT_NE(layout.right.empty(), right && !one_bar);
+        EXPECT_GE(layout.picture.size().x, 0.6f * window.size.x - 1);
         EXPECT_FLOAT_EQ(layout.menu.size().y, window.line);
         EXPECT_FLOAT_EQ(layout.status.size().y, window.line);
         // Three columns of the table of modes take 23 letters.
@@ -64,17 +67,38 @@ TEST(Layout, its_parts_fill_the_window_and_do_not_overlap) {
   }
 }
 
-TEST(Layout, the_smallest_window_keeps_the_columns_of_the_table_and_a_picture) {
-  for (const float scale : {0.75f, 1.0f, 1.5f, 3.0f}) {
-    const WindowMetrics window{{640, 400}, 15 * scale, 23 * scale};
-    const float table = std::min(24 * window.letter, 384.0f);
-    const Layout alone = layout_of(with_panels(true, false), window);
-    EXPECT_GE(alone.left.size().x, table);
-    const Layout both = layout_of(with_panels(true, true), window);
-    EXPECT_GE(both.left.size().x, table);
-    EXPECT_GE(both.right.size().x, 128);
-    EXPECT_GE(both.picture.size().x, 0.2f * 640);
+TEST(Layout, bars_take_at_most_two_fifths_of_the_width_and_share_a_narrow_window) {
+  for (const glm::vec2 size : {glm::vec2(320, 240), glm::vec2(640, 400), glm::vec2(1024, 576)}) {
+    for (const float scale : {0.75f, 1.0f, 1.5f, 3.0f}) {
+      const WindowMetrics window{size, 15 * scale, 23 * scale};
+      for (const bool left : {false, true}) {
+        for (const bool right : {false, true}) {
+          Viewer viewer = with_panels(left, right);
+          for (const float wide : {0.0f, 500.0f}) {
+            viewer.bars = {wide, wide};
+            const Layout layout = layout_of(viewer, window);
+            EXPECT_GE(layout.picture.size().x, 0.6f * size.x - 1);
+            const float least = std::min(14 * window.letter, 0.4f * size.x) - 1;
+            EXPECT_TRUE(layout.left.empty() || layout.left.size().x >= least);
+            EXPECT_TRUE(layout.right.empty() || layout.right.size().x >= least);
+            const bool has_bars = size.y >= 4 * window.line;
+            if (has_bars && left && right && 28 * window.letter > 0.4f * size.x) {
+              EXPECT_TRUE(layout.right.empty()) << "the left bar has all panels";
+              EXPECT_FALSE(layout.left.empty());
+            }
+          }
+        }
+      }
+    }
   }
+}
+
+TEST(Layout, the_ratio_of_the_table_is_seen_in_the_usual_window_of_a_small_screen) {
+  const Layout layout = layout_of(with_panels(true, false), {{1024, 576}, 15, 23});
+  const float room = (layout.left.size().x - 2 * 12) / 15, padding = 2 * 6.0f / 15;
+  const std::vector<TableColumn> columns =
+      columns_that_fit(table_columns(with_panels(true, false)), room, padding);
+  EXPECT_THAT(titles_of(columns), testing::Contains("vs 3dgs"));
 }
 
 TEST(Layout, the_picture_fills_a_window_without_panels) {
@@ -99,9 +123,9 @@ TEST(Layout, a_bar_has_the_width_that_the_user_gave_it_within_limits) {
   EXPECT_FLOAT_EQ(width(20), 300);
   EXPECT_FLOAT_EQ(width(20, {{3840, 2160}, 30, 46}), 600);  // as many letters
   EXPECT_FLOAT_EQ(width(1), 210);                           // 14 letters
-  EXPECT_FLOAT_EQ(width(500), 768);                         // 0.6 of the window
+  EXPECT_FLOAT_EQ(width(500), 512);                         // 0.4 of the window
   viewer.panels.info = true;
-  EXPECT_FLOAT_EQ(width(500), 384);  // both bars together
+  EXPECT_FLOAT_EQ(width(500), 302);  // 14 letters are left to the other bar
 }
 
 }  // namespace

@@ -11,9 +11,11 @@
 #include <nlohmann/json.hpp>
 
 #include "app/framing/camera_control.h"
+#include "app/support/driven_viewer.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/training_actions.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "support/scenes.h"
 
@@ -99,7 +101,7 @@ TEST(HudText, digits_follow_the_size_of_a_number) {
   EXPECT_EQ(ms_text(12.34567), "12.346");
   EXPECT_EQ(fps_text(999.94), "999.9");
   EXPECT_EQ(fps_text(1000), "1000");
-  EXPECT_EQ(signed_text(-1234567), "-1,234,567");
+  EXPECT_EQ(signed_text(-1234567), "\u22121,234,567");
   EXPECT_EQ(signed_text(5), "+5");
   EXPECT_EQ(signed_text(0), "+0");
 }
@@ -172,6 +174,12 @@ BenchRow row_of_frames(const std::string& mode, std::vector<double> round_ms) {
 }
 
 TEST(HudText, a_number_has_only_the_digits_that_its_uncertainty_leaves) {
+  EXPECT_EQ(three_digits(0.1494), "0.149");
+  EXPECT_EQ(three_digits(2.5), "2.50");
+  EXPECT_EQ(three_digits(20.251), "20.3");
+  EXPECT_EQ(three_digits(817.801), "818");
+  EXPECT_EQ(counted(1, "Gaussian"), "1 Gaussian");
+  EXPECT_EQ(counted(34321, "Gaussian"), "34,321 Gaussians");
   EXPECT_EQ(significant(12.3456, 0.04), "12.35");
   EXPECT_EQ(significant(12.3456, 0.4), "12.3");
   EXPECT_EQ(significant(12.3456, 0.99), "12.3");
@@ -385,7 +393,7 @@ TEST(HudText, the_panel_names_the_pipeline_that_drew_the_picture) {
 TEST(HudText, the_plot_s_caption_names_its_longest_frame) {
   Viewer viewer;
   viewer.frame_ms = {1, 2.5f, 2};
-  EXPECT_EQ(frame_plot_text(viewer), "render ms, last 3 frames, 0 to 2.500");
+  EXPECT_EQ(frame_plot_text(viewer), "render ms, last 3 frames, 0 to 2.50");
 }
 
 TEST(HudText, a_hindered_frame_is_no_measurement) {
@@ -452,7 +460,8 @@ TEST(PanelText, the_split_window_says_how_its_frames_differ) {
   EXPECT_EQ(value_of(facts, "PSNR"), "41.26 dB");
   EXPECT_EQ(value_of(facts, "largest error"), "7/255 at 12, 34");
   EXPECT_EQ(value_of(facts, "pixels that differ"), "98,765");
-  EXPECT_EQ(value_of(facts, "tile pairs"), "1,796,342 and 5,227,642: -3,431,300");
+  EXPECT_EQ(value_of(facts, "tile pairs"),
+            "1,796,342 and 5,227,642: \u22123,431,300, \u221265.6 %");
   EXPECT_THAT(split_names(viewer), ElementsAre("quadbox", "3dgs"));
   viewer.split.flipped = true;
   EXPECT_THAT(split_names(viewer), ElementsAre("3dgs", "quadbox"));
@@ -564,13 +573,44 @@ TEST(PanelText, the_scale_of_pair_differences_is_symmetric) {
   shown.other.emplace().pairs_scale = {500, 2500};
   const std::vector<BarTick> ticks = pair_legend(shown).ticks;
   ASSERT_THAT(ticks, SizeIs(3));
-  EXPECT_EQ(ticks[0].text, "-2,500");
+  EXPECT_EQ(ticks[0].text, "\u22122,500");
   EXPECT_EQ(ticks[1].text, "0");
   EXPECT_EQ(ticks[1].at, 0.5f);
   EXPECT_EQ(ticks[2].text, "+2,500 pairs in a tile");
 }
 
+TEST(PanelText, parts_that_do_not_fit_are_left_out_whole) {
+  const auto fits = [](std::size_t most) {
+    return [most](const std::string& text) { return text.size() <= most; };
+  };
+  EXPECT_EQ(fitting_parts("one | two | three", " | ", fits(100)), "one | two | three");
+  EXPECT_EQ(fitting_parts("one | two | three", " | ", fits(16)), "one | two");
+  EXPECT_EQ(fitting_parts("one | two | three", " | ", fits(2)), "one");
+}
+
+TEST(PanelText, a_photograph_has_the_numbers_of_the_view_in_the_window) {
+  Viewer viewer;
+  viewer.version = 7;
+  viewer.photograph.path = "/images/a.jpg";
+  EXPECT_EQ(photograph_text(viewer), "photograph a.jpg");
+  viewer.photograph.quality = PhotographQuality{7, 31.2, 0.9412, ""};
+  EXPECT_EQ(photograph_text(viewer), "photograph a.jpg \u00b7 PSNR 31.20 dB, SSIM 0.941");
+  ++viewer.version;
+  EXPECT_EQ(photograph_text(viewer), "photograph a.jpg") << "of an earlier view";
+}
+
 // ---- heat maps ----------------------------------------------------------------------------------
+TEST(PanelText, a_map_is_awaited_until_the_picture_shows_it) {
+  test::DrivenScene driven(0);
+  EXPECT_FALSE(awaited_map(driven.viewer));
+  driven.press("H");
+  EXPECT_EQ(awaited_map(driven.viewer), HeatQuantity::pairs);
+  driven.apply([](Viewer& viewer) { viewer.shown.heatmap.emplace(); });
+  EXPECT_FALSE(awaited_map(driven.viewer));
+  driven.press("Shift+H");
+  EXPECT_EQ(awaited_map(driven.viewer), HeatQuantity::evaluated);
+}
+
 TEST(PanelText, a_heat_map_s_ticks_stand_at_their_values) {
   Viewer viewer;
   ShownFrame& shown = viewer.shown;
@@ -602,7 +642,7 @@ TEST(PanelText, a_map_of_missed_contributions_names_their_alpha_and_error) {
   shown.missed->errors = {0, 0.125f};
   EXPECT_EQ(heat_text(shown, *shown.heatmap, 0), "here: 0 contributions");
   EXPECT_EQ(heat_text(shown, *shown.heatmap, 1),
-            "here: 3 contributions, alpha to 0.25, color off by 0.125");
+            "here: 3 contributions, alpha to 0.25, colour off by 0.125");
   EXPECT_EQ(heat_facts(viewer), "mode quadbox \u00b7 " + missed_sentence(*shown.missed));
 }
 
@@ -633,7 +673,7 @@ TEST(PanelText, the_scene_s_facts_are_those_of_its_file) {
   EXPECT_EQ(value_of(facts, "Gaussians"), "5,834,784");
   EXPECT_EQ(value_of(facts, "size"), "1.4 GB");
   EXPECT_EQ(value_of(facts, "SH degree"), "3");
-  EXPECT_EQ(value_of(facts, "extent"), "2.5");
+  EXPECT_EQ(value_of(facts, "extent"), "2.5 units, the longest side of its middle 90 %");
   EXPECT_THAT(value_of(facts, "cameras"), HasSubstr("none"));
   EXPECT_EQ(value_of(facts, "view"), "from -1, 2, -3.46");
   const double fov = 2 * std::atan(0.5 * 480 / viewer.camera.focal_px.y);

@@ -9,6 +9,7 @@
 
 #include "app/serve/served_commands.h"
 #include "app/viewer/commands/keys.h"
+#include "app/viewer/state/hud_text.h"
 #include "io/camera/cameras.h"
 
 namespace qs {

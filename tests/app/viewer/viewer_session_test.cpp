@@ -97,8 +97,8 @@ TEST_F(ViewerSession, shows_numbers_that_other_commands_confirm) {
   expect_counts_of_frames(opened);
   expect_counts_of_frames(arrived);
 
-  // Toggling: the status line and the facts have the numbers of the mode's row.
-  const json frames = rendered(state("mode1"), size_of_picture(state("mode1")));
+  // Toggling: the status line and the facts have the numbers of the mode's row, at its size.
+  const json frames = rendered(state("mode1"), measured_size(state("mode1")));
   for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const json shown = state("mode" + std::to_string(mode));
     const json& row = shown["modes"][static_cast<std::size_t>(mode - 1)];

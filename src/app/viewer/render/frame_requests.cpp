@@ -108,15 +108,19 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
   const bool rescales = viewer.shown.version == viewer.version && viewer.shown.divisor == 1 &&
                         has_old_scale(viewer) && !viewer.moving() && !render.busy();
   // For example because the table was opened.
-  const bool uncounted = counts_are_missing(viewer) && counted_version_ != viewer.view_version;
+  const Camera counted = counted_camera(viewer);
+  const glm::ivec2 size(counted.width, counted.height);
+  const bool uncounted = counts_are_missing(viewer) &&
+                         (counted_version_ != viewer.view_version || counted_size_ != size);
   if (!are_up_to_date(viewer) || divisor < divisor_ || continuous || rescales || uncounted) {
     FrameRequest request = full_frame(viewer);
     request.divisor = divisor;
     request.moving = viewer.moving();
     request.pairs = wants_pairs(viewer, request);
     if (next_counts(viewer)) {
-      request.counted = CountedView{counted_camera(viewer), request.settings};
+      request.counted = CountedView{counted, request.settings};
       counted_version_ = viewer.view_version;
+      counted_size_ = size;
     }
     render.request(std::move(request));
     version_ = viewer.version;

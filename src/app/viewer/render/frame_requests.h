@@ -65,6 +65,7 @@ class FrameRequests {
 
   int version_ = -1, divisor_ = 1;  // the last request's
   int counted_version_ = -1;        // Viewer::view_version of the last request that counts
+  glm::ivec2 counted_size_{0};      // of that view, pixels
   Resolution resolution_;
   CountingPace counting_pace_;
 };

@@ -242,7 +242,10 @@ std::optional<RenderedFrame> KeptFrames::find(const FrameRequest& request) const
     return std::nullopt;
   for (const Kept& kept : frames_) {
     if (kept.picture != request.picture || kept.frame.shown.mode != request.settings.mode) continue;
-    if (request.counted && kept.frame.shown.mode_pairs.empty()) return std::nullopt;
+    if (request.counted &&
+        (kept.frame.shown.mode_pairs.empty() ||
+         kept.frame.shown.counted_size != shown_of(request, Frame()).counted_size))
+      return std::nullopt;
     RenderedFrame frame = kept.frame;
     frame.shown.version = request.version;
     return frame;

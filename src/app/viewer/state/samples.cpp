@@ -69,7 +69,7 @@ void refer_to(LiveTimes& live, CullMode mode) {
   live.pairs = kept;
 }
 
-// Begins anew for another pipeline or backend.
+// Begins again for another pipeline or backend.
 void use(LiveTimes& live, const Variant& variant) {
   if (live.used.pipeline != variant.pipeline || live.used.backend != variant.backend) {
     live = {variant, {}, {}};

@@ -60,7 +60,13 @@ TEST(LiveCounts, are_forgotten_with_their_scene_but_not_when_it_is_replaced_by_a
   OpenedScene opened{};
   opened.facts.path = "/data/a.ply";
   action::scene_opened(viewer, host, opened);
-  action::frame_shown(viewer, frame_of(viewer.view_version, true));
+  ShownFrame frame = frame_of(viewer.view_version, true);
+  const Camera counted = counted_camera(viewer);
+  frame.counted_size = {counted.width + 1, counted.height};
+  action::frame_shown(viewer, frame);
+  EXPECT_FALSE(counts_are_current(viewer)) << "another size";
+  --frame.counted_size.x;
+  action::frame_shown(viewer, frame);
   EXPECT_TRUE(counts_are_current(viewer));
   action::scene_opened(viewer, host, opened);
   EXPECT_FALSE(counts_are_current(viewer));

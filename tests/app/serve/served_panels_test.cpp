@@ -155,7 +155,7 @@ TEST(ServePanels, a_view_that_moves_is_not_measured) {
   EXPECT_FALSE(room.of(1).measuring_wish().request) << "it moves";
   EXPECT_EQ(room.of(1).measuring(), Measuring::none);
   room.of(1).tick(room.now);  // a measurement may have run until then
-  EXPECT_THAT(text_in(room.of(1), "table/text"), HasSubstr("from an earlier view"));
+  EXPECT_THAT(text_in(room.of(1), "table/text"), HasSubstr("measured once this view is still"));
   ASSERT_TRUE(room.until([&] { return is_measured(room); })) << "it rests";
   const auto before = room.measured.size();
   room.command(kTable);

@@ -79,9 +79,10 @@ block::Table mode_table(const Viewer& v) {
   block::Table table{.name = "modes", .caption = table_caption(v), .is_busy = v.measuring};
   const std::vector<TableColumn> columns = table_columns(v);
   for (const TableColumn& column : columns) {
-    const bool is_bar = column.kind == CellKind::bar;
+    const bool is_rate = column.kind == CellKind::bar;
+    const bool is_bar = scale.pairs > 0 ? column.cell == &HudRow::pairs : is_rate;
     table.columns.push_back({column.title, column.letters, is_bar ? 1.0f : 0.0f, column.rank,
-                             column.kind == CellKind::mode, column.cell != nullptr, is_bar});
+                             column.kind == CellKind::mode, column.cell != nullptr, is_rate});
   }
   for (const HudRow& row : rows) {
     block::Row& line = table.rows.emplace_back();

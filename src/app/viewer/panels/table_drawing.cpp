@@ -200,8 +200,11 @@ void draw_table(const block::Table& table, PanelState& state, const ControlsDraw
   const float line = ImGui::GetTextLineHeight() + 2 * ImGui::GetStyle().CellPadding.y;
   const int lines = std::min(static_cast<int>(table.rows.size()) + 2, table.most_lines);
   if (lines > 0) flags |= ImGuiTableFlags_ScrollY;
-  // A table of its own for each set of columns, because ImGui keeps the order of a table's columns.
-  const std::string id = fmt::format("{} {}", table.name, fmt::join(titles, " "));
+  // A table of its own for each set of columns and the wide ones of them, because ImGui keeps the
+  // order and the widths of a table's columns.
+  std::string id = table.name;
+  for (const ShownColumn& column : columns)
+    id += " " + column.title + (column.share > 0 ? "*" : "");
   if (!ImGui::BeginTable(id.c_str(), static_cast<int>(columns.size()), flags,
                          {0, static_cast<float>(lines) * line}))
     return;

@@ -68,6 +68,13 @@ PictureNumbers numbers_of_shown(const Viewer& viewer) {
     numbers.pairs = (full->exact ? "" : "~") + grouped(full->pairs);
     numbers.pairs_at.clear();
   }
+  // In flight the numbers of the table, which counts some frames only.
+  const std::optional<LiveCount> live_count = live_pairs(viewer, viewer.shown.mode);
+  if (live_count && viewer.moving() && shows_counts(viewer)) {
+    numbers.pairs = (live_count->frames_ago > 0 ? "~" : "") + grouped(live_count->tile_pairs);
+    numbers.pairs_at.clear();
+    numbers.visible = live_count->visible;
+  }
   if (numbers_are_current(viewer) && !is_measured_size(viewer))
     numbers.elsewhere = fmt::format("{} x {}", viewer.camera.width, viewer.camera.height);
   if (stats.frame_ms <= 0) return numbers;
@@ -257,8 +264,8 @@ std::vector<Fact> hud_facts(const Viewer& viewer) {
   if (viewer.is_remote)  // these are of a window
     std::erase_if(
         facts, [](const Fact& fact) { return fact.label == "display" || fact.label == "present"; });
-  const BenchRow* measured = measured_row(viewer, viewer.mode(), viewer.settings.pipeline);
-  if (measured != nullptr && measured->false_positives && numbers_are_current(viewer))
+  const BenchRow* measured = row_of_picture(viewer);
+  if (measured != nullptr && measured->false_positives)
     facts.push_back({"unused", fmt::format("{} pairs, {}", grouped(*measured->false_positives),
                                            unused_text(measured))});
   if (viewer.process_bytes > 0) {
@@ -343,12 +350,12 @@ std::string hud_status(const Viewer& viewer) {
     return text + (viewer.measuring ? ", measuring more ..." : "");
   }
   if (viewer.measuring) return "measuring all modes for this view ...";
-  const std::string live = viewer.live.pairs.empty()
-                               ? "not measured yet"
-                               : fmt::format(
-                                     "in flight at {}: ~ of {} frames, each beside a "
-                                     "picture in the window",
-                                     numbers_size(viewer), kPairsOfMode);
+  const std::string live =
+      viewer.live.pairs.empty() ? "not measured yet"
+      : live_rate(viewer, viewer.shown.mode)
+          ? fmt::format("in flight at {}: ~ of {} frames, each beside a picture in the window",
+                        numbers_size(viewer), kPairsOfMode)
+          : fmt::format("in flight at {}: pairs alone", numbers_size(viewer));
   if (is_training(viewer)) return live + "; modes are not measured beside the trainer";
   if (!viewer.on_demand) return live + "; all modes are measured while drawing on demand only";
   const bool soon = viewer.still() && !viewer.playback.running;

@@ -4,6 +4,7 @@
 // reduced frames.
 #include "app/viewer/state/samples.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -113,6 +114,21 @@ TEST_F(LiveRates, leave_nothing_of_an_earlier_view_in_a_row) {
   EXPECT_EQ(row_of(viewer_, "3dgs").ratio.text, "~1.0x");
   EXPECT_EQ(row_of(viewer_, "quadbox").ratio.text, "~1.5x");
   EXPECT_THAT(table_caption(viewer_), HasSubstr("640 x 480 at 1/2"));
+}
+
+TEST_F(LiveRates, and_pairs_of_the_line_are_the_numbers_of_the_row) {
+  viewer_.scene.emplace();
+  viewer_.panels.hud = true;
+  show(20);
+  viewer_.counts = {
+      viewer_.view_version, {640, 480}, viewer_.frames, std::vector<ModePairs>(6, {5000, 10})};
+  for (const char* pairs : {"5,000", "~5,000"}) {
+    EXPECT_EQ(row_of(viewer_, "quadbox").pairs.text, pairs);
+    const std::string line = status_line(viewer_).numbers;
+    EXPECT_THAT(line, HasSubstr(fmt::format("~50 FPS at 1/2  \u00b7  {} pairs  ", pairs)));
+    EXPECT_THAT(line, HasSubstr("  10 of "));
+    show(20);  // a picture that does not count
+  }
 }
 
 TEST_F(LiveRates, compare_frames_of_one_size) {

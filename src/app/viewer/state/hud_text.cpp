@@ -264,8 +264,10 @@ std::vector<Fact> hud_facts(const Viewer& viewer) {
   if (viewer.is_remote)  // these are of a window
     std::erase_if(
         facts, [](const Fact& fact) { return fact.label == "display" || fact.label == "present"; });
-  const BenchRow* measured = row_of_picture(viewer);
-  if (measured != nullptr && measured->false_positives)
+  const BenchRow* measured = measured_row(viewer, viewer.mode(), viewer.settings.pipeline);
+  const bool of_this_size = row_of_picture(viewer) != nullptr || is_measured_size(viewer);
+  if (measured != nullptr && measured->false_positives && numbers_are_current(viewer) &&
+      of_this_size)
     facts.push_back({"unused", fmt::format("{} pairs, {}", grouped(*measured->false_positives),
                                            unused_text(measured))});
   if (viewer.process_bytes > 0) {
@@ -353,7 +355,7 @@ std::string hud_status(const Viewer& viewer) {
   const std::string live =
       viewer.live.pairs.empty() ? "not measured yet"
       : live_rate(viewer, viewer.shown.mode)
-          ? fmt::format("in flight at {}: ~ of {} frames, each beside a picture in the window",
+          ? fmt::format("in flight at {}: ~ of at least {} frames, each beside a picture",
                         numbers_size(viewer), kPairsOfMode)
           : fmt::format("in flight at {}: pairs alone", numbers_size(viewer));
   if (is_training(viewer)) return live + "; modes are not measured beside the trainer";

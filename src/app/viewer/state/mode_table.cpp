@@ -125,7 +125,7 @@ std::string trust_text(const Viewer& viewer, CullMode mode) {
   const BenchRow* row = measured_row(viewer, mode, here);
   if (row == nullptr) return "not measured yet";
   if (!numbers_are_current(viewer))
-    return fmt::format("~ is of {} frames, each beside a picture in the window", kPairsOfMode);
+    return fmt::format("~ is of at least {} frames, each beside a picture in the window", kPairsOfMode);
   const std::size_t frames = rounds_of(*row).size();
   std::string text = fmt::format("median of {} frame{}", frames, frames == 1 ? "" : "s");
   if (const std::optional<double> spread = spread_ms(*row)) {
@@ -205,7 +205,11 @@ std::string switch_text(const Viewer& viewer) {
   const auto row_of = [&](CullMode mode) { return rows[static_cast<std::size_t>(mode - 1)]; };
   const HudRow from = row_of(viewer.mode_switch->from), to = row_of(viewer.mode_switch->to);
   if (from.pairs.value == 0 && to.pairs.value == 0) return "";
-  return fmt::format("FPS {} -> {}, pairs {} -> {}", from.fps.text, to.fps.text, from.pairs.text,
+  const auto fps_of = [&](const HudRow& row) {  // one pair is drawn at once
+    const auto rate = row.fps.value == 0 ? live_rate(viewer, row.mode, 1) : std::nullopt;
+    return rate && row.is_live ? live_text(*rate) : row.fps.text;
+  };
+  return fmt::format("FPS {} -> {}, pairs {} -> {}", fps_of(from), fps_of(to), from.pairs.text,
                      to.pairs.text);
 }
 

@@ -42,41 +42,40 @@ void learn_growth(PairGrowth& growth, const ShownFrame& before, const ShownFrame
     if (reduced > 0) growth.factors[divisor] = pairs / reduced;
 }
 
-constexpr std::size_t kMostShownTimes = 200;
+constexpr std::size_t kMostShownTimes = 200, kKeptPairs = 8;
 
-// The speeds of the mode's last pairs of this size relative to the mode in use, oldest first.
-std::vector<double> speeds_of(const LiveTimes& live, CullMode mode, glm::ivec2 size) {
-  std::vector<double> speeds;
-  for (const PairedFrame& pair : live.pairs)
-    if (pair.variant.mode == mode && pair.size == size) speeds.push_back(pair.speed);
-  return speeds;
+// The logarithms of the speed of `mode` relative to `other` by their pairs of this size, newest
+// first.
+std::vector<double> logs_of(const LiveTimes& live, CullMode mode, CullMode other, glm::ivec2 size) {
+  std::vector<double> logs;
+  for (auto pair = live.pairs.rbegin(); pair != live.pairs.rend(); ++pair) {
+    if (pair->size != size) continue;
+    if (pair->variant.mode == mode && pair->shown == other) logs.push_back(std::log(pair->speed));
+    if (pair->variant.mode == other && pair->shown == mode) logs.push_back(-std::log(pair->speed));
+  }
+  return logs;
 }
 
-// Makes the speeds relative to the mode of the next picture. Speeds of a size with less than this
-// many pairs of both modes are forgotten: one bad pair would shift all rows.
-constexpr std::size_t kFewestToRefer = 3;
-void refer_to(LiveTimes& live, CullMode mode) {
-  const CullMode before = live.used.mode;
-  std::deque<PairedFrame> kept;
-  for (PairedFrame pair : live.pairs) {
-    const std::vector<double> speeds = speeds_of(live, mode, pair.size);
-    if (speeds.size() < kFewestToRefer) continue;
-    const bool swaps = pair.variant.mode == mode;
-    pair.speed = swaps ? 1 / pair.speed : pair.speed / median(speeds);
-    if (swaps) pair.variant.mode = before;
-    kept.push_back(pair);
+// The logarithms of a mode's speed relative to the mode in use: by their pairs, and by pairs with
+// third modes, because the mode in use changes. A third mode with few pairs counts as little, so
+// that one bad pair does not shift the row.
+std::vector<double> speed_logs(const LiveTimes& live, CullMode mode, glm::ivec2 size) {
+  std::vector<double> logs = logs_of(live, mode, live.used.mode, size);
+  for (CullMode third = 1; third <= mode_count(); ++third) {
+    if (third == mode || third == live.used.mode) continue;
+    const std::vector<double> known = logs_of(live, third, live.used.mode, size);
+    std::vector<double> more = logs_of(live, mode, third, size);
+    more.resize(std::min(more.size(), known.size()));
+    for (const double log : more) logs.push_back(log + median(known));
   }
-  live.pairs = kept;
+  return logs;
 }
 
 // Begins again for another pipeline or backend.
 void use(LiveTimes& live, const Variant& variant) {
-  if (live.used.pipeline != variant.pipeline || live.used.backend != variant.backend) {
+  if (live.used.pipeline != variant.pipeline || live.used.backend != variant.backend)
     live = {variant, {}, {}};
-  } else if (live.used.mode != variant.mode) {
-    refer_to(live, variant.mode);
-    live.used = variant;
-  }
+  live.used = variant;
 }
 
 // The median time of the last mode's pictures of this size, of the last second or of the view at
@@ -94,7 +93,7 @@ double used_ms(const LiveTimes& live) {
 
 }  // namespace
 
-std::optional<LiveRate> live_rate(const Viewer& viewer, CullMode mode) {
+std::optional<LiveRate> live_rate(const Viewer& viewer, CullMode mode, std::size_t fewest) {
   const LiveTimes& live = viewer.live;
   const Variant& used = live.used;
   if (live.shown.empty() || live.shown.back().view_version != viewer.shown.view_version ||
@@ -103,15 +102,15 @@ std::optional<LiveRate> live_rate(const Viewer& viewer, CullMode mode) {
   const ShownTime& last = live.shown.back();
   const double fps = 1000 / used_ms(live);
   if (mode == used.mode) return LiveRate{fps, 0};
-  const std::vector<double> speeds = speeds_of(live, mode, last.size);
-  if (speeds.empty()) return std::nullopt;
-  const auto newest = std::ranges::find_if(
-      live.pairs.rbegin(), live.pairs.rend(),
-      [&](const PairedFrame& pair) { return pair.variant.mode == mode && pair.size == last.size; });
+  const std::vector<double> logs = speed_logs(live, mode, last.size);
+  if (logs.empty()) return std::nullopt;
+  const auto newest =
+      std::ranges::find_if(live.pairs.rbegin(), live.pairs.rend(), [&](const PairedFrame& pair) {
+        return pair.size == last.size && (pair.variant.mode == mode || pair.shown == mode);
+      });
   const bool rests = newest->view_version == viewer.view_version && !viewer.moving();
-  const bool is_told = viewer.mode_switch && viewer.mode_switch->from == mode;
-  if (!rests && !is_told && speeds.size() < kPairsOfMode) return std::nullopt;
-  return LiveRate{fps * median(speeds), rests ? 0 : viewer.now - newest->at};
+  if (!rests && logs.size() < fewest) return std::nullopt;
+  return LiveRate{fps * std::exp(median(logs)), rests ? 0 : viewer.now - newest->at};
 }
 
 std::string live_text(const LiveRate& rate) {
@@ -176,7 +175,7 @@ void action::frame_paired(Viewer& v, const PairedFrame& pair) {
   const auto is_like = [&](const PairedFrame& other) {
     return other.variant.mode == pair.variant.mode && other.size == pair.size;
   };
-  if (static_cast<std::size_t>(std::ranges::count_if(pairs, is_like)) > kPairsOfMode)
+  if (static_cast<std::size_t>(std::ranges::count_if(pairs, is_like)) > kKeptPairs)
     pairs.erase(std::ranges::find_if(pairs, is_like));
 }
 

@@ -20,8 +20,7 @@
 
 namespace qs {
 
-/// A mode in flight has a ratio once this many pairs of its size were drawn; the mode before a
-/// switch at once.
+/// A row has FPS in flight once this many pairs of its size were drawn.
 inline constexpr std::size_t kPairsOfMode = 5;
 
 /// Seconds of pictures behind the FPS of the mode in use. Older ratios say their age.
@@ -35,7 +34,8 @@ struct LiveRate {
 
 /// At the size of the picture in the window; unset until there are enough frames of the mode with
 /// the pipeline and the backend in use.
-std::optional<LiveRate> live_rate(const Viewer& viewer, CullMode mode);
+std::optional<LiveRate> live_rate(const Viewer& viewer, CullMode mode,
+                                  std::size_t fewest = kPairsOfMode);
 
 /// "~310", or "~310 (4 s)" for a rate of that age.
 std::string live_text(const LiveRate& rate);

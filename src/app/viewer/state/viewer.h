@@ -264,7 +264,7 @@ struct ShownTime {
 
 /// Times of single frames; samples.h makes the FPS of all modes of them.
 struct LiveTimes {
-  Variant used;                   ///< of the last picture; speeds are relative to its mode
+  Variant used;                   ///< of the last picture
   std::deque<ShownTime> shown;    ///< the pictures of a second, newest last
   std::deque<PairedFrame> pairs;  ///< the last of each mode and size, newest last
 };

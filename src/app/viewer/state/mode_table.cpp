@@ -125,7 +125,8 @@ std::string trust_text(const Viewer& viewer, CullMode mode) {
   const BenchRow* row = measured_row(viewer, mode, here);
   if (row == nullptr) return "not measured yet";
   if (!numbers_are_current(viewer))
-    return fmt::format("~ is of at least {} frames, each beside a picture in the window", kPairsOfMode);
+    return fmt::format("~ is of at least {} frames, each beside a picture in the window",
+                       kPairsOfMode);
   const std::size_t frames = rounds_of(*row).size();
   std::string text = fmt::format("median of {} frame{}", frames, frames == 1 ? "" : "s");
   if (const std::optional<double> spread = spread_ms(*row)) {

@@ -429,37 +429,34 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
     names.push_back({way.name, on_dark::mode_color(way.settings.mode)});
   SplitScreen screen(std::move(names), plan.size.x, plan.size.y);
   TurnOrder order;
-  write_film_file(
-      path, plan.size, plan.fps,
-      [&](const AddPicture& add) {
-        if (plan.numbers)  // a renderer's first frame takes longer
-          for (const FilmedBy& way : plan.ways)
-            frame_of(plan, way, 0, progress.stop, Quantity::color);
-        const auto draw = [&](int i) {
-          std::optional<Legend> legend;
-          for (const std::size_t k : order.next(plan.ways.size())) {
-            ShownWay shown = show_way(screen, k, plan, i, progress.stop);
-            legend = std::move(shown.legend);
-            if (measures && !draws_colors)  // maps take time that the mode does not need
-              shown.stats = frame_of(plan, plan.ways[k], i, progress.stop, Quantity::color).stats;
-            numbers[k].add(shown.stats);
-            if (plan.numbers)
-              screen.label(k, lines_of(shown.stats, plan.ways[k], plan.size,
-                                       numbers[k].recent_ms(per_second)));
-          }
-          Image& picture = screen.picture();
-          if (legend) draw_legend_over(picture, *legend);
-          add(picture);
-          progress.update(static_cast<float>(i + 1) / static_cast<float>(count));
-        };
-        int drawn = 0;
-        try {
-          for (; drawn < count; ++drawn) draw(drawn);
-        } catch (const Cancelled&) {
-          if (drawn == 0 || !plan.keeps_part || !plan.keeps_part()) throw;
-        }
-      },
-      plan.altered);
+  const auto draw = [&](int i, const AddPicture& add) {
+    std::optional<Legend> legend;
+    for (const std::size_t k : order.next(plan.ways.size())) {
+      ShownWay shown = show_way(screen, k, plan, i, progress.stop);
+      legend = std::move(shown.legend);
+      if (measures && !draws_colors)  // maps take time that the mode does not need
+        shown.stats = frame_of(plan, plan.ways[k], i, progress.stop, Quantity::color).stats;
+      numbers[k].add(shown.stats);
+      if (plan.numbers)
+        screen.label(
+            k, lines_of(shown.stats, plan.ways[k], plan.size, numbers[k].recent_ms(per_second)));
+    }
+    Image& picture = screen.picture();
+    if (legend) draw_legend_over(picture, *legend);
+    add(picture);
+    progress.update(static_cast<float>(i + 1) / static_cast<float>(count));
+  };
+  const auto draw_all = [&](const AddPicture& add) {
+    if (plan.numbers)  // a renderer's first frame takes longer
+      for (const FilmedBy& way : plan.ways) frame_of(plan, way, 0, progress.stop, Quantity::color);
+    int drawn = 0;
+    try {
+      for (; drawn < count; ++drawn) draw(drawn, add);
+    } catch (const Cancelled&) {
+      if (drawn == 0 || !plan.keeps_part || !plan.keeps_part()) throw;
+    }
+  };
+  write_film_file(path, plan.size, plan.fps, draw_all, plan.altered);
   std::vector<FilmedNumbers> medians;
   for (const Numbers& way : numbers)
     medians.push_back(

@@ -42,10 +42,9 @@ using AddPicture = std::function<void(const Image& picture)>;
 void check_film(const std::filesystem::path& path, glm::ivec2 size, double fps);
 
 /// Calls draw(add), which adds the pictures in order, and moves the finished file or folder to
-/// `path`. The name of `path` determines the format. `altered` becomes the comment of a film, or
-/// metadata of the pictures. A folder holds
-/// frame_00000.png and so on; pictures of an earlier, longer film are removed. Throws what draw()
-/// throws, and Error.
+/// `path`. The name of `path` determines the format. A folder holds frame_00000.png and so on;
+/// pictures of an earlier, longer film are removed. `altered` becomes the comment of a film, or
+/// metadata of the pictures. Throws Error, and the exceptions of draw().
 void write_film_file(const std::filesystem::path& path, glm::ivec2 size, double fps,
                      const std::function<void(const AddPicture& add)>& draw,
                      const std::string& altered = {});

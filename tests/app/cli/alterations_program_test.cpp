@@ -10,11 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/command.h"
-#include "app/support/run_program.h"
+#include "app/support/program_in_folder.h"
 #include "io/picture/image_file.h"
-#include "support/scene_files.h"
-#include "support/scenes.h"
-#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
@@ -26,31 +23,12 @@ using testing::AnyOf;
 using testing::HasSubstr;
 using testing::Not;
 
-class AlteredOutputs : public testing::Test {
+class AlteredOutputs : public test::ProgramInFolder {
  protected:
-  void SetUp() override {
-    GaussianCloud cloud = test::random_cloud(300, 1, 11);
-    cloud.positions[0] = {0, 0, 3};
-    cloud.opacity_logits[0] = 8;
+  void edit(GaussianCloud& cloud) override {
     cloud.log_scales[9] = glm::vec3(9);  // larger than the scene
     cloud.opacity_logits[9] = -4;
-    test::write_scene(cloud, folder_ / "scene.ply");
-    Camera camera = test::front_camera(32, 24);
-    camera.name = "view";
-    test::write_cameras({camera}, folder_ / "cameras.json");
-    fs::create_directories(folder_ / "images");
-    write_image(Image(32, 24, 3), folder_ / "images/view.pfm");
   }
-
-  // Words that begin with @ are files of the folder.
-  ProgramRun run(const std::string& line) const {
-    std::vector<std::string> words;
-    for (const std::string& word : separated(line, ' '))
-      words.push_back(word.starts_with('@') ? (folder_ / word.substr(1)).string() : word);
-    return run_quadsplat(words);
-  }
-
-  TemporaryFolder folder_;
 };
 
 struct AlteredCommand {

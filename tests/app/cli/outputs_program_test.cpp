@@ -15,7 +15,7 @@
 
 #include "app/cli/command.h"
 #include "app/measure/camera_path.h"
-#include "app/support/run_program.h"
+#include "app/support/program_in_folder.h"
 #include "io/picture/image_file.h"
 #include "raster/kernel/cull/mode.h"
 #include "support/scene_files.h"
@@ -32,30 +32,8 @@ using testing::HasSubstr;
 using testing::Not;
 using Words = std::vector<std::string>;
 
-class OutputFiles : public testing::Test {
+class OutputFiles : public test::ProgramInFolder {
  protected:
-  void SetUp() override {
-    GaussianCloud cloud = test::random_cloud(300, 1, 11);
-    cloud.positions[0] = {0, 0, 3};
-    cloud.opacity_logits[0] = 8;
-    test::write_scene(cloud, folder_ / "scene.ply");
-    Camera camera = test::front_camera(32, 24);
-    camera.name = "view";
-    test::write_cameras({camera}, folder_ / "cameras.json");
-    fs::create_directories(folder_ / "images");
-    write_image(Image(32, 24, 3), folder_ / "images/view.pfm");
-  }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  // Words that begin with @ are files of the folder.
-  ProgramRun run(const std::string& line, const std::function<void(pid_t)>& meanwhile = {}) const {
-    Words words;
-    for (const std::string& word : separated(line, ' '))
-      words.push_back(word.starts_with('@') ? path(word.substr(1)) : word);
-    return run_quadsplat(words, meanwhile);
-  }
-
   void write_path() const {
     const Camera camera = test::front_camera(32, 24);
     std::ofstream(folder_ / "path.json") << format_camera_path({{0, camera}, {9, camera}});
@@ -71,8 +49,6 @@ class OutputFiles : public testing::Test {
           entry.is_directory() ? "folder" : text_of(entry.path());
     return all;
   }
-
-  TemporaryFolder folder_;
 };
 
 constexpr const char* kFew = " --frames 1 --warmup 0 --backend cpu --cull quadbox";

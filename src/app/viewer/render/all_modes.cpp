@@ -132,6 +132,13 @@ RenderedFrame draw_grid(RenderContext& context, const FrameRequest& request, con
   return rendered;
 }
 
+CullMode PairedFrames::next_in_turn() {
+  do {
+    last_ = last_ % culler_count() + 1;
+  } while (last_ == shown_);
+  return last_;
+}
+
 void PairedFrames::follow(RenderContext& context, const FrameRequest& request, const Camera& camera,
                           const RenderStats& shown) {
   constexpr double kMostPauseMs = 500;  // a longer one gives no more credit
@@ -144,14 +151,9 @@ void PairedFrames::follow(RenderContext& context, const FrameRequest& request, c
   credit_ += passed * (context.session.backend == Backend::cpu ? 0.18 : 0.05);
   if (cost_ == 0) cost_ = static_cast<double>(shown.frame_ms);
   if (credit_ < cost_ && !switched) return;
-  if (!switched) {
-    do {
-      last_ = last_ % culler_count() + 1;
-    } while (last_ == shown_);
-  }
+  const CullMode mode = switched ? before : next_in_turn();
   const RenderSettings settings = reduced(request.settings, request.divisor);
-  draw_pair(context, camera, settings, switched ? before : last_, used_ms(shown),
-            request.view_version);
+  draw_pair(context, camera, settings, mode, used_ms(shown), request.view_version);
   cost_ = now_ms() - began;
   credit_ = std::min(credit_ - cost_, cost_);
 }

@@ -38,7 +38,7 @@ struct NumbersRequest {
 void measure_modes(RenderContext& context, const NumbersRequest& request);
 
 /// Draws frames of other modes at the view and size of pictures of a moving camera, one mode after
-/// the other, and reports frame_paired(). Takes less than a fifth of the time of the CPU and a
+/// the other, and reports frame_paired(). They take less than a fifth of the time of the CPU and a
 /// twentieth of a GPU's, so that the flight stays smooth. After a switch the mode before comes
 /// first.
 class PairedFrames {
@@ -48,6 +48,8 @@ class PairedFrames {
               const RenderStats& shown);
 
  private:
+  CullMode next_in_turn();
+
   double now_ = 0, credit_ = 0, cost_ = 0;  // milliseconds
   CullMode last_ = 0, shown_ = 0;
 };

@@ -109,9 +109,8 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
                         has_old_scale(viewer) && !viewer.moving() && !render.busy();
   // For example because the table was opened.
   const Camera counted = counted_camera(viewer);
-  const glm::ivec2 size(counted.width, counted.height);
-  const bool uncounted = counts_are_missing(viewer) &&
-                         (counted_version_ != viewer.view_version || counted_size_ != size);
+  const bool uncounted = counts_are_missing(viewer) && (counted_version_ != viewer.view_version ||
+                                                        counted_size_ != size_of(counted));
   if (!are_up_to_date(viewer) || divisor < divisor_ || continuous || rescales || uncounted) {
     FrameRequest request = full_frame(viewer);
     request.divisor = divisor;
@@ -120,7 +119,7 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
     if (next_counts(viewer)) {
       request.counted = CountedView{counted, request.settings};
       counted_version_ = viewer.view_version;
-      counted_size_ = size;
+      counted_size_ = size_of(counted);
     }
     render.request(std::move(request));
     version_ = viewer.version;

@@ -4,6 +4,7 @@
 #include "app/inspect/heatmap_frame.h"
 #include "app/viewer/render/all_modes.h"
 #include "app/viewer/render/upload_scene.h"
+#include "app/viewer/state/samples.h"
 
 namespace qs {
 namespace {
@@ -165,8 +166,7 @@ ShownFrame shown_of(const FrameRequest& request, const Frame& frame) {
   ShownFrame shown;
   shown.stats = frame.stats;
   shown.mode_pairs = frame.mode_pairs;
-  if (request.counted)
-    shown.counted_size = {request.counted->camera.width, request.counted->camera.height};
+  if (request.counted) shown.counted_size = size_of(request.counted->camera);
   shown.mode = request.settings.mode;
   shown.version = request.version;
   shown.view_version = request.view_version;

@@ -5,6 +5,7 @@
 
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
+#include "app/viewer/state/samples.h"
 
 namespace qs {
 RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wake,
@@ -242,9 +243,8 @@ std::optional<RenderedFrame> KeptFrames::find(const FrameRequest& request) const
     return std::nullopt;
   for (const Kept& kept : frames_) {
     if (kept.picture != request.picture || kept.frame.shown.mode != request.settings.mode) continue;
-    if (request.counted &&
-        (kept.frame.shown.mode_pairs.empty() ||
-         kept.frame.shown.counted_size != shown_of(request, Frame()).counted_size))
+    if (request.counted && (kept.frame.shown.mode_pairs.empty() ||
+                            kept.frame.shown.counted_size != size_of(request.counted->camera)))
       return std::nullopt;
     RenderedFrame frame = kept.frame;
     frame.shown.version = request.version;

@@ -33,8 +33,7 @@ std::string signed_text(std::int64_t number) {
 namespace {
 
 bool is_measured_size(const Viewer& viewer) {
-  const Camera measured = measured_camera(viewer);
-  return measured.width == viewer.camera.width && measured.height == viewer.camera.height;
+  return size_of(measured_camera(viewer)) == size_of(viewer.camera);
 }
 
 // The row of the table that is of the view in the window; null if there is none, or if the picture
@@ -71,7 +70,7 @@ PictureNumbers numbers_of_shown(const Viewer& viewer) {
   // In flight the numbers of the table, which counts some frames only.
   const std::optional<LiveCount> live_count = live_pairs(viewer, viewer.shown.mode);
   if (live_count && viewer.moving() && shows_counts(viewer)) {
-    numbers.pairs = (live_count->frames_ago > 0 ? "~" : "") + grouped(live_count->tile_pairs);
+    numbers.pairs = count_text(*live_count);
     numbers.pairs_at.clear();
     numbers.visible = live_count->visible;
   }

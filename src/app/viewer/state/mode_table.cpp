@@ -35,12 +35,11 @@ void set_measured(HudRow& row, const BenchRow& measured) {
 }
 
 // Rates and counts of the view in the window, until its modes are measured: nothing of a row is of
-// an earlier view.
-void set_live(const Viewer& viewer, HudRow& row) {
+// an earlier view. `base`: the rate of Viewer::baseline.
+void set_live(const Viewer& viewer, const std::optional<LiveRate>& base, HudRow& row) {
   row.is_live = true;
   if (const std::optional<LiveCount> live = live_pairs(viewer, row.mode)) {
-    row.pairs = {(live->frames_ago > 0 ? "~" : "") + grouped(live->tile_pairs),
-                 static_cast<double>(live->tile_pairs)};
+    row.pairs = {count_text(*live), static_cast<double>(live->tile_pairs)};
     if (live->visible > 0) {
       const double each = row.pairs.value / live->visible;
       row.per_visible = {fmt::format("{:.2f}", each), each};
@@ -50,7 +49,6 @@ void set_live(const Viewer& viewer, HudRow& row) {
   if (!rate) return;
   row.fps = {live_text(*rate), rate->fps};
   row.ms = {"~" + rough(1000 / rate->fps), 1000 / rate->fps};
-  const std::optional<LiveRate> base = live_rate(viewer, viewer.baseline);
   if (base) row.ratio = {"~" + rough(rate->fps / base->fps) + "x", rate->fps / base->fps};
 }
 
@@ -100,16 +98,18 @@ std::string unused_text(const BenchRow* row) {
 std::vector<HudRow> hud_rows(const Viewer& viewer) {
   const Pipeline here = viewer.settings.pipeline;
   const std::optional<Pipeline> other = other_pipeline(viewer);
+  const bool is_current = numbers_are_current(viewer);
+  const auto base = is_current ? std::nullopt : live_rate(viewer, viewer.baseline);
   std::vector<HudRow> rows;
   for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-    const BenchRow* found = measured_row(viewer, mode, here);
     HudRow& row = rows.emplace_back();
     row.mode = mode;
     row.name = {mode_name(mode), static_cast<double>(mode)};
-    if (!numbers_are_current(viewer)) {
-      set_live(viewer, row);
+    if (!is_current) {
+      set_live(viewer, base, row);
       continue;
     }
+    const BenchRow* found = measured_row(viewer, mode, here);
     if (found != nullptr) set_measured(row, *found);
     row.ratio = ratio_cell(viewer, found, here);
     if (!other) continue;

@@ -28,8 +28,7 @@ struct HudRow {
   HudCell name, ms, fps, pairs, per_visible, unused, ratio;
   HudCell other_ms{""}, other_ratio{""};  ///< of other_pipeline(); empty without another pipeline
   double fps_low = 0, fps_high = 0;       ///< the middle half of the frames; 0 for live numbers
-  bool is_live =
-      false;  ///< the numbers are of the picture in the window: live_rate(), live_pairs()
+  bool is_live = false;  ///< of the picture in the window: live_rate(), live_pairs()
 };
 
 std::vector<HudRow> hud_rows(const Viewer& viewer);

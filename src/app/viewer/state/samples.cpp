@@ -42,7 +42,8 @@ void learn_growth(PairGrowth& growth, const ShownFrame& before, const ShownFrame
     if (reduced > 0) growth.factors[divisor] = pairs / reduced;
 }
 
-constexpr std::size_t kMostShownTimes = 200, kKeptPairs = 8;
+constexpr std::size_t kMostShownTimes = 200;
+constexpr std::size_t kKeptPairs = 8;  // of each mode and size
 
 // The logarithms of the speed of `mode` relative to `other` by their pairs of this size, newest
 // first.
@@ -118,6 +119,12 @@ std::string live_text(const LiveRate& rate) {
   return rate.age > kLiveSeconds ? fmt::format("{} ({:.0f} s)", text, rate.age) : text;
 }
 
+std::string count_text(const LiveCount& count) {
+  return (count.frames_ago > 0 ? "~" : "") + grouped(count.tile_pairs);
+}
+
+glm::ivec2 size_of(const Camera& camera) { return {camera.width, camera.height}; }
+
 Camera counted_camera(const Viewer& viewer) {
   return viewer.moving() ? viewer.camera : measured_camera(viewer);
 }
@@ -138,14 +145,12 @@ bool shows_counts(const Viewer& viewer) {
 }
 
 bool counts_are_current(const Viewer& viewer) {
-  const Camera camera = counted_camera(viewer);
   return viewer.counts.view_version == viewer.view_version &&
-         viewer.counts.size == glm::ivec2(camera.width, camera.height);
+         viewer.counts.size == size_of(counted_camera(viewer));
 }
 
 glm::ivec2 drawn_size(const ShownFrame& frame) {
-  return glm::max(glm::ivec2(frame.camera.width, frame.camera.height) / frame.divisor,
-                  glm::ivec2(1));
+  return glm::max(size_of(frame.camera) / frame.divisor, glm::ivec2(1));
 }
 
 std::string size_text(int divisor) { return divisor > 1 ? fmt::format(" at 1/{}", divisor) : ""; }
@@ -154,8 +159,7 @@ std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer) {
   const ShownFrame& shown = viewer.shown;
   if (shown.divisor == 1) return FullSizePairs{shown.stats.tile_pairs, true};
   const std::optional<LiveCount> live = live_pairs(viewer, shown.mode);
-  if (live && live->frames_ago == 0 &&
-      viewer.counts.size == glm::ivec2(viewer.camera.width, viewer.camera.height))
+  if (live && live->frames_ago == 0 && viewer.counts.size == size_of(viewer.camera))
     return FullSizePairs{live->tile_pairs, true};
   const auto growth = viewer.pair_growth.factors.find(shown.divisor);
   if (growth == viewer.pair_growth.factors.end()) return std::nullopt;

@@ -69,8 +69,14 @@ struct LiveCount {
   int frames_ago = 0;
 };
 
+/// "5,000", or "~5,000" for a count of an earlier view.
+std::string count_text(const LiveCount& count);
+
 /// The camera of the counts: the picture's own while it moves, else measured_camera().
 Camera counted_camera(const Viewer& viewer);
+
+/// Width and height of the camera's pictures, pixels.
+glm::ivec2 size_of(const Camera& camera);
 
 /// The count of a mode; unset if it is unknown, and for other modes than 1..culler_count().
 std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode);

@@ -16,9 +16,14 @@
 // Decisions (which Gaussians, which tiles) use + - * / sqrt in the order of kernel/ and never
 // MulAdd, so that all instruction sets give the same bits. Only colours and blending use MulAdd.
 
-// The disabled instruction sets add nothing that this code uses.
+// The disabled instruction sets add nothing that this code uses. QUADSPLAT_FEW_INSTRUCTION_SETS
+// leaves out more, for builds that compile quickly: the code is the same with other widths.
 #ifndef HWY_DISABLED_TARGETS
+#ifdef QUADSPLAT_FEW_INSTRUCTION_SETS
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3 | HWY_AVX3_DL)
+#else
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
+#endif
 #endif
 
 // clang-format off

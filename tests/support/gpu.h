@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "raster/api/renderer.h"
+#include "support/all_combinations.h"
 #include "support/pool.h"
 
 namespace qs::test {
@@ -117,3 +118,8 @@ inline std::vector<CullMode> tiled_modes() {
 /// Skips the running test on the emulated GPU, with the reason why it needs a real GPU.
 #define QS_NEEDS_REAL_GPU(reason) \
   if (qs::test::gpu_is_emulated()) GTEST_SKIP() << "needs a real GPU: " << (reason)
+
+/// Skips the running test, which takes long on the emulated GPU, with every push.
+#define QS_EMULATED_BEFORE_A_RELEASE()                            \
+  if (qs::test::gpu_is_emulated() && !qs::test::kAllCombinations) \
+  GTEST_SKIP() << "takes long on the emulated GPU: scripts/test --all asan runs it"

@@ -124,6 +124,7 @@ TEST_P(CudaMacroTiles, draw_the_largest_picture) {
 }
 
 TEST_P(CudaMacroTiles, of_a_larger_picture_are_left_to_classic_and_the_statistics_say_so) {
+  QS_EMULATED_BEFORE_A_RELEASE();
   const auto gpu =
       renderer_of(Backend::cuda, test::single_gaussian({0, 0, 3}, 1e-4f, {1, 1, 1}, 2));
   Outputs counts;

@@ -179,6 +179,7 @@ TEST_P(Cuda, lossless_modes_are_equal_bit_for_bit) {
 }
 
 TEST_P(Cuda, two_runs_are_equal_bit_for_bit) {
+  QS_EMULATED_BEFORE_A_RELEASE();
   const GaussianCloud cloud = test::random_cloud(20000, 2, 5);
   const Camera camera = test::front_camera(300, 180);
   const auto first = renderer_of(Backend::cuda, cloud), second = renderer_of(Backend::cuda, cloud);

@@ -149,6 +149,7 @@ TEST_F(SmallGpu, a_crop_and_the_whole_scene_take_each_other_s_place) {
 }
 
 TEST_F(SmallGpu, photographs_make_room_for_growth_and_are_copied_again) {
+  QS_EMULATED_BEFORE_A_RELEASE();
   using namespace cuda::train;
   constexpr std::size_t kPixels = test::kWidth * test::kHeight, kPhotographs = 200;
   GpuModel model;

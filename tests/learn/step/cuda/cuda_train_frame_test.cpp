@@ -210,6 +210,7 @@ TEST_F(CudaTrainFrame, long_lists_give_the_gradients_of_the_cpu_also_where_pixel
 }
 
 TEST_F(CudaTrainFrame, large_gaussians_in_large_views_are_listed_in_the_order_of_tiles) {
+  QS_EMULATED_BEFORE_A_RELEASE();
   Scene scene = small_scene<float>(6, 19);
   for (glm::vec3& log_scale : scene.log_scales) log_scale += 1.0f;
   scene.log_scales[0] = glm::vec3(2);  // covers the view

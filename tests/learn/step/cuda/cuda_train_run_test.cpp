@@ -58,6 +58,9 @@ class CudaTrainFit : public test::GpuTest, public testing::WithParamInterface<co
 constexpr int kStart = 990, kBreak = 1001, kEnd = 1005;
 
 TEST_P(CudaTrainFit, test_views_get_as_good_as_on_the_cpu) {
+  if (std::string(GetParam()) != "mcmc") {
+    QS_EMULATED_BEFORE_A_RELEASE();
+  }
   const TrainSettings settings = settings_of(GetParam());
   Trainer gpu = trainer_on(Backend::cuda, settings, perturbed_state());
   Trainer cpu = trainer_on(Backend::cpu, settings, perturbed_state());
@@ -152,6 +155,7 @@ class CudaTrainFieldRun : public test::GpuTest {
 };
 
 TEST_F(CudaTrainFieldRun, test_views_get_as_good_as_on_the_cpu) {
+  QS_EMULATED_BEFORE_A_RELEASE();
   Trainer gpu = trainer_on(Backend::cuda, field_settings(), field_state());
   Trainer cpu = trainer_on(Backend::cpu, field_settings(), field_state());
   const double before = gpu.test_quality()->psnr;

@@ -605,8 +605,10 @@ TEST(PanelText, a_map_is_awaited_until_the_picture_shows_it) {
   EXPECT_FALSE(awaited_map(driven.viewer));
   driven.press("H");
   EXPECT_EQ(awaited_map(driven.viewer), HeatQuantity::pairs);
+  EXPECT_THAT(awaited_title(driven.viewer), HasSubstr("tile"));
   driven.apply([](Viewer& viewer) { viewer.shown.heatmap.emplace(); });
   EXPECT_FALSE(awaited_map(driven.viewer));
+  EXPECT_EQ(awaited_title(driven.viewer), "");
   driven.press("Shift+H");
   EXPECT_EQ(awaited_map(driven.viewer), HeatQuantity::evaluated);
 }

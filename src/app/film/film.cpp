@@ -270,7 +270,8 @@ void write_folder(const fs::path& path, const std::function<void(const AddPictur
   int count = 0;
   replace_folder(path, [&](const fs::path& hidden) {
     draw([&](const Image& picture) {
-      write_image(picture, hidden / picture_name(count++), metadata);
+      naming(path, hidden, [&] { write_image(picture, hidden / picture_name(count), metadata); });
+      ++count;
     });
   });
   std::error_code ignored;
@@ -450,10 +451,15 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
     if (plan.numbers)  // a renderer's first frame takes longer
       for (const FilmedBy& way : plan.ways) frame_of(plan, way, 0, progress.stop, Quantity::color);
     int drawn = 0;
+    const auto keeps_part = [&](const std::string& problem) {
+      return drawn > 0 && plan.keeps_part && plan.keeps_part(problem);
+    };
     try {
       for (; drawn < count; ++drawn) draw(drawn, add);
     } catch (const Cancelled&) {
-      if (drawn == 0 || !plan.keeps_part || !plan.keeps_part()) throw;
+      if (!keeps_part("")) throw;
+    } catch (const Error& error) {
+      if (!keeps_part(error.what())) throw;
     }
   };
   write_film_file(path, plan.size, plan.fps, draw_all, plan.altered);

@@ -145,8 +145,9 @@ struct FilmPlan {
   Quantity quantity = Quantity::color;  ///< other quantities are drawn by a colour map
   ValueScale scale;                     ///< the scale of the colour map; see film_scale()
   std::optional<FilmHeatmap> heatmap;   ///< over the colours; only with Quantity::color
-  /// Asked if the film is cancelled: true keeps the pictures so far. Null: nothing is kept.
-  std::function<bool()> keeps_part = {};
+  /// Asked if the film is cancelled ("") or cannot be drawn or written any more: true keeps the
+  /// pictures so far. Null: nothing is kept. A video whose encoder has ended is always lost.
+  std::function<bool(const std::string& problem)> keeps_part = {};
 
   /// Number of pictures, at least 1.
   int frames() const { return std::max(static_cast<int>(std::lround(seconds * fps)), 1); }

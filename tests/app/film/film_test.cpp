@@ -424,6 +424,34 @@ TEST(Film, of_heat_maps_has_one_scale_for_all_modes_and_pictures) {
   }
 }
 
+// A folder in the place of the last picture, or a camera that cannot be drawn.
+TEST(Film, that_cannot_go_on_is_kept_as_far_as_it_got_if_the_plan_says_so) {
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(test::random_cloud(200, 1, 3), {});
+  for (const bool written : {false, true}) {
+    const TemporaryFolder folder;
+    FilmPlan plan = plan_of_three_pictures();
+    plan.ways.push_back({renderer.get(), {}, "quadbox"});
+    plan.track.at = [&folder, written, at = plan.track.at](double share, glm::ivec2 size) {
+      if (share == 1 && !written) throw Error(ErrorKind::device, "no memory");
+      for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+        std::filesystem::create_directory(entry.path() / "frame_00002.png");
+      return at(share, size);
+    };
+    EXPECT_THROW(write_film(folder / "film", plan, {}), Error);
+    EXPECT_FALSE(std::filesystem::exists(folder / "film"));
+    std::string problem;
+    plan.keeps_part = [&](const std::string& words) {
+      problem = words;
+      return true;
+    };
+    write_film(folder / "film", plan, {});
+    EXPECT_THAT(names_in(folder / "film"), ElementsAre("frame_00000.png", "frame_00001.png"));
+    const std::string place = (folder / "film/frame_00002.png").string();
+    EXPECT_THAT(problem, written ? HasSubstr(place) : HasSubstr("no memory"));
+  }
+}
+
 TEST(Film, its_pictures_are_the_frames_of_its_cameras) {
   const TemporaryFolder folder;
   const auto renderer = make_renderer(Backend::cpu, test::pool());

@@ -106,8 +106,8 @@ class SplitScreen {
   void show(std::size_t index, const Image& view);
 
   /// Writes the strip's name and these lines at its bottom, over the picture of show(). A strip
-  /// that is too narrow for readable letters gets no label.
-  void label(std::size_t index, const std::vector<std::string>& lines);
+  /// that is too narrow for readable letters gets no label. Long lines are broken between words.
+  void label(std::size_t index, const std::vector<std::string>& texts);
 
   /// The strips with lines between them. A caller may draw over them; show() replaces that.
   Image& picture();
@@ -141,6 +141,7 @@ struct FilmPlan {
   double seconds = 0, fps = 30;         ///< pictures per second
   std::vector<FilmedBy> ways;           ///< at least one
   std::string altered;                  ///< of the scene, for the metadata; usually empty
+  std::string altered_brief;            ///< the same in the picture, below the numbers
   bool numbers = false;                 ///< name, FPS and tile pairs are part of the picture
   Quantity quantity = Quantity::color;  ///< other quantities are drawn by a colour map
   ValueScale scale;                     ///< the scale of the colour map; see film_scale()

@@ -347,6 +347,21 @@ TEST(SplitScreen, a_label_stays_at_the_bottom_of_its_strip) {
   }
 }
 
+TEST(SplitScreen, a_long_line_of_a_label_is_broken_between_words) {
+  const auto top_of_label = [](const std::vector<std::string>& lines) {
+    SplitScreen screen({{"quadbox"}}, 640, 480);
+    Image white(640, 480, 3);
+    std::ranges::fill(white.values, 1.0f);
+    screen.show(0, white);
+    screen.label(0, lines);
+    int top = 0;
+    while (screen.picture().at(320, top, 0) == 1) ++top;
+    return top;
+  };
+  EXPECT_EQ(top_of_label({"splat scale 0.56, cropped: 23,615 of 34,321 Gaussians"}),
+            top_of_label({"splat scale", "0.56, cropped:", "23,615 of 34,321", "Gaussians"}));
+}
+
 FilmPlan plan_of_three_pictures() {
   FilmPlan plan;
   plan.track = along({{0, test::front_camera(64, 48)}, {1, camera_standing_at(20, 6)}}, Ease::none);

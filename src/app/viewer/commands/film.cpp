@@ -75,6 +75,7 @@ void film_view(RenderContext& context, const Viewer& viewer) {
          kMostSentSeconds);
   plan.ways = ways_of(context, viewer);
   plan.altered = alterations_of(viewer).text;
+  plan.altered_brief = alterations_of(viewer).brief;
   plan.numbers = plan.ways.size() > 1 || viewer.shows_badge;
   if (viewer.heatmap)
     plan.heatmap =

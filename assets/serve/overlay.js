@@ -27,6 +27,8 @@ function showOverlay() {
   }
   if (grid) showGrid(place, grid);
   showBox(place, grid ? null : sections.box);
+  const awaited = sections.awaited;
+  if (awaited) plate(awaited.text, { top: "0.7rem", left: "0.7rem" }, place).classList.toggle("covers", awaited.covers);
 }
 
 // The divider stays while it is dragged.

@@ -179,7 +179,7 @@ function showPanels(changed) {
   for (const { name, open } of sections.panels) {
     if (open && sections[name]) showBlocks(at("panel-" + name).lastElementChild, sections[name], changed);
   }
-  if (changed("divider", "grid", "box")) showOverlay();
+  if (changed("divider", "grid", "box", "awaited")) showOverlay();
   if (changed("job")) showJob();
 }
 

@@ -84,6 +84,7 @@ int film(const FilmCommand& command) {
   plan.track = choose_track(command, session, plan.size);
   plan.seconds = command.seconds.value_or(plan.track.seconds);
   plan.altered = alterations_of(session).text;
+  plan.altered_brief = alterations_of(session).brief;
   plan.numbers = command.numbers.value_or(command.frame.modes.size() > 1);
   for (const CullMode mode : command.frame.modes) {
     plan.ways.push_back({session.renderer.get(), session.settings, mode_name(mode)});

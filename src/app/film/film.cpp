@@ -58,6 +58,25 @@ int letter_height(const std::vector<StripName>& names, int width, int height) {
   return letter;
 }
 
+// The lines, broken between words where they are wider than `room`.
+std::vector<std::string> wrapped(const Font& font, const std::vector<std::string>& lines,
+                                 int room) {
+  std::vector<std::string> rows;
+  for (const std::string& line : lines) {
+    rows.emplace_back();
+    for (const std::string& word : separated(line, ' ')) {
+      std::string& row = rows.back();
+      const std::string longer = row + (row.empty() ? "" : " ") + word;
+      if (row.empty() || font.width(longer) <= room) {
+        row = longer;
+      } else {
+        rows.push_back(word);
+      }
+    }
+  }
+  return rows;
+}
+
 // The frame times and pair counts of a strip so far.
 struct Numbers {
   std::vector<double> frame_ms, tile_pairs;
@@ -72,13 +91,14 @@ struct Numbers {
 };
 
 // `ms`: of the frames of the last second.
-std::vector<std::string> lines_of(const RenderStats& stats, const FilmedBy& way, glm::ivec2 size,
+std::vector<std::string> lines_of(const RenderStats& stats, const FilmPlan& plan, std::size_t way,
                                   double ms) {
   std::vector<std::string> lines = {fmt::format("~{} FPS", rough(1000 / std::max(ms, 1e-6)))};
   if (stats.tile_pairs > 0) lines.push_back(grouped(stats.tile_pairs) + " pairs");
   const Backend backend = stats.threads > 0 ? Backend::cpu : Backend::cuda;
-  lines.push_back(fmt::format("{} x {}", size.x, size.y));
-  lines.push_back(drawn_by({way.settings.mode, stats.pipeline, backend}));
+  lines.push_back(fmt::format("{} x {}", plan.size.x, plan.size.y));
+  lines.push_back(drawn_by({plan.ways[way].settings.mode, stats.pipeline, backend}));
+  if (!plan.altered_brief.empty()) lines.push_back(plan.altered_brief);
   return lines;
 }
 
@@ -270,7 +290,8 @@ void write_folder(const fs::path& path, const std::function<void(const AddPictur
   int count = 0;
   replace_folder(path, [&](const fs::path& hidden) {
     draw([&](const Image& picture) {
-      write_image(picture, hidden / picture_name(count++), metadata);
+      naming(path, hidden, [&] { write_image(picture, hidden / picture_name(count), metadata); });
+      ++count;
     });
   });
   std::error_code ignored;
@@ -368,11 +389,12 @@ void SplitScreen::show(std::size_t index, const Image& view) {
     std::copy_n(view.row(y) + 3 * part.x, 3 * part.width, picture_.row(y) + 3 * part.x);
 }
 
-void SplitScreen::label(std::size_t index, const std::vector<std::string>& lines) {
+void SplitScreen::label(std::size_t index, const std::vector<std::string>& texts) {
   const PixelRect part = strip(index);
   const int line = font_.line_height(), margin = line / 2;
   const int width = plate_width(font_, names_);
   if (width > part.width) return;
+  const std::vector<std::string> lines = wrapped(font_, texts, width - line);
   const int height = static_cast<int>(lines.size() + 1) * line + margin;
   const int left = part.x + (part.width - width) / 2;
   int top = part.height - height - margin;
@@ -438,8 +460,7 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
         shown.stats = frame_of(plan, plan.ways[k], i, progress.stop, Quantity::color).stats;
       numbers[k].add(shown.stats);
       if (plan.numbers)
-        screen.label(
-            k, lines_of(shown.stats, plan.ways[k], plan.size, numbers[k].recent_ms(per_second)));
+        screen.label(k, lines_of(shown.stats, plan, k, numbers[k].recent_ms(per_second)));
     }
     Image& picture = screen.picture();
     if (legend) draw_legend_over(picture, *legend);
@@ -450,10 +471,15 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
     if (plan.numbers)  // a renderer's first frame takes longer
       for (const FilmedBy& way : plan.ways) frame_of(plan, way, 0, progress.stop, Quantity::color);
     int drawn = 0;
+    const auto keeps_part = [&](const std::string& problem) {
+      return drawn > 0 && plan.keeps_part && plan.keeps_part(problem);
+    };
     try {
       for (; drawn < count; ++drawn) draw(drawn, add);
     } catch (const Cancelled&) {
-      if (drawn == 0 || !plan.keeps_part || !plan.keeps_part()) throw;
+      if (!keeps_part("")) throw;
+    } catch (const Error& error) {
+      if (!keeps_part(error.what())) throw;
     }
   };
   write_film_file(path, plan.size, plan.fps, draw_all, plan.altered);

@@ -106,8 +106,8 @@ class SplitScreen {
   void show(std::size_t index, const Image& view);
 
   /// Writes the strip's name and these lines at its bottom, over the picture of show(). A strip
-  /// that is too narrow for readable letters gets no label.
-  void label(std::size_t index, const std::vector<std::string>& lines);
+  /// that is too narrow for readable letters gets no label. Long lines are broken between words.
+  void label(std::size_t index, const std::vector<std::string>& texts);
 
   /// The strips with lines between them. A caller may draw over them; show() replaces that.
   Image& picture();
@@ -141,12 +141,14 @@ struct FilmPlan {
   double seconds = 0, fps = 30;         ///< pictures per second
   std::vector<FilmedBy> ways;           ///< at least one
   std::string altered;                  ///< of the scene, for the metadata; usually empty
+  std::string altered_brief;            ///< the same in the picture, below the numbers
   bool numbers = false;                 ///< name, FPS and tile pairs are part of the picture
   Quantity quantity = Quantity::color;  ///< other quantities are drawn by a colour map
   ValueScale scale;                     ///< the scale of the colour map; see film_scale()
   std::optional<FilmHeatmap> heatmap;   ///< over the colours; only with Quantity::color
-  /// Asked if the film is cancelled: true keeps the pictures so far. Null: nothing is kept.
-  std::function<bool()> keeps_part = {};
+  /// Asked if the film is cancelled ("") or cannot be drawn or written any more: true keeps the
+  /// pictures so far. Null: nothing is kept. A video whose encoder has ended is always lost.
+  std::function<bool(const std::string& problem)> keeps_part = {};
 
   /// Number of pictures, at least 1.
   int frames() const { return std::max(static_cast<int>(std::lround(seconds * fps)), 1); }

@@ -70,10 +70,11 @@ ScreenExtents extents_of(const Shape& shape, const Viewpoint& viewpoint) {
 constexpr int kWidth = 64, kHeight = 36;
 constexpr std::size_t kMostDrawn = 12'000;
 constexpr float kVisible = 0.1f;  ///< opacity
-enum Channel { kBrightness, kSubject, kBorder };
+enum Channel { kBrightness, kSubject, kThird };
 
 // Every n-th Gaussian of the sample, with the colour channels as named above.
-GaussianCloud coded(const GaussianCloud& sample, const Subject& subject, const Ground& ground) {
+GaussianCloud coded(const GaussianCloud& sample, const Subject& subject, const Ground& ground,
+                    ThirdChannel third) {
   const std::size_t count = std::min(sample.size(), kMostDrawn);
   GaussianCloud cloud;
   cloud.resize(count, 0);
@@ -83,11 +84,12 @@ GaussianCloud coded(const GaussianCloud& sample, const Subject& subject, const G
     cloud.log_scales[k] = sample.log_scales[i];
     cloud.rotations[k] = sample.rotations[i];
     cloud.opacity_logits[k] = sample.opacity_logits[i];
-    const glm::vec3 color = 0.5f + static_cast<float>(kSh0) * sample.sh[i];
+    const glm::vec3 color = glm::clamp(0.5f + static_cast<float>(kSh0) * sample.sh[i], 0.0f, 1.0f);
     const glm::dvec2 place = glm::abs(ground.place_of(glm::dvec3(sample.positions[i])));
-    const glm::vec3 channels(glm::dot(glm::clamp(color, 0.0f, 1.0f), glm::vec3(0.3f, 0.59f, 0.11f)),
-                             subject.holds[i],
-                             static_cast<float>(std::min(std::max(place.x, place.y), 1.0)));
+    const glm::vec3 channels(glm::dot(color, glm::vec3(0.3f, 0.59f, 0.11f)), subject.holds[i],
+                             third == ThirdChannel::hue
+                                 ? 0.5f + 0.5f * (color.r - color.b)
+                                 : static_cast<float>(std::min(std::max(place.x, place.y), 1.0)));
     cloud.sh[k] = (channels - 0.5f) / static_cast<float>(kSh0);
   }
   return cloud;
@@ -102,14 +104,14 @@ double mean(const Image& image, Channel channel) {
 
 // The mean difference of neighbouring pixels inside the subject. The outline of the subject is not
 // a detail.
-double mean_step(const Image& image) {
+double mean_step(const Image& image, Channel channel) {
   double sum = 0;
   for (int y = 1; y < image.height; ++y) {
     for (int x = 1; x < image.width; ++x) {
       for (const glm::ivec2 other : {glm::ivec2(x - 1, y), glm::ivec2(x, y - 1)}) {
         if (std::min(image.at(x, y, kSubject), image.at(other.x, other.y, kSubject)) > 0.5f)
           sum += static_cast<double>(
-              std::abs(image.at(x, y, kBrightness) - image.at(other.x, other.y, kBrightness)));
+              std::abs(image.at(x, y, channel) - image.at(other.x, other.y, channel)));
       }
     }
   }
@@ -214,7 +216,7 @@ Framing fit_view(const Shape& shape, glm::dvec3 toward_eye, glm::dvec3 up) {
 }
 
 CandidateViews::CandidateViews(const CloudSample& sample, const Subject& subject,
-                               const Ground& ground, ThreadPool& pool)
+                               const Ground& ground, ThreadPool& pool, ThirdChannel third)
     : sample_(sample),
       ground_(ground),
       shape_(shape_of(subject, static_cast<double>(smallest_framing(sample.gaussians)))),
@@ -223,7 +225,7 @@ CandidateViews::CandidateViews(const CloudSample& sample, const Subject& subject
   const auto& log_scales = sample.gaussians.log_scales;
   std::transform(log_scales.begin(), log_scales.end(), sizes_.begin(),
                  [](const glm::vec3& s) { return std::exp(static_cast<double>(largest_of(s))); });
-  GaussianCloud cloud = coded(sample.gaussians, subject, ground);
+  GaussianCloud cloud = coded(sample.gaussians, subject, ground, third);
   // Fewer Gaussians are drawn larger, so that they cover the same area.
   const double thinned = sample.represented * static_cast<double>(sample.gaussians.size()) /
                          static_cast<double>(std::max<std::size_t>(cloud.size(), 1));
@@ -236,7 +238,8 @@ ViewQuality CandidateViews::measure(const Framing& framing, double free) {
   const Image image = renderer_->render(camera, settings_).color;
   ViewQuality quality;
   quality.coverage = mean(image, kSubject);
-  quality.detail = mean_step(image);
+  quality.detail = mean_step(image, kBrightness);
+  quality.third_detail = mean_step(image, kThird);
   quality.cut = mean_along_edge(image, kSubject);
   quality.shown = share_inside(shape_, camera);
   quality.blocked = is_inside_a_gaussian(framing.eye);
@@ -246,7 +249,7 @@ ViewQuality CandidateViews::measure(const Framing& framing, double free) {
 }
 
 double CandidateViews::border_share(const Camera& camera) {
-  return mean(renderer_->render(camera, settings_).color, kBorder);
+  return mean(renderer_->render(camera, settings_).color, kThird);
 }
 
 bool CandidateViews::is_inside_a_gaussian(glm::dvec3 point) const {

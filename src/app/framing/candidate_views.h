@@ -31,19 +31,24 @@ Framing fit_view(const Shape& shape, glm::dvec3 toward_eye, glm::dvec3 up);
 
 /// Measures of one view, 0 to 1.
 struct ViewQuality {
-  double coverage = 0;     ///< share of the picture that shows the subject
-  double detail = 0;       ///< mean difference of neighbouring pixels of the subject
-  double shown = 0;        ///< share of the subject that is inside the picture
-  double cut = 0;          ///< share of the picture's edge that shows the subject
-  double obstruction = 0;  ///< change of the picture when nothing near the eye is drawn
-  bool blocked = false;    ///< the eye is inside a Gaussian
+  double coverage = 0;      ///< share of the picture that shows the subject
+  double detail = 0;        ///< mean difference of neighbouring pixels of the subject
+  double third_detail = 0;  ///< the same of the third channel
+  double shown = 0;         ///< share of the subject that is inside the picture
+  double cut = 0;           ///< share of the picture's edge that shows the subject
+  double obstruction = 0;   ///< change of the picture when nothing near the eye is drawn
+  bool blocked = false;     ///< the eye is inside a Gaussian
 };
+
+/// A picture has brightness, subject, and the distance from the subject's middle to its border, or
+/// the hue, from blue to red and yellow.
+enum class ThirdChannel { border, hue };
 
 class CandidateViews {
  public:
   /// `sample` and `ground` must outlive the object.
   CandidateViews(const CloudSample& sample, const Subject& subject, const Ground& ground,
-                 ThreadPool& pool);
+                 ThreadPool& pool, ThirdChannel third = ThirdChannel::border);
 
   const GaussianCloud& gaussians() const { return sample_.gaussians; }
   const Ground& ground() const { return ground_; }
@@ -53,7 +58,7 @@ class CandidateViews {
   ViewQuality measure(const Framing& framing, double free);
 
   /// The share of a picture, 0 to 1, that shows the border of the subject. Gaussians half way
-  /// between its middle and its border count half.
+  /// between its middle and its border count half. Needs ThirdChannel::border.
   double border_share(const Camera& camera);
 
   /// True if a point is inside a Gaussian: within 3 standard deviations of a visible Gaussian.

@@ -25,11 +25,13 @@ constexpr int kAzimuths = 12;
 constexpr double kElevations[] = {glm::radians(12.0), glm::radians(25.0), glm::radians(45.0)};
 constexpr double kLiking[] = {0.8, 1.0, 0.2};  ///< the liking of each elevation
 constexpr double kInsideFov = glm::radians(65.0);
+constexpr double kFront = 10, kMostFront = 0.2;  ///< the preference for the front, in scores
 
 struct Candidate {
   Framing framing;
   ViewQuality quality;
   double liking = 0;  ///< 0 to 1: preference for the direction
+  double front = 0;   ///< preference for the front of an object, at most kMostFront
   double score = 0;   ///< set by rank()
 };
 
@@ -37,6 +39,32 @@ float longest_side(const Subject& subject) { return largest_of(subject.box.size(
 
 double azimuth_of(int index) { return index * 2 * glm::pi<double>() / kAzimuths; }
 double liking_of(double azimuth) { return 0.5 + 0.5 * std::cos(azimuth); }
+
+glm::dvec3 direction_of(const Framing& framing) {
+  return glm::normalize(framing.target - framing.eye);
+}
+
+/// The cosine between the horizontal directions of two views with the same up direction.
+double cos_around(const Framing& a, const Framing& b) {
+  const auto level = [&](const Framing& framing) {
+    const glm::dvec3 direction = direction_of(framing);
+    return glm::normalize(direction - glm::dot(direction, a.up) * a.up);
+  };
+  return glm::dot(level(a), level(b));
+}
+
+/// The front of an object is the side with most details in hue: a face, labels, dials. A single
+/// view is a bad measure of it, so all views are weighed by their directions.
+void prefer_front(std::vector<Candidate>& candidates) {
+  for (Candidate& candidate : candidates) {
+    double front = 0, all = 1e-9;
+    for (const Candidate& other : candidates) {
+      front += other.quality.third_detail * cos_around(candidate.framing, other.framing);
+      all += other.quality.third_detail;
+    }
+    candidate.front = std::clamp(kFront * front / all, -kMostFront, kMostFront);
+  }
+}
 
 std::vector<Candidate> views_around(CandidateViews& views) {
   const Ground& ground = views.ground();
@@ -54,6 +82,7 @@ std::vector<Candidate> views_around(CandidateViews& views) {
           {framing, views.measure(framing, free), 0.5 * kLiking[e] + 0.5 * liking_of(azimuth)});
     }
   }
+  prefer_front(candidates);
   return candidates;
 }
 
@@ -96,21 +125,8 @@ void rank(std::vector<Candidate>& candidates) {
   }
   for (Candidate& c : candidates)
     c.score = area_of(c) / area + c.quality.detail / detail + 2 * c.quality.shown - c.quality.cut +
-              0.5 * c.liking - 3 * c.quality.obstruction - (c.quality.blocked ? 9 : 0);
+              0.5 * c.liking + c.front - 3 * c.quality.obstruction - (c.quality.blocked ? 9 : 0);
   std::ranges::stable_sort(candidates, std::greater(), &Candidate::score);
-}
-
-glm::dvec3 direction_of(const Framing& framing) {
-  return glm::normalize(framing.target - framing.eye);
-}
-
-/// The cosine between the horizontal directions of two views with the same up direction.
-double cos_around(const Framing& a, const Framing& b) {
-  const auto level = [&](const Framing& framing) {
-    const glm::dvec3 direction = direction_of(framing);
-    return glm::normalize(direction - glm::dot(direction, a.up) * a.up);
-  };
-  return glm::dot(level(a), level(b));
 }
 
 /// The best view and different ones, as choose_framings() describes them.
@@ -225,9 +241,8 @@ std::vector<Framing> choose_framings(const CloudSample& sample, const std::optio
   if (const auto height = eye_height_inside(whole_views))
     return chosen(views_inside(*height, whole_views));
   const Subject dense = find_subject(sample, kSubjectDensity);
-  if (longest_side(dense) >= kMostOfScene * longest_side(whole))
-    return chosen(views_around(whole_views));
-  CandidateViews views(sample, dense, ground, pool);
+  const bool is_whole = longest_side(dense) >= kMostOfScene * longest_side(whole);
+  CandidateViews views(sample, is_whole ? whole : dense, ground, pool, ThirdChannel::hue);
   return chosen(views_around(views));
 }
 

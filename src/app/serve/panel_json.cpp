@@ -312,6 +312,13 @@ Json status_json(const Viewer& v) {
           {"caution", line.caution}};
 }
 
+// The words over a picture without the chosen heat map; they cover a picture with another map.
+Json awaited_json(const Viewer& v) {
+  if (!awaited_map(v)) return nullptr;
+  return {{"text", fmt::format("{}: {}", awaited_title(v), kComputing)},
+          {"covers", v.shown.heatmap.has_value()}};
+}
+
 // The viewer does not know that other visitors are measured before this one.
 void tell_waiting(const Visitor& visitor, Json& sections) {
   const auto status = sections.find("table/text");
@@ -337,6 +344,7 @@ Json panel_sections(const Visitor& visitor, std::span<const PanelRow> panels) {
                    {"grid", grid_json(v)},
                    {"box", box_json(v)},
                    {"job", job_json(v)},
+                   {"awaited", awaited_json(v)},
                    {"status", status_json(v)}};
   for (const PanelRow& row : panels) {
     if (command_of(row) == nullptr) continue;  // the window's alone

@@ -315,14 +315,15 @@ void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
     drawn.rgba.clear();
   }
   context.stop = outer_stop;
-  const PictureOrder drawn_order = drawn.picture.order;
   const RenderStats stats = drawn.picture.shown.stats;
+  const bool pairs = request.moving && stats.frame_ms > 0;
+  const PictureOrder drawn_order = pairs ? drawn.picture.order : PictureOrder();
   change([&] {
     if (Work* const work = find(visitor)) work->heat_scale = context.heat_scale;
     drawn_.push_back(std::move(drawn));
   });
   receiver_.drawn(visitor);
-  if (drawn_order.request.moving && stats.frame_ms > 0) pair(visitor, drawn_order, stats);
+  if (pairs) pair(visitor, drawn_order, stats);
 }
 
 // Draws another mode at the view of a picture, for the visitor's table.

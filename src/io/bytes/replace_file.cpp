@@ -38,17 +38,6 @@ UnfinishedFolder hidden_folder(const fs::path& folder, const fs::path& shown) tr
   fail("{}: cannot be written: {}", shown.string(), reason_of(error.code().value()));
 }
 
-// Runs work() and names `shown` instead of `hidden` in the message of its Error.
-void naming(const fs::path& shown, const fs::path& hidden, const std::function<void()>& work) try {
-  work();
-} catch (const Error& error) {
-  std::string message = error.what();
-  const std::string name = hidden.string();
-  for (std::size_t at = 0; (at = message.find(name, at)) != std::string::npos;)
-    message.replace(at, name.size(), shown.string());
-  throw Error(error.kind(), message);
-}
-
 fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : ".";
 }
@@ -98,6 +87,16 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 }
 
 }  // namespace
+
+void naming(const fs::path& shown, const fs::path& hidden, const std::function<void()>& work) try {
+  work();
+} catch (const Error& error) {
+  std::string message = error.what();
+  const std::string name = hidden.string();
+  for (std::size_t at = 0; (at = message.find(name, at)) != std::string::npos;)
+    message.replace(at, name.size(), shown.string());
+  throw Error(error.kind(), message);
+}
 
 void replace_file(const std::filesystem::path& path, const WriteFiles& write) {
   std::error_code error;

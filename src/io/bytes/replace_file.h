@@ -33,6 +33,10 @@ void replace_file(const std::filesystem::path& path, const WriteFiles& write);
 /// messages, and as replace_file().
 void replace_folder(const std::filesystem::path& folder, const WriteFiles& write);
 
+/// Runs work() and names `shown` instead of `hidden` in the message of its Error.
+void naming(const std::filesystem::path& shown, const std::filesystem::path& hidden,
+            const std::function<void()>& work);
+
 /// Throws Error unless a command may write all these results: their folders exist, no two have the
 /// same name, and file_guard.h allows each. Long commands ask before they work. Unset names and "-"
 /// are allowed.

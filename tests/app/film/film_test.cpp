@@ -347,6 +347,21 @@ TEST(SplitScreen, a_label_stays_at_the_bottom_of_its_strip) {
   }
 }
 
+TEST(SplitScreen, a_long_line_of_a_label_is_broken_between_words) {
+  const auto top_of_label = [](const std::vector<std::string>& lines) {
+    SplitScreen screen({{"quadbox"}}, 640, 480);
+    Image white(640, 480, 3);
+    std::ranges::fill(white.values, 1.0f);
+    screen.show(0, white);
+    screen.label(0, lines);
+    int top = 0;
+    while (screen.picture().at(320, top, 0) == 1) ++top;
+    return top;
+  };
+  EXPECT_EQ(top_of_label({"splat scale 0.56, cropped: 23,615 of 34,321 Gaussians"}),
+            top_of_label({"splat scale 0.56,", "cropped: 23,615", "of 34,321 Gaussians"}));
+}
+
 FilmPlan plan_of_three_pictures() {
   FilmPlan plan;
   plan.track = along({{0, test::front_camera(64, 48)}, {1, camera_standing_at(20, 6)}}, Ease::none);
@@ -421,6 +436,34 @@ TEST(Film, of_heat_maps_has_one_scale_for_all_modes_and_pictures) {
         for (int x = begin; x < end; ++x)
           ASSERT_EQ(to_8bit(picture.at(x, y, 1)), to_8bit(expected.at(x, y, 1))) << i << " " << x;
     }
+  }
+}
+
+// A folder in the place of the last picture, or a camera that cannot be drawn.
+TEST(Film, that_cannot_go_on_is_kept_as_far_as_it_got_if_the_plan_says_so) {
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(test::random_cloud(200, 1, 3), {});
+  for (const bool written : {false, true}) {
+    const TemporaryFolder folder;
+    FilmPlan plan = plan_of_three_pictures();
+    plan.ways.push_back({renderer.get(), {}, "quadbox"});
+    plan.track.at = [&folder, written, at = plan.track.at](double share, glm::ivec2 size) {
+      if (share == 1 && !written) throw Error(ErrorKind::device, "no memory");
+      for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+        std::filesystem::create_directory(entry.path() / "frame_00002.png");
+      return at(share, size);
+    };
+    EXPECT_THROW(write_film(folder / "film", plan, {}), Error);
+    EXPECT_FALSE(std::filesystem::exists(folder / "film"));
+    std::string problem;
+    plan.keeps_part = [&](const std::string& words) {
+      problem = words;
+      return true;
+    };
+    write_film(folder / "film", plan, {});
+    EXPECT_THAT(names_in(folder / "film"), ElementsAre("frame_00000.png", "frame_00001.png"));
+    const std::string place = (folder / "film/frame_00002.png").string();
+    EXPECT_THAT(problem, written ? HasSubstr(place) : HasSubstr("no memory"));
   }
 }
 

@@ -397,6 +397,48 @@ TEST(FirstView, of_the_bundled_scene_is_of_what_its_photographs_show) {
   EXPECT_LT(seen.z, 1.5 * distances[distances.size() / 2]) << "not much farther than they are";
 }
 
+// The cosine between the eye's horizontal direction from a cloud that was turned by `degrees` and
+// the direction to which its front was turned.
+double cos_to_front(const GaussianCloud& cloud, glm::vec3 front, float degrees) {
+  test::SceneBuilder builder(8);
+  builder.cloud = cloud;
+  const glm::quat turn = glm::angleAxis(glm::radians(degrees), glm::vec3(0, 1, 0));
+  builder.turn(turn);
+  glm::dvec3 eye = -direction_of(choose_framing(builder.cloud, {}, test::pool(2)));
+  eye.y = 0;
+  return glm::dot(glm::normalize(eye), glm::dvec3(turn * front));
+}
+
+// Both sides have fields of two brightnesses; on the front they have two hues too.
+TEST(FirstView, of_an_object_is_from_the_side_with_more_hues_whatever_its_axes) {
+  test::SceneBuilder builder(8);
+  builder.ball(6000, {0, 0, 0}, 1);
+  GaussianCloud& ball = builder.cloud;
+  for (std::size_t i = 0; i < ball.size(); ++i) {
+    const glm::vec3 at = ball.positions[i];
+    const bool odd = (std::lround(std::floor(4 * at.x)) + std::lround(std::floor(4 * at.y))) % 2;
+    const glm::vec3 color = at.z < 0 ? glm::vec3(odd ? 0.18f : 0.26f)
+                            : odd    ? glm::vec3(0.4f, 0.09f, 0.05f)
+                                     : glm::vec3(0.12f, 0.25f, 0.7f);
+    ball.sh[i] = (color - 0.5f) / 0.28209479f;
+  }
+  for (int degrees = 0; degrees < 360; degrees += 45)
+    EXPECT_GT(cos_to_front(ball, {0, 0, 1}, static_cast<float>(degrees)), 0.5) << degrees;
+}
+
+TEST(FirstView, of_trained_objects_is_from_their_front_whatever_their_axes) {
+  const std::pair<const char*, glm::vec3> objects[] = {
+      {"corpus/valid/biker.compressed.ply", {-1, 0, 0}},
+      {"scenes/wild/playcanvas_guitar.compressed.ply", {1, 0, 0}},
+      {"corpus/valid/sog_v2_folder_playbot4", {0, 0, -1}}};
+  for (const auto& [name, front] : objects) {
+    QS_NEEDS_SHARED(name);
+    const GaussianCloud cloud = read_scene(test::shared_path(name), test::pool(2)).cloud;
+    for (const float degrees : {0.0f, 75.0f, 135.0f, 210.0f, 300.0f})
+      EXPECT_GT(cos_to_front(cloud, front, degrees), 0.5) << name << ' ' << degrees;
+  }
+}
+
 TEST(FirstView, a_choice_of_four_differs_by_30_degrees_and_has_the_other_side) {
   const GaussianCloud cloud = test::random_cloud(400, 0, 3);
   const std::vector<Framing> framings = choose_framings(cloud, {}, test::pool(2));

@@ -577,6 +577,20 @@ TEST(ServeControls, no_item_is_beyond_its_list) {
   for (const LogEntry& entry : room.viewer().log) EXPECT_FALSE(entry.error) << entry.text;
 }
 
+TEST(ServePanels, a_chosen_map_is_named_at_once_and_covers_the_map_before) {
+  ServedRoom room;
+  EXPECT_TRUE(section(room.of(1), "awaited").is_null());
+  room.command("Heat map");
+  const Json first = section(room.of(1), "awaited");
+  EXPECT_THAT(first.at("text").get<std::string>(), HasSubstr("Tile pairs"));
+  EXPECT_THAT(first.at("text").get<std::string>(), HasSubstr("computing"));
+  EXPECT_FALSE(first.at("covers").get<bool>());
+  ASSERT_TRUE(room.until([&] { return room.viewer().shown.heatmap.has_value(); }));
+  EXPECT_TRUE(section(room.of(1), "awaited").is_null());
+  room.command("Next heat map");
+  EXPECT_TRUE(section(room.of(1), "awaited").at("covers").get<bool>());
+}
+
 TEST(ServePanels, settings_change_the_visitor_s_own_picture) {
   ServedRoom room(2);
   room.command(kSettings);
@@ -699,7 +713,7 @@ TEST(ServePanels, a_kept_view_comes_back) {
 TEST(ServePanels, closed_panels_send_nothing_and_open_ones_only_changes) {
   ServedRoom room;
   for (const char* name : {"table", "split", "grid", "inspector", "recorder", "crop", "path",
-                           "settings", "job", "divider", "box"})
+                           "settings", "job", "awaited", "divider", "box"})
     EXPECT_TRUE(section(room.of(1), name).is_null()) << name;
   const Json closed = panel_sections(room.of(1));  // items() refers to it
   for (const auto& [name, value] : closed.items())

@@ -58,6 +58,13 @@ std::vector<FilmedBy> ways_of(RenderContext& context, const Viewer& viewer) {
 }
 
 void film_view(RenderContext& context, const Viewer& viewer) {
+  const bool encodes = ffmpeg_is_installed();
+  if (viewer.is_remote && !encodes)
+    fail(ErrorKind::device, "a film needs ffmpeg, which is not installed on the server");
+  // The place is tried before anything is drawn.
+  const OutputFile output(viewer, "film", scene_name(context.session.scene->path),
+                          encodes ? ".mp4" : "");
+  const std::filesystem::path& path = output.path();
   FilmPlan plan;
   // Videos need an even width and height.
   plan.size = {std::max(viewer.camera.width / 2 * 2, 2), std::max(viewer.camera.height / 2 * 2, 2)};
@@ -68,19 +75,19 @@ void film_view(RenderContext& context, const Viewer& viewer) {
          kMostSentSeconds);
   plan.ways = ways_of(context, viewer);
   plan.altered = alterations_of(viewer).text;
+  plan.altered_brief = alterations_of(viewer).brief;
   plan.numbers = plan.ways.size() > 1 || viewer.shows_badge;
   if (viewer.heatmap)
     plan.heatmap =
         FilmHeatmap{*viewer.heatmap, {}, viewer.heat_view.style, context.session.pool.get()};
 
-  if (!viewer.is_remote) plan.keeps_part = [&context] { return context.keeps_part.load(); };
-
-  const bool encodes = ffmpeg_is_installed();
-  if (viewer.is_remote && !encodes)
-    fail(ErrorKind::device, "a film needs ffmpeg, which is not installed on the server");
-  const OutputFile output(viewer, "film", scene_name(context.session.scene->path),
-                          encodes ? ".mp4" : "");
-  const std::filesystem::path& path = output.path();
+  std::string part;
+  if (!viewer.is_remote)
+    plan.keeps_part = [&](const std::string& problem) {
+      part = problem.empty() ? "; it ends where it was stopped"
+                             : ", only as far as it got: " + problem;
+      return !problem.empty() || context.keeps_part;
+    };
   const auto end = hide_progress_at_end(context);
   context.report(action::show_progress, Loading{path, kFilming, 0});
   try {
@@ -95,7 +102,6 @@ void film_view(RenderContext& context, const Viewer& viewer) {
     context.report(action::notify, "the film was stopped, nothing was saved");
     throw;
   }
-  const std::string part = context.stop.stop_requested() ? "; it ends where it was stopped" : "";
   output.done(context, part + (encodes ? "" : ": PNG files, because ffmpeg is not installed"));
 }
 

@@ -38,6 +38,7 @@ OutputFile::OutputFile(const Viewer& viewer, const std::string& folder, const st
   if (!std::filesystem::exists(place, error)) new_folder_ = place;
   make_folder(place);
   path_ = free_name(place, stem, ending);
+  check_folder(path_);
 }
 
 OutputFile::~OutputFile() {

@@ -46,7 +46,7 @@ class OutputFile : NotCopied {
   static constexpr std::uintmax_t kMostSent = std::uintmax_t{256} << 20;
 
   /// FOLDER/STEM_0001ENDING with the first free number; `folder` is below Viewer::out_dir and is
-  /// created. Throws Error(input).
+  /// created. Throws Error(input) if it cannot be written.
   OutputFile(const Viewer& viewer, const std::string& folder, const std::string& stem,
              const std::string& ending);
   /// Removes the folder if it was created for this file and is empty.

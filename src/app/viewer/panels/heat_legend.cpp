@@ -33,13 +33,10 @@ std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, i
 
 std::optional<LegendHere> legend_here(const Viewer& viewer) {
   const ShownFrame& shown = viewer.shown;
-  if (const std::optional<HeatQuantity> awaited = awaited_map(viewer)) {
-    Heatmap none;
-    none.quantity = *awaited;
-    none.cell_px = viewer.settings.tile_px;
+  if (awaited_map(viewer)) {
     Legend legend;
-    legend.title = make_legend(none, Scale(), "").title;
-    return LegendHere{legend, "computing ..."};
+    legend.title = awaited_title(viewer);
+    return LegendHere{legend, kComputing};
   }
   if (shown.heatmap) {
     const Heatmap& map = heatmap_at(viewer, viewer.cursor);

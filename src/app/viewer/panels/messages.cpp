@@ -59,10 +59,11 @@ void draw_file_buttons(const std::filesystem::path& path, Actions& actions) {
 void draw_offer(ToastOffer offer, Actions& actions) {
   if (offer == ToastOffer::skip_huge && ImGui::Button("Leave them out"))
     actions.push_back(call(action::skip_huge, true));
-  if (offer == ToastOffer::next_axes && ImGui::Button("Turn it"))
+  const bool both = offer == ToastOffer::turn_over;
+  if ((both || offer == ToastOffer::next_axes) && ImGui::Button("Turn it"))
     actions.push_back(call(action::next_axes));
-  if (offer == ToastOffer::turn_over && ImGui::Button("Turn it over"))
-    actions.push_back(call(action::turn_over));
+  if (both) ImGui::SameLine();
+  if (both && ImGui::Button("Turn it over")) actions.push_back(call(action::turn_over));
   if (offer == ToastOffer::save_results && ImGui::Button("Save as ..."))
     actions.push_back(call(action::toggle_open_dialog, Choosing::results));
 }

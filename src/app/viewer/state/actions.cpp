@@ -71,7 +71,8 @@ void say_what_is_odd(Viewer& v, bool is_new) {
     show(v, {.text = "The scene seems to be upside down: press Y to turn it",
              .offer = ToastOffer::next_axes});
   } else if (is_new && v.offers_views && v.scene->framing.up_is_assumed) {
-    show(v, {.text = "Without a floor nothing shows which side is up: Shift+Y turns the scene over",
+    show(v, {.text = "Without a floor nothing shows which side is up: Y tries other axes, Shift+Y "
+                     "turns the scene over, U makes a view upright that you rolled",
              .offer = ToastOffer::turn_over});
   }
   if (v.scene->huge > 0) {

@@ -80,15 +80,22 @@ std::vector<Rect> floats_of(const Rect& picture, float gap, std::span<const Floa
   for (const std::size_t i : order) {
     const Floating& thing = shown[i];
     if (thing.kind == FloatKind::cell) continue;
-    std::vector<Rect> avoided = taken;
+    // A legend never covers the maps that it explains, nor their captions.
+    const auto excludes = [&](FloatKind kind) {
+      return thing.kind == FloatKind::legend &&
+             (kind == FloatKind::cell || kind == FloatKind::caption);
+    };
+    std::vector<Rect> avoided = taken, excluded = taken;
     for (const Floating& other : shown) {
       if (other.kind <= thing.kind || !float_row(other.kind).is_pinned) continue;
       const Rect usual = place_of(picture, gap, other, other.size, {});
-      if (!usual.empty()) avoided.push_back(usual);
+      if (usual.empty()) continue;
+      avoided.push_back(usual);
+      if (excludes(other.kind)) excluded.push_back(usual);
     }
     for (const auto& [list, size] :
          {std::pair(&avoided, thing.size), std::pair(&avoided, thing.smaller),
-          std::pair(&taken, thing.smaller), std::pair(&taken, thing.size)}) {
+          std::pair(&excluded, thing.smaller), std::pair(&excluded, thing.size)}) {
       if (places[i].empty()) places[i] = place_of(picture, gap, thing, size, *list);
     }
     if (!places[i].empty()) taken.push_back(places[i]);

@@ -372,6 +372,8 @@ std::vector<std::string> badge_lines(const Viewer& viewer) {
   lines.push_back(numbers.pairs + " pairs" + numbers.pairs_at);
   lines.push_back(fmt::format("{} x {}", viewer.camera.width, viewer.camera.height));
   lines.push_back(drawn_by({viewer.shown.mode, viewer.shown.stats.pipeline, viewer.backend}));
+  if (const std::string altered = alterations_of(viewer).brief; !altered.empty())
+    lines.push_back(altered);
   return lines;
 }
 

@@ -123,10 +123,11 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
 std::string trust_text(const Viewer& viewer, CullMode mode) {
   const Pipeline here = viewer.settings.pipeline;
   const BenchRow* row = measured_row(viewer, mode, here);
-  if (row == nullptr) return "not measured yet";
-  if (!numbers_are_current(viewer))
+  const bool is_current = numbers_are_current(viewer);
+  if (!is_current && live_rate(viewer, mode))
     return fmt::format("~ is of at least {} frames, each beside a picture in the window",
                        kPairsOfMode);
+  if (row == nullptr || !is_current) return "not measured yet";
   const std::size_t frames = rounds_of(*row).size();
   std::string text = fmt::format("median of {} frame{}", frames, frames == 1 ? "" : "s");
   if (const std::optional<double> spread = spread_ms(*row)) {

@@ -112,6 +112,14 @@ std::optional<HeatQuantity> awaited_map(const Viewer& viewer) {
   return viewer.heatmap;
 }
 
+std::string awaited_title(const Viewer& viewer) {
+  Heatmap none;
+  none.cell_px = viewer.settings.tile_px;
+  const std::optional<HeatQuantity> awaited = awaited_map(viewer);
+  none.quantity = awaited.value_or(none.quantity);
+  return awaited ? make_legend(none, Scale(), "").title : "";
+}
+
 Legend heat_legend(const Viewer& viewer) {
   const ShownFrame& shown = viewer.shown;
   Legend legend = make_legend(*shown.heatmap, shown.map_scale, mode_name(shown.mode),

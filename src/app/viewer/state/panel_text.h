@@ -51,6 +51,10 @@ Legend heat_legend(const Viewer& viewer);
 /// The map that the user chose, while the picture does not show it yet.
 std::optional<HeatQuantity> awaited_map(const Viewer& viewer);
 
+/// The title of awaited_map(), empty if there is none, and the words behind it.
+std::string awaited_title(const Viewer& viewer);
+inline constexpr const char* kComputing = "computing ...";
+
 /// For a window with a heat map: the mode with its total, or both totals of a split window.
 std::string heat_facts(const Viewer& viewer);
 

@@ -220,6 +220,32 @@ TEST_F(FilmJob, keys_work_meanwhile_and_leaving_keeps_the_film_as_far_as_it_got)
   EXPECT_TRUE(std::filesystem::exists(films()[0] / "frame_00000.png"));
 }
 
+TEST_F(FilmJob, a_film_that_cannot_be_written_any_more_is_kept_as_far_as_it_got) {
+  press("K");
+  press("K");
+  apply(call(action::delay_keyframe, std::size_t{1}, 3600.0));
+  press("Ctrl+K");
+  while (films().empty() && thread_.busy()) take_reports();
+  ASSERT_THAT(films(), SizeIs(1)) << "the hidden folder of its pictures";
+  const std::filesystem::path hidden = films()[0];
+  while (!std::filesystem::exists(hidden / "frame_00001.png")) take_reports();
+  std::filesystem::create_directory(hidden / "frame_00300.png");
+  settle();
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("only as far as it got: "));
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("frame_00300.png: cannot be written"));
+  ASSERT_THAT(films(), SizeIs(1));
+  EXPECT_TRUE(std::filesystem::exists(films()[0] / "frame_00299.png"));
+  EXPECT_FALSE(viewer().loading);
+}
+
+TEST_F(FilmJob, nothing_is_drawn_for_a_place_that_cannot_be_written) {
+  change([&](Viewer& viewer) { viewer.out_dir = scenes_ / "random scene.ply"; });
+  press("Ctrl+K");
+  settle();
+  EXPECT_TRUE(viewer().toasts.back().error);
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("cannot be created"));
+}
+
 TEST_F(ViewerJobs, a_heat_map_has_the_scale_of_the_baseline_s_map) {
   request_.heatmap = HeatQuantity::pairs;
   request_.settings.mode = find_culler("quadbox");

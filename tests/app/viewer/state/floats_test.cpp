@@ -151,6 +151,12 @@ TEST(Floats, nothing_overlaps_and_all_is_in_the_picture_in_every_state_at_every_
           for (std::size_t j = 0; j < i; ++j)
             ASSERT_FALSE(shares_area(places[i], places[j]))
                 << words() << ": things " << i << ", " << j;
+          if (shown[i].kind != legend) continue;
+          for (const Floating& other : shown) {
+            if (other.kind != cell && other.kind != caption) continue;
+            ASSERT_FALSE(shares_area(places[i], {*other.at, *other.at + other.size}))
+                << words() << ": the legend hides a map or its caption";
+          }
         }
       }
     }
@@ -209,6 +215,9 @@ TEST(Floats, a_legend_leaves_the_captions_of_the_grid_free) {
   const std::vector<Rect> small = places_of(kSmall, {"grid", "legend"});
   captions_are_shown(small);
   EXPECT_FALSE(small.back().empty());
+  const std::vector<Rect> smallest = places_of({{0, 23}, {320, 217}}, {"grid", "legend"});
+  captions_are_shown(smallest);
+  EXPECT_TRUE(smallest.back().empty()) << "it waits";
 }
 
 TEST(Floats, what_is_less_important_gives_way) {

@@ -85,8 +85,10 @@ TEST_F(LiveRates, are_those_of_the_last_second_times_the_median_ratio_of_five_pa
   EXPECT_EQ(fps("quadbox"), "~50");
   for (const double ms : {40.0, 40.0, 400.0, 10.0}) pair("3dgs", 20, ms);
   EXPECT_EQ(fps("3dgs"), "-") << "four pairs";
+  EXPECT_EQ(trust_text(viewer_, find_culler("3dgs")), "not measured yet");
   pair("3dgs", 30, 60);
   EXPECT_EQ(fps("3dgs"), "~25");
+  EXPECT_THAT(trust_text(viewer_, find_culler("3dgs")), HasSubstr("~ is of at least 5 frames"));
   // The view becomes slower: all rows follow, by the same ratios.
   for (int i = 0; i < 60; ++i) show(40);
   EXPECT_EQ(fps("quadbox"), "~25");

@@ -399,9 +399,12 @@ TEST(State, a_scene_without_a_floor_can_be_turned_over_and_back_and_nothing_is_c
   driven.apply([](Viewer& viewer) { viewer.offers_views = true; });
   open("/data/bouquet.ply");
   const Toast toast = driven.viewer.toasts.back();
-  EXPECT_THAT(toast.text, HasSubstr("Shift+Y turns the scene over"));
+  EXPECT_THAT(toast.text, HasSubstr("Y tries other axes, Shift+Y turns the scene over"));
+  EXPECT_THAT(toast.text, HasSubstr("U makes a view upright"));
   EXPECT_THAT(toast.text, testing::Not(HasSubstr("upside down")));
   EXPECT_EQ(toast.offer, ToastOffer::turn_over);
+  driven.press("Y");
+  EXPECT_EQ(driven.opened.back().axes, "RFU") << "z up: an object of a modeller lies on its side";
   driven.press("Shift+Y");
   EXPECT_EQ(driven.opened.back().axes, "RUB");
   EXPECT_EQ(remembered_axes(driven.viewer, "/data/bouquet.ply"), "RUB");

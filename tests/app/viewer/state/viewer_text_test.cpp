@@ -327,6 +327,9 @@ TEST(HudText, the_picture_s_time_is_the_table_s_once_the_table_is_of_it) {
   EXPECT_EQ(value_of(facts, "largest tile"), "77 pairs");
   // The badge goes into saved pictures, so it is of the picture.
   EXPECT_THAT(badge_lines(viewer), ElementsAre("~250 FPS", "1,000,000 pairs", "1280 x 720", "cpu"));
+  viewer.settings.splat_scale = 0.5625f;
+  EXPECT_EQ(badge_lines(viewer).back(), "splat scale 0.562");
+  viewer.settings.splat_scale = 1;
   // A frame that does more than the mode is not the table's.
   viewer.shown.heatmap.emplace();
   EXPECT_THAT(status_line(viewer).numbers, HasSubstr("~250 FPS"));
@@ -605,8 +608,10 @@ TEST(PanelText, a_map_is_awaited_until_the_picture_shows_it) {
   EXPECT_FALSE(awaited_map(driven.viewer));
   driven.press("H");
   EXPECT_EQ(awaited_map(driven.viewer), HeatQuantity::pairs);
+  EXPECT_THAT(awaited_title(driven.viewer), HasSubstr("tile"));
   driven.apply([](Viewer& viewer) { viewer.shown.heatmap.emplace(); });
   EXPECT_FALSE(awaited_map(driven.viewer));
+  EXPECT_EQ(awaited_title(driven.viewer), "");
   driven.press("Shift+H");
   EXPECT_EQ(awaited_map(driven.viewer), HeatQuantity::evaluated);
 }

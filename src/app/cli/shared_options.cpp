@@ -100,6 +100,9 @@ void declare_look(Options& options, FrameOptions& frame) {
   declare_sh_degree_option(options, frame.settings.sh_degree, "the scene's");
   options.real("--splat-scale", "X", 1e-6, 1e6, frame.settings.splat_scale,
                "factor on the size of every Gaussian (default: 1)");
+  options.enumerated("--style", kDrawStyleNames, frame.settings.style,
+                     "draws Gaussians as splats, as points of one size, or as solid ellipsoids "
+                     "(default: splats)");
   declare_background_option(
       options, [&frame](const glm::vec3& color) { frame.background = color; },
       "the model's background, else black");

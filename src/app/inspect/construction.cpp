@@ -179,7 +179,9 @@ int draw_legend(Image& page, const Fonts& fonts, glm::ivec2 at, const GaussianRe
   };
   const Entry entries[] = {
       {kEllipsePen, kEllipseFill, "where alpha reaches 1/255"},
-      {kSquarePen, 0, fmt::format("{}: square of three sigma", mode_name(k3dgs))},
+      {kSquarePen, 0,
+       fmt::format("{}: square of {}", mode_name(k3dgs),
+                   g.footprint.is_solid() ? "the longer half axis" : "three sigma")},
       {kAdrPen, 0, fmt::format("{}: bounding box of the ellipse", mode_name(kAdr))},
       {kDualPen, kDualFill, fmt::format("{}: its two major quadrants", mode_name(kDual))},
       {kQuadPen, kQuadFill,

@@ -107,7 +107,7 @@ GaussianReport inspect_gaussian(const Trace& trace, std::size_t slot, const Tile
   GaussianReport report;
   report.gaussian = trace.gaussians[slot];
   report.depth = trace.depths[slot];
-  report.opacity = trace.splats[slot].opacity;
+  report.opacity = std::min(trace.splats[slot].opacity, 1.0f);  // a solid ellipse has more
   report.color = trace.splats[slot].color;
   report.footprint = trace.footprints[slot];
   report.visible = report.footprint.gamma > 0;

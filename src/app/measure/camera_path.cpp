@@ -210,6 +210,7 @@ glm::ivec2 center_pixel(const Camera& camera) { return {camera.width / 2, camera
 std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
                                      RenderSettings settings, glm::ivec2 pixel) {
   settings.mode = default_mode();
+  settings.style = DrawStyle::splats;  // points leave gaps
   const Frame& frame = renderer.render(camera, settings, {.color = false, .trace = true});
   const std::optional<double> depth = pixel_depth(frame, camera, pixel);
   if (!depth) return std::nullopt;

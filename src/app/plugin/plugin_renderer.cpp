@@ -151,6 +151,7 @@ void PluginRenderer::open(const std::stop_token& stop) {
 const Frame& PluginRenderer::render(const Camera& camera, const RenderSettings& settings,
                                     const Outputs& outputs, const Target& target,
                                     std::stop_token stop) {
+  if (settings.style != DrawStyle::splats) refuse("plugins draw splats only");
   if (process_ == nullptr) open(stop);
   const bool wants_image = outputs.color && std::holds_alternative<HostImage>(target);
   image_.resize(3 * sizeof(float) * static_cast<std::size_t>(camera.width) *

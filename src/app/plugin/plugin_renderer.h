@@ -36,8 +36,8 @@ class PluginRenderer final : public Renderer {
 
   /// HostImage copies the image, checks that every value is finite and takes a little longer;
   /// DeviceImage leaves it in the plugin's memory. Plugins ignore `settings.mode`, `pipeline` and
-  /// `tile_px`. Of the outputs only color and stage_times are supported. After an Error the next
-  /// frame starts the process again, unless usable() is false.
+  /// `tile_px`; `style` must be splats. Of the outputs only color and stage_times are supported.
+  /// After an Error the next frame starts the process again, unless usable() is false.
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                       const Target& target, std::stop_token stop) override;
 

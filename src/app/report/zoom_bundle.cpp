@@ -147,6 +147,8 @@ std::string format_zoom_json(const ZoomBundle& bundle) {
                          {"antialiased", json_of(settings.antialiased)}}},
                        {"noisy_steps", noisy_steps(bundle.rows)},
                        {"rows", rows_json(bundle.rows)}};
+  if (settings.style != DrawStyle::splats)
+    json["settings"]["style"] = kDrawStyleNames[static_cast<int>(settings.style)];
   if (bundle.altered.is_null()) json.erase("altered");
   return json_file_text(json);
 }
@@ -173,6 +175,10 @@ ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
   const ordered_json& settings = json.at("settings");
   json_value(settings.at("sh_degree"), bundle.settings.sh_degree);
   settings.at("splat_scale").get_to(bundle.settings.splat_scale);
+  const std::string style = settings.value("style", kDrawStyleNames[0]);
+  const auto found = std::ranges::find(kDrawStyleNames, style);
+  if (found == std::end(kDrawStyleNames)) fail("{}: there is no style {}", path.string(), style);
+  bundle.settings.style = static_cast<DrawStyle>(found - kDrawStyleNames);
   read_vector(settings.at("background"), bundle.settings.background);
   if (const ordered_json& antialiased = settings.at("antialiased"); !antialiased.is_null())
     bundle.settings.antialiased = antialiased.get<bool>();

@@ -33,6 +33,9 @@ Alterations alterations_of(const RenderSettings& settings, const SceneNature& sc
   const bool antialiased = settings.antialiased.value_or(scene.antialiased);
   add_setting(settings.splat_scale != 1, "splat_scale", settings.splat_scale,
               fmt::format("splat scale {:.3g}", settings.splat_scale));
+  const char* style = kDrawStyleNames[static_cast<int>(settings.style)];
+  add_setting(settings.style != DrawStyle::splats, "style", style,
+              fmt::format("drawn as {}", style));
   add(edits.steps > 0, "edits",
       {{"steps", edits.steps}, {"kept", edits.kept}, {"of", edits.of}, {"hash", edits.crc}},
       fmt::format("edited: {} step{}, {}, {}", edits.steps, edits.steps == 1 ? "" : "s", gaussians,

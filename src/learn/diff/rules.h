@@ -77,6 +77,8 @@ struct PassRules {
   View<Real> view;
   SlopeLimits<Real> limits;
   Real far_depth, dilation, splat_scale, compensation_floor;
+  static constexpr bool is_solid = false;
+  static constexpr float solid_above = 0;
   bool antialiased, keep_faint, zero_color_passes, normalises_rotations;
   int sh_degree;
   RadiusRule radius_rule;

@@ -6,6 +6,7 @@
 // thread at a time may use a renderer and the thread pool it was made with.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -23,6 +24,7 @@
 #include "base/progress.h"
 #include "raster/kernel/blend.h"
 #include "raster/kernel/cull/mode.h"
+#include "raster/kernel/footprint.h"
 #include "raster/kernel/tile_grid.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
@@ -63,6 +65,25 @@ constexpr bool is_timed(Backend backend, Pipeline pipeline, Stage stage) {
   return stage != Stage::bin || backend != Backend::cuda || pipeline != Pipeline::fast;
 }
 
+/// The shape that stands for a Gaussian.
+enum class DrawStyle {
+  splats,     ///< the Gaussian itself
+  points,     ///< a dot of kPointRadius at its mean
+  ellipsoids  ///< its ellipse of one standard deviation, if its opacity is above kLeastOpacity
+};
+
+/// Index = DrawStyle.
+inline constexpr const char* kDrawStyleNames[] = {"splats", "points", "ellipsoids"};
+
+/// True if the shape is opaque up to its edge. The Gaussian's opacity does not matter.
+constexpr bool is_solid(DrawStyle style) { return style != DrawStyle::splats; }
+
+/// px at the usual dilation and splat scale. A frame of reduced size has less dilation, so its
+/// points cover the same part of the window.
+inline constexpr double kPointRadius = 1;
+/// Of ellipsoids: fog and floaters, which are faint and large, would hide the scene.
+inline constexpr double kLeastOpacity = 0.2;
+
 struct RenderSettings {
   CullMode mode = default_mode();  ///< 0 = reference (CPU only), else a row of table.h
   Pipeline pipeline = kDefaultPipeline;
@@ -72,7 +93,37 @@ struct RenderSettings {
   std::optional<bool> antialiased;  ///< opacity compensation; unset = as the cloud was trained
   double dilation = kDilation;      ///< px^2 added to both variances as a low-pass filter, >= 0
   int tile_px = kTileSize;          ///< side of a tile, one of kTileSizes; only the CPU has others
+  DrawStyle style = DrawStyle::splats;
 };
+
+/// The numbers by which styles differ in the projection.
+struct DrawnShape {
+  double splat_scale, dilation;
+  double least_opacity;  ///< shapes are drawn above it; of solid shapes
+};
+
+inline DrawnShape drawn_shape(const RenderSettings& settings) {
+  const auto scale = static_cast<double>(settings.splat_scale);
+  const double dilation = settings.dilation, radius = kPointRadius * scale;
+  if (settings.style == DrawStyle::points)
+    return {0, kSolidVariance * radius * radius * dilation / kDilation, fp64::kAlphaMin};
+  if (settings.style == DrawStyle::ellipsoids)
+    return {std::sqrt(kSolidVariance) * scale, kSolidVariance * dilation, kLeastOpacity};
+  return {scale, dilation, 0};
+}
+
+/// The rules that decide which footprint a Gaussian has. RenderSettings::antialiased may be unset,
+/// so it is passed.
+inline FootprintRules footprint_rules(const RenderSettings& settings, bool antialiased) {
+  const DrawnShape shape = drawn_shape(settings);
+  const bool solid = is_solid(settings.style);
+  return {row_of(settings.mode).keeps_faint,
+          antialiased && !solid,
+          static_cast<float>(shape.splat_scale),
+          static_cast<float>(shape.dilation),
+          solid,
+          static_cast<float>(std::log2(255 * shape.least_opacity))};
+}
 
 /// Pixels [x0, x1) x [y0, y1).
 struct PixelBox {

@@ -34,6 +34,17 @@ inline constexpr double kLn2 = 0.69314718055994530942;
 inline constexpr double kLog2E = 1.44269504088896340736;
 inline constexpr float kLog2Of255 = 7.994353436858858f;
 
+/// A solid ellipse is a Gaussian of this log2 of the opacity, whose alpha is clamped. With the
+/// standard deviation sqrt(kSolidVariance) R, log2 of alpha is 64 - 65 (r / R)^2 at the distance r:
+/// alpha is 0.99 up to 0.992 R, 1/2 at R, and below 1/255 from 1.053 R on.
+inline constexpr float kSolidLog2 = 64;
+inline constexpr double kSolidVariance = 1 / (2 * kLn2 * (double{kSolidLog2} + 1));
+/// Gamma of a solid ellipse; other Gaussians have at most 11.1.
+inline constexpr float kSolidGamma = 2.0f * static_cast<float>(kLn2) * (kSolidLog2 + kLog2Of255);
+/// Two solid ellipses leave 1e-4 of a pixel's light, so rounding would decide whether it stops at
+/// kTransmittanceMin. With this it stops everywhere.
+inline constexpr double kSolidTransmittanceMin = 1.001e-4;
+
 /// log2 of a Gaussian's falloff is this times d^T conic d; at alpha = 1/255 that form is gamma.
 inline constexpr float kLog2OfFalloff = -0.5f * static_cast<float>(kLog2E);
 /// Slack on log2 of the falloff when blending skips pixels with alpha < 1/255.

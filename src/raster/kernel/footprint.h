@@ -20,6 +20,8 @@ struct FootprintRules {
   bool antialiased;   ///< scale the opacity by compensation()
   float splat_scale;  ///< factor on every standard deviation; 1 = as trained
   float dilation = static_cast<float>(kDilation);  ///< px^2 added to both variances
+  bool is_solid = false;                           ///< draw solid ellipses, see kSolidLog2
+  float solid_above = 0;  ///< log2 of 255 times the opacity above which they are drawn
 
   // The rules that renderers do not change.
   static constexpr float compensation_floor = static_cast<float>(kCompensationFloor);
@@ -69,6 +71,10 @@ QS_HD bool project(const View<float>& view, const Rules& rules, const ActiveGaus
   if (rules.antialiased) {
     out.opacity_factor = compensation(before, determinant, float{rules.compensation_floor});
     log2_255_opacity = log2_255_opacity + log2_portable(out.opacity_factor);
+  }
+  if (rules.is_solid) {
+    if (!(log2_255_opacity > rules.solid_above)) return false;
+    log2_255_opacity = kSolidLog2 + kLog2Of255;
   }
   const float gamma = 2.0f * static_cast<float>(kLn2) * log2_255_opacity;
   if (!rules.keep_faint && !(gamma > 0.0f)) return false;

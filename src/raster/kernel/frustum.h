@@ -46,13 +46,15 @@ class Frustum {
   QS_HD Frustum(const View<float>& view, const FootprintRules& rules, TileGrid grid)
       : near_depth_(static_cast<double>(view.near_depth)),
         usual_spread_(kLargestSigmas * std::sqrt(static_cast<double>(rules.dilation))),
+        root_of_level_(rules.is_solid ? kRootOfSolidLevel : kRootOfLevel),
         depth_(in_view(view, 0, 0, 1)) {
     const glm::dvec2 focal(view.focal_px), center(view.center_px), limit(view.slope_limit);
     spread_ = static_cast<double>(rules.splat_scale) *
               std::sqrt(focal.x * focal.x * stretch2(view, 0, limit.x) +
                         focal.y * focal.y * stretch2(view, 1, limit.y));
+    const double level = rules.is_solid ? kSolidLevel : kLevel;
     const double room =
-        kLargestK * std::sqrt(2 * kLevel * static_cast<double>(rules.dilation)) + 2 * kTileSize;
+        kLargestK * std::sqrt(2 * level * static_cast<double>(rules.dilation)) + 2 * kTileSize;
     const glm::dvec2 size = static_cast<double>(kTileSize) * glm::dvec2(grid.columns, grid.rows);
     for (int axis = 0; axis < 2; ++axis) {
       sides_[2 * axis] = in_view(view, axis, focal[axis], center[axis] + room);
@@ -66,7 +68,7 @@ class Frustum {
     const double spread = spread_ * static_cast<double>(bounds.sigma);  // in px times depth
     const double nearest = glm::max(depth_.smallest(bounds), near_depth_);
     const double k = spread < usual_spread_ * nearest ? kUsualK : kLargestK;
-    const double reach = k * kRootOfLevel * spread;
+    const double reach = k * root_of_level_ * spread;
     for (const Linear& inside : sides_)
       if (inside.largest(bounds) + reach < 0) return true;
     return false;
@@ -78,6 +80,9 @@ class Frustum {
   static constexpr double kLevel = 11.1, kRootOfLevel = 3.3317;
   static_assert(kLevel > 2 * kLn2 * static_cast<double>(kLog2Of255));
   static_assert(kRootOfLevel * kRootOfLevel > kLevel);
+  static constexpr double kSolidLevel = 99.9, kRootOfSolidLevel = 9.996;
+  static_assert(kSolidLevel > double{kSolidGamma});
+  static_assert(kRootOfSolidLevel * kRootOfSolidLevel > kSolidLevel);
 
   /// Upper bound of k = kReachK + kReachKPerF2 / f^2, f^2 = det / (Sxx Syy). In single precision a
   /// determinant is at least 2^-24 of that product, or 0 and the Gaussian is dropped.
@@ -140,10 +145,11 @@ class Frustum {
   }
 
   double near_depth_;
-  double usual_spread_;  ///< px; smaller footprints reach only a little beyond their box
-  double spread_;        ///< upper bound of px per (sigma / depth)
-  Linear depth_;         ///< view z
-  Linear sides_[4];      ///< px inside of each side of the image, times depth
+  double usual_spread_;   ///< px; smaller footprints reach only a little beyond their box
+  double root_of_level_;  ///< of the largest gamma
+  double spread_;         ///< upper bound of px per (sigma / depth)
+  Linear depth_;          ///< view z
+  Linear sides_[4];       ///< px inside of each side of the image, times depth
 };
 
 }  // namespace qs

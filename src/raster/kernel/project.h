@@ -38,6 +38,8 @@ struct Footprint {
   glm::vec3 conic;                ///< (a, b, c) = (yy, -xy, xx) / determinant
   float determinant;              ///< determinant of the covariance, > 0
   float gamma;                    ///< 2 ln(255 opacity); > 0 unless the mode keeps faint Gaussians
+
+  QS_HD bool is_solid() const { return gamma >= kSolidGamma; }
 };
 
 /// The world position `position` in view axes.

@@ -62,6 +62,7 @@ TEST_F(AlteredOutputs, say_every_alteration_and_are_silent_without_one) {
       {"", ""},
       {" --splat-scale 0.5 --skip-huge",
        "splat scale 0.5, edited: 1 step, 299 of 300 Gaussians, crc32:"},
+      {" --splat-scale 8 --style points", "splat scale 8, drawn as points"},
   };
   for (const auto& [options, words] : alterations) {
     for (const AlteredCommand& command : kAlteredCommands) {
@@ -113,7 +114,9 @@ TEST_F(AlteredOutputs, of_different_alterations_are_not_merged) {
 
 TEST_F(AlteredOutputs, of_an_edited_zoom_are_replayed_with_the_same_edits_only) {
   const std::string few = " --frames 1 --warmup 0 --backend cpu";
-  ASSERT_EQ(run("zoom @scene.ply --steps 2 --skip-huge --splat-scale 0.5 --out-dir @zoom" + few)
+  ASSERT_EQ(run("zoom @scene.ply --steps 2 --skip-huge --splat-scale 0.5 --style ellipsoids "
+                "--out-dir @zoom" +
+                few)
                 .exit_code,
             kExitOk);
   EXPECT_EQ(run("zoom --replay @zoom --skip-huge").exit_code, kExitOk);

@@ -132,6 +132,12 @@ TEST_F(Plugins, the_own_renderer_draws_the_same_bits_and_lists_the_same_pairs_as
   EXPECT_EQ(plugin->name(), "own-cpu");
   expect_as_built_in(Backend::cpu, *plugin, cloud_);
   EXPECT_GE(plugin->call_factor(), 1 / 1.02);
+  RenderSettings points;
+  points.style = DrawStyle::points;
+  const auto draw = [&] {
+    static_cast<Renderer&>(*plugin).render(test::front_camera(8, 8), points);
+  };
+  EXPECT_EQ(test::error_of(draw), "plugin own-cpu: plugins draw splats only");
   plugin->close();
 }
 

@@ -595,12 +595,15 @@ TEST(ServePanels, settings_change_the_visitor_s_own_picture) {
   ServedRoom room(2);
   room.command(kSettings);
   room.set("splat scale", 2);
+  room.set("style", 2);
   room.set("background", 0xff8000);
   room.set("Heat map", 3);
   EXPECT_EQ(room.viewer().settings.splat_scale, 2);
   EXPECT_FLOAT_EQ(room.viewer().settings.background.g, 128.0f / 255);
   EXPECT_EQ(room.viewer().heatmap, HeatQuantity::false_positive);
+  EXPECT_EQ(room.viewer().settings.style, DrawStyle::ellipsoids);
   EXPECT_EQ(room.viewer(2).settings.splat_scale, 1);
+  EXPECT_EQ(room.viewer(2).settings.style, DrawStyle::splats);
   const int version = room.viewer().version;
   room.set("opacity over the colours", 50);
   EXPECT_GT(room.viewer().version, version);

@@ -47,6 +47,8 @@ TEST(Alterations, have_a_clause_and_a_member_for_every_setting) {
   };
   const Case cases[] = {
       {"splat scale 0.5", R"({"splat_scale":0.5)", [](auto& s, auto&) { s.splat_scale = 0.5f; }},
+      {"drawn as points", R"({"style":"points")",
+       [](auto& s, auto&) { s.style = DrawStyle::points; }},
       {"SH degree 1 of 3", R"({"sh_degree":1)", [](auto& s, auto&) { s.sh_degree = 1; }},
       {"background 0,0.5,0", R"({"background":[0.0,0.5,0.0])",
        [](auto& s, auto&) {

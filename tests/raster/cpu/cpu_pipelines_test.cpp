@@ -75,6 +75,22 @@ TEST_P(CpuPipeline, decide_and_draw_alike_in_every_mode) {
   }
 }
 
+TEST_P(CpuPipeline, decide_and_draw_solid_styles_alike_in_every_mode) {
+  for (const GaussianCloud& cloud :
+       {test::random_cloud(3000, 0, 64), test::surrounding_cloud(3000, 0, 65)}) {
+    const auto renderer = make_renderer(Backend::cpu, test::pool(2));
+    renderer->upload(cloud, {});
+    for (const DrawStyle style : {DrawStyle::points, DrawStyle::ellipsoids}) {
+      RenderSettings settings;
+      settings.style = style;
+      for (const auto& [width, height] : {std::pair{1, 1}, {161, 23}, {320, 200}}) {
+        for (settings.mode = 1; settings.mode <= mode_count(); ++settings.mode)
+          expect_equal(*renderer, test::front_camera(width, height), settings);
+      }
+    }
+  }
+}
+
 TEST_P(CpuPipeline, decide_and_draw_alike_on_the_bundled_scene) {
   const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(test::read_scene(test::source_path("assets/plush.ply")).cloud, {});

@@ -88,6 +88,11 @@ void scale_splats(Viewer& v, float factor) {
   view_changed(v);
 }
 
+void set_style(Viewer& v, DrawStyle style) {
+  v.settings.style = style;
+  view_changed(v);
+}
+
 void toggle_navigation(Viewer& v) {
   v.navigation = v.navigation == Navigation::orbit ? Navigation::fly : Navigation::orbit;
   notify(v, v.navigation == Navigation::orbit ? "orbit: drag turns around the pivot"
@@ -178,6 +183,11 @@ KeyCommand mode_row(CullMode mode) {
   return command;
 }
 
+KeyCommand style_row(int key, const char* help, DrawStyle style) {
+  return drawn_here(checked(row(key, kShift, Menu::view, help, set_style, style),
+                            [style](const Viewer& v) { return v.settings.style == style; }));
+}
+
 std::vector<KeyCommand> make_commands() {
   using enum Menu;
   std::vector<KeyCommand> rows = {
@@ -221,6 +231,9 @@ std::vector<KeyCommand> make_commands() {
           row(GLFW_KEY_J, kShift, view, "Next of depth, median depth and alpha", next_quantity)),
       row(GLFW_KEY_EQUAL, 0, view, "Larger splats", scale_splats, 1.1f),
       row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
+      style_row(GLFW_KEY_1, "Draw splats", DrawStyle::splats),
+      style_row(GLFW_KEY_2, "Draw points", DrawStyle::points),
+      style_row(GLFW_KEY_3, "Draw ellipsoids", DrawStyle::ellipsoids),
       row(GLFW_KEY_Y, kShift, view, "Turn the scene over, and back", turn_over),
       always(row(GLFW_KEY_EQUAL, kCtrl, window, "Larger interface", step_interface_scale, 1)),
       always(row(GLFW_KEY_MINUS, kCtrl, window, "Smaller interface", step_interface_scale, -1)),

@@ -265,6 +265,8 @@ Controls settings_controls() {
           [](RenderSettings& part, double value) { part.sh_degree = static_cast<int>(value); }),
       field_row(kSettings, "splat scale", number, &RenderSettings::splat_scale,
                 logarithmic(0.01, 3, 2), command_hint("Larger splats")),
+      field_row(kSettings, "style", choice, &RenderSettings::style,
+                chosen(names_in(kDrawStyleNames)), "the shape that stands for a Gaussian"),
       part_row(
           kSettings, "background", color,
           [](const Viewer& v) { return at(hex_of(v.settings.background)); },

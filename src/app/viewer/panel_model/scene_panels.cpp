@@ -25,8 +25,8 @@ block::Controls fields(float width, std::vector<std::string> names) {
 
 Blocks settings_blocks(const Viewer& v) {
   Blocks blocks = {block::Facts{scene_facts_of(v)}, block::Line{},
-                   fields(9, {"SH degree", "splat scale", "background", "antialias", "backend",
-                              "pipeline", "leave out what is larger than the scene"})};
+                   fields(9, {"SH degree", "splat scale", "style", "background", "antialias",
+                              "backend", "pipeline", "leave out what is larger than the scene"})};
   // The window has them in its menus and in the legend over the picture.
   if (v.is_remote)
     blocks.emplace_back(fields(9, {"Heat map", "opacity over the colours", "colour map",

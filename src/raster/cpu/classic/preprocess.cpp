@@ -34,9 +34,11 @@ void preprocess_with(const FrameContext& frame, const ActivatedCloud& active, Vi
       visible.gaussians[slot] = static_cast<std::uint32_t>(i);
       visible.depths[slot] = projected.depth;
       visible.footprints[slot] = projected.footprint;
-      visible.splats[slot] = {
-          make_splat(projected.footprint, active.opacities[i] * projected.opacity_factor, color),
-          PixelBound::of(projected.footprint)};
+      const float opacity = projected.footprint.is_solid()
+                                ? std::exp2(kSolidLog2)
+                                : active.opacities[i] * projected.opacity_factor;
+      visible.splats[slot] = {make_splat(projected.footprint, opacity, color),
+                              PixelBound::of(projected.footprint)};
       ++slot;
     }
     visible.chunk_counts[begin / Visible::kChunk] = static_cast<std::uint32_t>(slot - begin);

@@ -29,9 +29,10 @@ struct FrameContext {
   }
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
-  FootprintRules rules() const {
-    return {row_of(settings.mode).keeps_faint, antialiased(), settings.splat_scale,
-            static_cast<float>(settings.dilation)};
+  FootprintRules rules() const { return footprint_rules(settings, antialiased()); }
+  /// A pixel stops before its transmittance falls below this.
+  double least_transmittance() const {
+    return is_solid(settings.style) ? kSolidTransmittanceMin : fp64::kTransmittanceMin;
   }
 
   /// Runs a parallel loop; throws Cancelled when the frame was cancelled.

@@ -42,17 +42,22 @@ bool project_reference(const FrameContext& frame, const View<double>& view, cons
   const glm::dvec3 point = to_view(view, position);
   if (!(point.z > view.near_depth)) return false;
   Covariance2<double> covariance = project_covariance(view, point, world_covariance(cloud, i));
-  const double scale2 = static_cast<double>(frame.settings.splat_scale) *
-                        static_cast<double>(frame.settings.splat_scale);
+  const DrawnShape shape = drawn_shape(frame.settings);
+  const double scale2 = shape.splat_scale * shape.splat_scale;
   covariance = {covariance.xx * scale2, covariance.xy * scale2, covariance.yy * scale2};
   const double before = covariance.determinant();
-  covariance.xx += frame.settings.dilation;
-  covariance.yy += frame.settings.dilation;
+  covariance.xx += shape.dilation;
+  covariance.yy += shape.dilation;
   const double determinant = covariance.determinant();
   if (!(determinant > 0) || !std::isfinite(determinant)) return false;
   // Drop the Gaussian if no pixel can have alpha >= 1/255.
   splat.opacity = opacity_of_logit(cloud.opacity_logits[i]);
-  if (frame.antialiased()) splat.opacity *= compensation(before, determinant);
+  if (is_solid(frame.settings.style)) {
+    if (!(splat.opacity > shape.least_opacity)) return false;
+    splat.opacity = std::exp2(double{kSolidLog2});
+  } else if (frame.antialiased()) {
+    splat.opacity *= compensation(before, determinant);
+  }
   const double gamma = splat.gamma = 2 * std::log(255 * splat.opacity);
   if (!(gamma > 0)) return false;
   // Store the ellipse and its box of pixels in the region.
@@ -87,6 +92,7 @@ void blend_row(const FrameContext& frame, const PixelBox& region,
   std::vector<glm::dvec3> color(width, glm::dvec3(0));
   std::vector<std::uint32_t> considered(width, 0);
   std::vector<char> live(width, 1);
+  const double least_transmittance = frame.least_transmittance();
   for (const ReferenceSplat* splat : splats) {
     // Composite the Gaussian onto the live pixels of its box.
     const double dy = y - splat->mean.y;
@@ -101,7 +107,7 @@ void blend_row(const FrameContext& frame, const PixelBox& region,
       const double alpha = std::min(fp64::kAlphaMax, splat->opacity * std::exp(power));
       if (alpha < fp64::kAlphaMin) continue;
       const double next = pixels[x].transmittance * (1 - alpha);
-      if (next < fp64::kTransmittanceMin) {
+      if (next < least_transmittance) {
         live[x] = 0;
         continue;
       }

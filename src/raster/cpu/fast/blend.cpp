@@ -42,6 +42,7 @@ void blend(const FrameContext& frame, const FastVisible& visible, const TileList
                   .width = std::min(kTileSize, frame.camera.width - x0),
                   .height = std::min(kTileSize, frame.camera.height - y0),
                   .background = frame.settings.background,
+                  .least_transmittance = static_cast<float>(frame.least_transmittance()),
                   .color = outputs.color ? result.color.values.data() + 3 * pixel : nullptr,
                   .evaluated = outputs.evaluated ? result.evaluated.data() + pixel : nullptr,
                   .stride = static_cast<std::size_t>(frame.camera.width)});

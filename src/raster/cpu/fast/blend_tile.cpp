@@ -189,7 +189,7 @@ HWY_INLINE bool blend_pixels(const Batch& batch, std::uint32_t before, int index
   const D d;
   const V rows = rows_of(index, at);
   const int column = index % kCellsInRow * kCellSide + at % kCellSide;
-  const V least = hn::Set(d, kTransmittanceMin);
+  const V least = hn::Set(d, batch.least_transmittance);
   Pixels pixels(cell, at);
   M live = pixels.live();
   const std::uint32_t count = batch.counts[index];
@@ -264,7 +264,7 @@ void prefetch_pixels(const TileJob& job) {
 
 void blend_tile(const TileJob& job) {
   Tile tile(job);
-  Batch batch;
+  Batch batch(job);
   prefetch_pixels(job);
   for (std::uint32_t first = 0; first < job.length && tile.live(); first += Batch::kEntries) {
     batch.load(job, first, std::min(Batch::kEntries, job.length - first), tile.open);

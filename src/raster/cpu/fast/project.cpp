@@ -140,7 +140,8 @@ struct Projector {
             hn::Mul(dot(vx, vy, vz, svx, svy, svz), scale2)};
   }
 
-  /// The footprint of a covariance before the dilation; multiplies the opacity by compensation().
+  /// The footprint of a covariance before the dilation; multiplies the opacity by compensation(),
+  /// or makes it a solid's.
   HWY_INLINE FootprintLanes footprint(const PointLanes& point, const CovarianceLanes& undilated,
                                       V& log2_255_opacity, M& keep) const {
     const V dilation = hn::Set(d, rules.dilation);
@@ -153,6 +154,10 @@ struct Projector {
       const V floor = hn::Set(d, float(kCompensationFloor));
       const V factor = hn::Sqrt(hn::IfThenElse(hn::Gt(ratio, floor), ratio, floor));
       log2_255_opacity = hn::Add(log2_255_opacity, log2_portable(d, factor));
+    }
+    if (rules.is_solid) {
+      keep = hn::And(keep, hn::Gt(log2_255_opacity, hn::Set(d, rules.solid_above)));
+      log2_255_opacity = hn::Set(d, kSolidLog2 + kLog2Of255);
     }
     const V gamma = hn::Mul(hn::Set(d, 2.0f * static_cast<float>(kLn2)), log2_255_opacity);
     if (!rules.keep_faint) keep = hn::And(keep, hn::Gt(gamma, hn::Zero(d)));

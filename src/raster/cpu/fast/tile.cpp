@@ -178,7 +178,7 @@ namespace qs::cpu::fast {
 HWY_EXPORT(load_batch);
 HWY_EXPORT(write_tile);
 
-Batch::Batch() {
+Batch::Batch(const TileJob& job) : least_transmittance(job.least_transmittance) {
   std::fill_n(columns[kNone].level, kTileSize, -1e6f);
   std::fill_n(columns[kNone].offset, kTileSize, 0.0f);
   factors[kNone] = {0, 0, 0, 0};

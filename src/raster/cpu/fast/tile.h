@@ -18,9 +18,10 @@ struct TileJob {
   int x0, y0;             ///< the tile's first pixel
   int width, height;      ///< width and height of the part inside the image, in pixels
   glm::vec3 background;
-  float* color;              ///< at the tile's first pixel; null = not requested
-  std::uint32_t* evaluated;  ///< at the tile's first pixel; null = not requested
-  std::size_t stride;        ///< pixels per row of the image
+  float least_transmittance;  ///< a pixel stops before it falls below this
+  float* color;               ///< at the tile's first pixel; null = not requested
+  std::uint32_t* evaluated;   ///< at the tile's first pixel; null = not requested
+  std::size_t stride;         ///< pixels per row of the image
 };
 
 /// Tiles consist of cells, because most Gaussians reach only a part of a tile.
@@ -31,7 +32,7 @@ constexpr int kCells = kCellsInRow * kCellsInRow;
 
 /// Pixels composited together, row by row, stored as one array per value.
 struct alignas(64) Cell {
-  /// 0: the pixel has stopped or lies outside of the image. Otherwise >= kTransmittanceMin.
+  /// 0: the pixel has stopped or lies outside of the image. Otherwise >= the job's least.
   float transmittance[kCellPixels];
   /// The colours begin with the background, which the composited colours do not contain. So the
   /// transmittance is needed only to decide when a pixel stops.
@@ -82,9 +83,10 @@ struct alignas(64) Batch {
   /// kNone up to a multiple of kMultiple.
   std::uint32_t reaching[kCells][kEntries + kVector];
   std::uint32_t counts[kCells];
-  bool limited;  ///< true if an entry may have an alpha above kAlphaMax
+  bool limited;               ///< true if an entry may have an alpha above kAlphaMax
+  float least_transmittance;  ///< of the job
 
-  Batch();
+  explicit Batch(const TileJob& job);
 
   /// Loads entries [first, first + size) of the list. Skips closed cells.
   void load(const TileJob& job, std::uint32_t first, std::uint32_t size, const bool* open);

@@ -142,8 +142,12 @@ struct Walk<Square> : WalkOfRect {
   static HWY_INLINE Rects rects(const Footprints& p, TileGrid grid) {
     const V mid = hn::Mul(set(0.5f), hn::Add(p.xx, p.yy));
     const V discriminant = hn::Sub(hn::Mul(mid, mid), p.determinant);
-    const V root = hn::Sqrt(larger(discriminant, set(kEigenvalueFloor)));
-    const V radius = hn::Ceil(hn::Mul(set(kSigmas), hn::Sqrt(hn::Add(mid, root))));
+    const M is_solid = hn::Ge(p.gamma, set(kSolidGamma));
+    const V floor = select(is_solid, set(0.0f), set(kEigenvalueFloor));
+    const V variance = hn::Add(mid, hn::Sqrt(larger(discriminant, floor)));
+    const V radius =
+        hn::Ceil(select(is_solid, hn::Add(hn::Sqrt(hn::Mul(p.gamma, variance)), set(1.0f)),
+                        hn::Mul(set(kSigmas), hn::Sqrt(variance))));
     return {tiles(p.mean_x, radius, grid.columns), tiles(p.mean_y, radius, grid.rows)};
   }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Footprints in three arrays with elements of 16, 16 and 8 bytes, by index in the cloud, and the
-// part of the settings that decides which footprint a Gaussian has.
+// Footprints in three arrays with elements of 16, 16 and 8 bytes, by index in the cloud.
 #pragma once
 
 #include "raster/api/renderer.h"
@@ -43,11 +42,5 @@ struct FootprintBuffers {
 
   FootprintArrays arrays() { return {means.data(), conics.data(), levels.data()}; }
 };
-
-/// RenderSettings::antialiased may be unset, so it is passed.
-inline FootprintRules footprint_rules(const RenderSettings& settings, bool antialiased) {
-  return {row_of(settings.mode).keeps_faint, antialiased, settings.splat_scale,
-          static_cast<float>(settings.dilation)};
-}
 
 }  // namespace qs::cuda

@@ -76,6 +76,7 @@ struct BlendInput {
   int columns, rows;  ///< columns and rows of the tile grid
   int width, height;  ///< px
   glm::vec3 background;
+  float most_log2_alpha;  ///< more comes from a conic that rounding broke
 
   static BlendInput of(const FrameContext& frame, const ListRange* ranges,
                        const std::uint32_t* gaussians, const Entry* splats) {
@@ -86,7 +87,8 @@ struct BlendInput {
             frame.grid.rows,
             frame.camera.width,
             frame.camera.height,
-            frame.settings.background};
+            frame.settings.background,
+            is_solid(frame.settings.style) ? kSolidLog2 + 1 : kLog2Slack};
   }
 };
 

@@ -78,9 +78,10 @@ struct Column {
     return any;
   }
 
-  /// kClamps: limits alpha to kAlphaMax, which few Gaussians exceed.
+  /// kClamps: limits alpha to kAlphaMax, which few Gaussians exceed. `most_log2`: see
+  /// BlendInput::most_log2_alpha, with Rows::exponents.
   template <bool kClamps, Rows kRows>
-  __device__ void add(float4 shape, float4 rest, float more_blue) {
+  __device__ void add(float4 shape, float4 rest, float more_blue, float most_log2) {
     static_assert(kPixels == 4);
     const float first = fmaf(fmaf(shape.z, x, shape.y), x, shape.x);
     const float growth = fmaf(rest.x, x, shape.w);
@@ -88,7 +89,7 @@ struct Column {
     if constexpr (kRows == Rows::products)
       multiply(exp2_flush(first), exp2_flush(growth), rest.y, alphas);
     else
-      add_up(first, growth, rest.y, alphas);
+      add_up(first, growth, rest.y, most_log2, alphas);
 #pragma unroll
     for (int j = 0; j < kPixels; ++j) {
       if (kClamps) alphas[j] = fminf(alphas[j], kAlphaMax * kAlphaScale<kCut>);
@@ -108,13 +109,14 @@ struct Column {
     alphas[3] = mul_flush(first, fourth);
   }
 
-  /// Rows::exponents. Alpha exceeds 1 only if rounding broke the conic; such pixels are skipped.
-  static __device__ void add_up(float first, float growth, float bend, float* alphas) {
+  /// Rows::exponents. Pixels are skipped if rounding broke the conic.
+  static __device__ void add_up(float first, float growth, float bend, float most_log2,
+                                float* alphas) {
 #pragma unroll
     for (int j = 0; j < kPixels; ++j) {
       const auto row = static_cast<float>(j);
       const float log2_alpha = fmaf(row, growth, fmaf(0.5f * row * (row - 1), bend, first));
-      const float valid = log2_alpha <= kLog2Slack ? log2_alpha : -INFINITY;
+      const float valid = log2_alpha <= most_log2 ? log2_alpha : -INFINITY;
       alphas[j] = mul_flush(exp2_flush(valid), kAlphaScale<kCut>);
     }
   }

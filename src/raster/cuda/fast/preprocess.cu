@@ -378,14 +378,15 @@ __device__ float clamp_rows_of(const Footprint& footprint, float log2_opacity, f
   constexpr float kTolerance = 0.005f;  // of log2 alpha
   constexpr float kThinnest = 1e5f;     // the determinant is then known to 1 %
   // The ellipse alpha = 0.99 2^-kTolerance of an opaque Gaussian, relative to its ellipse alpha =
-  // 1/255, and a margin.
+  // 1/255, and a margin. A solid ellipse has little beyond it.
   constexpr float kPart = 0.06f, kMarginPx = 0.1f;
+  const float part = footprint.is_solid() ? 1.0f : kPart;
   const Covariance2<float>& covariance = footprint.covariance;
   const float thinness = covariance.xx * covariance.yy / footprint.determinant;  // >= 1
   if (!(thinness < kThinnest)) return INFINITY;
   const float rounding = kRounding * thinness;
   if (log2_opacity + fmaxf(rounding, kTolerance) < kLog2AlphaMax) return -1;
-  return rounding < kTolerance ? fmaf(kPart, y_max, kMarginPx) : FLT_MAX;
+  return rounding < kTolerance ? fmaf(part, y_max, kMarginPx) : FLT_MAX;
 }
 
 __device__ BoundedSplat splat_of(const Footprint& footprint, glm::vec3 color) {

@@ -50,9 +50,10 @@ inline bool cuts_long_lists(const Outputs& outputs) {
 /// dilation they stay above -90, and floats reach down to -126.
 inline constexpr double kLeastDilationOfProducts = kDilation / 2;
 
-/// True if alphas need Rows::exponents: in frames of reduced size, for example.
+/// True if alphas need Rows::exponents: in frames of reduced size, for example. The edges of solid
+/// ellipses are thin.
 inline bool has_thin_rows(const RenderSettings& settings) {
-  return settings.dilation < kLeastDilationOfProducts;
+  return settings.dilation < kLeastDilationOfProducts || is_solid(settings.style);
 }
 
 constexpr unsigned kBlendThreads = kHalfTiles * kWarp;

@@ -200,11 +200,11 @@ class Walk {
         for (unsigned k = 0; k < kUnroll; ++k) {
           if constexpr (!kMaps) {
             column_.template add<kClamps, kRows>(ring.shape[at + k], ring.rest[at + k],
-                                                 ring.blue[at + k]);
+                                                 ring.blue[at + k], in_.most_log2_alpha);
           } else {
             const Column<kCut> before = column_;
             column_.template add<kClamps, kRows>(ring.shape[at + k], ring.rest[at + k],
-                                                 ring.blue[at + k]);
+                                                 ring.blue[at + k], in_.most_log2_alpha);
             mark(before, rings_.places[sub][at + k], begin);
           }
         }
@@ -312,11 +312,11 @@ class PixelWalk {
   }
 
   /// 0 if rounding broke the conic, as with Rows::exponents.
-  static __device__ float alpha_at(const BoundedSplat& splat, float x, float y) {
+  __device__ float alpha_at(const BoundedSplat& splat, float x, float y) const {
     const float dx = x - splat.x, dy = y - splat.y;
     const float along = fmaf(splat.xy, dy, splat.xx * dx);
     const float log2_alpha = fmaf(dx, along, fmaf(splat.yy * dy, dy, splat.log2_opacity));
-    return log2_alpha <= kLog2Slack ? fminf(exp2_flush(log2_alpha), kAlphaMax) : 0.0f;
+    return log2_alpha <= in_.most_log2_alpha ? fminf(exp2_flush(log2_alpha), kAlphaMax) : 0.0f;
   }
 
   const ListInput& in_;

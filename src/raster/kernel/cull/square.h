@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Mode `3dgs`: the square of half side ceil(3 sqrt(lambda_max)) with the integer tile rule of the
-// original 3DGS rasterizer (Kerbl et al. 2023). It ignores opacity and cuts at 3 sigma.
+// original 3DGS rasterizer (Kerbl et al. 2023). It ignores opacity and cuts at 3 sigma. Of a solid
+// ellipse it is the square around it; the tile rule loses up to a pixel of a square.
 #pragma once
 
 #include "raster/kernel/cull/culler.h"
@@ -12,15 +13,17 @@ struct Square {
   static constexpr const char* kName = "3dgs";
 
   /// The covariance's larger eigenvalue, px^2. Its root has a lower bound, as in 3DGS.
-  static QS_HD float larger_variance(const Footprint& footprint) {
+  static QS_HD float larger_variance(const Footprint& footprint, float floor = kEigenvalueFloor) {
     const float mid = 0.5f * (footprint.covariance.xx + footprint.covariance.yy);
     const float discriminant = mid * mid - footprint.determinant;
-    const float root = sqrtf(discriminant > kEigenvalueFloor ? discriminant : kEigenvalueFloor);
+    const float root = sqrtf(discriminant > floor ? discriminant : floor);
     return mid + root;
   }
 
   /// Half side in pixels.
   static QS_HD float radius(const Footprint& footprint) {
+    if (footprint.is_solid())
+      return ceilf(sqrtf(footprint.gamma * larger_variance(footprint, 0.0f)) + 1.0f);
     return ceilf(kSigmas * sqrtf(larger_variance(footprint)));
   }
 

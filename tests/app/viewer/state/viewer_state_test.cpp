@@ -869,6 +869,26 @@ TEST(Keys, splats_stay_between_a_hundredth_and_ten) {
   EXPECT_NE(pressed(1.0011f / 1.1f), 1);
 }
 
+TEST(Keys, one_of_three_styles_is_drawn_and_ticked) {
+  const std::pair<const char*, const char*> rows[] = {
+      {"Shift+1", "Draw splats"}, {"Shift+2", "Draw points"}, {"Shift+3", "Draw ellipsoids"}};
+  DrivenScene driven(1);
+  const auto ticked = [&] {
+    std::vector<std::string> helps;
+    for (const KeyCommand& row : key_commands())
+      if (row.help.starts_with("Draw ") && row.is_checked(driven.viewer)) helps.push_back(row.help);
+    return helps;
+  };
+  EXPECT_EQ(ticked(), std::vector<std::string>{"Draw splats"});
+  for (const int style : {1, 2, 0}) {
+    const int version = driven.viewer.view_version;
+    driven.press(rows[style].first);
+    EXPECT_EQ(driven.viewer.settings.style, static_cast<DrawStyle>(style));
+    EXPECT_EQ(driven.viewer.view_version, version + 1);
+    EXPECT_EQ(ticked(), std::vector<std::string>{rows[style].second});
+  }
+}
+
 TEST(Keys, heat_maps_follow_in_the_order_of_their_table) {
   DrivenScene driven(1);
   const int version = driven.viewer.version;

@@ -18,7 +18,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMostScenes = 100;
-constexpr std::size_t kMostPathBytes = std::size_t{2} << 20;  ///< of all keyframes together
+constexpr std::size_t kMostPathBytes = std::size_t{2} << 20;  ///< of all keyframes and bookmarks
 
 /// Calls visit(name, member) for the members that JSON stores directly.
 template <class V, class Size, class Visit>
@@ -40,6 +40,7 @@ void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
   visit("interface_scale", viewer.interface_scale);
   visit("keyframes", viewer.kept_paths);
   visit("crops", viewer.kept_crops);
+  visit("bookmarks", viewer.bookmarks);
   visit("mode", viewer.settings.mode);
 }
 
@@ -78,6 +79,9 @@ std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size) {
   std::size_t bytes = 0;
   for (const auto& [scene, path] : viewer.kept_paths)
     if ((bytes += path.size()) > kMostPathBytes) json["keyframes"].erase(scene);
+  for (const auto& [scene, views] : viewer.bookmarks)
+    for (const auto& [name, view] : views)
+      if ((bytes += name.size() + view.size()) > kMostPathBytes) json["bookmarks"].erase(scene);
   if (viewer.heatmap) json["heat_map"] = heatmap_row(*viewer.heatmap).name;
   json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
   json["recent"] = ordered_json::array();

@@ -239,6 +239,7 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_F, 0, camera, "Frame the scene", frame_scene),
       row(GLFW_KEY_HOME, 0, camera, "First view", go_home),
       row(GLFW_KEY_HOME, kShift, camera, "Choose the first view", ask_for_views),
+      row(GLFW_KEY_D, kCtrl, camera, "Bookmark this view", keep_bookmark),
       row(GLFW_KEY_BACKSPACE, 0, camera, "Back to the view before", undo_move),
       row(GLFW_KEY_BACKSPACE, kShift, camera, "Forward to the next view", redo_move),
       row(GLFW_KEY_U, 0, camera, "This view is upright", make_upright),

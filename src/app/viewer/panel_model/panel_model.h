@@ -218,7 +218,7 @@ struct Plot {
 };
 
 /// Parts that need textures, typed text or files of this machine: the window alone draws them.
-enum class Local { test_view, crop_file, messages };
+enum class Local { test_view, crop_file, messages, bookmarks };
 
 }  // namespace block
 

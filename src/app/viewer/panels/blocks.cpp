@@ -32,6 +32,20 @@ void draw_crop_file(const Viewer& viewer, PanelState& state, Actions& actions) {
   command_tooltip("Save the cropped scene");
 }
 
+void draw_bookmarks(const Viewer& viewer, Actions& actions) {
+  for (std::size_t i = 0; i < bookmarks_of(viewer).size(); ++i) {
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::Button("x")) actions.push_back(call(action::remove_bookmark, i));
+    ImGui::SameLine();
+    if (ImGui::Button("Go")) actions.push_back(call(action::go_to_bookmark, i));
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(-1);
+    std::string name = bookmarks_of(viewer)[i].first;
+    if (ImGui::InputText("##name", &name)) actions.push_back(call(action::name_bookmark, i, name));
+    ImGui::PopID();
+  }
+}
+
 void draw_shape(const block::Shape& shape, const std::vector<ImVec2>& points) {
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   const ImU32 color = color_of(shape.ink.dark, shape.opacity);
@@ -158,6 +172,7 @@ struct BlockDrawer {
   void operator()(block::Local part) const {
     if (part == block::Local::test_view) draw_test_view(viewer, state, actions);
     if (part == block::Local::crop_file) draw_crop_file(viewer, state, actions);
+    if (part == block::Local::bookmarks) draw_bookmarks(viewer, actions);
     if (part == block::Local::messages) draw_log(viewer, actions);
   }
 };

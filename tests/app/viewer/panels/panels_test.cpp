@@ -565,6 +565,22 @@ TEST_F(PanelsTest, the_strip_of_first_views_chooses_by_a_click_and_closes_by_esc
   EXPECT_LT(glm::distance(driven_.viewer.camera.position(), glm::dvec3(4, -1, 0)), 1e-9);
 }
 
+TEST_F(PanelsTest, a_bookmark_is_renamed_in_its_field) {
+  const PanelRow row{&Panels::cameras, "bookmarks", "Bookmarks",
+                     [](const Viewer&) -> Blocks { return {block::Local::bookmarks}; }};
+  state_.rows = {&row, 1};
+  driven_.press("Ctrl+D");
+  for (int i = 0; i < 3; ++i) draw();
+  const ImRect bar = ImGui::FindWindowByName("right bar")->Rect();
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float y =
+      bar.Min.y + style.WindowPadding.y + 1.5f * ImGui::GetFrameHeight() + style.ItemSpacing.y;
+  EXPECT_TRUE(clicked_at([this] { draw(); }, {bar.Max.x - 30, y}));
+  draw(" of the door");
+  draw();
+  EXPECT_THAT(bookmarks_of(driven_.viewer)[0].first, testing::HasSubstr(" of the door"));
+}
+
 TEST_F(PanelsTest, without_a_scene_the_window_welcomes) {
   driven_.apply([](Viewer& viewer) { viewer.scene.reset(); });
   draw();

@@ -59,6 +59,7 @@ void parse_preferences(const std::string& text, Viewer& viewer, glm::ivec2& wind
     read.interface_scale = std::clamp(read.interface_scale, 0.75f, 3.0f);
   read.navigation =
       json.value("navigation", "orbit") == "fly" ? Navigation::fly : Navigation::orbit;
+  read.light_theme = json.value("theme", "dark") == "light";
   const auto map = std::ranges::find(kHeatmaps, json.value("heat_map", ""), &HeatmapRow::name);
   if (map != kHeatmaps.end())
     read.heatmap = read.last_heatmap = static_cast<HeatQuantity>(map - kHeatmaps.begin());
@@ -84,6 +85,7 @@ std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size) {
       if ((bytes += name.size() + view.size()) > kMostPathBytes) json["bookmarks"].erase(scene);
   if (viewer.heatmap) json["heat_map"] = heatmap_row(*viewer.heatmap).name;
   json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
+  json["theme"] = viewer.light_theme ? "light" : "dark";
   json["recent"] = ordered_json::array();
   for (const auto& path : viewer.recent) json["recent"].push_back(path.string());
   return json_file_text(json);

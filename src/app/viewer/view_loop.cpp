@@ -286,7 +286,7 @@ class ViewLoop final : public Host {
     turn_.screen_scale = window_.screen_scale();
     if (viewer_.screen_scale != turn_.screen_scale)
       apply([scale = turn_.screen_scale](Viewer& viewer) { viewer.screen_scale = scale; });
-    window_.set_scale(interface_scale(viewer_));
+    window_.set_scale(interface_scale(viewer_), viewer_.light_theme);
   }
 
   void fit_picture() {

@@ -31,6 +31,7 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   written.first_views["/a.ply"] = "chosen";
   written.bookmarks["/a.ply RDF"] = {{"the door", "a camera"}};
   written.interface_scale = 1.5f;
+  written.light_theme = true;
   written.scene.emplace();
   written.scene->path = "/b.ply";
   written.camera = test::front_camera(64, 48);
@@ -48,6 +49,7 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   EXPECT_EQ(read.first_views, written.first_views);
   EXPECT_EQ(read.bookmarks, written.bookmarks);
   EXPECT_EQ(read.interface_scale, 1.5f);
+  EXPECT_TRUE(read.light_theme);
   EXPECT_THAT(read.last_views,
               testing::ElementsAre(testing::Pair("/a.ply", "kept"),
                                    testing::Pair("/b.ply", format_camera(written.camera))));

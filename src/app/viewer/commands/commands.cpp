@@ -225,6 +225,9 @@ std::vector<KeyCommand> make_commands() {
       always(row(GLFW_KEY_EQUAL, kCtrl, window, "Larger interface", step_interface_scale, 1)),
       always(row(GLFW_KEY_MINUS, kCtrl, window, "Smaller interface", step_interface_scale, -1)),
       always(row(GLFW_KEY_0, kCtrl, window, "Interface at 100 %", set_interface_scale, 1.0f)),
+      always(checked(row(GLFW_KEY_L, kCtrl | kShift, window, "Light theme", toggle_option,
+                         &Viewer::light_theme),
+                     [](const Viewer& v) { return v.light_theme; })),
       always(row(GLFW_KEY_F11, 0, window, "Full screen",
                  [](Viewer&, Host& host) { host.toggle_fullscreen(); })),
 

@@ -464,6 +464,7 @@ struct Viewer : Turn {
   Panels panels;
   Bars bars;
   float interface_scale = 0;  ///< of letters and lines, as the user chose it; 0: screen_scale
+  bool light_theme = false;
   Hints hints;
   std::vector<Toast> toasts;
   bool toasts_held = false;                   ///< the mouse is over one, so all of them stay

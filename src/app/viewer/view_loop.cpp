@@ -99,6 +99,7 @@ class ViewLoop final : public Host {
       const double now = glfwGetTime(), seconds = std::min(now - viewer_.now, kLongestTurn);
       play_script(actions);
       window_.input().tick(actions);
+      if (!options_.script) window_.read_gamepad(seconds, actions);
       render_->take_reports(actions);
       opening_.take_reports(actions);
       photographs_.take_reports(actions);

@@ -109,6 +109,10 @@ void toggle_grid(Viewer& v) {
   picture_changed(v);
 }
 
+void step_mode(Viewer& v, int by) {
+  set_mode(v, (v.settings.mode - 1 + by + culler_count()) % culler_count() + 1);
+}
+
 void next_split_view(Viewer& v) {
   const auto next = (static_cast<std::size_t>(v.split.view) + 1) % std::size(kSplitViews);
   v.split.view = static_cast<SplitView>(next);
@@ -254,6 +258,8 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_K, kCtrl, camera, "Film of the path, or round the scene", film),
 
       drawn_here(held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode)),
+      row(GLFW_KEY_COMMA, kShift, mode, "Mode before in the list", step_mode, -1),
+      row(GLFW_KEY_PERIOD, kShift, mode, "Next mode in the list", step_mode, 1),
       checked(row(GLFW_KEY_I, kShift, mode, "Mode and numbers over the picture", toggle_option,
                   &Viewer::shows_badge),
               [](const Viewer& v) { return v.shows_badge; }),
@@ -297,10 +303,15 @@ std::span<const KeyCommand> key_commands() {
   return kCommands;
 }
 
-std::string command_hint(std::string_view help) {
+const KeyCommand* find_command(std::string_view help) {
   const std::span<const KeyCommand> rows = key_commands();
   const auto found = std::ranges::find(rows, help, &KeyCommand::help);
-  if (found == rows.end()) return std::string(help);
+  return found == rows.end() ? nullptr : &*found;
+}
+
+std::string command_hint(std::string_view help) {
+  const KeyCommand* found = find_command(help);
+  if (found == nullptr) return std::string(help);
   return fmt::format("{} ({})", help, key_name(found->key, found->mods));
 }
 

@@ -283,6 +283,14 @@ void Window::poll(double seconds, Navigation navigation, Actions& actions) {
   actions_ = nullptr;
 }
 
+void Window::read_gamepad(double seconds, Actions& actions) {
+  GLFWgamepadstate pad;
+  int id = GLFW_JOYSTICK_1;
+  while (id <= GLFW_JOYSTICK_LAST && glfwGetGamepadState(id, &pad) != GLFW_TRUE) ++id;
+  const bool acts = id <= GLFW_JOYSTICK_LAST && glfwGetWindowAttrib(window_, GLFW_FOCUSED) != 0;
+  input_.gamepad(acts ? &pad : nullptr, seconds, actions);
+}
+
 void Window::wake() {
   const std::lock_guard lock(wake_mutex);
   if (can_wake) glfwPostEmptyEvent();

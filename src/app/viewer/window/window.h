@@ -30,6 +30,8 @@ class Window : NotCopied {
 
   /// Handles events; waits up to `seconds` for the first event.
   void poll(double seconds, Navigation navigation, Actions& actions);
+  /// The first gamepad acts while the window has the keyboard. `seconds` since the last call.
+  void read_gamepad(double seconds, Actions& actions);
   static void wake();  ///< ends poll()'s wait, from any thread, also without a window
 
   void begin_ui();  ///< panels draw between begin_ui() and end_ui()

@@ -510,6 +510,10 @@ TEST(Commands, every_row_is_documented) {
   }
   for (const Gesture& gesture : gestures())
     EXPECT_THAT(text, HasSubstr(std::string("| ") + gesture.keys + " | " + gesture.help + " |"));
+  for (const PadControl& control : pad_controls()) {
+    EXPECT_THAT(text, HasSubstr(std::string("| ") + control.keys + " | " + control.help + " |"));
+    EXPECT_EQ(find_command(control.help) != nullptr, control.button >= 0) << control.help;
+  }
 }
 
 TEST(Input, drags_mean_what_the_navigation_says) {

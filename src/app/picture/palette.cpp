@@ -61,10 +61,11 @@ glm::vec3 plugin_color(std::size_t number) {
   return kColors[number % std::size(kColors)];
 }
 
-glm::vec3 on_white::mode_color(CullMode mode) {
+glm::vec3 on_white::mode_color(CullMode mode) { return for_text(qs::mode_color(mode)); }
+
+glm::vec3 on_white::for_text(glm::vec3 color) {
   constexpr glm::vec3 kShares{0.2126f, 0.7152f, 0.0722f};
   constexpr float kMostLuminance = 0.175f;  // white has 1.05 / (0.175 + 0.05) = 4.67 times as much
-  glm::vec3 color = qs::mode_color(mode);
   while (glm::dot(kShares, glm::pow(color, glm::vec3(2.2f))) > kMostLuminance) color *= 0.98f;
   return color;
 }

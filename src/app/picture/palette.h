@@ -37,8 +37,9 @@ inline constexpr glm::vec3 kWhite{1.0f}, kInk = rgb(0x1A1C21), kFaint = rgb(0x6B
 /// Index = Stage.
 inline constexpr glm::vec3 kStages[] = {kBlue, kSkyBlue, kOrange, kVermillion};
 
-/// mode_color(), darkened for text: its contrast on white is at least 4.5.
-glm::vec3 mode_color(CullMode mode);
+/// The colour, darkened for text: its contrast on white is at least 4.5.
+glm::vec3 for_text(glm::vec3 color);
+glm::vec3 mode_color(CullMode mode);  ///< for_text()
 }  // namespace on_white
 
 /// The viewer, and the legend of a heat map.
@@ -50,6 +51,11 @@ inline constexpr glm::vec3 kStages[] = {kSkyBlue, kOrange, kGreen, kPurple};
 /// mode_color() with lighter colours for black and blue, which are too dark here.
 glm::vec3 mode_color(CullMode mode);
 }  // namespace on_dark
+
+/// A colour on dark panels, and on light panels and pages.
+struct Ink {
+  glm::vec3 dark, light;
+};
 
 /// The colour of the plugin with this number, 0 or more, in plots.
 glm::vec3 plugin_color(std::size_t number);

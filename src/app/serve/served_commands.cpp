@@ -25,6 +25,7 @@ constexpr std::string_view kServed[] = {
     "Nearest camera",
     "Frame the scene",
     "First view",
+    "Bookmark this view",
     "Back to the view before",
     "Forward to the next view",
     "This view is upright",

@@ -18,7 +18,7 @@ struct Surroundings {
   double now = 0;            ///< seconds, at least Viewer::now
   double last_event = -1e9;  ///< the window's last event, seconds
   bool render_busy = false;  ///< RenderThread::busy()
-  bool has_pending = false;  ///< keys are held, a script plays or a frame is not requested yet
+  bool has_pending = false;  ///< Input::busy(), a script plays or a frame is not requested yet
 };
 
 class Pacing {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The data that the viewer keeps from one run to the next: the window's size, switches, recent
-// files, the last view, keyframes and crops of each scene, the mode and the heat map. A JSON file
-// in $XDG_CONFIG_HOME/quadsplat (default:
-// ~/.config). To keep another member of Viewer: a line of for_each_preference().
+// files, the last view, bookmarks, keyframes and crops of each scene, the mode and the heat map. A
+// JSON file in $XDG_CONFIG_HOME/quadsplat (default: ~/.config). To keep another member of Viewer: a
+// line of for_each_preference().
 #pragma once
 
 #include <filesystem>

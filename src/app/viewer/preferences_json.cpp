@@ -18,7 +18,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMostScenes = 100;
-constexpr std::size_t kMostPathBytes = std::size_t{2} << 20;  ///< of all keyframes together
+constexpr std::size_t kMostPathBytes = std::size_t{2} << 20;  ///< of all keyframes and bookmarks
 
 /// Calls visit(name, member) for the members that JSON stores directly.
 template <class V, class Size, class Visit>
@@ -40,6 +40,7 @@ void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
   visit("interface_scale", viewer.interface_scale);
   visit("keyframes", viewer.kept_paths);
   visit("crops", viewer.kept_crops);
+  visit("bookmarks", viewer.bookmarks);
   visit("mode", viewer.settings.mode);
 }
 
@@ -58,6 +59,7 @@ void parse_preferences(const std::string& text, Viewer& viewer, glm::ivec2& wind
     read.interface_scale = std::clamp(read.interface_scale, 0.75f, 3.0f);
   read.navigation =
       json.value("navigation", "orbit") == "fly" ? Navigation::fly : Navigation::orbit;
+  read.light_theme = json.value("theme", "dark") == "light";
   const auto map = std::ranges::find(kHeatmaps, json.value("heat_map", ""), &HeatmapRow::name);
   if (map != kHeatmaps.end())
     read.heatmap = read.last_heatmap = static_cast<HeatQuantity>(map - kHeatmaps.begin());
@@ -78,8 +80,12 @@ std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size) {
   std::size_t bytes = 0;
   for (const auto& [scene, path] : viewer.kept_paths)
     if ((bytes += path.size()) > kMostPathBytes) json["keyframes"].erase(scene);
+  for (const auto& [scene, views] : viewer.bookmarks)
+    for (const auto& [name, view] : views)
+      if ((bytes += name.size() + view.size()) > kMostPathBytes) json["bookmarks"].erase(scene);
   if (viewer.heatmap) json["heat_map"] = heatmap_row(*viewer.heatmap).name;
   json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
+  json["theme"] = viewer.light_theme ? "light" : "dark";
   json["recent"] = ordered_json::array();
   for (const auto& path : viewer.recent) json["recent"].push_back(path.string());
   return json_file_text(json);

@@ -99,6 +99,7 @@ class ViewLoop final : public Host {
       const double now = glfwGetTime(), seconds = std::min(now - viewer_.now, kLongestTurn);
       play_script(actions);
       window_.input().tick(actions);
+      if (!options_.script) window_.read_gamepad(seconds, actions);
       render_->take_reports(actions);
       opening_.take_reports(actions);
       photographs_.take_reports(actions);
@@ -286,7 +287,7 @@ class ViewLoop final : public Host {
     turn_.screen_scale = window_.screen_scale();
     if (viewer_.screen_scale != turn_.screen_scale)
       apply([scale = turn_.screen_scale](Viewer& viewer) { viewer.screen_scale = scale; });
-    window_.set_scale(interface_scale(viewer_));
+    window_.set_scale(interface_scale(viewer_), viewer_.light_theme);
   }
 
   void fit_picture() {

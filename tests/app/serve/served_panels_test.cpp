@@ -7,6 +7,7 @@
 #include <thread>
 
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -648,6 +649,24 @@ TEST(ServePanels, a_path_is_made_played_and_sent) {
   EXPECT_EQ(Json::parse(*room.files[0].bytes).size(), 2u);
   room.set("remove keyframe", 0, 0);
   EXPECT_EQ(room.viewer().keyframes.size(), 1u);
+}
+
+TEST(ServePanels, views_are_bookmarked) {
+  ServedRoom room;
+  room.command("Bookmark this view");
+  room.set("Bookmark", 0);
+  const Json rows = section(room.of(1), "path/items2").at("rows");
+  ASSERT_EQ(rows.size(), 2u) << "the panel is open";
+  EXPECT_EQ(rows[1][1].at("label"), "view 2");
+  const glm::dvec3 place = room.viewer().camera.position();
+  room.set("camera", 0, 1);
+  for (int i = 0; i < 60; ++i) room.turn();
+  EXPECT_NE(room.viewer().camera.position(), place);
+  room.set("bookmark", 0, 0);
+  for (int i = 0; i < 60; ++i) room.turn();
+  EXPECT_NEAR(glm::distance(room.viewer().camera.position(), place), 0, 1e-9);
+  room.set("remove bookmark", 0, 0);
+  EXPECT_EQ(section(room.of(1), "path/items2").at("rows").size(), 1u);
 }
 
 TEST(ServePanels, a_film_is_sent_and_leaves_no_file) {

@@ -29,7 +29,9 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   written.ups["/a.ply"] = "0,-1,0.5";
   written.axes["/a.ply"] = "RFU";
   written.first_views["/a.ply"] = "chosen";
+  written.bookmarks["/a.ply RDF"] = {{"the door", "a camera"}};
   written.interface_scale = 1.5f;
+  written.light_theme = true;
   written.scene.emplace();
   written.scene->path = "/b.ply";
   written.camera = test::front_camera(64, 48);
@@ -45,10 +47,23 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   EXPECT_EQ(read.ups, written.ups);
   EXPECT_EQ(read.axes, written.axes);
   EXPECT_EQ(read.first_views, written.first_views);
+  EXPECT_EQ(read.bookmarks, written.bookmarks);
   EXPECT_EQ(read.interface_scale, 1.5f);
+  EXPECT_TRUE(read.light_theme);
   EXPECT_THAT(read.last_views,
               testing::ElementsAre(testing::Pair("/a.ply", "kept"),
                                    testing::Pair("/b.ply", format_camera(written.camera))));
+}
+
+TEST(Preferences, bookmarks_of_too_many_bytes_are_left_out_so_that_the_file_can_be_read) {
+  Viewer written;
+  written.bookmarks["/a.ply RDF"] = {{"short", "a camera"}};
+  written.bookmarks["/b.ply RDF"] = {{"long", std::string(3 << 20, 'x')}, {"short", "a camera"}};
+  Viewer read;
+  glm::ivec2 size(0);
+  parse_preferences(format_preferences(written, {640, 480}), read, size);
+  EXPECT_EQ(read.bookmarks,
+            (std::map<std::string, Bookmarks>{{"/a.ply RDF", {{"short", "a camera"}}}}));
 }
 
 TEST(Preferences, damaged_ones_are_reported_and_ignored) {

@@ -114,6 +114,10 @@ void toggle_grid(Viewer& v) {
   picture_changed(v);
 }
 
+void step_mode(Viewer& v, int by) {
+  set_mode(v, (v.settings.mode - 1 + by + culler_count()) % culler_count() + 1);
+}
+
 void next_split_view(Viewer& v) {
   const auto next = (static_cast<std::size_t>(v.split.view) + 1) % std::size(kSplitViews);
   v.split.view = static_cast<SplitView>(next);
@@ -238,6 +242,9 @@ std::vector<KeyCommand> make_commands() {
       always(row(GLFW_KEY_EQUAL, kCtrl, window, "Larger interface", step_interface_scale, 1)),
       always(row(GLFW_KEY_MINUS, kCtrl, window, "Smaller interface", step_interface_scale, -1)),
       always(row(GLFW_KEY_0, kCtrl, window, "Interface at 100 %", set_interface_scale, 1.0f)),
+      always(checked(row(GLFW_KEY_L, kCtrl | kShift, window, "Light theme", toggle_option,
+                         &Viewer::light_theme),
+                     [](const Viewer& v) { return v.light_theme; })),
       always(row(GLFW_KEY_F11, 0, window, "Full screen",
                  [](Viewer&, Host& host) { host.toggle_fullscreen(); })),
 
@@ -252,6 +259,7 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_F, 0, camera, "Frame the scene", frame_scene),
       row(GLFW_KEY_HOME, 0, camera, "First view", go_home),
       row(GLFW_KEY_HOME, kShift, camera, "Choose the first view", ask_for_views),
+      row(GLFW_KEY_D, kCtrl, camera, "Bookmark this view", keep_bookmark),
       row(GLFW_KEY_BACKSPACE, 0, camera, "Back to the view before", undo_move),
       row(GLFW_KEY_BACKSPACE, kShift, camera, "Forward to the next view", redo_move),
       row(GLFW_KEY_U, 0, camera, "This view is upright", make_upright),
@@ -263,6 +271,8 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_K, kCtrl, camera, "Film of the path, or round the scene", film),
 
       drawn_here(held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode)),
+      row(GLFW_KEY_COMMA, kShift, mode, "Mode before in the list", step_mode, -1),
+      row(GLFW_KEY_PERIOD, kShift, mode, "Next mode in the list", step_mode, 1),
       checked(row(GLFW_KEY_I, kShift, mode, "Mode and numbers over the picture", toggle_option,
                   &Viewer::shows_badge),
               [](const Viewer& v) { return v.shows_badge; }),
@@ -306,10 +316,15 @@ std::span<const KeyCommand> key_commands() {
   return kCommands;
 }
 
-std::string command_hint(std::string_view help) {
+const KeyCommand* find_command(std::string_view help) {
   const std::span<const KeyCommand> rows = key_commands();
   const auto found = std::ranges::find(rows, help, &KeyCommand::help);
-  if (found == rows.end()) return std::string(help);
+  return found == rows.end() ? nullptr : &*found;
+}
+
+std::string command_hint(std::string_view help) {
+  const KeyCommand* found = find_command(help);
+  if (found == nullptr) return std::string(help);
   return fmt::format("{} ({})", help, key_name(found->key, found->mods));
 }
 

@@ -38,6 +38,9 @@ struct KeyCommand {
 
 std::span<const KeyCommand> key_commands();
 
+/// The command with this KeyCommand::help; null if there is none.
+const KeyCommand* find_command(std::string_view help);
+
 /// "Flip the split (X)": the help and the key of the command with this KeyCommand::help.
 std::string command_hint(std::string_view help);
 

@@ -657,6 +657,9 @@ bool has_path(const Viewer& v) { return v.keyframes.size() >= 2; }
 Controls camera_controls() {
   return {
       item_row("camera", go_to_camera),
+      button_row("Bookmark", call(action::keep_bookmark), command_hint("Bookmark this view")),
+      item_row("bookmark", action::go_to_bookmark),
+      item_row("remove bookmark", action::remove_bookmark),
       only_if(has_cameras_here, switch_row(
                                     "in the scene", [](const Viewer& v) { return v.panels.frusta; },
                                     [](Viewer& v, bool is_on) { v.panels.frusta = is_on; },

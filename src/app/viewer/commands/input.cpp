@@ -19,6 +19,8 @@ constexpr int kKnownMods = GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT;
 constexpr double kDoubleClickSeconds = 0.35, kDoubleClickPixels = 6;
 constexpr double kClickPixels = 3;  ///< a larger distance between press and release is a drag
 constexpr double kFast = 5, kSlow = 0.2;
+constexpr double kDeadZone = 0.15;  ///< around the rest of sticks and triggers
+constexpr double kPadTurn = 2;      ///< radians per second
 
 // Keys have no other effect while a dialog takes the keyboard. The state is checked when the action
 // is applied, because the key that opens the dialog may be an action of the same poll.
@@ -28,7 +30,44 @@ Action unless_typing(Action action) {
   };
 }
 
+// The place of a stick without its dead zone: the rest is rescaled, to a length of at most 1.
+glm::dvec2 without_dead_zone(glm::dvec2 at) {
+  const double length = glm::length(at);
+  if (length <= kDeadZone) return glm::dvec2(0);
+  return (std::min(length, 1.0) - kDeadZone) / (1 - kDeadZone) / length * at;
+}
+
 }  // namespace
+
+PadMotion pad_motion(const GLFWgamepadstate& pad) {
+  const auto stick = [&](int x) { return without_dead_zone({pad.axes[x], pad.axes[x + 1]}); };
+  const auto trigger = [&](int x) { return without_dead_zone({0.5f * (pad.axes[x] + 1), 0}).x; };
+  const glm::dvec2 left = stick(GLFW_GAMEPAD_AXIS_LEFT_X);
+  const double up =
+      trigger(GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER) - trigger(GLFW_GAMEPAD_AXIS_LEFT_TRIGGER);
+  const double factor = pad.buttons[GLFW_GAMEPAD_BUTTON_LEFT_THUMB] == GLFW_PRESS ? kFast : 1;
+  return {factor * glm::dvec3(left.x, -up, -left.y), kPadTurn * stick(GLFW_GAMEPAD_AXIS_RIGHT_X)};
+}
+
+void Input::gamepad(const GLFWgamepadstate* pad, double seconds, Actions& actions) {
+  has_gamepad_ = pad != nullptr;
+  const PadMotion motion = has_gamepad_ ? pad_motion(*pad) : PadMotion();
+  if (motion.direction != glm::dvec3(0))
+    actions.push_back(unless_typing(call(action::fly, motion.direction, 1.0)));
+  if (motion.turn != glm::dvec2(0))
+    actions.push_back(unless_typing([by = seconds * motion.turn](Viewer& v, Host&) {
+      action::look(v, -by * v.camera.focal_px);
+    }));
+  for (const PadControl& control : pad_controls()) {
+    if (control.button < 0) continue;
+    const int code = -1 - control.button;
+    if (!has_gamepad_ || pad->buttons[control.button] != GLFW_PRESS) {
+      held_.erase(code);
+    } else if (held_.insert(code).second) {
+      actions.push_back(unless_typing(find_command(control.help)->action));
+    }
+  }
+}
 
 void Input::key(int key, bool down, bool repeat, int mods, bool captured, Actions& actions) {
   mods_ = mods & kKnownMods;

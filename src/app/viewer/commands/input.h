@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Turns keys, buttons and the wheel into actions, without a window: the window's callbacks and the
-// input scripts call the same functions. `captured`: a panel uses the input.
+// Turns keys, buttons, the wheel and the gamepad into actions, without a window: the window's
+// callbacks and the input scripts call the same functions. `captured`: a panel uses the input.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,16 @@
 
 #include "app/viewer/state/action.h"
 
+struct GLFWgamepadstate;
+
 namespace qs {
+
+/// The motion of the camera by the sticks and triggers of a gamepad; 0 while they rest.
+struct PadMotion {
+  glm::dvec3 direction{0.0};  ///< right, down, forward, times the factor, as flight takes it
+  glm::dvec2 turn{0.0};       ///< right, down, radians per second
+};
+PadMotion pad_motion(const GLFWgamepadstate& pad);
 
 class Input {
  public:
@@ -19,6 +28,9 @@ class Input {
   /// `pixel`: of the window.
   void cursor(glm::dvec2 pixel, Navigation navigation, Actions& actions);
   void wheel(double notches, int mods, bool captured, Actions& actions);
+
+  /// The gamepad, `seconds` after the last call; null: there is none.
+  void gamepad(const GLFWgamepadstate* pad, double seconds, Actions& actions);
 
   /// Releases everything, because the window lost the keyboard.
   void release_all(Actions& actions);
@@ -31,7 +43,8 @@ class Input {
     return navigation == Navigation::fly && dragged_ && !is_pan();
   }
 
-  bool busy() const { return dragged_.has_value() || flies(); }
+  /// A gamepad wakes nobody, so the loop looks at it.
+  bool busy() const { return dragged_.has_value() || flies() || has_gamepad_; }
 
   /// The upper left corner of the picture in the window, pixels. Actions get positions in the
   /// picture.
@@ -44,8 +57,9 @@ class Input {
   bool flies() const;
   bool is_pan() const;
 
-  std::set<int> held_;  // keys
+  std::set<int> held_;  // keys; buttons of the gamepad as -1 - GLFW_GAMEPAD_BUTTON_*
   int mods_ = 0;
+  bool has_gamepad_ = false;
   std::optional<int> dragged_;  // button
   glm::dvec2 cursor_{0.0}, origin_{0.0}, last_press_{-1e9};
   double last_press_time_ = -1e9;

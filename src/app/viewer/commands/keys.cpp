@@ -43,6 +43,20 @@ constexpr std::array kGestures = {
     Gesture{"Drop a file", "a scene, a folder, cameras"},
 };
 
+constexpr PadControl kPadControls[] = {
+    {{"Left stick", "fly; pressed: 5 times faster"}},
+    {{"Triggers", "fly down, fly up"}},
+    {{"Right stick", "look around"}},
+    {{"Left bumper", "Mode before in the list"}, GLFW_GAMEPAD_BUTTON_LEFT_BUMPER},
+    {{"Right bumper", "Next mode in the list"}, GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER},
+    {{"A", "First view"}, GLFW_GAMEPAD_BUTTON_A},
+    {{"B", "Back to the view before"}, GLFW_GAMEPAD_BUTTON_B},
+    {{"X", "Heat map"}, GLFW_GAMEPAD_BUTTON_X},
+    {{"Y", "FPS of all modes"}, GLFW_GAMEPAD_BUTTON_Y},
+    {{"D-pad left", "Previous camera"}, GLFW_GAMEPAD_BUTTON_DPAD_LEFT},
+    {{"D-pad right", "Next camera"}, GLFW_GAMEPAD_BUTTON_DPAD_RIGHT},
+    {{"Start", "Keys and mouse"}, GLFW_GAMEPAD_BUTTON_START}};
+
 }  // namespace
 
 std::string key_name(int key, int mods) {
@@ -74,5 +88,6 @@ KeyPress parse_key(const std::string& name) {
 
 std::span<const FlyKey> fly_keys() { return kFlyKeys; }
 std::span<const Gesture> gestures() { return kGestures; }
+std::span<const PadControl> pad_controls() { return kPadControls; }
 
 }  // namespace qs

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Names of keys, the keys that fly the camera, and the mouse's gestures. Other keys: commands.h.
+// Names of keys, the keys that fly the camera, gestures of the mouse and the gamepad. Other keys:
+// commands.h.
 #pragma once
 
 #include <span>
@@ -34,5 +35,11 @@ struct Gesture {
   const char *keys, *help;
 };
 std::span<const Gesture> gestures();
+
+/// A control of a gamepad. A button runs the command with its help.
+struct PadControl : Gesture {
+  int button = -1;  ///< GLFW_GAMEPAD_BUTTON_*; -1: a stick or a trigger
+};
+std::span<const PadControl> pad_controls();
 
 }  // namespace qs

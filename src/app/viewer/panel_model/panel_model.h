@@ -25,10 +25,6 @@ namespace qs {
 
 enum class Tone { plain, faint, caution };
 
-/// A colour on the window's dark panels, and on a light page.
-struct Ink {
-  glm::vec3 dark, light;
-};
 Ink ink_of(CullMode mode);
 
 /// A click sets this control of the common table (controls.h).
@@ -218,7 +214,7 @@ struct Plot {
 };
 
 /// Parts that need textures, typed text or files of this machine: the window alone draws them.
-enum class Local { test_view, crop_file, messages };
+enum class Local { test_view, crop_file, messages, bookmarks };
 
 }  // namespace block
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/viewer/panel_model/panel_model.h"
+#include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/charts.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/training_actions.h"
@@ -126,6 +127,14 @@ Blocks camera_blocks(const Viewer& v) {
   blocks.push_back(in_line({{"Set here"}, {"Film"}, {"Play"}, {"Save"}, {"loop"}}));
   blocks.push_back(
       block::Controls{{{.name = "time", .width = block::kWholeLine, .short_label = ""}}});
+  blocks.push_back(block::Line{});
+  block::Items bookmarks;
+  for (const auto& [name, camera] : bookmarks_of(v))
+    bookmarks.rows.push_back(
+        {{ControlKind::button, "remove bookmark", "x"}, {ControlKind::item, "bookmark", name}});
+  // The window's own has fields for the names.
+  blocks.push_back(v.is_remote ? Block(bookmarks) : block::Local::bookmarks);
+  blocks.push_back(in_line({{"Bookmark"}}));
   return blocks;
 }
 

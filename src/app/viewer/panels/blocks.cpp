@@ -13,7 +13,7 @@ namespace qs {
 void draw_keys(const std::vector<block::Key>& keys) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (i > 0) same_line_if_fits(ImGui::CalcTextSize(keys[i].text.c_str()).x);
-    ImGui::TextColored(palette::with_opacity(keys[i].ink.dark), "%s", keys[i].text.c_str());
+    ImGui::TextColored(palette::text_of(keys[i].ink), "%s", keys[i].text.c_str());
   }
 }
 
@@ -32,9 +32,23 @@ void draw_crop_file(const Viewer& viewer, PanelState& state, Actions& actions) {
   command_tooltip("Save the cropped scene");
 }
 
+void draw_bookmarks(const Viewer& viewer, Actions& actions) {
+  for (std::size_t i = 0; i < bookmarks_of(viewer).size(); ++i) {
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::Button("x")) actions.push_back(call(action::remove_bookmark, i));
+    ImGui::SameLine();
+    if (ImGui::Button("Go")) actions.push_back(call(action::go_to_bookmark, i));
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(-1);
+    std::string name = bookmarks_of(viewer)[i].first;
+    if (ImGui::InputText("##name", &name)) actions.push_back(call(action::name_bookmark, i, name));
+    ImGui::PopID();
+  }
+}
+
 void draw_shape(const block::Shape& shape, const std::vector<ImVec2>& points) {
   ImDrawList& draw = *ImGui::GetWindowDrawList();
-  const ImU32 color = color_of(shape.ink.dark, shape.opacity);
+  const ImU32 color = color_of(shape.ink, shape.opacity);
   if (shape.is_box && shape.width == 0) return draw.AddRectFilled(points[0], points[1], color);
   if (shape.is_box) return draw.AddRect(points[0], points[1], color, 0, 0, shape.width);
   const ImDrawFlags closed = points.size() > 2 ? ImDrawFlags_Closed : 0;
@@ -131,7 +145,7 @@ struct BlockDrawer {
     const ImVec2 end{at.x + width, at.y + extent.y * scale};
     ImDrawList& draw = *ImGui::GetWindowDrawList();
     draw.PushClipRect(at, end, true);
-    draw.AddRectFilled(at, end, IM_COL32(255, 255, 255, 10));
+    draw.AddRectFilled(at, end, ImGui::GetColorU32(ImGuiCol_Text, 0.04f));
     const glm::vec2 origin(at.x + 0.5f * (width - extent.x * scale), at.y);
     for (const block::Shape& shape : block.shapes) {
       std::vector<ImVec2> points;
@@ -147,17 +161,16 @@ struct BlockDrawer {
 
   void operator()(const block::Plot& block) const {
     const float most = *std::max_element(block.values.begin(), block.values.end());
-    ImGui::PushStyleColor(ImGuiCol_FrameBg, {0.12f, 0.125f, 0.14f, 1});
     ImGui::PlotLines("##plot", block.values.data(), static_cast<int>(block.values.size()), 0,
                      nullptr, 0, most * 1.15f,
                      {ImGui::GetContentRegionAvail().x, 3.2f * ImGui::GetFontSize()});
-    ImGui::PopStyleColor();
     ImGui::TextColored(palette::kFaint, "%s", block.caption.c_str());
   }
 
   void operator()(block::Local part) const {
     if (part == block::Local::test_view) draw_test_view(viewer, state, actions);
     if (part == block::Local::crop_file) draw_crop_file(viewer, state, actions);
+    if (part == block::Local::bookmarks) draw_bookmarks(viewer, actions);
     if (part == block::Local::messages) draw_log(viewer, actions);
   }
 };

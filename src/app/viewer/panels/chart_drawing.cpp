@@ -15,7 +15,7 @@
 namespace qs {
 namespace {
 
-constexpr ImU32 kChartLine = IM_COL32(255, 255, 255, 28);
+ImU32 chart_line() { return ImGui::GetColorU32(ImGuiCol_Text, 0.11f); }
 
 // The area of the curves in the window, screen units.
 struct PlotArea {
@@ -50,7 +50,7 @@ void draw_ticks_up(const block::Chart& chart, const PlotArea& area) {
   float free_below = 1e9f;
   for (const BarTick& tick : chart.up) {
     const float y = area.at(0, static_cast<double>(tick.at)).y;
-    ImGui::GetWindowDrawList()->AddLine({area.low.x, y}, {area.high.x, y}, kChartLine);
+    ImGui::GetWindowDrawList()->AddLine({area.low.x, y}, {area.high.x, y}, chart_line());
     if (y + 0.5f * letter > free_below) continue;
     draw_faint({area.low.x - text_width(tick.text) - 0.4f * letter, y - 0.5f * letter}, tick.text);
     free_below = y - 0.5f * letter;
@@ -63,7 +63,7 @@ void draw_ticks_across(const block::Chart& chart, const PlotArea& area, float ri
   float free_from = -1e9f;
   for (const BarTick& tick : chart.across) {
     const float x = area.at(static_cast<double>(tick.at), 0).x;
-    ImGui::GetWindowDrawList()->AddLine({x, area.low.y}, {x, area.high.y}, kChartLine);
+    ImGui::GetWindowDrawList()->AddLine({x, area.low.y}, {x, area.high.y}, chart_line());
     const float width = text_width(tick.text);
     const float left = std::min(x - 0.5f * width, right - width);
     if (left < free_from) continue;
@@ -117,7 +117,7 @@ void draw_bars(ImDrawList& draw, const block::Chart& chart, const PlotArea& area
     for (const block::ChartPoint& point : curve.points) {
       if (!curve.has_bars) break;
       const ImVec2 low = area.at(point.x, point.low), high = area.at(point.x, point.high);
-      draw.AddLine({low.x + aside, low.y}, {high.x + aside, high.y}, color_of(curve.ink.dark, 0.8f),
+      draw.AddLine({low.x + aside, low.y}, {high.x + aside, high.y}, color_of(curve.ink, 0.8f),
                    drawing_scale());
     }
     aside += step;
@@ -128,7 +128,7 @@ void draw_curve(ImDrawList& draw, const block::Curve& curve, const PlotArea& are
   std::vector<ImVec2> points;
   for (const block::ChartPoint& point : curve.points) points.push_back(area.at(point.x, point.y));
   const float by = drawing_scale();
-  const ImU32 color = color_of(curve.ink.dark, curve.is_dashed ? 0.7f : 1);
+  const ImU32 color = color_of(curve.ink, curve.is_dashed ? 0.7f : 1);
   if (curve.is_dashed) return draw_dashed(draw, points, color, curve.width * by);
   draw.AddPolyline(points.data(), static_cast<int>(points.size()), color, 0, curve.width * by);
   if (!curve.is_marked) return;
@@ -149,7 +149,7 @@ void draw_reading(const block::Reading& reading) {
     for (const block::Reading::Row& row : reading.rows) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
-      ImGui::TextColored(palette::with_opacity(row.ink.dark), "%s", row.name.c_str());
+      ImGui::TextColored(palette::text_of(row.ink), "%s", row.name.c_str());
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(row.value.c_str());
       if (two && ImGui::TableNextColumn()) ImGui::TextUnformatted(row.beneath.c_str());
@@ -188,7 +188,7 @@ void draw_chart(const block::Chart& chart) {
   const auto reading = chart.reading(area.mouse_x());
   if (!reading) return;
   const float line = area.at(reading->x, 0).x;
-  draw.AddLine({line, area.low.y}, {line, area.high.y}, IM_COL32(255, 255, 255, 120));
+  draw.AddLine({line, area.low.y}, {line, area.high.y}, ImGui::GetColorU32(ImGuiCol_Text, 0.5f));
   draw_reading(*reading);
 }
 
@@ -204,7 +204,7 @@ void draw_color_bar(const Legend& legend) {
   draw_bar_columns(draw, at, bar_colors(legend, width, static_cast<int>(height)), height);
   // The value 0 has nearly the colour of the panel.
   draw.AddRect(at, {at.x + static_cast<float>(width), at.y + height},
-               ImGui::GetColorU32(palette::with_opacity(on_dark::kFaint, 0.5f)));
+               ImGui::GetColorU32(ImGuiCol_TextDisabled, 0.5f));
   const auto text_width = [](const std::string& text) {
     return static_cast<int>(std::ceil(ImGui::CalcTextSize(text.c_str()).x));
   };

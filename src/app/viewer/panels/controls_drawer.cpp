@@ -135,7 +135,7 @@ void ControlsDrawer::draw(const block::Placed& placed) const {
     if (!placed.title.empty()) draw_title(placed.title, width);
     if (!placed.title.empty() || label.empty()) label = "##value";
     if (placed.width != 0) ImGui::SetNextItemWidth(width);
-    if (placed.mode) ImGui::PushStyleColor(ImGuiCol_Text, color_of(ink_of(*placed.mode).dark));
+    if (placed.mode) ImGui::PushStyleColor(ImGuiCol_Text, palette::text_of(ink_of(*placed.mode)));
     if (placed.form == block::Form::small_button) {
       if (ImGui::SmallButton(label.c_str())) set(placed.name, 0);
     } else if (const auto value = draw_value(control.kind, label.c_str(), now)) {

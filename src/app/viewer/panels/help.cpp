@@ -34,6 +34,7 @@ struct HelpWidths {
 HelpWidths help_widths() {
   HelpWidths widths;
   for (const Gesture& gesture : gestures()) widths.hold(gesture.keys, gesture.help);
+  for (const PadControl& control : pad_controls()) widths.hold(control.keys, control.help);
   for (const FlyKey& key : fly_keys()) widths.hold(key_name(key.key).c_str(), key.help);
   for (const KeyCommand& command : key_commands())
     widths.hold(key_name(command.key, command.mods).c_str(), command.help.c_str());
@@ -68,6 +69,9 @@ void mouse_sections(const HelpWidths& widths) {
     for (const FlyKey& key : fly_keys()) row(key_name(key.key).c_str(), key.help);
   });
   menu_section(Menu::none, widths);
+  section("Gamepad", widths, [] {
+    for (const PadControl& control : pad_controls()) row(control.keys, control.help);
+  });
 }
 
 void menu_sections(std::initializer_list<Menu> menus, const HelpWidths& widths) {

@@ -172,7 +172,7 @@ std::optional<float> draw_divider_line(const char* name, const Rect& picture, fl
   draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(0, 0, 0, 160), 4 * by);
   draw.AddLine({x, picture.low.y}, {x, picture.high.y}, kLight, 1.5f * by);
   const ImVec2 middle{x, picture.center().y};
-  draw.AddCircleFilled(middle, 13 * by, ImGui::GetColorU32(palette::kPanel), 32);
+  draw.AddCircleFilled(middle, 13 * by, color_of(on_dark::kPanel), 32);
   draw.AddCircle(middle, 13 * by, kLight, 32, 1.5f * by);
   for (const float side : {-by, by})
     draw.AddTriangleFilled({x + 9 * side, middle.y}, {x + 4 * side, middle.y - 4.5f * side},

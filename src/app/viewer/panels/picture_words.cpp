@@ -35,7 +35,7 @@ void draw_mode_words(CullMode mode, const std::vector<std::string>& lines, const
   const float letter = ImGui::GetFontSize(), padding = 0.5f * letter;
   const char* name = mode_name(mode);
   const ImVec2 low{place.low.x, place.low.y}, high{place.high.x, place.high.y};
-  const ImU32 color = color_of(on_dark::mode_color(mode));
+  const ImU32 color = ImGui::GetColorU32(palette::text_of(ink_of(mode)));
   // Opaque: over a white picture the colour of a mode has too little contrast.
   draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::kPanel), 0.3f * letter);
   draw.AddRectFilled(low, {low.x + 0.25f * letter, high.y}, color, 0.1f * letter);
@@ -128,7 +128,7 @@ void draw_grid_labels(const Viewer& viewer, Floats& floats) {
                  words.AddText({low.x, y}, color, name.c_str());
                  if (!is_low || name_width + width <= room)
                    words.AddText({low.x + name_width, is_low ? y : y + 1.05f * letter},
-                                 ImGui::GetColorU32(palette::kText), label.c_str());
+                                 color_of(on_dark::kText), label.c_str());
                  words.PopClipRect();
                });
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The look of the panels: a dark palette and one font size.
+// The look of the panels: a dark and a light theme, and one font size.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,24 @@ namespace palette {
 inline ImVec4 with_opacity(glm::vec3 color, float opacity = 1) {
   return {color.r, color.g, color.b, opacity};
 }
-inline const ImVec4 kPanel = with_opacity(on_dark::kPanel);
-inline const ImVec4 kText = with_opacity(on_dark::kText);
-inline const ImVec4 kFaint = with_opacity(on_dark::kFaint);
-inline const ImVec4 kAccent = with_opacity(kSkyBlue);
-inline const ImVec4 kCaution = with_opacity(kOrange);
-inline const ImVec4 kError{0.90f, 0.36f, 0.22f, 1};  ///< vermillion, lightened
+
+// The theme in use: apply_style() sets it.
+inline bool is_light = false;
+inline ImVec4 tones[6];
+inline const ImVec4 &kPanel = tones[0], &kText = tones[1], &kFaint = tones[2], &kAccent = tones[3],
+                    &kCaution = tones[4], &kError = tones[5];
+
+inline ImVec4 with_opacity(const Ink& ink, float opacity = 1) {
+  return with_opacity(is_light ? ink.light : ink.dark, opacity);
+}
+inline ImVec4 text_of(const Ink& ink) {
+  return with_opacity(is_light ? on_white::for_text(ink.light) : ink.dark);
+}
 }  // namespace palette
 
 /// For draw lists.
-inline ImU32 color_of(glm::vec3 color, float opacity = 1) {
+template <class Color>
+ImU32 color_of(const Color& color, float opacity = 1) {
   return ImGui::GetColorU32(palette::with_opacity(color, opacity));
 }
 
@@ -63,7 +71,7 @@ inline bool enter_pressed() {
 /// over kFontSize.
 float drawing_scale();
 
-/// Sets ImGui's style for `scale` pixels per unit.
-void apply_style(float scale);
+/// Sets the theme, and ImGui's style for `scale` pixels per unit.
+void apply_style(float scale, bool is_light = false);
 
 }  // namespace qs

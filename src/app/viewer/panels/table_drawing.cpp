@@ -89,9 +89,9 @@ struct CellPlace {
 void draw_cell_bar(const block::Bar& bar, float beside) {
   CellPlace place;
   place.width = std::max(0.0f, place.width - beside);
-  const ImU32 color = color_of(bar.ink.dark);
+  const ImU32 color = color_of(bar.ink);
   if (bar.value > 0) {
-    place.fill(place.at.x, place.x(bar.value), 1, color_of(bar.ink.dark, 0.45f));
+    place.fill(place.at.x, place.x(bar.value), 1, color_of(bar.ink, 0.45f));
     place.fill(place.at.x, place.at.x + 0.2f * ImGui::GetFontSize(), 1, color);
   }
   if (bar.low <= 0) return;
@@ -104,7 +104,7 @@ void draw_parts(const std::vector<double>& parts, const std::vector<block::Key>&
   double begin = 0;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const double end = begin + parts[i];
-    place.fill(place.x(begin), place.x(end), 2, color_of(keys[i].ink.dark));
+    place.fill(place.x(begin), place.x(end), 2, color_of(keys[i].ink));
     begin = end;
   }
   ImGui::Dummy({place.width, place.height});
@@ -174,7 +174,7 @@ void draw_part_keys(const std::vector<block::Key>& keys) {
     if (i > 0) ImGui::SameLine(0, 14);
     const CellPlace place;
     const float side = 0.6f * place.height;
-    place.fill(place.at.x, place.at.x + side, 0.2f * place.height, color_of(keys[i].ink.dark));
+    place.fill(place.at.x, place.at.x + side, 0.2f * place.height, color_of(keys[i].ink));
     ImGui::Dummy({side, side});
     ImGui::SameLine(0, 5);
     ImGui::TextColored(palette::kFaint, "%s", keys[i].text.c_str());

@@ -12,6 +12,7 @@
 #include "app/framing/camera_control.h"
 #include "app/framing/first_view.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/kept_work.h"
 #include "base/error.h"
 #include "base/text.h"
 #include "io/camera/cameras.h"
@@ -74,6 +75,12 @@ std::string remembered_axes(const Viewer& v, const std::filesystem::path& scene)
 
 std::optional<Camera> last_view(const Viewer& v, const std::filesystem::path& scene) {
   return v.restores_views ? camera_for(v.last_views, scene) : std::nullopt;
+}
+
+const Bookmarks& bookmarks_of(const Viewer& v) {
+  static const Bookmarks kNone;
+  const auto kept = v.scene ? v.bookmarks.find(work_name(*v.scene)) : v.bookmarks.end();
+  return kept == v.bookmarks.end() ? kNone : kept->second;
 }
 
 Camera opening_view(const Viewer& v, const ViewedScene& scene) {
@@ -344,6 +351,29 @@ void choose_first_view(Viewer& v, Host& host, std::size_t index) {
 }
 
 void close_view_choice(Viewer& v) { v.view_choice = {}; }
+
+void keep_bookmark(Viewer& v) {
+  if (!v.scene) return;
+  Bookmarks& kept = v.bookmarks[work_name(*v.scene)];
+  kept.emplace_back(fmt::format("view {}", kept.size() + 1), format_camera(v.camera));
+  v.panels.cameras = true;
+}
+
+void name_bookmark(Viewer& v, std::size_t index, const std::string& name) {
+  if (index < bookmarks_of(v).size()) v.bookmarks[work_name(*v.scene)][index].first = name;
+}
+
+void remove_bookmark(Viewer& v, std::size_t index) {
+  if (index >= bookmarks_of(v).size()) return;
+  Bookmarks& kept = v.bookmarks[work_name(*v.scene)];
+  kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(index));
+}
+
+void go_to_bookmark(Viewer& v, std::size_t index) {
+  if (index >= bookmarks_of(v).size()) return;
+  const Camera camera = parse_camera(bookmarks_of(v)[index].second, "settings");
+  go(v, camera, natural_pivot(camera, *v.scene));
+}
 
 }  // namespace action
 }  // namespace qs

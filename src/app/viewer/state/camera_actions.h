@@ -89,6 +89,13 @@ void choose_first_view(Viewer& viewer, Host& host, std::size_t index);
 
 void close_view_choice(Viewer& viewer);
 
+// ---- bookmarks of the scene in the window; `index` into bookmarks_of() -------------------------
+/// Keeps this view as "view 3", and opens the panel where it can be renamed.
+void keep_bookmark(Viewer& viewer);
+void name_bookmark(Viewer& viewer, std::size_t index, const std::string& name);
+void remove_bookmark(Viewer& viewer, std::size_t index);
+void go_to_bookmark(Viewer& viewer, std::size_t index);
+
 // ---- turning a scene upright: its file is read as if its axes were others ----------------------
 /// Reads the scene's file with the next frame of axes, and remembers the frame for this file. After
 /// the last frame come the axes that the file declares.
@@ -108,6 +115,9 @@ double flying_speed(const Viewer& viewer);
 
 /// True if the preferences know neither a last view nor a chosen first view of this scene.
 bool is_unknown(const Viewer& viewer, const ViewedScene& scene);
+
+/// The bookmarks of the scene in the window.
+const Bookmarks& bookmarks_of(const Viewer& viewer);
 
 /// The up direction that make_upright() remembered for this scene file.
 std::optional<glm::dvec3> remembered_up(const Viewer& viewer, const std::filesystem::path& scene);

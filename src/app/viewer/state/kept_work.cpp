@@ -13,11 +13,6 @@
 namespace qs {
 namespace {
 
-// Work refers to the axes that the file was read with.
-std::string work_name(const ViewedScene& scene) {
-  return fmt::format("{} {}", scene.path.string(), scene.axes);
-}
-
 // "3 keyframes", "a crop": the parts that there are. One keyframe is no path.
 std::vector<std::string> work_of(const Viewer& v) {
   std::vector<std::string> parts;
@@ -52,6 +47,11 @@ std::vector<CropWish> parse_crops(const std::string& text) {
 }
 
 }  // namespace
+
+// Work refers to the axes that the file was read with.
+std::string work_name(const ViewedScene& scene) {
+  return fmt::format("{} {}", scene.path.string(), scene.axes);
+}
 
 std::vector<CropWish> applied_wishes(const Crop& crop) {
   std::vector<CropWish> wishes = crop.done;

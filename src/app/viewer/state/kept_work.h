@@ -11,6 +11,9 @@
 
 namespace qs {
 
+/// The name of a scene, as it was read, in the kept work.
+std::string work_name(const ViewedScene& scene);
+
 /// The crops that the window shows, in their order.
 std::vector<CropWish> applied_wishes(const Crop& crop);
 

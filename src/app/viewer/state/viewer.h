@@ -354,6 +354,9 @@ struct Playback {
   double time = 0;  ///< seconds on the path
 };
 
+/// Views that the user named: name, camera as JSON.
+using Bookmarks = std::vector<std::pair<std::string, std::string>>;
+
 /// Loading::what of a film and of a bench.
 inline constexpr const char *kFilming = "filming", *kBenching = "benching";
 
@@ -432,7 +435,8 @@ struct Viewer : Turn {
   bool restores_views = true;                      ///< a scene opens at its last view
   std::map<std::string, std::string> kept_paths;   ///< work_name() -> format_camera_path()
   std::map<std::string, std::string> kept_crops;   ///< work_name() -> format_crops()
-  bool keeps_work = true;                          ///< a preferences file keeps these two
+  std::map<std::string, Bookmarks> bookmarks;      ///< by work_name()
+  bool keeps_work = true;                          ///< a preferences file keeps these
   std::string unsaved_results;  ///< "zoom and a bench" that could not be written; empty: none
   /// The user is asked what to do with unsaved work before this file is opened, or, if it is empty,
   /// the window closes.
@@ -460,6 +464,7 @@ struct Viewer : Turn {
   Panels panels;
   Bars bars;
   float interface_scale = 0;  ///< of letters and lines, as the user chose it; 0: screen_scale
+  bool light_theme = false;
   Hints hints;
   std::vector<Toast> toasts;
   bool toasts_held = false;                   ///< the mouse is over one, so all of them stay

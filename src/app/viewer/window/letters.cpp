@@ -10,6 +10,7 @@
 #include <imgui_internal.h>
 #include <unistd.h>
 
+#include "app/viewer/state/camera_actions.h"
 #include "base/child_process.h"
 #include "base/error.h"
 
@@ -69,6 +70,7 @@ bool add_shown_letters(Letters& letters, const Viewer& viewer, const FileChooser
     add(viewer.scene->path.string());
     for (const Camera& camera : viewer.scene->cameras) add(camera.name);
   }
+  for (const auto& [name, camera] : bookmarks_of(viewer)) add(name);
   if (viewer.beside) add(viewer.beside->path.string());
   if (viewer.loading) add(viewer.loading->path.string());
   for (const std::filesystem::path& path : viewer.recent) add(path.string());

@@ -184,10 +184,10 @@ float Window::pixels_per_unit() const {
   return static_cast<float>(framebuffer().y) / static_cast<float>(std::max(size().y, 1));
 }
 
-void Window::set_scale(float scale) {
+void Window::set_scale(float scale, bool is_light) {
   const float letter = std::round(kFontSize * scale);
   const float pixels = std::round(letter * std::max(pixels_per_unit(), 1.0f));
-  if (letter == letter_ && pixels == letter_pixels_) return;
+  if (letter == letter_ && pixels == letter_pixels_ && is_light == palette::is_light) return;
   const bool had_fonts = letter_ > 0;
   letter_ = letter;
   letter_pixels_ = pixels;
@@ -195,7 +195,7 @@ void Window::set_scale(float scale) {
   add_fonts(pixels);
   ImGui::GetIO().FontGlobalScale = letter / pixels;
   if (had_fonts) renew_font_texture();  // else the first frame makes it
-  apply_style(scale);
+  apply_style(scale, is_light);
   note_event();
 }
 
@@ -220,7 +220,7 @@ void Window::add_fonts(float pixels) {
 void Window::show_names(const Viewer& viewer, const FileChooser& chooser) {
   if (!add_shown_letters(letters_, viewer, chooser)) return;
   letter_pixels_ = 0;
-  set_scale(interface_scale(viewer));
+  set_scale(interface_scale(viewer), viewer.light_theme);
 }
 
 // While a drag turns the camera that flies, the cursor does not stop at the screen's edge, and the
@@ -281,6 +281,14 @@ void Window::poll(double seconds, Navigation navigation, Actions& actions) {
   }
   lock_cursor();
   actions_ = nullptr;
+}
+
+void Window::read_gamepad(double seconds, Actions& actions) {
+  GLFWgamepadstate pad;
+  int id = GLFW_JOYSTICK_1;
+  while (id <= GLFW_JOYSTICK_LAST && glfwGetGamepadState(id, &pad) != GLFW_TRUE) ++id;
+  const bool acts = id <= GLFW_JOYSTICK_LAST && glfwGetWindowAttrib(window_, GLFW_FOCUSED) != 0;
+  input_.gamepad(acts ? &pad : nullptr, seconds, actions);
 }
 
 void Window::wake() {

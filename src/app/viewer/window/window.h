@@ -30,6 +30,8 @@ class Window : NotCopied {
 
   /// Handles events; waits up to `seconds` for the first event.
   void poll(double seconds, Navigation navigation, Actions& actions);
+  /// The first gamepad acts while the window has the keyboard. `seconds` since the last call.
+  void read_gamepad(double seconds, Actions& actions);
   static void wake();  ///< ends poll()'s wait, from any thread, also without a window
 
   void begin_ui();  ///< panels draw between begin_ui() and end_ui()
@@ -51,8 +53,8 @@ class Window : NotCopied {
   glm::ivec2 windowed_size() const;  ///< size() outside of full screen
   float screen_scale() const;        ///< guessed_scale() of the screen
   /// Makes letters and lines this factor larger. Letters are rasterised again, so they stay sharp.
-  /// Called between end_ui() and begin_ui().
-  void set_scale(float scale);
+  /// Called between end_ui() and begin_ui(). `is_light`: the theme.
+  void set_scale(float scale, bool is_light = false);
   /// Makes the letters of these names drawable. Called between end_ui() and begin_ui().
   void show_names(const Viewer& viewer, const FileChooser& chooser);
   WindowMetrics metrics() const;  ///< as set_scale() made them

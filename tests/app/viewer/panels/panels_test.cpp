@@ -565,6 +565,22 @@ TEST_F(PanelsTest, the_strip_of_first_views_chooses_by_a_click_and_closes_by_esc
   EXPECT_LT(glm::distance(driven_.viewer.camera.position(), glm::dvec3(4, -1, 0)), 1e-9);
 }
 
+TEST_F(PanelsTest, a_bookmark_is_renamed_in_its_field) {
+  const PanelRow row{&Panels::cameras, "bookmarks", "Bookmarks",
+                     [](const Viewer&) -> Blocks { return {block::Local::bookmarks}; }};
+  state_.rows = {&row, 1};
+  driven_.press("Ctrl+D");
+  for (int i = 0; i < 3; ++i) draw();
+  const ImRect bar = ImGui::FindWindowByName("right bar")->Rect();
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float y =
+      bar.Min.y + style.WindowPadding.y + 1.5f * ImGui::GetFrameHeight() + style.ItemSpacing.y;
+  EXPECT_TRUE(clicked_at([this] { draw(); }, {bar.Max.x - 30, y}));
+  draw(" of the door");
+  draw();
+  EXPECT_THAT(bookmarks_of(driven_.viewer)[0].first, testing::HasSubstr(" of the door"));
+}
+
 TEST_F(PanelsTest, without_a_scene_the_window_welcomes) {
   driven_.apply([](Viewer& viewer) { viewer.scene.reset(); });
   draw();
@@ -598,21 +614,47 @@ double luminance(ImVec4 color) {
   return 0.2126 * linear(color.x) + 0.7152 * linear(color.y) + 0.0722 * linear(color.z);
 }
 
-TEST_F(PanelsTest, a_slider_s_value_is_legible_over_its_grab) {
-  const ImVec4* colors = ImGui::GetStyle().Colors;
-  for (const int grab : {ImGuiCol_SliderGrab, ImGuiCol_SliderGrabActive, ImGuiCol_FrameBg}) {
-    const double contrast =
-        (luminance(colors[ImGuiCol_Text]) + 0.05) / (luminance(colors[grab]) + 0.05);
-    EXPECT_GT(contrast, 4.5) << grab;
-  }
+double contrast(const ImVec4& a, const ImVec4& b) {
+  const auto [low, high] = std::minmax(luminance(a), luminance(b));
+  return (high + 0.05) / (low + 0.05);
 }
 
-TEST_F(PanelsTest, the_colour_of_every_mode_is_legible_on_plates) {
-  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-    const ImVec4 color = palette::with_opacity(on_dark::mode_color(mode));
-    EXPECT_GT((luminance(color) + 0.05) / (luminance(palette::kPanel) + 0.05), 4.5)
-        << mode_name(mode);
+TEST_F(PanelsTest, every_text_is_legible_on_its_backgrounds_in_both_themes) {
+  const ImVec4* colors = ImGui::GetStyle().Colors;
+  // Text, faint text and the other tones, on the backgrounds that they are drawn on.
+  const std::pair<std::vector<int>, std::vector<const ImVec4*>> cases[] = {
+      {{ImGuiCol_FrameBgHovered, ImGuiCol_FrameBgActive, ImGuiCol_Button, ImGuiCol_ButtonHovered,
+        ImGuiCol_ButtonActive, ImGuiCol_HeaderActive, ImGuiCol_SliderGrab,
+        ImGuiCol_SliderGrabActive, ImGuiCol_PlotHistogram, ImGuiCol_TitleBg, ImGuiCol_TitleBgActive,
+        ImGuiCol_TitleBgCollapsed},
+       {&palette::kText}},
+      {{ImGuiCol_FrameBg, ImGuiCol_Header, ImGuiCol_HeaderHovered, ImGuiCol_TableHeaderBg},
+       {&palette::kText, &palette::kFaint}},
+      {{ImGuiCol_WindowBg, ImGuiCol_PopupBg, ImGuiCol_MenuBarBg},
+       {&palette::kText, &palette::kFaint, &palette::kAccent, &palette::kCaution,
+        &palette::kError}}};
+  for (const bool is_light : {false, true}) {
+    apply_style(1, is_light);
+    for (const auto& [backgrounds, texts] : cases) {
+      for (const int background : backgrounds) {
+        for (std::size_t i = 0; i < texts.size(); ++i)
+          EXPECT_GT(contrast(*texts[i], colors[background]), 4.5)
+              << ImGui::GetStyleColorName(background) << ", text " << i << ", light " << is_light;
+      }
+    }
+    EXPECT_EQ(luminance(palette::kPanel) > 0.5, is_light);
   }
+  apply_style(1);
+}
+
+TEST_F(PanelsTest, the_colour_of_every_mode_is_legible_on_plates_in_both_themes) {
+  for (const bool is_light : {false, true}) {
+    apply_style(1, is_light);
+    for (CullMode mode = 1; mode <= culler_count(); ++mode)
+      EXPECT_GT(contrast(palette::text_of(ink_of(mode)), palette::kPanel), 4.5)
+          << mode_name(mode) << ", light " << is_light;
+  }
+  apply_style(1);
 }
 
 // Rows of all modes with FPS from 100 to 1000.

@@ -444,7 +444,7 @@ TEST(Commands, menus_without_a_scene_offer_what_acts_without_one_and_files_end_w
   EXPECT_THAT(without, testing::UnorderedElementsAre(
                            "Open a file", "Train from photographs", "Quit", "All windows",
                            "Full screen", "Keys and mouse", "Larger interface", "Smaller interface",
-                           "Interface at 100 %", "Find a command by words"));
+                           "Interface at 100 %", "Light theme", "Find a command by words"));
   EXPECT_EQ(files.front(), "Open a file");
   EXPECT_EQ(files.back(), "Quit");
   EXPECT_EQ(std::string(kMenuNames[static_cast<int>(Menu::help)]), "Help");
@@ -510,6 +510,10 @@ TEST(Commands, every_row_is_documented) {
   }
   for (const Gesture& gesture : gestures())
     EXPECT_THAT(text, HasSubstr(std::string("| ") + gesture.keys + " | " + gesture.help + " |"));
+  for (const PadControl& control : pad_controls()) {
+    EXPECT_THAT(text, HasSubstr(std::string("| ") + control.keys + " | " + control.help + " |"));
+    EXPECT_EQ(find_command(control.help) != nullptr, control.button >= 0) << control.help;
+  }
 }
 
 TEST(Input, drags_mean_what_the_navigation_says) {

@@ -23,11 +23,10 @@ std::optional<std::filesystem::path> find_font() {
   static constexpr const char* kFont = "assets/fonts/Roboto-Regular.ttf";
   const auto file = find_asset(kFont);
   static std::once_flag said;
-  if (!file) {
+  if (!file)
     std::call_once(said, [] {
       fmt::print(stderr, "quadsplat: {} is not beside the program: letters are small\n", kFont);
     });
-  }
   return file;
 }
 

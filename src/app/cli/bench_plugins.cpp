@@ -54,14 +54,13 @@ void BenchPlugins::note(const std::string& camera, const std::string& problem) {
 void BenchPlugins::close() {
   for (const Plugin& plugin : plugins_) {
     const PluginRenderer& renderer = *plugin.renderer;
-    if (renderer.frames() > 0) {
+    if (renderer.frames() > 0)
       add_line(
           environment_, "plugins",
           plugin_line(
               {plugin.name, renderer.description(),
                fmt::format("{}, {}", plugin.library.filename().string(), file_hash(plugin.library)),
                renderer.measures_itself(), renderer.on_device(), scene_, renderer.call_factor()}));
-    }
     try {
       plugin.renderer->close();
     } catch (const Error& error) {

@@ -73,25 +73,22 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
     if (choice.holdout > 0) return test_shots(cameras, choice.holdout);
     std::vector<Shot> shots;
     for (const int index : choice.indices.empty() ? std::vector<int>{0} : choice.indices) {
-      if (index >= count) {
+      if (index >= count)
         fail("{}: has no camera {}: it holds cameras 0 to {}", file->string(), index, count - 1);
-      }
       shots.push_back(numbered_shot(cameras, index));
     }
     return shots;
   }
-  if (!choice.indices.empty() || choice.all || choice.holdout > 0) {
+  if (!choice.indices.empty() || choice.all || choice.holdout > 0)
     fail(
         "{}: no cameras were found beside it or in the three folders above: name their file with "
         "--cameras",
         scene.path.string());
-  }
   const Framing framing =
       choose_framing(scene.cloud, declared_up(frame.up, scene.vertical_axis), *session.pool);
-  if (framing.upside_down) {
+  if (framing.upside_down)
     warn(fmt::format("{} seems to be upside down: try --axes {}", scene.path.filename().string(),
                      turned_over(scene.axes)));
-  }
   const glm::ivec2 size = frame.size.value_or(kFramingSize);
   return {{framed_camera(framing, size.x, size.y), -1, "framing"}};
 }

@@ -57,10 +57,9 @@ struct Views {
 Views choose_views(const EvalCommand& command) {
   const FrameOptions& frame = command.frame;
   const auto file = cameras_file(frame, find_scene_file(frame.scene, frame.iteration));
-  if (!file) {
+  if (!file)
     fail("{}: no cameras were found beside it: name their file with --cameras",
          frame.scene.string());
-  }
   std::vector<LensCamera> cameras = read_lens_cameras(*file);
   sort_by_name(cameras);
   const Photographs photographs(command.images);
@@ -76,10 +75,9 @@ Views choose_views(const EvalCommand& command) {
       ++views.skipped;
     }
   }
-  if (views.list.empty()) {
+  if (views.list.empty())
     fail("{}: holds no photograph named like one of the {} views of {}", command.images.string(),
          views.skipped, file->string());
-  }
   return views;
 }
 
@@ -125,13 +123,12 @@ class EvalRun {
         {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
         {"ssim", ssim_method(command_.ssim_border)},
         {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
-    if (network_ != nullptr) {
+    if (network_ != nullptr)
       method["lpips"] = {{"network", network_->name},
                          {"weights", command_.lpips->string()},
                          {"hash", file_hash(*command_.lpips)},
                          {"lpips_paper", "input 0..1, as in the published scripts of 3DGS"},
                          {"lpips", "input -1..1"}};
-    }
     return method;
   }
 

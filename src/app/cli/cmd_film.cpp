@@ -100,10 +100,9 @@ int film(const FilmCommand& command) {
   }
   fmt::print(stderr, "wrote {} ({} pictures, {} x {}, {} per second{})\n", command.output.string(),
              plan.frames(), plan.size.x, plan.size.y, plan.fps, altered_clause(session));
-  if (plan.quantity != Quantity::color) {
+  if (plan.quantity != Quantity::color)
     fmt::print(stderr, "{}: colours from {}{}\n", row_of(plan.quantity).name,
                plan.scale.text_of_ends(), row_of(plan.quantity).unit);
-  }
   if (plan.heatmap) {
     const HeatmapRow& row = heatmap_row(plan.heatmap->quantity);
     fmt::print(stderr, "heat map {}: colours from 0 to {} per {}\n", row.name,

@@ -166,9 +166,8 @@ class Judging {
     } else {
       for (const std::string& name : truth_.pictures->names()) take({name});
     }
-    if (views.empty()) {
+    if (views.empty())
       fail("{} and {}: no view has a picture in both", truth_.path.string(), judged_.path.string());
-    }
     if (missing > 0) warn(skipped_sentence(missing));
     return views;
   }
@@ -195,13 +194,12 @@ class Judging {
       truth = draw(truth_, view.judged ? fitted(*view.camera, judged, view.judged) : *view.camera);
     if (!view.judged)
       judged = draw(judged_, view.truth ? fitted(*view.camera, truth, view.truth) : *view.camera);
-    if (truth.width != judged.width || truth.height != judged.height) {
+    if (truth.width != judged.width || truth.height != judged.height)
       fail(
           "{}: {} has {} x {} pixels and {} has {} x {}: only pictures of one size can be "
           "compared",
           view.name, result_.truth, truth.width, truth.height, result_.judged, judged.width,
           judged.height);
-    }
     return judge_pictures(view.name, std::move(truth), std::move(judged), pool_);
   }
 

@@ -89,10 +89,9 @@ int run(const MergeCommand& command) {
   for (const path& folder : command.folders) require_folder("merge", folder);
   bool any = false;
   for (const ReportKind& kind : kKinds) any = merge_kind(kind, command) || any;
-  if (!any) {
+  if (!any)
     fail("merge: {}: holds none of bench.json, eval.json, stats.json",
          command.folders.front().string());
-  }
   return kExitOk;
 }
 

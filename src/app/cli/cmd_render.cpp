@@ -152,12 +152,11 @@ class RenderRun {
   void require_inset(const Camera& camera) const {
     require_part_inside(*command_.part, camera);
     const glm::ivec2 size = enlarged_size(*command_.part, command_.part_zoom);
-    if (size.x > camera.width || size.y > camera.height) {
+    if (size.x > camera.width || size.y > camera.height)
       fail(ErrorKind::usage,
            "--part: enlarged {} times it is {} x {}, but the picture is {} x {}: give a smaller "
            "--part-zoom",
            command_.part_zoom, size.x, size.y, camera.width, camera.height);
-    }
   }
 
   Scale first_scale(const Camera& camera) {

@@ -48,11 +48,10 @@ std::filesystem::path output_file(const std::filesystem::path& output) {
     check_targets({output});
     return output;
   }
-  if (output.has_extension() && !std::filesystem::is_directory(output, error)) {
+  if (output.has_extension() && !std::filesystem::is_directory(output, error))
     fail(ErrorKind::usage,
          "{}: a report ends in .html; a name without an ending is a folder for report.html",
          output.string());
-  }
   check_folder(output);
   check_target(output / "report.html");
   return output / "report.html";

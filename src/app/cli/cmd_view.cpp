@@ -27,10 +27,9 @@ struct ViewCommand {
 void take_scene_beside(ViewOptions& view) {
   std::error_code error;
   if (!view.beside || find_variant(*view.beside, {})) return;
-  if (!std::filesystem::exists(*view.beside, error)) {
+  if (!std::filesystem::exists(*view.beside, error))
     fail(ErrorKind::usage, "view: --beside: '{}' is neither a mode nor a file{}", *view.beside,
          suggestion(*view.beside, mode_list()));
-  }
   if (view.frame.scene.empty())
     fail(ErrorKind::usage, "view: --beside {}: name the scene to show it beside", *view.beside);
   view.beside_scene = *view.beside;
@@ -53,17 +52,15 @@ int run(ViewCommand& command) {
   if (!command.scenes.empty()) {
     view.frame.scene = command.scenes.front();
     std::error_code error;
-    if (!std::filesystem::exists(view.frame.scene, error)) {
+    if (!std::filesystem::exists(view.frame.scene, error))
       fail(ErrorKind::usage, "'{}' is neither a command nor a file (see 'quadsplat --help')",
            view.frame.scene.string());
-    }
     if (command.scenes.size() > 1)
       fail(ErrorKind::usage, "view: the window shows one scene: name only one");
   }
-  if (view.frame.settings.tile_px != kTileSize) {
+  if (view.frame.settings.tile_px != kTileSize)
     fail(ErrorKind::usage, "view: --tile-size {}: the window draws tiles of {} pixels only",
          view.frame.settings.tile_px, kTileSize);
-  }
   take_scene_beside(view);
   view.vsync = !command.no_vsync;
   view.interop = !command.no_interop;

@@ -153,12 +153,11 @@ void declare_axes_option(Options& options, std::string& axes) {
       "directions of x, y, z, a letter each: Right/Left, Down/Up, Back/Forward; RFU has z "
       "up (default: what the file declares)",
       {"LDF", "RFU"}, [&axes](const std::string& text) {
-        if (!is_axes(text)) {
+        if (!is_axes(text))
           fail(ErrorKind::usage,
                "--axes: '{}' is no right-handed frame of three letters, such as RDF (y "
                "down), RUB (y up) or RFU (z up)",
                text);
-        }
         axes = text;
       });
 }

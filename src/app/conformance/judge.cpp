@@ -279,10 +279,9 @@ Submission read_submission(const std::filesystem::path& folder) {
       problem = error.what();
     }
   }
-  if (!any) {
+  if (!any)
     fail("{}: it has no picture of the kit, such as {}.png", folder.string(),
          kit_scenes().front().name);
-  }
   return submission;
 }
 

@@ -65,10 +65,9 @@ Image sheet_of(const KitView& view, const SceneVerdict& verdict, const Picture8&
   const auto draw_panel = [&](const char* title, const auto& color) {
     draw_text(sheet, font, {left, 0}, title, on_white::kInk);
     for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
+      for (int x = 0; x < width; ++x)
         fill_rect(sheet, {left + zoom * x, kLine + zoom * y, zoom, zoom},
                   color(static_cast<std::size_t>(y * width + x)));
-      }
     }
     left += zoom * width + kGap;
   };

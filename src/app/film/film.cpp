@@ -179,26 +179,22 @@ const FilmFormat kFormats[] = {
 const FilmFormat& checked_format(const fs::path& path, glm::ivec2 size, double fps) {
   const std::string ending = picture_extension(path);
   const auto found = std::ranges::find(kFormats, ending, &FilmFormat::ending);
-  if (found == std::end(kFormats)) {
+  if (found == std::end(kFormats))
     fail(
         ErrorKind::usage,
         "{}: a film ends in .mp4, .webm or .gif; a name without an ending is a folder of PNG files",
         path.string());
-  }
-  if (found->even_size && (size.x % 2 != 0 || size.y % 2 != 0)) {
+  if (found->even_size && (size.x % 2 != 0 || size.y % 2 != 0))
     fail(ErrorKind::usage, "{}: {} needs an even width and height, but the size is {} x {}",
          path.string(), ending, size.x, size.y);
-  }
-  if (fps > found->most_fps) {
+  if (fps > found->most_fps)
     fail(ErrorKind::usage, "{}: {} holds at most {} pictures per second", path.string(), ending,
          found->most_fps);
-  }
-  if (!found->folder() && !ffmpeg_is_installed()) {
+  if (!found->folder() && !ffmpeg_is_installed())
     fail(ErrorKind::device,
          "{}: ffmpeg encodes films and is not installed; a name without an ending, such as {}, is "
          "a folder of PNG files and does not need it",
          path.string(), path.stem().string());
-  }
   if (found->folder()) {
     check_folder(path);
     require_new_folder(path, may_overwrite());

@@ -124,21 +124,19 @@ Outputs inspection_outputs() { return {.trace = true}; }
 
 Inspection inspect(const Frame& frame, glm::ivec2 size, glm::ivec2 pixel, glm::vec3 background,
                    std::optional<std::uint32_t> gaussian) {
-  if (pixel.x < 0 || pixel.y < 0 || pixel.x >= size.x || pixel.y >= size.y) {
+  if (pixel.x < 0 || pixel.y < 0 || pixel.x >= size.x || pixel.y >= size.y)
     fail(ErrorKind::usage, "inspect: there is no pixel {},{}: the picture is {} x {}", pixel.x,
          pixel.y, size.x, size.y);
-  }
   Inspection result;
   result.pixel = inspect_pixel(frame, pixel, background);
   const std::optional<std::uint32_t> picked = gaussian ? gaussian : heaviest(result.pixel);
   if (!picked) return result;
   const std::optional<std::size_t> slot = slot_of(frame.trace, *picked);
-  if (!slot) {
+  if (!slot)
     fail(ErrorKind::usage,
          "inspect: Gaussian {} is not visible in this view and mode, in which {} of the scene's "
          "{} Gaussians are",
          *picked, frame.stats.visible, frame.stats.gaussians);
-  }
   result.gaussian = inspect_gaussian(frame.trace, *slot, frame.grid);
   std::map<int, PairUse> known;  // modes share most of their tiles
   for (const ModeTiles& mode : result.gaussian->modes) {

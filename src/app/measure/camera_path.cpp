@@ -107,9 +107,8 @@ std::vector<Keyframe> parse_camera_path(const std::string& text, const std::stri
     const bool timed = entry.contains("time");
     if (timed && !entry["time"].is_number()) fail("{}: time is not a number", where);
     const double time = timed ? entry["time"].get<double>() : fallback;
-    if (!keyframes.empty() && !(time > keyframes.back().time)) {
+    if (!keyframes.empty() && !(time > keyframes.back().time))
       fail("{}: its time {} is not after the one before", where, time);
-    }
     const bool marked = entry.contains("ease");
     if (marked && !entry["ease"].is_boolean()) fail("{}: ease is neither true nor false", where);
     keyframes.push_back({time, camera, marked && entry["ease"].get<bool>()});

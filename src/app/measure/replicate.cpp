@@ -12,10 +12,9 @@ namespace qs {
 GaussianCloud replicate(const GaussianCloud& cloud, glm::ivec2 copies, glm::dvec3 up) {
   constexpr double kGap = 1.1;
   const std::size_t count = static_cast<std::size_t>(copies.x) * static_cast<std::size_t>(copies.y);
-  if (cloud.size() > 0x7fffffffu / count) {
+  if (cloud.size() > 0x7fffffffu / count)
     fail(ErrorKind::device, "--replicate: {} copies of {} Gaussians are more than 2^31", count,
          cloud.size());
-  }
   int vertical = std::abs(up.y) > std::abs(up.x) ? 1 : 0;
   if (std::abs(up.z) > std::abs(up[vertical])) vertical = 2;
   const glm::vec3 step = static_cast<float>(kGap) * core_box(cloud).size();

@@ -172,13 +172,12 @@ std::string noise_markdown(const std::vector<BenchRow>& rows) {
       "the "
       "frames | drift | rounds differ by |\n|---|---|---|---:|---:|---:|\n",
       noise_sentence(rows));
-  for (const BenchRow& row : bad) {
+  for (const BenchRow& row : bad)
     text += fmt::format("| {} | {} | {} | {:.0f} % | {:+.1f} % | {} |\n", markdown_text(row.scene),
                         markdown_text(row.camera), markdown_code(row.mode), 200 * frame_noise(row),
                         100 * row.drift,
                         row.round_spread ? fmt::format("{:.1f} %", 100 * *row.round_spread)
                                          : "one round has no spread");
-  }
   return text;
 }
 

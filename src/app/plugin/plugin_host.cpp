@@ -47,10 +47,9 @@ const QsPlugin& load(const std::string& library) {
   if (find == nullptr) fail("is no plugin: it does not export qs_plugin()");
   const QsPlugin* const plugin = find();
   if (plugin == nullptr) fail("is no plugin: qs_plugin() returned null");
-  if (plugin->version != QS_PLUGIN_VERSION) {
+  if (plugin->version != QS_PLUGIN_VERSION)
     fail("has version {} of the interface, but this program has version {}", plugin->version,
          QS_PLUGIN_VERSION);
-  }
   if (plugin->memory > QS_MEMORY_CUDA) fail("has the unknown kind of memory {}", plugin->memory);
   if (plugin->image_layout > QS_IMAGE_CHW)
     fail("has the unknown image layout {}", plugin->image_layout);

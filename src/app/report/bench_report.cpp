@@ -166,11 +166,10 @@ std::string stage_commands(const std::vector<ModeMean>& means) {
     }
     text += data_block(fmt::format("scene{}", s), lines);
     curves.push_back("newhistogram " + quoted(scenes[s]));
-    for (int stage = 0; stage < kStageCount; ++stage) {
+    for (int stage = 0; stage < kStageCount; ++stage)
       curves.push_back(fmt::format("$scene{} using {}:xtic(1) {} {}", s, stage + 2,
                                    color_option(on_white::kStages[stage]),
                                    s == 0 ? "title " + quoted(kStageNames[stage]) : "notitle"));
-    }
   }
   return text +
          "set style data histograms\nset style histogram rowstacked title offset 0,-2.0\n"

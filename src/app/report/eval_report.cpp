@@ -193,11 +193,10 @@ std::string format_judgement_table(const Judgement& judgement) {
 
 std::string format_judgement_csv(const Judgement& judgement) {
   std::string text = "truth,judged,view,width,height,psnr,ssim,flip\n";
-  for (const PictureQuality& q : judgement.views) {
+  for (const PictureQuality& q : judgement.views)
     text += fmt::format("{},{},{},{},{},{:.6f},{:.8f},{:.8f}\n", csv_field(judgement.truth),
                         csv_field(judgement.judged), csv_field(q.view), q.width, q.height, q.psnr,
                         q.ssim, q.flip);
-  }
   return text;
 }
 

@@ -239,7 +239,7 @@ std::string format_markdown(const BenchReport& report) {
     text +=
         "\nFPS (paper) is computed as in the published script: after 5 views to warm up, every "
         "view is drawn once, and 1000 is divided by the mean time in milliseconds.\n";
-  if (!ratios.empty()) {
+  if (!ratios.empty())
     text += fmt::format(
         "\nRatios are the time of `{}` divided by the mode's time on the same camera in the same "
         "round: the geometric mean over the cameras, and half of its 95 % interval. The interval "
@@ -247,7 +247,6 @@ std::string format_markdown(const BenchReport& report) {
         "does not show a faster mode, because its interval contains 1. Fewer than {} frames have "
         "no ratio.\n",
         baseline, kFewestFrames);
-  }
   const std::vector<std::string> scenes = different(means, &ModeMean::scene);
   for (const std::string& name : scenes) {
     std::vector<ModeMean> scene;
@@ -267,14 +266,13 @@ std::string format_markdown(const BenchReport& report) {
     text += quality_table(scene);
     if (report.environment.contains("baseline")) text += camera_table(ratios, name, baseline);
   }
-  if (scenes.size() > 1) {
+  if (scenes.size() > 1)
     text += fmt::format(
         "\n## Mean of {} scenes\n\nFPS is computed from the mean time{}; the ratio is the "
         "geometric mean over the scenes.\n\n{}",
         scenes.size(),
         means.front().fps_paper ? ", FPS (paper) is the mean of the scenes' FPS (paper)" : "",
         table(over_scenes(means), baseline));
-  }
   for (const std::string& line : clock_lines(report.environment))
     text += fmt::format("\n{}.\n", line);
   return text + plugin_markdown(report.environment);

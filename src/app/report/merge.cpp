@@ -66,10 +66,9 @@ void require_equal(std::span<const ReportPart> parts, const Fact& fact, bool mix
   std::vector<std::string> words;
   for (const ReportPart& part : parts) {
     add_new(words, fact.of(part.report));
-    if (words.size() > 1 && !mixed) {
+    if (words.size() > 1 && !mixed)
       fail("merge: {} and {} differ in their {}, {} and {}: --mixed joins them all the same",
            parts.front().from, part.from, fact.what, words[0], words[1]);
-    }
   }
   if (words.size() > 1 && fact.key) environment[fact.key] = joined(words, " + ");
 }
@@ -117,9 +116,8 @@ ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, 
   for (const ordered_json& row : all) {
     const std::uint64_t view = view_of(row);
     const auto mode = row["mode"].get<std::string>();
-    if (!seen.emplace(view, mode, row.value("pipeline", "")).second) {
+    if (!seen.emplace(view, mode, row.value("pipeline", "")).second)
       fail("merge: view {}, mode {}, is in two of the parts", view, mode);
-    }
   }
   merged[rows] = all;
   return merged;

@@ -41,10 +41,9 @@ std::string bars_per_mode(const char* block, const Take& take) {
 Plot count_plot(const GaussianQuantity& quantity, const BinnedPairs& binned,
                 const std::string& caption) {
   std::vector<std::string> lines;
-  for (std::size_t bin = 0; bin < kBins; ++bin) {
+  for (std::size_t bin = 0; bin < kBins; ++bin)
     lines.push_back(fmt::format("{} {}", quoted(bin_label(quantity, bin)),
                                 static_cast<double>(binned.gaussians[bin]) / 1e3));
-  }
   return {fmt::format("count_{}", quantity.key),
           fmt::format("Visible Gaussians by {}", quantity.name), caption,
           data_block("bins", lines) + kBars +

@@ -162,9 +162,8 @@ ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
   read_vector(json.at("target"), bundle.target);
   json_value(json.at("steps"), bundle.steps);
   json.at("closest").get_to(bundle.closest);
-  if (bundle.steps < 2 || bundle.steps > 100000 || !(bundle.closest > 0)) {
+  if (bundle.steps < 2 || bundle.steps > 100000 || !(bundle.closest > 0))
     fail("{}: steps or closest is out of range", path.string());
-  }
   for (const ordered_json& name : json.at("modes")) {
     const CullMode mode = find_culler(name.get<std::string>());
     if (mode < 0) fail("{}: there is no mode {}", path.string(), json_line(name));

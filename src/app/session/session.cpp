@@ -21,9 +21,8 @@ Backend choose_backend(const FrameOptions& frame) {
   const bool reference = std::count(frame.modes.begin(), frame.modes.end(), kReferenceMode) > 0;
   const bool other_tiles = frame.settings.tile_px != kTileSize;
   if (!frame.backend) return reference || other_tiles ? Backend::cpu : available_backends().front();
-  if (other_tiles && *frame.backend != Backend::cpu) {
+  if (other_tiles && *frame.backend != Backend::cpu)
     fail(ErrorKind::usage, "--tile-size {} runs with --backend cpu only", frame.settings.tile_px);
-  }
   if (reference && *frame.backend != Backend::cpu)
     fail(ErrorKind::usage, "--cull reference runs with --backend cpu only");
   return *frame.backend;
@@ -118,11 +117,10 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   look_for_huge(scene, frame.skip_huge);
   const bool needs_network =
       frame.network == NetworkUse::reference || frame.network == NetworkUse::always;
-  if (needs_network && !scene.network) {
+  if (needs_network && !scene.network)
     fail(ErrorKind::usage,
          "--exact-color: {} has no network of colours; only models of Compact-3DGS have one",
          scene.path.string());
-  }
   if (change) change(scene);
   session.scene = std::make_shared<const Scene>(std::move(scene));
   session.renderer = upload(session, session.backend, draws_network(session), {});

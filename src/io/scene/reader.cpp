@@ -134,14 +134,13 @@ void assume_axes(Scene& scene, std::string_view axes) {
 Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const ReadOptions& given) {
   bool sampled = false;
   ReadOptions options = given;
-  if (given.sampling.take) {
+  if (given.sampling.take)
     options.sampling.take = [&](SceneSample sample) {
       sampled = true;
       sample.scene.declared_axes = sample.scene.axes;
       if (!options.axes.empty()) assume_axes(sample.scene, options.axes);
       given.sampling.take(std::move(sample));
     };
-  }
   Scene scene;
   scene.path = find_scene_file(path, options.iteration);
   const MappedFile file(scene.path);

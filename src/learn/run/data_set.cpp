@@ -106,10 +106,9 @@ Image masked_out(const Image& mask) {
 std::vector<std::uint8_t> read_mask(const PhotographSource& source, const Image& photograph,
                                     ThreadPool& pool) {
   const Image mask = read_image(source.mask);
-  if (mask.width != photograph.width || mask.height != photograph.height) {
+  if (mask.width != photograph.width || mask.height != photograph.height)
     fail("{}: a mask of {} x {} pixels, but its photograph {} has {} x {}", source.mask.string(),
          mask.width, mask.height, source.file.string(), photograph.width, photograph.height);
-  }
   // The sums of zeros are exact, so a pixel counts only if no part of it is masked out.
   const Image out =
       reduced(undistorted(masked_out(mask), source.taken, pool), source.resolution_scale, pool);
@@ -244,20 +243,17 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
     if (bytes > set.photo_memory) set.release_pixels();
   }
   // Refuse data from which nothing can be trained.
-  if (set.training.empty() && set.test.empty()) {
+  if (set.training.empty() && set.test.empty())
     fail(
         "{}: holds no photograph named like one of the {} cameras of {}: name the folder with "
         "--images",
         set.photographs.string(), cameras.size(), options.data.string());
-  }
-  if (!options.masks.empty() && set.without_mask == set.training.size() + set.test.size()) {
+  if (!options.masks.empty() && set.without_mask == set.training.size() + set.test.size())
     fail("{}: holds no mask named like one of the photographs of {}", set.masks.string(),
          set.photographs.string());
-  }
-  if (set.training.empty()) {
+  if (set.training.empty())
     fail("{}: all {} photographs are test views: use --holdout 0 to train from them",
          set.photographs.string(), set.test.size());
-  }
   if (const auto points = find_points_file(options.data)) set.points = read_points(*points);
   return set;
 }

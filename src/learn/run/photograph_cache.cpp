@@ -184,9 +184,8 @@ bool PhotographCache::make_room(const PhotographView& view) {
       if (is_wanted(entry->first)) continue;
       if (oldest == held_.end() || entry->second.last_use < oldest->second.last_use) oldest = entry;
     }
-    if (oldest == held_.end()) {
+    if (oldest == held_.end())
       return &view == wanted_[0] || (wanted_.size() > 1 && &view == wanted_[1]);
-    }
     bytes_ -= oldest->second.view.bytes();
     held_.erase(oldest);
   }

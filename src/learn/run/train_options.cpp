@@ -43,11 +43,10 @@ Parameters read_initial(const std::filesystem::path& path, int sh_degree, Thread
 DataSet read_data(const TrainOptions& options, ThreadPool& pool, const Progress& progress) {
   DataSet data = read_data_set(options.data, pool, progress);
   if (data.skipped > 0) options.run.text.warning(skipped_sentence(data.skipped));
-  if (data.without_mask > 0) {
+  if (data.without_mask > 0)
     options.run.text.warning(fmt::format(
         "{} of {} photographs have no mask in {} and count as a whole", data.without_mask,
         data.training.size() + data.test.size(), data.masks.string()));
-  }
   return data;
 }
 
@@ -57,10 +56,9 @@ void check_strategy(const TrainOptions& options) {
   const std::string& strategy = settings.strategy;
   const auto require = [&](bool given, const char* option,
                            const std::vector<std::string>& readers) {
-    if (given && std::find(readers.begin(), readers.end(), strategy) == readers.end()) {
+    if (given && std::find(readers.begin(), readers.end(), strategy) == readers.end())
       fail(ErrorKind::usage, "{}: is for --strategy {}, not {}", option, joined(readers, " or "),
            strategy);
-    }
   };
   require(options.many_gaussians.has_value(), "--gaussians", {"fastgs"});
   require(settings.sum_gradients, "--sum-gradients", {"fastgs"});
@@ -218,12 +216,11 @@ PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPo
   options.data.keep_alpha = settings.random_background;
   check_folder(options.run.out_dir);
   require_new_folder(options.run.out_dir, options.run.overwrite || options.run.resume);
-  if (options.run.resume && !std::filesystem::exists(checkpoint_path(options.run.out_dir))) {
+  if (options.run.resume && !std::filesystem::exists(checkpoint_path(options.run.out_dir)))
     fail(
         "train: {}: holds no run to continue: leave out --resume to begin one; a finished run "
         "continues only if it had --keep-checkpoint",
         options.run.out_dir.string());
-  }
   // Two runs with this folder would end in a sentence only after the photographs were read.
   if (std::filesystem::exists(options.run.out_dir)) lock_model_folder(options.run.out_dir);
   if (settings.color_field) {

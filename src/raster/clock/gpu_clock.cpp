@@ -45,12 +45,10 @@ std::string grouped_mhz(double mhz) {
 std::string variation(const GpuClockSummary& summary) {
   const SensorRange& mhz = summary.sm_mhz;
   std::vector<std::string> words;
-  if (mhz.min < mhz.max) {
+  if (mhz.min < mhz.max)
     words.push_back(fmt::format("{} to {}", grouped_mhz(mhz.min), grouped_mhz(mhz.max)));
-  }
-  if (summary.sm_mhz_max && mhz.median < *summary.sm_mhz_max) {
+  if (summary.sm_mhz_max && mhz.median < *summary.sm_mhz_max)
     words.push_back(fmt::format("at most {}", grouped_mhz(*summary.sm_mhz_max)));
-  }
   return words.empty() ? "" : fmt::format(" ({})", fmt::join(words, ", "));
 }
 

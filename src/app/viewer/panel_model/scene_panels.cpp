@@ -38,12 +38,11 @@ Blocks settings_blocks(const Viewer& v) {
 Blocks crop_blocks(const Viewer& v) {
   constexpr float kField = -7;
   block::Controls box = fields(kField, {"Box"});
-  for (const char* axis : {"x right", "y down", "z forward"}) {
+  for (const char* axis : {"x right", "y down", "z forward"})
     box.controls.push_back({.name = axis,
                             .width = kField,
                             .form = block::Form::range,
                             .speed = 0.002 * v.scene->extent()});
-  }
   block::Controls floaters =
       fields(kField, {"faint", "opacity", "large", "of the core", "isolated", "neighbours"});
   floaters.indented = true;

@@ -126,10 +126,9 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
     divisor_ = divisor;
   }
   const bool still = viewer.still() && !viewer.playback.running;
-  if (still && numbers_are_wanted(viewer) && window_rests && !render.busy()) {
+  if (still && numbers_are_wanted(viewer) && window_rests && !render.busy())
     render.request(NumbersRequest{measured_camera(viewer), viewer.settings, viewer.view_version,
                                   numbers_are_current(viewer)});
-  }
 }
 
 FrameCost cost_of(const ShownFrame& shown) {

@@ -74,11 +74,10 @@ void say_what_is_odd(Viewer& v, bool is_new) {
     show(v, {.text = "Without a floor nothing shows which side is up: Shift+Y turns the scene over",
              .offer = ToastOffer::turn_over});
   }
-  if (v.scene->huge > 0) {
+  if (v.scene->huge > 0)
     show(v, {.text = huge_text(v.scene->huge) +
                      " and may cover it: the panel Scene and render settings (I) leaves them out",
              .offer = ToastOffer::skip_huge});
-  }
 }
 
 /// One function for each result of an opening.

@@ -129,10 +129,9 @@ std::string trust_text(const Viewer& viewer, CullMode mode) {
                        kPairsOfMode);
   const std::size_t frames = rounds_of(*row).size();
   std::string text = fmt::format("median of {} frame{}", frames, frames == 1 ? "" : "s");
-  if (const std::optional<double> spread = spread_ms(*row)) {
+  if (const std::optional<double> spread = spread_ms(*row))
     text +=
         fmt::format("; the middle half of them spans {} ms", significant(2 * *spread, 2 * *spread));
-  }
   const std::optional<Ratio> ratio = ratio_to_baseline(viewer, row, here);
   if (ratio && ratio->interval) {
     const double half = half_interval(*ratio);

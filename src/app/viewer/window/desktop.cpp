@@ -56,11 +56,10 @@ void DesktopPrograms::open(const std::filesystem::path& path) {
 void DesktopPrograms::take_reports(Actions& actions) {
   std::erase_if(started_, [&](Started& started) {
     const auto end = started.process.wait_for(std::chrono::milliseconds(0));
-    if (end && !end->good()) {
+    if (end && !end->good())
       actions.push_back(
           call(action::notify_error, fmt::format("{}: cannot be opened: {} ended with {}",
                                                  started.path.string(), opener_, end->text())));
-    }
     return end.has_value();
   });
 }
@@ -231,12 +230,11 @@ void append_options(DBusMessageIter& arguments, const std::string& folder, bool 
       dbus_message_iter_close_container(&value, &array);
     });
   }
-  if (is_folder) {
+  if (is_folder)
     append_option(options, "directory", "b", [](DBusMessageIter& value) {
       const dbus_bool_t is_wanted = TRUE;
       dbus_message_iter_append_basic(&value, DBUS_TYPE_BOOLEAN, &is_wanted);
     });
-  }
   dbus_message_iter_close_container(&arguments, &options);
 }
 

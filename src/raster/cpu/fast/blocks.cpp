@@ -59,11 +59,10 @@ Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32
 
 BlockBounds bounds_of(const Block& block) {
   BlockBounds bounds;
-  for (std::size_t lane = 0; lane < kBlock; ++lane) {
+  for (std::size_t lane = 0; lane < kBlock; ++lane)
     bounds.include({block.x[lane], block.y[lane], block.z[lane]},
                    {block.xx[lane], block.xy[lane], block.xz[lane], block.yy[lane], block.yz[lane],
                     block.zz[lane]});
-  }
   return bounds;
 }
 

@@ -52,10 +52,9 @@ struct QuadBoxWalk {
   glm::vec2 same, opposite;  ///< (u, v) reach, see QuadBoxes
 
   static QS_HD QuadBoxWalk over(const QuadBoxes& boxes, const TileRect& range, TileGrid grid) {
-    if (walks_rows(range)) {
+    if (walks_rows(range))
       return {true,         range.rows, grid.columns,  boxes.mean.x,
               boxes.mean.y, boxes.same, boxes.opposite};
-    }
     return {false,
             range.columns,
             grid.rows,

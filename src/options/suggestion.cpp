@@ -46,10 +46,9 @@ std::size_t distance(const std::string& a, const std::string& b) {
 
 std::string suggestion(const std::string& typed, std::span<const std::string> candidates) {
   const std::string* nearest = nullptr;
-  for (const auto& [word, meant] : kOtherWords) {
+  for (const auto& [word, meant] : kOtherWords)
     if (typed == word && std::find(candidates.begin(), candidates.end(), meant) != candidates.end())
       return fmt::format("; did you mean '{}'?", meant);
-  }
   std::size_t least = std::min<std::size_t>(2, typed.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
     const std::size_t edits = distance(lower_word(typed), lower_word(candidate));

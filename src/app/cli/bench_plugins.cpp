@@ -36,9 +36,8 @@ std::string BenchPlugins::unique(const std::string& name) const {
 
 std::vector<Guest> BenchPlugins::guests() const {
   std::vector<Guest> guests;
-  for (const Plugin& plugin : plugins_) {
+  for (const Plugin& plugin : plugins_)
     if (plugin.renderer->usable()) guests.push_back({plugin.name, plugin.renderer.get()});
-  }
   return guests;
 }
 

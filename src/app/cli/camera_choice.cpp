@@ -141,9 +141,8 @@ std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& f
   }
   if (choice.steps && !choice.path) fail(ErrorKind::usage, "--path-steps needs a --camera-path");
   std::vector<Shot> shots = unsized_shots(choice, frame, session);
-  if (frame.size) {
+  if (frame.size)
     for (Shot& shot : shots) shot.camera = shot.camera.resized(frame.size->x, frame.size->y);
-  }
   return shots;
 }
 

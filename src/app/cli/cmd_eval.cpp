@@ -169,9 +169,8 @@ class EvalRun {
   std::optional<LpipsValues> lpips_of(const Image& image, const Image& photograph,
                                       const std::vector<ComparedImage>& compared) const {
     if (network_ == nullptr) return std::nullopt;
-    for (const ComparedImage& earlier : compared) {
+    for (const ComparedImage& earlier : compared)
       if (earlier.image.values == image.values) return earlier.lpips;
-    }
     return LpipsValues{distance_(image, photograph, lpips::InputRange::unit),
                        distance_(image, photograph, lpips::InputRange::symmetric)};
   }

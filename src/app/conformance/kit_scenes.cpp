@@ -97,10 +97,9 @@ std::vector<Blob> six_blobs(const MakeBlob& blob) {
 template <class Wave>
 void set_sh(KitView& view, int first, int last, float scale, const Wave& wave) {
   for (std::size_t i = 0; i < view.cloud.size(); ++i) {
-    for (int k = first; k <= last; ++k) {
+    for (int k = first; k <= last; ++k)
       for (int c = 0; c < 3; ++c)
         sh_of(view.cloud, i)[k][c] = scale * static_cast<float>(wave(k, c, static_cast<double>(i)));
-    }
   }
 }
 
@@ -312,10 +311,9 @@ KitView many() {
     blobs.push_back(blob);
   }
   KitView view{cloud_of(blobs, 3), camera, {}};
-  for (std::size_t i = 0; i < blobs.size(); ++i) {
+  for (std::size_t i = 0; i < blobs.size(); ++i)
     for (int k = 1; k < 16; ++k)
       sh_of(view.cloud, i)[k] = 0.3f * (glm::vec3{number(), number(), number()} - 0.5f);
-  }
   return view;
 }
 

@@ -64,11 +64,10 @@ Image sheet_of(const KitView& view, const SceneVerdict& verdict, const Picture8&
   // color(pixel) for every pixel.
   const auto draw_panel = [&](const char* title, const auto& color) {
     draw_text(sheet, font, {left, 0}, title, on_white::kInk);
-    for (int y = 0; y < height; ++y) {
+    for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x)
         fill_rect(sheet, {left + zoom * x, kLine + zoom * y, zoom, zoom},
                   color(static_cast<std::size_t>(y * width + x)));
-    }
     left += zoom * width + kGap;
   };
   draw_panel("truth", [&](std::size_t pixel) { return color_at(truth, pixel); });

@@ -278,9 +278,8 @@ void write_folder(const fs::path& path, const std::function<void(const AddPictur
 
 bool ffmpeg_is_installed() {
   const char* folders = std::getenv("PATH");
-  for (const std::string& folder : separated(folders == nullptr ? "" : folders, ':')) {
+  for (const std::string& folder : separated(folders == nullptr ? "" : folders, ':'))
     if (!folder.empty() && access((folder + "/ffmpeg").c_str(), X_OK) == 0) return true;
-  }
   return false;
 }
 

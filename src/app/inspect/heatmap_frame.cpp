@@ -44,9 +44,8 @@ struct FrameComparison {
     for (const std::uint32_t gaussian : list_of(frame.trace, tile)) marks[gaussian] = tile + 1;
     const int side = all.grid.tile_px;
     const int x0 = tile % all.grid.columns * side, y0 = tile / all.grid.columns * side;
-    for (int y = y0; y < std::min(y0 + side, map.height); ++y) {
+    for (int y = y0; y < std::min(y0 + side, map.height); ++y)
       for (int x = x0; x < std::min(x0 + side, map.width); ++x) one_pixel(tile, {x, y}, marks, map);
-    }
   }
 
   void one_pixel(int tile, glm::ivec2 pixel, const std::vector<int>& marks, MissedMap& map) const {
@@ -138,9 +137,8 @@ FrameHeatmap HeatmapMaker::map(const Frame& frame) const {
 
 CullMode scale_mode(HeatQuantity quantity, CullMode baseline) {
   if (quantity != HeatQuantity::missed) return baseline;
-  for (CullMode mode = 1; mode <= mode_count(); ++mode) {
+  for (CullMode mode = 1; mode <= mode_count(); ++mode)
     if (!row_of(mode).lossless && !row_of(mode).keeps_faint) return mode;
-  }
   return baseline;
 }
 

@@ -245,10 +245,9 @@ int run_plugin_host(const std::string& library) {
   // A plugin that hangs is killed when the thread of quadsplat that started this process ends.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   // Processes that the plugin starts do not keep these open.
-  for (const int descriptor : {kPluginSocket, kPluginScene, kPluginImage}) {
+  for (const int descriptor : {kPluginSocket, kPluginScene, kPluginImage})
     if (fcntl(descriptor, F_SETFD, FD_CLOEXEC) != 0)
       fail(ErrorKind::usage, "{}: only quadsplat starts this command", kPluginHostCommand);
-  }
   Host host(library);
   PluginRequest request;
   while (recv(kPluginSocket, &request, sizeof request, 0) == sizeof request) {

@@ -13,10 +13,9 @@ namespace {
 
 std::vector<std::uint8_t> rgba_of(std::span<const std::byte> rgb) {
   std::vector<std::uint8_t> rgba(rgb.size() / 3 * 4, 255);
-  for (std::size_t i = 0; i < rgb.size() / 3; ++i) {
+  for (std::size_t i = 0; i < rgb.size() / 3; ++i)
     for (std::size_t c = 0; c < 3; ++c)
       rgba[4 * i + c] = std::to_integer<std::uint8_t>(rgb[3 * i + c]);
-  }
   return rgba;
 }
 

@@ -99,10 +99,9 @@ std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& va
   const std::vector<std::string> labels = different(means, &ModeMean::label);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     std::vector<std::string> lines;
-    for (const ModeMean& mean : means) {
+    for (const ModeMean& mean : means)
       if (mean.label == labels[i])
         lines.push_back(fmt::format("{} {}", quoted(mean.scene), values(mean)));
-    }
     text += data_block(fmt::format("mode{}", i), lines);
   }
   return text;
@@ -113,9 +112,8 @@ std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& va
 std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string& how) {
   std::vector<std::string> curves;
   std::vector<std::string> plugins;
-  for (const ModeMean& mean : means) {
+  for (const ModeMean& mean : means)
     if (mean.plugin) add_new(plugins, mean.mode);
-  }
   for (const std::string& label : different(means, &ModeMean::label)) {
     const std::string mode = separated(label).front();
     const auto plugin = std::find(plugins.begin(), plugins.end(), mode);
@@ -306,9 +304,8 @@ std::string measured_on(const ordered_json& environment) {
 
 std::string pipeline_note(const std::vector<BenchRow>& rows) {
   std::vector<std::string> words;
-  for (const BenchRow& row : rows) {
+  for (const BenchRow& row : rows)
     if (row.backend == kBackendNames[static_cast<int>(Backend::cuda)]) add_new(words, row.pipeline);
-  }
   return words.empty() ? "" : "; pipeline " + joined(words, " and ");
 }
 

@@ -173,11 +173,10 @@ std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::s
   for (ModeMean& mean : means) {
     if (several) mean.label = fmt::format("{}, {}", mean.mode, mean.pipeline);
     if (mean.mode == baseline && mean.enough_frames) mean.ratio = Ratio();
-    for (const PairedRatio& each : ratios) {
+    for (const PairedRatio& each : ratios)
       if (each.camera.empty() && each.scene == mean.scene && each.mode == mean.mode &&
           each.pipeline == mean.pipeline)
         mean.ratio = each.ratio;
-    }
   }
   return means;
 }
@@ -193,9 +192,8 @@ std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
   std::vector<ModeMean> result;
   for (const std::string& label : different(means, &ModeMean::label)) {
     std::vector<const ModeMean*> rows;
-    for (const ModeMean& row : means) {
+    for (const ModeMean& row : means)
       if (row.label == label) rows.push_back(&row);
-    }
     const ModeMean& first = *rows.front();
     ModeMean& mean = result.emplace_back();
     mean.scene = "mean";
@@ -250,9 +248,8 @@ std::string format_markdown(const BenchReport& report) {
   const std::vector<std::string> scenes = different(means, &ModeMean::scene);
   for (const std::string& name : scenes) {
     std::vector<ModeMean> scene;
-    for (const ModeMean& mean : means) {
+    for (const ModeMean& mean : means)
       if (mean.scene == name) scene.push_back(mean);
-    }
     std::vector<std::string> cameras, sizes;
     for (const BenchRow& row : report.rows) {
       if (row.scene != name) continue;

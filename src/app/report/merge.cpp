@@ -131,9 +131,8 @@ std::string missing_views(const ordered_json& report, const char* rows) {
   if (measured.size() >= count) return "";
   const std::uint64_t missing = count - measured.size();
   std::vector<std::string> names;
-  for (std::uint64_t view = 0; names.size() < std::min(missing, kNamed); ++view) {
+  for (std::uint64_t view = 0; names.size() < std::min(missing, kNamed); ++view)
     if (measured.count(view) == 0) names.push_back(fmt::format("{}", view));
-  }
   return fmt::format("{} of {} views are missing: {}{}", missing, count, joined(names, ", "),
                      missing > kNamed ? ", .." : "");
 }

@@ -136,9 +136,8 @@ SceneStudy study_scene(Renderer& cpu, std::span<const Camera> views, RenderSetti
       }
     }
   }
-  for (auto& size : study.modes) {
+  for (auto& size : study.modes)
     for (ModeStudy& mode : size) std::sort(mode.loads.begin(), mode.loads.end());
-  }
   progress.update(1);
   return study;
 }

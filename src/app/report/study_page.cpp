@@ -30,11 +30,10 @@ std::string axis_of(const GaussianQuantity& quantity) {
 template <class Take>
 std::string bars_per_mode(const char* block, const Take& take) {
   std::vector<std::string> curves;
-  for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
+  for (std::size_t mode = 0; mode < kCullerCount; ++mode)
     if (take(mode))
       curves.push_back(fmt::format("${} using {}:xtic(1) {}", block, mode + 2,
                                    mode_options(name_of(mode), name_of(mode))));
-  }
   return plot_command(curves);
 }
 

@@ -176,10 +176,9 @@ struct BlockJson {
     Json rows = Json::array();
     for (const block::Placed& placed : block.controls) {
       if (placed.form != block::Form::range) add_control(viewer, placed, placed.name, rows);
-      if (placed.form == block::Form::range) {
+      if (placed.form == block::Form::range)
         for (const char* end : {", from", ", to"})
           add_control(viewer, placed, placed.name + end, rows);
-      }
     }
     return {{"kind", "controls"}, {"rows", rows}};
   }

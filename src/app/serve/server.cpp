@@ -155,10 +155,9 @@ class BeastServer : public Server {
   void tell_all(const Actions& actions) {
     if (actions.empty()) return;
     const auto all = hub_.live;  // a visitor may leave meanwhile
-    for (const auto& [number, weak] : all) {
+    for (const auto& [number, weak] : all)
       if (const std::shared_ptr<Live> live = weak.lock())
         live->handle([&](Visitor& visitor, double now) { visitor.apply(actions, now); });
-    }
   }
 
   void await_end(const std::function<bool()>& ends) {

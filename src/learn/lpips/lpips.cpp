@@ -239,10 +239,9 @@ std::vector<float> pack(const Convolution& convolution, const std::vector<float>
   std::size_t from = 0;
   for (std::size_t output = 0; output < index(convolution.outputs); ++output) {
     float* const block = packed.data() + output / kBlock * kBlock * size * size * inputs;
-    for (std::size_t input = 0; input < inputs; ++input) {
+    for (std::size_t input = 0; input < inputs; ++input)
       for (std::size_t pixel = 0; pixel < size * size; ++pixel)
         block[(pixel * inputs + input) * kBlock + output % kBlock] = filters[from++];
-    }
   }
   return packed;
 }

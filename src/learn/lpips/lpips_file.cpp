@@ -23,9 +23,8 @@ const lpips::Network& network_of(const TensorFile& file, const std::string& sour
   if (name == file.metadata.end())
     fail("{}: its metadata name no network ({}): scripts/lpips_weights writes such files", source,
          known());
-  for (const lpips::Network& network : lpips::kNetworks) {
+  for (const lpips::Network& network : lpips::kNetworks)
     if (network.name == name->second) return network;
-  }
   fail("{}: its metadata name another network than {}", source, known());
 }
 

@@ -175,9 +175,8 @@ std::uint64_t half_of_memory() {
 
 std::vector<LensCamera> DataSet::cameras() const {
   std::vector<LensCamera> all;
-  for (const auto* views : {&training, &test}) {
+  for (const auto* views : {&training, &test})
     for (const PhotographView& view : *views) all.push_back({view.camera, view.lens, {}});
-  }
   sort_by_name(all);
   return all;
 }
@@ -194,9 +193,8 @@ std::string DataSet::fingerprint() const {
 }
 
 void DataSet::release_pixels() {
-  for (auto* views : {&training, &test}) {
+  for (auto* views : {&training, &test})
     for (PhotographView& view : *views) view.release_pixels();
-  }
 }
 
 double DataSet::extent() const {

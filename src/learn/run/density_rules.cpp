@@ -67,9 +67,8 @@ void clone_and_split(const IterationContext& context, const GaussianFacts& facts
   for (const Candidate& each : candidates) (each.splits ? splits : clones).push_back(each.gaussian);
   for (const std::uint32_t i : clones) plan.add_copy_of(i);
   const std::size_t first_child = plan.size();
-  for (int copy = 0; copy < 2; ++copy) {
+  for (int copy = 0; copy < 2; ++copy)
     for (const std::uint32_t i : splits) plan.add_copy_of(i);
-  }
   const Random random = context.random(RandomUse::split);
   for (std::size_t child = first_child; child < plan.size(); ++child)
     shrink_child(plan, child, facts.rotations[plan.sources[child]],

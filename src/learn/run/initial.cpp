@@ -61,9 +61,8 @@ std::vector<std::size_t> cells_in_many_pictures(const DataSet& data, const CellB
   }
   const int most = *std::max_element(pictures.begin(), pictures.end());
   std::vector<std::size_t> cells;
-  for (std::size_t cell = 0; cell < pictures.size(); ++cell) {
+  for (std::size_t cell = 0; cell < pictures.size(); ++cell)
     if (2 * pictures[cell] >= most) cells.push_back(cell);
-  }
   return cells;
 }
 

@@ -70,11 +70,10 @@ std::vector<std::uint8_t> resized_mask(std::span<const std::uint8_t> mask, Size 
     for (int x = 0; x < to.width; ++x) {
       const Covered rows(from.height, to.height, y), columns(from.width, to.width, x);
       int counted = 0;
-      for (int v = rows.begin; v < rows.end; ++v) {
+      for (int v = rows.begin; v < rows.end; ++v)
         for (int u = columns.begin; u < columns.end; ++u)
           counted += mask[static_cast<std::size_t>(v) * static_cast<std::size_t>(from.width) +
                           static_cast<std::size_t>(u)];
-      }
       const int pixels = (rows.end - rows.begin) * (columns.end - columns.begin);
       all.push_back(counted == pixels ? 1 : 0);
       any.push_back(counted > 0 ? 1 : 0);
@@ -165,10 +164,9 @@ std::size_t PhotographCache::reads() const {
 
 // The first wanted view that is not in memory, not being read and not unreadable. Needs the mutex.
 const PhotographView* PhotographCache::next_to_read() const {
-  for (const PhotographView* view : wanted_) {
+  for (const PhotographView* view : wanted_)
     if (!held_.contains(view) && !being_read_.contains(view) && !errors_.contains(view))
       return view;
-  }
   return nullptr;
 }
 

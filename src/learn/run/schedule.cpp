@@ -85,9 +85,8 @@ void PhotographSpectra::add(const Image& photograph, ThreadPool& pool) {
   largest_ = std::min(largest_, scale_with(kLeastSpectrum * sums.total(),
                                            [&](double scale) { return sums.within(scale); }));
   ++photographs_;
-  for (Spectrum& same : by_size_) {
+  for (Spectrum& same : by_size_)
     if (same.width == spectrum.width && same.height == spectrum.height) return same.add(spectrum);
-  }
   by_size_.push_back(spectrum);
 }
 

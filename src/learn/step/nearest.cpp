@@ -78,9 +78,8 @@ std::vector<double> neighbour_distances2(const std::vector<glm::vec3>& points, T
   const std::vector<double> of_finite = distances2_of_finite(finite, pool);
   std::vector<double> means(points.size(), std::numeric_limits<double>::quiet_NaN());
   auto next = of_finite.begin();
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (std::size_t i = 0; i < points.size(); ++i)
     if (is_finite(points[i])) means[i] = *next++;
-  }
   return means;
 }
 

@@ -19,9 +19,8 @@ template <class ValueOf>
 std::optional<SensorRange> range_of(const std::vector<GpuReading>& readings,
                                     const ValueOf& value_of) {
   std::vector<double> values;
-  for (const GpuReading& reading : readings) {
+  for (const GpuReading& reading : readings)
     if (const std::optional<double> value = value_of(reading)) values.push_back(*value);
-  }
   if (values.empty()) return std::nullopt;
   std::sort(values.begin(), values.end());
   return SensorRange{values[values.size() / 2], values.front(), values.back()};

@@ -57,9 +57,8 @@ template <class ValueOf>
 std::vector<float> sample(std::size_t count, const ValueOf& value_of) {
   constexpr std::size_t kSamples = 4096;
   std::vector<float> values;
-  for (std::size_t i = 0; i < count; i += count / kSamples + 1) {
+  for (std::size_t i = 0; i < count; i += count / kSamples + 1)
     if (std::isfinite(value_of(i))) values.push_back(value_of(i));
-  }
   if (values.empty()) values.push_back(0);
   std::sort(values.begin(), values.end());
   return values;

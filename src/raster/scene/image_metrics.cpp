@@ -33,9 +33,8 @@ struct Counted {
   // Values of pixels that are at least `margin` pixels from the border.
   double values(int margin) const {
     std::int64_t pixels = 0;
-    for (int y = margin; y < image.height - margin; ++y) {
+    for (int y = margin; y < image.height - margin; ++y)
       for (int x = margin; x < image.width - margin; ++x) pixels += at(x, y) ? 1 : 0;
-    }
     return static_cast<double>(pixels * image.channels);
   }
 };

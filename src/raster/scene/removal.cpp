@@ -207,10 +207,9 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
   Removal removal;
   removal.marks.assign(cloud.size(), Removed::no);
   // Mark Gaussians outside of the box.
-  if (box) {
+  if (box)
     for (std::size_t i = 0; i < cloud.size(); ++i)
       if (!contains(*box, cloud.positions[i])) removal.marks[i] = Removed::outside;
-  }
   // Mark floaters among the rest.
   if (floaters) {
     const Numbers inside = staying(removal);
@@ -225,11 +224,10 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
         removal.marks[i] = Removed::large;
       }
     }
-    if (floaters->isolated) {
+    if (floaters->isolated)
       for (const std::uint32_t i :
            isolated(cloud, staying(removal), floaters->fewest_neighbours, progress))
         removal.marks[i] = Removed::isolated;
-    }
   }
   for (const Removed mark : removal.marks) ++removal.counts[static_cast<std::size_t>(mark)];
   return removal;

@@ -78,11 +78,10 @@ block::Chart loss_curve(const Viewer& v) {
   for (const AxisTick& tick : from.loss_ticks)
     chart.up.push_back({static_cast<float>(tick.value / from.most_loss), tick.text});
   block::Curve curve{.ink = {kSkyBlue, kBlue}, .is_marked = false, .width = 1.5f};
-  for (const LossPoint& point : losses) {
+  for (const LossPoint& point : losses)
     if (std::isfinite(point.loss))
       curve.points.push_back({point.iteration / from.most_iteration,
                               static_cast<double>(point.loss) / from.most_loss});
-  }
   chart.curves.push_back(std::move(curve));
   if (v.is_remote) return chart;  // hundreds of readings would be sent again with every report
   chart.reading = [&losses, most = from.most_iteration](double x) {

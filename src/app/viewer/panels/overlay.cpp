@@ -88,11 +88,10 @@ void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen
 // The box of the crop, with handles in the middle of its faces.
 void draw_crop_box(const Viewer& viewer, const Screen& screen, Actions& actions) {
   const CropWish& wish = viewer.crop.wish;
-  for (const PictureLine& line : box_lines(viewer.camera, wish.box)) {
+  for (const PictureLine& line : box_lines(viewer.camera, wish.box))
     for (const auto& [color, width] :
          {std::pair(ImU32{IM_COL32(0, 0, 0, 160)}, 3.0f), std::pair(color_of(kSkyBlue), 1.5f)})
       screen.draw.AddLine(screen.at(line.from), screen.at(line.to), color, width * screen.scale);
-  }
   for (int face = 0; face < kBoxFaces; ++face) {
     const auto pixel = handle_in_picture(viewer.camera, wish.box, face);
     if (!pixel) continue;

@@ -119,9 +119,8 @@ void draw_swatch(glm::vec3 color) {
 
 void draw_row_menu(const block::Row& row, const ControlsDrawer& controls) {
   if (row.menu.empty() || !ImGui::BeginPopupContextItem()) return;
-  for (const Use& use : row.menu) {
+  for (const Use& use : row.menu)
     if (ImGui::MenuItem(use.label.c_str())) controls.set(use);
-  }
   ImGui::EndPopup();
 }
 

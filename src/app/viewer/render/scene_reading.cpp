@@ -166,9 +166,8 @@ std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
     std::error_code error;
     if (!fs::is_directory(folder / "images", error)) continue;
     const Photographs photographs(folder / "images");
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
+    for (std::size_t i = 0; i < cameras.size(); ++i)
       if (const auto path = photographs.find(cameras[i].name)) found[static_cast<int>(i)] = *path;
-    }
     break;
   }
   return found;

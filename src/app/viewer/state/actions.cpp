@@ -383,16 +383,14 @@ void numbers_measured(Viewer& v, const ModeNumbers& numbers) {
   const ModeNumbers before = std::exchange(v.numbers, numbers);
   if (before.version != numbers.version) return;
   // Rows of the same view that were not measured again, such as the other pipeline's, stay.
-  for (const BenchRow& old : before.rows) {
+  for (const BenchRow& old : before.rows)
     if (row_like(v.numbers.rows, old) == nullptr) v.numbers.rows.push_back(old);
-  }
 }
 
 void numbers_refined(Viewer& v, const ModeNumbers& more) {
   if (v.numbers.version != more.version || v.numbers.complete) return;
-  for (const BenchRow& added : more.rows) {
+  for (const BenchRow& added : more.rows)
     if (BenchRow* row = row_like(v.numbers.rows, added)) add_frames(*row, added);
-  }
 }
 
 void pixel_inspected(Viewer& v, const InspectedView& view) {

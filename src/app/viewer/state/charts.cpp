@@ -49,10 +49,9 @@ double unit_of(double most, ZoomQuantity quantity) {
 
 void set_axes(ZoomChart& chart, ZoomQuantity quantity) {
   double most = 0;
-  for (const ZoomCurve& curve : chart.curves) {
+  for (const ZoomCurve& curve : chart.curves)
     for (const ZoomPoint& point : curve.points)
       most = std::max(most, curve.has_bars ? std::max(point.high, point.value) : point.value);
-  }
   if (!(most > 0)) most = 1;
   const double unit = unit_of(most, quantity);
   chart.title = kZoomQuantities[static_cast<std::size_t>(quantity)].title;

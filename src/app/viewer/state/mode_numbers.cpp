@@ -27,10 +27,9 @@ double measuring_ms(const ModeNumbers& numbers) {
 const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline) {
   const std::string name = mode_name(mode);
   const bool one = pipelines_of(viewer.backend).size() < 2;
-  for (const BenchRow& row : viewer.numbers.rows) {
+  for (const BenchRow& row : viewer.numbers.rows)
     if (row.mode == name && (one || row.pipeline == kPipelineNames[static_cast<int>(pipeline)]))
       return &row;
-  }
   return nullptr;
 }
 

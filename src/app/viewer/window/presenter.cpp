@@ -144,9 +144,8 @@ PixelBox fitted(const PixelBox& area, double aspect) {
 
 Enlarging suitable_enlarging() {
   const std::string_view renderer(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
-  for (const char* software : {"llvmpipe", "softpipe", "SwiftShader", "Software Rasterizer"}) {
+  for (const char* software : {"llvmpipe", "softpipe", "SwiftShader", "Software Rasterizer"})
     if (renderer.find(software) != std::string_view::npos) return Enlarging::linear;
-  }
   return Enlarging::cubic;
 }
 

@@ -311,10 +311,9 @@ void GpuModel::State::gather_next(const qs::train::Plan& plan) {
   copy_to_device(plan.means.data(), next.parameters.means, count, stream);
   copy_to_device(plan.log_scales.data(), next.parameters.log_scales, count, stream);
   copy_to_device(plan.opacity_logits.data(), next.parameters.opacity_logits, count, stream);
-  if (plan.clears_opacity_moments && count > 0) {
+  if (plan.clears_opacity_moments && count > 0)
     for (Parameters* moments : {&next.first, &next.second})
       set_zero("clear moments", moments->opacity_logits.data(), count, stream);
-  }
   if (plan.resets_statistics) next.density.reset(count, stream);
 }
 

@@ -42,10 +42,9 @@ void upload(const qs::train::Parameters& host, cudaStream_t stream, Parameters& 
   parameters.resize(static_cast<std::uint32_t>(count), host.sh_degree, host.has_masks);
   std::vector<float> sh(3 * width * sh_row(parameters.count));
   for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t k = 0; k < width; ++k) {
+    for (std::size_t k = 0; k < width; ++k)
       for (int c = 0; c < 3; ++c)
         sh[sh_index(k, c, parameters.count) + i] = host.sh[i * width + k][c];
-    }
   }
   copy_to_device(host.means.data(), parameters.means, count, stream);
   copy_to_device(host.log_scales.data(), parameters.log_scales, count, stream);
@@ -71,10 +70,9 @@ qs::train::Parameters download(const Parameters& parameters, cudaStream_t stream
       copied(parameters.sh.data(), 3 * width * sh_row(parameters.count), stream);
   host.sh.resize(width * count);
   for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t k = 0; k < width; ++k) {
+    for (std::size_t k = 0; k < width; ++k)
       for (int c = 0; c < 3; ++c)
         host.sh[i * width + k][c] = sh[sh_index(k, c, parameters.count) + i];
-    }
   }
   return host;
 }

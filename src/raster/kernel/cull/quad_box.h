@@ -128,10 +128,9 @@ struct QuadBoxNaive {
  private:
   template <class Visit, class Listed>
   static QS_HD void loop(const TileRect& rect, Visit& visit, const Listed& listed) {
-    for (int row = rect.rows.begin; row < rect.rows.end; ++row) {
+    for (int row = rect.rows.begin; row < rect.rows.end; ++row)
       for (int column = rect.columns.begin; column < rect.columns.end; ++column)
         if (!listed(column, row)) visit(column, row);
-    }
   }
 };
 

@@ -40,8 +40,7 @@ CameraTrack choose_track(const FilmCommand& command, const Session& session, glm
     if (command.arc) wish.arc = arc_of(*command.arc);
     return turntable_of(scene.cloud, cameras, framing, wish, *session.pool);
   }
-  const std::vector<Keyframe> keyframes = read_camera_path(*command.path);
-  return along(keyframes, command.ease, command.loop);
+  return along(read_camera_path(*command.path), command.ease, command.loop);
 }
 
 // Throws Cancelled after Ctrl+C or SIGTERM.

@@ -176,8 +176,7 @@ class RenderRun {
     if (command_.cameras.several()) path = with_shot(path, shot);
     if (command_.several_modes()) path = with_word(path, name);
     ImageMetadata metadata = frame_metadata(session_, shot.camera, mode, frame.stats);
-    const bool one = !command_.measures();
-    const Progress progress = one ? part_of(progress_, kDrawn, 1) : Progress();
+    const Progress progress = !command_.measures() ? part_of(progress_, kDrawn, 1) : Progress();
     std::string values;  // the unit of the file's values instead of colours
     if (command_.quantity != Quantity::color) {
       const ValueMap map = map_of(frame, command_.quantity, shot.camera.width, shot.camera.height);

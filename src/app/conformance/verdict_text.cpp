@@ -78,8 +78,7 @@ Image sheet_of(const KitView& view, const SceneVerdict& verdict, const Picture8&
     fill_rect(sheet, {bar, kLine + y, kBar, 1},
               viridis(1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(length)));
   for (const int tick : {0, kScaleEnd / 2, kScaleEnd}) {
-    const int y = kLine + length - length * tick / kScaleEnd;
-    draw_text(sheet, font, {bar + kBar + 4, y - kLine / 2},
+    draw_text(sheet, font, {bar + kBar + 4, kLine + length - length * tick / kScaleEnd - kLine / 2},
               std::to_string(tick) + (tick == kScaleEnd ? "+" : ""), on_white::kInk);
   }
   left += kBar + kTicks;

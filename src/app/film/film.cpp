@@ -312,8 +312,7 @@ CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease,
             const double angle = arc.whole() ? turn : middle + half * std::sin(phase + turn);
             const double aspect = static_cast<double>(size.x) / size.y;
             const Framing shown = box ? whole_subject(framing, *box, arc, aspect) : framing;
-            const Camera camera = framed_camera(shown, size.x, size.y);
-            return orbited(camera, shown.target, shown.up, angle, 0);
+            return orbited(framed_camera(shown, size.x, size.y), shown.target, shown.up, angle, 0);
           }};
 }
 

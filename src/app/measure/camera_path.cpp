@@ -161,8 +161,7 @@ Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {
 
 double closed_length(const std::vector<Keyframe>& keyframes) {
   const double length = keyframes.back().time - keyframes.front().time;
-  const auto intervals = static_cast<double>(keyframes.size() - 1);
-  return length + length / intervals;
+  return length + length / static_cast<double>(keyframes.size() - 1);
 }
 
 std::vector<Keyframe> closed_path(const std::vector<Keyframe>& keyframes) {

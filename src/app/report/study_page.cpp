@@ -57,9 +57,8 @@ Plot saved_plot(const GaussianQuantity& quantity, const BinnedPairs& binned,
   std::vector<std::string> lines;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
     std::string& line = lines.emplace_back(quoted(bin_label(quantity, bin)));
-    const double square = millions(binned.pairs[k3dgs - 1][bin]);
     for (const auto& pairs : binned.pairs)
-      line += fmt::format(" {}", square - millions(pairs[bin]));
+      line += fmt::format(" {}", millions(binned.pairs[k3dgs - 1][bin]) - millions(pairs[bin]));
   }
   return {fmt::format("saved_{}", quantity.key),
           fmt::format("Pairs saved, by {} of the Gaussian", quantity.name), caption,

@@ -61,8 +61,7 @@ void MeasuringTurns::want(const Turn& turn) {
   if (!spent_ms_.contains(turn.visitor)) {
     // Time before the visitor came is no claim.
     const auto spent = std::views::values(spent_ms_);
-    const double least = spent.empty() ? 0 : std::ranges::min(spent);
-    spent_ms_[turn.visitor] = least;
+    spent_ms_[turn.visitor] = spent.empty() ? 0 : std::ranges::min(spent);
   }
   wanted_[turn.visitor] = turn;
 }

@@ -134,8 +134,7 @@ class PickleMachine {
       case 0x81:  // NEWOBJ
         return new_object();
       case 'Q': {  // BINPERSID
-        const PickleRef id = pop();
-        return push({.kind = PickleKind::persistent, .items = {id}});
+        return push({.kind = PickleKind::persistent, .items = {pop()}});
       }
       case '}':  // EMPTY_DICT
         return push({.kind = PickleKind::dictionary});
@@ -227,8 +226,7 @@ class PickleMachine {
   }
 
   void push_text(std::uint64_t size) {
-    const auto bytes = in_.take(size, "a text");
-    push({.kind = PickleKind::text, .text = qs::text_of(bytes)});
+    push({.kind = PickleKind::text, .text = qs::text_of(in_.take(size, "a text"))});
   }
 
   void push_bytes(std::uint64_t size) {

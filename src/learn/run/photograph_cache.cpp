@@ -74,8 +74,7 @@ std::vector<std::uint8_t> resized_mask(std::span<const std::uint8_t> mask, Size 
         for (int u = columns.begin; u < columns.end; ++u)
           counted += mask[static_cast<std::size_t>(v) * static_cast<std::size_t>(from.width) +
                           static_cast<std::size_t>(u)];
-      const int pixels = (rows.end - rows.begin) * (columns.end - columns.begin);
-      all.push_back(counted == pixels ? 1 : 0);
+      all.push_back(counted == (rows.end - rows.begin) * (columns.end - columns.begin) ? 1 : 0);
       any.push_back(counted > 0 ? 1 : 0);
     }
   }

@@ -176,8 +176,7 @@ void draw_overlay(const Viewer& viewer, const PanelState& state, Floats& floats,
   if (viewer.panels.frusta) {
     const double depth = 0.06 * viewer.scene->extent();
     for (std::size_t i = 0; i < viewer.scene->cameras.size(); ++i) {
-      const bool here = static_cast<int>(i) == viewer.dataset_camera;
-      if (here) continue;  // the view is inside it
+      if (static_cast<int>(i) == viewer.dataset_camera) continue;  // the view is inside it
       draw_frustum(screen, viewer.scene->cameras[i], depth, color_of(kSkyBlue, 0.745f), 1);
     }
   }

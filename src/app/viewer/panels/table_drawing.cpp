@@ -191,8 +191,7 @@ void draw_table(const block::Table& table, PanelState& state, const ControlsDraw
       if (cell.bar) column.beside_bars = std::max(column.beside_bars, text);
     }
   }
-  const std::vector<std::string> titles = titles_of(columns);
-  if (table.name == std::string_view("modes")) state.columns = titles;
+  if (table.name == std::string_view("modes")) state.columns = titles_of(columns);
   const bool is_ordering = std::ranges::any_of(columns, &ShownColumn::is_ordering);
   ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_NoSavedSettings;
   if (is_ordering) flags |= ImGuiTableFlags_Sortable;

@@ -84,8 +84,7 @@ void SceneOpening::next(Viewer& viewer, Host& host, const LoadedScene& loaded) {
   UploadOrder order{loaded.scene, loaded.facts,
                     settings_for(loaded.facts, viewer.settings, request_.keep_background),
                     viewer.backend};
-  const bool another = viewer.scene && viewer.scene->path != loaded.facts.path;
-  if (another) order.settings.splat_scale = 1;
+  if (viewer.scene && viewer.scene->path != loaded.facts.path) order.settings.splat_scale = 1;
   begin_upload(viewer, host, *loaded.scene,
                [order](RenderContext& context, const Progress& progress) {
                  return show_scene(context, order, progress);

@@ -129,8 +129,7 @@ LossChart loss_chart(const std::vector<LossPoint>& losses) {
   LossChart chart;
   chart.loss_ticks = round_ticks(most > 0 ? most : 1);
   chart.most_loss = chart.loss_ticks.back().value;
-  const int last = losses.empty() ? 1 : losses.back().iteration;
-  chart.iteration_ticks = round_ticks(std::max(last, 1));
+  chart.iteration_ticks = round_ticks(std::max(losses.empty() ? 1 : losses.back().iteration, 1));
   // An iteration is a whole number.
   std::erase_if(chart.iteration_ticks,
                 [](const AxisTick& tick) { return tick.value != std::floor(tick.value); });

@@ -41,8 +41,7 @@ glm::dvec2 projected(const Camera& camera, glm::dvec3 point) {
 }  // namespace
 
 CropBox first_box(const ViewedScene& scene, glm::dvec3 eye) {
-  const bool known = scene.subject.size() != glm::vec3(0);
-  const SceneBox& around = known ? scene.subject : scene.core;
+  const SceneBox& around = scene.subject.size() != glm::vec3(0) ? scene.subject : scene.core;
   const glm::vec3 size = glm::max(around.size(), glm::vec3(2 * scene.smallest_radius));
   CropBox box;
   for (const float more : {0.25f, 0.1f, 0.02f}) {

@@ -47,8 +47,7 @@ void step_keyframes(Viewer& v, bool back) {
 
 void add_keyframe(Viewer& v) {
   before_change(v);
-  const double time = v.keyframes.empty() ? 0 : v.keyframes.back().time + 1;
-  v.keyframes.push_back({time, v.camera});
+  v.keyframes.push_back({v.keyframes.empty() ? 0 : v.keyframes.back().time + 1, v.camera});
   notify(v, fmt::format("keyframe {} set", v.keyframes.size()));
 }
 

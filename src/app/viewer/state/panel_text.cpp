@@ -21,8 +21,7 @@ namespace {
 std::vector<std::size_t> begins_of(const std::string& text) {
   std::vector<std::size_t> begins;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool continues = (static_cast<unsigned char>(text[i]) & 0xc0) == 0x80;
-    if (!continues) begins.push_back(i);
+    if ((static_cast<unsigned char>(text[i]) & 0xc0) != 0x80) begins.push_back(i);
   }
   begins.push_back(text.size());
   return begins;

@@ -50,7 +50,7 @@ void OptionTable::value(const std::string& name, const std::string& placeholder,
 void OptionTable::choice(const std::string& name, const std::vector<std::string>& names,
                          const std::function<void(int index)>& chosen, const std::string& help) {
   value(name, joined(names, "|"), help, names, [=](const std::string& given) {
-    const auto found = std::find(names.begin(), names.end(), given);
+    const auto found = std::ranges::find(names, given);
     if (found == names.end())
       fail(ErrorKind::usage, "{}: '{}' is none of {}{}", name, given, joined(names, ", "),
            suggestion(given, names));

@@ -218,9 +218,8 @@ class Judging {
 
   // The rows of the sheet, worst first.
   void keep_worst(SheetRow row) {
-    const auto place = std::upper_bound(
-        sheet_.begin(), sheet_.end(), row,
-        [](const auto& a, const auto& b) { return a.quality.psnr < b.quality.psnr; });
+    const auto place = std::ranges::upper_bound(
+        sheet_, row, [](const auto& a, const auto& b) { return a.quality.psnr < b.quality.psnr; });
     sheet_.insert(place, std::move(row));
     if (sheet_.size() > static_cast<std::size_t>(options_.sheet_views)) sheet_.pop_back();
   }

@@ -34,7 +34,7 @@ bool better(const Score& a, const Score& b) {
 
 // The best set and all sets that are not clearly worse, best first.
 std::vector<MistakeSet> best_sets(std::vector<Score> scores) {
-  std::stable_sort(scores.begin(), scores.end(), better);
+  std::ranges::stable_sort(scores, better);
   std::vector<MistakeSet> sets;
   const Score& best = scores.front();
   for (const Score& score : scores)
@@ -45,14 +45,13 @@ std::vector<MistakeSet> best_sets(std::vector<Score> scores) {
 }
 
 MistakeSet with(MistakeSet set, std::size_t mistake) {
-  set.insert(std::upper_bound(set.begin(), set.end(), mistake), mistake);
+  set.insert(std::ranges::upper_bound(set, mistake), mistake);
   return set;
 }
 
 bool excluded(const MistakeSet& set, std::size_t mistake) {
-  return std::any_of(set.begin(), set.end(), [&](std::size_t other) {
-    return mistakes()[other].part == mistakes()[mistake].part;
-  });
+  return std::ranges::any_of(
+      set, [&](std::size_t other) { return mistakes()[other].part == mistakes()[mistake].part; });
 }
 
 class KitJudge {
@@ -105,7 +104,7 @@ class KitJudge {
     const std::size_t without = scores.front().matched;
     while (true) {
       const std::vector<MistakeSet> best = best_sets(scores);
-      const Score& top = *std::min_element(scores.begin(), scores.end(), better);
+      const Score& top = *std::ranges::min_element(scores, better);
       if (top.matched <= std::max(matched_, without)) break;
       matched_ = top.matched;
       judgement_.causes = best;
@@ -239,7 +238,7 @@ Variants::Variants(int most, ThreadPool& pool, const Progress& progress) {
 }
 
 std::optional<std::size_t> Variants::find(const MistakeSet& set) const {
-  const auto found = std::find(sets_.begin(), sets_.end(), set);
+  const auto found = std::ranges::find(sets_, set);
   if (found == sets_.end()) return {};
   return static_cast<std::size_t>(found - sets_.begin());
 }

@@ -36,7 +36,7 @@ glm::vec3* sh_of(GaussianCloud& cloud, std::size_t i) {
 GaussianCloud cloud_of(const std::vector<Blob>& blobs, int degree = 0) {
   GaussianCloud cloud;
   cloud.resize(blobs.size(), degree);
-  std::fill(cloud.sh.begin(), cloud.sh.end(), glm::vec3(0));
+  std::ranges::fill(cloud.sh, glm::vec3(0));
   for (std::size_t i = 0; i < blobs.size(); ++i) {
     const Blob& blob = blobs[i];
     cloud.positions[i] = blob.position;

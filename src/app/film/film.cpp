@@ -222,7 +222,7 @@ class Ffmpeg {
   /// if it has ended.
   void add(const Image& picture) {
     bytes_.resize(picture.values.size());
-    std::transform(picture.values.begin(), picture.values.end(), bytes_.begin(), to_8bit);
+    std::ranges::transform(picture.values, bytes_.begin(), to_8bit);
     if (process_.send(std::as_bytes(std::span(bytes_)))) return;
     process_.wait();
     fail("{}: ffmpeg ended before the film did: {}", name_, first_message());

@@ -93,7 +93,7 @@ bool in_front(const Trace& trace, std::size_t other, std::size_t slot) {
 }  // namespace
 
 std::optional<std::size_t> slot_of(const Trace& trace, std::uint32_t gaussian) {
-  const auto at = std::lower_bound(trace.gaussians.begin(), trace.gaussians.end(), gaussian);
+  const auto at = std::ranges::lower_bound(trace.gaussians, gaussian);
   if (at == trace.gaussians.end() || *at != gaussian) return std::nullopt;
   return static_cast<std::size_t>(at - trace.gaussians.begin());
 }

@@ -64,8 +64,8 @@ std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm:
   const auto tile = static_cast<std::size_t>(frame.grid.tile_of(x, y));
   double transmittance = 1;
   for (std::uint64_t i = trace.tile_begin[tile]; i < trace.tile_begin[tile + 1]; ++i) {
-    const auto found = std::lower_bound(trace.gaussians.begin(), trace.gaussians.end(),
-                                        trace.listed[static_cast<std::size_t>(i)]);
+    const auto found =
+        std::ranges::lower_bound(trace.gaussians, trace.listed[static_cast<std::size_t>(i)]);
     const auto slot = static_cast<std::size_t>(found - trace.gaussians.begin());
     const Footprint& footprint = trace.footprints[slot];
     const double dx = x - static_cast<double>(footprint.mean_px.x);

@@ -28,16 +28,16 @@ GaussianCloud replicate(const GaussianCloud& cloud, glm::ivec2 copies, glm::dvec
     offset[(vertical + 1) % 3] = static_cast<float>(column) * step[(vertical + 1) % 3];
     offset[(vertical + 2) % 3] = static_cast<float>(row) * step[(vertical + 2) % 3];
     const auto place = [copy](const auto& from, auto& to) {
-      std::copy(from.begin(), from.end(),
-                to.begin() + static_cast<std::ptrdiff_t>(copy * from.size()));
+      std::ranges::copy(from, to.begin() + static_cast<std::ptrdiff_t>(copy * from.size()));
     };
     place(cloud.log_scales, result.log_scales);
     place(cloud.rotations, result.rotations);
     place(cloud.opacity_logits, result.opacity_logits);
     place(cloud.sh, result.sh);
-    std::transform(cloud.positions.begin(), cloud.positions.end(),
-                   result.positions.begin() + static_cast<std::ptrdiff_t>(copy * cloud.size()),
-                   [offset](glm::vec3 position) { return position + offset; });
+    std::ranges::transform(
+        cloud.positions,
+        result.positions.begin() + static_cast<std::ptrdiff_t>(copy * cloud.size()),
+        [offset](glm::vec3 position) { return position + offset; });
   }
   return result;
 }

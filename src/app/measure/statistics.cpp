@@ -52,7 +52,7 @@ std::string noise_cause(const BenchRow& row) {
 
 double percentile(std::span<const double> values, double fraction) {
   std::vector<double> sorted(values.begin(), values.end());
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const double place = fraction * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(place);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
@@ -79,7 +79,7 @@ std::optional<double> quartile_spread(std::span<const double> values) {
 
 double relative_spread(std::span<const double> values) {
   if (values.size() < 2) return 0;
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const auto [low, high] = std::ranges::minmax_element(values);
   const double middle = median(values);
   return middle > 0 ? (*high - *low) / middle : 0;
 }

@@ -214,7 +214,7 @@ void fill_polygon(Image& image, std::span<const glm::vec2> points, glm::vec3 col
         if ((a.y <= at) != (b.y <= at))
           crossings.push_back(a.x + (at - a.y) / (b.y - a.y) * (b.x - a.x));
       }
-      std::sort(crossings.begin(), crossings.end());
+      std::ranges::sort(crossings);
       for (std::size_t i = 0; i + 1 < crossings.size(); i += 2) {
         const glm::vec2 ends[] = {{crossings[i], at}, {crossings[i + 1], at}};
         const Span run = intersection(Coverage::range(ends, 0, 0, image.width), coverage.columns);

@@ -116,7 +116,7 @@ std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string&
     if (mean.plugin) add_new(plugins, mean.mode);
   for (const std::string& label : different(means, &ModeMean::label)) {
     const std::string mode = separated(label).front();
-    const auto plugin = std::find(plugins.begin(), plugins.end(), mode);
+    const auto plugin = std::ranges::find(plugins, mode);
     const auto number = static_cast<std::size_t>(plugin - plugins.begin());
     const bool own = plugin == plugins.end();
     curves.push_back(
@@ -144,7 +144,7 @@ std::string caption(const BenchReport& report, const std::vector<ModeMean>& mean
 std::string scaling_axis(const std::vector<ModeMean>& means) {
   std::vector<double> sizes;
   for (const ModeMean& mean : means) sizes.push_back(mean.gaussians / 1e6);
-  const auto [low, high] = std::minmax_element(sizes.begin(), sizes.end());
+  const auto [low, high] = std::ranges::minmax_element(sizes);
   std::string text = fmt::format("set xrange [{}:{}]\nset xtics (", *low / 1.2, *high * 1.2);
   for (std::size_t i = 0; i < sizes.size(); ++i)
     text += fmt::format("{}\"{:.2f}\" {}", i == 0 ? "" : ", ", sizes[i], sizes[i]);
@@ -181,7 +181,7 @@ std::string stage_commands(const std::vector<ModeMean>& means) {
 Plot fps_plot(const std::vector<ModeMean>& means, const std::string& where,
               const std::string& bars) {
   const bool whiskers =
-      std::all_of(means.begin(), means.end(), [](const ModeMean& mean) { return mean.rounds > 1; });
+      std::ranges::all_of(means, [](const ModeMean& mean) { return mean.rounds > 1; });
   const char* note =
       whiskers ? "whiskers: slowest and fastest round of a camera" : "one round, so no whiskers";
   std::string commands =
@@ -323,8 +323,8 @@ std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
       "set style data histograms\nset style histogram clustered gap 2\nset yrange [0:*]\n"
       "set xlabel \"scene\"\nset xrange [-0.6:{:.1f}]\n",
       static_cast<double>(different(means, &ModeMean::scene).size()) - 0.4);
-  const bool hides_bin = std::any_of(report.rows.begin(), report.rows.end(),
-                                     [](const BenchRow& row) { return !times_bin(row); });
+  const bool hides_bin =
+      std::ranges::any_of(report.rows, [](const BenchRow& row) { return !times_bin(row); });
   std::vector<Plot> plots = {
       fps_plot(means, where, bars),
       {"stages",

@@ -55,7 +55,7 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   double mean_noise = 0;
   for (const BenchRow* row : rows) {
     const std::vector<double> rounds = rounds_of(*row);
-    const auto [fastest, slowest] = std::minmax_element(rounds.begin(), rounds.end());
+    const auto [fastest, slowest] = std::ranges::minmax_element(rounds);
     mean.rounds = std::min(mean.rounds, rounds.size());
     mean.ms_fastest += weight * *fastest;
     mean.ms_slowest += weight * *slowest;
@@ -81,8 +81,8 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
 }
 
 bool has_paper_fps(const std::vector<ModeMean>& means) {
-  return std::any_of(means.begin(), means.end(),
-                     [](const ModeMean& mean) { return mean.fps_paper.has_value(); });
+  return std::ranges::any_of(means,
+                             [](const ModeMean& mean) { return mean.fps_paper.has_value(); });
 }
 
 std::string table(const std::vector<ModeMean>& means, const std::string& baseline) {
@@ -129,9 +129,8 @@ std::string camera_table(const std::vector<PairedRatio>& ratios, const std::stri
                          const std::string& baseline) {
   std::vector<std::string> cameras, modes;
   std::map<std::pair<std::string, std::string>, std::string> cells;  // keys: camera, mode
-  const bool several = std::any_of(ratios.begin(), ratios.end(), [&](const PairedRatio& each) {
-    return each.pipeline != ratios.front().pipeline;
-  });
+  const bool several = std::ranges::any_of(
+      ratios, [&](const PairedRatio& each) { return each.pipeline != ratios.front().pipeline; });
   for (const PairedRatio& each : ratios) {
     if (each.scene != scene || each.camera.empty()) continue;
     const std::string mode = several ? fmt::format("{}, {}", each.mode, each.pipeline) : each.mode;
@@ -158,7 +157,7 @@ std::string camera_table(const std::vector<PairedRatio>& ratios, const std::stri
 std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::string& baseline) {
   std::vector<std::vector<const BenchRow*>> groups;
   for (const BenchRow& row : rows) {
-    const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& members) {
+    const auto group = std::ranges::find_if(groups, [&](const auto& members) {
       const BenchRow& other = *members.front();
       return other.scene == row.scene && other.mode == row.mode && other.pipeline == row.pipeline;
     });
@@ -166,9 +165,8 @@ std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::s
   }
   std::vector<ModeMean> means;
   for (const auto& group : groups) means.push_back(mean_of(group));
-  const bool several = std::any_of(rows.begin(), rows.end(), [&](const BenchRow& row) {
-    return row.pipeline != rows.front().pipeline;
-  });
+  const bool several = std::ranges::any_of(
+      rows, [&](const BenchRow& row) { return row.pipeline != rows.front().pipeline; });
   const std::vector<PairedRatio> ratios = paired_ratios(rows, baseline);
   for (ModeMean& mean : means) {
     if (several) mean.label = fmt::format("{}, {}", mean.mode, mean.pipeline);

@@ -34,8 +34,7 @@ nlohmann::ordered_json box_json(const SceneBox& box) {
 SceneReport make_report(const GaussianCloud& cloud) {
   SceneReport report{scene_box(cloud), core_box(cloud), {}, {}, count_huge(cloud)};
   if (cloud.empty()) return report;
-  const auto [faint, dense] =
-      std::minmax_element(cloud.opacity_logits.begin(), cloud.opacity_logits.end());
+  const auto [faint, dense] = std::ranges::minmax_element(cloud.opacity_logits);
   report.opacity = {opacity_of(*faint), opacity_of(*dense)};
   float smallest = std::numeric_limits<float>::infinity(), largest = -smallest;
   for (const glm::vec3& s : cloud.log_scales) {

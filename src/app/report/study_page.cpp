@@ -289,7 +289,7 @@ class Writer {
       saved[bin] = static_cast<std::int64_t>(square[bin]) - static_cast<std::int64_t>(quad[bin]);
       all += saved[bin];
     }
-    const auto most = std::max_element(saved.begin(), saved.end());
+    const auto most = std::ranges::max_element(saved);
     if (all <= 0 || *most <= 0) return "";
     return fmt::format("Quadbox saves most in the range {}: {} of all pairs that it saves.",
                        bin_label(quantities()[q], static_cast<std::size_t>(most - saved.begin())),

@@ -83,7 +83,7 @@ LineSpeed LineRate::speed() const {
     speed.at_most = std::max(speed.at_most, bounds.most);
   }
   // The largest one may be wrong, because the line's round trip has become shorter.
-  std::sort(least.begin(), least.end(), std::greater<>());
+  std::ranges::sort(least, std::greater<>());
   if (!least.empty()) speed.at_least = least[std::min(kAgreeing, least.size()) - 1];
   speed.estimate = std::max(middle_of_groups(), speed.at_least);
   return speed;

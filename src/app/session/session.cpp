@@ -18,7 +18,7 @@ namespace qs {
 namespace {
 
 Backend choose_backend(const FrameOptions& frame) {
-  const bool reference = std::count(frame.modes.begin(), frame.modes.end(), kReferenceMode) > 0;
+  const bool reference = std::ranges::count(frame.modes, kReferenceMode) > 0;
   const bool other_tiles = frame.settings.tile_px != kTileSize;
   if (!frame.backend) return reference || other_tiles ? Backend::cpu : available_backends().front();
   if (other_tiles && *frame.backend != Backend::cpu)

@@ -113,13 +113,13 @@ std::unique_ptr<FileSource> files_beside(const std::filesystem::path& scene_file
 std::string checked_file_name(std::string_view name, std::string_view source) {
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' '; };
   bool safe = !name.empty() && name.find_first_of("\\:") == std::string_view::npos &&
-              std::none_of(name.begin(), name.end(), is_control);
+              std::ranges::none_of(name, is_control);
   const std::filesystem::path path(name);
   safe = safe && !path.is_absolute() && path.has_filename() &&
          std::none_of(path.begin(), path.end(), [](const auto& part) { return part == ".."; });
   if (safe) return path.lexically_normal().string();
   std::string shown(name.substr(0, 80));
-  std::replace_if(shown.begin(), shown.end(), is_control, '?');
+  std::ranges::replace_if(shown, is_control, '?');
   fail("{}: unsafe file name '{}': only files in its own folder are read", source, shown);
 }
 

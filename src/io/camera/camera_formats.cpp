@@ -42,7 +42,7 @@ constexpr std::array kFormats = {
 
 template <class Value>
 bool holds(const std::array<Value, 2>& values, const Value& value) {
-  return std::find(values.begin(), values.end(), value) != values.end();
+  return std::ranges::find(values, value) != values.end();
 }
 
 std::string start_of(const std::filesystem::path& file) {
@@ -94,7 +94,7 @@ std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
   const auto file = std::filesystem::is_directory(status) ? file_in(path) : path;
   const JsonKind kind = json_kind(start_of(file));
   const std::string name = file.filename().string();
-  const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const CameraFormat& row) {
+  const auto format = std::ranges::find_if(kFormats, [&](const CameraFormat& row) {
     return holds(row.names, std::string_view(name)) ||
            (kind != JsonKind::none && holds(row.kinds, kind));
   });

@@ -157,8 +157,7 @@ class Sieve {
 
   // Sorts dropped_.
   void remove_dropped() {
-    std::sort(dropped_.begin(), dropped_.end(),
-              [](const Dropped& a, const Dropped& b) { return a.index < b.index; });
+    std::ranges::sort(dropped_, {}, &Dropped::index);
     std::size_t kept = 0;
     auto next = dropped_.begin();
     for (std::size_t i = 0; i < cloud_.size(); ++i) {

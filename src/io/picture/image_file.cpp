@@ -41,9 +41,7 @@ constexpr PictureFormat kModule{"", read_with_module, write_with_module};
 
 const PictureFormat& format_of(const std::filesystem::path& path) {
   const std::string extension = picture_extension(path);
-  const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const PictureFormat& row) {
-    return extension == row.extension;
-  });
+  const auto found = std::ranges::find(kFormats, extension, &PictureFormat::extension);
   return found == kFormats.end() ? kModule : *found;
 }
 

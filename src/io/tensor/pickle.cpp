@@ -62,8 +62,7 @@ constexpr const char* kKindNames[] = {
     "a tuple", "a list",    "a dictionary", "a name",     "an object",     "a storage"};
 
 const KnownName* find_name(std::string_view name) {
-  const auto found = std::find_if(kNames.begin(), kNames.end(),
-                                  [&](const KnownName& known) { return known.name == name; });
+  const auto found = std::ranges::find(kNames, name, &KnownName::name);
   return found == kNames.end() ? nullptr : &*found;
 }
 
@@ -236,7 +235,7 @@ class PickleMachine {
   // Text up to the end of the line.
   std::string_view line() {
     const auto rest = pickle_.content_.subspan(in_.offset());
-    const auto end = std::find(rest.begin(), rest.end(), std::byte{'\n'});
+    const auto end = std::ranges::find(rest, std::byte{'\n'});
     if (end == rest.end()) refuse("a name is cut off");
     const auto size = static_cast<std::size_t>(end - rest.begin());
     in_.take(size + 1, "a name");

@@ -57,7 +57,7 @@ void FieldGradient<Real>::run(const glm::vec<3, Real>& mean, const glm::vec<3, R
   const auto width = static_cast<std::size_t>(network_.width);
   pass.position = contract(mean);
   pass.direction = glm::normalize(mean - eye);
-  std::fill(pass.input.begin(), pass.input.end(), Real(1));
+  std::ranges::fill(pass.input, Real(1));
   std::size_t at = 0;
   for (const GridLevel& level : levels_) {
     std::array<Real, kGridFeatures> sums{};

@@ -36,7 +36,7 @@ std::vector<float> take(TensorFile& file, const std::string& source, const std::
     fail("{}: {} has the shape ({}) instead of ({})", source, name,
          fmt::join(found->second.shape, ", "), fmt::join(shape, ", "));
   std::vector<float>& values = found->second.values;
-  if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+  if (!std::ranges::all_of(values, [](float v) { return std::isfinite(v); }))
     fail("{}: {} has a value that is not a finite number", source, name);
   return std::move(values);
 }

@@ -86,7 +86,7 @@ Image read_checked(const PhotographSource& source, glm::vec3 background, ThreadP
   Image photograph = read_photograph(source.file, background, 1, pool, source.taken);
   require_same_shape(photograph, source.file, source.taken.camera);
   const std::vector<float>& values = photograph.values;
-  if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
+  if (!std::ranges::all_of(values, [](float value) { return std::isfinite(value); }))
     fail("{}: holds values that are not finite numbers", source.file.string());
   return photograph;
 }
@@ -113,9 +113,9 @@ std::vector<std::uint8_t> read_mask(const PhotographSource& source, const Image&
   const Image out =
       reduced(undistorted(masked_out(mask), source.taken, pool), source.resolution_scale, pool);
   std::vector<std::uint8_t> counts(out.values.size());
-  std::transform(out.values.begin(), out.values.end(), counts.begin(),
-                 [](float value) { return static_cast<std::uint8_t>(value > 0 ? 0 : 1); });
-  const auto masked = std::count(counts.begin(), counts.end(), std::uint8_t{0});
+  std::ranges::transform(out.values, counts.begin(),
+                         [](float value) { return static_cast<std::uint8_t>(value > 0 ? 0 : 1); });
+  const auto masked = std::ranges::count(counts, std::uint8_t{0});
   if (masked == 0) return {};
   if (static_cast<std::size_t>(masked) == counts.size())
     fail("{}: masks out every pixel of {}", source.mask.string(), source.file.string());
@@ -126,8 +126,8 @@ std::vector<std::uint8_t> read_mask(const PhotographSource& source, const Image&
 
 Image PhotographView::image() const {
   Image image(camera.width, camera.height, 3);
-  std::transform(rgb.begin(), rgb.end(), image.values.begin(),
-                 [](std::uint8_t value) { return static_cast<float>(value) / 255; });
+  std::ranges::transform(rgb, image.values.begin(),
+                         [](std::uint8_t value) { return static_cast<float>(value) / 255; });
   return image;
 }
 
@@ -155,7 +155,7 @@ PhotographView read_view(const PhotographSource& source, ThreadPool& pool) {
   const LensCamera camera = source.taken.scaled(image.width, image.height);
   PhotographView view{camera.camera, camera.lens, source, {}, {}, {}};
   view.rgb.resize(image.values.size());
-  std::transform(image.values.begin(), image.values.end(), view.rgb.begin(), to_8bit);
+  std::ranges::transform(image.values, view.rgb.begin(), to_8bit);
   if (!source.mask.empty()) view.mask = read_mask(source, photograph, pool);
   if (!source.keep_alpha) return view;
   // Over white, a pixel is brighter than over black by 1 - alpha.
@@ -163,8 +163,7 @@ PhotographView read_view(const PhotographSource& source, ThreadPool& pool) {
       reduced(read_checked(source, glm::vec3(1), pool), source.resolution_scale, pool);
   for (std::size_t i = 0; i < image.values.size(); i += 3)
     view.alpha.push_back(to_8bit(1 - (white.values[i] - image.values[i])));
-  if (std::all_of(view.alpha.begin(), view.alpha.end(), [](auto alpha) { return alpha == 255; }))
-    view.alpha.clear();
+  if (std::ranges::all_of(view.alpha, [](auto alpha) { return alpha == 255; })) view.alpha.clear();
   return view;
 }
 

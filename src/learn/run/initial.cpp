@@ -59,7 +59,7 @@ std::vector<std::size_t> cells_in_many_pictures(const DataSet& data, const CellB
         ++pictures[cell];
     }
   }
-  const int most = *std::max_element(pictures.begin(), pictures.end());
+  const int most = *std::ranges::max_element(pictures);
   std::vector<std::size_t> cells;
   for (std::size_t cell = 0; cell < pictures.size(); ++cell)
     if (2 * pictures[cell] >= most) cells.push_back(cell);

@@ -78,7 +78,7 @@ std::vector<std::uint8_t> resized_mask(std::span<const std::uint8_t> mask, Size 
       any.push_back(counted > 0 ? 1 : 0);
     }
   }
-  return std::find(all.begin(), all.end(), std::uint8_t{1}) == all.end() ? any : all;
+  return std::ranges::find(all, std::uint8_t{1}) == all.end() ? any : all;
 }
 
 }  // namespace
@@ -114,7 +114,7 @@ PhotographView reduced(const PhotographView& view, int factor, ReductionFilter f
 bool ReducedPhotographs::set_factor(int factor) {
   if (factor == factor_) return false;
   factor_ = factor;
-  std::fill(views_.begin(), views_.end(), std::nullopt);
+  std::ranges::fill(views_, std::nullopt);
   passing_.reset();
   return true;
 }
@@ -173,7 +173,7 @@ const PhotographView* PhotographCache::next_to_read() const {
 // The view in use and the next view may exceed the limit. Needs the mutex.
 bool PhotographCache::make_room(const PhotographView& view) {
   const auto is_wanted = [&](const PhotographView* other) {
-    return std::find(wanted_.begin(), wanted_.end(), other) != wanted_.end();
+    return std::ranges::find(wanted_, other) != wanted_.end();
   };
   while (bytes_ + view.bytes() > limit_) {
     auto oldest = held_.end();

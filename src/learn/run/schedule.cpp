@@ -121,7 +121,7 @@ ResolutionSchedule::ResolutionSchedule(const PhotographSpectra& spectra, int end
 }
 
 int ResolutionSchedule::factor_at(int iteration) const {
-  const auto next = std::upper_bound(begins_.begin(), begins_.end(), iteration);
+  const auto next = std::ranges::upper_bound(begins_, iteration);
   if (next == begins_.end()) return 1;
   const auto i = static_cast<std::size_t>(next - begins_.begin());
   const auto detail = [&](std::size_t level) { return 1 / (scales_[level] * scales_[level]); };
@@ -138,8 +138,8 @@ int ResolutionSchedule::factor_in(int iteration) const {
 }
 
 int ResolutionSchedule::details_from() const {
-  const auto first = std::find_if(scales_.begin(), scales_.end(),
-                                  [](double scale) { return scale < kDetailScale; });
+  const auto first =
+      std::ranges::find_if(scales_, [](double scale) { return scale < kDetailScale; });
   const auto level = static_cast<std::size_t>(first - scales_.begin());
   return begins_[level == 0 ? 0 : level - 1];
 }

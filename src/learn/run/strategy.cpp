@@ -105,8 +105,7 @@ StepOrder Strategy::step(const IterationContext& context) const {
 std::span<const Strategy> strategies() { return kStrategies; }
 
 const Strategy& find_strategy(std::string_view name) {
-  const auto found = std::find_if(kStrategies.begin(), kStrategies.end(),
-                                  [&](const Strategy& row) { return row.name == name; });
+  const auto found = std::ranges::find(kStrategies, name, &Strategy::name);
   if (found == kStrategies.end()) fail(ErrorKind::usage, "--strategy: '{}' is no strategy", name);
   return *found;
 }

@@ -56,7 +56,7 @@ void check_strategy(const TrainOptions& options) {
   const std::string& strategy = settings.strategy;
   const auto require = [&](bool given, const char* option,
                            const std::vector<std::string>& readers) {
-    if (given && std::find(readers.begin(), readers.end(), strategy) == readers.end())
+    if (given && std::ranges::find(readers, strategy) == readers.end())
       fail(ErrorKind::usage, "{}: is for --strategy {}, not {}", option, joined(readers, " or "),
            strategy);
   };

@@ -71,10 +71,9 @@ std::vector<double> distances2_of_finite(const std::vector<glm::vec3>& points, T
 }  // namespace
 
 std::vector<double> neighbour_distances2(const std::vector<glm::vec3>& points, ThreadPool& pool) {
-  if (std::all_of(points.begin(), points.end(), is_finite))
-    return distances2_of_finite(points, pool);
+  if (std::ranges::all_of(points, is_finite)) return distances2_of_finite(points, pool);
   std::vector<glm::vec3> finite;
-  std::copy_if(points.begin(), points.end(), std::back_inserter(finite), is_finite);
+  std::ranges::copy_if(points, std::back_inserter(finite), is_finite);
   const std::vector<double> of_finite = distances2_of_finite(finite, pool);
   std::vector<double> means(points.size(), std::numeric_limits<double>::quiet_NaN());
   auto next = of_finite.begin();

@@ -78,7 +78,7 @@ ModelState changed(const ModelState& state, const Plan& plan) {
                state.adam.rest_steps};
   if (plan.clears_opacity_moments)
     for (Parameters* moments : {&next.adam.first, &next.adam.second})
-      std::fill(moments->opacity_logits.begin(), moments->opacity_logits.end(), 0.0f);
+      std::ranges::fill(moments->opacity_logits, 0.0f);
   next.color_field = state.color_field;
   next.codes = state.codes;
   next.density = state.density;

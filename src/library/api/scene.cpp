@@ -88,8 +88,8 @@ Renderer& OpenScene::renderer(const std::stop_token& stop) {
 
 std::vector<std::uint32_t> OpenScene::numbers_of(const std::vector<std::uint32_t>& indices) const {
   std::vector<std::uint32_t> numbers(indices.size());
-  std::transform(indices.begin(), indices.end(), numbers.begin(),
-                 [&](std::uint32_t index) { return numbers_[index]; });
+  std::ranges::transform(indices, numbers.begin(),
+                         [&](std::uint32_t index) { return numbers_[index]; });
   return numbers;
 }
 
@@ -98,7 +98,7 @@ std::optional<std::size_t> OpenScene::index_of(std::size_t number) const {
     if (number < cloud().size()) return number;
     return std::nullopt;
   }
-  const auto found = std::lower_bound(numbers_.begin(), numbers_.end(), number);
+  const auto found = std::ranges::lower_bound(numbers_, number);
   if (found == numbers_.end() || *found != number) return std::nullopt;
   return static_cast<std::size_t>(found - numbers_.begin());
 }

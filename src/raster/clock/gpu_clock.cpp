@@ -22,7 +22,7 @@ std::optional<SensorRange> range_of(const std::vector<GpuReading>& readings,
   for (const GpuReading& reading : readings)
     if (const std::optional<double> value = value_of(reading)) values.push_back(*value);
   if (values.empty()) return std::nullopt;
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   return SensorRange{values[values.size() / 2], values.front(), values.back()};
 }
 

@@ -86,7 +86,7 @@ struct Cell {
 };
 
 std::vector<Cell> merged(std::vector<Cell> cells) {
-  std::sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) { return a.key < b.key; });
+  std::ranges::sort(cells, {}, &Cell::key);
   std::size_t last = 0;
   for (std::size_t i = 1; i < cells.size(); ++i) {
     if (cells[i].key == cells[last].key) {
@@ -185,7 +185,7 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
     for (const std::uint32_t i : here) {
       std::uint64_t key = *grid.key(cloud.positions[i]);
       for (int coarse = 0; coarse < level; ++coarse) key = coarser(key);
-      if (std::binary_search(lonely.begin(), lonely.end(), key)) found.push_back(i);
+      if (std::ranges::binary_search(lonely, key)) found.push_back(i);
     }
   }
   return found;

@@ -146,7 +146,7 @@ struct BlockDrawer {
   }
 
   void operator()(const block::Plot& block) const {
-    const float most = *std::max_element(block.values.begin(), block.values.end());
+    const float most = *std::ranges::max_element(block.values);
     ImGui::PushStyleColor(ImGuiCol_FrameBg, {0.12f, 0.125f, 0.14f, 1});
     ImGui::PlotLines("##plot", block.values.data(), static_cast<int>(block.values.size()), 0,
                      nullptr, 0, most * 1.15f,

@@ -80,7 +80,7 @@ std::vector<std::string> titles_of(const std::vector<Column>& columns) {
 /// Orders the rows by their values; rows with the value 0 come last.
 template <class Row, class Value>
 void sort_rows(std::vector<Row>& rows, const Value& value, bool descending) {
-  std::stable_sort(rows.begin(), rows.end(), [&](const Row& a, const Row& b) {
+  std::ranges::stable_sort(rows, [&](const Row& a, const Row& b) {
     const double left = std::invoke(value, a), right = std::invoke(value, b);
     if (left == 0 || right == 0) return left != 0;
     return descending ? left > right : left < right;

@@ -99,13 +99,12 @@ void read_gaussians(const PlyRows& rows, const std::string& path, CompactModel& 
 void find_activated(CompactModel& model) {
   // No sigmoid has a value outside of 0..1, and hardly any training has all its logits inside.
   const auto is_unit = [](float value) { return !(value < 0 || value > 1); };
-  model.activated_opacities = std::all_of(model.opacities.begin(), model.opacities.end(), is_unit);
+  model.activated_opacities = std::ranges::all_of(model.opacities, is_unit);
   if (model.activated_opacities) return;
   // Logarithms in 0..1 are standard deviations of 1 to 2.7 units: most Gaussians are smaller.
-  const auto inside =
-      std::count_if(model.scales.begin(), model.scales.end(), [&](const glm::vec3& scale) {
-        return is_unit(scale.x) && is_unit(scale.y) && is_unit(scale.z);
-      });
+  const auto inside = std::ranges::count_if(model.scales, [&](const glm::vec3& scale) {
+    return is_unit(scale.x) && is_unit(scale.y) && is_unit(scale.z);
+  });
   model.activated_shapes = 2 * static_cast<std::size_t>(inside) > model.scales.size();
 }
 

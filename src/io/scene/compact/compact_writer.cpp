@@ -193,7 +193,7 @@ float QuantisedValues::value(std::size_t i) const {
 QuantisedValues quantise(std::span<const float> values, float most_zero) {
   QuantisedValues quantised;
   if (values.empty()) return quantised;
-  const auto [least, largest] = std::minmax_element(values.begin(), values.end());
+  const auto [least, largest] = std::ranges::minmax_element(values);
   quantised.low = *least;
   quantised.high = *largest;
   const float range = *largest - *least;

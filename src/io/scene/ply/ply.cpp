@@ -88,7 +88,7 @@ class SplatRows {
   // Filled only if every value is a float in this machine's byte order.
   void find_runs() {
     const auto in_place = [](const Source& source) { return source.column.type == PlyType::f32; };
-    if (rows_.swap_bytes || !std::all_of(sources_.begin(), sources_.end(), in_place)) return;
+    if (rows_.swap_bytes || !std::ranges::all_of(sources_, in_place)) return;
     for (const Source& source : sources_) {
       const Run* const last = runs_.empty() ? nullptr : &runs_.back();
       if (last == nullptr || source.column.offset != last->offset + last->floats * sizeof(float) ||

@@ -16,6 +16,7 @@
 #include "app/session/alterations.h"
 #include "base/environment.h"
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
@@ -65,8 +66,7 @@ class Report {
         shots_(choose_views(command, session_)) {}
 
   int run() {
-    std::vector<Camera> cameras;
-    for (const Shot& shot : shots_) cameras.push_back(shot.camera);
+    const auto cameras = list_of<Camera>(shots_, &Shot::camera);
     ProgressBar bar("studying");
     SceneStudy study =
         study_scene(*session_.renderer, cameras, session_.settings, *session_.pool, bar.progress());
@@ -90,9 +90,7 @@ class Report {
   }
 
   std::string view_names() const {
-    std::vector<std::string> names;
-    for (const Shot& shot : shots_) names.push_back(shot.origin);
-    return fmt::format("{}, {}", joined(names, ", "), size());
+    return joined(list_of<std::string>(shots_, &Shot::origin), ", ") + ", " + size();
   }
 
   std::string plots_caption(const std::string& name) const {

@@ -13,6 +13,7 @@
 
 #include "app/plugin/protocol.h"
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "base/quit_signals.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
@@ -101,8 +102,7 @@ std::string gpu_list() {
 void check_first_word(const std::string& word) {
   std::error_code error;
   if (word.starts_with('-') || std::filesystem::exists(word, error)) return;
-  std::vector<std::string> names;
-  for (const Command& command : kCommands) names.emplace_back(command.name);
+  std::vector<std::string> names = list_of<std::string>(kCommands, &Command::name);
   names.insert(names.end(), kProgramOptions.begin(), kProgramOptions.end());
   const std::string meant = suggestion(word, names);
   if (!meant.empty()) fail(ErrorKind::usage, "'{}' is neither a command nor a file{}", word, meant);

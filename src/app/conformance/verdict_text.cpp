@@ -11,6 +11,7 @@
 #include "app/picture/palette.h"
 #include "app/report/html_page.h"
 #include "base/json_of.h"
+#include "base/list_of.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 
@@ -20,13 +21,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json names_json(const std::vector<MistakeSet>& causes) {
-  Json sets = Json::array();
-  for (const MistakeSet& cause : causes) {
-    Json names = Json::array();
-    for (const std::size_t mistake : cause) names.push_back(mistakes()[mistake].name);
-    sets.push_back(names);
-  }
-  return sets;
+  const auto name_of = [](std::size_t mistake) { return mistakes()[mistake].name; };
+  return list_of<Json>(causes, [&](const auto& cause) { return list_of<Json>(cause, name_of); });
 }
 
 std::string alternatives(const std::vector<MistakeSet>& causes) {

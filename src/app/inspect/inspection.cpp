@@ -10,6 +10,7 @@
 
 #include "base/fail.h"
 #include "base/json_of.h"
+#include "base/list_of.h"
 #include "base/text.h"
 
 namespace qs {
@@ -29,9 +30,7 @@ ordered_json json_of(const Box& box) {
   return {{"low", json_of(box.low)}, {"high", json_of(box.high)}};
 }
 ordered_json json_of(const std::vector<Box>& boxes) {
-  ordered_json list = ordered_json::array();
-  for (const Box& box : boxes) list.push_back(json_of(box));
-  return list;
+  return list_of<ordered_json>(boxes, [](const Box& box) { return json_of(box); });
 }
 
 ordered_json json_of(const Contribution& c) {

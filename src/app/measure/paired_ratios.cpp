@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "app/measure/statistics.h"
+#include "base/list_of.h"
 
 namespace qs {
 namespace {
@@ -41,9 +42,8 @@ PairedRatio over_cameras(const std::vector<PairedRatio>& cameras) {
   PairedRatio result = cameras.front();
   result.camera.clear();
   if (cameras.size() == 1) return result;
-  std::vector<double> values;
-  for (const PairedRatio& camera : cameras) values.push_back(camera.ratio.value);
-  result.ratio = geometric_mean(values);
+  const auto value_of = [](const PairedRatio& camera) { return camera.ratio.value; };
+  result.ratio = geometric_mean(list_of<double>(cameras, value_of));
   return result;
 }
 

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/list_of.h"
 #include "base/text.h"
 
 namespace qs {
@@ -46,9 +47,7 @@ void draw_block(Image& result, const Image& color, const Heatmap& heatmap, const
 }  // namespace
 
 std::vector<std::string> heatmap_names() {
-  std::vector<std::string> names;
-  for (const HeatmapRow& row : kHeatmaps) names.emplace_back(row.name);
-  return names;
+  return list_of<std::string>(kHeatmaps, &HeatmapRow::name);
 }
 
 Outputs outputs_for(HeatQuantity quantity) {

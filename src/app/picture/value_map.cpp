@@ -9,6 +9,7 @@
 #include "app/picture/legend.h"
 #include "app/picture/palette.h"
 #include "base/fail.h"
+#include "base/list_of.h"
 
 namespace qs {
 namespace {
@@ -18,9 +19,7 @@ constexpr double kSteps = 65535;
 }  // namespace
 
 std::vector<std::string> quantity_names() {
-  std::vector<std::string> names;
-  for (const QuantityRow& row : kQuantities) names.emplace_back(row.name);
-  return names;
+  return list_of<std::string>(kQuantities, &QuantityRow::name);
 }
 
 std::vector<float> ValueScale::ticks() const {

@@ -13,6 +13,7 @@
 #include "app/report/markdown.h"
 #include "base/fail.h"
 #include "base/json_of.h"
+#include "base/list_of.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
@@ -142,8 +143,7 @@ std::string caption(const BenchReport& report, const std::vector<ModeMean>& mean
 
 // The labels are the measured sizes.
 std::string scaling_axis(const std::vector<ModeMean>& means) {
-  std::vector<double> sizes;
-  for (const ModeMean& mean : means) sizes.push_back(mean.gaussians / 1e6);
+  const auto sizes = list_of<double>(means, [](const ModeMean& m) { return m.gaussians / 1e6; });
   const auto [low, high] = std::ranges::minmax_element(sizes);
   std::string text = fmt::format("set xrange [{}:{}]\nset xtics (", *low / 1.2, *high * 1.2);
   for (std::size_t i = 0; i < sizes.size(); ++i)

@@ -11,6 +11,7 @@
 
 #include "app/measure/statistics.h"
 #include "app/report/environment.h"
+#include "base/list_of.h"
 #include "base/text.h"
 #include "raster/api/renderer.h"
 
@@ -163,8 +164,7 @@ std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::s
     });
     (group == groups.end() ? groups.emplace_back() : *group).push_back(&row);
   }
-  std::vector<ModeMean> means;
-  for (const auto& group : groups) means.push_back(mean_of(group));
+  std::vector<ModeMean> means = list_of<ModeMean>(groups, mean_of);
   const bool several = std::ranges::any_of(
       rows, [&](const BenchRow& row) { return row.pipeline != rows.front().pipeline; });
   const std::vector<PairedRatio> ratios = paired_ratios(rows, baseline);

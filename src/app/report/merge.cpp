@@ -10,6 +10,7 @@
 #include "app/report/bench_report.h"
 #include "app/report/environment.h"
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
@@ -103,9 +104,8 @@ ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, 
   ordered_json merged = parts.front().report;
   for (const Fact& fact : kFacts) require_equal(parts, fact, mixed, merged["environment"]);
   forget_shard(merged["environment"]);
-  std::vector<ordered_json> environments;
-  for (const ReportPart& part : parts) environments.push_back(part.report.at("environment"));
-  merge_environments(environments, merged["environment"]);
+  const auto environment_of = [](const ReportPart& part) { return part.report.at("environment"); };
+  merge_environments(list_of<ordered_json>(parts, environment_of), merged["environment"]);
   std::vector<ordered_json> all;
   for (const ReportPart& part : parts) {
     const ordered_json& list = part.report.at(rows);

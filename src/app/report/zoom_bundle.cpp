@@ -16,6 +16,7 @@
 #include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/json_of.h"
+#include "base/list_of.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
@@ -129,8 +130,6 @@ int decimals_of(double step) {
 
 std::string format_zoom_json(const ZoomBundle& bundle) {
   const RenderSettings& settings = bundle.settings;
-  ordered_json modes = ordered_json::array();
-  for (const CullMode mode : bundle.modes) modes.push_back(mode_name(mode));
   ordered_json json = {{"environment", bundle.environment},
                        {"scene", bundle.scene.string()},
                        {"scene_hash", bundle.scene_hash},
@@ -139,7 +138,7 @@ std::string format_zoom_json(const ZoomBundle& bundle) {
                        {"target", {bundle.target.x, bundle.target.y, bundle.target.z}},
                        {"steps", bundle.steps},
                        {"closest", bundle.closest},
-                       {"modes", modes},
+                       {"modes", list_of<ordered_json>(bundle.modes, mode_name)},
                        {"settings",
                         {{"sh_degree", settings.sh_degree},
                          {"splat_scale", settings.splat_scale},

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "io/cloud/cloud_memory.h"
 
 namespace qs {
@@ -111,9 +112,7 @@ class Sieve {
   // Removes the Gaussians that inspect() rejected and returns their indices, in increasing order.
   std::vector<std::size_t> remove() {
     if (!dropped_.empty()) remove_dropped();
-    std::vector<std::size_t> removed;
-    for (const Dropped& dropped : dropped_) removed.push_back(dropped.index);
-    return removed;
+    return list_of<std::size_t>(dropped_, &Dropped::index);
   }
 
  private:

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
@@ -197,9 +198,7 @@ void DataSet::release_pixels() {
 }
 
 double DataSet::extent() const {
-  std::vector<Camera> cameras;
-  for (const PhotographView& view : training) cameras.push_back(view.camera);
-  return extent_of(cameras);
+  return extent_of(list_of<Camera>(training, &PhotographView::camera));
 }
 
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress) {

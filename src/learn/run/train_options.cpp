@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
@@ -96,8 +97,7 @@ void declare_switch(OptionTable& table, const std::string& name,
 }
 
 void declare_strategy_options(OptionTable& table, TrainOptions& options) {
-  std::vector<std::string> names;
-  for (const Strategy& strategy : strategies()) names.emplace_back(strategy.name);
+  const auto names = list_of<std::string>(strategies(), &Strategy::name);
   TrainSettings& settings = options.settings;
   table.choice(
       "--strategy", names,

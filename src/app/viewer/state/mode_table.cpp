@@ -7,6 +7,7 @@
 
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/samples.h"
+#include "base/list_of.h"
 #include "base/text.h"
 
 namespace qs {
@@ -68,9 +69,7 @@ std::string latex_cell(const std::string& text) {
 }
 
 std::vector<std::string> cells_of(const HudRow& row, const std::vector<TableColumn>& columns) {
-  std::vector<std::string> cells;
-  for (const TableColumn& column : columns) cells.push_back((row.*column.cell).text);
-  return cells;
+  return list_of<std::string>(columns, [&](const auto& each) { return (row.*each.cell).text; });
 }
 
 std::string latex_line(std::vector<std::string> cells) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/replace_file.h"
 #include "io/bytes/zip.h"
@@ -40,9 +41,7 @@ ZipEntry bytes_entry(const std::string& name, ByteSpan bytes) {
 }
 
 std::string halves_of(std::span<const float> values) {
-  std::vector<std::uint16_t> halves;
-  halves.reserve(values.size());
-  for (const float value : values) halves.push_back(round_to_half(value));
+  const auto halves = list_of<std::uint16_t>(values, round_to_half);
   return raw(std::span<const std::uint16_t>(halves));
 }
 

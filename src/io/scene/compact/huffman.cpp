@@ -8,6 +8,7 @@
 #include <queue>
 
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
 
@@ -82,9 +83,7 @@ std::vector<HuffmanCode> read_huffman_table(const Pickle& pickle, PickleRef tabl
     codes[code.symbol] = code;
   }
   if (codes.empty()) fail("{}: its table is empty", source);
-  std::vector<HuffmanCode> list;
-  for (const auto& [symbol, code] : codes) list.push_back(code);
-  return list;
+  return list_of<HuffmanCode>(codes, [](const auto& each) { return each.second; });
 }
 
 std::vector<HuffmanCode> make_huffman_table(std::span<const std::uint64_t> counts) {

@@ -48,11 +48,6 @@ V spline(V a, V b, V c, V d, const Piece& piece, double t) {
          slope_c * (u3 - u2);
 }
 
-// q and -q are the same rotation; the spline needs the sign that is nearer to its neighbour.
-glm::dquat near(glm::dquat rotation, glm::dquat neighbour) {
-  return glm::dot(rotation, neighbour) < 0 ? -rotation : rotation;
-}
-
 glm::dvec4 as_vector(glm::dquat q) { return {q.x, q.y, q.z, q.w}; }
 
 // View depth at which the transmittance of a pixel falls to one half. `frame` has a trace. Empty if
@@ -138,7 +133,9 @@ Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {
   Pose p[4];
   for (int i = 0; i < 4; ++i)
     p[i] = pose_of(keyframes[places[i]].camera.resized(first.width, first.height));
-  for (int i = 1; i < 4; ++i) p[i].rotation = near(p[i].rotation, p[i - 1].rotation);
+  // q and -q are the same rotation; the spline needs the sign that is nearer to its neighbour.
+  for (int i = 1; i < 4; ++i)
+    if (glm::dot(p[i].rotation, p[i - 1].rotation) < 0) p[i].rotation = -p[i].rotation;
   const auto at = [&](std::size_t i) { return keyframes[places[i]].time; };
   const Piece piece{at(1) - at(0), at(2) - at(1), at(3) - at(2), keyframes[places[1]].eases,
                     keyframes[places[2]].eases};

@@ -93,16 +93,14 @@ Json column_json(const block::Column& column) {
           {"descends", column.descends}};
 }
 
-Json bar_json(const block::Bar& bar) {
-  return {{"value", bar.value}, {"low", bar.low}, {"high", bar.high}, {"ink", ink_json(bar.ink)}};
-}
-
 Json cell_json(const block::Cell& cell) {
   Json json = {
       {"text", cell.text}, {"tone", kTones[static_cast<int>(cell.tone)]}, {"value", cell.value}};
   if (!cell.tooltip.empty()) json["title"] = cell.tooltip;
   if (cell.use) json["use"] = {cell.use->control, cell.use->value, cell.use->index};
-  if (cell.bar) json["bar"] = bar_json(*cell.bar);
+  if (const auto& bar = cell.bar)
+    json["bar"] = {
+        {"value", bar->value}, {"low", bar->low}, {"high", bar->high}, {"ink", ink_json(bar->ink)}};
   if (!cell.parts.empty()) json["parts"] = cell.parts;
   if (cell.swatch) json["swatch"] = hex_text(*cell.swatch);
   return json;

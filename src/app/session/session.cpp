@@ -28,12 +28,6 @@ Backend choose_backend(const FrameOptions& frame) {
   return *frame.backend;
 }
 
-// The CPU backend does not look for a GPU.
-int device_of(int device, Backend backend) {
-  if (device != kFirstGpu) return device;
-  return backend == Backend::cpu ? 0 : first_gpu();
-}
-
 std::unique_ptr<Renderer> upload(const Session& session, Backend backend, bool exact_color,
                                  const std::optional<Progress>& progress) {
   ProgressBar bar("uploading");
@@ -110,7 +104,9 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   Session session;
   session.backend = choose_backend(frame);
   session.pool = std::make_unique<ThreadPool>(frame.threads);
-  session.device = device_of(frame.device, session.backend);
+  session.device = frame.device;
+  if (frame.device == kFirstGpu)  // the CPU backend does not look for a GPU
+    session.device = session.backend == Backend::cpu ? 0 : first_gpu();
   session.network = frame.network;
   Scene scene = read_with_progress(frame.scene, *session.pool, frame.iteration, frame.axes);
   print_warnings(scene, draws_network(session));

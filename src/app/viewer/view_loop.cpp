@@ -44,11 +44,6 @@ std::filesystem::path first_scene(const ViewOptions& options) {
   return find_asset(kBundledScene).value_or("");
 }
 
-std::shared_ptr<const Image> bundled_picture() {
-  const auto file = find_asset(kBundledPicture);
-  return file ? std::make_shared<Image>(read_image(*file)) : nullptr;
-}
-
 Image image_of(const RemotePicture& picture) {
   Image image(picture.width, picture.height, 3);
   for (std::size_t i = 0; i < image.values.size(); ++i)
@@ -428,7 +423,8 @@ class ViewLoop final : public Host {
   // Shows the thumbnail of the welcome panel, which is drawn without a scene.
   void show_thumbnail() {
     if (viewer_.scene || viewer_.loading) return;
-    if (!bundled_picture_) bundled_picture_ = bundled_picture();
+    if (const auto file = bundled_picture_ ? std::nullopt : find_asset(kBundledPicture))
+      bundled_picture_ = std::make_shared<Image>(read_image(*file));
     panel_state_.thumbnail = thumbnail_.show(bundled_picture_);
     if (bundled_picture_)
       panel_state_.thumbnail_aspect = static_cast<float>(bundled_picture_->width) /

@@ -20,10 +20,6 @@ bool is_finite(glm::vec3 v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-bool contains(const CropBox& box, glm::vec3 p) {
-  return glm::all(glm::lessThanEqual(box.low, p)) && glm::all(glm::lessThanEqual(p, box.high));
-}
-
 // ln of the longest standard deviation; NaN if a value is NaN.
 float log_size(const GaussianCloud& cloud, std::size_t i) {
   const glm::vec3& s = cloud.log_scales[i];
@@ -56,11 +52,6 @@ float core_size(const GaussianCloud& cloud, const Numbers& of) {
     longest = std::max(longest, quantile(values, 0.95) - quantile(values, 0.05));
   }
   return longest;
-}
-
-float median_log_size(const GaussianCloud& cloud, const Numbers& of) {
-  auto values = finite_values(of, [&](std::uint32_t i) { return log_size(cloud, i); });
-  return values.empty() ? -std::numeric_limits<float>::infinity() : quantile(values, 0.5);
 }
 
 // ---- the grids ---------------------------------------------------------------------------------
@@ -144,7 +135,9 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
   Numbers found;
   if (of.empty() || fewest_neighbours <= 0) return found;
   // Lay a grid around the middle, with cells of a multiple of the median size.
-  const float median = median_log_size(cloud, of);
+  auto sizes = finite_values(of, [&](std::uint32_t i) { return log_size(cloud, i); });
+  if (sizes.empty()) return found;
+  const float median = quantile(sizes, 0.5);
   const double cell = double{Floaters::kCellSigmas} * std::exp(double{median});
   if (!(cell > 0) || !std::isfinite(cell)) return found;
   glm::dvec3 middle(0.0);
@@ -209,7 +202,7 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
   // Mark Gaussians outside of the box.
   if (box)
     for (std::size_t i = 0; i < cloud.size(); ++i)
-      if (!contains(*box, cloud.positions[i])) removal.marks[i] = Removed::outside;
+      if (!box->contains(cloud.positions[i])) removal.marks[i] = Removed::outside;
   // Mark floaters among the rest.
   if (floaters) {
     const Numbers inside = staying(removal);

@@ -38,11 +38,6 @@ void set_up_columns(const std::vector<ShownColumn>& columns) {
   }
 }
 
-void draw_table_text(const std::string& text, bool is_left) {
-  if (is_left) return ImGui::TextUnformatted(text.c_str());
-  right_aligned(text);
-}
-
 // Titles stand as the numbers below them, left of the arrow of the order. ImGui's own are at the
 // left.
 void draw_head(const std::vector<ShownColumn>& columns, bool is_ordering) {
@@ -141,7 +136,7 @@ void draw_cell(const block::Table& table, const block::Row& row, const ShownColu
     draw_swatch(*cell.swatch);
   } else {
     if (cell.bar) draw_cell_bar(*cell.bar, column.beside_bars);
-    draw_table_text(cell.text, column.is_left);
+    column.is_left ? ImGui::TextUnformatted(cell.text.c_str()) : right_aligned(cell.text);
   }
   ImGui::PopStyleColor();
   if (!cell.tooltip.empty() && ImGui::IsItemHovered()) tooltip_beside(cell.tooltip);

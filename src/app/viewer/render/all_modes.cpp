@@ -43,13 +43,6 @@ int pixels_of(float share, int size) {
   return static_cast<int>(std::lround(share * static_cast<float>(size)));
 }
 
-// Rounds of one frame per mode, so that every frame has a frame of the other modes beside it.
-// Enough for a stable median, few enough not to be noticeable.
-ViewPlan numbers_plan(Backend backend, bool more) {
-  const int rounds = backend != Backend::cpu ? 40 : more ? 10 : static_cast<int>(kFewestFrames);
-  return {1, 0, rounds, !more};
-}
-
 ViewPlan warm_up_plan(Backend backend) { return {backend == Backend::cpu ? 1 : 8, 0, 1, false}; }
 
 // Draws a frame that nobody sees.
@@ -163,6 +156,11 @@ void measure_modes(RenderContext& context, const NumbersRequest& request) {
   Session& session = context.session;
   const auto settings = with_settings(session, request.settings);
   ModeNumbers numbers{request.version, {}};
+  // Rounds of one frame per mode, so that every frame has a frame of the other modes beside it.
+  // Enough for a stable median, few enough not to be noticeable.
+  const int rounds = session.backend != Backend::cpu ? 40
+                     : request.more                  ? 10
+                                                     : static_cast<int>(kFewestFrames);
   try {
     if (!request.more) pair_all(context, request);
     for (const Pipeline pipeline : pipelines_of(session.backend)) {
@@ -172,7 +170,7 @@ void measure_modes(RenderContext& context, const NumbersRequest& request) {
       };
       const bool sampled = !request.more && pipeline == request.settings.pipeline;
       if (session.backend != Backend::cpu || !sampled) measured_with(warm_up_plan(session.backend));
-      const auto measured = measured_with(numbers_plan(session.backend, request.more));
+      const auto measured = measured_with({1, 0, rounds, !request.more});
       numbers.rows.insert(numbers.rows.end(), measured.begin(), measured.end());
     }
   } catch (const Cancelled&) {

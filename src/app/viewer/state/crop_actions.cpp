@@ -28,11 +28,6 @@ CropRequest wanted_crop(const Viewer& viewer) {
 
 namespace {
 
-bool is_inside(const CropBox& box, glm::vec3 point) {
-  return glm::all(glm::lessThanEqual(box.low, point)) &&
-         glm::all(glm::lessThanEqual(point, box.high));
-}
-
 // The pixel of a point in view space, in front of the camera.
 glm::dvec2 projected(const Camera& camera, glm::dvec3 point) {
   return glm::dvec2(point) / point.z * camera.focal_px + camera.center_px;
@@ -46,7 +41,7 @@ CropBox first_box(const ViewedScene& scene, glm::dvec3 eye) {
   CropBox box;
   for (const float more : {0.25f, 0.1f, 0.02f}) {
     box = {around.low - more * size, around.high + more * size};
-    if (!is_inside(box, glm::vec3(eye))) break;
+    if (!box.contains(glm::vec3(eye))) break;
   }
   return box;
 }

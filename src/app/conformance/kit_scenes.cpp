@@ -52,12 +52,10 @@ GaussianCloud cloud_of(const std::vector<Blob>& blobs, int degree = 0) {
 /// A camera at the origin that looks along +z.
 Camera kit_camera(int width = kKitWidth, int height = kKitHeight,
                   glm::dvec2 focal_px = glm::dvec2(kKitFocal)) {
-  Camera camera;
-  camera.focal_px = focal_px;
-  camera.center_px = 0.5 * glm::dvec2(width - 1, height - 1);
-  camera.width = width;
-  camera.height = height;
-  return camera;
+  return {.focal_px = focal_px,
+          .center_px = 0.5 * glm::dvec2(width - 1, height - 1),
+          .width = width,
+          .height = height};
 }
 
 /// Rotation of a Gaussian about an axis by degrees.

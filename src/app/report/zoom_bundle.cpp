@@ -275,16 +275,14 @@ std::vector<Plot> zoom_plots(const ZoomBundle& bundle) {
 }
 
 ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 target) {
-  ZoomBundle bundle;
-  bundle.scene = std::filesystem::absolute(session.scene->path);
-  bundle.scene_hash = file_hash(session.scene->path);
-  bundle.start = start;
-  bundle.target = target;
-  bundle.settings = session.settings;
-  bundle.altered = alterations_of(session).json;
-  bundle.environment = environment_json(session);
-  bundle.modes = all_modes();
-  return bundle;
+  return {.scene = std::filesystem::absolute(session.scene->path),
+          .scene_hash = file_hash(session.scene->path),
+          .start = start,
+          .target = target,
+          .modes = all_modes(),
+          .settings = session.settings,
+          .altered = alterations_of(session).json,
+          .environment = environment_json(session)};
 }
 
 std::vector<BenchRow> measure_zoom_step(Session& session, const ZoomBundle& bundle,

@@ -144,11 +144,10 @@ void Visitor::tick(double now) {
   Actions actions;
   input_.tick(actions);
   for (const Action& action : actions) store_.apply(action, host_);
-  Turn turn;
-  turn.now = now - began_;
-  turn.cursor = input_.picture_cursor();
-  turn.bare_size = {viewer().camera.width, viewer().camera.height};
-  turn.measuring = measuring_ == Measuring::runs;
+  const Turn turn{.now = now - began_,
+                  .cursor = input_.picture_cursor(),
+                  .measuring = measuring_ == Measuring::runs,
+                  .bare_size = size_of(viewer().camera)};
   const double seconds = std::clamp(now - last_tick_, 0.0, kLongestTick);
   last_tick_ = now;
   store_.apply(call(action::tick, turn, seconds), host_);

@@ -138,12 +138,10 @@ class ViewLoop final : public Host {
   void open_beside(const std::filesystem::path& path) override {
     require_scene();
     stop_zoom();
-    OpenRequest request;
-    request.path = path;
-    request.axes = remembered_axes(viewer_, path);
-    request.skip_huge = viewer_.skips_huge;
-    request.beside = true;
-    opening_.open(request);
+    opening_.open({.path = path,
+                   .axes = remembered_axes(viewer_, path),
+                   .skip_huge = viewer_.skips_huge,
+                   .beside = true});
   }
   void read_photograph(const std::filesystem::path& path) override {
     photographs_.read(read_camera_photograph(path));
@@ -214,12 +212,11 @@ class ViewLoop final : public Host {
 
   OpenRequest request_to_open(const std::filesystem::path& path, const std::string& axes) const {
     const FrameOptions& frame = options_.frame;
-    OpenRequest request;
-    request.path = path;
-    request.axes = axes.empty() ? remembered_axes(viewer_, path) : axes;
-    request.keep_background = frame.background.has_value();
-    request.up = frame.up ? frame.up : remembered_up(viewer_, path);
-    request.skip_huge = viewer_.skips_huge;
+    OpenRequest request{.path = path,
+                        .axes = axes.empty() ? remembered_axes(viewer_, path) : axes,
+                        .up = frame.up ? frame.up : remembered_up(viewer_, path),
+                        .keep_background = frame.background.has_value(),
+                        .skip_huge = viewer_.skips_huge};
     if (path == frame.scene) {
       request.iteration = frame.iteration;
       request.cameras_file = frame.cameras;

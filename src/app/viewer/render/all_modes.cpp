@@ -63,15 +63,11 @@ double used_ms(const RenderStats& stats) {
 // Draws a frame of another mode than a picture's, which used `shown_ms`, and reports the pair.
 void draw_pair(RenderContext& context, const Camera& camera, const RenderSettings& settings,
                CullMode mode, double shown_ms, int view_version) {
-  PairedFrame pair;
-  pair.variant = {mode, settings.pipeline, context.session.backend};
-  pair.shown = settings.mode;
-  pair.size = {camera.width, camera.height};
-  pair.view_version = view_version;
   const double ms = used_ms(stats_of(context, camera, settings, mode));
   if (ms <= 0 || shown_ms <= 0) return;
-  pair.speed = shown_ms / ms;
-  context.report(action::frame_paired, pair);
+  const Variant variant{mode, settings.pipeline, context.session.backend};
+  context.report(action::frame_paired,
+                 PairedFrame{variant, settings.mode, shown_ms / ms, size_of(camera), view_version});
 }
 
 // Draws each mode once before a measurement, which warms it up, and shows the times until enough

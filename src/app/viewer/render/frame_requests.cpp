@@ -45,24 +45,23 @@ bool wants_pairs(const Viewer& viewer, const FrameRequest& request) {
 }
 
 FrameRequest full_frame(const Viewer& viewer) {
-  FrameRequest request;
-  request.camera = viewer.camera;
-  request.settings = viewer.settings;
+  FrameRequest request{.camera = viewer.camera,
+                       .settings = viewer.settings,
+                       .heatmap = viewer.heatmap,
+                       .baseline = viewer.baseline,
+                       .heat_maximum = viewer.heat_view.maximum,
+                       .grid = viewer.shows_grid,
+                       .heat_style = viewer.heat_view.style,
+                       .version = viewer.version,
+                       .view_version = viewer.view_version,
+                       .picture = viewer.version - viewer.mode_changes};
   request.settings.mode = viewer.mode();
-  request.version = viewer.version;
-  request.view_version = viewer.view_version;
-  request.picture = viewer.version - viewer.mode_changes;
-  request.grid = viewer.shows_grid;
-  request.heat_style = viewer.heat_view.style;
   if (viewer.panels.split && !viewer.shows_grid) {
     request.beside = viewer.beside.has_value();
     request.other = request.beside ? viewer.variant() : viewer.split.other;
   } else if (!viewer.shows_grid) {
     request.quantity = viewer.quantity;
   }
-  request.heatmap = viewer.heatmap;
-  request.baseline = viewer.baseline;
-  request.heat_maximum = viewer.heat_view.maximum;
   return request;
 }
 

@@ -8,13 +8,14 @@
 
 #include <fmt/format.h>
 
+#include "base/path_kind.h"
+
 namespace qs {
 
 std::optional<std::filesystem::path> find_asset(std::string_view name) {
   const std::filesystem::path source_tree = QUADSPLAT_SOURCE_TREE;
   for (const auto& folder : {program_folder() / "../share/quadsplat", source_tree}) {
-    std::error_code error;
-    if (std::filesystem::is_regular_file(folder / name, error)) return folder / name;
+    if (is_file(folder / name)) return folder / name;
   }
   return std::nullopt;
 }

@@ -9,6 +9,7 @@
 #include "app/framing/up_axis.h"
 #include "app/measure/camera_path.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
 
@@ -52,8 +53,7 @@ std::vector<Shot> path_shots(const std::filesystem::path& file, int count) {
 
 // Throws Error(usage) for the name of a file.
 void require_json_text(const std::string& given) {
-  std::error_code error;
-  if (given.starts_with('{') || !std::filesystem::exists(given, error)) return;
+  if (given.starts_with('{') || !is_there(given)) return;
   fail(ErrorKind::usage,
        "--camera-json: {} is a file: give the text of one camera here, or the file to --cameras",
        given);

@@ -18,6 +18,7 @@
 #include "app/report/eval_report.h"
 #include "app/session/alterations.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
@@ -78,8 +79,7 @@ bool holds_scene(const std::filesystem::path& path) {
 // The pictures of a folder without a model; nothing for a scene. Throws Error(input) if it has
 // neither.
 std::optional<PictureFolder> open_pictures(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_directory(path, error) || holds_scene(path)) return std::nullopt;
+  if (!is_folder(path) || holds_scene(path)) return std::nullopt;
   ProgressBar bar("counting pictures");
   const Progress progress = bar.progress();
   const Photographs pictures(path, [&](std::size_t count) {

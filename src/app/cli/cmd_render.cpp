@@ -18,6 +18,7 @@
 #include "app/session/alterations.h"
 #include "app/session/shot.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
@@ -79,8 +80,7 @@ void check(const RenderCommand& command) {
 
 // The picture is read after others were written.
 void require_reference(const std::filesystem::path& picture) {
-  std::error_code error;
-  if (!std::filesystem::exists(picture, error)) fail("{}: no such file", picture.string());
+  if (!is_there(picture)) fail("{}: no such file", picture.string());
   note_input(picture);
 }
 

@@ -17,6 +17,7 @@
 #include "base/environment.h"
 #include "base/fail.h"
 #include "base/list_of.h"
+#include "base/path_kind.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
@@ -44,12 +45,11 @@ std::vector<Shot> choose_views(const ReportCommand& command, const Session& sess
 
 // The page's file. Checked before the work, which takes a minute.
 std::filesystem::path output_file(const std::filesystem::path& output) {
-  std::error_code error;
   if (output.extension() == ".html") {
     check_targets({output});
     return output;
   }
-  if (output.has_extension() && !std::filesystem::is_directory(output, error))
+  if (output.has_extension() && !is_folder(output))
     fail(ErrorKind::usage,
          "{}: a report ends in .html; a name without an ending is a folder for report.html",
          output.string());

@@ -8,6 +8,7 @@
 #include "app/viewer/preferences.h"
 #include "app/viewer/view_options.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/file_guard.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
@@ -127,10 +128,8 @@ void note_inputs(const FrameOptions& frame) {
 }
 
 void require_folder(const char* command, const std::filesystem::path& folder) {
-  std::error_code error;
-  if (!std::filesystem::exists(folder, error))
-    fail("{}: {}: does not exist", command, folder.string());
-  if (!std::filesystem::is_directory(folder, error))
+  if (!is_there(folder)) fail("{}: {}: does not exist", command, folder.string());
+  if (!is_folder(folder))
     fail("{}: {}: is a file, but a folder is needed", command, folder.string());
 }
 

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
@@ -23,8 +24,7 @@ class FolderFiles : public FileSource {
   Array<std::byte> read(const std::string& name, std::uint64_t max_bytes) override {
     const std::filesystem::path path =
         scene_file_.parent_path() / checked_file_name(name, scene_file_.string());
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error))
+    if (!is_file(path))
       fail("{}: the file {} that it names is missing", scene_file_.string(), name);
     const MappedFile file(path);
     if (file.content().size() > max_bytes)
@@ -34,8 +34,7 @@ class FolderFiles : public FileSource {
   }
 
   bool has(const std::string& name) const override {
-    std::error_code error;
-    return std::filesystem::is_regular_file(scene_file_.parent_path() / name, error);
+    return is_file(scene_file_.parent_path() / name);
   }
 
   std::uint64_t stored_bytes(const std::string& name) const override {

@@ -11,6 +11,7 @@
 #include <glm/matrix.hpp>
 
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
@@ -56,11 +57,10 @@ std::string start_of(const std::filesystem::path& file) {
 
 // The file to read for a folder: the data set's folder, its `sparse`, or one model inside.
 std::filesystem::path file_in(const std::filesystem::path& folder) {
-  std::error_code error;
   for (const CameraFormat& format : kFormats) {
     const std::filesystem::path place = format.place;
     for (const auto& candidate : {place, place.filename(), "0" / place.filename()})
-      if (std::filesystem::is_regular_file(folder / candidate, error)) return folder / candidate;
+      if (is_file(folder / candidate)) return folder / candidate;
   }
   fail("{}: a folder without cameras.json, COLMAP's images.bin or images.txt, or transforms.json",
        folder.string());

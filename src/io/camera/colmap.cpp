@@ -25,6 +25,7 @@
 
 #include "base/fail.h"
 #include "base/not_copied.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
@@ -260,11 +261,10 @@ LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
 }
 
 std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& data) {
-  std::error_code error;
   for (const char* folder : {"sparse/0", "sparse", "0", "."}) {
     for (const char* name : {"points3D.bin", "points3D.txt"}) {
       const auto file = (data / folder / name).lexically_normal();
-      if (std::filesystem::is_regular_file(file, error)) return file;
+      if (is_file(file)) return file;
     }
   }
   return std::nullopt;

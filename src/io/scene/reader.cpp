@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
@@ -84,11 +85,6 @@ const ReaderRow& choose_reader(ByteSpan content, const std::filesystem::path& pa
 
 constexpr const char* kSceneFile = "point_cloud.ply";
 constexpr std::array kSceneFiles = {kSceneFile, "point_cloud.npz", "point_cloud_pp.npz"};
-
-bool is_file(const std::filesystem::path& path) {
-  std::error_code error;
-  return std::filesystem::is_regular_file(path, error);
-}
 
 // The first of kSceneFiles in a folder.
 std::optional<std::filesystem::path> scene_file_in(const std::filesystem::path& folder) {

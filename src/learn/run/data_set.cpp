@@ -12,6 +12,7 @@
 
 #include "base/fail.h"
 #include "base/list_of.h"
+#include "base/path_kind.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
@@ -37,15 +38,14 @@ std::vector<LensCamera> blender_cameras(const std::filesystem::path& file) {
 std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std::size_t>& first) {
   const auto train = options.data / "transforms_train.json";
   const auto test = options.data / "transforms_test.json";
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(train, error)) {
+  if (!is_file(train)) {
     std::vector<LensCamera> cameras = read_lens_cameras(options.data);
     sort_by_name(cameras);
     return cameras;
   }
   std::vector<LensCamera> cameras = blender_cameras(train);
   first = cameras.size();
-  if (std::filesystem::is_regular_file(test, error)) {
+  if (is_file(test)) {
     const std::vector<LensCamera> more = blender_cameras(test);
     cameras.insert(cameras.end(), more.begin(), more.end());
   }
@@ -56,8 +56,7 @@ std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std
 std::filesystem::path folder_of(const DataOptions& options, const std::filesystem::path& given,
                                 const char* usual, const std::filesystem::path& otherwise) {
   const std::filesystem::path folder = options.data / (given.empty() ? usual : given);
-  std::error_code error;
-  return !given.empty() || std::filesystem::is_directory(folder, error) ? folder : otherwise;
+  return !given.empty() || is_folder(folder) ? folder : otherwise;
 }
 
 // The mask of a photograph of a folder; empty: it has none. Masks are NAME.jpg.png or NAME.png.

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/path_kind.h"
 #include "base/text.h"
 #include "io/scene/reader.h"
 
@@ -18,11 +19,6 @@ namespace qs {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_folder(const fs::path& path) {
-  std::error_code unreachable;
-  return fs::is_directory(path, unreachable);
-}
 
 bool readable(const fs::path& path) {
   const std::string ending = path.extension().string();
@@ -137,9 +133,8 @@ std::optional<fs::path> FileChooser::choose(const FileEntry& entry) {
 
 std::optional<fs::path> FileChooser::enter() {
   const fs::path path = typed_path();
-  std::error_code unreachable;
   // The first row is selected while a name is typed; a whole name means its file or folder.
-  const bool is_whole = !typed_.empty() && !moved_ && fs::exists(path, unreachable);
+  const bool is_whole = !typed_.empty() && !moved_ && is_there(path);
   if (selected_ >= 0 && !is_whole)
     return choose(FileEntry(rows_[static_cast<std::size_t>(selected_)]));
   if (typed_.empty()) return chooses_folder_ ? std::optional(listed_) : std::nullopt;

@@ -11,6 +11,7 @@
 #include "app/measure/scene_facts.h"
 #include "app/viewer/render/render_context.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
@@ -46,9 +47,7 @@ bool succeeds(Read read) {
 
 // A folder without a scene in it may hold the cameras of a data set.
 bool is_cameras_folder(const fs::path& folder) {
-  std::error_code error;
-  return fs::is_directory(folder, error) &&
-         !succeeds([&] { return find_scene_file(folder), true; }) &&
+  return is_folder(folder) && !succeeds([&] { return find_scene_file(folder), true; }) &&
          succeeds([&] { return !read_cameras(folder).empty(); });
 }
 
@@ -163,8 +162,7 @@ std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
                                          const std::vector<Camera>& cameras) {
   std::map<int, fs::path> found;
   for (const fs::path& folder : {cameras_file.parent_path(), cameras_file.parent_path() / ".."}) {
-    std::error_code error;
-    if (!fs::is_directory(folder / "images", error)) continue;
+    if (!is_folder(folder / "images")) continue;
     const Photographs photographs(folder / "images");
     for (std::size_t i = 0; i < cameras.size(); ++i)
       if (const auto path = photographs.find(cameras[i].name)) found[static_cast<int>(i)] = *path;

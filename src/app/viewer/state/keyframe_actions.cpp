@@ -8,6 +8,7 @@
 
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "base/path_kind.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
 
@@ -100,8 +101,7 @@ void save_keyframes(Viewer& v, Host& host) {
   if (!v.scene || v.keyframes.size() < 2) return;
   const std::filesystem::path usual = v.out_dir / (v.scene->name + "_path.json");
   const std::filesystem::path path = own_name(usual);
-  std::error_code error;
-  const bool replaces = std::filesystem::exists(path, error);
+  const bool replaces = is_there(path);
   host.write_file(path, format_camera_path(v.keyframes));
   notify_file(v, path,
               path != usual ? fmt::format("; {} is not a path of this program and stays",

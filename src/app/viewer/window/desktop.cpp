@@ -20,6 +20,7 @@
 
 #include "app/viewer/state/actions.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "base/text.h"
 #include "io/bytes/mapped_file.h"
 
@@ -104,8 +105,7 @@ std::string session_bus() {
   if (const char* address = std::getenv("DBUS_SESSION_BUS_ADDRESS")) return address;
   const char* folder = std::getenv("XDG_RUNTIME_DIR");
   const std::string socket = folder == nullptr ? "" : std::string(folder) + "/bus";
-  std::error_code error;
-  return std::filesystem::exists(socket, error) ? "unix:path=" + socket : "";
+  return is_there(socket) ? "unix:path=" + socket : "";
 }
 
 // The session bus. No call waits longer than kTurnMs after a stop was requested, because the window

@@ -16,6 +16,7 @@
 #include <glm/matrix.hpp>
 
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/file_source.h"
 #include "io/bytes/mapped_file.h"
@@ -189,8 +190,7 @@ CompactModel read_compact_ply(ByteSpan content, const std::filesystem::path& pat
                               const Progress& progress) {
   std::filesystem::path weights = path;
   weights.replace_extension(".pth");
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(weights, error))
+  if (!is_file(weights))
     fail(
         "{}: its Gaussians have no colours (f_dc); Compact-3DGS keeps them in a network, but {} "
         "is not beside it",

@@ -67,15 +67,6 @@ struct Side {
   Session session;                        // else the scene
 };
 
-bool holds_scene(const std::filesystem::path& path) {
-  try {
-    find_scene_file(path);
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
-}
-
 // The pictures of a folder without a model; nothing for a scene. Throws Error(input) if it has
 // neither.
 std::optional<PictureFolder> open_pictures(const std::filesystem::path& path) {

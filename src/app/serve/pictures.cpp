@@ -26,10 +26,8 @@ std::string sentence_of(const std::exception_ptr& exception) {
     std::rethrow_exception(exception);
   } catch (const Cancelled&) {
     return {};
-  } catch (const std::bad_alloc&) {
-    return "not enough memory";
   } catch (const std::exception& error) {
-    return error.what();
+    return qs::sentence_of(error);
   }
 }
 

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/error.h"
 #include "base/fail.h"
 #include "base/path_kind.h"
 #include "io/bytes/byte_text.h"
@@ -204,6 +205,13 @@ std::filesystem::path find_scene_file(const std::filesystem::path& path, int ite
   std::string list;
   for (const auto& [number, file] : iterations) list += fmt::format(" {}", number);
   fail("{}: has no iteration {}; there are:{}", path.string(), iteration, list);
+}
+
+bool holds_scene(const std::filesystem::path& path) try {
+  find_scene_file(path);
+  return true;
+} catch (const Error&) {
+  return false;
 }
 
 }  // namespace qs

@@ -10,6 +10,8 @@
 #include <glm/vec3.hpp>
 #include <nanoflann.hpp>
 
+#include "raster/scene/gaussian_cloud.h"
+
 namespace qs::train {
 namespace {
 
@@ -42,11 +44,6 @@ struct Nearest : nanoflann::KNNResultSet<double, std::uint32_t> {
     return worstDist() > 0;
   }
 };
-
-bool is_finite(const glm::vec3& point) {
-  const glm::vec3 zero = point - point;
-  return zero.x == 0 && zero.y == 0 && zero.z == 0;
-}
 
 // neighbour_distances2() of points that are all finite.
 std::vector<double> distances2_of_finite(const std::vector<glm::vec3>& points, ThreadPool& pool) {

@@ -10,15 +10,12 @@
 
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/cloud_order.h"
+#include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 namespace {
 
 using Numbers = std::vector<std::uint32_t>;
-
-bool is_finite(glm::vec3 v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 // ln of the longest standard deviation; NaN if a value is NaN.
 float log_size(const GaussianCloud& cloud, std::size_t i) {

@@ -28,15 +28,6 @@ bool readable(const fs::path& path) {
   });
 }
 
-bool holds_scene(const fs::path& folder) {
-  try {
-    find_scene_file(folder);
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
-}
-
 std::string date_of(const fs::path& path) {
   std::error_code unreachable;
   const fs::file_time_type time = fs::last_write_time(path, unreachable);
@@ -56,11 +47,6 @@ FileEntry entry_of(const fs::path& path) {
   const std::uintmax_t bytes = fs::file_size(path, unreachable);
   if (!unreachable) entry.size = bytes_text(bytes);
   return entry;
-}
-
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
 }
 
 }  // namespace
@@ -104,10 +90,11 @@ void FileChooser::type(const std::string& text) {
 }
 
 void FileChooser::filter() {
-  const std::string part = lower(typed_.substr(typed_.rfind('/') + 1));
+  const std::string part = typed_.substr(typed_.rfind('/') + 1);
+  const auto lower = [](unsigned char c) { return std::tolower(c); };
   rows_.clear();
   std::ranges::copy_if(entries_, std::back_inserter(rows_), [&](const FileEntry& entry) {
-    return lower(entry.name).find(part) != std::string::npos;
+    return std::ranges::search(entry.name, part, {}, lower, lower).begin() != entry.name.end();
   });
   moved_ = false;
   selected_ = part.empty() || rows_.empty() ? -1 : 0;

@@ -112,10 +112,8 @@ void SceneOpening::begin_upload(Viewer& viewer, Host& host, const Scene& scene, 
       report(upload(context, stepped_progress(show, context.stop)));
     } catch (const Cancelled&) {
       report(OpeningCancelled{});
-    } catch (const std::bad_alloc&) {
-      report(OpeningFailed{"not enough memory"});
     } catch (const std::exception& error) {
-      report(OpeningFailed{error.what()});
+      report(OpeningFailed{sentence_of(error)});
     }
   });
 }

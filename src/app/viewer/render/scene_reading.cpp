@@ -36,19 +36,11 @@ JsonKind kind_of_cameras(const fs::path& path) {
   return is_scene ? JsonKind::none : kind;
 }
 
-template <class Read>
-bool succeeds(Read read) {
-  try {
-    return read();
-  } catch (const Error&) {
-    return false;
-  }
-}
-
 // A folder without a scene in it may hold the cameras of a data set.
-bool is_cameras_folder(const fs::path& folder) {
-  return is_folder(folder) && !succeeds([&] { return find_scene_file(folder), true; }) &&
-         succeeds([&] { return !read_cameras(folder).empty(); });
+bool is_cameras_folder(const fs::path& folder) try {
+  return is_folder(folder) && !holds_scene(folder) && !read_cameras(folder).empty();
+} catch (const Error&) {
+  return false;
 }
 
 // Uses a sample while the rest of the scene is read: a separate thread chooses the first view and

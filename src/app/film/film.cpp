@@ -322,8 +322,8 @@ CameraTrack turntable_of(const GaussianCloud& cloud, const std::vector<Camera>& 
   if (wish.arc) return turntable(framing, *wish.arc, wish.ease, box);
   const Arc free = free_arc(cameras, cloud, framing, pool);
   const double aspect = static_cast<double>(wish.size.x) / wish.size.y;
-  const Arc arc = clear_arc(free, whole_subject(framing, box, free, aspect), cloud);
-  return turntable(framing, arc, wish.ease, box);
+  return turntable(framing, clear_arc(free, whole_subject(framing, box, free, aspect), cloud),
+                   wish.ease, box);
 }
 
 CameraTrack along(std::vector<Keyframe> keyframes, Ease ease, bool closed) {

@@ -131,8 +131,7 @@ Outputs HeatmapMaker::outputs() const {
 FrameHeatmap HeatmapMaker::map(const Frame& frame) const {
   if (!baseline_) return {make_heatmap(frame, quantity_, size_.x, size_.y), std::nullopt};
   MissedMap missed = missed_contributions(*baseline_, frame, size_, background_, pool_, stop_);
-  Heatmap heatmap = missed_heatmap(missed);
-  return {std::move(heatmap), std::move(missed)};
+  return {missed_heatmap(missed), std::move(missed)};
 }
 
 CullMode scale_mode(HeatQuantity quantity, CullMode baseline) {

@@ -84,8 +84,8 @@ std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm:
 }  // namespace
 
 std::vector<Keyframe> read_camera_path(const std::filesystem::path& path) {
-  const std::string text = read_text_file(path, std::size_t{64} << 20);
-  std::vector<Keyframe> keyframes = parse_camera_path(text, path.string());
+  std::vector<Keyframe> keyframes =
+      parse_camera_path(read_text_file(path, std::size_t{64} << 20), path.string());
   if (keyframes.size() < 2) fail_to_be_a_path(path.string());
   return keyframes;
 }
@@ -205,8 +205,8 @@ glm::ivec2 center_pixel(const Camera& camera) { return {camera.width / 2, camera
 std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
                                      RenderSettings settings, glm::ivec2 pixel) {
   settings.mode = default_mode();
-  const Frame& frame = renderer.render(camera, settings, {.color = false, .trace = true});
-  const std::optional<double> depth = pixel_depth(frame, camera, pixel);
+  const std::optional<double> depth = pixel_depth(
+      renderer.render(camera, settings, {.color = false, .trace = true}), camera, pixel);
   if (!depth) return std::nullopt;
   return point_at(camera, glm::dvec2(pixel), *depth);
 }

@@ -105,8 +105,7 @@ Image read_reference(const std::filesystem::path& path, int width, int height) {
 }
 
 std::filesystem::path difference_path(const std::filesystem::path& output) {
-  std::filesystem::path result = output;
-  return result.replace_extension("").concat(".difference.png");
+  return std::filesystem::path(output).replace_extension("").concat(".difference.png");
 }
 
 }  // namespace qs

@@ -17,6 +17,7 @@
 #include "app/plugin/scene_arrays.h"
 #include "base/fail.h"
 #include "base/not_copied.h"
+#include "base/seconds.h"
 
 namespace qs {
 namespace {
@@ -206,10 +207,9 @@ class Host {
     frame.image = device_ ? static_cast<float*>(device_image_) : image_memory_.floats();
     frame.mark_stages = request.mark_stages;
     char message[QS_MESSAGE_BYTES] = {};
-    using Clock = std::chrono::steady_clock;
-    const Clock::time_point start = Clock::now();
+    const auto start = std::chrono::steady_clock::now();
     const std::int32_t code = plugin_->render(renderer_, &request.view, &frame, message);
-    reply.call_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    reply.call_ms = milliseconds_since(start);
     if (code != 0) refuse("render", code, message);
     reply.frame = frame;
     if (request.wants_image != 0 && device_)

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "base/seconds.h"
+
 namespace qs {
 namespace {
 
@@ -137,7 +139,7 @@ bool RemoteTraining::ask(const std::stop_token& stop) {
   has_answered_ = true;
   RemotePicture picture{view.camera,    view.version,        request.width,
                         request.height, rgba_of(answer.rgb), 0};
-  picture.ms = std::chrono::duration<double, std::milli>(Clock::now() - began).count();
+  picture.ms = milliseconds_since(began);
   change([&] {
     picture_ = std::move(picture);
     run_.is_answering = true;

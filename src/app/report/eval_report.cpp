@@ -78,9 +78,8 @@ std::string format_eval_table(const EvalReport& report) {
   std::size_t width = 4;
   for (const MeanQuality& mean : means) width = std::max(width, mean_title(mean).size());
   for (const EvaluatedView& row : report.rows) width = std::max(width, row.camera.name.size());
-  const bool with_lpips = has_lpips(report);
   std::string text = fmt::format("{:{}}  {:13}  {:>7}  {:>6}{}\n", "view", width, "mode", "PSNR dB",
-                                 "SSIM", with_lpips ? "  LPIPS (paper)   LPIPS" : "");
+                                 "SSIM", has_lpips(report) ? "  LPIPS (paper)   LPIPS" : "");
   const auto line = [&](const std::string& name, const auto& row) {
     text += fmt::format("{:{}}  {:13}  {:>7}  {:6.4f}", name, width, mode_name(row.mode),
                         decibels(row.psnr), row.ssim);

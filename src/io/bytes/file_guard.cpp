@@ -206,8 +206,7 @@ bool is_own_report(const fs::path& path) {
   if (holds(path, ending)) return true;
   // gnuplot draws NAME.png and NAME.svg by NAME.gp.
   if (ending != ".png" && ending != ".svg") return false;
-  fs::path script = path;
-  return holds(script.replace_extension(".gp"), ".gp");
+  return holds(fs::path(path).replace_extension(".gp"), ".gp");
 }
 
 }  // namespace qs

@@ -40,8 +40,7 @@ class Directory {
     std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges;
     std::uint64_t at = begin_;
     for (std::uint64_t i = 0; i < entries_; ++i) {
-      ZippedFile& file = files.emplace_back();
-      at += read_entry(at, file, ranges.emplace_back());
+      at += read_entry(at, files.emplace_back(), ranges.emplace_back());
     }
     require(at == end_, "its directory has another size than its files need");
     std::ranges::sort(ranges);

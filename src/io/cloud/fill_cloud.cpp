@@ -12,6 +12,7 @@
 
 #include "base/fail.h"
 #include "base/list_of.h"
+#include "base/seconds.h"
 #include "io/cloud/cloud_memory.h"
 
 namespace qs {
@@ -231,9 +232,7 @@ void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float 
   Sieve sieve(scene.cloud);
   fill_and_inspect(scene.cloud, sieve, pool, progress, start, fill);
   sieve.finish(scene);
-  scene.fill_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_time)
-          .count();
+  scene.fill_ms = milliseconds_since(start_time);
 }
 
 std::vector<std::size_t> fill_drawable(GaussianCloud& cloud, ThreadPool& pool,

@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "base/fail.h"
 #include "base/path_kind.h"
+#include "base/seconds.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
@@ -151,9 +152,7 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const Read
   } catch (const std::bad_alloc&) {
     fail(ErrorKind::device, "{}: not enough memory for this scene", scene.path.string());
   }
-  const std::chrono::duration<double, std::milli> elapsed =
-      std::chrono::steady_clock::now() - start;
-  scene.unpack_ms = elapsed.count() - scene.fill_ms;
+  scene.unpack_ms = milliseconds_since(start) - scene.fill_ms;
   scene.declared_axes = scene.axes;
   if (!options.axes.empty()) assume_axes(scene, options.axes);
   if (!sampled && is_sampled(scene.cloud.size(), options.sampling))

@@ -110,8 +110,8 @@ std::vector<ScenePoint> random_points(const DataSet& data, std::size_t count, st
   for (std::size_t i = 0; i < count; ++i) {
     const auto drawn =
         static_cast<std::size_t>(random.uniform(4 * i + 3) * static_cast<double>(cells.size()));
-    const glm::dvec3 corner = corner_of(cells[std::min(drawn, cells.size() - 1)]);
-    points[i].position = position_in(box, corner + uniform(i));
+    points[i].position =
+        position_in(box, (corner_of(cells[std::min(drawn, cells.size() - 1)])) + uniform(i));
   }
   return points;
 }

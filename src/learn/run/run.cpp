@@ -10,6 +10,7 @@
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/quit_signals.h"
+#include "base/seconds.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
@@ -26,10 +27,6 @@ namespace {
 constexpr int kLogInterval = 100;  // iterations per row of train.csv
 
 using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 bool due(int iteration, int every) { return every > 0 && iteration % every == 0; }
 

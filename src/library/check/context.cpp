@@ -86,8 +86,8 @@ int32_t qs_context_open(uint32_t backend, int32_t device, int32_t threads, QsCon
     constexpr int kMostThreads = 1024;
     if (threads < 0 || threads > kMostThreads)
       refuse({function, "threads"}, "{} is not between 0 and {}", threads, kMostThreads);
-    const Backend chosen = chosen_backend(backend, {function, "backend"});
-    *context = new QsContext{std::make_shared<Context>(chosen, device, threads)};
+    *context = new QsContext{
+        std::make_shared<Context>(chosen_backend(backend, {function, "backend"}), device, threads)};
   });
 }
 

@@ -31,8 +31,8 @@ Camera look_at(glm::dvec3 position, glm::dvec3 target, glm::dvec3 up, double ver
                int width, int height) {
   const glm::dvec3 forward = glm::normalize(target - position);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
-  const glm::dvec3 down = glm::cross(forward, right);
-  const glm::dmat3 rotation = glm::transpose(glm::dmat3(right, down, forward));
+  const glm::dmat3 rotation =
+      glm::transpose(glm::dmat3(right, glm::cross(forward, right), forward));
   return {glm::dmat4x3(rotation[0], rotation[1], rotation[2], -(rotation * position)),
           glm::dvec2(0.5 * height / std::tan(0.5 * vertical_fov)),
           0.5 * glm::dvec2(width - 1, height - 1), width, height};

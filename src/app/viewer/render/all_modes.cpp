@@ -49,8 +49,8 @@ ViewPlan warm_up_plan(Backend backend) { return {backend == Backend::cpu ? 1 : 8
 RenderStats stats_of(RenderContext& context, const Camera& camera, RenderSettings settings,
                      CullMode mode) {
   settings.mode = mode;
-  const bool cpu = context.session.backend == Backend::cpu;
-  const Target target = cpu ? Target(HostImage{}) : Target(DeviceImage{});
+  const Target target =
+      context.session.backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
   return context.session.renderer->render(camera, settings, {}, target, context.stop).stats;
 }
 
@@ -141,8 +141,8 @@ void PairedFrames::follow(RenderContext& context, const FrameRequest& request, c
   if (cost_ == 0) cost_ = static_cast<double>(shown.frame_ms);
   if (credit_ < cost_ && !switched) return;
   const CullMode mode = switched ? before : next_in_turn();
-  const RenderSettings settings = reduced(request.settings, request.divisor);
-  draw_pair(context, camera, settings, mode, used_ms(shown), request.view_version);
+  draw_pair(context, camera, reduced(request.settings, request.divisor), mode, used_ms(shown),
+            request.view_version);
   cost_ = now_ms() - began;
   credit_ = std::min(credit_ - cost_, cost_);
 }

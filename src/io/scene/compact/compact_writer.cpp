@@ -150,9 +150,8 @@ void write_compact_ply(const CompactModel& model, const std::filesystem::path& p
   };
   std::filesystem::path weights = path;
   weights.replace_extension(".pth");
-  const std::array<NamedTensor, 2> tensors = {
-      {{"0.params", vector(model.field.grid_values)}, {"1.params", vector(model.field.weights)}}};
-  write_torch_file(weights, tensors);
+  write_torch_file(weights, {{{"0.params", vector(model.field.grid_values)},
+                              {"1.params", vector(model.field.weights)}}});
 }
 
 void write_compact_npz(const CompactModel& model, const CodedVectors& scales,

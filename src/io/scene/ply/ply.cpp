@@ -205,8 +205,8 @@ void read_ply(ByteSpan content, const std::filesystem::path& path, ThreadPool& p
 
   const int stored = stored_rest(rows, scene);
   const int degree = kept_sh_degree(stored, scene);
-  const auto rest = static_cast<std::size_t>(sh_coefficient_count(degree) - 1);
-  const SplatRows splats(rows, rest, static_cast<std::size_t>(stored), path.string());
+  const SplatRows splats(rows, static_cast<std::size_t>(sh_coefficient_count(degree) - 1),
+                         static_cast<std::size_t>(stored), path.string());
 
   scene.format = "ply, " + describe(header.format) + (splats.is_2d() ? ", 2D Gaussians" : "");
   scene.cloud = make_cloud(rows.count, degree);

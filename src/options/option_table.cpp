@@ -59,6 +59,12 @@ void OptionTable::choice(const std::string& name, const std::vector<std::string>
   offers(names);
 }
 
+void OptionTable::named(const std::string& name, const std::vector<std::string>& names,
+                        std::string& target, const std::string& help) {
+  const auto chosen = [&target, names](int i) { target = names[static_cast<std::size_t>(i)]; };
+  choice(name, names, chosen, help);
+}
+
 void OptionTable::common(const std::function<void()>& declare) {
   const std::size_t before = options_.size();
   declare();

@@ -118,12 +118,8 @@ CommandAction convert_command(Options& options) {
       {"-100,-100,-100,100,100,100", "-0.5,-0.5,0,0.5,0.5,9"});
   options.flag("--drop-floaters", command->drops_floaters,
                "drops Gaussians that are very faint, very large or isolated");
-  options.choice(
-      "--format", formats,
-      [command = command.get(), formats](int chosen) {
-        command->format = formats[static_cast<std::size_t>(chosen)];
-      },
-      "format of the file (default: by the ending)");
+  options.named("--format", formats, command->format,
+                "format of the file (default: by the ending)");
   declare_axes_option(options, command->axes);
   options.overwrite();
   options.example("quadsplat convert plush.spz plush.ply", "a file that every viewer reads");

@@ -201,7 +201,6 @@ class EvalRun {
 
 CommandAction eval_command(Options& options) {
   static constexpr const char* kBorders[] = {"zeros", "crop"};  // names in the order of SsimBorder
-  static constexpr const char* kSaveFormats[] = {"png", "ppm", "pfm"};
   const auto command = std::make_shared<EvalCommand>();
   declare_frame_options(options, command->frame);
   options.text("--images", "DIR", command->images,
@@ -231,10 +230,8 @@ CommandAction eval_command(Options& options) {
   declare_shard_option(options, command->shard, "evaluates every N-th view, from the I-th");
   options.text("--save", "DIR", command->save,
                "writes every rendered image, and the photographs as they were compared", {"saved"});
-  options.choice(
-      "--save-format", {std::begin(kSaveFormats), std::end(kSaveFormats)},
-      [command = command.get()](int chosen) { command->save_format = kSaveFormats[chosen]; },
-      "of --save; pfm keeps values exactly (default: png)");
+  options.named("--save-format", {"png", "ppm", "pfm"}, command->save_format,
+                "of --save; pfm keeps values exactly (default: png)");
   options.example("quadsplat eval garden/ --images garden/images_4 --holdout 8",
                   "a trained model on its test views");
   options.example("quadsplat eval plush.spz --images plush/images --cull all --csv quality.csv",

@@ -158,14 +158,9 @@ class Host {
   explicit Host(std::string library) : library_(std::move(library)) {}
 
   void answer(const PluginRequest& request, PluginReply& reply) {
-    switch (request.call) {
-      case PluginCall::open:
-        return open(request, reply);
-      case PluginCall::render:
-        return render(request, reply);
-      case PluginCall::close:
-        return plugin_->close(renderer_);
-    }
+    if (request.call == PluginCall::open) return open(request, reply);
+    if (request.call == PluginCall::render) return render(request, reply);
+    if (request.call == PluginCall::close) plugin_->close(renderer_);
   }
 
  private:

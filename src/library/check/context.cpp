@@ -15,16 +15,10 @@ namespace {
 }();
 
 Backend chosen_backend(std::uint32_t backend, const Where& where) {
-  switch (backend) {
-    case QS_BACKEND_AUTO:
-      return available_backends().front();
-    case QS_BACKEND_CPU:
-      return Backend::cpu;
-    case QS_BACKEND_CUDA:
-      return Backend::cuda;
-    default:
-      refuse(where, "{} is none of QS_BACKEND_AUTO, _CPU and _CUDA", backend);
-  }
+  if (backend == QS_BACKEND_AUTO) return available_backends().front();
+  if (backend == QS_BACKEND_CPU) return Backend::cpu;
+  if (backend == QS_BACKEND_CUDA) return Backend::cuda;
+  refuse(where, "{} is none of QS_BACKEND_AUTO, _CPU and _CUDA", backend);
 }
 }  // namespace
 

@@ -159,38 +159,35 @@ void Visitor::take(const ClientMessage& message, double now) {
   Actions actions;
   const double moment = now - began_;
   const auto move_cursor = [&](glm::dvec2 at) { input_.cursor(at, viewer().navigation, actions); };
-  if (const auto* resize = std::get_if<message::Resize>(&message.body)) {
+  const auto& body = message.body;
+  if (const auto* resize = std::get_if<message::Resize>(&body))
     actions.push_back(call(action::resize, resize->size.x, resize->size.y));
-  } else if (const auto* key = std::get_if<message::Key>(&message.body)) {
+  if (const auto* key = std::get_if<message::Key>(&body))
     if (key->key != 0 && (!key->down || may_press(key->key, key->mods)))
       input_.key(key->key, key->down, key->repeat, key->mods, false, actions);
-  } else if (const auto* button = std::get_if<message::Button>(&message.body)) {
+  if (const auto* button = std::get_if<message::Button>(&body)) {
     move_cursor(button->at);
     input_.button(button->button, button->down, false, moment, actions);
-  } else if (const auto* cursor = std::get_if<message::Cursor>(&message.body)) {
-    move_cursor(cursor->at);
-  } else if (const auto* wheel = std::get_if<message::Wheel>(&message.body)) {
+  }
+  if (const auto* cursor = std::get_if<message::Cursor>(&body)) move_cursor(cursor->at);
+  if (const auto* wheel = std::get_if<message::Wheel>(&body))
     input_.wheel(wheel->notches, wheel->mods, false, actions);
-  } else if (const auto* command = std::get_if<message::Command>(&message.body)) {
+  if (const auto* command = std::get_if<message::Command>(&body)) {
     const KeyCommand* const row = find_served_command(command->help);
     if (row != nullptr && !row->on_release) actions.push_back(row->action);
-  } else if (const auto* scene = std::get_if<message::ShowScene>(&message.body)) {
-    show_scene(scene->scene);
-  } else if (const auto* video = std::get_if<message::Video>(&message.body)) {
-    quality_.decodes_video(video->decodes);
-  } else if (const auto* set = std::get_if<message::SetControl>(&message.body)) {
-    actions = actions_of(viewer(), *set);
-  } else if (const auto* drag = std::get_if<message::DragHandle>(&message.body)) {
-    actions = actions_of(viewer(), *drag);
-  } else if (const auto* view = std::get_if<message::ShowView>(&message.body)) {
-    show_view(*view);
-  } else if (const auto* panels = std::get_if<message::ShowPanels>(&message.body)) {
-    actions = actions_of(viewer(), *panels);
-  } else if (std::holds_alternative<message::Stop>(message.body)) {
-    stop_long_jobs();
-  } else if (std::holds_alternative<message::Blur>(message.body)) {
-    input_.release_all(actions);
   }
+  if (const auto* scene = std::get_if<message::ShowScene>(&body)) show_scene(scene->scene);
+  if (const auto* video = std::get_if<message::Video>(&body))
+    quality_.decodes_video(video->decodes);
+  if (const auto* set = std::get_if<message::SetControl>(&body))
+    actions = actions_of(viewer(), *set);
+  if (const auto* drag = std::get_if<message::DragHandle>(&body))
+    actions = actions_of(viewer(), *drag);
+  if (const auto* view = std::get_if<message::ShowView>(&body)) show_view(*view);
+  if (const auto* panels = std::get_if<message::ShowPanels>(&body))
+    actions = actions_of(viewer(), *panels);
+  if (std::holds_alternative<message::Stop>(body)) stop_long_jobs();
+  if (std::holds_alternative<message::Blur>(body)) input_.release_all(actions);
   do_all(actions);
 }
 

@@ -32,7 +32,8 @@ struct Cancelled {};
 
 /// The sentence of any exception.
 inline const char* sentence_of(const std::exception& error) {
-  const bool no_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+  const bool no_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
+                         dynamic_cast<const std::length_error*>(&error) != nullptr;
   return no_memory ? "not enough memory" : error.what();
 }
 

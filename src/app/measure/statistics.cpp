@@ -77,6 +77,18 @@ std::optional<double> quartile_spread(std::span<const double> values) {
   return (percentile(values, 0.75) - percentile(values, 0.25)) / 2;
 }
 
+void set_times(BenchRow& row, std::span<const double> frame_ms) {
+  const Summary summary = summarise(frame_ms);
+  row.ms_median = summary.median;
+  row.ms_p05 = summary.p05;
+  row.ms_p95 = summary.p95;
+  row.fps_median = summary.median > 0 ? 1000 / summary.median : 0;
+  row.ms_mean = summary.mean;
+  row.drift = summary.drift;
+  row.frames = frame_ms.size();
+  row.ms_spread = quartile_spread(frame_ms);
+}
+
 double relative_spread(std::span<const double> values) {
   if (values.size() < 2) return 0;
   const auto [low, high] = std::ranges::minmax_element(values);

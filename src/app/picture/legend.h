@@ -55,7 +55,7 @@ struct BarTick {
 };
 
 struct Legend {
-  std::string title, facts;
+  std::string title, facts = {};
   std::vector<BarTick> ticks;             ///< ticks from left to right
   std::function<glm::vec3(float)> color;  ///< the colour at a place from 0 to 1
   std::optional<glm::vec3> zero = {};     ///< the bar begins with this colour, of the value 0

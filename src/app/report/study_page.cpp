@@ -358,8 +358,7 @@ class Writer {
 std::string bin_label(const GaussianQuantity& quantity, std::size_t bin) {
   const double low = quantity.edges[bin], high = quantity.edges[bin + 1];
   if (high >= 1e9) return fmt::format("{:.3g}+", low);
-  if (bin == 0) return fmt::format("<{:.3g}", high);
-  return fmt::format("{:.3g}-{:.3g}", low, high);
+  return bin == 0 ? fmt::format("<{:.3g}", high) : fmt::format("{:.3g}-{:.3g}", low, high);
 }
 
 std::vector<Plot> study_plots(const SceneStudy& study, const std::string& caption) {

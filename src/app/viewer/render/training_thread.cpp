@@ -37,10 +37,8 @@ void TrainingThread::run(const Work& work) {
     outcome = "stopped before it began";
     failed = false;
     reports_.report(action::end_progress);
-  } catch (const std::bad_alloc&) {
-    outcome = "not enough memory for training";
   } catch (const std::exception& error) {
-    outcome = error.what();
+    outcome = sentence_of(error);
   }
   {
     const std::lock_guard lock(mutex_);

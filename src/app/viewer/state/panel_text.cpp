@@ -183,11 +183,9 @@ std::array<std::string, 2> split_names(const Viewer& viewer) {
 
 Legend pair_legend(const ShownFrame& shown) {
   const std::string end = grouped(shown.other->pairs_scale.maximum);
-  Legend legend;
-  legend.title = "Tile pairs of the first minus the second";
-  legend.ticks = {{0, "\u2212" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}};
-  legend.color = [](float t) { return diverging(2 * t - 1); };
-  return legend;
+  return {.title = "Tile pairs of the first minus the second",
+          .ticks = {{0, "\u2212" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}},
+          .color = [](float t) { return diverging(2 * t - 1); }};
 }
 
 int shown_amplification(const Viewer& viewer) {
@@ -202,11 +200,9 @@ Split shown_split(const Viewer& viewer) {
 }
 
 Legend difference_legend(int amplification) {
-  Legend legend;
-  legend.title = "Difference of the colours";
-  legend.ticks = {{0, "0"}, {1, fmt::format("{:.3g} / 255", 255.0 / amplification)}};
-  legend.color = [](float t) { return glm::vec3(t); };
-  return legend;
+  return {.title = "Difference of the colours",
+          .ticks = {{0, "0"}, {1, fmt::format("{:.3g} / 255", 255.0 / amplification)}},
+          .color = [](float t) { return glm::vec3(t); }};
 }
 
 bool verdict_is_current(const Viewer& viewer) {

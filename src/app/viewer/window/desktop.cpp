@@ -45,10 +45,8 @@ bool copy_picture(const std::filesystem::path& file) {
 }
 
 void DesktopPrograms::open(const std::filesystem::path& path) {
-  ChildCommand command;
-  command.words = {opener_, path.string()};
   try {
-    started_.emplace_back(path, command);
+    started_.emplace_back(path, ChildCommand{.words = {opener_, path.string()}});
   } catch (const Error& error) {
     fail(ErrorKind::device, "{}: cannot be opened: {}", path.string(), error.what());
   }

@@ -14,9 +14,8 @@ namespace qs {
 
 std::optional<std::filesystem::path> find_asset(std::string_view name) {
   const std::filesystem::path source_tree = QUADSPLAT_SOURCE_TREE;
-  for (const auto& folder : {program_folder() / "../share/quadsplat", source_tree}) {
+  for (const auto& folder : {program_folder() / "../share/quadsplat", source_tree})
     if (is_file(folder / name)) return folder / name;
-  }
   return std::nullopt;
 }
 

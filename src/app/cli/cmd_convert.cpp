@@ -101,7 +101,6 @@ int run(const ConvertCommand& command) {
 CommandAction convert_command(Options& options) {
   const auto command = std::make_shared<ConvertCommand>();
   const std::vector<std::string> endings = written(&WriterRow::extension);
-  const std::vector<std::string> formats = written(&WriterRow::name);
   Options::Samples outputs = {"out.unknown"};
   for (const std::string& ending : endings) outputs.push_back("out" + ending);
   options.positional("IN", command->input, kSceneHelp, kSceneSamples);
@@ -118,7 +117,7 @@ CommandAction convert_command(Options& options) {
       {"-100,-100,-100,100,100,100", "-0.5,-0.5,0,0.5,0.5,9"});
   options.flag("--drop-floaters", command->drops_floaters,
                "drops Gaussians that are very faint, very large or isolated");
-  options.named("--format", formats, command->format,
+  options.named("--format", written(&WriterRow::name), command->format,
                 "format of the file (default: by the ending)");
   declare_axes_option(options, command->axes);
   options.overwrite();

@@ -94,11 +94,10 @@ std::vector<Blob> six_blobs(const MakeBlob& blob) {
 // coefficient k and channel c.
 template <class Wave>
 void set_sh(KitView& view, int first, int last, float scale, const Wave& wave) {
-  for (std::size_t i = 0; i < view.cloud.size(); ++i) {
+  for (std::size_t i = 0; i < view.cloud.size(); ++i)
     for (int k = first; k <= last; ++k)
       for (int c = 0; c < 3; ++c)
         sh_of(view.cloud, i)[k][c] = scale * static_cast<float>(wave(k, c, static_cast<double>(i)));
-  }
 }
 
 KitView view_of(const std::vector<Blob>& blobs, const Camera& camera = kit_camera(),

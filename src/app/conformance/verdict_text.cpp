@@ -73,10 +73,9 @@ Image sheet_of(const KitView& view, const SceneVerdict& verdict, const Picture8&
   for (int y = 0; y < length; ++y)
     fill_rect(sheet, {bar, kLine + y, kBar, 1},
               viridis(1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(length)));
-  for (const int tick : {0, kScaleEnd / 2, kScaleEnd}) {
+  for (const int tick : {0, kScaleEnd / 2, kScaleEnd})
     draw_text(sheet, font, {bar + kBar + 4, kLine + length - length * tick / kScaleEnd - kLine / 2},
               std::to_string(tick) + (tick == kScaleEnd ? "+" : ""), on_white::kInk);
-  }
   left += kBar + kTicks;
   if (!verdict.causes.empty()) {
     const Picture8 wrong = picture8(draw_with(view, verdict.causes.front()));

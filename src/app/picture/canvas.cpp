@@ -45,10 +45,9 @@ void for_each_value(const Image& image, PixelRect rect, const Set& set) {
   assert(image.channels == 3);
   const int x_end = std::min(rect.x + rect.width, image.width);
   const int y_end = std::min(rect.y + rect.height, image.height);
-  for (int y = std::max(rect.y, 0); y < y_end; ++y) {
+  for (int y = std::max(rect.y, 0); y < y_end; ++y)
     for (int x = std::max(rect.x, 0); x < x_end; ++x)
       for (int c = 0; c < 3; ++c) set(x, y, c);
-  }
 }
 
 void mix(Image& image, int x, int y, glm::vec3 color, float amount) {
@@ -86,10 +85,9 @@ struct Coverage {
   }
 
   void paint(Image& image, glm::vec3 color, float opacity) {
-    for (int y = rows.begin; y < rows.end; ++y) {
+    for (int y = rows.begin; y < rows.end; ++y)
       for (int x = columns.begin; x < columns.end; ++x)
         if (at(x, y) > 0) mix(image, x, y, color, opacity * at(x, y));
-    }
   }
 };
 

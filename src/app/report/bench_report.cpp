@@ -145,10 +145,9 @@ std::string caption(const BenchReport& report, const std::vector<ModeMean>& mean
 std::string scaling_axis(const std::vector<ModeMean>& means) {
   const auto sizes = list_of<double>(means, [](const ModeMean& m) { return m.gaussians / 1e6; });
   const auto [low, high] = std::ranges::minmax_element(sizes);
-  std::string text = fmt::format("set xrange [{}:{}]\nset xtics (", *low / 1.2, *high * 1.2);
-  for (std::size_t i = 0; i < sizes.size(); ++i)
-    text += fmt::format("{}\"{:.2f}\" {}", i == 0 ? "" : ", ", sizes[i], sizes[i]);
-  return text + ")\n";
+  const auto tick = [](double size) { return fmt::format("\"{:.2f}\" {}", size, size); };
+  return fmt::format("set xrange [{}:{}]\nset xtics ({})\n", *low / 1.2, *high * 1.2,
+                     joined(list_of<std::string>(sizes, tick), ", "));
 }
 
 std::string stage_commands(const std::vector<ModeMean>& means) {

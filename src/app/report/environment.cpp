@@ -176,11 +176,10 @@ void merge_environments(const std::vector<ordered_json>& parts, ordered_json& en
     }
   }
   if (!clocks.empty()) environment[kClock] = std::move(clocks);
-  for (const char* key : {kText, "plugins", "plugin_problems"}) {
+  for (const char* key : {kText, "plugins", "plugin_problems"})
     for (const ordered_json& part : parts)
       for (const ordered_json& line : part.value(key, ordered_json::array()))
         add_line(environment, key, line.get<std::string>());
-  }
 }
 
 }  // namespace qs

@@ -237,11 +237,10 @@ std::vector<AxisTick> zoom_ticks(double most) {
       ticks.push_back({1 + i * step, fmt::format("{:.{}f}x", 1 + i * step, decimals_of(step))});
     return ticks;
   }
-  for (double power = 1; power <= end; power *= 10) {
+  for (double power = 1; power <= end; power *= 10)
     for (const double factor : {1.0, 2.0, 5.0})
       if (factor * power <= end)
         ticks.push_back({factor * power, fmt::format("{:.0f}x", factor * power)});
-  }
   return ticks;
 }
 

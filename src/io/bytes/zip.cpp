@@ -39,9 +39,8 @@ class Directory {
     files.reserve(entries_);
     std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges;
     std::uint64_t at = begin_;
-    for (std::uint64_t i = 0; i < entries_; ++i) {
+    for (std::uint64_t i = 0; i < entries_; ++i)
       at += read_entry(at, files.emplace_back(), ranges.emplace_back());
-    }
     require(at == end_, "its directory has another size than its files need");
     std::ranges::sort(ranges);
     for (std::size_t i = 1; i < ranges.size(); ++i)

@@ -23,11 +23,10 @@ template <std::size_t kBlock>
 std::vector<float> blocks(const float* matrix, std::size_t rows, std::size_t columns,
                           std::size_t begin, std::size_t end) {
   std::vector<float> packed;
-  for (std::size_t row = 0; row < rows; row += kBlock) {
+  for (std::size_t row = 0; row < rows; row += kBlock)
     for (std::size_t column = begin; column < end; ++column)
       for (std::size_t i = row; i < row + kBlock; ++i)
         packed.push_back(i < rows ? rounded(matrix[i * columns + column]) : 0.0f);
-  }
   return packed;
 }
 

@@ -98,11 +98,10 @@ Transform::Transform(const glm::dmat4& matrix) : matrix_(matrix), linear_(matrix
     std::array<double, 16> to, from;
     sh_basis(d, to.data());
     sh_basis(glm::transpose(q) * d, from.data());
-    for (std::size_t l = 0; l <= kMaxShDegree; ++l) {
+    for (std::size_t l = 0; l <= kMaxShDegree; ++l)
       for (std::size_t k = 0; k < 2 * l + 1; ++k)
         for (std::size_t j = 0; j < 2 * l + 1; ++j)
           sh_[l][k][j] += static_cast<float>(weight * to[l * l + k] * from[l * l + j]);
-    }
   });
 }
 

@@ -148,8 +148,6 @@ void read_to_open(const OpenRequest& request, int threads, Sampling sampling,
   report(std::move(last));
 }
 
-namespace fs = std::filesystem;
-
 std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
                                          const std::vector<Camera>& cameras) {
   std::map<int, fs::path> found;

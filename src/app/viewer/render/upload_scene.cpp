@@ -109,9 +109,8 @@ std::shared_ptr<const Scene> rest_of(const RenderContext& context,
   if (context.cropped && context.cropped->done == done && context.cropped->base)
     return context.cropped->base;
   std::shared_ptr<const Scene> rest = whole;
-  for (const CropWish& wish : done) {
+  for (const CropWish& wish : done)
     rest = after(*rest, find_removal(rest->cloud, wish.used_box(), wish.used_floaters()), false);
-  }
   return rest;
 }
 

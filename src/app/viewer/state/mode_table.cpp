@@ -72,14 +72,12 @@ std::vector<std::string> cells_of(const HudRow& row, const std::vector<TableColu
   return list_of<std::string>(columns, [&](const auto& each) { return (row.*each.cell).text; });
 }
 
-std::string latex_line(std::vector<std::string> cells) {
-  for (std::string& cell : cells) cell = latex_cell(cell);
-  return joined(cells, " & ") + " \\\\\n";
+std::string latex_line(const std::vector<std::string>& cells) {
+  return joined(list_of<std::string>(cells, latex_cell), " & ") + " \\\\\n";
 }
 
-std::string markdown_line(std::vector<std::string> cells) {
-  for (std::string& cell : cells) cell = markdown_text(cell);
-  return "| " + joined(cells, " | ") + " |\n";
+std::string markdown_line(const std::vector<std::string>& cells) {
+  return "| " + joined(list_of<std::string>(cells, markdown_text), " | ") + " |\n";
 }
 
 }  // namespace

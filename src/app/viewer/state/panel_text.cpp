@@ -20,9 +20,8 @@ namespace {
 // Where each letter begins, and the end of the text.
 std::vector<std::size_t> begins_of(const std::string& text) {
   std::vector<std::size_t> begins;
-  for (std::size_t i = 0; i < text.size(); ++i) {
+  for (std::size_t i = 0; i < text.size(); ++i)
     if ((static_cast<unsigned char>(text[i]) & 0xc0) != 0x80) begins.push_back(i);
-  }
   begins.push_back(text.size());
   return begins;
 }

@@ -174,9 +174,7 @@ ShapeOfGaussian shape_of_raw_rotation(const glm::vec4& quaternion, const glm::ve
   }
   // Directions without extent are any that complete the axes.
   if (flats == 3) return shape;
-  if (flats == 2) {
-    axes[flat[0]] = perpendicular_to(axes[3 - flat[0] - flat[1]]);
-  }
+  if (flats == 2) axes[flat[0]] = perpendicular_to(axes[3 - flat[0] - flat[1]]);
   if (flats > 0) {
     const int last = flat[flats - 1];
     axes[last] = glm::cross(axes[(last + 1) % 3], axes[(last + 2) % 3]);

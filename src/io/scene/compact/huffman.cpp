@@ -228,11 +228,10 @@ Array<std::uint16_t> unpack_bits(ByteSpan packed, std::size_t count, int bits) {
 std::vector<std::byte> pack_bits(std::span<const std::uint16_t> numbers, int bits) {
   std::vector<std::byte> packed(packed_bytes(numbers.size(), bits));
   std::size_t next = 0;
-  for (const std::uint16_t number : numbers) {
+  for (const std::uint16_t number : numbers)
     for (int bit = 0; bit < bits; ++bit, ++next)
       if ((number >> bit & 1) != 0)
         packed[next / 8] |= std::byte{0x80} >> static_cast<int>(next % 8);
-  }
   return packed;
 }
 

@@ -65,13 +65,10 @@ void check_format(const ConvertCommand& command) {
   if (find_writer(command.output, command.format) != nullptr) return;
   const std::vector<std::string> endings = written(&WriterRow::extension);
   const std::string ending = command.output.extension().string();
-  const bool is_read = std::ranges::any_of(readers(), [&](const ReaderRow& row) {
-    return std::ranges::count(separated(row.extensions, ' '), ending) > 0;
-  });
   fail(ErrorKind::usage, "convert: {}: {}; writable are {}{}", command.output.string(),
        ending.empty() ? "the name needs an ending that tells the format"
                       : fmt::format("cannot write '{}' files", ending),
-       joined(endings, ", "), is_read ? "" : suggestion(ending, endings));
+       joined(endings, ", "), reads_ending(ending) ? "" : suggestion(ending, endings));
 }
 
 int run(const ConvertCommand& command) {

@@ -16,6 +16,7 @@
 #include "base/fail.h"
 #include "base/path_kind.h"
 #include "base/seconds.h"
+#include "base/text.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
@@ -204,6 +205,13 @@ std::filesystem::path find_scene_file(const std::filesystem::path& path, int ite
   std::string list;
   for (const auto& [number, file] : iterations) list += fmt::format(" {}", number);
   fail("{}: has no iteration {}; there are:{}", path.string(), iteration, list);
+}
+
+bool reads_ending(const std::string& ending) {
+  const auto has = [&](const ReaderRow& row) {
+    return std::ranges::count(separated(row.extensions, ' '), ending) > 0;
+  };
+  return std::ranges::any_of(readers(), has);
 }
 
 bool holds_scene(const std::filesystem::path& path) try {

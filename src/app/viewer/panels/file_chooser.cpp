@@ -22,10 +22,7 @@ namespace fs = std::filesystem;
 
 bool readable(const fs::path& path) {
   const std::string ending = path.extension().string();
-  if (ending == ".json") return true;
-  return std::ranges::any_of(readers(), [&](const ReaderRow& row) {
-    return std::ranges::count(separated(row.extensions, ' '), ending) > 0;
-  });
+  return ending == ".json" || reads_ending(ending);
 }
 
 std::string date_of(const fs::path& path) {

@@ -8,14 +8,14 @@
 
 #include <fmt/format.h>
 
+#include "base/path_kind.h"
+
 namespace qs {
 
 std::optional<std::filesystem::path> find_asset(std::string_view name) {
   const std::filesystem::path source_tree = QUADSPLAT_SOURCE_TREE;
-  for (const auto& folder : {program_folder() / "../share/quadsplat", source_tree}) {
-    std::error_code error;
-    if (std::filesystem::is_regular_file(folder / name, error)) return folder / name;
-  }
+  for (const auto& folder : {program_folder() / "../share/quadsplat", source_tree})
+    if (is_file(folder / name)) return folder / name;
   return std::nullopt;
 }
 
@@ -23,11 +23,10 @@ std::optional<std::filesystem::path> find_font() {
   static constexpr const char* kFont = "assets/fonts/Roboto-Regular.ttf";
   const auto file = find_asset(kFont);
   static std::once_flag said;
-  if (!file) {
+  if (!file)
     std::call_once(said, [] {
       fmt::print(stderr, "quadsplat: {} is not beside the program: letters are small\n", kFont);
     });
-  }
   return file;
 }
 

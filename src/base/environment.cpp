@@ -21,10 +21,6 @@ std::string cpu_model() {
   return "unknown";
 }
 
-std::string utc_now() {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
-}
-
 }  // namespace
 
 Environment read_environment() {
@@ -35,7 +31,7 @@ Environment read_environment() {
           kCudaToolkit,
           cpu_model(),
           static_cast<int>(std::thread::hardware_concurrency()),
-          utc_now()};
+          fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))};
 }
 
 }  // namespace qs

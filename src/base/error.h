@@ -5,6 +5,7 @@
 // This header is plain C++ so that device code may include it; fail.h adds fmt formatting.
 #pragma once
 
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -28,5 +29,12 @@ class Error : public std::runtime_error {
 
 /// Thrown by work that was stopped through its stop_token. Not an Error, because nothing failed.
 struct Cancelled {};
+
+/// The sentence of any exception.
+inline const char* sentence_of(const std::exception& error) {
+  const bool no_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
+                         dynamic_cast<const std::length_error*>(&error) != nullptr;
+  return no_memory ? "not enough memory" : error.what();
+}
 
 }  // namespace qs

@@ -60,11 +60,10 @@ struct ThreadPool::State {
 
 ThreadPool::ThreadPool(int threads) : state_(std::make_unique<State>()) {
   if (threads <= 0) threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  for (int worker = 1; worker < threads; ++worker) {
+  for (int worker = 1; worker < threads; ++worker)
     state_->workers.emplace_back([state = state_.get(), worker](const std::stop_token& stop) {
       state->serve(stop, worker);
     });
-  }
 }
 
 ThreadPool::~ThreadPool() = default;

@@ -94,7 +94,7 @@ glm::dvec3 parse_direction(std::string_view what, std::string_view text) {
 }
 
 void add_new(std::vector<std::string>& list, const std::string& word) {
-  if (std::find(list.begin(), list.end(), word) == list.end()) list.push_back(word);
+  if (std::ranges::find(list, word) == list.end()) list.push_back(word);
 }
 
 std::string joined(std::span<const std::string> words, std::string_view separator) {
@@ -119,8 +119,7 @@ std::vector<std::string> separated(std::string_view text, char separator) {
 std::string escaped(std::string_view text, std::initializer_list<Escape> escapes) {
   std::string result;
   for (const char c : text) {
-    const auto escape = std::find_if(escapes.begin(), escapes.end(),
-                                     [c](const Escape& each) { return each.first == c; });
+    const auto escape = std::ranges::find(escapes, c, &Escape::first);
     result += escape == escapes.end() ? std::string_view(&c, 1) : escape->second;
   }
   return result;

@@ -50,13 +50,19 @@ void OptionTable::value(const std::string& name, const std::string& placeholder,
 void OptionTable::choice(const std::string& name, const std::vector<std::string>& names,
                          const std::function<void(int index)>& chosen, const std::string& help) {
   value(name, joined(names, "|"), help, names, [=](const std::string& given) {
-    const auto found = std::find(names.begin(), names.end(), given);
+    const auto found = std::ranges::find(names, given);
     if (found == names.end())
       fail(ErrorKind::usage, "{}: '{}' is none of {}{}", name, given, joined(names, ", "),
            suggestion(given, names));
     chosen(static_cast<int>(found - names.begin()));
   });
   offers(names);
+}
+
+void OptionTable::named(const std::string& name, const std::vector<std::string>& names,
+                        std::string& target, const std::string& help) {
+  const auto chosen = [&target, names](int i) { target = names[static_cast<std::size_t>(i)]; };
+  choice(name, names, chosen, help);
 }
 
 void OptionTable::common(const std::function<void()>& declare) {

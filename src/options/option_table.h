@@ -102,6 +102,9 @@ class OptionTable {
   /// One of `names`; chosen(index) gets its index.
   void choice(const std::string& name, const std::vector<std::string>& names,
               const std::function<void(int index)>& chosen, const std::string& help);
+  /// One of `names`, as a text.
+  void named(const std::string& name, const std::vector<std::string>& names, std::string& target,
+             const std::string& help);
   /// One of `names`, which are in the order of the enumeration `T`.
   template <class T, class Names>
   void enumerated(const std::string& name, const Names& names, T& target, const std::string& help) {

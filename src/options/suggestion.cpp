@@ -17,8 +17,8 @@ constexpr std::pair<std::string_view, std::string_view> kOtherWords[] = {{"gpu",
                                                                          {"help", "--help"}};
 
 std::string lower_word(std::string word) {
-  std::transform(word.begin(), word.end(), word.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(word, word.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return word;
 }
 
@@ -46,10 +46,9 @@ std::size_t distance(const std::string& a, const std::string& b) {
 
 std::string suggestion(const std::string& typed, std::span<const std::string> candidates) {
   const std::string* nearest = nullptr;
-  for (const auto& [word, meant] : kOtherWords) {
-    if (typed == word && std::find(candidates.begin(), candidates.end(), meant) != candidates.end())
+  for (const auto& [word, meant] : kOtherWords)
+    if (typed == word && std::ranges::find(candidates, meant) != candidates.end())
       return fmt::format("; did you mean '{}'?", meant);
-  }
   std::size_t least = std::min<std::size_t>(2, typed.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
     const std::size_t edits = distance(lower_word(typed), lower_word(candidate));

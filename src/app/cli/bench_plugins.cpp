@@ -36,9 +36,8 @@ std::string BenchPlugins::unique(const std::string& name) const {
 
 std::vector<Guest> BenchPlugins::guests() const {
   std::vector<Guest> guests;
-  for (const Plugin& plugin : plugins_) {
+  for (const Plugin& plugin : plugins_)
     if (plugin.renderer->usable()) guests.push_back({plugin.name, plugin.renderer.get()});
-  }
   return guests;
 }
 
@@ -54,14 +53,13 @@ void BenchPlugins::note(const std::string& camera, const std::string& problem) {
 void BenchPlugins::close() {
   for (const Plugin& plugin : plugins_) {
     const PluginRenderer& renderer = *plugin.renderer;
-    if (renderer.frames() > 0) {
+    if (renderer.frames() > 0)
       add_line(
           environment_, "plugins",
           plugin_line(
               {plugin.name, renderer.description(),
                fmt::format("{}, {}", plugin.library.filename().string(), file_hash(plugin.library)),
                renderer.measures_itself(), renderer.on_device(), scene_, renderer.call_factor()}));
-    }
     try {
       plugin.renderer->close();
     } catch (const Error& error) {

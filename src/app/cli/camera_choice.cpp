@@ -9,6 +9,7 @@
 #include "app/framing/up_axis.h"
 #include "app/measure/camera_path.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
 
@@ -52,8 +53,7 @@ std::vector<Shot> path_shots(const std::filesystem::path& file, int count) {
 
 // Throws Error(usage) for the name of a file.
 void require_json_text(const std::string& given) {
-  std::error_code error;
-  if (given.starts_with('{') || !std::filesystem::exists(given, error)) return;
+  if (given.starts_with('{') || !is_there(given)) return;
   fail(ErrorKind::usage,
        "--camera-json: {} is a file: give the text of one camera here, or the file to --cameras",
        given);
@@ -73,25 +73,22 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
     if (choice.holdout > 0) return test_shots(cameras, choice.holdout);
     std::vector<Shot> shots;
     for (const int index : choice.indices.empty() ? std::vector<int>{0} : choice.indices) {
-      if (index >= count) {
+      if (index >= count)
         fail("{}: has no camera {}: it holds cameras 0 to {}", file->string(), index, count - 1);
-      }
       shots.push_back(numbered_shot(cameras, index));
     }
     return shots;
   }
-  if (!choice.indices.empty() || choice.all || choice.holdout > 0) {
+  if (!choice.indices.empty() || choice.all || choice.holdout > 0)
     fail(
         "{}: no cameras were found beside it or in the three folders above: name their file with "
         "--cameras",
         scene.path.string());
-  }
   const Framing framing =
       choose_framing(scene.cloud, declared_up(frame.up, scene.vertical_axis), *session.pool);
-  if (framing.upside_down) {
+  if (framing.upside_down)
     warn(fmt::format("{} seems to be upside down: try --axes {}", scene.path.filename().string(),
                      turned_over(scene.axes)));
-  }
   const glm::ivec2 size = frame.size.value_or(kFramingSize);
   return {{framed_camera(framing, size.x, size.y), -1, "framing"}};
 }
@@ -144,9 +141,8 @@ std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& f
   }
   if (choice.steps && !choice.path) fail(ErrorKind::usage, "--path-steps needs a --camera-path");
   std::vector<Shot> shots = unsized_shots(choice, frame, session);
-  if (frame.size) {
+  if (frame.size)
     for (Shot& shot : shots) shot.camera = shot.camera.resized(frame.size->x, frame.size->y);
-  }
   return shots;
 }
 

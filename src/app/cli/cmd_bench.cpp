@@ -63,11 +63,10 @@ class Bench {
   int run() {
     const int sizes = std::max(command_.scaling, 1);
     parts_ = command_.scenes.size() * static_cast<std::size_t>(sizes);
-    for (const std::filesystem::path& path : command_.scenes) {
+    for (const std::filesystem::path& path : command_.scenes)
       for (int size = 1; size <= sizes; ++size)
         one_scene(path, command_.scaling > 0 ? glm::ivec2(size)
                                              : command_.replicate.value_or(glm::ivec2(1)));
-    }
     report_.view_count = view_;
     add_clock(report_.environment, clock_);
     fmt::print("{}", format_markdown(report_));

@@ -110,8 +110,7 @@ class Compare {
     ViewVariant& variant = view.variants.back();
     const bool judged = command_.against == kReferenceMode && settings.mode != kReferenceMode;
     if (!judged || variant.largest <= kTolerance) return;
-    Outputs outputs;
-    outputs.trace = true;
+    Outputs outputs{.trace = true};
     const Frame& frame = renderer.render(shot_.camera, settings, outputs);
     const ReferenceCheck check =
         check_against_reference(renderer_on(session_, Backend::cpu), {shot_.camera, settings},

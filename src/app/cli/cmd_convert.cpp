@@ -65,13 +65,10 @@ void check_format(const ConvertCommand& command) {
   if (find_writer(command.output, command.format) != nullptr) return;
   const std::vector<std::string> endings = written(&WriterRow::extension);
   const std::string ending = command.output.extension().string();
-  const bool is_read = std::ranges::any_of(readers(), [&](const ReaderRow& row) {
-    return std::ranges::count(separated(row.extensions, ' '), ending) > 0;
-  });
   fail(ErrorKind::usage, "convert: {}: {}; writable are {}{}", command.output.string(),
        ending.empty() ? "the name needs an ending that tells the format"
                       : fmt::format("cannot write '{}' files", ending),
-       joined(endings, ", "), is_read ? "" : suggestion(ending, endings));
+       joined(endings, ", "), reads_ending(ending) ? "" : suggestion(ending, endings));
 }
 
 int run(const ConvertCommand& command) {
@@ -101,7 +98,6 @@ int run(const ConvertCommand& command) {
 CommandAction convert_command(Options& options) {
   const auto command = std::make_shared<ConvertCommand>();
   const std::vector<std::string> endings = written(&WriterRow::extension);
-  const std::vector<std::string> formats = written(&WriterRow::name);
   Options::Samples outputs = {"out.unknown"};
   for (const std::string& ending : endings) outputs.push_back("out" + ending);
   options.positional("IN", command->input, kSceneHelp, kSceneSamples);
@@ -118,12 +114,8 @@ CommandAction convert_command(Options& options) {
       {"-100,-100,-100,100,100,100", "-0.5,-0.5,0,0.5,0.5,9"});
   options.flag("--drop-floaters", command->drops_floaters,
                "drops Gaussians that are very faint, very large or isolated");
-  options.choice(
-      "--format", formats,
-      [command = command.get(), formats](int chosen) {
-        command->format = formats[static_cast<std::size_t>(chosen)];
-      },
-      "format of the file (default: by the ending)");
+  options.named("--format", written(&WriterRow::name), command->format,
+                "format of the file (default: by the ending)");
   declare_axes_option(options, command->axes);
   options.overwrite();
   options.example("quadsplat convert plush.spz plush.ply", "a file that every viewer reads");

@@ -57,10 +57,9 @@ struct Views {
 Views choose_views(const EvalCommand& command) {
   const FrameOptions& frame = command.frame;
   const auto file = cameras_file(frame, find_scene_file(frame.scene, frame.iteration));
-  if (!file) {
+  if (!file)
     fail("{}: no cameras were found beside it: name their file with --cameras",
          frame.scene.string());
-  }
   std::vector<LensCamera> cameras = read_lens_cameras(*file);
   sort_by_name(cameras);
   const Photographs photographs(command.images);
@@ -76,10 +75,9 @@ Views choose_views(const EvalCommand& command) {
       ++views.skipped;
     }
   }
-  if (views.list.empty()) {
+  if (views.list.empty())
     fail("{}: holds no photograph named like one of the {} views of {}", command.images.string(),
          views.skipped, file->string());
-  }
   return views;
 }
 
@@ -125,13 +123,12 @@ class EvalRun {
         {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
         {"ssim", ssim_method(command_.ssim_border)},
         {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
-    if (network_ != nullptr) {
+    if (network_ != nullptr)
       method["lpips"] = {{"network", network_->name},
                          {"weights", command_.lpips->string()},
                          {"hash", file_hash(*command_.lpips)},
                          {"lpips_paper", "input 0..1, as in the published scripts of 3DGS"},
                          {"lpips", "input -1..1"}};
-    }
     return method;
   }
 
@@ -172,9 +169,8 @@ class EvalRun {
   std::optional<LpipsValues> lpips_of(const Image& image, const Image& photograph,
                                       const std::vector<ComparedImage>& compared) const {
     if (network_ == nullptr) return std::nullopt;
-    for (const ComparedImage& earlier : compared) {
+    for (const ComparedImage& earlier : compared)
       if (earlier.image.values == image.values) return earlier.lpips;
-    }
     return LpipsValues{distance_(image, photograph, lpips::InputRange::unit),
                        distance_(image, photograph, lpips::InputRange::symmetric)};
   }
@@ -205,7 +201,6 @@ class EvalRun {
 
 CommandAction eval_command(Options& options) {
   static constexpr const char* kBorders[] = {"zeros", "crop"};  // names in the order of SsimBorder
-  static constexpr const char* kSaveFormats[] = {"png", "ppm", "pfm"};
   const auto command = std::make_shared<EvalCommand>();
   declare_frame_options(options, command->frame);
   options.text("--images", "DIR", command->images,
@@ -235,10 +230,8 @@ CommandAction eval_command(Options& options) {
   declare_shard_option(options, command->shard, "evaluates every N-th view, from the I-th");
   options.text("--save", "DIR", command->save,
                "writes every rendered image, and the photographs as they were compared", {"saved"});
-  options.choice(
-      "--save-format", {std::begin(kSaveFormats), std::end(kSaveFormats)},
-      [command = command.get()](int chosen) { command->save_format = kSaveFormats[chosen]; },
-      "of --save; pfm keeps values exactly (default: png)");
+  options.named("--save-format", {"png", "ppm", "pfm"}, command->save_format,
+                "of --save; pfm keeps values exactly (default: png)");
   options.example("quadsplat eval garden/ --images garden/images_4 --holdout 8",
                   "a trained model on its test views");
   options.example("quadsplat eval plush.spz --images plush/images --cull all --csv quality.csv",

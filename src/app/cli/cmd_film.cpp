@@ -40,8 +40,7 @@ CameraTrack choose_track(const FilmCommand& command, const Session& session, glm
     if (command.arc) wish.arc = arc_of(*command.arc);
     return turntable_of(scene.cloud, cameras, framing, wish, *session.pool);
   }
-  const std::vector<Keyframe> keyframes = read_camera_path(*command.path);
-  return along(keyframes, command.ease, command.loop);
+  return along(read_camera_path(*command.path), command.ease, command.loop);
 }
 
 // Throws Cancelled after Ctrl+C or SIGTERM.
@@ -101,10 +100,9 @@ int film(const FilmCommand& command) {
   }
   fmt::print(stderr, "wrote {} ({} pictures, {} x {}, {} per second{})\n", command.output.string(),
              plan.frames(), plan.size.x, plan.size.y, plan.fps, altered_clause(session));
-  if (plan.quantity != Quantity::color) {
+  if (plan.quantity != Quantity::color)
     fmt::print(stderr, "{}: colours from {}{}\n", row_of(plan.quantity).name,
                plan.scale.text_of_ends(), row_of(plan.quantity).unit);
-  }
   if (plan.heatmap) {
     const HeatmapRow& row = heatmap_row(plan.heatmap->quantity);
     fmt::print(stderr, "heat map {}: colours from 0 to {} per {}\n", row.name,

@@ -73,14 +73,12 @@ int run(const InspectCommand& command) {
     json["tile_columns"] = frame.grid.columns;
     write_text(*command.json, json_file_text(json));
   }
-  if (command.json != "-") {
+  if (command.json != "-")
     fmt::print("{}, {} x {}, mode {}{}\n{}", shot.origin, size.x, size.y, mode,
                altered_clause(session), format_inspection(inspection));
-  }
   if (!command.output) return kExitOk;
-  if (!inspection.gaussian) {
+  if (!inspection.gaussian)
     fail("inspect: pixel {},{} shows no Gaussian to draw: choose another pixel", pixel.x, pixel.y);
-  }
   write_image(draw_construction({inspection, frame.color, frame.grid,
                                  picture_title(session.scene->path, shot.origin)}),
               *command.output,

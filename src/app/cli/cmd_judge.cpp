@@ -18,6 +18,7 @@
 #include "app/report/eval_report.h"
 #include "app/session/alterations.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
@@ -66,20 +67,10 @@ struct Side {
   Session session;                        // else the scene
 };
 
-bool holds_scene(const std::filesystem::path& path) {
-  try {
-    find_scene_file(path);
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
-}
-
 // The pictures of a folder without a model; nothing for a scene. Throws Error(input) if it has
 // neither.
 std::optional<PictureFolder> open_pictures(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_directory(path, error) || holds_scene(path)) return std::nullopt;
+  if (!is_folder(path) || holds_scene(path)) return std::nullopt;
   ProgressBar bar("counting pictures");
   const Progress progress = bar.progress();
   const Photographs pictures(path, [&](std::size_t count) {
@@ -166,9 +157,8 @@ class Judging {
     } else {
       for (const std::string& name : truth_.pictures->names()) take({name});
     }
-    if (views.empty()) {
+    if (views.empty())
       fail("{} and {}: no view has a picture in both", truth_.path.string(), judged_.path.string());
-    }
     if (missing > 0) warn(skipped_sentence(missing));
     return views;
   }
@@ -195,13 +185,12 @@ class Judging {
       truth = draw(truth_, view.judged ? fitted(*view.camera, judged, view.judged) : *view.camera);
     if (!view.judged)
       judged = draw(judged_, view.truth ? fitted(*view.camera, truth, view.truth) : *view.camera);
-    if (truth.width != judged.width || truth.height != judged.height) {
+    if (truth.width != judged.width || truth.height != judged.height)
       fail(
           "{}: {} has {} x {} pixels and {} has {} x {}: only pictures of one size can be "
           "compared",
           view.name, result_.truth, truth.width, truth.height, result_.judged, judged.width,
           judged.height);
-    }
     return judge_pictures(view.name, std::move(truth), std::move(judged), pool_);
   }
 
@@ -220,9 +209,8 @@ class Judging {
 
   // The rows of the sheet, worst first.
   void keep_worst(SheetRow row) {
-    const auto place = std::upper_bound(
-        sheet_.begin(), sheet_.end(), row,
-        [](const auto& a, const auto& b) { return a.quality.psnr < b.quality.psnr; });
+    const auto place = std::ranges::upper_bound(
+        sheet_, row, [](const auto& a, const auto& b) { return a.quality.psnr < b.quality.psnr; });
     sheet_.insert(place, std::move(row));
     if (sheet_.size() > static_cast<std::size_t>(options_.sheet_views)) sheet_.pop_back();
   }

@@ -59,14 +59,12 @@ constexpr ReportKind kKinds[] = {{"bench.json", "rows", write_bench},
 // The reports of one kind: either all folders hold one, or no folder does.
 std::vector<ReportPart> read_parts(const ReportKind& kind, const std::vector<path>& folders) {
   std::vector<ReportPart> parts;
-  for (const path& folder : folders) {
+  for (const path& folder : folders)
     if (std::filesystem::exists(folder / kind.file))
       parts.push_back(read_report_part(folder / kind.file, kind.rows));
-  }
-  for (const path& folder : folders) {
+  for (const path& folder : folders)
     if (!parts.empty() && !std::filesystem::exists(folder / kind.file))
       fail("merge: {}: holds no {} to join with {}", folder.string(), kind.file, parts[0].from);
-  }
   return parts;
 }
 
@@ -89,10 +87,9 @@ int run(const MergeCommand& command) {
   for (const path& folder : command.folders) require_folder("merge", folder);
   bool any = false;
   for (const ReportKind& kind : kKinds) any = merge_kind(kind, command) || any;
-  if (!any) {
+  if (!any)
     fail("merge: {}: holds none of bench.json, eval.json, stats.json",
          command.folders.front().string());
-  }
   return kExitOk;
 }
 

@@ -18,6 +18,7 @@
 #include "app/session/alterations.h"
 #include "app/session/shot.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
@@ -79,8 +80,7 @@ void check(const RenderCommand& command) {
 
 // The picture is read after others were written.
 void require_reference(const std::filesystem::path& picture) {
-  std::error_code error;
-  if (!std::filesystem::exists(picture, error)) fail("{}: no such file", picture.string());
+  if (!is_there(picture)) fail("{}: no such file", picture.string());
   note_input(picture);
 }
 
@@ -152,12 +152,11 @@ class RenderRun {
   void require_inset(const Camera& camera) const {
     require_part_inside(*command_.part, camera);
     const glm::ivec2 size = enlarged_size(*command_.part, command_.part_zoom);
-    if (size.x > camera.width || size.y > camera.height) {
+    if (size.x > camera.width || size.y > camera.height)
       fail(ErrorKind::usage,
            "--part: enlarged {} times it is {} x {}, but the picture is {} x {}: give a smaller "
            "--part-zoom",
            command_.part_zoom, size.x, size.y, camera.width, camera.height);
-    }
   }
 
   Scale first_scale(const Camera& camera) {
@@ -177,8 +176,7 @@ class RenderRun {
     if (command_.cameras.several()) path = with_shot(path, shot);
     if (command_.several_modes()) path = with_word(path, name);
     ImageMetadata metadata = frame_metadata(session_, shot.camera, mode, frame.stats);
-    const bool one = !command_.measures();
-    const Progress progress = one ? part_of(progress_, kDrawn, 1) : Progress();
+    const Progress progress = !command_.measures() ? part_of(progress_, kDrawn, 1) : Progress();
     std::string values;  // the unit of the file's values instead of colours
     if (command_.quantity != Quantity::color) {
       const ValueMap map = map_of(frame, command_.quantity, shot.camera.width, shot.camera.height);

@@ -16,6 +16,8 @@
 #include "app/session/alterations.h"
 #include "base/environment.h"
 #include "base/fail.h"
+#include "base/list_of.h"
+#include "base/path_kind.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
@@ -43,16 +45,14 @@ std::vector<Shot> choose_views(const ReportCommand& command, const Session& sess
 
 // The page's file. Checked before the work, which takes a minute.
 std::filesystem::path output_file(const std::filesystem::path& output) {
-  std::error_code error;
   if (output.extension() == ".html") {
     check_targets({output});
     return output;
   }
-  if (output.has_extension() && !std::filesystem::is_directory(output, error)) {
+  if (output.has_extension() && !is_folder(output))
     fail(ErrorKind::usage,
          "{}: a report ends in .html; a name without an ending is a folder for report.html",
          output.string());
-  }
   check_folder(output);
   check_target(output / "report.html");
   return output / "report.html";
@@ -66,8 +66,7 @@ class Report {
         shots_(choose_views(command, session_)) {}
 
   int run() {
-    std::vector<Camera> cameras;
-    for (const Shot& shot : shots_) cameras.push_back(shot.camera);
+    const auto cameras = list_of<Camera>(shots_, &Shot::camera);
     ProgressBar bar("studying");
     SceneStudy study =
         study_scene(*session_.renderer, cameras, session_.settings, *session_.pool, bar.progress());
@@ -91,9 +90,7 @@ class Report {
   }
 
   std::string view_names() const {
-    std::vector<std::string> names;
-    for (const Shot& shot : shots_) names.push_back(shot.origin);
-    return fmt::format("{}, {}", joined(names, ", "), size());
+    return joined(list_of<std::string>(shots_, &Shot::origin), ", ") + ", " + size();
   }
 
   std::string plots_caption(const std::string& name) const {

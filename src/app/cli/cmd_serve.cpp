@@ -45,11 +45,10 @@ std::optional<SibrOptions> sibr_options(const ServeCommand& command, Arguments a
     fail(ErrorKind::usage, "serve: {}: needs --sibr", option);
   if (!command.answers_sibr) return {};
   const std::string &address = command.serve.address, &name = command.sibr.name;
-  if (address != "127.0.0.1" && address != "::1") {
+  if (address != "127.0.0.1" && address != "::1")
     fail(ErrorKind::usage,
          "serve: --address {}: --sibr asks nobody for a token, so it works at 127.0.0.1 only",
          address);
-  }
   const auto is_plain = [](char c) { return c >= ' ' && c <= '~'; };
   if (name.size() > kMostSibrName || !std::ranges::all_of(name, is_plain))
     fail(ErrorKind::usage, "serve: --sibr-name: must be ASCII text of at most {} letters",

@@ -46,9 +46,8 @@ PageFacts page_of(const TrainCommand& command) {
 
 void print_continuation(const char* what, Arguments arguments) {
   std::string again = "quadsplat train";
-  for (const std::string& word : arguments) {
+  for (const std::string& word : arguments)
     if (word != "--resume") again += " " + shell_word(word);
-  }
   fmt::print("{}; to continue: {} --resume\n", what, again);
 }
 

@@ -10,6 +10,7 @@
 #include "app/remote/tcp.h"
 #include "app/viewer/view_options.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/camera/cameras.h"
 #include "options/suggestion.h"
 
@@ -25,12 +26,10 @@ struct ViewCommand {
 
 // --beside names a variant, or else the file of a scene.
 void take_scene_beside(ViewOptions& view) {
-  std::error_code error;
   if (!view.beside || find_variant(*view.beside, {})) return;
-  if (!std::filesystem::exists(*view.beside, error)) {
+  if (!is_there(*view.beside))
     fail(ErrorKind::usage, "view: --beside: '{}' is neither a mode nor a file{}", *view.beside,
          suggestion(*view.beside, mode_list()));
-  }
   if (view.frame.scene.empty())
     fail(ErrorKind::usage, "view: --beside {}: name the scene to show it beside", *view.beside);
   view.beside_scene = *view.beside;
@@ -52,18 +51,15 @@ int run(ViewCommand& command) {
   if (command.connect) connect(command);
   if (!command.scenes.empty()) {
     view.frame.scene = command.scenes.front();
-    std::error_code error;
-    if (!std::filesystem::exists(view.frame.scene, error)) {
+    if (!is_there(view.frame.scene))
       fail(ErrorKind::usage, "'{}' is neither a command nor a file (see 'quadsplat --help')",
            view.frame.scene.string());
-    }
     if (command.scenes.size() > 1)
       fail(ErrorKind::usage, "view: the window shows one scene: name only one");
   }
-  if (view.frame.settings.tile_px != kTileSize) {
+  if (view.frame.settings.tile_px != kTileSize)
     fail(ErrorKind::usage, "view: --tile-size {}: the window draws tiles of {} pixels only",
          view.frame.settings.tile_px, kTileSize);
-  }
   take_scene_beside(view);
   view.vsync = !command.no_vsync;
   view.interop = !command.no_interop;

@@ -77,15 +77,13 @@ int replay(const ZoomCommand& command) {
   Session session = open_session(frame);
   session.settings = bundle.settings;
   const std::string hash = file_hash(session.scene->path);
-  if (hash != bundle.scene_hash) {
+  if (hash != bundle.scene_hash)
     fail("{}: has changed since the zoom was measured ({}, now {})", session.scene->path.string(),
          bundle.scene_hash, hash);
-  }
   nlohmann::ordered_json was = bundle.altered, is = alterations_of(session).json;
-  if (was["edits"] != is["edits"]) {
+  if (was["edits"] != is["edits"])
     fail(ErrorKind::usage, "zoom: {}: its scene was edited, and these edits cannot be repeated",
          command.replay->string());
-  }
   nlohmann::ordered_json environment = environment_json(session);
   std::vector<BenchRow> rows =
       measure(session, bundle, command.out_dir ? command.plan : ViewPlan{1, 0, 1}, environment);
@@ -125,11 +123,8 @@ int run(ZoomCommand& command, Arguments arguments) {
   bundle.modes = command.frame.modes;
   bundle.environment["flags"] = std::vector<std::string>(arguments.begin(), arguments.end());
   bundle.rows = measure(session, bundle, command.plan, bundle.environment);
-  if (command.out_dir) {
-    save(session, bundle, *command.out_dir);
-  } else {
-    fmt::print("{}", format_csv(bundle.rows));
-  }
+  command.out_dir ? save(session, bundle, *command.out_dir)
+                  : fmt::print("{}", format_csv(bundle.rows));
   return kExitOk;
 }
 

@@ -13,6 +13,8 @@
 
 #include "app/plugin/protocol.h"
 #include "base/fail.h"
+#include "base/list_of.h"
+#include "base/path_kind.h"
 #include "base/quit_signals.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
@@ -99,10 +101,8 @@ std::string gpu_list() {
 
 // Throws Error(usage) for a mistyped command, which would otherwise be read as a scene.
 void check_first_word(const std::string& word) {
-  std::error_code error;
-  if (word.starts_with('-') || std::filesystem::exists(word, error)) return;
-  std::vector<std::string> names;
-  for (const Command& command : kCommands) names.emplace_back(command.name);
+  if (word.starts_with('-') || is_there(word)) return;
+  std::vector<std::string> names = list_of<std::string>(kCommands, &Command::name);
   names.insert(names.end(), kProgramOptions.begin(), kProgramOptions.end());
   const std::string meant = suggestion(word, names);
   if (!meant.empty()) fail(ErrorKind::usage, "'{}' is neither a command nor a file{}", word, meant);
@@ -119,9 +119,7 @@ void check_order(Arguments arguments, const Options& options) {
   for (std::size_t i = 1; i < arguments.size(); ++i) {
     const std::string& word = arguments[i];
     const bool is_command = std::ranges::count(kCommands, word, &Command::name) > 0;
-    std::error_code error;
-    if (!is_command || std::filesystem::exists(word, error) || takes_value(arguments[i - 1]))
-      continue;
+    if (!is_command || is_there(word) || takes_value(arguments[i - 1])) continue;
     fail(ErrorKind::usage, "the command comes before its {}: 'quadsplat {} {} ...'",
          arguments.front().starts_with('-') ? "options" : "scene", word, arguments.front());
   }

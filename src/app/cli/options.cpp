@@ -97,11 +97,10 @@ const char* given_option(std::span<const std::string> arguments,
 
 std::string Options::usage() const {
   std::string text;
-  for (const Option& option : table()) {
+  for (const Option& option : table())
     if (option.positional())
       text += option.required ? fmt::format("{}{} ", option.name, option.most < 0 ? "..." : "")
                               : fmt::format("[{}] ", option.name);
-  }
   return text + "[options]";
 }
 
@@ -113,10 +112,9 @@ std::string Options::help() const {
                               : fmt::format("  {}\n  {:28}  {}\n", left, "", right);
   };
   const auto lines = [&](bool positional, bool common) {
-    for (const Option& option : table()) {
+    for (const Option& option : table())
       if (option.positional() == positional && option.common == common)
         line(option.shown(), option.help);
-    }
   };
   lines(true, false);
   lines(false, false);

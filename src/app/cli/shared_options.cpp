@@ -8,6 +8,7 @@
 #include "app/viewer/preferences.h"
 #include "app/viewer/view_options.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/file_guard.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
@@ -130,10 +131,8 @@ void note_inputs(const FrameOptions& frame) {
 }
 
 void require_folder(const char* command, const std::filesystem::path& folder) {
-  std::error_code error;
-  if (!std::filesystem::exists(folder, error))
-    fail("{}: {}: does not exist", command, folder.string());
-  if (!std::filesystem::is_directory(folder, error))
+  if (!is_there(folder)) fail("{}: {}: does not exist", command, folder.string());
+  if (!is_folder(folder))
     fail("{}: {}: is a file, but a folder is needed", command, folder.string());
 }
 
@@ -156,12 +155,11 @@ void declare_axes_option(Options& options, std::string& axes) {
       "directions of x, y, z, a letter each: Right/Left, Down/Up, Back/Forward; RFU has z "
       "up (default: what the file declares)",
       {"LDF", "RFU"}, [&axes](const std::string& text) {
-        if (!is_axes(text)) {
+        if (!is_axes(text))
           fail(ErrorKind::usage,
                "--axes: '{}' is no right-handed frame of three letters, such as RDF (y "
                "down), RUB (y up) or RFU (z up)",
                text);
-        }
         axes = text;
       });
 }

@@ -13,11 +13,10 @@ namespace {
 
 TrainingProgress progress_of(const train::RunStatus& status, int iterations,
                              const std::filesystem::path& folder) {
-  TrainingProgress progress;
-  progress.iteration = status.trainer.iteration();
-  progress.iterations = iterations;
-  progress.loss = status.loss;
-  progress.gaussians = status.trainer.gaussians();
+  TrainingProgress progress{.iteration = status.trainer.iteration(),
+                            .iterations = iterations,
+                            .loss = status.loss,
+                            .gaussians = status.trainer.gaussians()};
   const auto& rows = status.log.rows;
   for (auto row = rows.rbegin(); row != rows.rend() && !progress.test_psnr; ++row) {
     if (!row->test) continue;

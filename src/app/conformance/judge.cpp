@@ -34,26 +34,24 @@ bool better(const Score& a, const Score& b) {
 
 // The best set and all sets that are not clearly worse, best first.
 std::vector<MistakeSet> best_sets(std::vector<Score> scores) {
-  std::stable_sort(scores.begin(), scores.end(), better);
+  std::ranges::stable_sort(scores, better);
   std::vector<MistakeSet> sets;
   const Score& best = scores.front();
-  for (const Score& score : scores) {
+  for (const Score& score : scores)
     if (score.matched == best.matched && score.set.size() == best.set.size() &&
         score.squared_error <= kClearlyBetter * best.squared_error)
       sets.push_back(score.set);
-  }
   return sets;
 }
 
 MistakeSet with(MistakeSet set, std::size_t mistake) {
-  set.insert(std::upper_bound(set.begin(), set.end(), mistake), mistake);
+  set.insert(std::ranges::upper_bound(set, mistake), mistake);
   return set;
 }
 
 bool excluded(const MistakeSet& set, std::size_t mistake) {
-  return std::any_of(set.begin(), set.end(), [&](std::size_t other) {
-    return mistakes()[other].part == mistakes()[mistake].part;
-  });
+  return std::ranges::any_of(
+      set, [&](std::size_t other) { return mistakes()[other].part == mistakes()[mistake].part; });
 }
 
 class KitJudge {
@@ -68,10 +66,9 @@ class KitJudge {
     measure();
     if (judgement_.count(Result::failed) == 0) return judgement_;
     find_causes();
-    for (std::size_t scene = 0; scene < views_.size(); ++scene) {
+    for (std::size_t scene = 0; scene < views_.size(); ++scene)
       if (judgement_.scenes[scene].result == Result::failed && fits_.count(scene) != 0)
         explain(scene);
-    }
     return judgement_;
   }
 
@@ -102,13 +99,12 @@ class KitJudge {
 
   void find_causes() {
     std::vector<Score> scores = scores_of_variants();
-    for (std::size_t set = 0; set < scores.size(); ++set) {
+    for (std::size_t set = 0; set < scores.size(); ++set)
       for (const auto& [scene, fits] : fits_) add(fits[set], scores[set]);
-    }
     const std::size_t without = scores.front().matched;
     while (true) {
       const std::vector<MistakeSet> best = best_sets(scores);
-      const Score& top = *std::min_element(scores.begin(), scores.end(), better);
+      const Score& top = *std::ranges::min_element(scores, better);
       if (top.matched <= std::max(matched_, without)) break;
       matched_ = top.matched;
       judgement_.causes = best;
@@ -129,9 +125,8 @@ class KitJudge {
   // The scores of the sets that add one mistake to `set`.
   std::vector<Score> scores_of_larger(const MistakeSet& set) {
     std::vector<Score> scores;
-    for (std::size_t mistake = 0; mistake < mistakes().size(); ++mistake) {
+    for (std::size_t mistake = 0; mistake < mistakes().size(); ++mistake)
       if (!excluded(set, mistake)) scores.push_back({with(set, mistake)});
-    }
     pool_.for_each(scores.size(), 1, [&](std::size_t i) {
       for (const auto& [scene, fits] : fits_) add(fit(scene, scores[i].set), scores[i]);
     });
@@ -221,9 +216,8 @@ Fit fit_of(const Picture8& picture, const Picture8& expected, int limit) {
 }
 
 Variants::Variants(int most, ThreadPool& pool, const Progress& progress) {
-  for (int count = 0; count <= most; ++count) {
+  for (int count = 0; count <= most; ++count)
     for (MistakeSet& set : sets_of_mistakes(count)) sets_.push_back(std::move(set));
-  }
   const std::size_t scenes = kit_scenes().size();
   which_.resize(scenes);
   pictures_.resize(scenes);
@@ -244,7 +238,7 @@ Variants::Variants(int most, ThreadPool& pool, const Progress& progress) {
 }
 
 std::optional<std::size_t> Variants::find(const MistakeSet& set) const {
-  const auto found = std::find(sets_.begin(), sets_.end(), set);
+  const auto found = std::ranges::find(sets_, set);
   if (found == sets_.end()) return {};
   return static_cast<std::size_t>(found - sets_.begin());
 }
@@ -279,10 +273,9 @@ Submission read_submission(const std::filesystem::path& folder) {
       problem = error.what();
     }
   }
-  if (!any) {
+  if (!any)
     fail("{}: it has no picture of the kit, such as {}.png", folder.string(),
          kit_scenes().front().name);
-  }
   return submission;
 }
 

@@ -19,10 +19,10 @@ using Json = nlohmann::ordered_json;
 
 // Rows of the 3x4 matrix.
 Json matrix_json(const glm::dmat4x3& matrix) {
-  Json rows = Json::array();
-  for (int row = 0; row < 3; ++row)
-    rows.push_back({matrix[0][row], matrix[1][row], matrix[2][row], matrix[3][row]});
-  return rows;
+  const auto row = [&](int r) {
+    return Json{matrix[0][r], matrix[1][r], matrix[2][r], matrix[3][r]};
+  };
+  return {row(0), row(1), row(2)};
 }
 
 Json scene_entry(const KitScene& scene, const KitView& view) {

@@ -36,7 +36,7 @@ glm::vec3* sh_of(GaussianCloud& cloud, std::size_t i) {
 GaussianCloud cloud_of(const std::vector<Blob>& blobs, int degree = 0) {
   GaussianCloud cloud;
   cloud.resize(blobs.size(), degree);
-  std::fill(cloud.sh.begin(), cloud.sh.end(), glm::vec3(0));
+  std::ranges::fill(cloud.sh, glm::vec3(0));
   for (std::size_t i = 0; i < blobs.size(); ++i) {
     const Blob& blob = blobs[i];
     cloud.positions[i] = blob.position;
@@ -52,12 +52,10 @@ GaussianCloud cloud_of(const std::vector<Blob>& blobs, int degree = 0) {
 /// A camera at the origin that looks along +z.
 Camera kit_camera(int width = kKitWidth, int height = kKitHeight,
                   glm::dvec2 focal_px = glm::dvec2(kKitFocal)) {
-  Camera camera;
-  camera.focal_px = focal_px;
-  camera.center_px = 0.5 * glm::dvec2(width - 1, height - 1);
-  camera.width = width;
-  camera.height = height;
-  return camera;
+  return {.focal_px = focal_px,
+          .center_px = 0.5 * glm::dvec2(width - 1, height - 1),
+          .width = width,
+          .height = height};
 }
 
 /// Rotation of a Gaussian about an axis by degrees.
@@ -96,12 +94,10 @@ std::vector<Blob> six_blobs(const MakeBlob& blob) {
 // coefficient k and channel c.
 template <class Wave>
 void set_sh(KitView& view, int first, int last, float scale, const Wave& wave) {
-  for (std::size_t i = 0; i < view.cloud.size(); ++i) {
-    for (int k = first; k <= last; ++k) {
+  for (std::size_t i = 0; i < view.cloud.size(); ++i)
+    for (int k = first; k <= last; ++k)
       for (int c = 0; c < 3; ++c)
         sh_of(view.cloud, i)[k][c] = scale * static_cast<float>(wave(k, c, static_cast<double>(i)));
-    }
-  }
 }
 
 KitView view_of(const std::vector<Blob>& blobs, const Camera& camera = kit_camera(),
@@ -312,10 +308,9 @@ KitView many() {
     blobs.push_back(blob);
   }
   KitView view{cloud_of(blobs, 3), camera, {}};
-  for (std::size_t i = 0; i < blobs.size(); ++i) {
+  for (std::size_t i = 0; i < blobs.size(); ++i)
     for (int k = 1; k < 16; ++k)
       sh_of(view.cloud, i)[k] = 0.3f * (glm::vec3{number(), number(), number()} - 0.5f);
-  }
   return view;
 }
 

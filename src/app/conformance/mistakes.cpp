@@ -42,17 +42,15 @@ void change_sh(Drawing& d, const Change& change) {
 
 void sh_opposite(Drawing& d) {  // odd functions change their sign
   change_sh(d, [](glm::vec3* sh, std::size_t count) {
-    for (std::size_t k = 1; k < count; ++k) {
+    for (std::size_t k = 1; k < count; ++k)
       if (k < 4 || k >= 9) sh[k] = -sh[k];
-    }
   });
 }
 
 void sh_signs(Drawing& d) {  // functions that 3DGS defines with a minus
   change_sh(d, [](glm::vec3* sh, std::size_t count) {
-    for (const std::size_t k : {1u, 3u, 5u, 7u, 9u, 11u, 13u, 15u}) {
+    for (const std::size_t k : {1u, 3u, 5u, 7u, 9u, 11u, 13u, 15u})
       if (k < count) sh[k] = -sh[k];
-    }
   });
 }
 
@@ -62,10 +60,9 @@ void sh_interleaved(Drawing& d) {
     const auto value_of_file = [&](std::size_t i) {  // all of red, then green, then blue
       return old[1 + i % (count - 1)][static_cast<int>(i / (count - 1))];
     };
-    for (std::size_t k = 1; k < count; ++k) {
+    for (std::size_t k = 1; k < count; ++k)
       for (std::size_t c = 0; c < 3; ++c)
         sh[k][static_cast<int>(c)] = value_of_file(3 * (k - 1) + c);
-    }
   });
 }
 
@@ -207,9 +204,8 @@ std::vector<MistakeSet> sets_of_mistakes(int count) {
   std::vector<MistakeSet> sets;
   for (std::size_t a = 0; a < mistakes().size(); ++a) {
     if (count == 1) sets.push_back({a});
-    for (std::size_t b = a + 1; count == 2 && b < mistakes().size(); ++b) {
+    for (std::size_t b = a + 1; count == 2 && b < mistakes().size(); ++b)
       if (mistakes()[a].part != mistakes()[b].part) sets.push_back({a, b});
-    }
   }
   return sets;
 }

@@ -32,7 +32,7 @@ class Plain {
       : cloud_(cloud), settings_(settings), rules_(rules), view_(make_view<double>(camera)) {
     for (int axis = 0; axis < 2; ++axis) view_.slope_limit[axis] *= rules.slope_limit;
     for (std::size_t i = 0; i < cloud.size(); ++i) project(i);
-    std::sort(splats_.begin(), splats_.end(), [&](const PlainSplat& a, const PlainSplat& b) {
+    std::ranges::sort(splats_, [&](const PlainSplat& a, const PlainSplat& b) {
       if (a.key != b.key) return a.key < b.key;
       return rules.reversed_ties ? a.gaussian > b.gaussian : a.gaussian < b.gaussian;
     });

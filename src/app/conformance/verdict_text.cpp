@@ -11,6 +11,7 @@
 #include "app/picture/palette.h"
 #include "app/report/html_page.h"
 #include "base/json_of.h"
+#include "base/list_of.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 
@@ -20,13 +21,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json names_json(const std::vector<MistakeSet>& causes) {
-  Json sets = Json::array();
-  for (const MistakeSet& cause : causes) {
-    Json names = Json::array();
-    for (const std::size_t mistake : cause) names.push_back(mistakes()[mistake].name);
-    sets.push_back(names);
-  }
-  return sets;
+  const auto name_of = [](std::size_t mistake) { return mistakes()[mistake].name; };
+  return list_of<Json>(causes, [&](const auto& cause) { return list_of<Json>(cause, name_of); });
 }
 
 std::string alternatives(const std::vector<MistakeSet>& causes) {
@@ -64,12 +60,10 @@ Image sheet_of(const KitView& view, const SceneVerdict& verdict, const Picture8&
   // color(pixel) for every pixel.
   const auto draw_panel = [&](const char* title, const auto& color) {
     draw_text(sheet, font, {left, 0}, title, on_white::kInk);
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
         fill_rect(sheet, {left + zoom * x, kLine + zoom * y, zoom, zoom},
                   color(static_cast<std::size_t>(y * width + x)));
-      }
-    }
     left += zoom * width + kGap;
   };
   draw_panel("truth", [&](std::size_t pixel) { return color_at(truth, pixel); });
@@ -79,11 +73,9 @@ Image sheet_of(const KitView& view, const SceneVerdict& verdict, const Picture8&
   for (int y = 0; y < length; ++y)
     fill_rect(sheet, {bar, kLine + y, kBar, 1},
               viridis(1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(length)));
-  for (const int tick : {0, kScaleEnd / 2, kScaleEnd}) {
-    const int y = kLine + length - length * tick / kScaleEnd;
-    draw_text(sheet, font, {bar + kBar + 4, y - kLine / 2},
+  for (const int tick : {0, kScaleEnd / 2, kScaleEnd})
+    draw_text(sheet, font, {bar + kBar + 4, kLine + length - length * tick / kScaleEnd - kLine / 2},
               std::to_string(tick) + (tick == kScaleEnd ? "+" : ""), on_white::kInk);
-  }
   left += kBar + kTicks;
   if (!verdict.causes.empty()) {
     const Picture8 wrong = picture8(draw_with(view, verdict.causes.front()));

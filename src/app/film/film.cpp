@@ -199,26 +199,22 @@ const FilmFormat kFormats[] = {
 const FilmFormat& checked_format(const fs::path& path, glm::ivec2 size, double fps) {
   const std::string ending = picture_extension(path);
   const auto found = std::ranges::find(kFormats, ending, &FilmFormat::ending);
-  if (found == std::end(kFormats)) {
+  if (found == std::end(kFormats))
     fail(
         ErrorKind::usage,
         "{}: a film ends in .mp4, .webm or .gif; a name without an ending is a folder of PNG files",
         path.string());
-  }
-  if (found->even_size && (size.x % 2 != 0 || size.y % 2 != 0)) {
+  if (found->even_size && (size.x % 2 != 0 || size.y % 2 != 0))
     fail(ErrorKind::usage, "{}: {} needs an even width and height, but the size is {} x {}",
          path.string(), ending, size.x, size.y);
-  }
-  if (fps > found->most_fps) {
+  if (fps > found->most_fps)
     fail(ErrorKind::usage, "{}: {} holds at most {} pictures per second", path.string(), ending,
          found->most_fps);
-  }
-  if (!found->folder() && !ffmpeg_is_installed()) {
+  if (!found->folder() && !ffmpeg_is_installed())
     fail(ErrorKind::device,
          "{}: ffmpeg encodes films and is not installed; a name without an ending, such as {}, is "
          "a folder of PNG files and does not need it",
          path.string(), path.stem().string());
-  }
   if (found->folder()) {
     check_folder(path);
     require_new_folder(path, may_overwrite());
@@ -246,7 +242,7 @@ class Ffmpeg {
   /// if it has ended.
   void add(const Image& picture) {
     bytes_.resize(picture.values.size());
-    std::transform(picture.values.begin(), picture.values.end(), bytes_.begin(), to_8bit);
+    std::ranges::transform(picture.values, bytes_.begin(), to_8bit);
     if (process_.send(std::as_bytes(std::span(bytes_)))) return;
     process_.wait();
     fail("{}: ffmpeg ended before the film did: {}", name_, first_message());
@@ -303,9 +299,8 @@ void write_folder(const fs::path& path, const std::function<void(const AddPictur
 
 bool ffmpeg_is_installed() {
   const char* folders = std::getenv("PATH");
-  for (const std::string& folder : separated(folders == nullptr ? "" : folders, ':')) {
+  for (const std::string& folder : separated(folders == nullptr ? "" : folders, ':'))
     if (!folder.empty() && access((folder + "/ffmpeg").c_str(), X_OK) == 0) return true;
-  }
   return false;
 }
 
@@ -338,8 +333,7 @@ CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease,
             const double angle = arc.whole() ? turn : middle + half * std::sin(phase + turn);
             const double aspect = static_cast<double>(size.x) / size.y;
             const Framing shown = box ? whole_subject(framing, *box, arc, aspect) : framing;
-            const Camera camera = framed_camera(shown, size.x, size.y);
-            return orbited(camera, shown.target, shown.up, angle, 0);
+            return orbited(framed_camera(shown, size.x, size.y), shown.target, shown.up, angle, 0);
           }};
 }
 
@@ -349,8 +343,8 @@ CameraTrack turntable_of(const GaussianCloud& cloud, const std::vector<Camera>& 
   if (wish.arc) return turntable(framing, *wish.arc, wish.ease, box);
   const Arc free = free_arc(cameras, cloud, framing, pool);
   const double aspect = static_cast<double>(wish.size.x) / wish.size.y;
-  const Arc arc = clear_arc(free, whole_subject(framing, box, free, aspect), cloud);
-  return turntable(framing, arc, wish.ease, box);
+  return turntable(framing, clear_arc(free, whole_subject(framing, box, free, aspect), cloud),
+                   wish.ease, box);
 }
 
 CameraTrack along(std::vector<Keyframe> keyframes, Ease ease, bool closed) {

@@ -8,13 +8,10 @@
 #include <glm/trigonometric.hpp>
 
 #include "app/framing/scene_box.h"
+#include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 namespace {
-
-bool is_finite(const glm::vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 bool is_drawable(const GaussianCloud& cloud, std::size_t i) {
   constexpr float kLargest = 80;  // exp(80) is finite

@@ -44,9 +44,8 @@ struct FrameComparison {
     for (const std::uint32_t gaussian : list_of(frame.trace, tile)) marks[gaussian] = tile + 1;
     const int side = all.grid.tile_px;
     const int x0 = tile % all.grid.columns * side, y0 = tile / all.grid.columns * side;
-    for (int y = y0; y < std::min(y0 + side, map.height); ++y) {
+    for (int y = y0; y < std::min(y0 + side, map.height); ++y)
       for (int x = x0; x < std::min(x0 + side, map.width); ++x) one_pixel(tile, {x, y}, marks, map);
-    }
   }
 
   void one_pixel(int tile, glm::ivec2 pixel, const std::vector<int>& marks, MissedMap& map) const {
@@ -132,15 +131,13 @@ Outputs HeatmapMaker::outputs() const {
 FrameHeatmap HeatmapMaker::map(const Frame& frame) const {
   if (!baseline_) return {make_heatmap(frame, quantity_, size_.x, size_.y), std::nullopt};
   MissedMap missed = missed_contributions(*baseline_, frame, size_, background_, pool_, stop_);
-  Heatmap heatmap = missed_heatmap(missed);
-  return {std::move(heatmap), std::move(missed)};
+  return {missed_heatmap(missed), std::move(missed)};
 }
 
 CullMode scale_mode(HeatQuantity quantity, CullMode baseline) {
   if (quantity != HeatQuantity::missed) return baseline;
-  for (CullMode mode = 1; mode <= mode_count(); ++mode) {
+  for (CullMode mode = 1; mode <= mode_count(); ++mode)
     if (!row_of(mode).lossless && !row_of(mode).keeps_faint) return mode;
-  }
   return baseline;
 }
 

@@ -10,6 +10,7 @@
 
 #include "base/fail.h"
 #include "base/json_of.h"
+#include "base/list_of.h"
 #include "base/text.h"
 
 namespace qs {
@@ -29,9 +30,7 @@ ordered_json json_of(const Box& box) {
   return {{"low", json_of(box.low)}, {"high", json_of(box.high)}};
 }
 ordered_json json_of(const std::vector<Box>& boxes) {
-  ordered_json list = ordered_json::array();
-  for (const Box& box : boxes) list.push_back(json_of(box));
-  return list;
+  return list_of<ordered_json>(boxes, [](const Box& box) { return json_of(box); });
 }
 
 ordered_json json_of(const Contribution& c) {
@@ -124,21 +123,19 @@ Outputs inspection_outputs() { return {.trace = true}; }
 
 Inspection inspect(const Frame& frame, glm::ivec2 size, glm::ivec2 pixel, glm::vec3 background,
                    std::optional<std::uint32_t> gaussian) {
-  if (pixel.x < 0 || pixel.y < 0 || pixel.x >= size.x || pixel.y >= size.y) {
+  if (pixel.x < 0 || pixel.y < 0 || pixel.x >= size.x || pixel.y >= size.y)
     fail(ErrorKind::usage, "inspect: there is no pixel {},{}: the picture is {} x {}", pixel.x,
          pixel.y, size.x, size.y);
-  }
   Inspection result;
   result.pixel = inspect_pixel(frame, pixel, background);
   const std::optional<std::uint32_t> picked = gaussian ? gaussian : heaviest(result.pixel);
   if (!picked) return result;
   const std::optional<std::size_t> slot = slot_of(frame.trace, *picked);
-  if (!slot) {
+  if (!slot)
     fail(ErrorKind::usage,
          "inspect: Gaussian {} is not visible in this view and mode, in which {} of the scene's "
          "{} Gaussians are",
          *picked, frame.stats.visible, frame.stats.gaussians);
-  }
   result.gaussian = inspect_gaussian(frame.trace, *slot, frame.grid);
   std::map<int, PairUse> known;  // modes share most of their tiles
   for (const ModeTiles& mode : result.gaussian->modes) {

@@ -90,10 +90,9 @@ Image draw_contact_sheet(std::span<const SheetRow> rows, const std::string& trut
   const auto color_of = [&](float error) { return viridis(error / static_cast<float>(scale)); };
   // The colour bar.
   const int bar = std::min(360, width);
-  for (int x = 0; x < bar; ++x) {
+  for (int x = 0; x < bar; ++x)
     fill_rect(page, {left(2) + x, bar_top, 1, kBarHeight},
               viridis(static_cast<float>(x) / static_cast<float>(bar - 1)));
-  }
   draw_text(page, text, {left(2), bar_bottom}, "0", on_white::kFaint);
   draw_text(page, text, {left(2) + bar, bar_bottom}, fmt::format("{:g}", scale), on_white::kFaint,
             Align::right);

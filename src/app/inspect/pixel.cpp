@@ -32,9 +32,8 @@ PixelBox reached(const PixelBox& tile, const Footprint& footprint) {
 /// Calls visit(x, y) for the pixels of the box, row by row.
 template <class Visit>
 void for_each_pixel(const PixelBox& box, Visit&& visit) {
-  for (int y = box.y0; y < box.y1; ++y) {
+  for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x) visit(x, y);
-  }
 }
 
 Step composite_at(const Splat& splat, int x, int y, float& transmittance, float& alpha) {
@@ -94,7 +93,7 @@ bool in_front(const Trace& trace, std::size_t other, std::size_t slot) {
 }  // namespace
 
 std::optional<std::size_t> slot_of(const Trace& trace, std::uint32_t gaussian) {
-  const auto at = std::lower_bound(trace.gaussians.begin(), trace.gaussians.end(), gaussian);
+  const auto at = std::ranges::lower_bound(trace.gaussians, gaussian);
   if (at == trace.gaussians.end() || *at != gaussian) return std::nullopt;
   return static_cast<std::size_t>(at - trace.gaussians.begin());
 }
@@ -175,9 +174,8 @@ PairUse use_in_tile(const Frame& frame, glm::ivec2 size, std::size_t slot, int t
     if (composite_at(trace.splats[slot], x, y, left, alpha) == Step::skips) return;
     use = PairUse::hidden;
     left = 1;
-    for (const std::size_t other : before) {
+    for (const std::size_t other : before)
       if (composite_at(trace.splats[other], x, y, left, alpha) == Step::stops) return;
-    }
     if (composite_at(trace.splats[slot], x, y, left, alpha) == Step::blends) use = PairUse::used;
   });
   return use;

@@ -48,11 +48,6 @@ V spline(V a, V b, V c, V d, const Piece& piece, double t) {
          slope_c * (u3 - u2);
 }
 
-// q and -q are the same rotation; the spline needs the sign that is nearer to its neighbour.
-glm::dquat near(glm::dquat rotation, glm::dquat neighbour) {
-  return glm::dot(rotation, neighbour) < 0 ? -rotation : rotation;
-}
-
 glm::dvec4 as_vector(glm::dquat q) { return {q.x, q.y, q.z, q.w}; }
 
 // View depth at which the transmittance of a pixel falls to one half. `frame` has a trace. Empty if
@@ -64,8 +59,8 @@ std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm:
   const auto tile = static_cast<std::size_t>(frame.grid.tile_of(x, y));
   double transmittance = 1;
   for (std::uint64_t i = trace.tile_begin[tile]; i < trace.tile_begin[tile + 1]; ++i) {
-    const auto found = std::lower_bound(trace.gaussians.begin(), trace.gaussians.end(),
-                                        trace.listed[static_cast<std::size_t>(i)]);
+    const auto found =
+        std::ranges::lower_bound(trace.gaussians, trace.listed[static_cast<std::size_t>(i)]);
     const auto slot = static_cast<std::size_t>(found - trace.gaussians.begin());
     const Footprint& footprint = trace.footprints[slot];
     const double dx = x - static_cast<double>(footprint.mean_px.x);
@@ -89,8 +84,8 @@ std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm:
 }  // namespace
 
 std::vector<Keyframe> read_camera_path(const std::filesystem::path& path) {
-  const std::string text = read_text_file(path, std::size_t{64} << 20);
-  std::vector<Keyframe> keyframes = parse_camera_path(text, path.string());
+  std::vector<Keyframe> keyframes =
+      parse_camera_path(read_text_file(path, std::size_t{64} << 20), path.string());
   if (keyframes.size() < 2) fail_to_be_a_path(path.string());
   return keyframes;
 }
@@ -107,9 +102,8 @@ std::vector<Keyframe> parse_camera_path(const std::string& text, const std::stri
     const bool timed = entry.contains("time");
     if (timed && !entry["time"].is_number()) fail("{}: time is not a number", where);
     const double time = timed ? entry["time"].get<double>() : fallback;
-    if (!keyframes.empty() && !(time > keyframes.back().time)) {
+    if (!keyframes.empty() && !(time > keyframes.back().time))
       fail("{}: its time {} is not after the one before", where, time);
-    }
     const bool marked = entry.contains("ease");
     if (marked && !entry["ease"].is_boolean()) fail("{}: ease is neither true nor false", where);
     keyframes.push_back({time, camera, marked && entry["ease"].get<bool>()});
@@ -139,7 +133,9 @@ Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {
   Pose p[4];
   for (int i = 0; i < 4; ++i)
     p[i] = pose_of(keyframes[places[i]].camera.resized(first.width, first.height));
-  for (int i = 1; i < 4; ++i) p[i].rotation = near(p[i].rotation, p[i - 1].rotation);
+  // q and -q are the same rotation; the spline needs the sign that is nearer to its neighbour.
+  for (int i = 1; i < 4; ++i)
+    if (glm::dot(p[i].rotation, p[i - 1].rotation) < 0) p[i].rotation = -p[i].rotation;
   const auto at = [&](std::size_t i) { return keyframes[places[i]].time; };
   const Piece piece{at(1) - at(0), at(2) - at(1), at(3) - at(2), keyframes[places[1]].eases,
                     keyframes[places[2]].eases};
@@ -162,8 +158,7 @@ Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {
 
 double closed_length(const std::vector<Keyframe>& keyframes) {
   const double length = keyframes.back().time - keyframes.front().time;
-  const auto intervals = static_cast<double>(keyframes.size() - 1);
-  return length + length / intervals;
+  return length + length / static_cast<double>(keyframes.size() - 1);
 }
 
 std::vector<Keyframe> closed_path(const std::vector<Keyframe>& keyframes) {
@@ -211,8 +206,8 @@ std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
                                      RenderSettings settings, glm::ivec2 pixel) {
   settings.mode = default_mode();
   settings.style = DrawStyle::splats;  // points leave gaps
-  const Frame& frame = renderer.render(camera, settings, {.color = false, .trace = true});
-  const std::optional<double> depth = pixel_depth(frame, camera, pixel);
+  const std::optional<double> depth = pixel_depth(
+      renderer.render(camera, settings, {.color = false, .trace = true}), camera, pixel);
   if (!depth) return std::nullopt;
   return point_at(camera, glm::dvec2(pixel), *depth);
 }

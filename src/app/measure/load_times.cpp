@@ -10,6 +10,7 @@
 
 #include "app/measure/statistics.h"
 #include "base/fail.h"
+#include "base/seconds.h"
 #include "base/text.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
@@ -22,8 +23,7 @@ template <class Work>
 double milliseconds(const Work& work) {
   const auto start = std::chrono::steady_clock::now();
   work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
+  return milliseconds_since(start);
 }
 
 // Reads the file block by block into one small buffer, as cat does.

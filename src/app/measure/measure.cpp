@@ -89,8 +89,8 @@ double pairs_per_visible(const RenderStats& stats) {
 }
 
 std::string format_mode_table(std::span<const ModeResult> results) {
-  const bool with_psnr = std::any_of(results.begin(), results.end(),
-                                     [](const ModeResult& row) { return row.psnr.has_value(); });
+  const bool with_psnr =
+      std::ranges::any_of(results, [](const ModeResult& row) { return row.psnr.has_value(); });
   const auto base = std::ranges::find(results, find_culler(kUsualBaseline), &ModeResult::mode);
   std::string text =
       fmt::format("{:13}  {:>18}  {:>7}  {:>12}  {:>13}  {:>18}", "mode", "ms", "FPS", "pairs",

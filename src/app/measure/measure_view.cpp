@@ -31,7 +31,6 @@ struct MeasuredView {
 BenchRow make_row(const Session& session, const Camera& camera, const ModeResult& result,
                   const std::vector<double>& frame_ms) {
   const RenderStats& stats = result.stats;
-  const Summary summary = summarise(frame_ms);
   BenchRow row;
   row.mode = mode_name(result.mode);
   row.pipeline = pipeline_name(session.backend, stats.pipeline);
@@ -44,14 +43,7 @@ BenchRow make_row(const Session& session, const Camera& camera, const ModeResult
   row.pairs_per_visible = pairs_per_visible(stats);
   row.max_tile = stats.max_pairs_in_a_tile;
   row.sort_bytes = stats.sort_bytes;
-  row.ms_median = summary.median;
-  row.ms_p05 = summary.p05;
-  row.ms_p95 = summary.p95;
-  row.fps_median = summary.median > 0 ? 1000 / summary.median : 0;
-  row.ms_mean = summary.mean;
-  row.drift = summary.drift;
-  row.frames = frame_ms.size();
-  row.ms_spread = quartile_spread(frame_ms);
+  set_times(row, frame_ms);
   row.frame_ms = static_cast<double>(result.marked_frame_ms);
   double* stages[kStageCount] = {&row.preprocess_ms, &row.bin_ms, &row.sort_ms, &row.blend_ms};
   for (int stage = 0; stage < kStageCount; ++stage)

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "app/measure/statistics.h"
+#include "base/list_of.h"
 
 namespace qs {
 namespace {
@@ -41,9 +42,8 @@ PairedRatio over_cameras(const std::vector<PairedRatio>& cameras) {
   PairedRatio result = cameras.front();
   result.camera.clear();
   if (cameras.size() == 1) return result;
-  std::vector<double> values;
-  for (const PairedRatio& camera : cameras) values.push_back(camera.ratio.value);
-  result.ratio = geometric_mean(values);
+  const auto value_of = [](const PairedRatio& camera) { return camera.ratio.value; };
+  result.ratio = geometric_mean(list_of<double>(cameras, value_of));
   return result;
 }
 
@@ -102,9 +102,8 @@ std::optional<std::uint64_t> all_frames(std::span<const BenchRow* const> rows) {
 
 std::optional<Ratio> ratio_of_times(std::span<const double> base_ms, std::span<const double> ms) {
   std::vector<double> ratios;
-  for (std::size_t i = 0; i < std::min(base_ms.size(), ms.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(base_ms.size(), ms.size()); ++i)
     if (base_ms[i] > 0 && ms[i] > 0) ratios.push_back(base_ms[i] / ms[i]);
-  }
   return ratios.empty() ? std::nullopt : std::optional(geometric_mean(ratios));
 }
 
@@ -117,9 +116,8 @@ std::optional<Ratio> paired_ratio(const BenchRow& base, const BenchRow& row) {
 std::vector<PairedRatio> paired_ratios(const std::vector<BenchRow>& rows,
                                        const std::string& baseline) {
   std::map<ViewKey, const BenchRow*> bases;
-  for (const BenchRow& row : rows) {
+  for (const BenchRow& row : rows)
     if (row.mode == baseline) bases.emplace(view_of(row), &row);
-  }
   std::vector<RatioGroup> groups;
   for (const BenchRow& row : rows) {
     const auto base = bases.find(view_of(row));
@@ -136,9 +134,8 @@ std::vector<PairedRatio> paired_ratios(const std::vector<BenchRow>& rows,
   }
   std::vector<PairedRatio> ratios;
   for (const auto& [cameras, behind] : groups) {
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
+    for (std::size_t i = 0; i < cameras.size(); ++i)
       if (are_enough_frames(behind[i]->frames)) ratios.push_back(cameras[i]);
-    }
     if (are_enough_frames(all_frames(behind))) ratios.push_back(over_cameras(cameras));
   }
   return ratios;

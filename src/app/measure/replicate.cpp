@@ -12,10 +12,9 @@ namespace qs {
 GaussianCloud replicate(const GaussianCloud& cloud, glm::ivec2 copies, glm::dvec3 up) {
   constexpr double kGap = 1.1;
   const std::size_t count = static_cast<std::size_t>(copies.x) * static_cast<std::size_t>(copies.y);
-  if (cloud.size() > 0x7fffffffu / count) {
+  if (cloud.size() > 0x7fffffffu / count)
     fail(ErrorKind::device, "--replicate: {} copies of {} Gaussians are more than 2^31", count,
          cloud.size());
-  }
   int vertical = std::abs(up.y) > std::abs(up.x) ? 1 : 0;
   if (std::abs(up.z) > std::abs(up[vertical])) vertical = 2;
   const glm::vec3 step = static_cast<float>(kGap) * core_box(cloud).size();
@@ -29,16 +28,16 @@ GaussianCloud replicate(const GaussianCloud& cloud, glm::ivec2 copies, glm::dvec
     offset[(vertical + 1) % 3] = static_cast<float>(column) * step[(vertical + 1) % 3];
     offset[(vertical + 2) % 3] = static_cast<float>(row) * step[(vertical + 2) % 3];
     const auto place = [copy](const auto& from, auto& to) {
-      std::copy(from.begin(), from.end(),
-                to.begin() + static_cast<std::ptrdiff_t>(copy * from.size()));
+      std::ranges::copy(from, to.begin() + static_cast<std::ptrdiff_t>(copy * from.size()));
     };
     place(cloud.log_scales, result.log_scales);
     place(cloud.rotations, result.rotations);
     place(cloud.opacity_logits, result.opacity_logits);
     place(cloud.sh, result.sh);
-    std::transform(cloud.positions.begin(), cloud.positions.end(),
-                   result.positions.begin() + static_cast<std::ptrdiff_t>(copy * cloud.size()),
-                   [offset](glm::vec3 position) { return position + offset; });
+    std::ranges::transform(
+        cloud.positions,
+        result.positions.begin() + static_cast<std::ptrdiff_t>(copy * cloud.size()),
+        [offset](glm::vec3 position) { return position + offset; });
   }
   return result;
 }

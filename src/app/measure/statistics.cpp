@@ -52,7 +52,7 @@ std::string noise_cause(const BenchRow& row) {
 
 double percentile(std::span<const double> values, double fraction) {
   std::vector<double> sorted(values.begin(), values.end());
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const double place = fraction * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(place);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
@@ -77,9 +77,21 @@ std::optional<double> quartile_spread(std::span<const double> values) {
   return (percentile(values, 0.75) - percentile(values, 0.25)) / 2;
 }
 
+void set_times(BenchRow& row, std::span<const double> frame_ms) {
+  const Summary summary = summarise(frame_ms);
+  row.ms_median = summary.median;
+  row.ms_p05 = summary.p05;
+  row.ms_p95 = summary.p95;
+  row.fps_median = summary.median > 0 ? 1000 / summary.median : 0;
+  row.ms_mean = summary.mean;
+  row.drift = summary.drift;
+  row.frames = frame_ms.size();
+  row.ms_spread = quartile_spread(frame_ms);
+}
+
 double relative_spread(std::span<const double> values) {
   if (values.size() < 2) return 0;
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const auto [low, high] = std::ranges::minmax_element(values);
   const double middle = median(values);
   return middle > 0 ? (*high - *low) / middle : 0;
 }
@@ -172,13 +184,12 @@ std::string noise_markdown(const std::vector<BenchRow>& rows) {
       "the "
       "frames | drift | rounds differ by |\n|---|---|---|---:|---:|---:|\n",
       noise_sentence(rows));
-  for (const BenchRow& row : bad) {
+  for (const BenchRow& row : bad)
     text += fmt::format("| {} | {} | {} | {:.0f} % | {:+.1f} % | {} |\n", markdown_text(row.scene),
                         markdown_text(row.camera), markdown_code(row.mode), 200 * frame_noise(row),
                         100 * row.drift,
                         row.round_spread ? fmt::format("{:.1f} %", 100 * *row.round_spread)
                                          : "one round has no spread");
-  }
   return text;
 }
 

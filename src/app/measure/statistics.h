@@ -33,6 +33,9 @@ Summary summarise(std::span<const double> values);
 /// Half of the distance between the quartiles; unset for fewer than two values.
 std::optional<double> quartile_spread(std::span<const double> values);
 
+/// Sets the row's frames and the numbers of their times.
+void set_times(BenchRow& row, std::span<const double> frame_ms);
+
 /// Largest minus smallest value, divided by the median; 0 for fewer than two values.
 double relative_spread(std::span<const double> values);
 

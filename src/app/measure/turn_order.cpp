@@ -20,8 +20,7 @@ std::vector<std::size_t> TurnOrder::next(std::size_t count) {
 // Always chooses the member that followed its predecessor least often, and among several such
 // members the member with the fewest rounds at this place.
 std::vector<std::size_t> TurnOrder::next_round() {
-  const std::size_t count = places_.size();
-  std::vector<std::size_t> left(count), order;
+  std::vector<std::size_t> left(places_.size()), order;
   std::iota(left.begin(), left.end(), std::size_t{0});
   while (!left.empty()) {
     const std::size_t place = order.size();

@@ -45,11 +45,9 @@ void for_each_value(const Image& image, PixelRect rect, const Set& set) {
   assert(image.channels == 3);
   const int x_end = std::min(rect.x + rect.width, image.width);
   const int y_end = std::min(rect.y + rect.height, image.height);
-  for (int y = std::max(rect.y, 0); y < y_end; ++y) {
-    for (int x = std::max(rect.x, 0); x < x_end; ++x) {
+  for (int y = std::max(rect.y, 0); y < y_end; ++y)
+    for (int x = std::max(rect.x, 0); x < x_end; ++x)
       for (int c = 0; c < 3; ++c) set(x, y, c);
-    }
-  }
 }
 
 void mix(Image& image, int x, int y, glm::vec3 color, float amount) {
@@ -87,11 +85,9 @@ struct Coverage {
   }
 
   void paint(Image& image, glm::vec3 color, float opacity) {
-    for (int y = rows.begin; y < rows.end; ++y) {
-      for (int x = columns.begin; x < columns.end; ++x) {
+    for (int y = rows.begin; y < rows.end; ++y)
+      for (int x = columns.begin; x < columns.end; ++x)
         if (at(x, y) > 0) mix(image, x, y, color, opacity * at(x, y));
-      }
-    }
   }
 };
 
@@ -216,7 +212,7 @@ void fill_polygon(Image& image, std::span<const glm::vec2> points, glm::vec3 col
         if ((a.y <= at) != (b.y <= at))
           crossings.push_back(a.x + (at - a.y) / (b.y - a.y) * (b.x - a.x));
       }
-      std::sort(crossings.begin(), crossings.end());
+      std::ranges::sort(crossings);
       for (std::size_t i = 0; i + 1 < crossings.size(); i += 2) {
         const glm::vec2 ends[] = {{crossings[i], at}, {crossings[i + 1], at}};
         const Span run = intersection(Coverage::range(ends, 0, 0, image.width), coverage.columns);

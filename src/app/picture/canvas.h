@@ -56,11 +56,9 @@ enum class Align { left, center, right };
 template <class Value>
 Image picture_of(int width, int height, const Value& value) {
   Image result(width, height, 3);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
       for (int c = 0; c < 3; ++c) result.at(x, y, c) = value(x, y, c);
-    }
-  }
   return result;
 }
 

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/list_of.h"
 #include "base/text.h"
 
 namespace qs {
@@ -26,9 +27,8 @@ void draw_block(Image& result, const Image& color, const Heatmap& heatmap, const
   const int right = std::min(corner.x + block_px(heatmap), color.width);
   const int bottom = std::min(corner.y + block_px(heatmap), color.height);
   float mean = 0;
-  for (int y = corner.y; y < bottom; ++y) {
+  for (int y = corner.y; y < bottom; ++y)
     for (int x = corner.x; x < right; ++x) mean += gray(color, x, y);
-  }
   mean /= static_cast<float>((right - corner.x) * (bottom - corner.y));
   for (int y = corner.y; y < bottom; ++y) {
     for (int x = corner.x; x < right; ++x) {
@@ -47,9 +47,7 @@ void draw_block(Image& result, const Image& color, const Heatmap& heatmap, const
 }  // namespace
 
 std::vector<std::string> heatmap_names() {
-  std::vector<std::string> names;
-  for (const HeatmapRow& row : kHeatmaps) names.emplace_back(row.name);
-  return names;
+  return list_of<std::string>(kHeatmaps, &HeatmapRow::name);
 }
 
 Outputs outputs_for(HeatQuantity quantity) {
@@ -117,10 +115,9 @@ Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode,
 Image draw_over(const Image& color, const Heatmap& heatmap, const Scale& scale,
                 const HeatStyle& style) {
   Image result(color.width, color.height, 3);
-  for (int top = 0; top < color.height; top += block_px(heatmap)) {
+  for (int top = 0; top < color.height; top += block_px(heatmap))
     for (int left = 0; left < color.width; left += block_px(heatmap))
       draw_block(result, color, heatmap, scale, style, {left, top});
-  }
   return result;
 }
 

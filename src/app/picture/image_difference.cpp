@@ -96,18 +96,16 @@ PixelRect rect_of(const PixelBox& box) {
 
 Image read_reference(const std::filesystem::path& path, int width, int height) {
   Image image = read_image(path);
-  if (image.width != width || image.height != height) {
+  if (image.width != width || image.height != height)
     fail("{}: is {} x {} pixels, but the frame is {} x {}", path.string(), image.width,
          image.height, width, height);
-  }
   if (image.channels >= 3) return image;
   // The file has gray values, with or without alpha.
   return picture_of(width, height, [&](int x, int y, int) { return image.at(x, y, 0); });
 }
 
 std::filesystem::path difference_path(const std::filesystem::path& output) {
-  std::filesystem::path result = output;
-  return result.replace_extension("").concat(".difference.png");
+  return std::filesystem::path(output).replace_extension("").concat(".difference.png");
 }
 
 }  // namespace qs

@@ -24,10 +24,9 @@ namespace qs {
 /// `from` on, which is > 0.
 template <class Fits>
 double round_step(double from, const Fits& fits) {
-  for (double power = std::pow(10.0, std::floor(std::log10(from)));; power *= 10) {
+  for (double power = std::pow(10.0, std::floor(std::log10(from)));; power *= 10)
     for (const double step : {power, 2 * power, 5 * power})
       if (fits(step)) return step;
-  }
 }
 
 struct Scale {
@@ -56,7 +55,7 @@ struct BarTick {
 };
 
 struct Legend {
-  std::string title, facts;
+  std::string title, facts = {};
   std::vector<BarTick> ticks;             ///< ticks from left to right
   std::function<glm::vec3(float)> color;  ///< the colour at a place from 0 to 1
   std::optional<glm::vec3> zero = {};     ///< the bar begins with this colour, of the value 0

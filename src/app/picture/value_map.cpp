@@ -9,6 +9,7 @@
 #include "app/picture/legend.h"
 #include "app/picture/palette.h"
 #include "base/fail.h"
+#include "base/list_of.h"
 
 namespace qs {
 namespace {
@@ -18,9 +19,7 @@ constexpr double kSteps = 65535;
 }  // namespace
 
 std::vector<std::string> quantity_names() {
-  std::vector<std::string> names;
-  for (const QuantityRow& row : kQuantities) names.emplace_back(row.name);
-  return names;
+  return list_of<std::string>(kQuantities, &QuantityRow::name);
 }
 
 std::vector<float> ValueScale::ticks() const {
@@ -136,12 +135,11 @@ std::string write_values(const ValueMap& map, const std::filesystem::path& path,
   } else {
     const float largest = map.values.empty() ? 0 : std::ranges::max(map.values);
     const double needed = depth_step_for(largest), chosen = step.value_or(needed);
-    if (static_cast<double>(largest) > kSteps * chosen) {
+    if (static_cast<double>(largest) > kSteps * chosen)
       fail(ErrorKind::usage,
            "{}: 16 bits reach {:.6g} units in steps of {:.6g}, but the picture's depth reaches "
            "{:.6g}: steps of {:.6g} do",
            path.string(), kSteps * chosen, chosen, largest, needed);
-    }
     for (float& value : image.values)
       value = static_cast<float>(static_cast<double>(value) / (kSteps * chosen));
     metadata["UnitsPerStep"] = fmt::format("{:.6g}", chosen);

@@ -17,6 +17,7 @@
 #include "app/plugin/scene_arrays.h"
 #include "base/fail.h"
 #include "base/not_copied.h"
+#include "base/seconds.h"
 
 namespace qs {
 namespace {
@@ -34,7 +35,7 @@ std::string_view text_of(const char* text, std::size_t most) {
 }
 
 bool is_name(std::string_view name) {
-  return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), [](char c) {
+  return !name.empty() && name.size() <= 32 && std::ranges::all_of(name, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            std::string_view("-_.+").find(c) != std::string_view::npos;
   });
@@ -47,10 +48,9 @@ const QsPlugin& load(const std::string& library) {
   if (find == nullptr) fail("is no plugin: it does not export qs_plugin()");
   const QsPlugin* const plugin = find();
   if (plugin == nullptr) fail("is no plugin: qs_plugin() returned null");
-  if (plugin->version != QS_PLUGIN_VERSION) {
+  if (plugin->version != QS_PLUGIN_VERSION)
     fail("has version {} of the interface, but this program has version {}", plugin->version,
          QS_PLUGIN_VERSION);
-  }
   if (plugin->memory > QS_MEMORY_CUDA) fail("has the unknown kind of memory {}", plugin->memory);
   if (plugin->image_layout > QS_IMAGE_CHW)
     fail("has the unknown image layout {}", plugin->image_layout);
@@ -158,14 +158,9 @@ class Host {
   explicit Host(std::string library) : library_(std::move(library)) {}
 
   void answer(const PluginRequest& request, PluginReply& reply) {
-    switch (request.call) {
-      case PluginCall::open:
-        return open(request, reply);
-      case PluginCall::render:
-        return render(request, reply);
-      case PluginCall::close:
-        return plugin_->close(renderer_);
-    }
+    if (request.call == PluginCall::open) return open(request, reply);
+    if (request.call == PluginCall::render) return render(request, reply);
+    if (request.call == PluginCall::close) plugin_->close(renderer_);
   }
 
  private:
@@ -207,10 +202,9 @@ class Host {
     frame.image = device_ ? static_cast<float*>(device_image_) : image_memory_.floats();
     frame.mark_stages = request.mark_stages;
     char message[QS_MESSAGE_BYTES] = {};
-    using Clock = std::chrono::steady_clock;
-    const Clock::time_point start = Clock::now();
+    const auto start = std::chrono::steady_clock::now();
     const std::int32_t code = plugin_->render(renderer_, &request.view, &frame, message);
-    reply.call_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    reply.call_ms = milliseconds_since(start);
     if (code != 0) refuse("render", code, message);
     reply.frame = frame;
     if (request.wants_image != 0 && device_)
@@ -246,10 +240,9 @@ int run_plugin_host(const std::string& library) {
   // A plugin that hangs is killed when the thread of quadsplat that started this process ends.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   // Processes that the plugin starts do not keep these open.
-  for (const int descriptor : {kPluginSocket, kPluginScene, kPluginImage}) {
+  for (const int descriptor : {kPluginSocket, kPluginScene, kPluginImage})
     if (fcntl(descriptor, F_SETFD, FD_CLOEXEC) != 0)
       fail(ErrorKind::usage, "{}: only quadsplat starts this command", kPluginHostCommand);
-  }
   Host host(library);
   PluginRequest request;
   while (recv(kPluginSocket, &request, sizeof request, 0) == sizeof request) {

@@ -176,10 +176,9 @@ void PluginRenderer::take_stats(const PluginReply& reply) {
   measures_itself_ = frame.frame_ms != 0;
   if (!(frame.frame_ms >= 0 && frame.frame_ms < 1e9))
     refuse(fmt::format("returned a frame time of {} ms", frame.frame_ms));
-  if (frame.frame_ms > kClockTolerance * reply.call_ms + kClockTolerance_ms) {
+  if (frame.frame_ms > kClockTolerance * reply.call_ms + kClockTolerance_ms)
     refuse(fmt::format("returned a frame time of {:.3f} ms for a call that took {:.3f} ms",
                        frame.frame_ms, reply.call_ms));
-  }
   const double frame_ms = measures_itself_ ? frame.frame_ms : reply.call_ms;
   ++frames_;
   frames_ms_ += frame_ms;

@@ -110,10 +110,9 @@ QsScene fill_scene(const GaussianCloud& cloud, ThreadPool& pool, SharedMemory& m
 QsView view_of(const Camera& camera, const RenderSettings& settings, int sh_degree,
                bool antialiased) {
   QsView view = {};
-  for (int row = 0; row < 3; ++row) {
+  for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column)
       view.view_from_world[4 * row + column] = camera.view_from_world[column][row];
-  }
   for (int axis = 0; axis < 2; ++axis) {
     view.focal_px[axis] = camera.focal_px[axis];
     view.center_px[axis] = camera.center_px[axis];

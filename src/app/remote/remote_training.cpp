@@ -8,15 +8,16 @@
 
 #include <fmt/format.h>
 
+#include "base/seconds.h"
+
 namespace qs {
 namespace {
 
 std::vector<std::uint8_t> rgba_of(std::span<const std::byte> rgb) {
   std::vector<std::uint8_t> rgba(rgb.size() / 3 * 4, 255);
-  for (std::size_t i = 0; i < rgb.size() / 3; ++i) {
+  for (std::size_t i = 0; i < rgb.size() / 3; ++i)
     for (std::size_t c = 0; c < 3; ++c)
       rgba[4 * i + c] = std::to_integer<std::uint8_t>(rgb[3 * i + c]);
-  }
   return rgba;
 }
 
@@ -138,7 +139,7 @@ bool RemoteTraining::ask(const std::stop_token& stop) {
   has_answered_ = true;
   RemotePicture picture{view.camera,    view.version,        request.width,
                         request.height, rgba_of(answer.rgb), 0};
-  picture.ms = std::chrono::duration<double, std::milli>(Clock::now() - began).count();
+  picture.ms = milliseconds_since(began);
   change([&] {
     picture_ = std::move(picture);
     run_.is_answering = true;

@@ -48,10 +48,9 @@ glm::dmat4 projection(const SibrRequest& request) {
 
 std::string numbers_of(const glm::dmat4& matrix) {
   std::string text;
-  for (int c = 0; c < 4; ++c) {
+  for (int c = 0; c < 4; ++c)
     for (int r = 0; r < 4; ++r)
       text += fmt::format("{}{:.9g}", text.empty() ? "" : ",", matrix[c][r]);
-  }
   return text;
 }
 

@@ -13,6 +13,7 @@
 #include "app/report/markdown.h"
 #include "base/fail.h"
 #include "base/json_of.h"
+#include "base/list_of.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
@@ -99,10 +100,9 @@ std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& va
   const std::vector<std::string> labels = different(means, &ModeMean::label);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     std::vector<std::string> lines;
-    for (const ModeMean& mean : means) {
+    for (const ModeMean& mean : means)
       if (mean.label == labels[i])
         lines.push_back(fmt::format("{} {}", quoted(mean.scene), values(mean)));
-    }
     text += data_block(fmt::format("mode{}", i), lines);
   }
   return text;
@@ -113,12 +113,11 @@ std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& va
 std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string& how) {
   std::vector<std::string> curves;
   std::vector<std::string> plugins;
-  for (const ModeMean& mean : means) {
+  for (const ModeMean& mean : means)
     if (mean.plugin) add_new(plugins, mean.mode);
-  }
   for (const std::string& label : different(means, &ModeMean::label)) {
     const std::string mode = separated(label).front();
-    const auto plugin = std::find(plugins.begin(), plugins.end(), mode);
+    const auto plugin = std::ranges::find(plugins, mode);
     const auto number = static_cast<std::size_t>(plugin - plugins.begin());
     const bool own = plugin == plugins.end();
     curves.push_back(
@@ -144,13 +143,11 @@ std::string caption(const BenchReport& report, const std::vector<ModeMean>& mean
 
 // The labels are the measured sizes.
 std::string scaling_axis(const std::vector<ModeMean>& means) {
-  std::vector<double> sizes;
-  for (const ModeMean& mean : means) sizes.push_back(mean.gaussians / 1e6);
-  const auto [low, high] = std::minmax_element(sizes.begin(), sizes.end());
-  std::string text = fmt::format("set xrange [{}:{}]\nset xtics (", *low / 1.2, *high * 1.2);
-  for (std::size_t i = 0; i < sizes.size(); ++i)
-    text += fmt::format("{}\"{:.2f}\" {}", i == 0 ? "" : ", ", sizes[i], sizes[i]);
-  return text + ")\n";
+  const auto sizes = list_of<double>(means, [](const ModeMean& m) { return m.gaussians / 1e6; });
+  const auto [low, high] = std::ranges::minmax_element(sizes);
+  const auto tick = [](double size) { return fmt::format("\"{:.2f}\" {}", size, size); };
+  return fmt::format("set xrange [{}:{}]\nset xtics ({})\n", *low / 1.2, *high * 1.2,
+                     joined(list_of<std::string>(sizes, tick), ", "));
 }
 
 std::string stage_commands(const std::vector<ModeMean>& means) {
@@ -166,11 +163,10 @@ std::string stage_commands(const std::vector<ModeMean>& means) {
     }
     text += data_block(fmt::format("scene{}", s), lines);
     curves.push_back("newhistogram " + quoted(scenes[s]));
-    for (int stage = 0; stage < kStageCount; ++stage) {
+    for (int stage = 0; stage < kStageCount; ++stage)
       curves.push_back(fmt::format("$scene{} using {}:xtic(1) {} {}", s, stage + 2,
                                    color_option(on_white::kStages[stage]),
                                    s == 0 ? "title " + quoted(kStageNames[stage]) : "notitle"));
-    }
   }
   return text +
          "set style data histograms\nset style histogram rowstacked title offset 0,-2.0\n"
@@ -184,7 +180,7 @@ std::string stage_commands(const std::vector<ModeMean>& means) {
 Plot fps_plot(const std::vector<ModeMean>& means, const std::string& where,
               const std::string& bars) {
   const bool whiskers =
-      std::all_of(means.begin(), means.end(), [](const ModeMean& mean) { return mean.rounds > 1; });
+      std::ranges::all_of(means, [](const ModeMean& mean) { return mean.rounds > 1; });
   const char* note =
       whiskers ? "whiskers: slowest and fastest round of a camera" : "one round, so no whiskers";
   std::string commands =
@@ -307,9 +303,8 @@ std::string measured_on(const ordered_json& environment) {
 
 std::string pipeline_note(const std::vector<BenchRow>& rows) {
   std::vector<std::string> words;
-  for (const BenchRow& row : rows) {
+  for (const BenchRow& row : rows)
     if (row.backend == kBackendNames[static_cast<int>(Backend::cuda)]) add_new(words, row.pipeline);
-  }
   return words.empty() ? "" : "; pipeline " + joined(words, " and ");
 }
 
@@ -327,8 +322,8 @@ std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
       "set style data histograms\nset style histogram clustered gap 2\nset yrange [0:*]\n"
       "set xlabel \"scene\"\nset xrange [-0.6:{:.1f}]\n",
       static_cast<double>(different(means, &ModeMean::scene).size()) - 0.4);
-  const bool hides_bin = std::any_of(report.rows.begin(), report.rows.end(),
-                                     [](const BenchRow& row) { return !times_bin(row); });
+  const bool hides_bin =
+      std::ranges::any_of(report.rows, [](const BenchRow& row) { return !times_bin(row); });
   std::vector<Plot> plots = {
       fps_plot(means, where, bars),
       {"stages",

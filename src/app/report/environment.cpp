@@ -117,14 +117,13 @@ void add_clock(ordered_json& environment, const GpuClock& clock) {
   if (environment.value("backend", "") != kBackendNames[static_cast<int>(Backend::cuda)]) return;
   const std::optional<GpuClockSummary> summary = clock.summary();
   environment[kClock] = nullptr;
-  if (summary) {
+  if (summary)
     environment[kClock] = {{"readings", summary->readings},
                            {"sm_mhz", range_json(summary->sm_mhz)},
                            {"sm_mhz_max", json_of(summary->sm_mhz_max)},
                            {"throttled", json_of(summary->throttled)},
                            {"celsius", range_json(summary->celsius)},
                            {"watts", range_json(summary->watts)}};
-  }
   environment[kText] =
       ordered_json::array({clock_text(environment.value("gpu", "unknown"), summary)});
   if (const std::string warning = throttle_warning(summary); !warning.empty())
@@ -177,12 +176,10 @@ void merge_environments(const std::vector<ordered_json>& parts, ordered_json& en
     }
   }
   if (!clocks.empty()) environment[kClock] = std::move(clocks);
-  for (const char* key : {kText, "plugins", "plugin_problems"}) {
-    for (const ordered_json& part : parts) {
+  for (const char* key : {kText, "plugins", "plugin_problems"})
+    for (const ordered_json& part : parts)
       for (const ordered_json& line : part.value(key, ordered_json::array()))
         add_line(environment, key, line.get<std::string>());
-    }
-  }
 }
 
 }  // namespace qs

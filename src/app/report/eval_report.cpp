@@ -78,9 +78,8 @@ std::string format_eval_table(const EvalReport& report) {
   std::size_t width = 4;
   for (const MeanQuality& mean : means) width = std::max(width, mean_title(mean).size());
   for (const EvaluatedView& row : report.rows) width = std::max(width, row.camera.name.size());
-  const bool with_lpips = has_lpips(report);
   std::string text = fmt::format("{:{}}  {:13}  {:>7}  {:>6}{}\n", "view", width, "mode", "PSNR dB",
-                                 "SSIM", with_lpips ? "  LPIPS (paper)   LPIPS" : "");
+                                 "SSIM", has_lpips(report) ? "  LPIPS (paper)   LPIPS" : "");
   const auto line = [&](const std::string& name, const auto& row) {
     text += fmt::format("{:{}}  {:13}  {:>7}  {:6.4f}", name, width, mode_name(row.mode),
                         decibels(row.psnr), row.ssim);
@@ -193,11 +192,10 @@ std::string format_judgement_table(const Judgement& judgement) {
 
 std::string format_judgement_csv(const Judgement& judgement) {
   std::string text = "truth,judged,view,width,height,psnr,ssim,flip\n";
-  for (const PictureQuality& q : judgement.views) {
+  for (const PictureQuality& q : judgement.views)
     text += fmt::format("{},{},{},{},{},{:.6f},{:.8f},{:.8f}\n", csv_field(judgement.truth),
                         csv_field(judgement.judged), csv_field(q.view), q.width, q.height, q.psnr,
                         q.ssim, q.flip);
-  }
   return text;
 }
 

@@ -11,6 +11,7 @@
 
 #include "app/measure/statistics.h"
 #include "app/report/environment.h"
+#include "base/list_of.h"
 #include "base/text.h"
 #include "raster/api/renderer.h"
 
@@ -55,7 +56,7 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   double mean_noise = 0;
   for (const BenchRow* row : rows) {
     const std::vector<double> rounds = rounds_of(*row);
-    const auto [fastest, slowest] = std::minmax_element(rounds.begin(), rounds.end());
+    const auto [fastest, slowest] = std::ranges::minmax_element(rounds);
     mean.rounds = std::min(mean.rounds, rounds.size());
     mean.ms_fastest += weight * *fastest;
     mean.ms_slowest += weight * *slowest;
@@ -81,8 +82,8 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
 }
 
 bool has_paper_fps(const std::vector<ModeMean>& means) {
-  return std::any_of(means.begin(), means.end(),
-                     [](const ModeMean& mean) { return mean.fps_paper.has_value(); });
+  return std::ranges::any_of(means,
+                             [](const ModeMean& mean) { return mean.fps_paper.has_value(); });
 }
 
 std::string table(const std::vector<ModeMean>& means, const std::string& baseline) {
@@ -129,9 +130,8 @@ std::string camera_table(const std::vector<PairedRatio>& ratios, const std::stri
                          const std::string& baseline) {
   std::vector<std::string> cameras, modes;
   std::map<std::pair<std::string, std::string>, std::string> cells;  // keys: camera, mode
-  const bool several = std::any_of(ratios.begin(), ratios.end(), [&](const PairedRatio& each) {
-    return each.pipeline != ratios.front().pipeline;
-  });
+  const bool several = std::ranges::any_of(
+      ratios, [&](const PairedRatio& each) { return each.pipeline != ratios.front().pipeline; });
   for (const PairedRatio& each : ratios) {
     if (each.scene != scene || each.camera.empty()) continue;
     const std::string mode = several ? fmt::format("{}, {}", each.mode, each.pipeline) : each.mode;
@@ -158,26 +158,23 @@ std::string camera_table(const std::vector<PairedRatio>& ratios, const std::stri
 std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::string& baseline) {
   std::vector<std::vector<const BenchRow*>> groups;
   for (const BenchRow& row : rows) {
-    const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& members) {
+    const auto group = std::ranges::find_if(groups, [&](const auto& members) {
       const BenchRow& other = *members.front();
       return other.scene == row.scene && other.mode == row.mode && other.pipeline == row.pipeline;
     });
     (group == groups.end() ? groups.emplace_back() : *group).push_back(&row);
   }
-  std::vector<ModeMean> means;
-  for (const auto& group : groups) means.push_back(mean_of(group));
-  const bool several = std::any_of(rows.begin(), rows.end(), [&](const BenchRow& row) {
-    return row.pipeline != rows.front().pipeline;
-  });
+  std::vector<ModeMean> means = list_of<ModeMean>(groups, mean_of);
+  const bool several = std::ranges::any_of(
+      rows, [&](const BenchRow& row) { return row.pipeline != rows.front().pipeline; });
   const std::vector<PairedRatio> ratios = paired_ratios(rows, baseline);
   for (ModeMean& mean : means) {
     if (several) mean.label = fmt::format("{}, {}", mean.mode, mean.pipeline);
     if (mean.mode == baseline && mean.enough_frames) mean.ratio = Ratio();
-    for (const PairedRatio& each : ratios) {
+    for (const PairedRatio& each : ratios)
       if (each.camera.empty() && each.scene == mean.scene && each.mode == mean.mode &&
           each.pipeline == mean.pipeline)
         mean.ratio = each.ratio;
-    }
   }
   return means;
 }
@@ -193,9 +190,8 @@ std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
   std::vector<ModeMean> result;
   for (const std::string& label : different(means, &ModeMean::label)) {
     std::vector<const ModeMean*> rows;
-    for (const ModeMean& row : means) {
+    for (const ModeMean& row : means)
       if (row.label == label) rows.push_back(&row);
-    }
     const ModeMean& first = *rows.front();
     ModeMean& mean = result.emplace_back();
     mean.scene = "mean";
@@ -239,7 +235,7 @@ std::string format_markdown(const BenchReport& report) {
     text +=
         "\nFPS (paper) is computed as in the published script: after 5 views to warm up, every "
         "view is drawn once, and 1000 is divided by the mean time in milliseconds.\n";
-  if (!ratios.empty()) {
+  if (!ratios.empty())
     text += fmt::format(
         "\nRatios are the time of `{}` divided by the mode's time on the same camera in the same "
         "round: the geometric mean over the cameras, and half of its 95 % interval. The interval "
@@ -247,13 +243,11 @@ std::string format_markdown(const BenchReport& report) {
         "does not show a faster mode, because its interval contains 1. Fewer than {} frames have "
         "no ratio.\n",
         baseline, kFewestFrames);
-  }
   const std::vector<std::string> scenes = different(means, &ModeMean::scene);
   for (const std::string& name : scenes) {
     std::vector<ModeMean> scene;
-    for (const ModeMean& mean : means) {
+    for (const ModeMean& mean : means)
       if (mean.scene == name) scene.push_back(mean);
-    }
     std::vector<std::string> cameras, sizes;
     for (const BenchRow& row : report.rows) {
       if (row.scene != name) continue;
@@ -267,14 +261,13 @@ std::string format_markdown(const BenchReport& report) {
     text += quality_table(scene);
     if (report.environment.contains("baseline")) text += camera_table(ratios, name, baseline);
   }
-  if (scenes.size() > 1) {
+  if (scenes.size() > 1)
     text += fmt::format(
         "\n## Mean of {} scenes\n\nFPS is computed from the mean time{}; the ratio is the "
         "geometric mean over the scenes.\n\n{}",
         scenes.size(),
         means.front().fps_paper ? ", FPS (paper) is the mean of the scenes' FPS (paper)" : "",
         table(over_scenes(means), baseline));
-  }
   for (const std::string& line : clock_lines(report.environment))
     text += fmt::format("\n{}.\n", line);
   return text + plugin_markdown(report.environment);

@@ -10,6 +10,7 @@
 #include "app/report/bench_report.h"
 #include "app/report/environment.h"
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
@@ -66,10 +67,9 @@ void require_equal(std::span<const ReportPart> parts, const Fact& fact, bool mix
   std::vector<std::string> words;
   for (const ReportPart& part : parts) {
     add_new(words, fact.of(part.report));
-    if (words.size() > 1 && !mixed) {
+    if (words.size() > 1 && !mixed)
       fail("merge: {} and {} differ in their {}, {} and {}: --mixed joins them all the same",
            parts.front().from, part.from, fact.what, words[0], words[1]);
-    }
   }
   if (words.size() > 1 && fact.key) environment[fact.key] = joined(words, " + ");
 }
@@ -104,9 +104,8 @@ ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, 
   ordered_json merged = parts.front().report;
   for (const Fact& fact : kFacts) require_equal(parts, fact, mixed, merged["environment"]);
   forget_shard(merged["environment"]);
-  std::vector<ordered_json> environments;
-  for (const ReportPart& part : parts) environments.push_back(part.report.at("environment"));
-  merge_environments(environments, merged["environment"]);
+  const auto environment_of = [](const ReportPart& part) { return part.report.at("environment"); };
+  merge_environments(list_of<ordered_json>(parts, environment_of), merged["environment"]);
   std::vector<ordered_json> all;
   for (const ReportPart& part : parts) {
     const ordered_json& list = part.report.at(rows);
@@ -117,9 +116,8 @@ ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, 
   for (const ordered_json& row : all) {
     const std::uint64_t view = view_of(row);
     const auto mode = row["mode"].get<std::string>();
-    if (!seen.emplace(view, mode, row.value("pipeline", "")).second) {
+    if (!seen.emplace(view, mode, row.value("pipeline", "")).second)
       fail("merge: view {}, mode {}, is in two of the parts", view, mode);
-    }
   }
   merged[rows] = all;
   return merged;
@@ -133,9 +131,8 @@ std::string missing_views(const ordered_json& report, const char* rows) {
   if (measured.size() >= count) return "";
   const std::uint64_t missing = count - measured.size();
   std::vector<std::string> names;
-  for (std::uint64_t view = 0; names.size() < std::min(missing, kNamed); ++view) {
+  for (std::uint64_t view = 0; names.size() < std::min(missing, kNamed); ++view)
     if (measured.count(view) == 0) names.push_back(fmt::format("{}", view));
-  }
   return fmt::format("{} of {} views are missing: {}{}", missing, count, joined(names, ", "),
                      missing > kNamed ? ", .." : "");
 }

@@ -67,10 +67,9 @@ std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot
     write_text(folder / file, script(plot));
     if (!sentence.empty()) continue;
     const std::string problem = run_gnuplot(folder, file);
-    if (!problem.empty()) {
+    if (!problem.empty())
       sentence = fmt::format("{}; draw the plots with 'cd {} && gnuplot *.gp'", problem,
                              (shown.empty() ? folder : shown).string());
-    }
   }
   return sentence;
 }

@@ -34,8 +34,7 @@ nlohmann::ordered_json box_json(const SceneBox& box) {
 SceneReport make_report(const GaussianCloud& cloud) {
   SceneReport report{scene_box(cloud), core_box(cloud), {}, {}, count_huge(cloud)};
   if (cloud.empty()) return report;
-  const auto [faint, dense] =
-      std::minmax_element(cloud.opacity_logits.begin(), cloud.opacity_logits.end());
+  const auto [faint, dense] = std::ranges::minmax_element(cloud.opacity_logits);
   report.opacity = {opacity_of(*faint), opacity_of(*dense)};
   float smallest = std::numeric_limits<float>::infinity(), largest = -smallest;
   for (const glm::vec3& s : cloud.log_scales) {
@@ -68,10 +67,9 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
   line("extents 5-95 %", box_text(report.core));
   line("opacities", fmt::format("{:.4g} to {:.4g}", report.opacity.low, report.opacity.high));
   line("scales", fmt::format("{:.4g} to {:.4g}", report.scale.low, report.scale.high));
-  if (scene.network) {
+  if (scene.network)
     line("SH fit", fmt::format("differs by {:.2g} rms, in 99 % of the Gaussians by at most {:.2g}",
                                scene.network->rms, scene.network->rms_of_99));
-  }
   if (report.huge > 0) line("too large", huge_text(report.huge));
   for (const std::string& warning : scene.warnings) line("warning", warning);
   return text;
@@ -93,13 +91,11 @@ nlohmann::ordered_json report_json(const Scene& scene, const SceneReport& report
       {"opacity", {{"low", report.opacity.low}, {"high", report.opacity.high}}},
       {"scale", {{"low", report.scale.low}, {"high", report.scale.high}}},
       {"warnings", scene.warnings}};
-  for (const FilePart& part : scene.parts) {
+  for (const FilePart& part : scene.parts)
     json["parts"].push_back(
         {{"name", part.name}, {"bytes", part.bytes}, {"content", part.content}});
-  }
-  if (scene.network) {
+  if (scene.network)
     json["sh_fit"] = {{"rms", scene.network->rms}, {"rms_of_99_percent", scene.network->rms_of_99}};
-  }
   return json;
 }
 

@@ -94,8 +94,7 @@ std::span<const GaussianQuantity> quantities() { return kGaussianQuantities; }
 
 std::size_t bin_of(const GaussianQuantity& quantity, double value) {
   const auto inner = std::span(quantity.edges).subspan(1, kBins - 1);
-  return static_cast<std::size_t>(std::upper_bound(inner.begin(), inner.end(), value) -
-                                  inner.begin());
+  return static_cast<std::size_t>(std::ranges::upper_bound(inner, value) - inner.begin());
 }
 
 SceneStudy study_scene(Renderer& cpu, std::span<const Camera> views, RenderSettings settings,
@@ -136,9 +135,8 @@ SceneStudy study_scene(Renderer& cpu, std::span<const Camera> views, RenderSetti
       }
     }
   }
-  for (auto& size : study.modes) {
-    for (ModeStudy& mode : size) std::sort(mode.loads.begin(), mode.loads.end());
-  }
+  for (auto& size : study.modes)
+    for (ModeStudy& mode : size) std::ranges::sort(mode.loads);
   progress.update(1);
   return study;
 }

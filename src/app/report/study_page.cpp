@@ -30,21 +30,19 @@ std::string axis_of(const GaussianQuantity& quantity) {
 template <class Take>
 std::string bars_per_mode(const char* block, const Take& take) {
   std::vector<std::string> curves;
-  for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
+  for (std::size_t mode = 0; mode < kCullerCount; ++mode)
     if (take(mode))
       curves.push_back(fmt::format("${} using {}:xtic(1) {}", block, mode + 2,
                                    mode_options(name_of(mode), name_of(mode))));
-  }
   return plot_command(curves);
 }
 
 Plot count_plot(const GaussianQuantity& quantity, const BinnedPairs& binned,
                 const std::string& caption) {
   std::vector<std::string> lines;
-  for (std::size_t bin = 0; bin < kBins; ++bin) {
+  for (std::size_t bin = 0; bin < kBins; ++bin)
     lines.push_back(fmt::format("{} {}", quoted(bin_label(quantity, bin)),
                                 static_cast<double>(binned.gaussians[bin]) / 1e3));
-  }
   return {fmt::format("count_{}", quantity.key),
           fmt::format("Visible Gaussians by {}", quantity.name), caption,
           data_block("bins", lines) + kBars +
@@ -59,9 +57,8 @@ Plot saved_plot(const GaussianQuantity& quantity, const BinnedPairs& binned,
   std::vector<std::string> lines;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
     std::string& line = lines.emplace_back(quoted(bin_label(quantity, bin)));
-    const double square = millions(binned.pairs[k3dgs - 1][bin]);
     for (const auto& pairs : binned.pairs)
-      line += fmt::format(" {}", square - millions(pairs[bin]));
+      line += fmt::format(" {}", millions(binned.pairs[k3dgs - 1][bin]) - millions(pairs[bin]));
   }
   return {fmt::format("saved_{}", quantity.key),
           fmt::format("Pairs saved, by {} of the Gaussian", quantity.name), caption,
@@ -292,7 +289,7 @@ class Writer {
       saved[bin] = static_cast<std::int64_t>(square[bin]) - static_cast<std::int64_t>(quad[bin]);
       all += saved[bin];
     }
-    const auto most = std::max_element(saved.begin(), saved.end());
+    const auto most = std::ranges::max_element(saved);
     if (all <= 0 || *most <= 0) return "";
     return fmt::format("Quadbox saves most in the range {}: {} of all pairs that it saves.",
                        bin_label(quantities()[q], static_cast<std::size_t>(most - saved.begin())),
@@ -361,8 +358,7 @@ class Writer {
 std::string bin_label(const GaussianQuantity& quantity, std::size_t bin) {
   const double low = quantity.edges[bin], high = quantity.edges[bin + 1];
   if (high >= 1e9) return fmt::format("{:.3g}+", low);
-  if (bin == 0) return fmt::format("<{:.3g}", high);
-  return fmt::format("{:.3g}-{:.3g}", low, high);
+  return bin == 0 ? fmt::format("<{:.3g}", high) : fmt::format("{:.3g}-{:.3g}", low, high);
 }
 
 std::vector<Plot> study_plots(const SceneStudy& study, const std::string& caption) {

@@ -16,6 +16,7 @@
 #include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/json_of.h"
+#include "base/list_of.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
 #include "io/bytes/json_text.h"
@@ -129,8 +130,6 @@ int decimals_of(double step) {
 
 std::string format_zoom_json(const ZoomBundle& bundle) {
   const RenderSettings& settings = bundle.settings;
-  ordered_json modes = ordered_json::array();
-  for (const CullMode mode : bundle.modes) modes.push_back(mode_name(mode));
   ordered_json json = {{"environment", bundle.environment},
                        {"scene", bundle.scene.string()},
                        {"scene_hash", bundle.scene_hash},
@@ -139,7 +138,7 @@ std::string format_zoom_json(const ZoomBundle& bundle) {
                        {"target", {bundle.target.x, bundle.target.y, bundle.target.z}},
                        {"steps", bundle.steps},
                        {"closest", bundle.closest},
-                       {"modes", modes},
+                       {"modes", list_of<ordered_json>(bundle.modes, mode_name)},
                        {"settings",
                         {{"sh_degree", settings.sh_degree},
                          {"splat_scale", settings.splat_scale},
@@ -164,9 +163,8 @@ ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
   read_vector(json.at("target"), bundle.target);
   json_value(json.at("steps"), bundle.steps);
   json.at("closest").get_to(bundle.closest);
-  if (bundle.steps < 2 || bundle.steps > 100000 || !(bundle.closest > 0)) {
+  if (bundle.steps < 2 || bundle.steps > 100000 || !(bundle.closest > 0))
     fail("{}: steps or closest is out of range", path.string());
-  }
   for (const ordered_json& name : json.at("modes")) {
     const CullMode mode = find_culler(name.get<std::string>());
     if (mode < 0) fail("{}: there is no mode {}", path.string(), json_line(name));
@@ -245,12 +243,10 @@ std::vector<AxisTick> zoom_ticks(double most) {
       ticks.push_back({1 + i * step, fmt::format("{:.{}f}x", 1 + i * step, decimals_of(step))});
     return ticks;
   }
-  for (double power = 1; power <= end; power *= 10) {
-    for (const double factor : {1.0, 2.0, 5.0}) {
+  for (double power = 1; power <= end; power *= 10)
+    for (const double factor : {1.0, 2.0, 5.0})
       if (factor * power <= end)
         ticks.push_back({factor * power, fmt::format("{:.0f}x", factor * power)});
-    }
-  }
   return ticks;
 }
 
@@ -284,16 +280,14 @@ std::vector<Plot> zoom_plots(const ZoomBundle& bundle) {
 }
 
 ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 target) {
-  ZoomBundle bundle;
-  bundle.scene = std::filesystem::absolute(session.scene->path);
-  bundle.scene_hash = file_hash(session.scene->path);
-  bundle.start = start;
-  bundle.target = target;
-  bundle.settings = session.settings;
-  bundle.altered = alterations_of(session).json;
-  bundle.environment = environment_json(session);
-  bundle.modes = all_modes();
-  return bundle;
+  return {.scene = std::filesystem::absolute(session.scene->path),
+          .scene_hash = file_hash(session.scene->path),
+          .start = start,
+          .target = target,
+          .modes = all_modes(),
+          .settings = session.settings,
+          .altered = alterations_of(session).json,
+          .environment = environment_json(session)};
 }
 
 std::vector<BenchRow> measure_zoom_step(Session& session, const ZoomBundle& bundle,

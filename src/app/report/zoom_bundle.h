@@ -32,7 +32,7 @@ struct ZoomBundle {
   RenderSettings settings;
   nlohmann::ordered_json altered;  ///< Alterations::json()
   nlohmann::ordered_json environment;
-  std::vector<BenchRow> rows;  ///< steps x modes; `camera` and `view` are the number of the step
+  std::vector<BenchRow> rows = {};  ///< steps x modes; `camera` and `view`: the number of the step
 };
 
 /// "noisy_steps" is noisy_steps() of the rows: it is written but not parsed.

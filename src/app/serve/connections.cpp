@@ -31,9 +31,8 @@ bool Connections::Place::move_to(ConnectionKind kind) {
 }
 
 std::unique_ptr<Connections::Place> Connections::enter(const std::string& address) {
-  for (const ConnectionKind kind : {ConnectionKind::request, ConnectionKind::leaving}) {
+  for (const ConnectionKind kind : {ConnectionKind::request, ConnectionKind::leaving})
     if (has_room(address, kind)) return std::unique_ptr<Place>(new Place(*this, address, kind));
-  }
   return nullptr;
 }
 

@@ -83,7 +83,7 @@ LineSpeed LineRate::speed() const {
     speed.at_most = std::max(speed.at_most, bounds.most);
   }
   // The largest one may be wrong, because the line's round trip has become shorter.
-  std::sort(least.begin(), least.end(), std::greater<>());
+  std::ranges::sort(least, std::greater<>());
   if (!least.empty()) speed.at_least = least[std::min(kAgreeing, least.size()) - 1];
   speed.estimate = std::max(middle_of_groups(), speed.at_least);
   return speed;
@@ -145,11 +145,8 @@ bool PictureFlow::has_room_for_part(std::size_t bytes) const {
 
 void PictureFlow::learn_part(double seconds, std::size_t bytes) {
   const auto change = static_cast<double>(bytes);
-  if (seconds < rate_.least() + kLatePart) {
-    part_room_ += change;
-  } else {
-    part_room_ = std::max(kLeastRoom, part_room_ - change / 2);
-  }
+  const bool in_time = seconds < rate_.least() + kLatePart;
+  part_room_ = in_time ? part_room_ + change : std::max(kLeastRoom, part_room_ - change / 2);
 }
 
 }  // namespace qs

@@ -178,9 +178,8 @@ class Live : public std::enable_shared_from_this<Live> {
       }
     }
     pass_on_work(visitor, number_, *hub_.pictures);
-    for (const TrainingCommand command : visitor.host().take_training_commands()) {
+    for (const TrainingCommand command : visitor.host().take_training_commands())
       if (hub_.training != nullptr) hub_.training->command(command);
-    }
   }
 
   void ping() {

@@ -97,10 +97,8 @@ decltype(ClientMessage::body) body_of(std::string_view type, MessageReader& r) {
   if (type == "resize") return message::Resize{r.size()};
   if (type == "key")
     return message::Key{key_of_code(r.text("code")), r.flag("down"), r.set("repeat"), r.mods()};
-  if (type == "button") {
-    const auto button = static_cast<int>(r.whole("button", 0, 2));
-    return message::Button{button, r.flag("down"), r.place()};
-  }
+  if (type == "button")
+    return message::Button{static_cast<int>(r.whole("button", 0, 2)), r.flag("down"), r.place()};
   if (type == "cursor") return message::Cursor{r.place()};
   if (type == "wheel") return message::Wheel{r.real("notches", kMostNotches), r.mods()};
   if (type == "command") return message::Command{r.text("command")};

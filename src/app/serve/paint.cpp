@@ -13,10 +13,9 @@ namespace {
 
 Image image_of(const std::vector<std::uint8_t>& rgba, int width, int height) {
   Image image(width, height, 3);
-  for (std::size_t i = 0; i < rgba.size() / 4; ++i) {
+  for (std::size_t i = 0; i < rgba.size() / 4; ++i)
     for (std::size_t c = 0; c < 3; ++c)
       image.values[3 * i + c] = static_cast<float>(rgba[4 * i + c]) / 255;
-  }
   return image;
 }
 

@@ -9,6 +9,7 @@
 #include "app/picture/palette.h"
 #include "app/serve/served_commands.h"
 #include "app/serve/state_json.h"
+#include "app/session/session.h"
 #include "app/viewer/commands/controls.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/state/crop_actions.h"
@@ -93,16 +94,14 @@ Json column_json(const block::Column& column) {
           {"descends", column.descends}};
 }
 
-Json bar_json(const block::Bar& bar) {
-  return {{"value", bar.value}, {"low", bar.low}, {"high", bar.high}, {"ink", ink_json(bar.ink)}};
-}
-
 Json cell_json(const block::Cell& cell) {
   Json json = {
       {"text", cell.text}, {"tone", kTones[static_cast<int>(cell.tone)]}, {"value", cell.value}};
   if (!cell.tooltip.empty()) json["title"] = cell.tooltip;
   if (cell.use) json["use"] = {cell.use->control, cell.use->value, cell.use->index};
-  if (cell.bar) json["bar"] = bar_json(*cell.bar);
+  if (const auto& bar = cell.bar)
+    json["bar"] = {
+        {"value", bar->value}, {"low", bar->low}, {"high", bar->high}, {"ink", ink_json(bar->ink)}};
   if (!cell.parts.empty()) json["parts"] = cell.parts;
   if (cell.swatch) json["swatch"] = hex_text(*cell.swatch);
   return json;
@@ -176,10 +175,9 @@ struct BlockJson {
     Json rows = Json::array();
     for (const block::Placed& placed : block.controls) {
       if (placed.form != block::Form::range) add_control(viewer, placed, placed.name, rows);
-      if (placed.form == block::Form::range) {
+      if (placed.form == block::Form::range)
         for (const char* end : {", from", ", to"})
           add_control(viewer, placed, placed.name + end, rows);
-      }
     }
     return {{"kind", "controls"}, {"rows", rows}};
   }
@@ -263,17 +261,18 @@ Json divider_json(const Viewer& v) {
 Json grid_json(const Viewer& v) {
   if (!v.shown.grid) return nullptr;
   const GridPlaces places = grid_places(culler_count(), kGridLabel);
-  Json labels = Json::array();
-  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
+  const auto label_of = [&](CullMode mode) -> Json {
     const glm::vec2 low = places.low(mode - 1);
-    labels.push_back({{"mode", mode_name(mode)},
-                      {"color", hex_text(on_dark::mode_color(mode))},
-                      {"text", grid_label(v, mode)},
-                      {"x", low.x},
-                      {"y", low.y},
-                      {"here", mode == v.mode()}});
-  }
-  return {{"labels", labels}, {"side", places.side}, {"columns", places.columns}};
+    return {{"mode", mode_name(mode)},
+            {"color", hex_text(on_dark::mode_color(mode))},
+            {"text", grid_label(v, mode)},
+            {"x", low.x},
+            {"y", low.y},
+            {"here", mode == v.mode()}};
+  };
+  return {{"labels", json_list(all_modes(), label_of)},
+          {"side", places.side},
+          {"columns", places.columns}};
 }
 
 // The box of the crop, as shares of the picture's width and height.
@@ -285,14 +284,15 @@ Json box_json(const Viewer& v) {
     const glm::dvec2 share = (pixel + 0.5) / glm::dvec2(camera.width, camera.height);
     return Json{std::clamp(share.x, -kMost, kMost), std::clamp(share.y, -kMost, kMost)};
   };
-  Json lines = Json::array(), handles = Json::array();
-  for (const PictureLine& line : box_lines(camera, v.crop.wish.box))
-    lines.push_back({place(line.from), place(line.to)});
+  const auto line_of = [&](const PictureLine& line) {
+    return Json{place(line.from), place(line.to)};
+  };
+  Json handles = Json::array();
   for (int face = 0; face < kBoxFaces; ++face) {
     const auto pixel = handle_in_picture(camera, v.crop.wish.box, face);
     handles.push_back(pixel ? place(*pixel) : Json());
   }
-  return {{"lines", lines}, {"handles", handles}};
+  return {{"lines", json_list(box_lines(camera, v.crop.wish.box), line_of)}, {"handles", handles}};
 }
 
 Json job_json(const Viewer& v) {

@@ -6,6 +6,8 @@
 #include <exception>
 #include <utility>
 
+#include "base/seconds.h"
+
 namespace qs {
 
 constexpr std::size_t kMostThreads = 4;  ///< as many as a video has tile columns
@@ -27,8 +29,7 @@ EncodedPicture PictureEncoder::encode(const RgbaPixels& pixels, const Encoding& 
     encoded.codec = PictureCodec::jpeg;
     encoded.bytes = encode_jpeg(pixels, encoding.quality);
   }
-  const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - began;
-  encoded.ms = spent.count();
+  encoded.ms = milliseconds_since(began);
   return encoded;
 }
 

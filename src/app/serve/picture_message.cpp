@@ -71,8 +71,8 @@ std::string picture_message(const Picture& picture, const PictureNumbers& number
 
 std::string harmless_name(const std::string& name) {
   std::string result = name.substr(name.find_last_of("/\\") + 1);
-  std::replace_if(
-      result.begin(), result.end(), [](char c) { return !is_harmless(c); }, '_');
+  std::ranges::replace_if(
+      result, [](char c) { return !is_harmless(c); }, '_');
   result.erase(0, result.find_first_not_of(". "));
   constexpr std::size_t kMost = 200;
   if (result.size() > kMost) result.erase(0, result.size() - kMost);

@@ -26,10 +26,8 @@ std::string sentence_of(const std::exception_ptr& exception) {
     std::rethrow_exception(exception);
   } catch (const Cancelled&) {
     return {};
-  } catch (const std::bad_alloc&) {
-    return "not enough memory";
   } catch (const std::exception& error) {
-    return error.what();
+    return qs::sentence_of(error);
   }
 }
 
@@ -61,8 +59,7 @@ void MeasuringTurns::want(const Turn& turn) {
   if (!spent_ms_.contains(turn.visitor)) {
     // Time before the visitor came is no claim.
     const auto spent = std::views::values(spent_ms_);
-    const double least = spent.empty() ? 0 : std::ranges::min(spent);
-    spent_ms_[turn.visitor] = least;
+    spent_ms_[turn.visitor] = spent.empty() ? 0 : std::ranges::min(spent);
   }
   wanted_[turn.visitor] = turn;
 }

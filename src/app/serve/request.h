@@ -22,8 +22,7 @@ class Request : public std::enable_shared_from_this<Request> {
         stream_(std::move(socket), hub.tls ? &*hub.tls : nullptr),
         place_(std::move(place)),
         timer_(hub.io) {
-    const ServeLimits& limits = hub_.options.limits;
-    parser_.header_limit(static_cast<std::uint32_t>(limits.head_bytes));
+    parser_.header_limit(static_cast<std::uint32_t>(hub_.options.limits.head_bytes));
     parser_.body_limit(std::uint64_t{0});
   }
 

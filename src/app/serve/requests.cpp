@@ -108,8 +108,7 @@ unsigned status_of(const RequestHead& head, std::string_view scheme, const HostN
   if (!head.upgrades) return page_file(head.target) != nullptr ? 200 : 404;
   if (head.target != kLiveTarget) return 404;
   const std::string own = std::string(scheme) + "://" + head.hosts.front();
-  const bool own_page = head.origins.size() == 1 && head.origins.front() == own;
-  return own_page ? 101 : 403;
+  return head.origins.size() == 1 && head.origins.front() == own ? 101 : 403;
 }
 
 std::string make_token() {

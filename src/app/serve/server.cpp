@@ -51,18 +51,16 @@ class BeastServer : public Server {
   std::vector<std::string> warnings() const override {
     std::vector<std::string> sentences;
     const ServeOptions& options = hub_.options;
-    if (!hub_.tls && !acceptor_.local_endpoint().address().is_loopback()) {
+    if (!hub_.tls && !acceptor_.local_endpoint().address().is_loopback())
       sentences.push_back(
           fmt::format("{} can be reached from other machines, and the connection is not encrypted: "
                       "ssh -L to 127.0.0.1 is safer, or --certificate and --key",
                       options.address));
-    }
     if (!hub_.tls) return sentences;
     const std::string problem = certificate_problem(*hub_.tls);
-    if (!problem.empty()) {
+    if (!problem.empty())
       sentences.push_back(fmt::format("{}: --certificate {}: {}; browsers refuse it",
                                       options.command, options.tls.certificate.string(), problem));
-    }
     return sentences;
   }
   int sibr_port() const override { return sibr_listener_.port(); }
@@ -157,10 +155,9 @@ class BeastServer : public Server {
   void tell_all(const Actions& actions) {
     if (actions.empty()) return;
     const auto all = hub_.live;  // a visitor may leave meanwhile
-    for (const auto& [number, weak] : all) {
+    for (const auto& [number, weak] : all)
       if (const std::shared_ptr<Live> live = weak.lock())
         live->handle([&](Visitor& visitor, double now) { visitor.apply(actions, now); });
-    }
   }
 
   void await_end(const std::function<bool()>& ends) {

@@ -22,9 +22,8 @@ constexpr double kLeastSplatScale = 0.01, kMostSplatScale = 10;
 std::string rgb_of(const std::vector<std::uint8_t>& rgba) {
   std::string rgb;
   rgb.reserve(rgba.size() / 4 * 3);
-  for (std::size_t i = 0; i + 3 < rgba.size(); i += 4) {
+  for (std::size_t i = 0; i + 3 < rgba.size(); i += 4)
     for (std::size_t c = 0; c < 3; ++c) rgb += static_cast<char>(rgba[i + c]);
-  }
   return rgb;
 }
 
@@ -33,9 +32,8 @@ std::string plain_picture(const SibrRequest& request, const glm::vec3& color) {
       static_cast<std::size_t>(request.width) * static_cast<std::size_t>(request.height);
   std::string rgb;
   rgb.reserve(3 * pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
+  for (std::size_t i = 0; i < pixels; ++i)
     for (int c = 0; c < 3; ++c) rgb += static_cast<char>(to_8bit(color[c]));
-  }
   return rgb;
 }
 

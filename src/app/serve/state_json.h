@@ -34,9 +34,8 @@ std::string state_message(const StateSections& before, const StateSections& now,
 template <class Range, class JsonOf>
 nlohmann::json json_list(const Range& range, const JsonOf& json_of) {
   nlohmann::json list = nlohmann::json::array();
-  for (const auto& one : range) {
+  for (const auto& one : range)
     if (nlohmann::json json = json_of(one); !json.is_null()) list.push_back(std::move(json));
-  }
   return list;
 }
 

@@ -115,8 +115,7 @@ std::string certificate_problem(const TlsContext& context) {
   const ASN1_TIME* const end = X509_get0_notAfter(certificate);
   // X509_cmp_current_time() is 0 for a time that it cannot read.
   if (X509_cmp_current_time(end) < 0) return "has expired on " + date_of(end);
-  if (X509_cmp_current_time(begin) > 0) return "is not valid before " + date_of(begin);
-  return {};
+  return X509_cmp_current_time(begin) > 0 ? "is not valid before " + date_of(begin) : "";
 }
 
 #endif

@@ -144,11 +144,10 @@ void Visitor::tick(double now) {
   Actions actions;
   input_.tick(actions);
   for (const Action& action : actions) store_.apply(action, host_);
-  Turn turn;
-  turn.now = now - began_;
-  turn.cursor = input_.picture_cursor();
-  turn.bare_size = {viewer().camera.width, viewer().camera.height};
-  turn.measuring = measuring_ == Measuring::runs;
+  const Turn turn{.now = now - began_,
+                  .cursor = input_.picture_cursor(),
+                  .measuring = measuring_ == Measuring::runs,
+                  .bare_size = size_of(viewer().camera)};
   const double seconds = std::clamp(now - last_tick_, 0.0, kLongestTick);
   last_tick_ = now;
   store_.apply(call(action::tick, turn, seconds), host_);
@@ -160,38 +159,35 @@ void Visitor::take(const ClientMessage& message, double now) {
   Actions actions;
   const double moment = now - began_;
   const auto move_cursor = [&](glm::dvec2 at) { input_.cursor(at, viewer().navigation, actions); };
-  if (const auto* resize = std::get_if<message::Resize>(&message.body)) {
+  const auto& body = message.body;
+  if (const auto* resize = std::get_if<message::Resize>(&body))
     actions.push_back(call(action::resize, resize->size.x, resize->size.y));
-  } else if (const auto* key = std::get_if<message::Key>(&message.body)) {
+  if (const auto* key = std::get_if<message::Key>(&body))
     if (key->key != 0 && (!key->down || may_press(key->key, key->mods)))
       input_.key(key->key, key->down, key->repeat, key->mods, false, actions);
-  } else if (const auto* button = std::get_if<message::Button>(&message.body)) {
+  if (const auto* button = std::get_if<message::Button>(&body)) {
     move_cursor(button->at);
     input_.button(button->button, button->down, false, moment, actions);
-  } else if (const auto* cursor = std::get_if<message::Cursor>(&message.body)) {
-    move_cursor(cursor->at);
-  } else if (const auto* wheel = std::get_if<message::Wheel>(&message.body)) {
+  }
+  if (const auto* cursor = std::get_if<message::Cursor>(&body)) move_cursor(cursor->at);
+  if (const auto* wheel = std::get_if<message::Wheel>(&body))
     input_.wheel(wheel->notches, wheel->mods, false, actions);
-  } else if (const auto* command = std::get_if<message::Command>(&message.body)) {
+  if (const auto* command = std::get_if<message::Command>(&body)) {
     const KeyCommand* const row = find_served_command(command->help);
     if (row != nullptr && !row->on_release) actions.push_back(row->action);
-  } else if (const auto* scene = std::get_if<message::ShowScene>(&message.body)) {
-    show_scene(scene->scene);
-  } else if (const auto* video = std::get_if<message::Video>(&message.body)) {
-    quality_.decodes_video(video->decodes);
-  } else if (const auto* set = std::get_if<message::SetControl>(&message.body)) {
-    actions = actions_of(viewer(), *set);
-  } else if (const auto* drag = std::get_if<message::DragHandle>(&message.body)) {
-    actions = actions_of(viewer(), *drag);
-  } else if (const auto* view = std::get_if<message::ShowView>(&message.body)) {
-    show_view(*view);
-  } else if (const auto* panels = std::get_if<message::ShowPanels>(&message.body)) {
-    actions = actions_of(viewer(), *panels);
-  } else if (std::holds_alternative<message::Stop>(message.body)) {
-    stop_long_jobs();
-  } else if (std::holds_alternative<message::Blur>(message.body)) {
-    input_.release_all(actions);
   }
+  if (const auto* scene = std::get_if<message::ShowScene>(&body)) show_scene(scene->scene);
+  if (const auto* video = std::get_if<message::Video>(&body))
+    quality_.decodes_video(video->decodes);
+  if (const auto* set = std::get_if<message::SetControl>(&body))
+    actions = actions_of(viewer(), *set);
+  if (const auto* drag = std::get_if<message::DragHandle>(&body))
+    actions = actions_of(viewer(), *drag);
+  if (const auto* view = std::get_if<message::ShowView>(&body)) show_view(*view);
+  if (const auto* panels = std::get_if<message::ShowPanels>(&body))
+    actions = actions_of(viewer(), *panels);
+  if (std::holds_alternative<message::Stop>(body)) stop_long_jobs();
+  if (std::holds_alternative<message::Blur>(body)) input_.release_all(actions);
   do_all(actions);
 }
 
@@ -284,13 +280,9 @@ void Visitor::picture_ready(const Picture& picture, double now) {
 void pass_on_work(Visitor& visitor, int number, Pictures& pictures) {
   if (visitor.host().take_stop()) pictures.stop_long(number);
   const std::size_t scene = visitor.scene();
-  for (VisitorJob& work : visitor.host().take_jobs()) {
-    if (work.is_long) {
-      pictures.run_long(number, scene, std::move(work.job));
-    } else {
-      pictures.run(number, scene, std::move(work.job));
-    }
-  }
+  for (VisitorJob& work : visitor.host().take_jobs())
+    work.is_long ? pictures.run_long(number, scene, std::move(work.job))
+                 : pictures.run(number, scene, std::move(work.job));
   const MeasuringWish wish = visitor.measuring_wish();
   if (wish.stops) pictures.stop_measuring(number);
   if (wish.request) pictures.measure({number, scene, *wish.request});

@@ -33,10 +33,9 @@ std::string removal_text(const RemovalCounts& removal, std::string_view verb) {
   constexpr const char* kReasons[kRemovedReasons] = {"", "outside of the box", "too faint",
                                                      "too large", "isolated"};
   std::vector<std::string> reasons;
-  for (std::size_t i = 1; i < kRemovedReasons; ++i) {
+  for (std::size_t i = 1; i < kRemovedReasons; ++i)
     if (removal.counts[i] > 0)
       reasons.push_back(fmt::format("{} {}", grouped(removal.counts[i]), kReasons[i]));
-  }
   std::string text = fmt::format("{} of {} {}", grouped(removal.going()),
                                  counted(removal.all(), "Gaussian"), verb);
   return reasons.empty() ? text : text + ": " + joined(reasons, ", ");

@@ -18,21 +18,14 @@ namespace qs {
 namespace {
 
 Backend choose_backend(const FrameOptions& frame) {
-  const bool reference = std::count(frame.modes.begin(), frame.modes.end(), kReferenceMode) > 0;
+  const bool reference = std::ranges::count(frame.modes, kReferenceMode) > 0;
   const bool other_tiles = frame.settings.tile_px != kTileSize;
   if (!frame.backend) return reference || other_tiles ? Backend::cpu : available_backends().front();
-  if (other_tiles && *frame.backend != Backend::cpu) {
+  if (other_tiles && *frame.backend != Backend::cpu)
     fail(ErrorKind::usage, "--tile-size {} runs with --backend cpu only", frame.settings.tile_px);
-  }
   if (reference && *frame.backend != Backend::cpu)
     fail(ErrorKind::usage, "--cull reference runs with --backend cpu only");
   return *frame.backend;
-}
-
-// The CPU backend does not look for a GPU.
-int device_of(int device, Backend backend) {
-  if (device != kFirstGpu) return device;
-  return backend == Backend::cpu ? 0 : first_gpu();
 }
 
 std::unique_ptr<Renderer> upload(const Session& session, Backend backend, bool exact_color,
@@ -111,18 +104,19 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   Session session;
   session.backend = choose_backend(frame);
   session.pool = std::make_unique<ThreadPool>(frame.threads);
-  session.device = device_of(frame.device, session.backend);
+  session.device = frame.device;
+  if (frame.device == kFirstGpu)  // the CPU backend does not look for a GPU
+    session.device = session.backend == Backend::cpu ? 0 : first_gpu();
   session.network = frame.network;
   Scene scene = read_with_progress(frame.scene, *session.pool, frame.iteration, frame.axes);
   print_warnings(scene, draws_network(session));
   look_for_huge(scene, frame.skip_huge);
   const bool needs_network =
       frame.network == NetworkUse::reference || frame.network == NetworkUse::always;
-  if (needs_network && !scene.network) {
+  if (needs_network && !scene.network)
     fail(ErrorKind::usage,
          "--exact-color: {} has no network of colours; only models of Compact-3DGS have one",
          scene.path.string());
-  }
   if (change) change(scene);
   session.scene = std::make_shared<const Scene>(std::move(scene));
   session.renderer = upload(session, session.backend, draws_network(session), {});

@@ -44,11 +44,6 @@ std::filesystem::path first_scene(const ViewOptions& options) {
   return find_asset(kBundledScene).value_or("");
 }
 
-std::shared_ptr<const Image> bundled_picture() {
-  const auto file = find_asset(kBundledPicture);
-  return file ? std::make_shared<Image>(read_image(*file)) : nullptr;
-}
-
 Image image_of(const RemotePicture& picture) {
   Image image(picture.width, picture.height, 3);
   for (std::size_t i = 0; i < image.values.size(); ++i)
@@ -144,12 +139,10 @@ class ViewLoop final : public Host {
   void open_beside(const std::filesystem::path& path) override {
     require_scene();
     stop_zoom();
-    OpenRequest request;
-    request.path = path;
-    request.axes = remembered_axes(viewer_, path);
-    request.skip_huge = viewer_.skips_huge;
-    request.beside = true;
-    opening_.open(request);
+    opening_.open({.path = path,
+                   .axes = remembered_axes(viewer_, path),
+                   .skip_huge = viewer_.skips_huge,
+                   .beside = true});
   }
   void read_photograph(const std::filesystem::path& path) override {
     photographs_.read(read_camera_photograph(path));
@@ -220,12 +213,11 @@ class ViewLoop final : public Host {
 
   OpenRequest request_to_open(const std::filesystem::path& path, const std::string& axes) const {
     const FrameOptions& frame = options_.frame;
-    OpenRequest request;
-    request.path = path;
-    request.axes = axes.empty() ? remembered_axes(viewer_, path) : axes;
-    request.keep_background = frame.background.has_value();
-    request.up = frame.up ? frame.up : remembered_up(viewer_, path);
-    request.skip_huge = viewer_.skips_huge;
+    OpenRequest request{.path = path,
+                        .axes = axes.empty() ? remembered_axes(viewer_, path) : axes,
+                        .up = frame.up ? frame.up : remembered_up(viewer_, path),
+                        .keep_background = frame.background.has_value(),
+                        .skip_huge = viewer_.skips_huge};
     if (path == frame.scene) {
       request.iteration = frame.iteration;
       request.cameras_file = frame.cameras;
@@ -429,7 +421,8 @@ class ViewLoop final : public Host {
   // Shows the thumbnail of the welcome panel, which is drawn without a scene.
   void show_thumbnail() {
     if (viewer_.scene || viewer_.loading) return;
-    if (!bundled_picture_) bundled_picture_ = bundled_picture();
+    if (const auto file = bundled_picture_ ? std::nullopt : find_asset(kBundledPicture))
+      bundled_picture_ = std::make_shared<Image>(read_image(*file));
     panel_state_.thumbnail = thumbnail_.show(bundled_picture_);
     if (bundled_picture_)
       panel_state_.thumbnail_aspect = static_cast<float>(bundled_picture_->width) /

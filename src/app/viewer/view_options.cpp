@@ -6,12 +6,12 @@
 #include "app/viewer/preferences.h"
 #include "app/viewer/state/actions.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 
 namespace qs {
 
 bool first_start(const ViewOptions& options) {
-  std::error_code error;
-  return !options.settings.empty() && !std::filesystem::exists(options.settings, error);
+  return !options.settings.empty() && !is_there(options.settings);
 }
 
 Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {

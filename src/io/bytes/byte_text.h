@@ -28,8 +28,8 @@ inline std::string lower_case(std::string text) {
 /// `longest` characters of it, after which "..." follow.
 inline std::string printable(std::string_view text, std::size_t longest = 60) {
   std::string shown(text.substr(0, longest));
-  std::replace_if(
-      shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  std::ranges::replace_if(
+      shown, [](char c) { return c < ' ' || c > '~'; }, '?');
   return text.size() > longest ? shown + "..." : shown;
 }
 

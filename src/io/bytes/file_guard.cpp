@@ -15,6 +15,7 @@
 #include <sys/stat.h>
 
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_text.h"
 
 namespace qs {
@@ -158,8 +159,7 @@ void note_own(const fs::path& path) {
 
 bool check_target(const fs::path& path) {
   const std::lock_guard lock(guard_mutex);
-  std::error_code error;
-  if (!current() || path == "-" || !fs::is_regular_file(path, error)) return false;
+  if (!current() || path == "-" || !is_file(path)) return false;
   const std::optional<FileId> id = id_of(path);
   if (!id) return false;
   const bool own = is_own(path, *id);
@@ -206,8 +206,7 @@ bool is_own_report(const fs::path& path) {
   if (holds(path, ending)) return true;
   // gnuplot draws NAME.png and NAME.svg by NAME.gp.
   if (ending != ".png" && ending != ".svg") return false;
-  fs::path script = path;
-  return holds(script.replace_extension(".gp"), ".gp");
+  return holds(fs::path(path).replace_extension(".gp"), ".gp");
 }
 
 }  // namespace qs

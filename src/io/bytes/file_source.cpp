@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
@@ -23,8 +24,7 @@ class FolderFiles : public FileSource {
   Array<std::byte> read(const std::string& name, std::uint64_t max_bytes) override {
     const std::filesystem::path path =
         scene_file_.parent_path() / checked_file_name(name, scene_file_.string());
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error))
+    if (!is_file(path))
       fail("{}: the file {} that it names is missing", scene_file_.string(), name);
     const MappedFile file(path);
     if (file.content().size() > max_bytes)
@@ -34,8 +34,7 @@ class FolderFiles : public FileSource {
   }
 
   bool has(const std::string& name) const override {
-    std::error_code error;
-    return std::filesystem::is_regular_file(scene_file_.parent_path() / name, error);
+    return is_file(scene_file_.parent_path() / name);
   }
 
   std::uint64_t stored_bytes(const std::string& name) const override {
@@ -113,13 +112,13 @@ std::unique_ptr<FileSource> files_beside(const std::filesystem::path& scene_file
 std::string checked_file_name(std::string_view name, std::string_view source) {
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' '; };
   bool safe = !name.empty() && name.find_first_of("\\:") == std::string_view::npos &&
-              std::none_of(name.begin(), name.end(), is_control);
+              std::ranges::none_of(name, is_control);
   const std::filesystem::path path(name);
   safe = safe && !path.is_absolute() && path.has_filename() &&
          std::none_of(path.begin(), path.end(), [](const auto& part) { return part == ".."; });
   if (safe) return path.lexically_normal().string();
   std::string shown(name.substr(0, 80));
-  std::replace_if(shown.begin(), shown.end(), is_control, '?');
+  std::ranges::replace_if(shown, is_control, '?');
   fail("{}: unsafe file name '{}': only files in its own folder are read", source, shown);
 }
 

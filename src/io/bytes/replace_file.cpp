@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "base/temporaries.h"
 #include "io/bytes/file_guard.h"
 
@@ -44,11 +45,10 @@ fs::path folder_of(const fs::path& path) {
 
 // Throws Error(input) if no file can have this name.
 void require_place(const fs::path& path) {
-  std::error_code error;
   const fs::path folder = folder_of(path);
-  if (!fs::is_directory(folder, error))
+  if (!is_folder(folder))
     fail("{}: cannot be written: the folder {} does not exist", path.string(), folder.string());
-  if (fs::is_directory(path, error)) fail("{}: cannot be written: it is a folder", path.string());
+  if (is_folder(path)) fail("{}: cannot be written: it is a folder", path.string());
   if (access(folder.c_str(), W_OK) != 0)
     fail("{}: cannot be written: the folder does not allow it", path.string());
 }
@@ -159,11 +159,10 @@ void check_targets(std::initializer_list<std::optional<fs::path>> files) {
 }
 
 void check_folder(const fs::path& folder) {
-  std::error_code error;
   const auto [place, above] = place_of(folder);
-  if (fs::is_directory(place, error)) return;
-  if (fs::exists(place, error)) fail("{}: cannot be created: it is a file", folder.string());
-  if (!fs::is_directory(above, error) || access(above.c_str(), W_OK) != 0)
+  if (is_folder(place)) return;
+  if (is_there(place)) fail("{}: cannot be created: it is a file", folder.string());
+  if (!is_folder(above) || access(above.c_str(), W_OK) != 0)
     fail("{}: cannot be created: the folder {} does not allow it", folder.string(), above.string());
 }
 

@@ -39,12 +39,10 @@ class Directory {
     files.reserve(entries_);
     std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges;
     std::uint64_t at = begin_;
-    for (std::uint64_t i = 0; i < entries_; ++i) {
-      ZippedFile& file = files.emplace_back();
-      at += read_entry(at, file, ranges.emplace_back());
-    }
+    for (std::uint64_t i = 0; i < entries_; ++i)
+      at += read_entry(at, files.emplace_back(), ranges.emplace_back());
     require(at == end_, "its directory has another size than its files need");
-    std::sort(ranges.begin(), ranges.end());
+    std::ranges::sort(ranges);
     for (std::size_t i = 1; i < ranges.size(); ++i)
       require(ranges[i - 1].second <= ranges[i].first, "files overlap");
     return files;
@@ -215,8 +213,8 @@ class Archive {
     const std::string& stored = deflated ? packed : entry.content;
     const auto checksum = static_cast<std::uint32_t>(
         crc32_z(0, reinterpret_cast<const Bytef*>(entry.content.data()), entry.content.size()));
-    const bool is_ascii = std::all_of(entry.name.begin(), entry.name.end(),
-                                      [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+    const bool is_ascii = std::ranges::all_of(
+        entry.name, [](char c) { return static_cast<unsigned char>(c) < 0x80; });
     const auto name_bytes = static_cast<std::uint16_t>(entry.name.size());
     // A file's own header has both sizes in 64 bits or none.
     const bool is_long = entry.content.size() >= kIn64Bits || stored.size() >= kIn64Bits;

@@ -11,6 +11,7 @@
 #include <glm/matrix.hpp>
 
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
@@ -42,7 +43,7 @@ constexpr std::array kFormats = {
 
 template <class Value>
 bool holds(const std::array<Value, 2>& values, const Value& value) {
-  return std::find(values.begin(), values.end(), value) != values.end();
+  return std::ranges::find(values, value) != values.end();
 }
 
 std::string start_of(const std::filesystem::path& file) {
@@ -56,11 +57,10 @@ std::string start_of(const std::filesystem::path& file) {
 
 // The file to read for a folder: the data set's folder, its `sparse`, or one model inside.
 std::filesystem::path file_in(const std::filesystem::path& folder) {
-  std::error_code error;
   for (const CameraFormat& format : kFormats) {
     const std::filesystem::path place = format.place;
     for (const auto& candidate : {place, place.filename(), "0" / place.filename()})
-      if (std::filesystem::is_regular_file(folder / candidate, error)) return folder / candidate;
+      if (is_file(folder / candidate)) return folder / candidate;
   }
   fail("{}: a folder without cameras.json, COLMAP's images.bin or images.txt, or transforms.json",
        folder.string());
@@ -94,7 +94,7 @@ std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
   const auto file = std::filesystem::is_directory(status) ? file_in(path) : path;
   const JsonKind kind = json_kind(start_of(file));
   const std::string name = file.filename().string();
-  const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const CameraFormat& row) {
+  const auto format = std::ranges::find_if(kFormats, [&](const CameraFormat& row) {
     return holds(row.names, std::string_view(name)) ||
            (kind != JsonKind::none && holds(row.kinds, kind));
   });

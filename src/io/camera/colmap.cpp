@@ -25,6 +25,7 @@
 
 #include "base/fail.h"
 #include "base/not_copied.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
@@ -54,7 +55,7 @@ constexpr std::uint64_t kMaxSide = 65535;
 // The first model for which `is_wanted` is true; nullptr if there is none.
 template <class F>
 const ColmapModel* find_model(const F& is_wanted) {
-  const auto found = std::find_if(kModels.begin(), kModels.end(), is_wanted);
+  const auto found = std::ranges::find_if(kModels, is_wanted);
   return found == kModels.end() ? nullptr : &*found;
 }
 
@@ -220,8 +221,8 @@ void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::
   // The parameters are focal lengths, the principal point and the distortion.
   const auto focal_lengths = static_cast<std::size_t>(model.focal_lengths);
   const auto distortion = parameters.subspan(focal_lengths + 2);
-  const bool distorts = std::any_of(distortion.begin(), distortion.end(),
-                                    [](double value) { return std::abs(value) > kNoDistortion; });
+  const bool distorts =
+      std::ranges::any_of(distortion, [](double value) { return std::abs(value) > kNoDistortion; });
   if (!model.pinhole || (distorts && !model.undistorted))
     fail("{}: a {} lens that distorts; undistort the photographs first (colmap image_undistorter)",
          where, model.name);
@@ -260,11 +261,10 @@ LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
 }
 
 std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& data) {
-  std::error_code error;
   for (const char* folder : {"sparse/0", "sparse", "0", "."}) {
     for (const char* name : {"points3D.bin", "points3D.txt"}) {
       const auto file = (data / folder / name).lexically_normal();
-      if (std::filesystem::is_regular_file(file, error)) return file;
+      if (is_file(file)) return file;
     }
   }
   return std::nullopt;

@@ -96,15 +96,14 @@ LensCamera undistorted_camera(const Camera& size, const Lens& lens, const std::s
 }
 
 void sort_by_name(std::vector<LensCamera>& cameras) {
-  std::stable_sort(cameras.begin(), cameras.end(), [](const LensCamera& a, const LensCamera& b) {
+  std::ranges::stable_sort(cameras, [](const LensCamera& a, const LensCamera& b) {
     return a.camera.name < b.camera.name;
   });
 }
 
 std::vector<Camera> pinhole_cameras(const std::vector<LensCamera>& cameras) {
   std::vector<Camera> result(cameras.size());
-  std::transform(cameras.begin(), cameras.end(), result.begin(),
-                 [](const LensCamera& camera) { return camera.camera; });
+  std::ranges::transform(cameras, result.begin(), &LensCamera::camera);
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "io/camera/camera_formats.h"
 #include "io/picture/image_file.h"
 #include "raster/scene/image_metrics.h"
@@ -70,9 +71,7 @@ Image divided(const Image& photograph, int divisor, ThreadPool& pool) {
 }
 
 std::vector<std::string> Photographs::names() const {
-  std::vector<std::string> names;
-  for (const auto& [name, path] : files_) names.push_back(name);
-  return names;
+  return list_of<std::string>(files_, [](const auto& each) { return each.first; });
 }
 
 std::string skipped_sentence(std::size_t views) {

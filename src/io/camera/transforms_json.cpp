@@ -11,6 +11,7 @@
 #include <glm/matrix.hpp>
 #include <nlohmann/json.hpp>
 
+#include "base/path_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/camera/camera_formats.h"
@@ -89,9 +90,8 @@ std::filesystem::path photograph_of(const JsonEntry& frame, const std::filesyste
 // Blender's files give neither the size of their photographs nor their extension, .png.
 glm::ivec2 photograph_size(const JsonEntry& frame, const std::filesystem::path& file) {
   std::filesystem::path path = photograph_of(frame, file);
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) path += ".png";
-  if (!std::filesystem::exists(path, error))
+  if (!is_there(path)) path += ".png";
+  if (!is_there(path))
     fail("{}: w and h are missing, and so is its photograph {}", frame.where, path.string());
   const Image image = read_image(path);
   return {image.width, image.height};

@@ -21,8 +21,8 @@ glm::dvec3 direction_of(char letter) {
 }  // namespace
 
 bool is_axes(std::string_view name) {
-  if (std::find(kAxes.begin(), kAxes.end(), name) != kAxes.end()) return true;
-  return name.size() == 3 && glm::determinant(rdf_from(name)) == 1;
+  return std::ranges::find(kAxes, name) != kAxes.end() ||
+         (name.size() == 3 && glm::determinant(rdf_from(name)) == 1);
 }
 
 std::string turned_over(std::string_view name) {

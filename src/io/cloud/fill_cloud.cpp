@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "base/fail.h"
+#include "base/list_of.h"
+#include "base/seconds.h"
 #include "io/cloud/cloud_memory.h"
 
 namespace qs {
@@ -111,9 +113,7 @@ class Sieve {
   // Removes the Gaussians that inspect() rejected and returns their indices, in increasing order.
   std::vector<std::size_t> remove() {
     if (!dropped_.empty()) remove_dropped();
-    std::vector<std::size_t> removed;
-    for (const Dropped& dropped : dropped_) removed.push_back(dropped.index);
-    return removed;
+    return list_of<std::size_t>(dropped_, &Dropped::index);
   }
 
  private:
@@ -157,8 +157,7 @@ class Sieve {
 
   // Sorts dropped_.
   void remove_dropped() {
-    std::sort(dropped_.begin(), dropped_.end(),
-              [](const Dropped& a, const Dropped& b) { return a.index < b.index; });
+    std::ranges::sort(dropped_, {}, &Dropped::index);
     std::size_t kept = 0;
     auto next = dropped_.begin();
     for (std::size_t i = 0; i < cloud_.size(); ++i) {
@@ -233,9 +232,7 @@ void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float 
   Sieve sieve(scene.cloud);
   fill_and_inspect(scene.cloud, sieve, pool, progress, start, fill);
   sieve.finish(scene);
-  scene.fill_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_time)
-          .count();
+  scene.fill_ms = milliseconds_since(start_time);
 }
 
 std::vector<std::size_t> fill_drawable(GaussianCloud& cloud, ThreadPool& pool,

@@ -47,8 +47,7 @@ class CloudParts {
   /// Gaussian `row` of the part.
   template <class Visit>
   void for_range(std::size_t begin, std::size_t end, const Visit& visit) const {
-    auto part = static_cast<std::size_t>(std::upper_bound(ends_.begin(), ends_.end(), begin) -
-                                         ends_.begin());
+    auto part = static_cast<std::size_t>(std::ranges::upper_bound(ends_, begin) - ends_.begin());
     for (; begin < end && part < ends_.size(); ++part) {
       const std::uint64_t start = part == 0 ? 0 : ends_[part - 1];
       for (; begin < std::min<std::uint64_t>(end, ends_[part]); ++begin)

@@ -21,6 +21,7 @@
 
 #include "base/assets.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
@@ -41,9 +42,7 @@ constexpr PictureFormat kModule{"", read_with_module, write_with_module};
 
 const PictureFormat& format_of(const std::filesystem::path& path) {
   const std::string extension = picture_extension(path);
-  const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const PictureFormat& row) {
-    return extension == row.extension;
-  });
+  const auto found = std::ranges::find(kFormats, extension, &PictureFormat::extension);
   return found == kFormats.end() ? kModule : *found;
 }
 
@@ -61,8 +60,7 @@ const OiioModule& load(const std::filesystem::path& picture) {
       fmt::format("{}: pictures of this format need the OpenImageIO module", picture.string());
   for (const auto& file :
        {folder / kOiioModuleFile, folder / "../lib/quadsplat" / kOiioModuleFile}) {
-    std::error_code error;
-    if (!std::filesystem::exists(file, error)) continue;
+    if (!is_there(file)) continue;
     void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!library) {
       const char* reason = dlerror();
@@ -168,9 +166,8 @@ void check_picture_size(const std::filesystem::path& path, std::int64_t width, s
 }
 
 Image read_image(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) fail("{}: no such file", path.string());
-  if (!std::filesystem::is_regular_file(path, error)) fail("{}: not a file", path.string());
+  if (!is_there(path)) fail("{}: no such file", path.string());
+  if (!is_file(path)) fail("{}: not a file", path.string());
   note_input(path);
   return format_of(path).read(path);
 }

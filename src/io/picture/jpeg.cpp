@@ -156,8 +156,8 @@ Image read_jpeg(const std::filesystem::path& path) {
   for (std::size_t y = 0; y < rows.size(); ++y) rows[y] = bytes.data() + y * row_bytes;
   if (!read_jpeg_pixels(reader, rows.data()))
     fail("{}: damaged JPEG: {}", path.string(), reader.errors.message);
-  std::transform(bytes.begin(), bytes.end(), image.values.begin(),
-                 [](JSAMPLE value) { return static_cast<float>(value) / 255; });
+  std::ranges::transform(bytes, image.values.begin(),
+                         [](JSAMPLE value) { return static_cast<float>(value) / 255; });
   return image;
 }
 

@@ -73,7 +73,7 @@ void require_opaque(const Image& image, const PictureTarget& target) {
 
 float swapped(float value) {
   auto bytes = std::bit_cast<std::array<std::byte, sizeof value>>(value);
-  std::reverse(bytes.begin(), bytes.end());
+  std::ranges::reverse(bytes);
   return std::bit_cast<float>(bytes);
 }
 
@@ -107,8 +107,8 @@ void write_ppm(const Image& image, const PictureTarget& target, const ImageMetad
   file << (image.channels == 3 ? "P6\n" : "P5\n") << image.width << ' ' << image.height
        << "\n255\n";
   std::string bytes(image.values.size(), '\0');
-  std::transform(image.values.begin(), image.values.end(), bytes.begin(),
-                 [](float value) { return static_cast<char>(to_8bit(value)); });
+  std::ranges::transform(image.values, bytes.begin(),
+                         [](float value) { return static_cast<char>(to_8bit(value)); });
   file << bytes;
   close_picture(file, target);
 }
@@ -134,8 +134,7 @@ Image read_pfm(const std::filesystem::path& path) {
     const std::size_t stored_row = static_cast<std::size_t>(image.height - 1 - y);
     std::memcpy(image.row(y), content.data() + header.end + stored_row * row_bytes, row_bytes);
   }
-  if (scale > 0)
-    std::transform(image.values.begin(), image.values.end(), image.values.begin(), swapped);
+  if (scale > 0) std::ranges::transform(image.values, image.values.begin(), swapped);
   return image;
 }
 

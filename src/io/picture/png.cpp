@@ -121,7 +121,7 @@ bool write_all(Writer& writer, std::FILE* file, Pixels& pixels) {
 // tEXt holds Latin-1, iTXt UTF-8. ASCII is stored as tEXt.
 png_text make_text(std::string& key, std::string& value) {
   png_text text{};
-  const bool ascii = std::all_of(value.begin(), value.end(), [](char c) { return c >= 0; });
+  const bool ascii = std::ranges::all_of(value, [](char c) { return c >= 0; });
   text.compression = ascii ? PNG_TEXT_COMPRESSION_NONE : PNG_ITXT_COMPRESSION_NONE;
   text.key = key.data();
   text.text = value.data();

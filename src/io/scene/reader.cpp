@@ -12,7 +12,11 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/error.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
+#include "base/seconds.h"
+#include "base/text.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
@@ -85,11 +89,6 @@ const ReaderRow& choose_reader(ByteSpan content, const std::filesystem::path& pa
 constexpr const char* kSceneFile = "point_cloud.ply";
 constexpr std::array kSceneFiles = {kSceneFile, "point_cloud.npz", "point_cloud_pp.npz"};
 
-bool is_file(const std::filesystem::path& path) {
-  std::error_code error;
-  return std::filesystem::is_regular_file(path, error);
-}
-
 // The first of kSceneFiles in a folder.
 std::optional<std::filesystem::path> scene_file_in(const std::filesystem::path& folder) {
   for (const char* name : kSceneFiles)
@@ -134,14 +133,13 @@ void assume_axes(Scene& scene, std::string_view axes) {
 Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const ReadOptions& given) {
   bool sampled = false;
   ReadOptions options = given;
-  if (given.sampling.take) {
+  if (given.sampling.take)
     options.sampling.take = [&](SceneSample sample) {
       sampled = true;
       sample.scene.declared_axes = sample.scene.axes;
       if (!options.axes.empty()) assume_axes(sample.scene, options.axes);
       given.sampling.take(std::move(sample));
     };
-  }
   Scene scene;
   scene.path = find_scene_file(path, options.iteration);
   const MappedFile file(scene.path);
@@ -155,9 +153,7 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const Read
   } catch (const std::bad_alloc&) {
     fail(ErrorKind::device, "{}: not enough memory for this scene", scene.path.string());
   }
-  const std::chrono::duration<double, std::milli> elapsed =
-      std::chrono::steady_clock::now() - start;
-  scene.unpack_ms = elapsed.count() - scene.fill_ms;
+  scene.unpack_ms = milliseconds_since(start) - scene.fill_ms;
   scene.declared_axes = scene.axes;
   if (!options.axes.empty()) assume_axes(scene, options.axes);
   if (!sampled && is_sampled(scene.cloud.size(), options.sampling))
@@ -209,6 +205,20 @@ std::filesystem::path find_scene_file(const std::filesystem::path& path, int ite
   std::string list;
   for (const auto& [number, file] : iterations) list += fmt::format(" {}", number);
   fail("{}: has no iteration {}; there are:{}", path.string(), iteration, list);
+}
+
+bool reads_ending(const std::string& ending) {
+  const auto has = [&](const ReaderRow& row) {
+    return std::ranges::count(separated(row.extensions, ' '), ending) > 0;
+  };
+  return std::ranges::any_of(readers(), has);
+}
+
+bool holds_scene(const std::filesystem::path& path) try {
+  find_scene_file(path);
+  return true;
+} catch (const Error&) {
+  return false;
 }
 
 }  // namespace qs

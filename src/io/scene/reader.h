@@ -51,4 +51,10 @@ std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path
 /// The scene file for `path`: `path` itself, or the file inside a model directory.
 std::filesystem::path find_scene_file(const std::filesystem::path& path, int iteration = -1);
 
+/// True if a reader's files have this ending, such as ".ply".
+bool reads_ending(const std::string& ending);
+
+/// True if find_scene_file() finds a file.
+bool holds_scene(const std::filesystem::path& path);
+
 }  // namespace qs

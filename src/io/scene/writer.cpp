@@ -51,7 +51,7 @@ std::span<const WriterRow> writers() { return kWriters; }
 
 const WriterRow* find_writer(const std::filesystem::path& path, std::string_view format) {
   const std::string name = lower_case(path.filename().string());
-  const auto found = std::find_if(kWriters.begin(), kWriters.end(), [&](const WriterRow& row) {
+  const auto found = std::ranges::find_if(kWriters, [&](const WriterRow& row) {
     return format.empty() ? name.ends_with(row.extension) : format == row.name;
   });
   return found == kWriters.end() ? nullptr : &*found;

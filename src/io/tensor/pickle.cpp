@@ -62,8 +62,7 @@ constexpr const char* kKindNames[] = {
     "a tuple", "a list",    "a dictionary", "a name",     "an object",     "a storage"};
 
 const KnownName* find_name(std::string_view name) {
-  const auto found = std::find_if(kNames.begin(), kNames.end(),
-                                  [&](const KnownName& known) { return known.name == name; });
+  const auto found = std::ranges::find(kNames, name, &KnownName::name);
   return found == kNames.end() ? nullptr : &*found;
 }
 
@@ -98,106 +97,89 @@ class PickleMachine {
   }
 
   void step(std::uint8_t code) {
-    switch (code) {
-      case 0x80:  // PROTO
-        if (const int protocol = in_.read<std::uint8_t>("a protocol"); protocol > kMaxProtocol)
-          refuse("protocol {} is unknown, {} is the newest known", protocol, kMaxProtocol);
-        return;
-      case 0x95:  // FRAME
-        if (in_.read<std::uint64_t>("a frame") > in_.left()) refuse("a frame is cut off");
-        return;
-      case '(':  // MARK
-        if (marks_.size() == kMaxMarks) refuse("more than {} objects are nested", kMaxMarks);
-        return marks_.push_back(stack_.size());
-      case 'q':  // BINPUT
-        return remember(in_.read<std::uint8_t>("a number"));
-      case 'r':  // LONG_BINPUT
-        return remember(in_.read<std::uint32_t>("a number"));
-      case 0x94:  // MEMOIZE
-        return remember(static_cast<std::uint32_t>(memo_.size()));
-      case 'h':  // BINGET
-        return recall(in_.read<std::uint8_t>("a number"));
-      case 'j':  // LONG_BINGET
-        return recall(in_.read<std::uint32_t>("a number"));
-      case 'c': {  // GLOBAL
-        const std::string_view module = line();
-        return push_name(module, line());
-      }
-      case 0x93: {  // STACK_GLOBAL
-        const PickleRef name = pop(), module = pop();
-        return push_name(text_of(module), text_of(name));
-      }
-      case 'R':  // REDUCE
-        return reduce();
-      case 'b':  // BUILD
-        return build();
-      case 0x81:  // NEWOBJ
-        return new_object();
-      case 'Q': {  // BINPERSID
-        const PickleRef id = pop();
-        return push({.kind = PickleKind::persistent, .items = {id}});
-      }
-      case '}':  // EMPTY_DICT
-        return push({.kind = PickleKind::dictionary});
-      case ']':  // EMPTY_LIST
-        return push({.kind = PickleKind::list});
-      case ')':  // EMPTY_TUPLE
-        return push({.kind = PickleKind::tuple});
-      case 't':  // TUPLE
-        return push({.kind = PickleKind::tuple, .items = pop_to_mark()});
-      case 0x85:  // TUPLE1 to TUPLE3
-      case 0x86:
-      case 0x87:
-        return push({.kind = PickleKind::tuple, .items = pop(code - 0x84u)});
-      case 's':  // SETITEM
-        return add(PickleKind::dictionary, pop(2));
-      case 'u':  // SETITEMS
-        return add(PickleKind::dictionary, pop_to_mark());
-      case 'a':  // APPEND
-        return add(PickleKind::list, pop(1));
-      case 'e':  // APPENDS
-        return add(PickleKind::list, pop_to_mark());
-      default:
-        return step_value(code);
-    }
+    using M = PickleMachine;
+    using Kind = PickleKind;
+    struct Operation {
+      std::uint8_t code;
+      void (*run)(M& m);
+    };
+    static constexpr Operation kOperations[] = {
+        {0x80, [](M& m) { m.check_protocol(); }},                                // PROTO
+        {0x95, [](M& m) { m.check_frame(); }},                                   // FRAME
+        {'(', [](M& m) { m.mark(); }},                                           // MARK
+        {'q', [](M& m) { m.remember(m.in_.read<std::uint8_t>("a number")); }},   // BINPUT
+        {'r', [](M& m) { m.remember(m.in_.read<std::uint32_t>("a number")); }},  // LONG_BINPUT
+        {0x94, [](M& m) { m.remember(static_cast<std::uint32_t>(m.memo_.size())); }},  // MEMOIZE
+        {'h', [](M& m) { m.recall(m.in_.read<std::uint8_t>("a number")); }},           // BINGET
+        {'j', [](M& m) { m.recall(m.in_.read<std::uint32_t>("a number")); }},        // LONG_BINGET
+        {'c', [](M& m) { m.push_global(); }},                                        // GLOBAL
+        {0x93, [](M& m) { m.push_stack_global(); }},                                 // STACK_GLOBAL
+        {'R', [](M& m) { m.reduce(); }},                                             // REDUCE
+        {'b', [](M& m) { m.build(); }},                                              // BUILD
+        {0x81, [](M& m) { m.new_object(); }},                                        // NEWOBJ
+        {'Q', [](M& m) { m.push({.kind = Kind::persistent, .items = m.pop(1)}); }},  // BINPERSID
+        {'}', [](M& m) { m.push({.kind = Kind::dictionary}); }},                     // EMPTY_DICT
+        {']', [](M& m) { m.push({.kind = Kind::list}); }},                           // EMPTY_LIST
+        {')', [](M& m) { m.push({.kind = Kind::tuple}); }},                          // EMPTY_TUPLE
+        {'t', [](M& m) { m.push({.kind = Kind::tuple, .items = m.pop_to_mark()}); }},  // TUPLE
+        {0x85, [](M& m) { m.push({.kind = Kind::tuple, .items = m.pop(1)}); }},        // TUPLE1
+        {0x86, [](M& m) { m.push({.kind = Kind::tuple, .items = m.pop(2)}); }},        // TUPLE2
+        {0x87, [](M& m) { m.push({.kind = Kind::tuple, .items = m.pop(3)}); }},        // TUPLE3
+        {'s', [](M& m) { m.add(Kind::dictionary, m.pop(2)); }},                        // SETITEM
+        {'u', [](M& m) { m.add(Kind::dictionary, m.pop_to_mark()); }},                 // SETITEMS
+        {'a', [](M& m) { m.add(Kind::list, m.pop(1)); }},                              // APPEND
+        {'e', [](M& m) { m.add(Kind::list, m.pop_to_mark()); }},                       // APPENDS
+        {'N', [](M& m) { m.push({.kind = Kind::none}); }},                             // NONE
+        {0x88, [](M& m) { m.push({.kind = Kind::boolean, .integer = 1}); }},           // NEWTRUE
+        {0x89, [](M& m) { m.push({.kind = Kind::boolean, .integer = 0}); }},           // NEWFALSE
+        {'J', [](M& m) { m.push_integer(m.in_.read<std::int32_t>("an integer")); }},   // BININT
+        {'K', [](M& m) { m.push_integer(m.in_.read<std::uint8_t>("an integer")); }},   // BININT1
+        {'M', [](M& m) { m.push_integer(m.in_.read<std::uint16_t>("an integer")); }},  // BININT2
+        {0x8a, [](M& m) { m.push_long(m.in_.read<std::uint8_t>("a length")); }},       // LONG1
+        {'G', [](M& m) { m.push_real(); }},                                            // BINFLOAT
+        {'X', [](M& m) { m.push_text(m.in_.read<std::uint32_t>("a length")); }},       // BINUNICODE
+        {0x8c,
+         [](M& m) { m.push_text(m.in_.read<std::uint8_t>("a length")); }},  // SHORT_BINUNICODE
+        {'C', [](M& m) { m.push_bytes(m.in_.read<std::uint8_t>("a length")); }},   // SHORT_BINBYTES
+        {'B', [](M& m) { m.push_bytes(m.in_.read<std::uint32_t>("a length")); }},  // BINBYTES
+        {0x8e, [](M& m) { m.push_bytes(m.in_.read<std::uint64_t>("a length")); }},  // BINBYTES8
+    };
+    const auto known = std::ranges::find(kOperations, code, &Operation::code);
+    if (known != std::end(kOperations)) return known->run(*this);
+    if (const auto at = kRefusedCodes.find(static_cast<char>(code)); at != kRefusedCodes.npos)
+      refuse("the operation {} is not needed by any model and was refused", kRefusedNames[at]);
+    refuse("the operation {:#04x} is unknown", code);
   }
 
-  void step_value(std::uint8_t code) {
-    switch (code) {
-      case 'N':  // NONE
-        return push({.kind = PickleKind::none});
-      case 0x88:  // NEWTRUE, NEWFALSE
-      case 0x89:
-        return push({.kind = PickleKind::boolean, .integer = code == 0x88});
-      case 'J':  // BININT
-        return push_integer(in_.read<std::int32_t>("an integer"));
-      case 'K':  // BININT1
-        return push_integer(in_.read<std::uint8_t>("an integer"));
-      case 'M':  // BININT2
-        return push_integer(in_.read<std::uint16_t>("an integer"));
-      case 0x8a:  // LONG1
-        return push_long(in_.read<std::uint8_t>("a length"));
-      case 'G': {  // BINFLOAT, big endian
-        std::uint64_t bits = 0;
-        for (const std::byte byte : in_.take(8, "a real number"))
-          bits = bits << 8 | static_cast<std::uint64_t>(byte);
-        return push({.kind = PickleKind::real, .real = std::bit_cast<double>(bits)});
-      }
-      case 'X':  // BINUNICODE
-        return push_text(in_.read<std::uint32_t>("a length"));
-      case 0x8c:  // SHORT_BINUNICODE
-        return push_text(in_.read<std::uint8_t>("a length"));
-      case 'C':  // SHORT_BINBYTES
-        return push_bytes(in_.read<std::uint8_t>("a length"));
-      case 'B':  // BINBYTES
-        return push_bytes(in_.read<std::uint32_t>("a length"));
-      case 0x8e:  // BINBYTES8
-        return push_bytes(in_.read<std::uint64_t>("a length"));
-      default:
-        if (const auto at = kRefusedCodes.find(static_cast<char>(code)); at != kRefusedCodes.npos)
-          refuse("the operation {} is not needed by any model and was refused", kRefusedNames[at]);
-        refuse("the operation {:#04x} is unknown", code);
-    }
+  void check_protocol() {
+    if (const int protocol = in_.read<std::uint8_t>("a protocol"); protocol > kMaxProtocol)
+      refuse("protocol {} is unknown, {} is the newest known", protocol, kMaxProtocol);
+  }
+
+  void check_frame() {
+    if (in_.read<std::uint64_t>("a frame") > in_.left()) refuse("a frame is cut off");
+  }
+
+  void mark() {
+    if (marks_.size() == kMaxMarks) refuse("more than {} objects are nested", kMaxMarks);
+    marks_.push_back(stack_.size());
+  }
+
+  void push_global() {
+    const std::string_view module = line();
+    push_name(module, line());
+  }
+
+  void push_stack_global() {
+    const PickleRef name = pop(), module = pop();
+    push_name(text_of(module), text_of(name));
+  }
+
+  void push_real() {
+    std::uint64_t bits = 0;  // big endian
+    for (const std::byte byte : in_.take(8, "a real number"))
+      bits = bits << 8 | static_cast<std::uint64_t>(byte);
+    push({.kind = PickleKind::real, .real = std::bit_cast<double>(bits)});
   }
 
   void push(PickleObject object) {
@@ -227,8 +209,7 @@ class PickleMachine {
   }
 
   void push_text(std::uint64_t size) {
-    const auto bytes = in_.take(size, "a text");
-    push({.kind = PickleKind::text, .text = qs::text_of(bytes)});
+    push({.kind = PickleKind::text, .text = qs::text_of(in_.take(size, "a text"))});
   }
 
   void push_bytes(std::uint64_t size) {
@@ -238,7 +219,7 @@ class PickleMachine {
   // Text up to the end of the line.
   std::string_view line() {
     const auto rest = pickle_.content_.subspan(in_.offset());
-    const auto end = std::find(rest.begin(), rest.end(), std::byte{'\n'});
+    const auto end = std::ranges::find(rest, std::byte{'\n'});
     if (end == rest.end()) refuse("a name is cut off");
     const auto size = static_cast<std::size_t>(end - rest.begin());
     in_.take(size + 1, "a name");

@@ -41,13 +41,11 @@ void GaussianInputs<Real>::check_frame(const char* who, std::size_t of_frame) co
 
 template <class Real>
 void BlendInput<Real>::check(const char* who, bool has_depth, bool wants_depth) const {
-  if (channel_count < 1 || channel_count > kMostChannels) {
+  if (channel_count < 1 || channel_count > kMostChannels)
     fail(ErrorKind::usage, "{}: there are {} channels; the number must be 1 to {}", who,
          channel_count, kMostChannels);
-  }
-  if (!channels && channel_count != 3) {
+  if (!channels && channel_count != 3)
     fail(ErrorKind::usage, "{}: the frame's colours have 3 channels, not {}", who, channel_count);
-  }
   if (wants_depth && !has_depth)
     fail(ErrorKind::usage, "{}: depths are wanted, but the frame has no arrays for them", who);
 }
@@ -107,9 +105,8 @@ PassRules<Real> PassRules<Real>::of(const DrawnView& drawn, int sh_degree) {
   result.view.near_depth = static_cast<Real>(rules.near_depth);
   if (drawn.position) result.view.position = glm::vec<3, Real>(*drawn.position);
   result.limits = SlopeLimits<Real>::of(result.view);
-  if (rules.slopes) {
+  if (rules.slopes)
     result.limits = {glm::vec<2, Real>(rules.slopes->low), glm::vec<2, Real>(rules.slopes->high)};
-  }
   result.far_depth = static_cast<Real>(rules.far_depth);
   result.dilation = static_cast<Real>(rules.dilation);
   result.splat_scale = static_cast<Real>(rules.splat_scale);

@@ -40,10 +40,9 @@ struct SplatValues {
       const auto covariance = ImageCovariance<double>::of(rules, point, sigma);
       const Covariance2<double>& c = covariance.after;
       const double determinant = c.determinant();
-      if (rules.antialiased) {
+      if (rules.antialiased)
         opacity *= compensation(covariance.before.determinant(), determinant,
                                 double{rules.compensation_floor});
-      }
       return {to_pixel(rules.view, point), glm::dvec3(c.yy, -c.xy, c.xx) / determinant, point.z,
               opacity};
     }

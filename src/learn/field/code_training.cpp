@@ -22,10 +22,9 @@ void move_to_means(std::span<const float> vectors, std::span<const std::uint16_t
     for (std::size_t k = 0; k < dimensions; ++k)
       sums[nearest[i] * dimensions + k] += static_cast<double>(vectors[i * dimensions + k]);
   }
-  for (std::size_t at = 0; at < codes.size(); ++at) {
+  for (std::size_t at = 0; at < codes.size(); ++at)
     if (const std::size_t count = counts[at / dimensions]; count > 0)
       codes[at] = static_cast<float>(sums[at] / static_cast<double>(count));
-  }
 }
 
 }  // namespace

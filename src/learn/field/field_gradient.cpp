@@ -41,10 +41,9 @@ FieldGradient<Real>::FieldGradient(const GridShape& shape, int width, std::span<
   if (inputs > kMostInputs || rows > kMostWidth)
     throw std::length_error("the network of a colour field is too large to be trained");
   const auto turn = [&](std::size_t begin, std::size_t height, std::size_t length) {
-    for (std::size_t row = 0; row < height; ++row) {
+    for (std::size_t row = 0; row < height; ++row)
       for (std::size_t k = 0; k < length; ++k)
         columns_[begin + k * height + row] = weights_[begin + row * length + k];
-    }
   };
   turn(0, rows, inputs);
   turn(network_.second(), rows, rows);
@@ -58,7 +57,7 @@ void FieldGradient<Real>::run(const glm::vec<3, Real>& mean, const glm::vec<3, R
   const auto width = static_cast<std::size_t>(network_.width);
   pass.position = contract(mean);
   pass.direction = glm::normalize(mean - eye);
-  std::fill(pass.input.begin(), pass.input.end(), Real(1));
+  std::ranges::fill(pass.input, Real(1));
   std::size_t at = 0;
   for (const GridLevel& level : levels_) {
     std::array<Real, kGridFeatures> sums{};

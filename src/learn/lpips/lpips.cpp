@@ -144,11 +144,8 @@ class Comparison {
     }
     if (end <= first) return;
     for (auto& maps : maps_) maps[number + 1].append(end - first);
-    if (layer.convolution != nullptr) {
-      convolve_rows(number, first, end);
-    } else {
-      pool_rows(number, first, end);
-    }
+    layer.convolution != nullptr ? convolve_rows(number, first, end)
+                                 : pool_rows(number, first, end);
     for (auto& maps : maps_) maps[number].drop_before(end * layer.stride - layer.padding);
   }
 
@@ -239,10 +236,9 @@ std::vector<float> pack(const Convolution& convolution, const std::vector<float>
   std::size_t from = 0;
   for (std::size_t output = 0; output < index(convolution.outputs); ++output) {
     float* const block = packed.data() + output / kBlock * kBlock * size * size * inputs;
-    for (std::size_t input = 0; input < inputs; ++input) {
+    for (std::size_t input = 0; input < inputs; ++input)
       for (std::size_t pixel = 0; pixel < size * size; ++pixel)
         block[(pixel * inputs + input) * kBlock + output % kBlock] = filters[from++];
-    }
   }
   return packed;
 }

@@ -20,13 +20,11 @@ const lpips::Network& network_of(const TensorFile& file, const std::string& sour
       names += fmt::format("{}{}", names.empty() ? "" : " or ", network.name);
     return names;
   };
-  if (name == file.metadata.end()) {
+  if (name == file.metadata.end())
     fail("{}: its metadata name no network ({}): scripts/lpips_weights writes such files", source,
          known());
-  }
-  for (const lpips::Network& network : lpips::kNetworks) {
+  for (const lpips::Network& network : lpips::kNetworks)
     if (network.name == name->second) return network;
-  }
   fail("{}: its metadata name another network than {}", source, known());
 }
 
@@ -34,12 +32,11 @@ std::vector<float> take(TensorFile& file, const std::string& source, const std::
                         const std::vector<std::uint64_t>& shape) {
   const auto found = file.tensors.find(name);
   if (found == file.tensors.end()) fail("{}: {} is missing", source, name);
-  if (found->second.shape != shape) {
+  if (found->second.shape != shape)
     fail("{}: {} has the shape ({}) instead of ({})", source, name,
          fmt::join(found->second.shape, ", "), fmt::join(shape, ", "));
-  }
   std::vector<float>& values = found->second.values;
-  if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+  if (!std::ranges::all_of(values, [](float v) { return std::isfinite(v); }))
     fail("{}: {} has a value that is not a finite number", source, name);
   return std::move(values);
 }

@@ -11,6 +11,8 @@
 #include <unistd.h>
 
 #include "base/fail.h"
+#include "base/list_of.h"
+#include "base/path_kind.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
@@ -36,15 +38,14 @@ std::vector<LensCamera> blender_cameras(const std::filesystem::path& file) {
 std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std::size_t>& first) {
   const auto train = options.data / "transforms_train.json";
   const auto test = options.data / "transforms_test.json";
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(train, error)) {
+  if (!is_file(train)) {
     std::vector<LensCamera> cameras = read_lens_cameras(options.data);
     sort_by_name(cameras);
     return cameras;
   }
   std::vector<LensCamera> cameras = blender_cameras(train);
   first = cameras.size();
-  if (std::filesystem::is_regular_file(test, error)) {
+  if (is_file(test)) {
     const std::vector<LensCamera> more = blender_cameras(test);
     cameras.insert(cameras.end(), more.begin(), more.end());
   }
@@ -55,8 +56,7 @@ std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std
 std::filesystem::path folder_of(const DataOptions& options, const std::filesystem::path& given,
                                 const char* usual, const std::filesystem::path& otherwise) {
   const std::filesystem::path folder = options.data / (given.empty() ? usual : given);
-  std::error_code error;
-  return !given.empty() || std::filesystem::is_directory(folder, error) ? folder : otherwise;
+  return !given.empty() || is_folder(folder) ? folder : otherwise;
 }
 
 // The mask of a photograph of a folder; empty: it has none. Masks are NAME.jpg.png or NAME.png.
@@ -86,7 +86,7 @@ Image read_checked(const PhotographSource& source, glm::vec3 background, ThreadP
   Image photograph = read_photograph(source.file, background, 1, pool, source.taken);
   require_same_shape(photograph, source.file, source.taken.camera);
   const std::vector<float>& values = photograph.values;
-  if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
+  if (!std::ranges::all_of(values, [](float value) { return std::isfinite(value); }))
     fail("{}: holds values that are not finite numbers", source.file.string());
   return photograph;
 }
@@ -106,17 +106,16 @@ Image masked_out(const Image& mask) {
 std::vector<std::uint8_t> read_mask(const PhotographSource& source, const Image& photograph,
                                     ThreadPool& pool) {
   const Image mask = read_image(source.mask);
-  if (mask.width != photograph.width || mask.height != photograph.height) {
+  if (mask.width != photograph.width || mask.height != photograph.height)
     fail("{}: a mask of {} x {} pixels, but its photograph {} has {} x {}", source.mask.string(),
          mask.width, mask.height, source.file.string(), photograph.width, photograph.height);
-  }
   // The sums of zeros are exact, so a pixel counts only if no part of it is masked out.
   const Image out =
       reduced(undistorted(masked_out(mask), source.taken, pool), source.resolution_scale, pool);
   std::vector<std::uint8_t> counts(out.values.size());
-  std::transform(out.values.begin(), out.values.end(), counts.begin(),
-                 [](float value) { return static_cast<std::uint8_t>(value > 0 ? 0 : 1); });
-  const auto masked = std::count(counts.begin(), counts.end(), std::uint8_t{0});
+  std::ranges::transform(out.values, counts.begin(),
+                         [](float value) { return static_cast<std::uint8_t>(value > 0 ? 0 : 1); });
+  const auto masked = std::ranges::count(counts, std::uint8_t{0});
   if (masked == 0) return {};
   if (static_cast<std::size_t>(masked) == counts.size())
     fail("{}: masks out every pixel of {}", source.mask.string(), source.file.string());
@@ -127,8 +126,8 @@ std::vector<std::uint8_t> read_mask(const PhotographSource& source, const Image&
 
 Image PhotographView::image() const {
   Image image(camera.width, camera.height, 3);
-  std::transform(rgb.begin(), rgb.end(), image.values.begin(),
-                 [](std::uint8_t value) { return static_cast<float>(value) / 255; });
+  std::ranges::transform(rgb, image.values.begin(),
+                         [](std::uint8_t value) { return static_cast<float>(value) / 255; });
   return image;
 }
 
@@ -156,7 +155,7 @@ PhotographView read_view(const PhotographSource& source, ThreadPool& pool) {
   const LensCamera camera = source.taken.scaled(image.width, image.height);
   PhotographView view{camera.camera, camera.lens, source, {}, {}, {}};
   view.rgb.resize(image.values.size());
-  std::transform(image.values.begin(), image.values.end(), view.rgb.begin(), to_8bit);
+  std::ranges::transform(image.values, view.rgb.begin(), to_8bit);
   if (!source.mask.empty()) view.mask = read_mask(source, photograph, pool);
   if (!source.keep_alpha) return view;
   // Over white, a pixel is brighter than over black by 1 - alpha.
@@ -164,8 +163,7 @@ PhotographView read_view(const PhotographSource& source, ThreadPool& pool) {
       reduced(read_checked(source, glm::vec3(1), pool), source.resolution_scale, pool);
   for (std::size_t i = 0; i < image.values.size(); i += 3)
     view.alpha.push_back(to_8bit(1 - (white.values[i] - image.values[i])));
-  if (std::all_of(view.alpha.begin(), view.alpha.end(), [](auto alpha) { return alpha == 255; }))
-    view.alpha.clear();
+  if (std::ranges::all_of(view.alpha, [](auto alpha) { return alpha == 255; })) view.alpha.clear();
   return view;
 }
 
@@ -176,9 +174,8 @@ std::uint64_t half_of_memory() {
 
 std::vector<LensCamera> DataSet::cameras() const {
   std::vector<LensCamera> all;
-  for (const auto* views : {&training, &test}) {
+  for (const auto* views : {&training, &test})
     for (const PhotographView& view : *views) all.push_back({view.camera, view.lens, {}});
-  }
   sort_by_name(all);
   return all;
 }
@@ -195,15 +192,12 @@ std::string DataSet::fingerprint() const {
 }
 
 void DataSet::release_pixels() {
-  for (auto* views : {&training, &test}) {
+  for (auto* views : {&training, &test})
     for (PhotographView& view : *views) view.release_pixels();
-  }
 }
 
 double DataSet::extent() const {
-  std::vector<Camera> cameras;
-  for (const PhotographView& view : training) cameras.push_back(view.camera);
-  return extent_of(cameras);
+  return extent_of(list_of<Camera>(training, &PhotographView::camera));
 }
 
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress) {
@@ -244,20 +238,17 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
     if (bytes > set.photo_memory) set.release_pixels();
   }
   // Refuse data from which nothing can be trained.
-  if (set.training.empty() && set.test.empty()) {
+  if (set.training.empty() && set.test.empty())
     fail(
         "{}: holds no photograph named like one of the {} cameras of {}: name the folder with "
         "--images",
         set.photographs.string(), cameras.size(), options.data.string());
-  }
-  if (!options.masks.empty() && set.without_mask == set.training.size() + set.test.size()) {
+  if (!options.masks.empty() && set.without_mask == set.training.size() + set.test.size())
     fail("{}: holds no mask named like one of the photographs of {}", set.masks.string(),
          set.photographs.string());
-  }
-  if (set.training.empty()) {
+  if (set.training.empty())
     fail("{}: all {} photographs are test views: use --holdout 0 to train from them",
          set.photographs.string(), set.test.size());
-  }
   if (const auto points = find_points_file(options.data)) set.points = read_points(*points);
   return set;
 }

@@ -61,15 +61,13 @@ void clone_and_split(const IterationContext& context, const GaussianFacts& facts
                      std::vector<Candidate> candidates, Plan& plan) {
   const std::size_t limit = context.max_gaussians();
   if (limit > 0) keep_most_urgent(limit > facts.size() ? limit - facts.size() : 0, candidates);
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.gaussian < b.gaussian; });
+  std::ranges::sort(candidates, {}, &Candidate::gaussian);
   std::vector<std::uint32_t> clones, splits;
   for (const Candidate& each : candidates) (each.splits ? splits : clones).push_back(each.gaussian);
   for (const std::uint32_t i : clones) plan.add_copy_of(i);
   const std::size_t first_child = plan.size();
-  for (int copy = 0; copy < 2; ++copy) {
+  for (int copy = 0; copy < 2; ++copy)
     for (const std::uint32_t i : splits) plan.add_copy_of(i);
-  }
   const Random random = context.random(RandomUse::split);
   for (std::size_t child = first_child; child < plan.size(); ++child)
     shrink_child(plan, child, facts.rotations[plan.sources[child]],

@@ -20,11 +20,6 @@ constexpr double kCloned = 0.005;  // times the extent: smaller ones are cloned,
 constexpr double kMostOpacity = 0.8;
 constexpr int kManySumsFrom = 20'000;
 
-// The mean absolute gradient above which large Gaussians are split.
-double split_threshold(const TrainSettings& settings) {
-  return settings.many_gaussians ? 3e-4 : 7e-4;
-}
-
 /// Iterations between the steps of the coefficients of colour beyond DC, and of all other values,
 /// with --sum-gradients.
 struct StepIntervals {
@@ -39,7 +34,9 @@ StepIntervals intervals_in(int iteration) {
 }  // namespace
 
 void fastgs_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
-  const CandidateRule rule{kCloned, split_threshold(context.settings), kLeastShare};
+  // The mean absolute gradient above which large Gaussians are split.
+  const double split = context.settings.many_gaussians ? 3e-4 : 7e-4;
+  const CandidateRule rule{kCloned, split, kLeastShare};
   clone_and_split(context, facts, find_candidates(context, facts, rule), plan);
   prune(context, kLeastOpacity, plan);
   limit_opacities(kMostOpacity, plan);

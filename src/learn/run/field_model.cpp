@@ -141,11 +141,8 @@ void write_coded_models(const ModelState& model, std::uint64_t seed,
 }
 
 std::vector<std::filesystem::path> other_forms(const std::filesystem::path& path) {
-  const std::string stem = path.stem().string();
-  std::vector<std::filesystem::path> forms;
-  for (const char* end : {".pth", ".npz", "_pp.npz"})
-    forms.push_back(path.parent_path() / (stem + end));
-  return forms;
+  const std::string stem = (path.parent_path() / path.stem()).string();
+  return {stem + ".pth", stem + ".npz", stem + "_pp.npz"};
 }
 
 }  // namespace qs::train

@@ -59,11 +59,10 @@ std::vector<std::size_t> cells_in_many_pictures(const DataSet& data, const CellB
         ++pictures[cell];
     }
   }
-  const int most = *std::max_element(pictures.begin(), pictures.end());
+  const int most = *std::ranges::max_element(pictures);
   std::vector<std::size_t> cells;
-  for (std::size_t cell = 0; cell < pictures.size(); ++cell) {
+  for (std::size_t cell = 0; cell < pictures.size(); ++cell)
     if (2 * pictures[cell] >= most) cells.push_back(cell);
-  }
   return cells;
 }
 
@@ -111,8 +110,8 @@ std::vector<ScenePoint> random_points(const DataSet& data, std::size_t count, st
   for (std::size_t i = 0; i < count; ++i) {
     const auto drawn =
         static_cast<std::size_t>(random.uniform(4 * i + 3) * static_cast<double>(cells.size()));
-    const glm::dvec3 corner = corner_of(cells[std::min(drawn, cells.size() - 1)]);
-    points[i].position = position_in(box, corner + uniform(i));
+    points[i].position =
+        position_in(box, (corner_of(cells[std::min(drawn, cells.size() - 1)])) + uniform(i));
   }
   return points;
 }

@@ -35,7 +35,7 @@ std::vector<std::uint32_t> drawn(const Plan& p, const std::vector<std::uint32_t>
   for (const std::uint32_t i : candidates) sums.push_back(sum += opacity(p, i));
   std::vector<std::uint32_t> result;
   for (std::size_t k = 0; k < count; ++k) {
-    const auto found = std::upper_bound(sums.begin(), sums.end(), sum * random.uniform(k));
+    const auto found = std::ranges::upper_bound(sums, sum * random.uniform(k));
     const auto at = std::min(static_cast<std::size_t>(found - sums.begin()), sums.size() - 1);
     result.push_back(candidates[at]);
   }

@@ -70,17 +70,15 @@ std::vector<std::uint8_t> resized_mask(std::span<const std::uint8_t> mask, Size 
     for (int x = 0; x < to.width; ++x) {
       const Covered rows(from.height, to.height, y), columns(from.width, to.width, x);
       int counted = 0;
-      for (int v = rows.begin; v < rows.end; ++v) {
+      for (int v = rows.begin; v < rows.end; ++v)
         for (int u = columns.begin; u < columns.end; ++u)
           counted += mask[static_cast<std::size_t>(v) * static_cast<std::size_t>(from.width) +
                           static_cast<std::size_t>(u)];
-      }
-      const int pixels = (rows.end - rows.begin) * (columns.end - columns.begin);
-      all.push_back(counted == pixels ? 1 : 0);
+      all.push_back(counted == (rows.end - rows.begin) * (columns.end - columns.begin) ? 1 : 0);
       any.push_back(counted > 0 ? 1 : 0);
     }
   }
-  return std::find(all.begin(), all.end(), std::uint8_t{1}) == all.end() ? any : all;
+  return std::ranges::find(all, std::uint8_t{1}) == all.end() ? any : all;
 }
 
 }  // namespace
@@ -116,7 +114,7 @@ PhotographView reduced(const PhotographView& view, int factor, ReductionFilter f
 bool ReducedPhotographs::set_factor(int factor) {
   if (factor == factor_) return false;
   factor_ = factor;
-  std::fill(views_.begin(), views_.end(), std::nullopt);
+  std::ranges::fill(views_, std::nullopt);
   passing_.reset();
   return true;
 }
@@ -165,10 +163,9 @@ std::size_t PhotographCache::reads() const {
 
 // The first wanted view that is not in memory, not being read and not unreadable. Needs the mutex.
 const PhotographView* PhotographCache::next_to_read() const {
-  for (const PhotographView* view : wanted_) {
+  for (const PhotographView* view : wanted_)
     if (!held_.contains(view) && !being_read_.contains(view) && !errors_.contains(view))
       return view;
-  }
   return nullptr;
 }
 
@@ -176,7 +173,7 @@ const PhotographView* PhotographCache::next_to_read() const {
 // The view in use and the next view may exceed the limit. Needs the mutex.
 bool PhotographCache::make_room(const PhotographView& view) {
   const auto is_wanted = [&](const PhotographView* other) {
-    return std::find(wanted_.begin(), wanted_.end(), other) != wanted_.end();
+    return std::ranges::find(wanted_, other) != wanted_.end();
   };
   while (bytes_ + view.bytes() > limit_) {
     auto oldest = held_.end();
@@ -184,9 +181,8 @@ bool PhotographCache::make_room(const PhotographView& view) {
       if (is_wanted(entry->first)) continue;
       if (oldest == held_.end() || entry->second.last_use < oldest->second.last_use) oldest = entry;
     }
-    if (oldest == held_.end()) {
+    if (oldest == held_.end())
       return &view == wanted_[0] || (wanted_.size() > 1 && &view == wanted_[1]);
-    }
     bytes_ -= oldest->second.view.bytes();
     held_.erase(oldest);
   }

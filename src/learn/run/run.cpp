@@ -10,6 +10,7 @@
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/quit_signals.h"
+#include "base/seconds.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
@@ -27,10 +28,6 @@ constexpr int kLogInterval = 100;  // iterations per row of train.csv
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 bool due(int iteration, int every) { return every > 0 && iteration % every == 0; }
 
 Checkpoint start(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
@@ -46,14 +43,12 @@ Checkpoint start(const TrainSettings& settings, const DataSet& data, const RunOp
   }
   const auto path = checkpoint_path(options.out_dir);
   Checkpoint saved = read_checkpoint(path);
-  if (const std::string names = differences_of(settings, saved.settings); !names.empty()) {
+  if (const std::string names = differences_of(settings, saved.settings); !names.empty())
     fail(ErrorKind::usage, "--resume: {}: the run was started with other settings: {}",
          path.string(), names);
-  }
-  if (saved.data != checkpoint.data) {
+  if (saved.data != checkpoint.data)
     fail("{}: the run was started with other photographs, sizes or cameras ({}, now {})",
          path.string(), saved.data, checkpoint.data);
-  }
   saved.settings = settings;
   return saved;
 }
@@ -252,11 +247,10 @@ RunEnd run_training(const TrainSettings& settings, const DataSet& data, const Ru
                     std::unique_ptr<TrainingModel> model, ThreadPool& pool) {
   make_folder(options.out_dir);
   const FolderLock lock = lock_model_folder(options.out_dir);
-  if (!lock.held()) {
+  if (!lock.held())
     options.text.warning(
         fmt::format("{}: its file system has no locks, so do not train into it twice at a time",
                     options.out_dir.string()));
-  }
   Checkpoint checkpoint = start(settings, data, options, pool);
   std::optional<QuitSignals> signals;
   if (!options.watch) signals.emplace();

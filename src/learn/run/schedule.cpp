@@ -85,9 +85,8 @@ void PhotographSpectra::add(const Image& photograph, ThreadPool& pool) {
   largest_ = std::min(largest_, scale_with(kLeastSpectrum * sums.total(),
                                            [&](double scale) { return sums.within(scale); }));
   ++photographs_;
-  for (Spectrum& same : by_size_) {
+  for (Spectrum& same : by_size_)
     if (same.width == spectrum.width && same.height == spectrum.height) return same.add(spectrum);
-  }
   by_size_.push_back(spectrum);
 }
 
@@ -122,7 +121,7 @@ ResolutionSchedule::ResolutionSchedule(const PhotographSpectra& spectra, int end
 }
 
 int ResolutionSchedule::factor_at(int iteration) const {
-  const auto next = std::upper_bound(begins_.begin(), begins_.end(), iteration);
+  const auto next = std::ranges::upper_bound(begins_, iteration);
   if (next == begins_.end()) return 1;
   const auto i = static_cast<std::size_t>(next - begins_.begin());
   const auto detail = [&](std::size_t level) { return 1 / (scales_[level] * scales_[level]); };
@@ -139,8 +138,8 @@ int ResolutionSchedule::factor_in(int iteration) const {
 }
 
 int ResolutionSchedule::details_from() const {
-  const auto first = std::find_if(scales_.begin(), scales_.end(),
-                                  [](double scale) { return scale < kDetailScale; });
+  const auto first =
+      std::ranges::find_if(scales_, [](double scale) { return scale < kDetailScale; });
   const auto level = static_cast<std::size_t>(first - scales_.begin());
   return begins_[level == 0 ? 0 : level - 1];
 }

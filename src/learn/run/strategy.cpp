@@ -87,10 +87,9 @@ void Strategy::plan(const IterationContext& context, const GaussianFacts& facts,
   if (events.change) change(context, facts, plan);
   if (events.opacity_reset) limit_opacities(kResetOpacity, plan);
   if (events.final_prune) remove_faint(kFinalOpacity, plan);
-  if (has_masks && events.change_the_set()) {
+  if (has_masks && events.change_the_set())
     plan.keep_if(
         [&](std::size_t i) { return !qs::masked_out(double{facts.mask_logits[plan.sources[i]]}); });
-  }
 }
 
 StepOrder Strategy::step(const IterationContext& context) const {
@@ -106,8 +105,7 @@ StepOrder Strategy::step(const IterationContext& context) const {
 std::span<const Strategy> strategies() { return kStrategies; }
 
 const Strategy& find_strategy(std::string_view name) {
-  const auto found = std::find_if(kStrategies.begin(), kStrategies.end(),
-                                  [&](const Strategy& row) { return row.name == name; });
+  const auto found = std::ranges::find(kStrategies, name, &Strategy::name);
   if (found == kStrategies.end()) fail(ErrorKind::usage, "--strategy: '{}' is no strategy", name);
   return *found;
 }

@@ -45,9 +45,8 @@ void TrainLog::close_row(const Trainer& trainer, const std::optional<Quality>& t
 
 const LogRow* best_row(const TrainLog& log) {
   const LogRow* best = nullptr;
-  for (const LogRow& row : log.rows) {
+  for (const LogRow& row : log.rows)
     if (row.test && (best == nullptr || row.test->psnr > best->test->psnr)) best = &row;
-  }
   return best;
 }
 

@@ -2,11 +2,13 @@
 #include "learn/run/train_options.h"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <string>
 #include <vector>
 
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
@@ -43,11 +45,10 @@ Parameters read_initial(const std::filesystem::path& path, int sh_degree, Thread
 DataSet read_data(const TrainOptions& options, ThreadPool& pool, const Progress& progress) {
   DataSet data = read_data_set(options.data, pool, progress);
   if (data.skipped > 0) options.run.text.warning(skipped_sentence(data.skipped));
-  if (data.without_mask > 0) {
+  if (data.without_mask > 0)
     options.run.text.warning(fmt::format(
         "{} of {} photographs have no mask in {} and count as a whole", data.without_mask,
         data.training.size() + data.test.size(), data.masks.string()));
-  }
   return data;
 }
 
@@ -57,10 +58,9 @@ void check_strategy(const TrainOptions& options) {
   const std::string& strategy = settings.strategy;
   const auto require = [&](bool given, const char* option,
                            const std::vector<std::string>& readers) {
-    if (given && std::find(readers.begin(), readers.end(), strategy) == readers.end()) {
+    if (given && std::ranges::find(readers, strategy) == readers.end())
       fail(ErrorKind::usage, "{}: is for --strategy {}, not {}", option, joined(readers, " or "),
            strategy);
-    }
   };
   require(options.many_gaussians.has_value(), "--gaussians", {"fastgs"});
   require(settings.sum_gradients, "--sum-gradients", {"fastgs"});
@@ -89,30 +89,17 @@ void declare_data_options(OptionTable& table, TrainOptions& options) {
                 "(default: 8)");
 }
 
-// Declares a choice of two words; the second one makes `target` true.
-template <class Bool>
-void declare_switch(OptionTable& table, const std::string& name,
-                    const std::vector<std::string>& words, Bool& target, const std::string& help) {
-  table.choice(
-      name, words, [&target](int chosen) { target = chosen == 1; }, help);
-}
-
 void declare_strategy_options(OptionTable& table, TrainOptions& options) {
-  std::vector<std::string> names;
-  for (const Strategy& strategy : strategies()) names.emplace_back(strategy.name);
   TrainSettings& settings = options.settings;
-  table.choice(
-      "--strategy", names,
-      [&settings, names](int chosen) {
-        settings.strategy = names[static_cast<std::size_t>(chosen)];
-      },
-      "how Gaussians are added and removed (default: adc, as published with 3DGS)");
-  declare_switch(table, "--gaussians", {"few", "many"}, options.many_gaussians,
-                 "with strategy fastgs: few Gaussians, or more of them for quality (default: few)");
-  declare_switch(table, "--dash-variant", {"current", "2025-06"}, options.dash_of_paper,
-                 "with strategy dash: as published now, or in June 2025 (default: current)");
-  declare_switch(
-      table, "--resolution-schedule", {"full", "dash"}, options.reduces_photographs,
+  table.named("--strategy", list_of<std::string>(strategies(), &Strategy::name), settings.strategy,
+              "how Gaussians are added and removed (default: adc, as published with 3DGS)");
+  table.enumerated(
+      "--gaussians", std::array{"few", "many"}, options.many_gaussians,
+      "with strategy fastgs: few Gaussians, or more of them for quality (default: few)");
+  table.enumerated("--dash-variant", std::array{"current", "2025-06"}, options.dash_of_paper,
+                   "with strategy dash: as published now, or in June 2025 (default: current)");
+  table.enumerated(
+      "--resolution-schedule", std::array{"full", "dash"}, options.reduces_photographs,
       "size of the photographs in the first iterations: full, or reduced at first as by strategy "
       "dash (default: full, with strategy dash: dash)");
   table.flag("--color-field", settings.color_field,
@@ -127,9 +114,8 @@ void declare_strategy_options(OptionTable& table, TrainOptions& options) {
              "and 27000, as fastgs does");
   table.integer("--max-gaussians", "N", 1, 100'000'000, options.max_gaussians,
                 "adds no Gaussians beyond N (default: mcmc 1000000, others no limit)");
-  table.choice(
-      "--count-views", {std::begin(kCountViewsNames), std::end(kCountViewsNames)},
-      [&settings](int chosen) { settings.count_views = static_cast<CountViews>(chosen); },
+  table.enumerated(
+      "--count-views", kCountViewsNames, settings.count_views,
       "views that count when gradients are averaged over them: exact = mode exact lists the "
       "Gaussian; mode = the training frames' mode does, as published with it (default: exact)");
   table.flag("--step-before-densify", settings.step_before_densify,
@@ -156,11 +142,8 @@ void declare_model_options(OptionTable& table, TrainOptions& options) {
       "trains with the opacity compensation of Mip-Splatting (default: off)");
   table.integer("--iterations", "N", 1, 10'000'000, settings.iterations,
                 "training steps (default: 30000)");
-  table.value("--seed", "N", "of all random numbers (default: 0)", {"1"},
-              [&settings](const std::string& text) {
-                settings.seed =
-                    static_cast<std::uint64_t>(parse_integer("--seed", text, 0, 2'147'483'647));
-              });
+  table.integer("--seed", "N", 0, 2'147'483'647, settings.seed,
+                "of all random numbers (default: 0)");
 }
 
 }  // namespace
@@ -192,13 +175,12 @@ void declare_train_options(OptionTable& table, TrainOptions& options) {
   table.flag("--keep-checkpoint", options.run.keep_checkpoint,
              "keeps the checkpoint of a finished run, so that --resume can continue it with more "
              "--iterations");
-  table.value("--photo-memory", "BYTES",
-              "memory for photographs, such as 800M or 1.5G: those that do not fit are read again "
-              "ahead of their use; the model does not depend on it (default: half of the "
-              "machine's memory)",
-              {"800M", "1"}, [&data = options.data](const std::string& text) {
-                data.photo_memory = parse_bytes("--photo-memory", text);
-              });
+  table.converted(
+      "--photo-memory", "BYTES", options.data.photo_memory, parse_bytes,
+      "memory for photographs, such as 800M or 1.5G: those that do not fit are read again "
+      "ahead of their use; the model does not depend on it (default: half of the "
+      "machine's memory)",
+      {"800M", "1"});
 }
 
 PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPool& pool,
@@ -218,12 +200,11 @@ PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPo
   options.data.keep_alpha = settings.random_background;
   check_folder(options.run.out_dir);
   require_new_folder(options.run.out_dir, options.run.overwrite || options.run.resume);
-  if (options.run.resume && !std::filesystem::exists(checkpoint_path(options.run.out_dir))) {
+  if (options.run.resume && !std::filesystem::exists(checkpoint_path(options.run.out_dir)))
     fail(
         "train: {}: holds no run to continue: leave out --resume to begin one; a finished run "
         "continues only if it had --keep-checkpoint",
         options.run.out_dir.string());
-  }
   // Two runs with this folder would end in a sentence only after the photographs were read.
   if (std::filesystem::exists(options.run.out_dir)) lock_model_folder(options.run.out_dir);
   if (settings.color_field) {

@@ -164,11 +164,10 @@ StepResult Trainer::step() {
     model_->apply(plan_);
   }
   clock.next();
-  if (model_->size() == 0) {
+  if (model_->size() == 0)
     fail("{}: no Gaussian is left in iteration {}: {}", data_.folder.string(), iteration,
          settings_.color_field ? "all are masked out: train with --strategy adc"
                                : "the photographs do not fit their cameras");
-  }
   const PhotographView& view =
       reduced_.view(views_.at(iteration), view_of(iteration), !data_.on_disk());
   RenderSettings render = render_settings(iteration);

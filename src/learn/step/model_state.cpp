@@ -47,9 +47,8 @@ ModelState ModelState::starting_with(Parameters parameters) {
 
 std::size_t count_existing(const Parameters& parameters) {
   if (!parameters.has_masks) return parameters.size();
-  return static_cast<std::size_t>(
-      std::count_if(parameters.mask_logits.begin(), parameters.mask_logits.end(),
-                    [](float logit) { return !masked_out(double{logit}); }));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      parameters.mask_logits, [](float logit) { return !masked_out(double{logit}); }));
 }
 
 GaussianCloud to_cloud(const Parameters& parameters, bool antialiased) {

@@ -10,6 +10,8 @@
 #include <glm/vec3.hpp>
 #include <nanoflann.hpp>
 
+#include "raster/scene/gaussian_cloud.h"
+
 namespace qs::train {
 namespace {
 
@@ -43,11 +45,6 @@ struct Nearest : nanoflann::KNNResultSet<double, std::uint32_t> {
   }
 };
 
-bool is_finite(const glm::vec3& point) {
-  const glm::vec3 zero = point - point;
-  return zero.x == 0 && zero.y == 0 && zero.z == 0;
-}
-
 // neighbour_distances2() of points that are all finite.
 std::vector<double> distances2_of_finite(const std::vector<glm::vec3>& points, ThreadPool& pool) {
   std::vector<double> means(points.size(), 0);
@@ -71,16 +68,14 @@ std::vector<double> distances2_of_finite(const std::vector<glm::vec3>& points, T
 }  // namespace
 
 std::vector<double> neighbour_distances2(const std::vector<glm::vec3>& points, ThreadPool& pool) {
-  if (std::all_of(points.begin(), points.end(), is_finite))
-    return distances2_of_finite(points, pool);
+  if (std::ranges::all_of(points, is_finite)) return distances2_of_finite(points, pool);
   std::vector<glm::vec3> finite;
-  std::copy_if(points.begin(), points.end(), std::back_inserter(finite), is_finite);
+  std::ranges::copy_if(points, std::back_inserter(finite), is_finite);
   const std::vector<double> of_finite = distances2_of_finite(finite, pool);
   std::vector<double> means(points.size(), std::numeric_limits<double>::quiet_NaN());
   auto next = of_finite.begin();
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (std::size_t i = 0; i < points.size(); ++i)
     if (is_finite(points[i])) means[i] = *next++;
-  }
   return means;
 }
 

@@ -13,10 +13,9 @@ std::vector<T> gathered(const std::vector<T>& array, std::size_t values,
                         const std::vector<std::uint32_t>& sources) {
   std::vector<T> result;
   result.reserve(sources.size() * values);
-  for (const std::uint32_t source : sources) {
+  for (const std::uint32_t source : sources)
     for (std::size_t k = 0; k < values; ++k)
       result.push_back(source == Plan::kZeros ? T{} : array[source * values + k]);
-  }
   return result;
 }
 
@@ -77,10 +76,9 @@ ModelState changed(const ModelState& state, const Plan& plan) {
   next.adam = {gathered(state.adam.first, plan.moment_sources),
                gathered(state.adam.second, plan.moment_sources), state.adam.steps,
                state.adam.rest_steps};
-  if (plan.clears_opacity_moments) {
+  if (plan.clears_opacity_moments)
     for (Parameters* moments : {&next.adam.first, &next.adam.second})
-      std::fill(moments->opacity_logits.begin(), moments->opacity_logits.end(), 0.0f);
-  }
+      std::ranges::fill(moments->opacity_logits, 0.0f);
   next.color_field = state.color_field;
   next.codes = state.codes;
   next.density = state.density;

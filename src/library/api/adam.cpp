@@ -111,7 +111,7 @@ void step_on_gpu(const CheckedStep& given, const Use& use) {
                          elements_of<float>(adam.second),
                          static_cast<const std::uint8_t*>(adam.visible.data),
                          adam.visible.strides[0]};
-  std::copy(given.shape.begin(), given.shape.end(), arrays.sizes);
+  std::ranges::copy(given.shape, arrays.sizes);
   const gpu::SelectedGpu selected(use.device());
   gpu::adam(arrays, given.rule, given.step, static_cast<float>(adam.rate),
             {adam.stream, use.stop()});

@@ -87,13 +87,9 @@ class CpuPasses final : public Passes {
   PictureSize size() const { return {call_.view.camera.width, call_.view.camera.height}; }
 
   BlendInput<Real> blend_input() const {
-    BlendInput<Real> in;
-    in.size = size();
-    in.rules = call_.view.rules.pixel_rules<Real>();
-    in.channel_count = static_cast<int>(call_.channels);
-    in.channels = rows_of<const Real>(call_.inputs.channels);
-    in.background = background_.empty() ? nullptr : background_.data();
-    return in;
+    return {size(), call_.view.rules.pixel_rules<Real>(), static_cast<int>(call_.channels),
+            rows_of<const Real>(call_.inputs.channels),
+            background_.empty() ? nullptr : background_.data()};
   }
 
   void blend_back(const QsStageFrame& frame, const QsBlended& by, const QsBoundaryGradients& given,

@@ -168,13 +168,11 @@ class CudaPasses final : public Passes {
   }
 
   gpu::BlendInput blend_input() {
-    gpu::BlendInput in;
-    in.size = {view_.camera.width, view_.camera.height};
-    in.rules = view_.rules.pixel_rules<float>();
-    in.channel_count = static_cast<int>(call_.channels);
-    in.channels = rows_of<const float>(call_.inputs.channels);
-    in.background = background();
-    return in;
+    return {{view_.camera.width, view_.camera.height},
+            view_.rules.pixel_rules<float>(),
+            static_cast<int>(call_.channels),
+            rows_of<const float>(call_.inputs.channels),
+            background()};
   }
 
   /// The numbers of the background one after the other; null if there is none.

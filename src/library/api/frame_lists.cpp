@@ -67,8 +67,7 @@ int32_t qs_lists(QsSceneHandle* scene, const QsCamera* camera, const QsSettings*
     const RenderSettings chosen = settings_of(settings, {function, "settings"});
     checked_size(lists, {function, "lists"});
     const Use use(scene->scene.context(), {function, "scene"});
-    Outputs outputs;
-    outputs.trace = true;
+    Outputs outputs{.trace = true};
     const Frame& frame = frame_without_picture(scene->scene, view, chosen, outputs, use);
     write_struct(lists_of(frame, scene->scene), lists, {function, "lists"});
   });
@@ -89,8 +88,7 @@ int32_t qs_count_modes(QsSceneHandle* scene, const QsCamera* camera, const QsSet
     const Use use(scene->scene.context(), {function, "scene"});
     if (count != nullptr) *count = modes;
     if (filled == 0) return;
-    Outputs outputs;
-    outputs.mode_pairs = true;
+    Outputs outputs{.mode_pairs = true};
     const Frame& frame = frame_without_picture(scene->scene, view, chosen, outputs, use);
     for (std::uint64_t i = 0; i < filled; ++i) {
       const ModePairs& of_mode = frame.mode_pairs[i];

@@ -43,14 +43,12 @@ void check_picture(const QsPicture& picture, const Place& of_maps, const Camera&
 }
 
 Outputs outputs_of(const QsPicture& picture) {
-  Outputs outputs;
-  outputs.color = !is_absent(picture.color);
-  outputs.depth =
-      !is_absent(picture.alpha) || !is_absent(picture.depth) || !is_absent(picture.median_depth);
-  outputs.evaluated = !is_absent(picture.evaluated);
-  outputs.pairs = !is_absent(picture.pairs);
-  outputs.used = !is_absent(picture.used);
-  return outputs;
+  return {.color = !is_absent(picture.color),
+          .pairs = !is_absent(picture.pairs),
+          .evaluated = !is_absent(picture.evaluated),
+          .used = !is_absent(picture.used),
+          .depth = !is_absent(picture.alpha) || !is_absent(picture.depth) ||
+                   !is_absent(picture.median_depth)};
 }
 
 QsCounts counts_of(const Frame& frame) {

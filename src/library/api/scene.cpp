@@ -29,11 +29,6 @@ std::vector<std::uint32_t> kept_numbers(std::size_t kept, const std::vector<std:
   return numbers;
 }
 
-std::string cameras_beside(const std::filesystem::path& path) {
-  const auto file = path.empty() ? std::nullopt : find_cameras_file(path);
-  return file ? file->string() : "";
-}
-
 }  // namespace
 
 OpenScene::OpenScene(std::shared_ptr<Context> context, Scene scene,
@@ -43,7 +38,8 @@ OpenScene::OpenScene(std::shared_ptr<Context> context, Scene scene,
       not_drawn_(not_drawn.size()),
       numbers_(kept_numbers(scene_->cloud.size(), not_drawn)) {
   path_ = scene_->path.string();
-  cameras_path_ = cameras_beside(scene_->path);
+  if (const auto file = path_.empty() ? std::nullopt : find_cameras_file(scene_->path))
+    cameras_path_ = file->string();
   for (const std::string& warning : scene_->warnings)
     warnings_ += (warnings_.empty() ? "" : "\n") + warning;
   white_background_ = !scene_->path.empty() && model_wants_white_background(scene_->path);
@@ -88,8 +84,8 @@ Renderer& OpenScene::renderer(const std::stop_token& stop) {
 
 std::vector<std::uint32_t> OpenScene::numbers_of(const std::vector<std::uint32_t>& indices) const {
   std::vector<std::uint32_t> numbers(indices.size());
-  std::transform(indices.begin(), indices.end(), numbers.begin(),
-                 [&](std::uint32_t index) { return numbers_[index]; });
+  std::ranges::transform(indices, numbers.begin(),
+                         [&](std::uint32_t index) { return numbers_[index]; });
   return numbers;
 }
 
@@ -98,7 +94,7 @@ std::optional<std::size_t> OpenScene::index_of(std::size_t number) const {
     if (number < cloud().size()) return number;
     return std::nullopt;
   }
-  const auto found = std::lower_bound(numbers_.begin(), numbers_.end(), number);
+  const auto found = std::ranges::lower_bound(numbers_, number);
   if (found == numbers_.end() || *found != number) return std::nullopt;
   return static_cast<std::size_t>(found - numbers_.begin());
 }

@@ -24,7 +24,7 @@ const Where kTraining{"qs_train", "training"};
 /// "--sh-degree" for "sh_degree" and "--sh-degree".
 std::string full_name(std::string_view name) {
   std::string full = name.starts_with("--") ? std::string(name) : "--" + std::string(name);
-  std::replace(full.begin(), full.end(), '_', '-');
+  std::ranges::replace(full, '_', '-');
   return full;
 }
 

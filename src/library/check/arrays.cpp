@@ -98,7 +98,7 @@ void check_array(const QsArray& array, const Where& where, std::span<const std::
   const ElementType& type = kElementTypes[array.type];
   if ((types >> array.type & 1) == 0)
     refuse(where, "has elements of type {} instead of {}", type.name, names_of(types));
-  if (std::find(sizes.begin(), sizes.end(), 0) != sizes.end()) return;  // no element
+  if (std::ranges::find(sizes, 0) != sizes.end()) return;  // no element
   if (array.data == nullptr) refuse(where, "its data is null");
   if (reinterpret_cast<std::uintptr_t>(array.data) % type.bytes != 0)
     refuse(where, "its data is not aligned to its elements of {} bytes", type.bytes);

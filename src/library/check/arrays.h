@@ -105,22 +105,13 @@ std::ptrdiff_t offset_of(const QsArray& array, Index... indices) {
 /// Calls f(pointer) with `data` as a pointer to elements of the array's type.
 template <class F>
 decltype(auto) with_type(const QsArray& array, F&& f) {
-  switch (array.type) {
-    case QS_FLOAT64:
-      return f(static_cast<double*>(array.data));
-    case QS_UINT8:
-      return f(static_cast<std::uint8_t*>(array.data));
-    case QS_INT32:
-      return f(static_cast<std::int32_t*>(array.data));
-    case QS_UINT32:
-      return f(static_cast<std::uint32_t*>(array.data));
-    case QS_INT64:
-      return f(static_cast<std::int64_t*>(array.data));
-    case QS_UINT64:
-      return f(static_cast<std::uint64_t*>(array.data));
-    default:
-      return f(static_cast<float*>(array.data));
-  }
+  if (array.type == QS_FLOAT64) return f(static_cast<double*>(array.data));
+  if (array.type == QS_UINT8) return f(static_cast<std::uint8_t*>(array.data));
+  if (array.type == QS_INT32) return f(static_cast<std::int32_t*>(array.data));
+  if (array.type == QS_UINT32) return f(static_cast<std::uint32_t*>(array.data));
+  if (array.type == QS_INT64) return f(static_cast<std::int64_t*>(array.data));
+  if (array.type == QS_UINT64) return f(static_cast<std::uint64_t*>(array.data));
+  return f(static_cast<float*>(array.data));
 }
 
 /// The value as an element of type T: 8-bit values by to_8bit().

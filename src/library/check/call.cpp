@@ -29,14 +29,10 @@ std::int32_t classify(char* message) {
     return result(static_cast<std::int32_t>(error.kind()), error.what(), message);
   } catch (const Cancelled&) {
     return result(QS_CANCELLED, "cancelled", message);
-  } catch (const std::bad_alloc&) {
-    return result(QS_DEVICE, "not enough memory", message);
-  } catch (const std::length_error&) {
-    return result(QS_DEVICE, "not enough memory", message);
   } catch (const std::filesystem::filesystem_error& error) {
     return result(QS_INPUT, error.what(), message);
   } catch (const std::exception& error) {
-    return result(QS_DEVICE, error.what(), message);
+    return result(QS_DEVICE, sentence_of(error), message);
   } catch (...) {
     return result(QS_DEVICE, "an unknown error", message);
   }

@@ -15,16 +15,10 @@ namespace {
 }();
 
 Backend chosen_backend(std::uint32_t backend, const Where& where) {
-  switch (backend) {
-    case QS_BACKEND_AUTO:
-      return available_backends().front();
-    case QS_BACKEND_CPU:
-      return Backend::cpu;
-    case QS_BACKEND_CUDA:
-      return Backend::cuda;
-    default:
-      refuse(where, "{} is none of QS_BACKEND_AUTO, _CPU and _CUDA", backend);
-  }
+  if (backend == QS_BACKEND_AUTO) return available_backends().front();
+  if (backend == QS_BACKEND_CPU) return Backend::cpu;
+  if (backend == QS_BACKEND_CUDA) return Backend::cuda;
+  refuse(where, "{} is none of QS_BACKEND_AUTO, _CPU and _CUDA", backend);
 }
 }  // namespace
 
@@ -86,8 +80,8 @@ int32_t qs_context_open(uint32_t backend, int32_t device, int32_t threads, QsCon
     constexpr int kMostThreads = 1024;
     if (threads < 0 || threads > kMostThreads)
       refuse({function, "threads"}, "{} is not between 0 and {}", threads, kMostThreads);
-    const Backend chosen = chosen_backend(backend, {function, "backend"});
-    *context = new QsContext{std::make_shared<Context>(chosen, device, threads)};
+    *context = new QsContext{
+        std::make_shared<Context>(chosen_backend(backend, {function, "backend"}), device, threads)};
   });
 }
 

@@ -26,16 +26,14 @@ void check_block(const void* memory, const BlockHeader& expected, const Place& p
 }
 
 HeldSizes sizes_of(const QsStageFrame& frame) {
-  HeldSizes sizes;
-  sizes.gaussians = frame.gaussians;
-  sizes.slots = frame.listed;
-  sizes.pairs = frame.pairs;
-  sizes.width = frame.width;
-  sizes.height = frame.height;
-  sizes.channels = frame.channels;
-  sizes.has_depth = frame.has_depth;
-  sizes.bytes_of_number = frame.type == QS_FLOAT64 ? sizeof(double) : sizeof(float);
-  return sizes;
+  return {.gaussians = frame.gaussians,
+          .slots = frame.listed,
+          .pairs = frame.pairs,
+          .width = frame.width,
+          .height = frame.height,
+          .channels = frame.channels,
+          .has_depth = frame.has_depth,
+          .bytes_of_number = frame.type == QS_FLOAT64 ? 8u : 4u};
 }
 
 }  // namespace

@@ -114,18 +114,16 @@ diff::InputGradients<Real> input_rows_of(const QsInputGradients& given) {
 template <class Real>
 diff::GaussianInputs<Real> inputs_of(const StageCall& call) {
   const QsInputs& given = call.inputs;
-  diff::GaussianInputs<Real> in;
-  in.count = static_cast<std::size_t>(call.gaussians);
-  in.means = rows_of<const Real>(given.means);
-  in.scales = rows_of<const Real>(given.scales);
-  in.rotations = rows_of<const Real>(given.rotations);
-  in.covariances = rows_of<const Real>(given.covariances);
-  in.opacities = rows_of<const Real>(given.opacities);
-  in.sh = sh_rows_of<const Real>(given.sh, given.sh_rest);
-  in.sh_degree = sh_degree_of(call.coefficients);
-  in.channels = rows_of<const Real>(given.channels);
-  in.channel_count = static_cast<int>(call.channels);
-  return in;
+  return {static_cast<std::size_t>(call.gaussians),
+          rows_of<const Real>(given.means),
+          rows_of<const Real>(given.scales),
+          rows_of<const Real>(given.rotations),
+          rows_of<const Real>(given.covariances),
+          rows_of<const Real>(given.opacities),
+          sh_rows_of<const Real>(given.sh, given.sh_rest),
+          sh_degree_of(call.coefficients),
+          rows_of<const Real>(given.channels),
+          static_cast<int>(call.channels)};
 }
 
 /// The numbers of a checked array of one dimension; none if it is absent.

@@ -90,7 +90,7 @@ RenderSettings settings_of(const QsSettings* settings, const Where& where) {
     refuse(where / "antialiased", "is {}", given.antialiased);
   if (given.sh_degree < 0 || given.sh_degree > kMaxShDegree)
     refuse(where / "sh_degree", "{} is not between 0 and {}", given.sh_degree, kMaxShDegree);
-  if (std::find(kTileSizes.begin(), kTileSizes.end(), given.tile_px) == kTileSizes.end())
+  if (std::ranges::find(kTileSizes, given.tile_px) == kTileSizes.end())
     refuse(where / "tile_px", "{} is not 8, 16 or 32", given.tile_px);
   RenderSettings result;
   result.mode = mode_of(given.mode, where / "mode");

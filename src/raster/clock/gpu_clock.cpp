@@ -19,11 +19,10 @@ template <class ValueOf>
 std::optional<SensorRange> range_of(const std::vector<GpuReading>& readings,
                                     const ValueOf& value_of) {
   std::vector<double> values;
-  for (const GpuReading& reading : readings) {
+  for (const GpuReading& reading : readings)
     if (const std::optional<double> value = value_of(reading)) values.push_back(*value);
-  }
   if (values.empty()) return std::nullopt;
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   return SensorRange{values[values.size() / 2], values.front(), values.back()};
 }
 
@@ -45,12 +44,10 @@ std::string grouped_mhz(double mhz) {
 std::string variation(const GpuClockSummary& summary) {
   const SensorRange& mhz = summary.sm_mhz;
   std::vector<std::string> words;
-  if (mhz.min < mhz.max) {
+  if (mhz.min < mhz.max)
     words.push_back(fmt::format("{} to {}", grouped_mhz(mhz.min), grouped_mhz(mhz.max)));
-  }
-  if (summary.sm_mhz_max && mhz.median < *summary.sm_mhz_max) {
+  if (summary.sm_mhz_max && mhz.median < *summary.sm_mhz_max)
     words.push_back(fmt::format("at most {}", grouped_mhz(*summary.sm_mhz_max)));
-  }
   return words.empty() ? "" : fmt::format(" ({})", fmt::join(words, ", "));
 }
 

@@ -92,9 +92,8 @@ class Nvml {
     unsigned long long bits = 0;
     if (reasons_ == nullptr || reasons_(device_, &bits) != kSuccess) return std::nullopt;
     std::vector<std::string> names;
-    for (const auto& [bit, name] : kThrottling) {
+    for (const auto& [bit, name] : kThrottling)
       if ((bits & bit) != 0) names.emplace_back(name);
-    }
     return names;
   }
 

@@ -37,10 +37,9 @@ class CpuRenderer final : public Renderer {
     assert(camera.width > 0 && camera.height > 0);
     if (!std::holds_alternative<HostImage>(target))
       fail(ErrorKind::device, "backend cpu: it renders only into host memory");
-    if (std::find(kTileSizes.begin(), kTileSizes.end(), settings.tile_px) == kTileSizes.end()) {
+    if (std::find(kTileSizes.begin(), kTileSizes.end(), settings.tile_px) == kTileSizes.end())
       fail(ErrorKind::device, "backend cpu: cannot use tiles of {} pixels, only 8, 16 or 32",
            settings.tile_px);
-    }
     const bool reference = settings.mode == kReferenceMode;
     const bool classic =
         !reference && (settings.pipeline == Pipeline::classic || settings.tile_px != kTileSize);

@@ -56,10 +56,9 @@ class CudaRenderer final : public Renderer {
       const auto enqueue_behind = [&, &cloud = cloud] {
         if (texture != nullptr)
           gl_target_.present(pixels_.color.data(), camera.width, camera.height, stream_);
-        if (outputs.mode_pairs) {
+        if (outputs.mode_pairs)
           mode_counter_.enqueue(cloud, outputs.counted.value_or(CountedView{camera, settings}),
                                 stream_);
-        }
       };
       return FrameContext{cloud, camera, settings, grid, stream_, stop, enqueue_behind};
     };

@@ -65,7 +65,7 @@ glm::dvec3 network_output(const ColorField& field, const std::vector<double>& fe
                           const glm::dvec3& direction) {
   const NetworkShape shape = field.network();
   std::vector<double> x(static_cast<std::size_t>(shape.inputs()), 1.0);
-  std::copy(features.begin(), features.end(), x.begin());
+  std::ranges::copy(features, x.begin());
   encode_direction(direction, x.data() + features.size());
   const auto width = static_cast<std::size_t>(shape.width);
   const float* const weights = field.weights.data();

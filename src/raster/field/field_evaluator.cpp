@@ -23,12 +23,10 @@ template <std::size_t kBlock>
 std::vector<float> blocks(const float* matrix, std::size_t rows, std::size_t columns,
                           std::size_t begin, std::size_t end) {
   std::vector<float> packed;
-  for (std::size_t row = 0; row < rows; row += kBlock) {
-    for (std::size_t column = begin; column < end; ++column) {
+  for (std::size_t row = 0; row < rows; row += kBlock)
+    for (std::size_t column = begin; column < end; ++column)
       for (std::size_t i = row; i < row + kBlock; ++i)
         packed.push_back(i < rows ? rounded(matrix[i * columns + column]) : 0.0f);
-    }
-  }
   return packed;
 }
 
@@ -111,10 +109,9 @@ FieldEvaluator::FieldEvaluator(const ColorField& field) {
   packed_.last = blocks<field_vectors::kOutRows>(first + shape.third(), 3, width, 0, width);
   packed_.design = sh_design();
   packed_.bias.resize(width);
-  for (std::size_t row = 0; row < width; ++row) {
+  for (std::size_t row = 0; row < width; ++row)
     for (std::size_t column = ones; column < inputs; ++column)
       packed_.bias[row] += rounded(first[row * inputs + column]);
-  }
   for (const glm::dvec3& direction : design_directions()) {
     std::array<double, kDirectionFeatures> features;
     encode_direction(direction, features.data());

@@ -40,10 +40,9 @@ HWY_INLINE void multiply(const float* matrix, std::size_t outputs, std::size_t i
   for (std::size_t row = 0; row < outputs; row += kTogether) {
     const float* weights = matrix + row / kBlock * kBlock * inputs + row % kBlock;
     V sum[kTogether][kCount];
-    for (std::size_t r = 0; r < kTogether; ++r) {
+    for (std::size_t r = 0; r < kTogether; ++r)
       for (std::size_t v = 0; v < kCount; ++v)
         sum[r][v] = hn::Load(d, y + (row + r) * step + v * hn::Lanes(d));
-    }
     const float* in = x;
     for (std::size_t k = 0; k < inputs; ++k, in += step, weights += kBlock) {
       V value[kCount];
@@ -54,10 +53,9 @@ HWY_INLINE void multiply(const float* matrix, std::size_t outputs, std::size_t i
           sum[r][v] = hn::MulAdd(weight, value[v], sum[r][v]);
       }
     }
-    for (std::size_t r = 0; r < kTogether; ++r) {
+    for (std::size_t r = 0; r < kTogether; ++r)
       for (std::size_t v = 0; v < kCount; ++v)
         hn::Store(sum[r][v], d, y + (row + r) * step + v * hn::Lanes(d));
-    }
   }
 }
 
@@ -199,10 +197,9 @@ Buffer buffer(std::size_t values) { return hwy::AllocateAligned<float>(values); 
 /// Fills (rows, kVectors, lanes) values with a value per row.
 HWY_INLINE void spread(const float* values, std::size_t rows, float* out) {
   const D d;
-  for (std::size_t row = 0; row < rows; ++row) {
+  for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t v = 0; v < kVectors; ++v, out += hn::Lanes(d))
       hn::Store(hn::Set(d, values[row]), d, out);
-  }
 }
 
 /// Outputs of the network for each mean seen from `eye`.
@@ -263,10 +260,9 @@ class DesignOutputs {
         }
       }
       pass_layers(packed_, first_.get(), second_.get(), last_.get());
-      for (std::size_t v = 0; v < kVectors; ++v) {
+      for (std::size_t v = 0; v < kVectors; ++v)
         for (std::size_t channel = 0; channel < 3; ++channel, all += lanes)
           hn::Store(hn::Load(d, last_.get() + channel * step + v * lanes), d, all);
-      }
     }
   }
 

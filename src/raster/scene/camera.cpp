@@ -31,29 +31,23 @@ Camera look_at(glm::dvec3 position, glm::dvec3 target, glm::dvec3 up, double ver
                int width, int height) {
   const glm::dvec3 forward = glm::normalize(target - position);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
-  const glm::dvec3 down = glm::cross(forward, right);
-  const glm::dmat3 rotation = glm::transpose(glm::dmat3(right, down, forward));
-  Camera camera;
-  camera.view_from_world =
-      glm::dmat4x3(rotation[0], rotation[1], rotation[2], -(rotation * position));
-  camera.focal_px = glm::dvec2(0.5 * height / std::tan(0.5 * vertical_fov));
-  camera.center_px = 0.5 * glm::dvec2(width - 1, height - 1);
-  camera.width = width;
-  camera.height = height;
-  return camera;
+  const glm::dmat3 rotation =
+      glm::transpose(glm::dmat3(right, glm::cross(forward, right), forward));
+  return {glm::dmat4x3(rotation[0], rotation[1], rotation[2], -(rotation * position)),
+          glm::dvec2(0.5 * height / std::tan(0.5 * vertical_fov)),
+          0.5 * glm::dvec2(width - 1, height - 1), width, height};
 }
 
 template <class Real>
 View<Real> make_view(const Camera& camera) {
-  View<Real> view;
-  view.view_from_world = glm::mat<4, 3, Real>(camera.view_from_world);
-  view.position = glm::vec<3, Real>(camera.position());
-  view.focal_px = glm::vec<2, Real>(camera.focal_px);
-  view.center_px = glm::vec<2, Real>(camera.center_px);
+  using Pair = glm::vec<2, Real>;
   const glm::dvec2 size(camera.width, camera.height);
-  view.slope_limit = glm::vec<2, Real>(kSlopeMargin * size / (2.0 * camera.focal_px));
-  view.near_depth = static_cast<Real>(camera.near_depth);
-  return view;
+  return {glm::mat<4, 3, Real>(camera.view_from_world),
+          glm::vec<3, Real>(camera.position()),
+          Pair(camera.focal_px),
+          Pair(camera.center_px),
+          Pair(kSlopeMargin * size / (2.0 * camera.focal_px)),
+          static_cast<Real>(camera.near_depth)};
 }
 
 template View<float> make_view<float>(const Camera&);

@@ -21,7 +21,7 @@ struct Camera {
   glm::dvec2 center_px{0.0};          ///< principal point, pixel-centre coordinates
   int width = 0, height = 0;          ///< pixels, > 0
   double near_depth = 0.2;            ///< Gaussians with view z at or below this are not drawn
-  std::string name;                   ///< name of the photograph, without extension; may be empty
+  std::string name = {};              ///< name of the photograph, without extension; may be empty
 
   /// Camera position in the world.
   glm::dvec3 position() const;

@@ -22,8 +22,8 @@ template <class Key>
 std::vector<std::uint32_t> sorted_by(const std::vector<Key>& keys) {
   std::vector<std::uint32_t> numbers(keys.size());
   std::iota(numbers.begin(), numbers.end(), 0u);
-  std::stable_sort(numbers.begin(), numbers.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+  std::ranges::stable_sort(numbers,
+                           [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
   return numbers;
 }
 
@@ -57,11 +57,10 @@ template <class ValueOf>
 std::vector<float> sample(std::size_t count, const ValueOf& value_of) {
   constexpr std::size_t kSamples = 4096;
   std::vector<float> values;
-  for (std::size_t i = 0; i < count; i += count / kSamples + 1) {
+  for (std::size_t i = 0; i < count; i += count / kSamples + 1)
     if (std::isfinite(value_of(i))) values.push_back(value_of(i));
-  }
   if (values.empty()) values.push_back(0);
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   return values;
 }
 
@@ -133,7 +132,7 @@ GaussianCloud keep_largest(GaussianCloud cloud, std::size_t count) {
   if (count >= cloud.size()) return cloud;
   std::vector<std::uint32_t> numbers = largest_first(cloud);
   numbers.resize(count);
-  std::sort(numbers.begin(), numbers.end());
+  std::ranges::sort(numbers);
   return select(cloud, numbers);
 }
 

@@ -5,6 +5,7 @@
 // y down, z forward) as in INRIA .ply files; readers convert other axes.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <new>
@@ -42,6 +43,10 @@ using Array = std::vector<T, UninitialisedAllocator<T>>;
 constexpr int sh_coefficient_count(int degree) { return (degree + 1) * (degree + 1); }
 
 constexpr int kMaxShDegree = 3;
+
+inline bool is_finite(const glm::vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 
 struct GaussianCloud {
   Array<glm::vec3> positions;   ///< world units, finite

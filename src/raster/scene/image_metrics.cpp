@@ -33,9 +33,8 @@ struct Counted {
   // Values of pixels that are at least `margin` pixels from the border.
   double values(int margin) const {
     std::int64_t pixels = 0;
-    for (int y = margin; y < image.height - margin; ++y) {
+    for (int y = margin; y < image.height - margin; ++y)
       for (int x = margin; x < image.width - margin; ++x) pixels += at(x, y) ? 1 : 0;
-    }
     return static_cast<double>(pixels * image.channels);
   }
 };
@@ -150,7 +149,7 @@ double ssim(const Image& a, const Image& b, ThreadPool& pool, SsimBorder border,
     std::vector<Moments> columns(static_cast<std::size_t>(width + 2 * kRadius));
     double row_sum = 0;
     for (int c = 0; c < channels; ++c) {
-      std::fill(columns.begin(), columns.end(), Moments());
+      std::ranges::fill(columns, Moments());
       for (int row = std::max(0, y - kRadius); row <= std::min(height - 1, y + kRadius); ++row) {
         const double weight = window[static_cast<std::size_t>(row - y + kRadius)];
         for (int x = 0; x < width; ++x) {

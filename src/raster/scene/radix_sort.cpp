@@ -54,10 +54,9 @@ void radix_sort(SortItems& items, KeyRange range, ThreadPool& pool, const std::s
     pool.for_chunks(segments, 1, std::cref(count));
     // Turn the counts into the first targets, ordered by digit and then by segment.
     std::uint32_t sum = 0;
-    for (std::size_t bucket = 0; bucket < buckets; ++bucket) {
+    for (std::size_t bucket = 0; bucket < buckets; ++bucket)
       for (std::size_t s = 0; s < segments; ++s)
         sum += std::exchange(items.offsets[s * buckets + bucket], sum);
-    }
     pool.for_chunks(segments, 1, std::cref(move));
     items.keys.swap(items.other_keys);
     items.values.swap(items.other_values);

@@ -10,19 +10,12 @@
 
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/cloud_order.h"
+#include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 namespace {
 
 using Numbers = std::vector<std::uint32_t>;
-
-bool is_finite(glm::vec3 v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-bool contains(const CropBox& box, glm::vec3 p) {
-  return glm::all(glm::lessThanEqual(box.low, p)) && glm::all(glm::lessThanEqual(p, box.high));
-}
 
 // ln of the longest standard deviation; NaN if a value is NaN.
 float log_size(const GaussianCloud& cloud, std::size_t i) {
@@ -58,11 +51,6 @@ float core_size(const GaussianCloud& cloud, const Numbers& of) {
   return longest;
 }
 
-float median_log_size(const GaussianCloud& cloud, const Numbers& of) {
-  auto values = finite_values(of, [&](std::uint32_t i) { return log_size(cloud, i); });
-  return values.empty() ? -std::numeric_limits<float>::infinity() : quantile(values, 0.5);
-}
-
 // ---- the grids ---------------------------------------------------------------------------------
 // Keys number cells by z, then y, then x, so that neighbours along x follow each other.
 constexpr int kFieldBits = 21, kFinerBits = 2;
@@ -86,7 +74,7 @@ struct Cell {
 };
 
 std::vector<Cell> merged(std::vector<Cell> cells) {
-  std::sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) { return a.key < b.key; });
+  std::ranges::sort(cells, {}, &Cell::key);
   std::size_t last = 0;
   for (std::size_t i = 1; i < cells.size(); ++i) {
     if (cells[i].key == cells[last].key) {
@@ -144,7 +132,9 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
   Numbers found;
   if (of.empty() || fewest_neighbours <= 0) return found;
   // Lay a grid around the middle, with cells of a multiple of the median size.
-  const float median = median_log_size(cloud, of);
+  auto sizes = finite_values(of, [&](std::uint32_t i) { return log_size(cloud, i); });
+  if (sizes.empty()) return found;
+  const float median = quantile(sizes, 0.5);
   const double cell = double{Floaters::kCellSigmas} * std::exp(double{median});
   if (!(cell > 0) || !std::isfinite(cell)) return found;
   glm::dvec3 middle(0.0);
@@ -185,7 +175,7 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
     for (const std::uint32_t i : here) {
       std::uint64_t key = *grid.key(cloud.positions[i]);
       for (int coarse = 0; coarse < level; ++coarse) key = coarser(key);
-      if (std::binary_search(lonely.begin(), lonely.end(), key)) found.push_back(i);
+      if (std::ranges::binary_search(lonely, key)) found.push_back(i);
     }
   }
   return found;
@@ -207,10 +197,9 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
   Removal removal;
   removal.marks.assign(cloud.size(), Removed::no);
   // Mark Gaussians outside of the box.
-  if (box) {
+  if (box)
     for (std::size_t i = 0; i < cloud.size(); ++i)
-      if (!contains(*box, cloud.positions[i])) removal.marks[i] = Removed::outside;
-  }
+      if (!box->contains(cloud.positions[i])) removal.marks[i] = Removed::outside;
   // Mark floaters among the rest.
   if (floaters) {
     const Numbers inside = staying(removal);
@@ -225,11 +214,10 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
         removal.marks[i] = Removed::large;
       }
     }
-    if (floaters->isolated) {
+    if (floaters->isolated)
       for (const std::uint32_t i :
            isolated(cloud, staying(removal), floaters->fewest_neighbours, progress))
         removal.marks[i] = Removed::isolated;
-    }
   }
   for (const Removed mark : removal.marks) ++removal.counts[static_cast<std::size_t>(mark)];
   return removal;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <glm/vec3.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
@@ -22,6 +23,9 @@ namespace qs {
 /// border are inside.
 struct CropBox {
   glm::vec3 low{0.0f}, high{0.0f};
+  bool contains(glm::vec3 p) const {
+    return glm::all(glm::lessThanEqual(low, p)) && glm::all(glm::lessThanEqual(p, high));
+  }
   bool operator==(const CropBox&) const = default;
 };
 

@@ -87,9 +87,8 @@ Transform::Transform(const glm::dmat4& matrix) : matrix_(matrix), linear_(matrix
   const double scale = std::cbrt(std::abs(volume));
   const glm::dmat3 q = orthogonal_part(linear_);
   is_similarity_ = volume > 0;
-  for (int column = 0; column < 3; ++column) {
+  for (int column = 0; column < 3; ++column)
     if (glm::distance(linear_[column], scale * q[column]) > 1e-6 * scale) is_similarity_ = false;
-  }
   if (is_similarity_) {
     rotation_ = glm::normalize(glm::quat_cast(q));
     log_scale_ = static_cast<float>(std::log(scale));
@@ -99,12 +98,10 @@ Transform::Transform(const glm::dmat4& matrix) : matrix_(matrix), linear_(matrix
     std::array<double, 16> to, from;
     sh_basis(d, to.data());
     sh_basis(glm::transpose(q) * d, from.data());
-    for (std::size_t l = 0; l <= kMaxShDegree; ++l) {
-      for (std::size_t k = 0; k < 2 * l + 1; ++k) {
+    for (std::size_t l = 0; l <= kMaxShDegree; ++l)
+      for (std::size_t k = 0; k < 2 * l + 1; ++k)
         for (std::size_t j = 0; j < 2 * l + 1; ++j)
           sh_[l][k][j] += static_cast<float>(weight * to[l * l + k] * from[l * l + j]);
-      }
-    }
   });
 }
 

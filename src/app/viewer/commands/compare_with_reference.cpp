@@ -18,8 +18,7 @@ constexpr int kSide = 256;     ///< of the part around the cursor, pixels
 void compare(RenderContext& context, const Viewer& viewer, std::optional<PixelBox> region) {
   const FrameRequest request = full_frame(viewer);
   const auto end = hide_progress_at_end(context);
-  Outputs outputs;
-  outputs.trace = true;
+  Outputs outputs{.trace = true};
   const Frame frame = context.session.renderer->render(request.camera, request.settings, outputs,
                                                        HostImage{}, context.stop);
   Renderer& cpu = renderer_on(context, Backend::cpu);

@@ -139,9 +139,8 @@ bool Input::flies() const {
 void Input::tick(Actions& actions) const {
   if (!flies()) return;
   glm::dvec3 direction(0);
-  for (const FlyKey& row : fly_keys()) {
+  for (const FlyKey& row : fly_keys())
     if (held_.count(row.key) > 0) direction += row.direction;
-  }
   const double factor =
       ((mods_ & GLFW_MOD_SHIFT) != 0 ? kFast : 1) * ((mods_ & GLFW_MOD_ALT) != 0 ? kSlow : 1);
   if (direction != glm::dvec3(0))

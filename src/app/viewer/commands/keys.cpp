@@ -61,12 +61,10 @@ constexpr PadControl kPadControls[] = {
 
 std::string key_name(int key, int mods) {
   std::string text;
-  for (const Name& modifier : kModifiers) {
+  for (const Name& modifier : kModifiers)
     if ((mods & modifier.code) != 0) text += modifier.text;
-  }
-  for (const Name& named : kNamedKeys) {
+  for (const Name& named : kNamedKeys)
     if (key == named.code) return text + named.text;
-  }
   if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F25)
     return text + fmt::format("F{}", key - GLFW_KEY_F1 + 1);
   return text + static_cast<char>(key);  // GLFW numbers printable keys by their character
@@ -80,9 +78,8 @@ KeyPress parse_key(const std::string& name) {
     press.mods |= modifier.code;
     rest.erase(0, std::string_view(modifier.text).size());
   }
-  for (press.key = GLFW_KEY_SPACE; press.key <= GLFW_KEY_LAST; ++press.key) {
+  for (press.key = GLFW_KEY_SPACE; press.key <= GLFW_KEY_LAST; ++press.key)
     if (key_name(press.key) == rest) return press;
-  }
   fail("there is no key '{}'", name);
 }
 

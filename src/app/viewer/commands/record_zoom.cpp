@@ -29,6 +29,7 @@
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "base/error.h"
+#include "base/path_kind.h"
 #include "io/bytes/replace_file.h"
 
 namespace qs {
@@ -176,9 +177,7 @@ void list_zooms(RenderContext& context, const Viewer& viewer) {
     try {
       ZoomRecord record = make_zoom_record(read_zoom_json(path));
       record.folder = path.parent_path();
-      std::error_code error;
-      record.has_figures =
-          std::filesystem::exists(record.folder / kZoomQuantities[0].figure, error);
+      record.has_figures = is_there(record.folder / kZoomQuantities[0].figure);
       if (!record.rows.empty()) records.push_back(std::move(record));
     } catch (const Error&) {  // another program's file, or a damaged one
     }

@@ -43,14 +43,13 @@ void add_scale(Figure& figure, glm::ivec2 at, int width, const Viewer& viewer, c
   const Font font(kText);
   const auto placed = place_ticks(legend.ticks, width, kText / 2,
                                   [&](const std::string& text) { return font.width(text); });
-  for (std::size_t i = 0; i < placed.size(); ++i) {
+  for (std::size_t i = 0; i < placed.size(); ++i)
     if (placed[i].has_text)
       figure.texts.push_back({{at.x + placed[i].text, at.y + kText + kBar + 10},
                               kText,
                               legend.ticks[i].text,
                               on_white::kFaint,
                               placed[i].align});
-  }
 }
 
 struct FigureMode {

@@ -51,9 +51,8 @@ void save_screenshot(RenderContext& context, const Viewer& viewer) {
     map = heatmap_row(*request.heatmap).name;
     shown = {{"Heatmap", map}, {"HeatmapTotal", fmt::format("{}", mapped.heatmap.total)}};
   } else if (request.quantity != Quantity::color) {
-    const Outputs outputs = outputs_for(request.quantity);
-    const Frame& frame =
-        renderer.render(camera, request.settings, outputs, HostImage{}, context.stop);
+    const Frame& frame = renderer.render(camera, request.settings, outputs_for(request.quantity),
+                                         HostImage{}, context.stop);
     const ValueMap values = map_of(frame, request.quantity, camera.width, camera.height);
     picture = with_legend(colored(values), make_legend(values, mode_name(mode)));
     stats = frame.stats;

@@ -107,8 +107,7 @@ void add_boxes(const GaussianReport& gaussian, std::vector<block::Shape>& shapes
   }
   for (const Box& box : gaussian.dual_boxes)
     shapes.push_back(box_shape(box, ink_of(kDual), 1, 1.5f));
-  const std::vector<glm::vec2> ellipse = ellipse_of(gaussian.footprint, 96);
-  shapes.push_back({ellipse, kEllipseInk, 1, 2, false});
+  shapes.push_back({ellipse_of(gaussian.footprint, 96), kEllipseInk, 1, 2, false});
 }
 
 // The shape of a Gaussian with the boxes and tiles of the modes, in pixels of the frame.

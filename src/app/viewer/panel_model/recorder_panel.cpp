@@ -88,12 +88,11 @@ void add_plan(const Viewer& v, Blocks& blocks) {
                                     {"size", 14},
                                     {"pipeline of the zoom", 14}}});
   block::Controls modes;
-  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode)
     modes.controls.push_back({.name = fmt::format("record {}", mode_name(mode)),
                               .follows = mode > 1,
                               .short_label = mode_name(mode),
                               .mode = mode});
-  }
   blocks.emplace_back(std::move(modes));
 }
 

@@ -39,12 +39,11 @@ Blocks settings_blocks(const Viewer& v) {
 Blocks crop_blocks(const Viewer& v) {
   constexpr float kField = -7;
   block::Controls box = fields(kField, {"Box"});
-  for (const char* axis : {"x right", "y down", "z forward"}) {
+  for (const char* axis : {"x right", "y down", "z forward"})
     box.controls.push_back({.name = axis,
                             .width = kField,
                             .form = block::Form::range,
                             .speed = 0.002 * v.scene->extent()});
-  }
   block::Controls floaters =
       fields(kField, {"faint", "opacity", "large", "of the core", "isolated", "neighbours"});
   floaters.indented = true;
@@ -80,11 +79,10 @@ block::Chart loss_curve(const Viewer& v) {
   for (const AxisTick& tick : from.loss_ticks)
     chart.up.push_back({static_cast<float>(tick.value / from.most_loss), tick.text});
   block::Curve curve{.ink = {kSkyBlue, kBlue}, .is_marked = false, .width = 1.5f};
-  for (const LossPoint& point : losses) {
+  for (const LossPoint& point : losses)
     if (std::isfinite(point.loss))
       curve.points.push_back({point.iteration / from.most_iteration,
                               static_cast<double>(point.loss) / from.most_loss});
-  }
   chart.curves.push_back(std::move(curve));
   if (v.is_remote) return chart;  // hundreds of readings would be sent again with every report
   chart.reading = [&losses, most = from.most_iteration](double x) {

@@ -160,7 +160,7 @@ struct BlockDrawer {
   }
 
   void operator()(const block::Plot& block) const {
-    const float most = *std::max_element(block.values.begin(), block.values.end());
+    const float most = *std::ranges::max_element(block.values);
     ImGui::PlotLines("##plot", block.values.data(), static_cast<int>(block.values.size()), 0,
                      nullptr, 0, most * 1.15f,
                      {ImGui::GetContentRegionAvail().x, 3.2f * ImGui::GetFontSize()});

@@ -83,8 +83,7 @@ PlotArea draw_axes(const block::Chart& chart) {
   draw_ticks_up(chart, area);
   draw_ticks_across(chart, area, at.x + size.x);
   const float middle = 0.5f * (area.low.x + area.high.x) - 0.5f * text_width(chart.axis);
-  const float below = (chart.across.empty() ? 0.3f : 1.3f) * letter;
-  draw_faint({middle, area.high.y + below}, chart.axis);
+  draw_faint({middle, area.high.y + (chart.across.empty() ? 0.3f : 1.3f) * letter}, chart.axis);
   ImGui::InvisibleButton("chart", size);
   return area;
 }

@@ -168,10 +168,9 @@ void ControlsDrawer::draw_range(const block::Placed& placed) const {
     ImGui::SetNextItemWidth(placed.width * ImGui::GetFontSize());
     ImGui::DragFloatRange2(placed.name.c_str(), &values[0], &values[1],
                            static_cast<float>(placed.speed), 0, 0, format.c_str(), format.c_str());
-    for (int end = 0; end < 2; ++end) {
+    for (int end = 0; end < 2; ++end)
       if (values[end] != before[end])
         set(ends[end], std::clamp(static_cast<double>(values[end]), from.least, from.most));
-    }
   });
 }
 

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/path_kind.h"
 #include "base/text.h"
 #include "io/scene/reader.h"
 
@@ -19,26 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_folder(const fs::path& path) {
-  std::error_code unreachable;
-  return fs::is_directory(path, unreachable);
-}
-
 bool readable(const fs::path& path) {
   const std::string ending = path.extension().string();
-  if (ending == ".json") return true;
-  return std::ranges::any_of(readers(), [&](const ReaderRow& row) {
-    return std::ranges::count(separated(row.extensions, ' '), ending) > 0;
-  });
-}
-
-bool holds_scene(const fs::path& folder) {
-  try {
-    find_scene_file(folder);
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
+  return ending == ".json" || reads_ending(ending);
 }
 
 std::string date_of(const fs::path& path) {
@@ -60,11 +44,6 @@ FileEntry entry_of(const fs::path& path) {
   const std::uintmax_t bytes = fs::file_size(path, unreachable);
   if (!unreachable) entry.size = bytes_text(bytes);
   return entry;
-}
-
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
 }
 
 }  // namespace
@@ -108,10 +87,11 @@ void FileChooser::type(const std::string& text) {
 }
 
 void FileChooser::filter() {
-  const std::string part = lower(typed_.substr(typed_.rfind('/') + 1));
+  const std::string part = typed_.substr(typed_.rfind('/') + 1);
+  const auto lower = [](unsigned char c) { return std::tolower(c); };
   rows_.clear();
   std::ranges::copy_if(entries_, std::back_inserter(rows_), [&](const FileEntry& entry) {
-    return lower(entry.name).find(part) != std::string::npos;
+    return std::ranges::search(entry.name, part, {}, lower, lower).begin() != entry.name.end();
   });
   moved_ = false;
   selected_ = part.empty() || rows_.empty() ? -1 : 0;
@@ -137,9 +117,8 @@ std::optional<fs::path> FileChooser::choose(const FileEntry& entry) {
 
 std::optional<fs::path> FileChooser::enter() {
   const fs::path path = typed_path();
-  std::error_code unreachable;
   // The first row is selected while a name is typed; a whole name means its file or folder.
-  const bool is_whole = !typed_.empty() && !moved_ && fs::exists(path, unreachable);
+  const bool is_whole = !typed_.empty() && !moved_ && is_there(path);
   if (selected_ >= 0 && !is_whole)
     return choose(FileEntry(rows_[static_cast<std::size_t>(selected_)]));
   if (typed_.empty()) return chooses_folder_ ? std::optional(listed_) : std::nullopt;

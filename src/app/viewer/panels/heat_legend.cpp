@@ -177,8 +177,7 @@ void draw_heat_legend(const Viewer& viewer, PanelState& state, Floats& floats, A
     legend.at = glm::vec2(picture.center().x, picture.high.y) + viewer.heat_view.shift * letter;
   }
   floats.add(legend, [&viewer, &state, &actions, here = *here, line](const Rect& place) {
-    const bool is_whole = place.size().y > line.y + 1;
-    draw_legend_window(viewer, here, place, is_whole, state, actions);
+    draw_legend_window(viewer, here, place, place.size().y > line.y + 1, state, actions);
   });
 }
 

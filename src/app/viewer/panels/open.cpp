@@ -124,9 +124,8 @@ bool draw_first_field(PanelState& state, int identity, const char* hint, std::st
   if (state.focus_path) {
     ImGui::SetKeyboardFocusHere();
     // The field drops input until the frame after it has become active.
-    for (const ImWchar c : ImGui::GetIO().InputQueueCharacters) {
+    for (const ImWchar c : ImGui::GetIO().InputQueueCharacters)
       if (c >= ' ' && c < 127) state.typed_early += static_cast<char>(c);
-    }
     ImGui::GetIO().ClearInputCharacters();
   }
   ImGui::SetNextItemWidth(-1);

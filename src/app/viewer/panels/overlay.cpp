@@ -88,11 +88,10 @@ void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen
 // The box of the crop, with handles in the middle of its faces.
 void draw_crop_box(const Viewer& viewer, const Screen& screen, Actions& actions) {
   const CropWish& wish = viewer.crop.wish;
-  for (const PictureLine& line : box_lines(viewer.camera, wish.box)) {
+  for (const PictureLine& line : box_lines(viewer.camera, wish.box))
     for (const auto& [color, width] :
          {std::pair(ImU32{IM_COL32(0, 0, 0, 160)}, 3.0f), std::pair(color_of(kSkyBlue), 1.5f)})
       screen.draw.AddLine(screen.at(line.from), screen.at(line.to), color, width * screen.scale);
-  }
   for (int face = 0; face < kBoxFaces; ++face) {
     const auto pixel = handle_in_picture(viewer.camera, wish.box, face);
     if (!pixel) continue;
@@ -177,8 +176,7 @@ void draw_overlay(const Viewer& viewer, const PanelState& state, Floats& floats,
   if (viewer.panels.frusta) {
     const double depth = 0.06 * viewer.scene->extent();
     for (std::size_t i = 0; i < viewer.scene->cameras.size(); ++i) {
-      const bool here = static_cast<int>(i) == viewer.dataset_camera;
-      if (here) continue;  // the view is inside it
+      if (static_cast<int>(i) == viewer.dataset_camera) continue;  // the view is inside it
       draw_frustum(screen, viewer.scene->cameras[i], depth, color_of(kSkyBlue, 0.745f), 1);
     }
   }

@@ -45,9 +45,8 @@ void draw_bar(const char* name, const Rect& area, std::span<bool Panels::*const>
                    ImGuiWindowFlags_NoBringToFrontOnFocus);
   for (bool Panels::*which : switches) {
     if (!(viewer.panels.*which)) continue;
-    for (const PanelRow& row : state.rows) {
+    for (const PanelRow& row : state.rows)
       if (row.open == which) draw_bar_panel(row, viewer, state, actions);
-    }
   }
   ImGui::End();
   ImGui::PopStyleVar();

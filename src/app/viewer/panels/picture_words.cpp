@@ -103,12 +103,10 @@ void draw_grid_labels(const Viewer& viewer, Floats& floats) {
   const float letter = ImGui::GetFontSize();
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-    const glm::vec2 share = places.low(mode - 1);
-    const glm::vec2 low = picture.low + share * picture.size();
+    const glm::vec2 low = picture.low + places.low(mode - 1) * picture.size();
     const glm::vec2 end = low + places.side * picture.size();
     const ImU32 color = color_of(on_dark::mode_color(mode));
-    const bool current = mode == viewer.mode();
-    draw.AddRect({low.x, low.y}, {end.x, end.y}, color, 0, 0, current ? 3.0f : 1.0f);
+    draw.AddRect({low.x, low.y}, {end.x, end.y}, color, 0, 0, mode == viewer.mode() ? 3.0f : 1.0f);
     floats.add({FloatKind::cell, end - low, {}, low}, {});
     const float column = picture.size().x / static_cast<float>(places.columns);
     const float room = std::min(column - letter, picture.high.x - low.x);

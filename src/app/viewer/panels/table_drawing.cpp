@@ -38,11 +38,6 @@ void set_up_columns(const std::vector<ShownColumn>& columns) {
   }
 }
 
-void draw_table_text(const std::string& text, bool is_left) {
-  if (is_left) return ImGui::TextUnformatted(text.c_str());
-  right_aligned(text);
-}
-
 // Titles stand as the numbers below them, left of the arrow of the order. ImGui's own are at the
 // left.
 void draw_head(const std::vector<ShownColumn>& columns, bool is_ordering) {
@@ -119,9 +114,8 @@ void draw_swatch(glm::vec3 color) {
 
 void draw_row_menu(const block::Row& row, const ControlsDrawer& controls) {
   if (row.menu.empty() || !ImGui::BeginPopupContextItem()) return;
-  for (const Use& use : row.menu) {
+  for (const Use& use : row.menu)
     if (ImGui::MenuItem(use.label.c_str())) controls.set(use);
-  }
   ImGui::EndPopup();
 }
 
@@ -142,7 +136,7 @@ void draw_cell(const block::Table& table, const block::Row& row, const ShownColu
     draw_swatch(*cell.swatch);
   } else {
     if (cell.bar) draw_cell_bar(*cell.bar, column.beside_bars);
-    draw_table_text(cell.text, column.is_left);
+    column.is_left ? ImGui::TextUnformatted(cell.text.c_str()) : right_aligned(cell.text);
   }
   ImGui::PopStyleColor();
   if (!cell.tooltip.empty() && ImGui::IsItemHovered()) tooltip_beside(cell.tooltip);
@@ -192,8 +186,7 @@ void draw_table(const block::Table& table, PanelState& state, const ControlsDraw
       if (cell.bar) column.beside_bars = std::max(column.beside_bars, text);
     }
   }
-  const std::vector<std::string> titles = titles_of(columns);
-  if (table.name == std::string_view("modes")) state.columns = titles;
+  if (table.name == std::string_view("modes")) state.columns = titles_of(columns);
   const bool is_ordering = std::ranges::any_of(columns, &ShownColumn::is_ordering);
   ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_NoSavedSettings;
   if (is_ordering) flags |= ImGuiTableFlags_Sortable;

@@ -35,11 +35,9 @@ void draw_bundled_scene(const PanelState& state, Actions& actions) {
 
 std::string formats_text() {
   std::vector<std::string> endings;
-  for (const ReaderRow& row : readers()) {
-    for (const std::string& word : separated(row.extensions, ' ')) {
+  for (const ReaderRow& row : readers())
+    for (const std::string& word : separated(row.extensions, ' '))
       if (word.find('.', 1) == word.npos) add_new(endings, word);
-    }
-  }
   return "Or drop a scene here (" + joined(endings, ", ") +
          "), the folder of a trained model, or cameras.";
 }

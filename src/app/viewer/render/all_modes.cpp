@@ -43,21 +43,14 @@ int pixels_of(float share, int size) {
   return static_cast<int>(std::lround(share * static_cast<float>(size)));
 }
 
-// Rounds of one frame per mode, so that every frame has a frame of the other modes beside it.
-// Enough for a stable median, few enough not to be noticeable.
-ViewPlan numbers_plan(Backend backend, bool more) {
-  const int rounds = backend != Backend::cpu ? 40 : more ? 10 : static_cast<int>(kFewestFrames);
-  return {1, 0, rounds, !more};
-}
-
 ViewPlan warm_up_plan(Backend backend) { return {backend == Backend::cpu ? 1 : 8, 0, 1, false}; }
 
 // Draws a frame that nobody sees.
 RenderStats stats_of(RenderContext& context, const Camera& camera, RenderSettings settings,
                      CullMode mode) {
   settings.mode = mode;
-  const bool cpu = context.session.backend == Backend::cpu;
-  const Target target = cpu ? Target(HostImage{}) : Target(DeviceImage{});
+  const Target target =
+      context.session.backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
   return context.session.renderer->render(camera, settings, {}, target, context.stop).stats;
 }
 
@@ -70,15 +63,11 @@ double used_ms(const RenderStats& stats) {
 // Draws a frame of another mode than a picture's, which used `shown_ms`, and reports the pair.
 void draw_pair(RenderContext& context, const Camera& camera, const RenderSettings& settings,
                CullMode mode, double shown_ms, int view_version) {
-  PairedFrame pair;
-  pair.variant = {mode, settings.pipeline, context.session.backend};
-  pair.shown = settings.mode;
-  pair.size = {camera.width, camera.height};
-  pair.view_version = view_version;
   const double ms = used_ms(stats_of(context, camera, settings, mode));
   if (ms <= 0 || shown_ms <= 0) return;
-  pair.speed = shown_ms / ms;
-  context.report(action::frame_paired, pair);
+  const Variant variant{mode, settings.pipeline, context.session.backend};
+  context.report(action::frame_paired,
+                 PairedFrame{variant, settings.mode, shown_ms / ms, size_of(camera), view_version});
 }
 
 // Draws each mode once before a measurement, which warms it up, and shows the times until enough
@@ -152,8 +141,8 @@ void PairedFrames::follow(RenderContext& context, const FrameRequest& request, c
   if (cost_ == 0) cost_ = static_cast<double>(shown.frame_ms);
   if (credit_ < cost_ && !switched) return;
   const CullMode mode = switched ? before : next_in_turn();
-  const RenderSettings settings = reduced(request.settings, request.divisor);
-  draw_pair(context, camera, settings, mode, used_ms(shown), request.view_version);
+  draw_pair(context, camera, reduced(request.settings, request.divisor), mode, used_ms(shown),
+            request.view_version);
   cost_ = now_ms() - began;
   credit_ = std::min(credit_ - cost_, cost_);
 }
@@ -163,6 +152,11 @@ void measure_modes(RenderContext& context, const NumbersRequest& request) {
   Session& session = context.session;
   const auto settings = with_settings(session, request.settings);
   ModeNumbers numbers{request.version, {}};
+  // Rounds of one frame per mode, so that every frame has a frame of the other modes beside it.
+  // Enough for a stable median, few enough not to be noticeable.
+  const int rounds = session.backend != Backend::cpu ? 40
+                     : request.more                  ? 10
+                                                     : static_cast<int>(kFewestFrames);
   try {
     if (!request.more) pair_all(context, request);
     for (const Pipeline pipeline : pipelines_of(session.backend)) {
@@ -172,7 +166,7 @@ void measure_modes(RenderContext& context, const NumbersRequest& request) {
       };
       const bool sampled = !request.more && pipeline == request.settings.pipeline;
       if (session.backend != Backend::cpu || !sampled) measured_with(warm_up_plan(session.backend));
-      const auto measured = measured_with(numbers_plan(session.backend, request.more));
+      const auto measured = measured_with({1, 0, rounds, !request.more});
       numbers.rows.insert(numbers.rows.end(), measured.begin(), measured.end());
     }
   } catch (const Cancelled&) {

@@ -45,24 +45,23 @@ bool wants_pairs(const Viewer& viewer, const FrameRequest& request) {
 }
 
 FrameRequest full_frame(const Viewer& viewer) {
-  FrameRequest request;
-  request.camera = viewer.camera;
-  request.settings = viewer.settings;
+  FrameRequest request{.camera = viewer.camera,
+                       .settings = viewer.settings,
+                       .heatmap = viewer.heatmap,
+                       .baseline = viewer.baseline,
+                       .heat_maximum = viewer.heat_view.maximum,
+                       .grid = viewer.shows_grid,
+                       .heat_style = viewer.heat_view.style,
+                       .version = viewer.version,
+                       .view_version = viewer.view_version,
+                       .picture = viewer.version - viewer.mode_changes};
   request.settings.mode = viewer.mode();
-  request.version = viewer.version;
-  request.view_version = viewer.view_version;
-  request.picture = viewer.version - viewer.mode_changes;
-  request.grid = viewer.shows_grid;
-  request.heat_style = viewer.heat_view.style;
   if (viewer.panels.split && !viewer.shows_grid) {
     request.beside = viewer.beside.has_value();
     request.other = request.beside ? viewer.variant() : viewer.split.other;
   } else if (!viewer.shows_grid) {
     request.quantity = viewer.quantity;
   }
-  request.heatmap = viewer.heatmap;
-  request.baseline = viewer.baseline;
-  request.heat_maximum = viewer.heat_view.maximum;
   return request;
 }
 
@@ -126,10 +125,9 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
     divisor_ = divisor;
   }
   const bool still = viewer.still() && !viewer.playback.running;
-  if (still && numbers_are_wanted(viewer) && window_rests && !render.busy()) {
+  if (still && numbers_are_wanted(viewer) && window_rests && !render.busy())
     render.request(NumbersRequest{measured_camera(viewer), viewer.settings, viewer.view_version,
                                   numbers_are_current(viewer)});
-  }
 }
 
 FrameCost cost_of(const ShownFrame& shown) {

@@ -55,9 +55,8 @@ GlTexture GlFrames::take(int width, int height) {
 
 void GlFrames::give_back(const GlTexture& texture) {
   const std::lock_guard lock(mutex_);
-  for (Slot& slot : slots_) {
+  for (Slot& slot : slots_)
     if (slot.texture.name == texture.name && texture.name != 0) slot.taken = false;
-  }
 }
 
 }  // namespace qs

@@ -42,11 +42,10 @@ void set_beside_reference(const RenderContext& context, const FrameRequest& requ
   const PixelBox& box = reference->region;
   rendered.other = rendered.rgba;
   for (int y = box.y0; y < box.y1; ++y) {
-    for (int x = box.x0; x < box.x1; ++x) {
+    for (int x = box.x0; x < box.x1; ++x)
       for (int c = 0; c < 3; ++c)
         rendered.other[static_cast<std::size_t>(4 * (y * rendered.width + x) + c)] =
             to_8bit(reference->image.at(x, y, c));
-    }
   }
   ShownOther& other = rendered.shown.other.emplace();
   other.variant = *request.other;

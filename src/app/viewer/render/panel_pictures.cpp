@@ -113,10 +113,8 @@ PhotographReader::Work read_test_photograph(const std::shared_ptr<const TestView
       ThreadPool pool(1);
       reports.report(action::test_photograph_read, views, view, photograph,
                      shown_in_panel(photograph->image, pool));
-    } catch (const std::bad_alloc&) {
-      reports.report(action::test_view_failed, views, view, std::string("not enough memory"));
     } catch (const std::exception& error) {
-      reports.report(action::test_view_failed, views, view, std::string(error.what()));
+      reports.report(action::test_view_failed, views, view, std::string(sentence_of(error)));
     }
   };
 }

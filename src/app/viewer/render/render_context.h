@@ -27,12 +27,12 @@ struct FrameRequest {
   CullMode baseline = find_culler("3dgs");  ///< gives heat maps their scale
   std::uint32_t heat_maximum = 0;           ///< if not 0, the upper end of that scale
   Quantity quantity = Quantity::color;      ///< other quantities only without `heatmap` and `other`
-  std::optional<Variant> other;             ///< also drawn, for a split window
+  std::optional<Variant> other = {};        ///< also drawn, for a split window
   bool beside = false;                      ///< `other` draws RenderContext::beside
   bool grid = false;                        ///< all modes side by side; `other` is unset
   HeatStyle heat_style;                     ///< the grid's maps; the window colours other maps
   /// If set, the frame also counts every mode's pairs for this view at full size.
-  std::optional<CountedView> counted;
+  std::optional<CountedView> counted = {};
   int version = 0, view_version = 0;  ///< as in Viewer
   int picture = -1;    ///< equal for requests that differ in the mode only; -1: not known
   bool pairs = false;  ///< some frames are followed by a frame of another mode, for its time

@@ -88,10 +88,8 @@ void RenderThread::guarded(const std::function<void()>& work) {
   try {
     work();
   } catch (const Cancelled&) {
-  } catch (const std::bad_alloc&) {
-    reports_.report(action::notify_error, "not enough memory");
   } catch (const std::exception& error) {
-    reports_.report(action::notify_error, std::string(error.what()));
+    reports_.report(action::notify_error, std::string(sentence_of(error)));
   }
 }
 

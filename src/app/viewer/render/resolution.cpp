@@ -15,14 +15,6 @@ constexpr double kMuchTooSlow = 1.5;              ///< times the limit: one fram
 /// Pixels of a frame reduced by `to` for one pixel of a frame reduced by `from`.
 double pixels(int from, int to) { return static_cast<double>(from * from) / (to * to); }
 
-/// Bounds of a frame's time from the cost of a frame with another divisor.
-double least_ms(const FrameCost& cost, int from, int to) {
-  return cost.ms - cost.pixels_ms * (1 - std::min(1.0, pixels(from, to)));
-}
-double most_ms(const FrameCost& cost, int from, int to) {
-  return cost.ms * std::max(1.0, pixels(from, to));
-}
-
 }  // namespace
 
 Camera reduced(const Camera& camera, int divisor) {
@@ -51,13 +43,17 @@ FrameCost cost_of(const RenderStats& stats) {
 }
 
 void Resolution::learn(int divisor, const FrameCost& cost) {
-  const auto least = [&](int n) { return least_ms(cost, divisor, n); };
+  // Bounds of the time of a frame with the divisor n.
+  const auto least = [&](int n) {
+    return cost.ms - cost.pixels_ms * (1 - std::min(1.0, pixels(divisor, n)));
+  };
+  const auto most = [&](int n) { return cost.ms * std::max(1.0, pixels(divisor, n)); };
   const auto is_slow = [&](int n, double times) {
     if (n == kMostDivisor || least(n) <= times * longest_moving_ms(n)) return false;
     return n < kUsualDivisor || least(n + 1) <= (1 - kWorthwhile) * least(n);
   };
   const auto is_quick = [&](int n) {
-    return n > 1 && most_ms(cost, divisor, n - 1) <= kQuickShare * longest_moving_ms(n - 1);
+    return n > 1 && most(n - 1) <= kQuickShare * longest_moving_ms(n - 1);
   };
   slow_ = is_slow(divisor_, 1) ? slow_ + 1 : 0;
   quick_ = is_quick(divisor_) ? quick_ + 1 : 0;

@@ -84,8 +84,7 @@ void SceneOpening::next(Viewer& viewer, Host& host, const LoadedScene& loaded) {
   UploadOrder order{loaded.scene, loaded.facts,
                     settings_for(loaded.facts, viewer.settings, request_.keep_background),
                     viewer.backend};
-  const bool another = viewer.scene && viewer.scene->path != loaded.facts.path;
-  if (another) order.settings.splat_scale = 1;
+  if (viewer.scene && viewer.scene->path != loaded.facts.path) order.settings.splat_scale = 1;
   begin_upload(viewer, host, *loaded.scene,
                [order](RenderContext& context, const Progress& progress) {
                  return show_scene(context, order, progress);
@@ -113,10 +112,8 @@ void SceneOpening::begin_upload(Viewer& viewer, Host& host, const Scene& scene, 
       report(upload(context, stepped_progress(show, context.stop)));
     } catch (const Cancelled&) {
       report(OpeningCancelled{});
-    } catch (const std::bad_alloc&) {
-      report(OpeningFailed{"not enough memory"});
     } catch (const std::exception& error) {
-      report(OpeningFailed{error.what()});
+      report(OpeningFailed{sentence_of(error)});
     }
   });
 }

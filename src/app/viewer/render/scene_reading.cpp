@@ -11,6 +11,7 @@
 #include "app/measure/scene_facts.h"
 #include "app/viewer/render/render_context.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
@@ -35,21 +36,11 @@ JsonKind kind_of_cameras(const fs::path& path) {
   return is_scene ? JsonKind::none : kind;
 }
 
-template <class Read>
-bool succeeds(Read read) {
-  try {
-    return read();
-  } catch (const Error&) {
-    return false;
-  }
-}
-
 // A folder without a scene in it may hold the cameras of a data set.
-bool is_cameras_folder(const fs::path& folder) {
-  std::error_code error;
-  return fs::is_directory(folder, error) &&
-         !succeeds([&] { return find_scene_file(folder), true; }) &&
-         succeeds([&] { return !read_cameras(folder).empty(); });
+bool is_cameras_folder(const fs::path& folder) try {
+  return is_folder(folder) && !holds_scene(folder) && !read_cameras(folder).empty();
+} catch (const Error&) {
+  return false;
 }
 
 // Uses a sample while the rest of the scene is read: a separate thread chooses the first view and
@@ -157,18 +148,14 @@ void read_to_open(const OpenRequest& request, int threads, Sampling sampling,
   report(std::move(last));
 }
 
-namespace fs = std::filesystem;
-
 std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
                                          const std::vector<Camera>& cameras) {
   std::map<int, fs::path> found;
   for (const fs::path& folder : {cameras_file.parent_path(), cameras_file.parent_path() / ".."}) {
-    std::error_code error;
-    if (!fs::is_directory(folder / "images", error)) continue;
+    if (!is_folder(folder / "images")) continue;
     const Photographs photographs(folder / "images");
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
+    for (std::size_t i = 0; i < cameras.size(); ++i)
       if (const auto path = photographs.find(cameras[i].name)) found[static_cast<int>(i)] = *path;
-    }
     break;
   }
   return found;

@@ -22,13 +22,13 @@ namespace qs {
 
 struct OpenRequest {
   std::filesystem::path path;
-  std::string axes;                                   ///< ReadOptions::axes
-  int iteration = -1;                                 ///< ReadOptions::iteration
-  std::optional<std::filesystem::path> cameras_file;  ///< unset: found beside the scene
-  std::optional<glm::dvec3> up;                       ///< FrameOptions::up
-  bool keep_background = false;                       ///< settings_for()
-  bool skip_huge = false;                             ///< FrameOptions::skip_huge
-  bool beside = false;                                ///< beside the scene in the window
+  std::string axes;                                        ///< ReadOptions::axes
+  int iteration = -1;                                      ///< ReadOptions::iteration
+  std::optional<std::filesystem::path> cameras_file = {};  ///< unset: found beside the scene
+  std::optional<glm::dvec3> up = {};                       ///< FrameOptions::up
+  bool keep_background = false;                            ///< settings_for()
+  bool skip_huge = false;                                  ///< FrameOptions::skip_huge
+  bool beside = false;                                     ///< beside the scene in the window
 };
 
 /// A sample of a scene that is being read, and the facts that the viewer shows of it.

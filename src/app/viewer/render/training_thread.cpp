@@ -7,17 +7,13 @@
 #include "app/viewer/render/scene_reading.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/actions.h"
+#include "base/seconds.h"
 
 namespace qs {
 namespace {
 
 constexpr double kReportSeconds = 0.25;  // between two reports of progress
 constexpr double kSpeedSeconds = 1;      // over which the speed is measured
-
-double seconds_between(std::chrono::steady_clock::time_point begin,
-                       std::chrono::steady_clock::time_point end) {
-  return std::chrono::duration<double>(end - begin).count();
-}
 
 }  // namespace
 
@@ -41,10 +37,8 @@ void TrainingThread::run(const Work& work) {
     outcome = "stopped before it began";
     failed = false;
     reports_.report(action::end_progress);
-  } catch (const std::bad_alloc&) {
-    outcome = "not enough memory for training";
   } catch (const std::exception& error) {
-    outcome = error.what();
+    outcome = sentence_of(error);
   }
   {
     const std::lock_guard lock(mutex_);
@@ -109,7 +103,7 @@ TrainingCommand TrainingThread::after_iteration(TrainingProgress progress,
   lock.unlock();
   measure_speed(progress, waited);
   if (shows) hand_over(progress, model);
-  if (shows || seconds_between(reported_, Clock::now()) >= kReportSeconds) {
+  if (shows || seconds_since(reported_) >= kReportSeconds) {
     reported_ = Clock::now();
     reports_.report(action::training_progressed, progress);
   }
@@ -117,12 +111,11 @@ TrainingCommand TrainingThread::after_iteration(TrainingProgress progress,
 }
 
 void TrainingThread::measure_speed(TrainingProgress& progress, bool was_paused) {
-  const Clock::time_point now = Clock::now();
-  const double seconds = seconds_between(measured_, now);
+  const double seconds = seconds_since(measured_);
   const bool begins = measured_ == Clock::time_point() || was_paused;
   if (begins || seconds >= kSpeedSeconds) {
     if (!begins) speed_ = (progress.iteration - measured_iteration_) / seconds;
-    measured_ = now;
+    measured_ = Clock::now();
     measured_iteration_ = progress.iteration;
   }
   progress.iterations_per_second = speed_;
@@ -139,7 +132,7 @@ void TrainingThread::hand_over(const TrainingProgress& progress,
   scene->cloud = model();
   {
     const std::lock_guard lock(mutex_);
-    model_ = {scene, progress.iteration, seconds_between(begin, Clock::now()), data_};
+    model_ = {scene, progress.iteration, seconds_since(begin), data_};
   }
   wake_();
 }
@@ -211,7 +204,7 @@ Job show_model(const TrainedModel& model) {
     session.scene = model.scene;
     context.trained_iteration = model.iteration;
     context.report(action::model_shown, model.iteration, std::uint64_t{model.scene->cloud.size()},
-                   model.seconds + seconds_between(begin, std::chrono::steady_clock::now()));
+                   model.seconds + seconds_since(begin));
   };
 }
 

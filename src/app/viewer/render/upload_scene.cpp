@@ -109,26 +109,22 @@ std::shared_ptr<const Scene> rest_of(const RenderContext& context,
   if (context.cropped && context.cropped->done == done && context.cropped->base)
     return context.cropped->base;
   std::shared_ptr<const Scene> rest = whole;
-  for (const CropWish& wish : done) {
-    const Removal removal = find_removal(rest->cloud, wish.used_box(), wish.used_floaters());
-    rest = after(*rest, removal, false);
-  }
+  for (const CropWish& wish : done)
+    rest = after(*rest, find_removal(rest->cloud, wish.used_box(), wish.used_floaters()), false);
   return rest;
 }
 
 std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest& request) {
-  Session& session = context.session;
   const std::shared_ptr<const Scene> whole =
-      context.cropped ? context.cropped->whole : session.scene;
+      context.cropped ? context.cropped->whole : context.session.scene;
   if (request.view == CropView::whole) {
     show(context, whole);
     context.cropped.reset();
     return std::nullopt;
   }
   const std::shared_ptr<const Scene> base = rest_of(context, whole, request.done);
-  const GaussianCloud& cloud = base->cloud;
   const Removal removal =
-      find_removal(cloud, request.wish.used_box(), request.wish.used_floaters());
+      find_removal(base->cloud, request.wish.used_box(), request.wish.used_floaters());
   if (request.view == CropView::rest && removal.staying() == 0)
     fail("{}: {}", whole->path.string(), removal_text(removal, "would go"));
   if (removal.going() == 0 || request.view == CropView::counted) {

@@ -75,11 +75,10 @@ void say_what_is_odd(Viewer& v, bool is_new) {
                      "turns the scene over, U makes a view upright that you rolled",
              .offer = ToastOffer::turn_over});
   }
-  if (v.scene->huge > 0) {
+  if (v.scene->huge > 0)
     show(v, {.text = huge_text(v.scene->huge) +
                      " and may cover it: the panel Scene and render settings (I) leaves them out",
              .offer = ToastOffer::skip_huge});
-  }
 }
 
 /// One function for each result of an opening.
@@ -385,16 +384,14 @@ void numbers_measured(Viewer& v, const ModeNumbers& numbers) {
   const ModeNumbers before = std::exchange(v.numbers, numbers);
   if (before.version != numbers.version) return;
   // Rows of the same view that were not measured again, such as the other pipeline's, stay.
-  for (const BenchRow& old : before.rows) {
+  for (const BenchRow& old : before.rows)
     if (row_like(v.numbers.rows, old) == nullptr) v.numbers.rows.push_back(old);
-  }
 }
 
 void numbers_refined(Viewer& v, const ModeNumbers& more) {
   if (v.numbers.version != more.version || v.numbers.complete) return;
-  for (const BenchRow& added : more.rows) {
+  for (const BenchRow& added : more.rows)
     if (BenchRow* row = row_like(v.numbers.rows, added)) add_frames(*row, added);
-  }
 }
 
 void pixel_inspected(Viewer& v, const InspectedView& view) {

@@ -110,8 +110,7 @@ double pivot_depth(const Viewer& v) {
 /// The pivot until the user picks one: the point of the line of sight nearest to the target of F's
 /// view.
 glm::dvec3 natural_pivot(const Camera& camera, const ViewedScene& scene) {
-  const double least = 0.05 * scene.extent();
-  const double depth = std::max(depth_of(camera, scene.framing.target), least);
+  const double depth = std::max(depth_of(camera, scene.framing.target), 0.05 * scene.extent());
   return camera.position() + depth * view_axes(camera).forward;
 }
 
@@ -153,8 +152,7 @@ void go_to_past(Viewer& v, Host& host, const PastView* (ViewHistory::*step)(),
   complete_move(v);  // a move that has not ended yet
   const PastView* found = (v.history.*step)();
   if (found == nullptr) {
-    const bool says_so = !v.toasts.empty() && v.toasts.back().text == nothing;
-    if (!says_so) notify(v, nothing);
+    if (v.toasts.empty() || v.toasts.back().text != nothing) notify(v, nothing);
     return;
   }
   const PastView past = *found;
@@ -322,8 +320,7 @@ void set_first_view(Viewer& v, Host& host) {
 }
 
 void offer_views(Viewer& v) {
-  const bool offers = v.scene && v.scene->cameras.empty() && v.scene->candidates.size() > 1;
-  v.view_choice = {offers};
+  v.view_choice = {v.scene && v.scene->cameras.empty() && v.scene->candidates.size() > 1};
 }
 
 void ask_for_views(Viewer& v) {

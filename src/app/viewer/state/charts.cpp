@@ -49,10 +49,9 @@ double unit_of(double most, ZoomQuantity quantity) {
 
 void set_axes(ZoomChart& chart, ZoomQuantity quantity) {
   double most = 0;
-  for (const ZoomCurve& curve : chart.curves) {
+  for (const ZoomCurve& curve : chart.curves)
     for (const ZoomPoint& point : curve.points)
       most = std::max(most, curve.has_bars ? std::max(point.high, point.value) : point.value);
-  }
   if (!(most > 0)) most = 1;
   const double unit = unit_of(most, quantity);
   chart.title = kZoomQuantities[static_cast<std::size_t>(quantity)].title;
@@ -130,8 +129,7 @@ LossChart loss_chart(const std::vector<LossPoint>& losses) {
   LossChart chart;
   chart.loss_ticks = round_ticks(most > 0 ? most : 1);
   chart.most_loss = chart.loss_ticks.back().value;
-  const int last = losses.empty() ? 1 : losses.back().iteration;
-  chart.iteration_ticks = round_ticks(std::max(last, 1));
+  chart.iteration_ticks = round_ticks(std::max(losses.empty() ? 1 : losses.back().iteration, 1));
   // An iteration is a whole number.
   std::erase_if(chart.iteration_ticks,
                 [](const AxisTick& tick) { return tick.value != std::floor(tick.value); });

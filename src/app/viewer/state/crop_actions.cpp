@@ -28,11 +28,6 @@ CropRequest wanted_crop(const Viewer& viewer) {
 
 namespace {
 
-bool is_inside(const CropBox& box, glm::vec3 point) {
-  return glm::all(glm::lessThanEqual(box.low, point)) &&
-         glm::all(glm::lessThanEqual(point, box.high));
-}
-
 // The pixel of a point in view space, in front of the camera.
 glm::dvec2 projected(const Camera& camera, glm::dvec3 point) {
   return glm::dvec2(point) / point.z * camera.focal_px + camera.center_px;
@@ -41,13 +36,12 @@ glm::dvec2 projected(const Camera& camera, glm::dvec3 point) {
 }  // namespace
 
 CropBox first_box(const ViewedScene& scene, glm::dvec3 eye) {
-  const bool known = scene.subject.size() != glm::vec3(0);
-  const SceneBox& around = known ? scene.subject : scene.core;
+  const SceneBox& around = scene.subject.size() != glm::vec3(0) ? scene.subject : scene.core;
   const glm::vec3 size = glm::max(around.size(), glm::vec3(2 * scene.smallest_radius));
   CropBox box;
   for (const float more : {0.25f, 0.1f, 0.02f}) {
     box = {around.low - more * size, around.high + more * size};
-    if (!is_inside(box, glm::vec3(eye))) break;
+    if (!box.contains(glm::vec3(eye))) break;
   }
   return box;
 }

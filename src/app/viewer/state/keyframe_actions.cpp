@@ -8,6 +8,7 @@
 
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "base/path_kind.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
 
@@ -47,8 +48,7 @@ void step_keyframes(Viewer& v, bool back) {
 
 void add_keyframe(Viewer& v) {
   before_change(v);
-  const double time = v.keyframes.empty() ? 0 : v.keyframes.back().time + 1;
-  v.keyframes.push_back({time, v.camera});
+  v.keyframes.push_back({v.keyframes.empty() ? 0 : v.keyframes.back().time + 1, v.camera});
   notify(v, fmt::format("keyframe {} set", v.keyframes.size()));
 }
 
@@ -101,8 +101,7 @@ void save_keyframes(Viewer& v, Host& host) {
   if (!v.scene || v.keyframes.size() < 2) return;
   const std::filesystem::path usual = v.out_dir / (v.scene->name + "_path.json");
   const std::filesystem::path path = own_name(usual);
-  std::error_code error;
-  const bool replaces = std::filesystem::exists(path, error);
+  const bool replaces = is_there(path);
   host.write_file(path, format_camera_path(v.keyframes));
   notify_file(v, path,
               path != usual ? fmt::format("; {} is not a path of this program and stays",

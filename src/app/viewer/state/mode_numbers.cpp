@@ -27,10 +27,9 @@ double measuring_ms(const ModeNumbers& numbers) {
 const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline) {
   const std::string name = mode_name(mode);
   const bool one = pipelines_of(viewer.backend).size() < 2;
-  for (const BenchRow& row : viewer.numbers.rows) {
+  for (const BenchRow& row : viewer.numbers.rows)
     if (row.mode == name && (one || row.pipeline == kPipelineNames[static_cast<int>(pipeline)]))
       return &row;
-  }
   return nullptr;
 }
 
@@ -75,16 +74,8 @@ void add_frames(BenchRow& row, const BenchRow& added) {
   row.round_ms = rounds_of(row);
   const std::vector<double> more = rounds_of(added);
   row.round_ms.insert(row.round_ms.end(), more.begin(), more.end());
-  const Summary summary = summarise(row.round_ms);
-  row.ms_median = summary.median;
-  row.ms_p05 = summary.p05;
-  row.ms_p95 = summary.p95;
-  row.ms_mean = summary.mean;
-  row.drift = summary.drift;
-  row.fps_median = summary.median > 0 ? 1000 / summary.median : 0;
+  set_times(row, row.round_ms);
   row.round_spread = relative_spread(row.round_ms);
-  row.frames = row.round_ms.size();
-  row.ms_spread = quartile_spread(row.round_ms);
 }
 
 std::size_t frames_behind(const ModeNumbers& numbers) {
@@ -97,8 +88,7 @@ std::optional<Ratio> ratio_to_baseline(const Viewer& viewer, const BenchRow* row
                                        Pipeline pipeline) {
   const BenchRow* base = measured_row(viewer, viewer.baseline, pipeline);
   if (row == nullptr || base == nullptr) return std::nullopt;
-  if (row == base) return Ratio();
-  return paired_ratio(*base, *row);
+  return row == base ? Ratio() : paired_ratio(*base, *row);
 }
 
 }  // namespace qs

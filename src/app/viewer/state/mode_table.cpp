@@ -7,6 +7,7 @@
 
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/samples.h"
+#include "base/list_of.h"
 #include "base/text.h"
 
 namespace qs {
@@ -68,19 +69,15 @@ std::string latex_cell(const std::string& text) {
 }
 
 std::vector<std::string> cells_of(const HudRow& row, const std::vector<TableColumn>& columns) {
-  std::vector<std::string> cells;
-  for (const TableColumn& column : columns) cells.push_back((row.*column.cell).text);
-  return cells;
+  return list_of<std::string>(columns, [&](const auto& each) { return (row.*each.cell).text; });
 }
 
-std::string latex_line(std::vector<std::string> cells) {
-  for (std::string& cell : cells) cell = latex_cell(cell);
-  return joined(cells, " & ") + " \\\\\n";
+std::string latex_line(const std::vector<std::string>& cells) {
+  return joined(list_of<std::string>(cells, latex_cell), " & ") + " \\\\\n";
 }
 
-std::string markdown_line(std::vector<std::string> cells) {
-  for (std::string& cell : cells) cell = markdown_text(cell);
-  return "| " + joined(cells, " | ") + " |\n";
+std::string markdown_line(const std::vector<std::string>& cells) {
+  return "| " + joined(list_of<std::string>(cells, markdown_text), " | ") + " |\n";
 }
 
 }  // namespace
@@ -130,10 +127,9 @@ std::string trust_text(const Viewer& viewer, CullMode mode) {
   if (row == nullptr || !is_current) return "not measured yet";
   const std::size_t frames = rounds_of(*row).size();
   std::string text = fmt::format("median of {} frame{}", frames, frames == 1 ? "" : "s");
-  if (const std::optional<double> spread = spread_ms(*row)) {
+  if (const std::optional<double> spread = spread_ms(*row))
     text +=
         fmt::format("; the middle half of them spans {} ms", significant(2 * *spread, 2 * *spread));
-  }
   const std::optional<Ratio> ratio = ratio_to_baseline(viewer, row, here);
   if (ratio && ratio->interval) {
     const double half = half_interval(*ratio);

@@ -12,6 +12,7 @@
 
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/viewer.h"
+#include "base/list_of.h"
 
 namespace qs {
 
@@ -72,15 +73,13 @@ std::vector<Column> columns_that_fit(std::vector<Column> columns, float width, f
 
 template <class Column>
 std::vector<std::string> titles_of(const std::vector<Column>& columns) {
-  std::vector<std::string> titles;
-  for (const Column& column : columns) titles.push_back(column.title);
-  return titles;
+  return list_of<std::string>(columns, &Column::title);
 }
 
 /// Orders the rows by their values; rows with the value 0 come last.
 template <class Row, class Value>
 void sort_rows(std::vector<Row>& rows, const Value& value, bool descending) {
-  std::stable_sort(rows.begin(), rows.end(), [&](const Row& a, const Row& b) {
+  std::ranges::stable_sort(rows, [&](const Row& a, const Row& b) {
     const double left = std::invoke(value, a), right = std::invoke(value, b);
     if (left == 0 || right == 0) return left != 0;
     return descending ? left > right : left < right;

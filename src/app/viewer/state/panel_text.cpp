@@ -20,10 +20,8 @@ namespace {
 // Where each letter begins, and the end of the text.
 std::vector<std::size_t> begins_of(const std::string& text) {
   std::vector<std::size_t> begins;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool continues = (static_cast<unsigned char>(text[i]) & 0xc0) == 0x80;
-    if (!continues) begins.push_back(i);
-  }
+  for (std::size_t i = 0; i < text.size(); ++i)
+    if ((static_cast<unsigned char>(text[i]) & 0xc0) != 0x80) begins.push_back(i);
   begins.push_back(text.size());
   return begins;
 }
@@ -192,11 +190,9 @@ std::array<std::string, 2> split_names(const Viewer& viewer) {
 
 Legend pair_legend(const ShownFrame& shown) {
   const std::string end = grouped(shown.other->pairs_scale.maximum);
-  Legend legend;
-  legend.title = "Tile pairs of the first minus the second";
-  legend.ticks = {{0, "\u2212" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}};
-  legend.color = [](float t) { return diverging(2 * t - 1); };
-  return legend;
+  return {.title = "Tile pairs of the first minus the second",
+          .ticks = {{0, "\u2212" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}},
+          .color = [](float t) { return diverging(2 * t - 1); }};
 }
 
 int shown_amplification(const Viewer& viewer) {
@@ -211,11 +207,9 @@ Split shown_split(const Viewer& viewer) {
 }
 
 Legend difference_legend(int amplification) {
-  Legend legend;
-  legend.title = "Difference of the colours";
-  legend.ticks = {{0, "0"}, {1, fmt::format("{:.3g} / 255", 255.0 / amplification)}};
-  legend.color = [](float t) { return glm::vec3(t); };
-  return legend;
+  return {.title = "Difference of the colours",
+          .ticks = {{0, "0"}, {1, fmt::format("{:.3g} / 255", 255.0 / amplification)}},
+          .color = [](float t) { return glm::vec3(t); }};
 }
 
 bool verdict_is_current(const Viewer& viewer) {

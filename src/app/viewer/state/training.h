@@ -82,10 +82,10 @@ struct TrainingProgress {
   int iteration = 0, iterations = 0;  ///< done, planned
   double loss = 0;                    ///< of the last iterations
   std::uint64_t gaussians = 0;
-  double iterations_per_second = 0;            ///< 0: not known yet
-  std::optional<double> test_psnr, test_ssim;  ///< of the last evaluation
-  int evaluated = 0;                           ///< iteration of the last evaluation
-  std::string overfitting{};                   ///< a sentence if the test views got worse, or ""
+  double iterations_per_second = 0;                      ///< 0: not known yet
+  std::optional<double> test_psnr = {}, test_ssim = {};  ///< of the last evaluation
+  int evaluated = 0;                                     ///< iteration of the last evaluation
+  std::string overfitting{};  ///< a sentence if the test views got worse, or ""
 };
 
 /// Keeps drawing within a share of the time. Every piece of work, a frame or an upload, is followed

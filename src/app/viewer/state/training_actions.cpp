@@ -122,8 +122,7 @@ std::string test_view_title(const Training& training) {
 }
 
 std::string test_view_text(const Viewer& viewer) {
-  const Training& training = *viewer.training;
-  const TestView& shown = training.test_view;
+  const TestView& shown = viewer.training->test_view;
   if (!shown.problem.empty()) return shown.problem;
   const TestComparison& comparison = shown.comparison;
   if (comparison.picture)

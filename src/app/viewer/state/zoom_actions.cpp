@@ -13,6 +13,7 @@
 #include "app/viewer/state/charts.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "base/text.h"
 
 namespace qs {
@@ -35,14 +36,6 @@ std::size_t steps_done(const ZoomRecord& record) {
   return record.modes.empty() ? 0 : record.rows.size() / record.modes.size();
 }
 
-// [of(row), ...]
-template <class Rows, class Of>
-ordered_json list_json(const Rows& rows, const Of& of) {
-  ordered_json list = ordered_json::array();
-  for (const auto& row : rows) list.push_back(std::invoke(of, row));
-  return list;
-}
-
 ordered_json plan_json(const Viewer& viewer) {
   const ZoomPlan& plan = viewer.zoom.plan;
   const Camera start = zoom_start(plan, measured_camera(viewer));
@@ -50,7 +43,7 @@ ordered_json plan_json(const Viewer& viewer) {
           {"closer", plan.closer},
           {"steps", plan.steps},
           {"frames", plan.frames},
-          {"modes", list_json(zoom_modes(plan), mode_name)},
+          {"modes", list_of<ordered_json>(zoom_modes(plan), mode_name)},
           {"size", {start.width, start.height}},
           {"text", zoom_plan_text(viewer)}};
 }
@@ -64,12 +57,12 @@ ordered_json chart_json(const ZoomRecorder& zoom) {
     return ordered_json{{"mode", mode_name(curve.mode)},
                         {"dashed", curve.is_beneath},
                         {"bars", curve.has_bars},
-                        {"points", list_json(curve.points, point_json)}};
+                        {"points", list_of<ordered_json>(curve.points, point_json)}};
   };
   return {{"title", chart.title},
-          {"zoom_ticks", list_json(chart.zoom_ticks, &AxisTick::text)},
-          {"value_ticks", list_json(chart.value_ticks, &AxisTick::text)},
-          {"curves", list_json(chart.curves, curve_json)}};
+          {"zoom_ticks", list_of<ordered_json>(chart.zoom_ticks, &AxisTick::text)},
+          {"value_ticks", list_of<ordered_json>(chart.value_ticks, &AxisTick::text)},
+          {"curves", list_of<ordered_json>(chart.curves, curve_json)}};
 }
 
 std::vector<CullMode> parse_zoom_modes(const std::string& names) {
@@ -225,7 +218,7 @@ ordered_json zoom_json(const Viewer& viewer) {
           {"status", zoom_status(zoom)},
           {"trust", record == nullptr ? "" : zoom_trust_text(*record)},
           {"plan", plan_json(viewer)},
-          {"recordings", list_json(zoom.records, zoom_label)},
+          {"recordings", list_of<ordered_json>(zoom.records, zoom_label)},
           {"chart", chart_json(zoom)}};
 }
 

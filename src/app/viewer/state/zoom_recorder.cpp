@@ -58,17 +58,15 @@ int zoom_frames(const ZoomPlan& plan, Backend backend) {
 }
 
 ZoomRecord make_zoom_record(const ZoomBundle& bundle) {
-  ZoomRecord record;
-  record.scene = scene_name(bundle.scene);
-  record.machine = measured_on(bundle.environment);
-  record.pipeline = bundle.environment.value("pipeline", "");
-  record.width = bundle.start.width;
-  record.height = bundle.start.height;
-  record.steps = bundle.steps;
-  record.closest = bundle.closest;
-  record.modes = bundle.modes;
-  record.rows = bundle.rows;
-  return record;
+  return {.scene = scene_name(bundle.scene),
+          .machine = measured_on(bundle.environment),
+          .pipeline = bundle.environment.value("pipeline", ""),
+          .width = bundle.start.width,
+          .height = bundle.start.height,
+          .steps = bundle.steps,
+          .closest = bundle.closest,
+          .modes = bundle.modes,
+          .rows = bundle.rows};
 }
 
 const ZoomRecord* shown_zoom(const ZoomRecorder& zoom) {

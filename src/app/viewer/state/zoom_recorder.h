@@ -54,13 +54,13 @@ int zoom_frames(const ZoomPlan& plan, Backend backend);
 
 /// A recorded zoom, or the part of it that is measured so far.
 struct ZoomRecord {
-  std::filesystem::path folder;  ///< empty until it is saved
-  bool has_figures = false;      ///< the plots in `folder` are drawn
-  std::string scene, machine;    ///< `machine`: measured_on()
-  std::string pipeline;          ///< as in reports: "cpu", "classic", "fast"
-  int width = 0, height = 0;     ///< pixels
-  int steps = 2;                 ///< planned
-  double closest = 0.05;         ///< last distance to the target / first distance
+  std::filesystem::path folder = {};  ///< empty until it is saved
+  bool has_figures = false;           ///< the plots in `folder` are drawn
+  std::string scene, machine;         ///< `machine`: measured_on()
+  std::string pipeline;               ///< as in reports: "cpu", "classic", "fast"
+  int width = 0, height = 0;          ///< pixels
+  int steps = 2;                      ///< planned
+  double closest = 0.05;              ///< last distance to the target / first distance
   std::vector<CullMode> modes;
   std::vector<BenchRow> rows;  ///< ordered by step, then by mode
 };

@@ -20,6 +20,7 @@
 
 #include "app/viewer/state/actions.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "base/text.h"
 #include "io/bytes/mapped_file.h"
 
@@ -44,10 +45,8 @@ bool copy_picture(const std::filesystem::path& file) {
 }
 
 void DesktopPrograms::open(const std::filesystem::path& path) {
-  ChildCommand command;
-  command.words = {opener_, path.string()};
   try {
-    started_.emplace_back(path, command);
+    started_.emplace_back(path, ChildCommand{.words = {opener_, path.string()}});
   } catch (const Error& error) {
     fail(ErrorKind::device, "{}: cannot be opened: {}", path.string(), error.what());
   }
@@ -56,11 +55,10 @@ void DesktopPrograms::open(const std::filesystem::path& path) {
 void DesktopPrograms::take_reports(Actions& actions) {
   std::erase_if(started_, [&](Started& started) {
     const auto end = started.process.wait_for(std::chrono::milliseconds(0));
-    if (end && !end->good()) {
+    if (end && !end->good())
       actions.push_back(
           call(action::notify_error, fmt::format("{}: cannot be opened: {} ended with {}",
                                                  started.path.string(), opener_, end->text())));
-    }
     return end.has_value();
   });
 }
@@ -105,8 +103,7 @@ std::string session_bus() {
   if (const char* address = std::getenv("DBUS_SESSION_BUS_ADDRESS")) return address;
   const char* folder = std::getenv("XDG_RUNTIME_DIR");
   const std::string socket = folder == nullptr ? "" : std::string(folder) + "/bus";
-  std::error_code error;
-  return std::filesystem::exists(socket, error) ? "unix:path=" + socket : "";
+  return is_there(socket) ? "unix:path=" + socket : "";
 }
 
 // The session bus. No call waits longer than kTurnMs after a stop was requested, because the window
@@ -231,12 +228,11 @@ void append_options(DBusMessageIter& arguments, const std::string& folder, bool 
       dbus_message_iter_close_container(&value, &array);
     });
   }
-  if (is_folder) {
+  if (is_folder)
     append_option(options, "directory", "b", [](DBusMessageIter& value) {
       const dbus_bool_t is_wanted = TRUE;
       dbus_message_iter_append_basic(&value, DBUS_TYPE_BOOLEAN, &is_wanted);
     });
-  }
   dbus_message_iter_close_container(&arguments, &options);
 }
 

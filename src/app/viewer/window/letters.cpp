@@ -21,9 +21,8 @@ namespace {
 constexpr ImWchar kUsual[] = {0x20, 0xff, 0x2013, 0x2026, 0x2212, 0x2212, 0};
 
 bool is_usual(unsigned letter) {
-  for (int i = 0; kUsual[i] != 0; i += 2) {
+  for (int i = 0; kUsual[i] != 0; i += 2)
     if (letter >= kUsual[i] && letter <= kUsual[i + 1]) return true;
-  }
   return letter < 0x20;
 }
 

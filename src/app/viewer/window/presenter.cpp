@@ -144,9 +144,8 @@ PixelBox fitted(const PixelBox& area, double aspect) {
 
 Enlarging suitable_enlarging() {
   const std::string_view renderer(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
-  for (const char* software : {"llvmpipe", "softpipe", "SwiftShader", "Software Rasterizer"}) {
+  for (const char* software : {"llvmpipe", "softpipe", "SwiftShader", "Software Rasterizer"})
     if (renderer.find(software) != std::string_view::npos) return Enlarging::linear;
-  }
   return Enlarging::cubic;
 }
 
@@ -244,11 +243,8 @@ void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split
   glViewport(place.x0, window.y - place.y1, place.x1 - place.x0, place.y1 - place.y0);
   const bool enlarged = width_ < place.x1 - place.x0 || height_ < place.y1 - place.y0;
   const bool cubic = enlarged && enlarging_ == Enlarging::cubic;
-  if (cubic || has_other_ || has_layers()) {
-    set_up_layers(cubic, split, style);
-  } else {
-    glUseProgram(frame_program_);
-  }
+  const bool layers = cubic || has_other_ || has_layers();
+  layers ? set_up_layers(cubic, split, style) : glUseProgram(frame_program_);
   bind(0, GL_TEXTURE_2D, shown_);
   glBindVertexArray(empty_vertices_);
   glDrawArrays(GL_TRIANGLES, 0, 3);

@@ -16,6 +16,7 @@
 #include <glm/matrix.hpp>
 
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/file_source.h"
 #include "io/bytes/mapped_file.h"
@@ -99,13 +100,12 @@ void read_gaussians(const PlyRows& rows, const std::string& path, CompactModel& 
 void find_activated(CompactModel& model) {
   // No sigmoid has a value outside of 0..1, and hardly any training has all its logits inside.
   const auto is_unit = [](float value) { return !(value < 0 || value > 1); };
-  model.activated_opacities = std::all_of(model.opacities.begin(), model.opacities.end(), is_unit);
+  model.activated_opacities = std::ranges::all_of(model.opacities, is_unit);
   if (model.activated_opacities) return;
   // Logarithms in 0..1 are standard deviations of 1 to 2.7 units: most Gaussians are smaller.
-  const auto inside =
-      std::count_if(model.scales.begin(), model.scales.end(), [&](const glm::vec3& scale) {
-        return is_unit(scale.x) && is_unit(scale.y) && is_unit(scale.z);
-      });
+  const auto inside = std::ranges::count_if(model.scales, [&](const glm::vec3& scale) {
+    return is_unit(scale.x) && is_unit(scale.y) && is_unit(scale.z);
+  });
   model.activated_shapes = 2 * static_cast<std::size_t>(inside) > model.scales.size();
 }
 
@@ -174,10 +174,7 @@ ShapeOfGaussian shape_of_raw_rotation(const glm::vec4& quaternion, const glm::ve
   }
   // Directions without extent are any that complete the axes.
   if (flats == 3) return shape;
-  if (flats == 2) {
-    const int whole = 3 - flat[0] - flat[1];
-    axes[flat[0]] = perpendicular_to(axes[whole]);
-  }
+  if (flats == 2) axes[flat[0]] = perpendicular_to(axes[3 - flat[0] - flat[1]]);
   if (flats > 0) {
     const int last = flat[flats - 1];
     axes[last] = glm::cross(axes[(last + 1) % 3], axes[(last + 2) % 3]);
@@ -191,8 +188,7 @@ CompactModel read_compact_ply(ByteSpan content, const std::filesystem::path& pat
                               const Progress& progress) {
   std::filesystem::path weights = path;
   weights.replace_extension(".pth");
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(weights, error))
+  if (!is_file(weights))
     fail(
         "{}: its Gaussians have no colours (f_dc); Compact-3DGS keeps them in a network, but {} "
         "is not beside it",

@@ -113,8 +113,7 @@ class Npz {
     const PickleObject& array = pickle[pickle.root()];
     if (array.kind != PickleKind::call || !array.text.ends_with("_reconstruct"))
       fail("{}: its pickle: the object is no array", pickle.source());
-    const auto state = pickle.tuple(array.state, 5, "the state of an array");
-    const PickleObject& items = pickle[state[4]];
+    const PickleObject& items = pickle[pickle.tuple(array.state, 5, "the state of an array")[4]];
     if (items.kind != PickleKind::list || items.items.size() != 1)
       fail("{}: its pickle: the array has not one item", pickle.source());
     return items.items.front();

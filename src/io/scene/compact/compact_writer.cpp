@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/replace_file.h"
 #include "io/bytes/zip.h"
@@ -40,9 +41,7 @@ ZipEntry bytes_entry(const std::string& name, ByteSpan bytes) {
 }
 
 std::string halves_of(std::span<const float> values) {
-  std::vector<std::uint16_t> halves;
-  halves.reserve(values.size());
-  for (const float value : values) halves.push_back(round_to_half(value));
+  const auto halves = list_of<std::uint16_t>(values, round_to_half);
   return raw(std::span<const std::uint16_t>(halves));
 }
 
@@ -151,9 +150,8 @@ void write_compact_ply(const CompactModel& model, const std::filesystem::path& p
   };
   std::filesystem::path weights = path;
   weights.replace_extension(".pth");
-  const std::array<NamedTensor, 2> tensors = {
-      {{"0.params", vector(model.field.grid_values)}, {"1.params", vector(model.field.weights)}}};
-  write_torch_file(weights, tensors);
+  write_torch_file(weights, {{{"0.params", vector(model.field.grid_values)},
+                              {"1.params", vector(model.field.weights)}}});
 }
 
 void write_compact_npz(const CompactModel& model, const CodedVectors& scales,
@@ -193,7 +191,7 @@ float QuantisedValues::value(std::size_t i) const {
 QuantisedValues quantise(std::span<const float> values, float most_zero) {
   QuantisedValues quantised;
   if (values.empty()) return quantised;
-  const auto [least, largest] = std::minmax_element(values.begin(), values.end());
+  const auto [least, largest] = std::ranges::minmax_element(values);
   quantised.low = *least;
   quantised.high = *largest;
   const float range = *largest - *least;

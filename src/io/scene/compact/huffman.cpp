@@ -8,6 +8,7 @@
 #include <queue>
 
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
 
@@ -82,9 +83,7 @@ std::vector<HuffmanCode> read_huffman_table(const Pickle& pickle, PickleRef tabl
     codes[code.symbol] = code;
   }
   if (codes.empty()) fail("{}: its table is empty", source);
-  std::vector<HuffmanCode> list;
-  for (const auto& [symbol, code] : codes) list.push_back(code);
-  return list;
+  return list_of<HuffmanCode>(codes, [](const auto& each) { return each.second; });
 }
 
 std::vector<HuffmanCode> make_huffman_table(std::span<const std::uint64_t> counts) {
@@ -229,12 +228,10 @@ Array<std::uint16_t> unpack_bits(ByteSpan packed, std::size_t count, int bits) {
 std::vector<std::byte> pack_bits(std::span<const std::uint16_t> numbers, int bits) {
   std::vector<std::byte> packed(packed_bytes(numbers.size(), bits));
   std::size_t next = 0;
-  for (const std::uint16_t number : numbers) {
-    for (int bit = 0; bit < bits; ++bit, ++next) {
+  for (const std::uint16_t number : numbers)
+    for (int bit = 0; bit < bits; ++bit, ++next)
       if ((number >> bit & 1) != 0)
         packed[next / 8] |= std::byte{0x80} >> static_cast<int>(next % 8);
-    }
-  }
   return packed;
 }
 

@@ -264,8 +264,7 @@ class GltfScene {
 }  // namespace
 
 bool recognises_gltf(ByteSpan content, const std::filesystem::path&) {
-  if (is_glb(content)) return true;
-  return json_kind(text_of(content)) == JsonKind::gltf;
+  return is_glb(content) || json_kind(text_of(content)) == JsonKind::gltf;
 }
 
 void read_gltf(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,

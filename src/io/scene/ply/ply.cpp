@@ -88,7 +88,7 @@ class SplatRows {
   // Filled only if every value is a float in this machine's byte order.
   void find_runs() {
     const auto in_place = [](const Source& source) { return source.column.type == PlyType::f32; };
-    if (rows_.swap_bytes || !std::all_of(sources_.begin(), sources_.end(), in_place)) return;
+    if (rows_.swap_bytes || !std::ranges::all_of(sources_, in_place)) return;
     for (const Source& source : sources_) {
       const Run* const last = runs_.empty() ? nullptr : &runs_.back();
       if (last == nullptr || source.column.offset != last->offset + last->floats * sizeof(float) ||
@@ -205,8 +205,8 @@ void read_ply(ByteSpan content, const std::filesystem::path& path, ThreadPool& p
 
   const int stored = stored_rest(rows, scene);
   const int degree = kept_sh_degree(stored, scene);
-  const auto rest = static_cast<std::size_t>(sh_coefficient_count(degree) - 1);
-  const SplatRows splats(rows, rest, static_cast<std::size_t>(stored), path.string());
+  const SplatRows splats(rows, static_cast<std::size_t>(sh_coefficient_count(degree) - 1),
+                         static_cast<std::size_t>(stored), path.string());
 
   scene.format = "ply, " + describe(header.format) + (splats.is_2d() ? ", 2D Gaussians" : "");
   scene.cloud = make_cloud(rows.count, degree);

@@ -151,7 +151,7 @@ std::string quoted_for_message(std::string_view text) { return "'" + printable(t
 
 std::string describe(PlyFormat format) {
   std::string name(kFormatNames[static_cast<std::size_t>(format)]);
-  std::replace(name.begin(), name.end(), '_', ' ');
+  std::ranges::replace(name, '_', ' ');
   return name;
 }
 

@@ -124,7 +124,7 @@ struct Section {
   glm::vec3 bucket_center(std::uint64_t row) const {
     std::uint64_t bucket = row / bucket_size;
     if (bucket >= full_buckets) {
-      const auto end = std::upper_bound(partial_ends.begin(), partial_ends.end(), row);
+      const auto end = std::ranges::upper_bound(partial_ends, row);
       bucket = full_buckets + static_cast<std::uint64_t>(end - partial_ends.begin());
     }
     const std::byte* const at = centers.data() + bucket * kBucketBytes;

@@ -275,8 +275,8 @@ void read_spz(ByteSpan content, const std::filesystem::path& path, ThreadPool& p
   const AxisSigns signs = signs_to_rdf(frame);
   scene.warnings = std::move(spz.warnings);
 
-  const int stored_rest = sh_coefficient_count(spz.header.sh_degree) - 1;
-  scene.cloud = make_cloud(spz.header.count, kept_sh_degree(stored_rest, scene));
+  scene.cloud = make_cloud(spz.header.count,
+                           kept_sh_degree(sh_coefficient_count(spz.header.sh_degree) - 1, scene));
   describe(spz.header, frame, scene);
 
   const SpzDecoder decoder(spz, scene.cloud);

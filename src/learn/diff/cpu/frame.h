@@ -78,10 +78,9 @@ struct TileBox {
   /// Calls visit(x, y, i) for all pixels; i counts the pixels of a full tile row by row.
   template <class Visit>
   void for_each_pixel(const Visit& visit) const {
-    for (int y = 0; y < height; ++y) {
+    for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x)
         visit(x0 + x, y0 + y, static_cast<std::size_t>(y * kTileSize + x));
-    }
   }
 
   /// Calls visit(x, y, pixel) for the pixels of the area.

@@ -253,10 +253,9 @@ __global__ void __launch_bounds__(kThreads)
   const int y = static_cast<int>(blockIdx.x);
   for (int c = 0; c < channel_count; ++c) {
     double own = 0;
-    for (int x = static_cast<int>(threadIdx.x); x < width && by; x += int{kThreads}) {
+    for (int x = static_cast<int>(threadIdx.x); x < width && by; x += int{kThreads})
       own += static_cast<double>(transmittance[std::size_t{blockIdx.x} * width + x]) *
              static_cast<double>(by.at(x, y, c));
-    }
     const double sum = sum_of_block<kThreads>(own).total;
     if (threadIdx.x == 0) rows[blockIdx.x * channel_count + c] = sum;
   }

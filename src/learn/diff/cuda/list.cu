@@ -190,11 +190,10 @@ __global__ void __launch_bounds__(kLongBlock)
 void list_pairs(CullMode mode, const ListInput& in, cudaStream_t stream) {
   const ListArrays& lists = in.out;
   set_zero("list", lists.sizes, lists.tile_count, stream);
-  if (in.gaussians > 0 && lists.room > 0) {
+  if (in.gaussians > 0 && lists.room > 0)
     with_culler(mode, [&]<class P>(P) {
       launch("list_pairs", list_gaussians<P>, blocks_for(in.gaussians), stream, in);
     });
-  }
   if (lists.room > 0) launch("take_slots", take_slots, blocks_for(lists.room), stream, lists);
   launch("find_ranges", find_ranges, Blocks(1, kLongBlock), stream, lists);
   if (lists.room == 0) return;

@@ -118,7 +118,7 @@ Loss compare(const LossInput<Real>& in, ThreadPool& pool, SsimFields<Real>& fiel
   const std::size_t count = shape.all_values();
   assert(in.color.size() * kChannels == count && in.target.size() == in.color.size());
   assert(in.mask.empty() || in.mask.size() == in.color.size());
-  const auto masked = std::count(in.mask.begin(), in.mask.end(), std::uint8_t{0});
+  const auto masked = std::ranges::count(in.mask, std::uint8_t{0});
   const auto total = static_cast<double>(count - static_cast<std::size_t>(masked) * kChannels);
   const ComparedValues<Real> values{&in.color[0][0], &in.target[0][0], in.mask};
   d_color.resize(in.color.size());

@@ -45,8 +45,7 @@ struct Gradients {
     by.resize_like(parameters);
     for_each_array(
         [](std::size_t, auto& array) {
-          std::fill(array.begin(), array.end(),
-                    typename std::decay_t<decltype(array)>::value_type{});
+          std::ranges::fill(array, typename std::decay_t<decltype(array)>::value_type{});
         },
         by);
     mean_px.assign(parameters.size(), glm::vec<2, Real>(0));

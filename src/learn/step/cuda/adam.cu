@@ -94,10 +94,9 @@ __global__ void __launch_bounds__(kThreads) step_colors(ColorStepInput in) {
     if (first_gaussian + n >= in.values.count) break;
     glm::vec3 by;
     if constexpr (kSummed) {
-      for (unsigned c = 0; c < 3; ++c) {
+      for (unsigned c = 0; c < 3; ++c)
         by[static_cast<int>(c)] =
             in.sums[(3 * coefficient + c) * std::size_t{in.values.sh_row} + first_gaussian + n];
-      }
     } else {
       const ColorGradient<float> gradient = in.gradients[first_gaussian + n];
       by = basis_of(in.sh_degree, static_cast<int>(coefficient), gradient.direction) *

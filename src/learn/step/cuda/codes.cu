@@ -132,10 +132,9 @@ __global__ void __launch_bounds__(kThreads)
   for (std::uint32_t i = blockIdx.x * kThreads + threadIdx.x; i < count; i += gridDim.x * kThreads)
     add_gaussian(codes, vectors, i, count, layer, rest, sums);
   __syncthreads();
-  for (unsigned at = threadIdx.x; at < shared_sums; at += kThreads) {
+  for (unsigned at = threadIdx.x; at < shared_sums; at += kThreads)
     if (const unsigned long long sum = of_block[at].value(); sum != 0)
       atomicAdd(&codes.sums[at], sum);
-  }
 }
 
 CodesView view_of(DeviceCodes& codes) {

@@ -212,11 +212,10 @@ __global__ void __launch_bounds__(kNetworkThreads, 2)
     }
     __syncthreads();
     if (own.exists) {
-      for (unsigned level = own.part; level < in.field.level_count; level += kTileParts) {
+      for (unsigned level = own.part; level < in.field.level_count; level += kTileParts)
         in.features_of(own.gaussian, level) = {
             shared.x.values[kGridFeatures * level][own.column],
             shared.x.values[kGridFeatures * level + 1][own.column]};
-      }
     }
     if (own.exists && own.part == 0) {
       float by_basis[kDirectionFeatures];
@@ -248,11 +247,10 @@ __global__ void __launch_bounds__(kThreads)
   for (std::uint32_t first = 0; at < used && first < kFieldBlocks; first += kAtOnce) {
     float values[kAtOnce];
 #pragma unroll
-    for (unsigned k = 0; k < kAtOnce; ++k) {
+    for (unsigned k = 0; k < kAtOnce; ++k)
       values[k] = lists.sizes[first + k] > 0
                       ? block_weights[std::size_t{first + k} * weight_count + at]
                       : 0.0f;
-    }
 #pragma unroll
     for (unsigned k = 0; k < kAtOnce; ++k) sum += values[k];
   }

@@ -238,19 +238,17 @@ struct LastWeightSums {
     for (unsigned begin = 0; begin < kFieldTile; begin += 4) {
       const float4 in = four_of(&x.values[column()][begin]);
 #pragma unroll
-      for (unsigned j = 0; j < kOutputs; ++j) {
+      for (unsigned j = 0; j < kOutputs; ++j)
         if (output(j) < kUsedOutputs)
           values[j] = add_four(four_of(&d[output(j)][begin]), in, values[j]);
-      }
     }
   }
 
   __device__ void store(unsigned width, float* to) const {
 #pragma unroll
-    for (unsigned j = 0; j < kOutputs; ++j) {
+    for (unsigned j = 0; j < kOutputs; ++j)
       if (column() < width && output(j) < kUsedOutputs)
         to[output(j) * width + column()] = values[j];
-    }
   }
 };
 

@@ -82,13 +82,12 @@ void project_view(const StepView& view, const ParametersView& parameters, Forwar
   frame.footprints = block_in<diff::ProjectScratch>(kWhat, frame.of_footprints, sizes).footprints;
   unsigned long long* const total = frame.listed.gaussians.total;
   set_zero("project", total, 1, view.stream);
-  if (parameters.count > 0) {
+  if (parameters.count > 0)
     with_culler(view.settings.mode, [&]<class P>(P) {
       launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, parameters,
              make_view<float>(view.camera), footprint_rules(view.settings, view.antialiased()),
              view.grid(), frame.listed.gaussians, frame.footprints);
     });
-  }
   check(cudaMemcpyAsync(&*frame.total, total, sizeof *total, cudaMemcpyDeviceToHost, view.stream),
         "project");
   frame.total_arrived.record(view.stream);

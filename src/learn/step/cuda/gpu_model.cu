@@ -311,10 +311,9 @@ void GpuModel::State::gather_next(const qs::train::Plan& plan) {
   copy_to_device(plan.means.data(), next.parameters.means, count, stream);
   copy_to_device(plan.log_scales.data(), next.parameters.log_scales, count, stream);
   copy_to_device(plan.opacity_logits.data(), next.parameters.opacity_logits, count, stream);
-  if (plan.clears_opacity_moments && count > 0) {
+  if (plan.clears_opacity_moments && count > 0)
     for (Parameters* moments : {&next.first, &next.second})
       set_zero("clear moments", moments->opacity_logits.data(), count, stream);
-  }
   if (plan.resets_statistics) next.density.reset(count, stream);
 }
 
@@ -385,11 +384,10 @@ void GpuModel::backward(const qs::train::BackwardOrder& order) {
     const ParametersView by = s.gradients.by.view();
     if (has_field) FieldPasses{s.view(), drawn, s.field, s.stream}.network_gradients(by.means);
     if (s.codes.exist()) pass_through_codes(s.parameters.view(), s.codes, by, s.stream);
-    if (has_field) {
+    if (has_field)
       s.side.fork(s.stream, [&](cudaStream_t beside) {
         FieldPasses{s.view(), drawn, s.field, beside}.sum_gradients();
       });
-    }
   });
   s.clock.end(2, s.stream);
 }
@@ -416,13 +414,12 @@ void GpuModel::step(const qs::train::StepOrder& order) {
   const bool uses_sums = order.sums && (!order.moves || s.sums.has_others);
   take_step(order, s.parameters, uses_sums ? s.sums.by : s.gradients.by, s.adam, s.stream);
   if (s.codes.exist()) take_code_steps(s.parameters.view(), s.codes, s.stream);
-  if (order.moves || order.sums || s.field.exists()) {
+  if (order.moves || order.sums || s.field.exists())
     s.side.fork(s.stream, [&](cudaStream_t beside) {
       if (order.sums) add_color_gradients(order, s.gradients, s.sums, beside);
       take_color_step(order, s.parameters, s.gradients, s.sums, s.adam, beside);
       if (s.field.exists()) take_field_step(order.field_rate, s.field, beside);
     });
-  }
   s.clock.end(3, s.stream);
   s.host.iteration = order.iteration;
 }

@@ -41,12 +41,10 @@ void upload(const qs::train::Parameters& host, cudaStream_t stream, Parameters& 
   const std::size_t count = host.size(), width = host.sh_stride();
   parameters.resize(static_cast<std::uint32_t>(count), host.sh_degree, host.has_masks);
   std::vector<float> sh(3 * width * sh_row(parameters.count));
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t k = 0; k < width; ++k) {
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t k = 0; k < width; ++k)
       for (int c = 0; c < 3; ++c)
         sh[sh_index(k, c, parameters.count) + i] = host.sh[i * width + k][c];
-    }
-  }
   copy_to_device(host.means.data(), parameters.means, count, stream);
   copy_to_device(host.log_scales.data(), parameters.log_scales, count, stream);
   copy_to_device(host.rotations.data(), parameters.rotations, count, stream);
@@ -70,12 +68,10 @@ qs::train::Parameters download(const Parameters& parameters, cudaStream_t stream
   const std::vector<float> sh =
       copied(parameters.sh.data(), 3 * width * sh_row(parameters.count), stream);
   host.sh.resize(width * count);
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t k = 0; k < width; ++k) {
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t k = 0; k < width; ++k)
       for (int c = 0; c < 3; ++c)
         host.sh[i * width + k][c] = sh[sh_index(k, c, parameters.count) + i];
-    }
-  }
   return host;
 }
 

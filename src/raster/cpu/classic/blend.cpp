@@ -145,9 +145,8 @@ struct Tile {
   /// Calls visit(x, y, strip, lane) for the pixels inside the image, with coordinates in the image.
   template <class Visit>
   void for_each_pixel(const Visit& visit) const {
-    for (int y = 0; y < height; ++y) {
+    for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) visit(x0 + x, y0 + y, strips[y][x / kLanes], x % kLanes);
-    }
   }
 };
 

@@ -14,9 +14,8 @@ void Classic::draw(const FrameContext& frame, const Outputs& outputs, Frame& res
   timed(Stage::preprocess, stats, [&] { preprocess(frame, active_, visible_); });
   timed(Stage::sort, stats, [&] { sort(frame, visible_, order_); });
   timed(Stage::bin, stats, [&] { bin(frame, visible_, order_, lists_); });
-  if (outputs.color || outputs.evaluated) {
+  if (outputs.color || outputs.evaluated)
     timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, outputs, result); });
-  }
   if (outputs.used) count_used(frame, result);
   const auto splat_of = [&](std::uint32_t slot) { return visible_.splats[slot].splat; };
   collect(visible_, lists_, splat_of, outputs, result);

@@ -168,15 +168,13 @@ void render_reference(const FrameContext& frame, const Outputs& outputs, Frame& 
   std::vector<std::vector<ReferenceSplat>> chunks((frame.cloud.size() + kChunk - 1) / kChunk);
   frame.for_chunks(frame.cloud.size(), kChunk, [&](std::size_t begin, std::size_t end, int) {
     ReferenceSplat splat;
-    for (std::size_t i = begin; i < end; ++i) {
+    for (std::size_t i = begin; i < end; ++i)
       if (project_reference(frame, view, region, i, splat)) chunks[begin / kChunk].push_back(splat);
-    }
   });
 
   std::vector<const ReferenceSplat*> order;
-  for (const auto& chunk : chunks) {
+  for (const auto& chunk : chunks)
     for (const ReferenceSplat& splat : chunk) order.push_back(&splat);
-  }
   std::sort(order.begin(), order.end(), [](const ReferenceSplat* a, const ReferenceSplat* b) {
     return a->depth_bits != b->depth_bits ? a->depth_bits < b->depth_bits
                                           : a->gaussian < b->gaussian;
@@ -191,14 +189,12 @@ void render_reference(const FrameContext& frame, const Outputs& outputs, Frame& 
                     const int begin = region.y0 + static_cast<int>(first);
                     const int end = region.y0 + static_cast<int>(last);
                     std::vector<const ReferenceSplat*> band, row;
-                    for (const ReferenceSplat* splat : order) {
+                    for (const ReferenceSplat* splat : order)
                       if (splat->box.y0 < end && splat->box.y1 > begin) band.push_back(splat);
-                    }
                     for (int y = begin; y < end; ++y) {
                       row.clear();
-                      for (const ReferenceSplat* splat : band) {
+                      for (const ReferenceSplat* splat : band)
                         if (splat->box.y0 <= y && y < splat->box.y1) row.push_back(splat);
-                      }
                       blend_row(frame, region, row, y, outputs, result);
                     }
                   });

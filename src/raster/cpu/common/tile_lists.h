@@ -63,10 +63,9 @@ struct VisibleSlots {
   /// Calls visit(slot) for every visible Gaussian, in the order of slots.
   template <class Visit>
   void for_each(Visit&& visit) const {
-    for (std::size_t chunk = 0; chunk < chunk_counts.size(); ++chunk) {
+    for (std::size_t chunk = 0; chunk < chunk_counts.size(); ++chunk)
       for (std::uint32_t k = 0; k < chunk_counts[chunk]; ++k)
         visit(static_cast<std::uint32_t>(chunk * kChunk + k));
-    }
   }
 };
 

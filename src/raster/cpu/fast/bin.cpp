@@ -17,10 +17,9 @@ void find_begins(const FrameContext& frame, const FastVisible& visible, TileList
   lists.column_counts.assign(columns + 1, 0);  // sums over the rows so far
   std::uint64_t sum = 0;
   for (std::size_t row = 0; row < rows; ++row) {
-    for (const Array<std::int32_t>& corners : visible.corners) {
+    for (const Array<std::int32_t>& corners : visible.corners)
       for (std::size_t column = 0; column <= columns; ++column)
         lists.column_counts[column] += corners[row * (columns + 1) + column];
-    }
     std::int64_t count = 0;
     for (std::size_t column = 0; column < columns; ++column) {
       count += lists.column_counts[column];

@@ -166,10 +166,9 @@ HWY_INLINE void alphas_of(const Batch& batch, const std::uint32_t* entries, V ro
     alpha[j] = hn::NegMulAdd(alpha[j], alpha[j], level);
   });
   each([&](std::uint32_t j) HWY_ATTR { counts[j] = hn::Ge(alpha[j], hn::Set(d, 8 - kLog2Of255)); });
-  if constexpr (kLimits) {
+  if constexpr (kLimits)
     each([&](std::uint32_t j)
              HWY_ATTR { alpha[j] = hn::Min(alpha[j], hn::Set(d, kLog2Of256AlphaMax)); });
-  }
   exp2_less_8(alpha);
   each([&](std::uint32_t j) HWY_ATTR { alpha[j] = hn::IfThenElseZero(counts[j], alpha[j]); });
 }

@@ -18,9 +18,8 @@ constexpr std::size_t kMostRest = 3 * (sh_coefficient_count(kMaxShDegree) - 1) *
 
 /// Stores values 3 .. 3 + count - 1 of a group's members as [value][member].
 void interleave(const float* const* members, std::size_t count, float* to) {
-  for (std::size_t k = 0; k < count; ++k) {
+  for (std::size_t k = 0; k < count; ++k)
     for (std::size_t lane = 0; lane < kGroup; ++lane) *to++ = members[lane][3 + k];
-  }
 }
 
 void prefetch(const GaussianCloud& cloud, std::size_t i) {
@@ -59,11 +58,10 @@ Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32
 
 BlockBounds bounds_of(const Block& block) {
   BlockBounds bounds;
-  for (std::size_t lane = 0; lane < kBlock; ++lane) {
+  for (std::size_t lane = 0; lane < kBlock; ++lane)
     bounds.include({block.x[lane], block.y[lane], block.z[lane]},
                    {block.xx[lane], block.xy[lane], block.xz[lane], block.yy[lane], block.yz[lane],
                     block.zz[lane]});
-  }
   return bounds;
 }
 
@@ -98,10 +96,9 @@ Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32
   sh.base.resize(groups * kGroup * 3);
   sh.halves.resize(groups * sh.rest_size());
   for_each_group([&](std::size_t group, const float* const* members) {
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t lane = 0; lane < kGroup; ++lane)
         sh.base[(group * 3 + k) * kGroup + lane] = members[lane][k];
-    }
     if (!exact) return;
     float values[kMostRest];
     interleave(members, rest, values);

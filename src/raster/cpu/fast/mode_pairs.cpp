@@ -41,9 +41,8 @@ HWY_INLINE void count_by_vectors(TileGrid grid, const Survivors& s, std::int32_t
     const Footprints footprints(s, k);
     const Walk<P> walk(footprints, grid);
     auto counted = hn::FirstN(di, s.count - k);
-    if constexpr (!kKeepsFaint<P>) {
+    if constexpr (!kKeepsFaint<P>)
       counted = hn::And(counted, hn::RebindMask(di, hn::Gt(footprints.gamma, hn::Zero(D()))));
-    }
     const I lines = hn::IfThenElseZero(counted, walk.lines.size());
     hn::Store(tiles_in_lines(walk, lines), di, tiles + k);
   }

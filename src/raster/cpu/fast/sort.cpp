@@ -86,10 +86,9 @@ void find_bands(const FrameContext& frame, const FastVisible& visible, Bands& ba
   const std::size_t columns = static_cast<std::size_t>(frame.grid.columns);
   const auto begun = [&](std::size_t row) {
     std::int64_t sum = 0;
-    for (const Array<std::int32_t>& corners : visible.corners) {
+    for (const Array<std::int32_t>& corners : visible.corners)
       for (std::size_t column = 0; column < columns; ++column)
         sum += corners[row * (columns + 1) + column] * static_cast<std::int64_t>(columns - column);
-    }
     return sum;
   };
   std::int64_t all = 0, in_row = 0;

@@ -59,10 +59,9 @@ struct Pixels {
                                            cudaStream_t stream) const {
     const std::vector<std::uint8_t> marks = copied(used.data(), end_of(ranges), stream);
     std::vector<std::uint32_t> sums;
-    for (const ListRange& range : ranges) {
+    for (const ListRange& range : ranges)
       sums.push_back(std::accumulate(marks.begin() + range.begin, marks.begin() + range.end,
                                      std::uint32_t{0}));
-    }
     return sums;
   }
 };

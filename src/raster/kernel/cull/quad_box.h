@@ -52,10 +52,9 @@ struct QuadBoxWalk {
   glm::vec2 same, opposite;  ///< (u, v) reach, see QuadBoxes
 
   static QS_HD QuadBoxWalk over(const QuadBoxes& boxes, const TileRect& range, TileGrid grid) {
-    if (walks_rows(range)) {
+    if (walks_rows(range))
       return {true,         range.rows, grid.columns,  boxes.mean.x,
               boxes.mean.y, boxes.same, boxes.opposite};
-    }
     return {false,
             range.columns,
             grid.rows,
@@ -129,10 +128,9 @@ struct QuadBoxNaive {
  private:
   template <class Visit, class Listed>
   static QS_HD void loop(const TileRect& rect, Visit& visit, const Listed& listed) {
-    for (int row = rect.rows.begin; row < rect.rows.end; ++row) {
+    for (int row = rect.rows.begin; row < rect.rows.end; ++row)
       for (int column = rect.columns.begin; column < rect.columns.end; ++column)
         if (!listed(column, row)) visit(column, row);
-    }
   }
 };
 

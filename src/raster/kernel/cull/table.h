@@ -87,12 +87,11 @@ static_assert(kCullerCount <= 9, "every mode has a key of one digit in the viewe
 
 static_assert(
     [] {
-      for (CullMode mode = 0; mode <= kModeCount; ++mode) {
+      for (CullMode mode = 0; mode <= kModeCount; ++mode)
         if (kCullers[mode].family != (mode == kReferenceMode ? CullerFamily::reference
                                       : mode <= kCullerCount ? CullerFamily::quadbox
                                                              : CullerFamily::peers))
           return false;
-      }
       return true;
     }(),
     "the table starts with the reference, and other papers' modes follow behind ours");

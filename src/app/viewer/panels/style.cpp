@@ -39,7 +39,7 @@ constexpr std::pair<ImGuiCol, Ink> kStyleColors[] = {
     {ImGuiCol_Header, themed(0x152B38, 0xD6EDFA)},
     {ImGuiCol_HeaderHovered, themed(0x1B3848, 0xCAE8F8)},
     {ImGuiCol_HeaderActive, themed(0x2B5A75, 0xAADAF4)},
-    // The value of a slider is drawn over its grab, that of a progress bar over the bar.
+    // A slider draws its value over its grab, a progress bar its text over the bar.
     {ImGuiCol_SliderGrab, themed(0x22485D, 0xBBE1F6)},
     {ImGuiCol_SliderGrabActive, themed(0x2F6380, 0xA2D6F3)},
     {ImGuiCol_PlotHistogram, themed(0x2F6380, 0xA2D6F3)},

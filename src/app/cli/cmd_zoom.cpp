@@ -123,8 +123,11 @@ int run(ZoomCommand& command, Arguments arguments) {
   bundle.modes = command.frame.modes;
   bundle.environment["flags"] = std::vector<std::string>(arguments.begin(), arguments.end());
   bundle.rows = measure(session, bundle, command.plan, bundle.environment);
-  command.out_dir ? save(session, bundle, *command.out_dir)
-                  : fmt::print("{}", format_csv(bundle.rows));
+  if (command.out_dir) {
+    save(session, bundle, *command.out_dir);
+  } else {
+    fmt::print("{}", format_csv(bundle.rows));
+  }
   return kExitOk;
 }
 

@@ -145,8 +145,11 @@ bool PictureFlow::has_room_for_part(std::size_t bytes) const {
 
 void PictureFlow::learn_part(double seconds, std::size_t bytes) {
   const auto change = static_cast<double>(bytes);
-  const bool in_time = seconds < rate_.least() + kLatePart;
-  part_room_ = in_time ? part_room_ + change : std::max(kLeastRoom, part_room_ - change / 2);
+  if (seconds < rate_.least() + kLatePart) {
+    part_room_ += change;
+  } else {
+    part_room_ = std::max(kLeastRoom, part_room_ - change / 2);
+  }
 }
 
 }  // namespace qs

@@ -280,9 +280,13 @@ void Visitor::picture_ready(const Picture& picture, double now) {
 void pass_on_work(Visitor& visitor, int number, Pictures& pictures) {
   if (visitor.host().take_stop()) pictures.stop_long(number);
   const std::size_t scene = visitor.scene();
-  for (VisitorJob& work : visitor.host().take_jobs())
-    work.is_long ? pictures.run_long(number, scene, std::move(work.job))
-                 : pictures.run(number, scene, std::move(work.job));
+  for (VisitorJob& work : visitor.host().take_jobs()) {
+    if (work.is_long) {
+      pictures.run_long(number, scene, std::move(work.job));
+    } else {
+      pictures.run(number, scene, std::move(work.job));
+    }
+  }
   const MeasuringWish wish = visitor.measuring_wish();
   if (wish.stops) pictures.stop_measuring(number);
   if (wish.request) pictures.measure({number, scene, *wish.request});

@@ -144,8 +144,11 @@ class Comparison {
     }
     if (end <= first) return;
     for (auto& maps : maps_) maps[number + 1].append(end - first);
-    layer.convolution != nullptr ? convolve_rows(number, first, end)
-                                 : pool_rows(number, first, end);
+    if (layer.convolution != nullptr) {
+      convolve_rows(number, first, end);
+    } else {
+      pool_rows(number, first, end);
+    }
     for (auto& maps : maps_) maps[number].drop_before(end * layer.stride - layer.padding);
   }
 

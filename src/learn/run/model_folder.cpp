@@ -33,8 +33,11 @@ std::string python_text(const std::string& text) {
   std::string literal = "'";
   for (const char c : text) {
     if (c == '\'' || c == '\\') literal += '\\';
-    const auto code = static_cast<unsigned char>(c);
-    literal += code < ' ' || c == '\x7f' ? fmt::format("\\x{:02x}", code) : std::string(1, c);
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') {
+      literal += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    } else {
+      literal += c;
+    }
   }
   return literal + "'";
 }
@@ -330,9 +333,11 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
                                       ThreadPool& pool) {
   auto file = gaussians_path(folder, model.iteration);
   make_folder(file.parent_path());
-  model.color_field.exists()
-      ? write_field_model(model, file, pool)
-      : write_trained_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
+  if (model.color_field.exists()) {
+    write_field_model(model, file, pool);
+  } else {
+    write_trained_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
+  }
   return file;
 }
 

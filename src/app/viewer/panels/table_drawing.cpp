@@ -136,7 +136,10 @@ void draw_cell(const block::Table& table, const block::Row& row, const ShownColu
     draw_swatch(*cell.swatch);
   } else {
     if (cell.bar) draw_cell_bar(*cell.bar, column.beside_bars);
-    column.is_left ? ImGui::TextUnformatted(cell.text.c_str()) : right_aligned(cell.text);
+    if (column.is_left)
+      ImGui::TextUnformatted(cell.text.c_str());
+    else
+      right_aligned(cell.text);
   }
   ImGui::PopStyleColor();
   if (!cell.tooltip.empty() && ImGui::IsItemHovered()) tooltip_beside(cell.tooltip);

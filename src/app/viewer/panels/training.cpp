@@ -84,8 +84,11 @@ void draw_test_picture(const char* title, unsigned texture, ImVec2 size) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   const ImVec2 end{at.x + size.x, at.y + size.y};
-  texture == 0 ? draw.AddRectFilled(at, end, IM_COL32(0, 0, 0, 110))
-               : draw.AddImage(texture_id(texture), at, end);
+  if (texture == 0) {
+    draw.AddRectFilled(at, end, IM_COL32(0, 0, 0, 110));
+  } else {
+    draw.AddImage(texture_id(texture), at, end);
+  }
   ImGui::Dummy(size);
   ImGui::EndGroup();
 }

@@ -243,8 +243,11 @@ void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split
   glViewport(place.x0, window.y - place.y1, place.x1 - place.x0, place.y1 - place.y0);
   const bool enlarged = width_ < place.x1 - place.x0 || height_ < place.y1 - place.y0;
   const bool cubic = enlarged && enlarging_ == Enlarging::cubic;
-  const bool layers = cubic || has_other_ || has_layers();
-  layers ? set_up_layers(cubic, split, style) : glUseProgram(frame_program_);
+  if (cubic || has_other_ || has_layers()) {
+    set_up_layers(cubic, split, style);
+  } else {
+    glUseProgram(frame_program_);
+  }
   bind(0, GL_TEXTURE_2D, shown_);
   glBindVertexArray(empty_vertices_);
   glDrawArrays(GL_TRIANGLES, 0, 3);

@@ -92,8 +92,11 @@ void color_block(const ColorInput& in, const Block& block, std::size_t index,
   for (std::size_t k = 0; k < survivors.count; ++k) wanted |= 1u << survivors.lane[k] / kGroup;
   for (; wanted != 0; wanted &= wanted - 1) {
     const auto group = static_cast<std::size_t>(std::countr_zero(wanted));
-    in.sh.rest.empty() ? color_group(in, in.sh.halves, block, index, group, colors)
-                       : color_group(in, in.sh.rest, block, index, group, colors);
+    if (in.sh.rest.empty()) {
+      color_group(in, in.sh.halves, block, index, group, colors);
+    } else {
+      color_group(in, in.sh.rest, block, index, group, colors);
+    }
   }
 }
 

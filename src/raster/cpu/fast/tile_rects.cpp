@@ -103,7 +103,11 @@ class Joiner {
 
 HWY_INLINE void add_line(bool by_rows, int line, int begin, int end, Joiner& joiner) {
   if (begin >= end) return;
-  by_rows ? joiner.add(line, line + 1, begin, end) : joiner.add(begin, end, line, line + 1);
+  if (by_rows) {
+    joiner.add(line, line + 1, begin, end);
+  } else {
+    joiner.add(begin, end, line, line + 1);
+  }
 }
 
 template <class P>

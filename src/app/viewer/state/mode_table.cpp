@@ -207,8 +207,10 @@ std::string switch_text(const Viewer& viewer) {
     const auto rate = row.fps.value == 0 ? live_rate(viewer, row.mode, 1) : std::nullopt;
     return rate && row.is_live ? live_text(*rate) : row.fps.text;
   };
-  return fmt::format("FPS {} -> {}, pairs {} -> {}", fps_of(from), fps_of(to), from.pairs.text,
-                     to.pairs.text);
+  const std::string before = fps_of(from), after = fps_of(to),
+                    pairs = fmt::format("pairs {} -> {}", from.pairs.text, to.pairs.text);
+  if (before == "-" && after == "-") return pairs;  // under a heat map in flight
+  return fmt::format("FPS {} -> {}, {}", before, after, pairs);
 }
 
 std::string grid_label(const Viewer& viewer, CullMode mode) {

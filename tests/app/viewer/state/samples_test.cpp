@@ -175,6 +175,14 @@ TEST_F(LiveRates, of_a_switch_need_one_pair) {
   EXPECT_EQ(fps("quadbox"), "-") << "a row needs five";
 }
 
+TEST_F(LiveRates, that_are_not_known_are_left_out_of_a_switch) {
+  viewer_.settings.mode = find_culler("3dgs");
+  viewer_.mode_switch = {find_culler("quadbox"), find_culler("3dgs"), viewer_.now};
+  viewer_.counts = {
+      viewer_.view_version, {640, 480}, viewer_.frames, std::vector<ModePairs>(6, {5000, 10})};
+  EXPECT_EQ(switch_text(viewer_), "pairs 5,000 -> 5,000");
+}
+
 TEST_F(LiveRates, are_not_shifted_by_one_bad_pair_with_the_next_mode) {
   show(20);
   for (int i = 0; i < 5; ++i) pair("exact", 20, 10);

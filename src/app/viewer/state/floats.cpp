@@ -80,9 +80,9 @@ std::vector<Rect> floats_of(const Rect& picture, float gap, std::span<const Floa
   for (const std::size_t i : order) {
     const Floating& thing = shown[i];
     if (thing.kind == FloatKind::cell) continue;
-    // A legend never covers the maps that it explains, nor their captions.
+    // Legend and badge never cover the pictures of all modes, nor their captions.
     const auto excludes = [&](FloatKind kind) {
-      return thing.kind == FloatKind::legend &&
+      return (thing.kind == FloatKind::legend || thing.kind == FloatKind::badge) &&
              (kind == FloatKind::cell || kind == FloatKind::caption);
     };
     std::vector<Rect> avoided = taken, excluded = taken;

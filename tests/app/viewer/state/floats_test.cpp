@@ -151,11 +151,11 @@ TEST(Floats, nothing_overlaps_and_all_is_in_the_picture_in_every_state_at_every_
           for (std::size_t j = 0; j < i; ++j)
             ASSERT_FALSE(shares_area(places[i], places[j]))
                 << words() << ": things " << i << ", " << j;
-          if (shown[i].kind != legend) continue;
+          if (shown[i].kind != legend && shown[i].kind != badge) continue;
           for (const Floating& other : shown) {
             if (other.kind != cell && other.kind != caption) continue;
             ASSERT_FALSE(shares_area(places[i], {*other.at, *other.at + other.size}))
-                << words() << ": the legend hides a map or its caption";
+                << words() << ": thing " << i << " hides a map or its caption";
           }
         }
       }

@@ -131,7 +131,9 @@ Camera counted_camera(const Viewer& viewer) {
 
 std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode) {
   const ViewCounts& counts = viewer.counts;
-  if (mode < 1 || static_cast<std::size_t>(mode) > counts.modes.size()) return std::nullopt;
+  if (mode < 1 || static_cast<std::size_t>(mode) > counts.modes.size() ||
+      counts.size != size_of(counted_camera(viewer)))  // before a resize, for example
+    return std::nullopt;
   const bool exact = counts.view_version == viewer.shown.view_version;
   const int frames_ago = exact ? 0 : viewer.frames - counts.frame;
   if (frames_ago > kMostFramesAgo) return std::nullopt;

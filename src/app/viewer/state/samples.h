@@ -78,7 +78,8 @@ Camera counted_camera(const Viewer& viewer);
 /// Width and height of the camera's pictures, pixels.
 glm::ivec2 size_of(const Camera& camera);
 
-/// The count of a mode; unset if it is unknown, and for other modes than 1..culler_count().
+/// The count of a mode; unset if it is unknown or of another size than counted_camera(), and for
+/// other modes than 1..culler_count().
 std::optional<LiveCount> live_pairs(const Viewer& viewer, CullMode mode);
 
 /// True if the table of modes, the badge or a change of the mode is visible, so that frames count.

@@ -175,6 +175,14 @@ TEST_F(LiveRates, of_a_switch_need_one_pair) {
   EXPECT_EQ(fps("quadbox"), "-") << "a row needs five";
 }
 
+TEST_F(LiveRates, stand_beside_counts_of_the_same_size_alone) {
+  viewer_.counts = {
+      viewer_.view_version, {640, 480}, viewer_.frames, std::vector<ModePairs>(6, {5000, 10})};
+  EXPECT_TRUE(live_pairs(viewer_, find_culler("adr")));
+  viewer_.counts.size = {640, 960};  // before a panel was opened
+  EXPECT_FALSE(live_pairs(viewer_, find_culler("adr")));
+}
+
 TEST_F(LiveRates, that_are_not_known_are_left_out_of_a_switch) {
   viewer_.settings.mode = find_culler("3dgs");
   viewer_.mode_switch = {find_culler("quadbox"), find_culler("3dgs"), viewer_.now};

@@ -33,7 +33,8 @@ HeldSizes sizes_of(const QsStageFrame& frame) {
           .height = frame.height,
           .channels = frame.channels,
           .has_depth = frame.has_depth,
-          .bytes_of_number = frame.type == QS_FLOAT64 ? 8u : 4u};
+          .bytes_of_number = static_cast<std::uint32_t>(frame.type == QS_FLOAT64 ? sizeof(double)
+                                                                                 : sizeof(float))};
 }
 
 }  // namespace

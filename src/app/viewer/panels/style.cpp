@@ -56,7 +56,11 @@ void apply_style(float scale, bool is_light) {
                          [](const Ink& tone) { return palette::with_opacity(tone); });
   ImGuiStyle& style = ImGui::GetStyle();
   style = ImGuiStyle();  // the sizes of the scale before
-  is_light ? ImGui::StyleColorsLight() : ImGui::StyleColorsDark();
+  if (is_light) {
+    ImGui::StyleColorsLight();
+  } else {
+    ImGui::StyleColorsDark();
+  }
   style.WindowRounding = 6;
   style.FrameRounding = 4;
   style.GrabRounding = 4;

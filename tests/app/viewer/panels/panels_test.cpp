@@ -615,7 +615,7 @@ double luminance(ImVec4 color) {
 }
 
 double contrast(const ImVec4& a, const ImVec4& b) {
-  const auto [low, high] = std::minmax(luminance(a), luminance(b));
+  const auto [low, high] = std::minmax({luminance(a), luminance(b)});
   return (high + 0.05) / (low + 0.05);
 }
 

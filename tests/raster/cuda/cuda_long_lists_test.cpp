@@ -23,7 +23,7 @@ class CudaLongLists : public test::PipelineTest {
 INSTANTIATE_TEST_SUITE_P(Pipelines, CudaLongLists, test::kPipelines, test::name_of_pipeline);
 
 constexpr int kSide = 16;             // px: one tile
-constexpr std::uint64_t kCut = 4096;  // `fast` cuts lists above this length (segments.cuh)
+constexpr std::uint64_t kCut = 2048;  // `fast` cuts lists above this length here (segments.cuh)
 constexpr glm::vec3 kBlack(0), kWhite(1);
 
 float logit(double opacity) { return static_cast<float>(std::log(opacity / (1 - opacity))); }
@@ -107,16 +107,15 @@ std::vector<std::size_t> borders_of_segments(std::uint32_t count) {
     hash = (hash ^ hash >> 13) * 0xc2b2ae35u;
     if ((hash ^ hash >> 16) % 8 == 0) samples.push_back(i);
   }
-  const std::size_t segments = (samples.size() + 63) / 64;
-  const std::size_t each = (samples.size() + segments - 1) / segments;
-  return {samples.at(each), samples.at(2 * each)};
+  constexpr std::size_t kEach = 16;  // samples in a segment of a small picture
+  return {samples.at(kEach), samples.at(2 * kEach)};
 }
 
 TEST_P(CudaLongLists, stop_exactly_at_and_beside_the_borders_of_segments) {
   const Camera camera = test::front_camera(kSide, kSide);
   Outputs maps;
   maps.evaluated = true;
-  constexpr std::uint32_t kLength = kCut + 1500;
+  constexpr std::uint32_t kLength = 5600;
   for (const std::size_t border : borders_of_segments(kLength)) {
     for (const std::size_t in_front : {border - 2, border - 1, border, border + 1}) {
       SCOPED_TRACE(in_front);
@@ -173,6 +172,17 @@ TEST_P(CudaLongLists, are_equal_bit_for_bit_in_every_run) {
             first.values);
 }
 
+TEST_P(CudaLongLists, do_not_depend_on_the_lists_of_the_frame_before) {
+  const GaussianCloud cloud = crowd(20000, 0.004, 0.05);
+  const Camera crowded = test::front_camera(kSide, kSide), wide = test::front_camera(400, 400);
+  const auto gpu = renderer_of(Backend::cuda, cloud);
+  const Image first = gpu->render(crowded, settings_on(kBlack)).color;
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_LT(gpu->render(wide, settings_on(kBlack)).stats.max_pairs_in_a_tile, kCut / 2);
+    EXPECT_EQ(gpu->render(crowded, settings_on(kBlack)).color.values, first.values);
+  }
+}
+
 TEST_P(CudaLongLists, are_equal_bit_for_bit_in_lossless_modes) {
   GaussianCloud cloud = test::random_cloud(4000, 0, 3);
   test::append(cloud, crowd(24000, 0.004, 0.2));
@@ -192,8 +202,8 @@ TEST_P(CudaLongLists, are_equal_bit_for_bit_in_lossless_modes) {
   }
 }
 
-TEST_P(CudaLongLists, of_more_gaussians_than_fit_into_usual_segments_are_drawn_as_on_the_cpu) {
-  // A list has 256 segments at most, so these hold more Gaussians, and the last ones can be empty.
+TEST_P(CudaLongLists, of_hundreds_of_segments_are_drawn_as_on_the_cpu) {
+  // Hundreds of segments are joined in groups.
   constexpr std::size_t kCount = 131146;
   const Camera camera = test::front_camera(kSide, kSide);
   GaussianCloud cloud = crowd(kCount, 0.0045, 0.0045);

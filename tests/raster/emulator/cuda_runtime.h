@@ -95,6 +95,11 @@ inline std::uint32_t atomicMax(std::uint32_t* address, std::uint32_t value) {
   *address = std::max(old, value);
   return old;
 }
+inline std::uint32_t atomicMin(std::uint32_t* address, std::uint32_t value) {
+  const std::uint32_t old = *address;
+  *address = std::min(old, value);
+  return old;
+}
 inline std::uint32_t atomicCAS(std::uint32_t* address, std::uint32_t expected,
                                std::uint32_t value) {
   const std::uint32_t old = *address;

@@ -11,13 +11,19 @@ namespace qs::cuda {
 
 inline constexpr unsigned kLengthClasses = kWarp;  ///< half octaves, the longest first
 
+/// Twice the binary logarithm of a length > 0, rounded down to a half octave: 0 for 1, 2 for 2, 3
+/// for 3, 4 for 4 and 5.
+__device__ inline unsigned half_octaves(std::uint32_t length) {
+  constexpr int kMantissaBits = 23, kBias = 127;
+  const unsigned bits = __float_as_uint(static_cast<float>(length));
+  return (bits >> (kMantissaBits - 1)) - 2 * kBias;
+}
+
 /// Lengths of 2^15 and more are in class 0, empty lists in the last class.
 __device__ inline unsigned length_class(std::uint32_t length) {
   if (length == 0) return kLengthClasses - 1;
-  constexpr int kMantissaBits = 23, kBias = 127;
-  const unsigned bits = __float_as_uint(static_cast<float>(length));
-  const unsigned half_octaves = (bits >> (kMantissaBits - 1)) - 2 * kBias;
-  return half_octaves < kLengthClasses - 1 ? kLengthClasses - 2 - half_octaves : 0;
+  const unsigned octaves = half_octaves(length);
+  return octaves < kLengthClasses - 1 ? kLengthClasses - 2 - octaves : 0;
 }
 
 struct ScheduleView {

@@ -3,6 +3,7 @@
 // Sums over the threads of a warp and of a block, and other exchanges between lanes.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "raster/cuda/common/check.cuh"
@@ -30,13 +31,15 @@ __device__ inline unsigned kept(unsigned value) {
 }
 
 /// Reads a value that another block of the same launch may have written: from the L2 cache, which
-/// all multiprocessors share. Compilers do not move later reads before it.
+/// all multiprocessors share. Compilers do not move later reads before it, and read again in every
+/// turn of a loop (__ldcg() would let ptxas read once).
 template <class T>
 __device__ T load_fresh(const T* value) {
 #ifdef __CUDA_ARCH__
-  const T result = __ldcg(value);
-  asm volatile("" ::: "memory");
-  return result;
+  static_assert(sizeof(T) == sizeof(std::uint32_t));
+  std::uint32_t bits;
+  asm volatile("ld.relaxed.gpu.global.u32 %0, [%1];" : "=r"(bits) : "l"(value) : "memory");
+  return std::bit_cast<T>(bits);
 #else
   return *value;
 #endif
@@ -44,12 +47,30 @@ __device__ T load_fresh(const T* value) {
 
 /// Sets a flag that load_fresh() reads, after all that the warp has written before __syncwarp().
 /// Unlike __threadfence(), it does not empty the L1 cache.
-__device__ inline void publish(std::uint32_t* flag) {
+__device__ inline void publish(std::uint32_t* flag, std::uint32_t value) {
 #ifdef __CUDA_ARCH__
-  asm volatile("st.release.gpu.global.u32 [%0], %1;" ::"l"(flag), "r"(1u) : "memory");
+  asm volatile("st.release.gpu.global.u32 [%0], %1;" ::"l"(flag), "r"(value) : "memory");
 #else
-  *flag = 1;
+  *flag = value;
 #endif
+}
+
+/// True for the last of `count` warps that call it with the same counter, which begins at 0. That
+/// warp may read with load_fresh() what the others have written. All lanes call it together.
+__device__ inline bool is_last_warp(std::uint32_t* counter, std::uint32_t count) {
+  std::uint32_t before = 0;
+  __syncwarp();
+  if (lane_index() == 0) {
+#ifdef __CUDA_ARCH__
+    asm volatile("atom.add.acq_rel.gpu.global.u32 %0, [%1], 1;"
+                 : "=r"(before)
+                 : "l"(counter)
+                 : "memory");
+#else
+    before = atomicAdd(counter, 1u);
+#endif
+  }
+  return __shfl_sync(kAllLanes, before, 0) + 1 == count;
 }
 
 /// True in the last block of a launch that calls it, which then reads with load_fresh() what the

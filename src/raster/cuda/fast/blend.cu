@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cuda/common/schedule.cuh"
+#include "raster/cuda/fast/segments.cuh"
 #include "raster/cuda/fast/stages.cuh"
 #include "raster/cuda/fast/walk.cuh"
 
 namespace qs::cuda::fast {
 namespace {
 
-/// Draws lists of `longest` Gaussians at most. kMaps: draws all lists and also fills
-/// BlendOutput::evaluated and used, which is slower.
+/// Draws the lists that are not cut. kMaps: draws all lists and also fills BlendOutput::evaluated
+/// and used, which is slower.
 template <bool kMaps, Rows kRows>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
-    blend_tiles(ScheduleView schedule, ListInput in, BlendOutput out, std::uint32_t longest) {
+    blend_tiles(ScheduleView schedule, ListInput in, BlendOutput out, SegmentsView segments) {
   constexpr Cut kCut = Walk<kMaps, kRows>::kCut;
   __shared__ Rings<kMaps> rings[kHalfTiles];
   const unsigned tile = schedule.tile(blockIdx.x), warp = threadIdx.x / kWarp;
   const HalfTile half(tile, warp, in.columns);
   const ListRange range = in.ranges[tile];
-  if (!kMaps && range.size() > longest) return;
+  if (!kMaps && segments.first_segments[tile] != SegmentsView::kUncut && segments.are_used())
+    return;
 
   Column<kCut> column;
   Marks marks{{}, out.used};
@@ -55,7 +56,7 @@ void blend(const FrameContext& frame, const Scratch& scratch, const Outputs& out
               : (cuts ? blend_tiles<false, Rows::products> : blend_tiles<true, Rows::products>);
   launch("blend", kernel, Blocks(tiles, kBlendThreads), stream,
          ScheduleView{scratch.class_sizes, scratch.schedule, tiles}, scratch.lists(frame),
-         BlendOutput::of(pixels, outputs), scratch.segments.longest_uncut);
+         BlendOutput::of(pixels, outputs), scratch.segments);
 }
 
 }  // namespace qs::cuda::fast

@@ -14,19 +14,32 @@ __device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own
   using Block = ListBlock<kBlock>;
   __shared__ typename Block::Shared shared;
   const std::size_t first = std::size_t{own} * macro_tiles.slicing.size.capacity;
+  const TileRect window = tiles_of(macro_tiles, own, out.grid);
   Block block(SharedArrays(dynamic_shared(), capacity), shared, size);
   block.sort(macro_tiles.entries + first, macro_tiles.masks + first, macro_tiles.entry_order);
   block.count();
+  const unsigned lane = lane_index();
+  std::uint32_t length = 0;
+  for (unsigned part = 0; part < Block::kParts && lane < Block::kTiles; ++part)
+    length += shared.lengths[part][lane];
+  const CutRule rule = CutRule::of(out.segments);
+  const bool is_marked =  // equal in all warps
+      out.segments.finds_samples && rule.may_cut(size) &&
+      __any_sync(kAllLanes, rule.may_cut(length)) != 0;
+  if (is_marked) {
+    block.mark(out.samples, window);
+    block.count_samples();
+  }
   if (threadIdx.x < kWarp) {
-    const unsigned lane = lane_index();
-    std::uint32_t length = 0;
-    for (unsigned part = 0; part < Block::kParts && lane < Block::kTiles; ++part)
-      length += shared.lengths[part][lane];
-    const std::uint64_t begin = place_list(out, tiles_of(macro_tiles, own, out.grid), length);
-    if (lane < Block::kTiles) shared.begins[lane] = begin;
+    const std::uint64_t begin = place_list(out, window, length);
+    if (lane < Block::kTiles) {
+      shared.begins[lane] = begin;
+      shared.sample_begins[lane] = 0;
+    }
   }
   __syncthreads();
-  block.write(out);
+  if (is_marked) block.cut(out, window);
+  block.write(out, window, is_marked);
 }
 
 /// Launched with a block per macro-tile. A block lists a macro-tile with less than kUsual

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// The kernels that composite long lists:
-//   count_segments    finds the samples of the lists
-//   cut_segments      finds the pairs of the segments, and the sizes of the waves
-//   order_segments    orders the segments by waves
-//   blend_segments    composites the segments as if nothing were in front of them
-//   finish_segments   composites the pixels again that stop in a segment
-//   join_segments     joins the segments of a list, front to back
+// Composites long lists. A warp takes half a segment at a time and composites it as if nothing were
+// in front of it, which gives its colour and transmittance. Then it waits until the transmittance
+// of all segments in front is known (Merrill and Garland, Single-pass Parallel Prefix Scan with
+// Decoupled Look-back, 2016). A pixel stops in the segment in which the product of transmittances
+// falls below kTransmittanceMin; there it is composited again, from its true transmittance, so the
+// stop rule stays exact. The last warp joins the colours of a list, in groups of segments.
+//
+// Segments in front are taken first. A warp waits only for segments that running warps have taken,
+// so it waits for ever for none. It leaves out the pixels that have stopped in front, as far as
+// that is known, and segments behind the last stop.
 #include "raster/cuda/fast/segments.cuh"
 #include "raster/cuda/fast/stages.cuh"
 #include "raster/cuda/fast/walk.cuh"
@@ -14,146 +17,117 @@
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kSegmentBlocks = 1024;  // share the segments of long lists
-constexpr unsigned kCountBlocks =
-    8;  // per multiprocessor, share the segments when they are counted
-constexpr unsigned kJoinBlocks = 256;                 // share the long lists
 constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of an opaque segment
-
-/// Calls visit(index, segment, list) for all reserved segments. Warps take them in turns.
-template <class Visit>
-__device__ void for_each_segment(const SegmentsView& view, const ListInput& in,
-                                 const Visit& visit) {
-  const std::uint32_t count = min(view.counters->segments, view.capacity);
-  const std::uint32_t warps = gridDim.x * (kThreads / kWarp);
-  for (std::uint32_t index = (blockIdx.x * kThreads + threadIdx.x) / kWarp; index < count;
-       index += warps) {
-    Segment& segment = view.segments[index];
-    if (segment.tile == Segment::kNoTile) continue;
-    LongList list(view, in.ranges[segment.tile], index - segment.number);
-    visit(index, segment, list);
-  }
-}
-
-__global__ void __launch_bounds__(kThreads) count_segments(SegmentsView view, ListInput in) {
-  for_each_segment(view, in, [&](std::uint32_t, const Segment& segment, LongList& list) {
-    list.count(in, segment.tile, segment.number);
-  });
-}
-
-/// Turns the sizes of the waves into their first turns. All threads of one block call it together.
-__device__ void begin_waves(const WavesView& waves, FastCounters* counters) {
-  static_assert(kThreads == kMaxSegments);
-  const std::uint32_t size = load_fresh(&waves.sizes[threadIdx.x]);
-  const BlockSum<std::uint32_t> sizes = sum_of_block<kThreads>(size);
-  waves.sizes[threadIdx.x] = sizes.before;
-  if (threadIdx.x == 0) counters->cut_segments = sizes.total;
-}
-
-__global__ void __launch_bounds__(kThreads) cut_segments(SegmentsView view, ListInput in) {
-  for_each_segment(view, in, [&](std::uint32_t, Segment& segment, LongList& list) {
-    list.cut();
-    if (segment.number >= list.segments()) return;
-    const std::uint32_t begin = list.begin(segment.number), end = list.end(segment.number);
-    if (lane_index() != 0) return;
-    segment.begin = begin;
-    segment.end = end;
-    segment.count = list.segments();
-    segment.slot = atomicAdd(&view.waves.sizes[segment.number], 1u);
-  });
-  if (is_last_block(&view.counters->cut_blocks_done)) begin_waves(view.waves, view.counters);
-}
-
-/// Launched with a thread per segment.
-__global__ void __launch_bounds__(kThreads) order_segments(SegmentsView view) {
-  const std::uint32_t count = min(view.counters->segments, view.capacity);
-  const std::uint32_t stride = gridDim.x * kThreads;
-  for (std::uint32_t i = blockIdx.x * kThreads + threadIdx.x; i < count; i += stride) {
-    const Segment& segment = view.segments[i];
-    if (segment.count == 0) continue;
-    view.waves.order[view.waves.sizes[segment.number] + segment.slot] = i;
-  }
-}
+constexpr std::uint32_t kGroup = 16;                  // segments that are joined first
 
 /// One half of a segment, which a warp takes in its turn.
 struct HalfSegment {
   Segment* segment;
   SegmentResult* result;
-  std::uint32_t number, begin, end;
+  std::uint32_t number, count;
   unsigned half_index;
+  HalfTile half;
+  std::uint32_t begin, end;
 
-  __device__ HalfSegment(const SegmentsView& view, std::uint32_t turn)
-      : half_index(turn % kHalfTiles) {
-    const std::uint32_t index = view.waves.order[turn / kHalfTiles];
-    segment = view.segments + index;
-    result = view.results + index;
-    number = segment->number;
-    begin = segment->begin;
-    end = segment->end;
+  __device__ HalfSegment(const SegmentsView& view, std::uint32_t index, unsigned half_index_,
+                         const ListInput& in)
+      : segment(view.segments + index),
+        result(view.results + index),
+        number(segment->number),
+        count(segment->count),
+        half_index(half_index_),
+        half(segment->tile, half_index_, in.columns),
+        begin(segment->begin),
+        end(number + 1 < count ? segment[1].begin : in.ranges[segment->tile].end) {}
+
+  __device__ Segment& first() const { return *(segment - number); }
+  __device__ SegmentResult& result_of(std::uint32_t other) const {
+    return *(result - number + other);
+  }
+  __device__ SegmentState state_of(std::uint32_t other) const {
+    return static_cast<SegmentState>(load_fresh(&(segment - number + other)->state[half_index]));
+  }
+  __device__ void publish_state(SegmentState state) const {
+    __syncwarp();
+    if (lane_index() == 0) publish(&segment->state[half_index], static_cast<std::uint32_t>(state));
   }
 
-  __device__ HalfTile half(const ListInput& in) const {
-    return {segment->tile, half_index, in.columns};
+  /// All pixels have stopped in front of this segment. All lanes of a warp call it together.
+  __device__ std::uint32_t stopped() const {
+    return __shfl_sync(kAllLanes, load_fresh(&first().stopped[half_index]), 0);
+  }
+  __device__ void stop_in_front_of(std::uint32_t other) const {
+    if (lane_index() == 0) atomicMin(&first().stopped[half_index], other);
   }
 };
-
-/// The next turn of the calling warp.
-__device__ std::uint32_t next_turn(std::uint32_t* turns) {
-  std::uint32_t turn = 0;
-  if (lane_index() == 0) turn = atomicAdd(turns, 1u);
-  return __shfl_sync(kAllLanes, turn, 0);
-}
 
 /// The transmittances in front of a segment for the pixels of a lane. All lanes of a warp call its
 /// functions together.
 struct Front {
-  /// The product over the segments with numbers below front_end.
-  float front[kPixels] = {1, 1, 1, 1};
-  std::uint32_t front_end = 0;
-  /// The product over all finished segments: no less than the true transmittance.
   float before[kPixels];
 
-  /// Begins with the segment in front that has finished and knows most.
-  __device__ void begin(const HalfSegment& own, const HalfTile& half) {
-    const std::uint32_t distance = lane_index() + 1;
-    const Segment* const other = own.segment - distance;
-    const bool is_finished =
-        distance <= own.number && load_fresh(&other->finished[own.half_index]) != 0;
-    const std::uint32_t known =
-        is_finished ? load_fresh(&other->front_end[own.half_index]) * kWarp + distance : 0;
-    const std::uint32_t most = largest_of_warp(known);
-    if (most == 0) return;
-    const SegmentResult& result = *(own.result - ((most - 1) % kWarp + 1));
-    front_end = (most - 1) / kWarp;
+  /// Begins with the product up to segment `known` - 1, which must be known; 0: with 1.
+  __device__ void begin(const HalfSegment& own, std::uint32_t known) {
 #pragma unroll
-    for (int j = 0; j < kPixels; ++j) front[j] = load_fresh(&result.front[half.place(j)]);
+    for (int j = 0; j < kPixels; ++j)
+      before[j] =
+          known > 0 ? load_fresh(&own.result_of(known - 1).behind[own.half.place(j)]) : 1.0f;
   }
 
-  /// Multiplies the results of the finished segments that are not in the product yet.
-  __device__ void advance(const HalfSegment& own, const HalfTile& half) {
+  /// Multiplies the segments from `known` on that are in the mask, by their distance in front of
+  /// `own` - 1. Ascending, so that fewer factors give no smaller product.
+  __device__ void multiply(const HalfSegment& own, std::uint32_t known, unsigned mask) {
     constexpr std::uint32_t kBatch = 8;  // results that a lane reads at the same time
+    for (std::uint32_t first = known; first < own.number; first += kBatch) {
 #pragma unroll
-    for (int j = 0; j < kPixels; ++j) before[j] = front[j];
-    bool all_finished = true;
-    for (std::uint32_t first = front_end; first < own.number; first += kWarp) {
-      const unsigned finished = finished_from(own, first);
-      for (std::uint32_t batch = 0; batch < kWarp && finished >> batch != 0; batch += kBatch) {
+      for (std::uint32_t s = first; s < first + kBatch; ++s) {
+        const std::uint32_t distance = own.number - 1 - s;  // large beyond the last
+        const bool is_in = s < own.number && (distance >= kWarp || (mask >> distance & 1) != 0);
 #pragma unroll
-        for (std::uint32_t s = batch; s < batch + kBatch; ++s) {
-          const bool is_finished = (finished >> s & 1) != 0;
-          const SegmentResult* const result = own.result - own.number + first + s;
-          all_finished = all_finished && is_finished;
-          if (all_finished) ++front_end;
-#pragma unroll
-          for (int j = 0; j < kPixels; ++j) {
-            const float* const value = &result->transmittance[half.place(j)];
-            const float transmittance = is_finished ? load_fresh(value) : 1.0f;
-            before[j] *= transmittance;
-            if (all_finished) front[j] *= transmittance;
-          }
+        for (int j = 0; j < kPixels; ++j) {
+          const float* const value = &own.result_of(s).transmittance[own.half.place(j)];
+          before[j] *= is_in ? load_fresh(value) : 1.0f;
         }
       }
-      all_finished = all_finished && finished == kAllLanes;
+    }
+  }
+
+  /// As far as it is known now: no less than the true transmittance.
+  __device__ void bound(const HalfSegment& own) {
+    const std::uint32_t distance = lane_index();
+    const bool exists = distance < own.number;
+    const SegmentState state =
+        exists ? own.state_of(own.number - 1 - distance) : SegmentState::waiting;
+    const unsigned known = __ballot_sync(kAllLanes, state == SegmentState::known);
+    const unsigned composited = __ballot_sync(kAllLanes, state != SegmentState::waiting);
+    const unsigned nearest = known != 0 ? lowest_bit(known) : kWarp;
+    const std::uint32_t from = nearest < kWarp      ? own.number - nearest
+                               : own.number < kWarp ? 0
+                                                    : own.number - kWarp;
+    begin(own, nearest < kWarp ? from : 0);
+    multiply(own, from, composited);
+  }
+
+  /// Waits until it is known exactly. Returns false if all pixels have stopped in front.
+  __device__ bool wait(const HalfSegment& own) {
+    for (;;) {
+      if (own.stopped() <= own.number) return false;
+      for (std::uint32_t first = 0; first < own.number; first += kWarp) {
+        const std::uint32_t distance = first + lane_index();
+        const bool exists = distance < own.number;
+        const SegmentState state =
+            exists ? own.state_of(own.number - 1 - distance) : SegmentState::waiting;
+        const unsigned known = __ballot_sync(kAllLanes, state == SegmentState::known);
+        const unsigned waiting = __ballot_sync(kAllLanes, state == SegmentState::waiting);
+        if (known == 0 && waiting != 0) break;
+        if (known == 0) continue;
+        const unsigned nearest = lowest_bit(known);
+        if ((waiting & ((1u << nearest) - 1)) != 0) break;
+        const std::uint32_t from = own.number - first - nearest;
+        begin(own, from);
+        multiply(own, from, kAllLanes);
+        return true;
+      }
     }
   }
 
@@ -163,97 +137,49 @@ struct Front {
     for (const float pixel : before) any = any || pixel >= kTransmittanceMin;
     return __any_sync(kAllLanes, any);
   }
+};
 
- private:
-  /// A mask of the finished segments among numbers `first` to `first` + 31, as far as they are in
-  /// front. Their results may be read afterwards.
-  static __device__ unsigned finished_from(const HalfSegment& own, std::uint32_t first) {
-    const std::uint32_t number = first + lane_index();
-    const Segment* const segment = own.segment - own.number + number;
-    const bool is_finished =
-        number < own.number && load_fresh(&segment->finished[own.half_index]) != 0;
-    return __ballot_sync(kAllLanes, is_finished);
+/// The colours of a lane's pixels.
+struct Colors {
+  glm::vec3 pixels[kPixels];
+
+  __device__ void store(SegmentResult* result, const HalfTile& half) const {
+#pragma unroll
+    for (int j = 0; j < kPixels; ++j) store(result, half, j);
+  }
+  __device__ void store(SegmentResult* result, const HalfTile& half, int j) const {
+    const unsigned place = half.place(j);
+    result->red[place] = pixels[j].x;
+    result->green[place] = pixels[j].y;
+    result->blue[place] = pixels[j].z;
+  }
+
+  /// Adds every `step`-th segment of [begin, end), front to back.
+  __device__ void add(const HalfSegment& own, std::uint32_t begin, std::uint32_t end,
+                      std::uint32_t step) {
+#pragma unroll 4
+    for (std::uint32_t s = begin; s < end; s += step) {
+      const SegmentResult& other = own.result_of(s);
+#pragma unroll
+      for (int j = 0; j < kPixels; ++j) {
+        const unsigned place = own.half.place(j);
+        pixels[j] += glm::vec3(load_fresh(&other.red[place]), load_fresh(&other.green[place]),
+                               load_fresh(&other.blue[place]));
+      }
+    }
   }
 };
 
-/// Warps composite halves of segments, wave by wave. The pixels that have stopped in front are left
-/// out; their result is that they have stopped.
-template <Rows kRows>
-__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
-    blend_segments(SegmentsView view, ListInput in) {
-  __shared__ Rings<false> rings[kHalfTiles];
-  const std::uint32_t turns = kHalfTiles * view.counters->cut_segments;
-  for (;;) {
-    const std::uint32_t turn = next_turn(&view.counters->turns[0]);
-    if (turn >= turns) return;
-    const HalfSegment own(view, turn);
-    const HalfTile half = own.half(in);
-    const glm::vec3 start = own.number == 0 ? in.background : glm::vec3(0.0f);
-    Column<Cut::flush> column;
-    bool any;
-    {
-      Front front;
-      front.begin(own, half);
-      front.advance(own, half);
-      any = front.any_live();
-#pragma unroll
-      for (int j = 0; j < kPixels; ++j) {
-        own.result->front[half.place(j)] = front.front[j];
-        const bool exists = half.x < in.width && half.y + j < in.height;
-        const bool is_live = exists && front.before[j] >= kTransmittanceMin;
-        column.pixels[j] = {is_live ? kClear<Cut::flush> : 0.0f, start.x, start.y, start.z};
-      }
-      if (lane_index() == 0) own.segment->front_end[own.half_index] = front.front_end;
-    }
-    if (any) {
-      Marks unused{};
-      Walk<false, kRows>(in, half, rings[threadIdx.x / kWarp], column, unused)
-          .composite(own.begin, own.end);
-    }
-#pragma unroll
-    for (int j = 0; j < kPixels; ++j) {
-      const ColumnPixel<Cut::flush>& pixel = column.pixels[j];
-      const unsigned place = half.place(j);
-      own.result->red[place] = pixel.red;
-      own.result->green[place] = pixel.green;
-      own.result->blue[place] = pixel.blue;
-      own.result->transmittance[place] =
-          pixel.is_live() ? pixel.transmittance * kAlphaScale<Cut::flush> : kStopped;
-    }
-    __syncwarp();
-    if (lane_index() == 0) publish(&own.segment->finished[own.half_index]);
-  }
-}
-
-/// Sets the pixels that stop in a segment to their transmittance in front of it, and the other
-/// pixels to 0. Requires all segments to be finished.
-__device__ void find_stopping(const HalfSegment& own, const HalfTile& half,
-                              WalkedPixel (&pixels)[kPixels]) {
-  Front front;
-  front.front_end = own.segment->front_end[own.half_index];
-#pragma unroll
-  for (int j = 0; j < kPixels; ++j) front.front[j] = own.result->front[half.place(j)];
-  front.advance(own, half);
-#pragma unroll
-  for (int j = 0; j < kPixels; ++j) {
-    const float before = front.before[j];
-    const float behind = before * own.result->transmittance[half.place(j)];
-    const bool stops = before >= kTransmittanceMin && behind < kTransmittanceMin;
-    pixels[j] = {stops ? before : 0.0f, 0, 0, 0};
-  }
-}
-
 /// Composites many pixels of half a tile at the same time.
 template <Rows kRows>
-__device__ void composite_many(const ListInput& in, const HalfTile& half, Rings<false>& rings,
-                               std::uint32_t begin, std::uint32_t end,
+__device__ void composite_many(const ListInput& in, const HalfSegment& own, Rings<false>& rings,
                                WalkedPixel (&pixels)[kPixels]) {
   Column<Cut::flush> column;
 #pragma unroll
   for (int j = 0; j < kPixels; ++j)
     column.pixels[j] = {pixels[j].transmittance * kClear<Cut::flush>, 0, 0, 0};
   Marks unused{};
-  Walk<false, kRows>(in, half, rings, column, unused).composite(begin, end);
+  Walk<false, kRows>(in, own.half, rings, column, unused).composite(own.begin, own.end);
 #pragma unroll
   for (int j = 0; j < kPixels; ++j) {
     const ColumnPixel<Cut::flush>& pixel = column.pixels[j];
@@ -261,99 +187,143 @@ __device__ void composite_many(const ListInput& in, const HalfTile& half, Rings<
   }
 }
 
-/// Warps composite the halves of segments again for the pixels that stop there. The first segment
-/// of a list is exact already.
+/// Composites the pixels again that stop in a segment. `pixels` has their true transmittance in
+/// front of it, and 0 for the other pixels.
 template <Rows kRows>
-__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
-    finish_segments(SegmentsView view, ListInput in) {
-  __shared__ Rings<false> rings[kHalfTiles];
-  const std::uint32_t turns = kHalfTiles * view.counters->cut_segments;
-  for (;;) {
-    const std::uint32_t turn = next_turn(&view.counters->turns[1]);
-    if (turn >= turns) return;
-    const HalfSegment own(view, turn);
-    if (own.number == 0) continue;
-    const HalfTile half = own.half(in);
-    WalkedPixel pixels[kPixels];
-    find_stopping(own, half, pixels);
-    PixelWalk walk(in, half, pixels);
-    const unsigned stopping = walk.count();
-    if (stopping == 0) continue;
-    bool stops[kPixels];
+__device__ void composite_stopping(const ListInput& in, const HalfSegment& own, Rings<false>& rings,
+                                   WalkedPixel (&pixels)[kPixels]) {
+  PixelWalk walk(in, own.half, pixels);
+  const unsigned stopping = walk.count();
+  if (stopping == 0) return;
+  bool stops[kPixels];
 #pragma unroll
-    for (int j = 0; j < kPixels; ++j) stops[j] = pixels[j].transmittance > 0.0f;
-    if (stopping <= kFewPixels)
-      walk.composite(own.begin, own.end);
-    else
-      composite_many<kRows>(in, half, rings[threadIdx.x / kWarp], own.begin, own.end, pixels);
-    SegmentResult& result = *own.result;
+  for (int j = 0; j < kPixels; ++j) stops[j] = pixels[j].transmittance > 0.0f;
+  if (stopping <= kFewPixels)
+    walk.composite(own.begin, own.end);
+  else
+    composite_many<kRows>(in, own, rings, pixels);
+  Colors colors;
 #pragma unroll
-    for (int j = 0; j < kPixels; ++j) {
-      if (!stops[j]) continue;
-      const unsigned place = half.place(j);
-      result.red[place] = pixels[j].red;
-      result.green[place] = pixels[j].green;
-      result.blue[place] = pixels[j].blue;
-      result.transmittance[place] = 0.0f;
-    }
-    __syncwarp();
+  for (int j = 0; j < kPixels; ++j) {
+    colors.pixels[j] = {pixels[j].red, pixels[j].green, pixels[j].blue};
+    if (stops[j]) colors.store(own.result, own.half, j);
   }
 }
 
-/// Each block joins the segments of long lists, one list after the other, a thread per pixel.
-__global__ void __launch_bounds__(kTileSize* kTileSize)
-    join_segments(SegmentsView view, ListInput in, BlendOutput out) {
-  const std::uint32_t lists = min(view.counters->long_lists, view.capacity);
-  for (std::uint32_t list = blockIdx.x; list < lists; list += gridDim.x) {
-    const std::uint32_t index = view.first_segments[list];
-    if (index >= view.capacity) continue;
-    const std::uint32_t tile = view.segments[index].tile, segments = view.segments[index].count;
-    if (tile == Segment::kNoTile) continue;
-    const unsigned place = threadIdx.x;
-    const SegmentResult* const first = view.results + index;
-    glm::vec3 color(first->red[place], first->green[place], first->blue[place]);
-    float before = first->transmittance[place];
-#pragma unroll 8
-    for (std::uint32_t s = 1; s < segments; ++s) {
-      const float own = first[s].transmittance[place];
-      const glm::vec3 more(first[s].red[place], first[s].green[place], first[s].blue[place]);
-      if (!(before >= kTransmittanceMin)) continue;
-      const float share = own == 0.0f ? 1.0f : before;
-      color = glm::vec3(fmaf(share, more.x, color.x), fmaf(share, more.y, color.y),
-                        fmaf(share, more.z, color.z));
-      before *= own;
-    }
-    const int x = static_cast<int>(tile % in.columns * kTileSize + place % kTileSize);
-    const int y = static_cast<int>(tile / in.columns * kTileSize + place / kTileSize);
-    if (x >= in.width || y >= in.height) continue;
-    float* const pixel = out.color + 3 * (static_cast<std::size_t>(y) * in.width + x);
-    pixel[0] = color.x;
-    pixel[1] = color.y;
-    pixel[2] = color.z;
+/// Composites half a segment, unless all its pixels have stopped in front.
+template <Rows kRows>
+__device__ void composite(const ListInput& in, const HalfSegment& own, Rings<false>& rings) {
+  if (own.stopped() <= own.number) return;
+  Front front;
+  front.bound(own);
+  if (!front.any_live()) return own.stop_in_front_of(own.number);
+
+  const bool is_first = own.number == 0;
+  const glm::vec3 start = is_first ? in.background : glm::vec3(0.0f);
+  Column<Cut::flush> column;
+#pragma unroll
+  for (int j = 0; j < kPixels; ++j) {
+    const bool exists = own.half.x < in.width && own.half.y + j < in.height;
+    const bool is_live = exists && front.before[j] >= kTransmittanceMin;
+    column.pixels[j] = {is_live ? kClear<Cut::flush> : 0.0f, start.x, start.y, start.z};
+  }
+  Marks unused{};
+  Walk<false, kRows>(in, own.half, rings, column, unused).composite(own.begin, own.end);
+  float behind[kPixels];
+#pragma unroll
+  for (int j = 0; j < kPixels; ++j) {
+    const ColumnPixel<Cut::flush>& pixel = column.pixels[j];
+    behind[j] = pixel.is_live() ? pixel.transmittance * kAlphaScale<Cut::flush> : kStopped;
+    own.result->transmittance[own.half.place(j)] = behind[j];
+  }
+  if (!is_first) {
+    own.publish_state(SegmentState::composited);
+    if (!front.wait(own)) return;
+  }
+  bool is_live = false;
+#pragma unroll
+  for (int j = 0; j < kPixels; ++j) {
+    behind[j] *= front.before[j];
+    own.result->behind[own.half.place(j)] = behind[j];
+    is_live = is_live || behind[j] >= kTransmittanceMin;
+  }
+  own.publish_state(SegmentState::known);
+  if (!__any_sync(kAllLanes, is_live)) own.stop_in_front_of(own.number + 1);
+
+  Colors colors;
+  WalkedPixel stopping[kPixels];
+#pragma unroll
+  for (int j = 0; j < kPixels; ++j) {
+    const ColumnPixel<Cut::flush>& pixel = column.pixels[j];
+    const bool was_live = front.before[j] >= kTransmittanceMin;
+    const float share = was_live ? front.before[j] : 0.0f;
+    colors.pixels[j] = {share * pixel.red, share * pixel.green, share * pixel.blue};
+    const bool stops = was_live && behind[j] < kTransmittanceMin;
+    stopping[j] = {stops ? front.before[j] : 0.0f, 0, 0, 0};
+  }
+  colors.store(own.result, own.half);
+  // The first segment is exact already.
+  if (!is_first) composite_stopping<kRows>(in, own, rings, stopping);
+}
+
+/// The last warp of a group to end joins its segments, and the last warp of a list its groups.
+__device__ void join(const ListInput& in, const BlendOutput& out, const HalfSegment& own) {
+  const std::uint32_t begin = own.number / kGroup * kGroup, end = min(begin + kGroup, own.count);
+  Segment* const group = own.segment - (own.number - begin);
+  if (!is_last_warp(&group->ended[own.half_index], end - begin)) return;
+  Colors colors{};
+  colors.add(own, begin, min(end, own.stopped()), 1);
+  if (own.count > kGroup) {
+    colors.store(&own.result_of(begin), own.half);
+    const std::uint32_t groups = (own.count + kGroup - 1) / kGroup;
+    if (!is_last_warp(&own.first().groups_ended[own.half_index], groups)) return;
+    colors = {};
+    colors.add(own, 0, min(own.count, own.stopped()), kGroup);
+  }
+  if (own.half.x >= in.width) return;
+#pragma unroll
+  for (int j = 0; j < kPixels; ++j) {
+    if (own.half.y + j >= in.height) return;
+    const std::size_t pixel = static_cast<std::size_t>(own.half.y + j) * in.width + own.half.x;
+    out.color[3 * pixel] = colors.pixels[j].x;
+    out.color[3 * pixel + 1] = colors.pixels[j].y;
+    out.color[3 * pixel + 2] = colors.pixels[j].z;
+  }
+}
+
+/// The next turn of the calling warp.
+__device__ std::uint32_t next_turn(std::uint32_t* turns) {
+  std::uint32_t turn = 0;
+  if (lane_index() == 0) turn = atomicAdd(turns, 1u);
+  return __shfl_sync(kAllLanes, turn, 0);
+}
+
+template <Rows kRows>
+__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
+    blend_segments(SegmentsView view, ListInput in, BlendOutput out) {
+  __shared__ Rings<false> rings[kHalfTiles];
+  if (!view.are_used()) return;
+  const ScheduleView queue{view.queue_sizes, view.queue, view.capacity};
+  const std::uint32_t segments =
+      __shfl_sync(kAllLanes, inclusive_sum_of_warp(view.queue_sizes[lane_index()]), kWarp - 1);
+  for (;;) {
+    const std::uint32_t turn = next_turn(&view.counters->turns);
+    if (turn >= kHalfTiles * segments) return;
+    const HalfSegment own(view, queue.tile(turn / kHalfTiles), turn % kHalfTiles, in);
+    composite<kRows>(in, own, rings[threadIdx.x / kWarp]);
+    join(in, out, own);
   }
 }
 
 }  // namespace
 
-void count_long_lists(const FrameContext& frame, const Scratch& scratch) {
-  const Blocks blocks(kCountBlocks * scratch.multiprocessors);
-  const ListInput in = scratch.lists(frame);
-  launch("blend", count_segments, blocks, frame.stream, scratch.segments, in);
-  launch("blend", cut_segments, blocks, frame.stream, scratch.segments, in);
-  launch("blend", order_segments, kJoinBlocks, frame.stream, scratch.segments);
-}
-
 void blend_long_lists(const FrameContext& frame, const Scratch& scratch, const Outputs& outputs,
                       Pixels& pixels) {
-  const ListInput in = scratch.lists(frame);
-  const bool is_thin = has_thin_rows(frame.settings);
-  const Blocks blocks(kSegmentBlocks, kBlendThreads);
-  launch("blend", is_thin ? blend_segments<Rows::exponents> : blend_segments<Rows::products>,
-         blocks, frame.stream, scratch.segments, in);
-  launch("blend", is_thin ? finish_segments<Rows::exponents> : finish_segments<Rows::products>,
-         blocks, frame.stream, scratch.segments, in);
-  launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream,
-         scratch.segments, in, BlendOutput::of(pixels, outputs));
+  launch("blend",
+         has_thin_rows(frame.settings) ? blend_segments<Rows::exponents>
+                                       : blend_segments<Rows::products>,
+         Blocks(kBlendBlocks * scratch.multiprocessors, kBlendThreads), frame.stream,
+         scratch.segments, scratch.lists(frame), BlendOutput::of(pixels, outputs));
 }
 
 }  // namespace qs::cuda::fast

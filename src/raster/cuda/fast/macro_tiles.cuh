@@ -66,8 +66,9 @@ struct Slicing {
   std::uint64_t* least_keys;     ///< per slice: the key of its first entry
   std::uint32_t* counts;         ///< per slice: entries, also those beyond the capacity
   std::uint64_t* list_begins;    ///< per slice and tile: where its part of the list begins
+  std::uint32_t* sample_begins;  ///< the same for the samples of the list, see CutRule
   SortEntry* entries;            ///< size.slice_capacity for each slice
-  std::uint8_t* masks;           ///< per entry: the tiles that it lists
+  std::uint16_t* masks;          ///< per entry: MarkedTiles
 
   /// Memory of a block that sorts `samples` samples.
   static constexpr std::size_t sort_bytes(std::uint32_t samples) {

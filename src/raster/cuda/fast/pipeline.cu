@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <bit>
+#include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 #include "raster/cuda/common/depth.cuh"
@@ -8,6 +10,7 @@
 #include "raster/cuda/common/pixels.cuh"
 #include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
+#include "raster/cuda/fast/segments.cuh"
 
 namespace qs::cuda::fast {
 namespace {
@@ -34,12 +37,16 @@ std::uint32_t larger_capacity(std::uint64_t tile_pairs) {
                        [](std::uint64_t pairs) { return pairs * sizeof(std::uint32_t); });
 }
 
-/// True if the frame has kernels for long lists.
-bool cuts(const FrameSize& size, const Outputs& outputs) {
-  return cuts_long_lists(outputs) && size.segment_capacity > 0;
-}
-
 std::uint32_t with_half(std::uint32_t count) { return count + count / 2; }
+
+/// For scripts/far: QUADSPLAT_CUT=LEAST,EACH sets CutRule, in pairs.
+void force_cut_rule(SegmentsView& segments) {
+  const char* forced = std::getenv("QUADSPLAT_CUT");
+  unsigned least = 0, each = 0;
+  if (forced == nullptr || std::sscanf(forced, "%u,%u", &least, &each) != 2) return;
+  segments.least = std::max(least / kSampled, 1u);
+  segments.each = std::max(each / kSampled, 1u);
+}
 
 }  // namespace
 
@@ -111,6 +118,7 @@ FastPipeline::FastPipeline(int device)
       scratch_(multiprocessors()),
       macro_size_policy_(most_in_shared_memory()) {
   size_.pair_capacity = 1 << 16;
+  force_cut_rule(scratch_.segments);
 }
 
 bool FastPipeline::can_draw(TileGrid grid) {
@@ -124,6 +132,8 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
   FrameSize size = size_;
   size.gaussians = frame.cloud.count;
   size.grid = frame.grid;
+  size.width = frame.camera.width;
+  size.height = frame.camera.height;
   for (;;) {
     scratch_.reserve(size);
     pixels.reserve_used(outputs, size.pair_capacity);
@@ -137,7 +147,7 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
                                      outputs.blends(),
                                      outputs.used,
                                      needs_color(outputs),
-                                     cuts(size, outputs),
+                                     cuts_long_lists(outputs) && size.blends_segments,
                                      has_thin_rows(frame.settings)};
       graph_.capture(frame.stream, topology,
                      [&] { run(frame, outputs, pixels, clock, side_stream_); });
@@ -148,18 +158,33 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
     frame.enqueue_behind();
     copy_to_host(scratch_.counters, &*counters_, 1, frame.stream);
     const bool pairs_fit = counters_->tile_pairs <= size.pair_capacity;
-    const bool segments_fit =
-        !cuts_long_lists(outputs) || counters_->segments <= size.segment_capacity;
-    if (cuts_long_lists(outputs) && counters_->segments == 0) size_.segment_capacity = 0;
     const bool macro_tiles_fit = MacroSizePolicy::fits(*counters_, size.macro);
+    // Lists of macro-tiles that do not fit are not complete.
+    const bool segments_fit = !cuts_long_lists(outputs) || !macro_tiles_fit || fit_segments(size);
     const std::optional<MacroSize> macro = macro_size_policy_.next(*counters_, size);
     size_.macro = size.macro = macro.value_or(MacroSize{});
     if (pairs_fit && segments_fit && macro_tiles_fit) return true;
     if (!macro) return false;
     if (!pairs_fit) size.pair_capacity = larger_capacity(counters_->tile_pairs);
-    if (!segments_fit) size.segment_capacity = with_half(counters_->segments);
     frame.throw_if_cancelled();
   }
+}
+
+bool FastPipeline::fit_segments(FrameSize& size) {
+  const CutRule rule = CutRule::of(scratch_.segments, *counters_);
+  const bool may_be_used = rule.may_be_used(counters_->max_pairs_in_a_tile);
+  const bool are_used =
+      may_be_used && size.finds_samples && counters_->longest_samples > rule.longest;
+  const bool have_room = counters_->segments <= size.segment_capacity;
+  const bool fit =
+      are_used ? size.blends_segments && have_room : size.finds_samples || !may_be_used;
+  if (!have_room) size.segment_capacity = with_half(counters_->segments);
+  size.finds_samples = may_be_used;
+  size.blends_segments = are_used;
+  size_.segment_capacity = size.segment_capacity;
+  size_.finds_samples = may_be_used;
+  size_.blends_segments = are_used;
+  return fit;
 }
 
 void FastPipeline::run(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
@@ -187,10 +212,10 @@ void FastPipeline::run(const FrameContext& frame, const Outputs& outputs, Pixels
   colored_.make_wait(frame.stream);
   if (outputs.blends()) {
     pixels.clear_used(outputs, size.pair_capacity, frame.stream);
-    if (cuts(size, outputs)) count_long_lists(frame, scratch_);
     scheduled_.record(frame.stream);
     scheduled_.make_wait(side_stream);
-    if (cuts(size, outputs)) blend_long_lists(frame, scratch_, outputs, pixels);
+    if (cuts_long_lists(outputs) && size.blends_segments)
+      blend_long_lists(frame, scratch_, outputs, pixels);
     blend(frame, scratch_, outputs, pixels, side_stream);
     blended_.record(side_stream);
     blended_.make_wait(frame.stream);

@@ -120,6 +120,9 @@ class FastPipeline {
   void draw_depth(const FrameContext& frame, Pixels& pixels);
 
  private:
+  /// True if the frame of this size found the samples of long lists if it has any, and blended
+  /// their segments. Sets the size for drawing it again, or for the next frame.
+  bool fit_segments(FrameSize& size);
   void run(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock,
            cudaStream_t side_stream);
   void append_gaussians(const FrameContext& frame, Trace& trace) const;

@@ -7,6 +7,7 @@
 #include "raster/cuda/common/dynamic_shared.cuh"
 #include "raster/cuda/common/schedule.cuh"
 #include "raster/cuda/fast/append.cuh"
+#include "raster/cuda/fast/segments.cuh"
 #include "raster/cuda/fast/stages.cuh"
 #include "raster/kernel/blend.h"
 #include "raster/kernel/cull/modes.h"
@@ -56,16 +57,23 @@ struct ProjectedBlock {
   std::uint32_t staged_count, staged[kStagedEntries];
   std::uint32_t spilled, next_spilled;  // entries of the block; place of the next entry
 
-  /// Projects Gaussian `i`, the thread's own. Returns true if it is visible.
+  /// Projects Gaussian `i`, the thread's own, and adds its tiles to *sampled_tiles, see CutRule.
+  /// Returns true if it is visible.
   __device__ __forceinline__ bool project_own(const ProjectInput& in, const FastVisible& out,
                                               std::uint32_t i, std::uint32_t* large,
-                                              FastCounters* counters) {
+                                              FastCounters* counters,
+                                              std::uint32_t* sampled_tiles) {
     Appended<P>& own = appended[threadIdx.x];
     own.clear();
     Projected projected;
     bool is_large = false;
-    if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected))
-      is_large = !own.set(projected.footprint, in.grid);
+    const bool is_projected =
+        i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected);
+    if (is_projected) is_large = !own.set(projected.footprint, in.grid);
+    if (is_projected && may_be_sample(i / kWarp) && projected.footprint.gamma > 0) {
+      const TileRect box = bounds<AdrAabb>(projected.footprint, in.grid);
+      atomicAdd(sampled_tiles, static_cast<std::uint32_t>(box.columns.size() * box.rows.size()));
+    }
     const bool visible = is_large || own.has_walk();
     own.depth_key = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
     if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
@@ -142,15 +150,22 @@ struct ProjectedBlock {
 template <class P>
 __device__ void project_block(const ProjectInput& in, const FastVisible& out,
                               const MacroTiles& macro_tiles, std::uint32_t* large,
-                              FastCounters* counters, std::uint32_t block) {
+                              FastCounters* counters, std::uint32_t* sampled_tiles,
+                              std::uint32_t block) {
   __shared__ ProjectedBlock<P> shared;
   const BlockCounts counts(dynamic_shared(), static_cast<unsigned>(macro_tiles.count()));
   const std::uint32_t first = block * kThreads;
   counts.clear();
   if (threadIdx.x == 0) shared.staged_count = shared.spilled = 0;
 
-  const bool visible = shared.project_own(in, out, first + threadIdx.x, large, counters);
+  const bool visible =
+      shared.project_own(in, out, first + threadIdx.x, large, counters, sampled_tiles);
   const int visible_here = __syncthreads_count(visible);
+  if (threadIdx.x == 0 && *sampled_tiles > 0) {
+    atomicAdd(reinterpret_cast<unsigned long long*>(&counters->sampled_tiles),
+              static_cast<unsigned long long>(*sampled_tiles));
+    *sampled_tiles = 0;
+  }
   if (threadIdx.x == 0 && visible_here > 0) {
     atomicAdd(&counters->visible, static_cast<std::uint32_t>(visible_here));
     out.blocks[atomicAdd(&counters->visible_blocks, 1u)] = block;
@@ -169,7 +184,8 @@ template <class P>
 __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThreads))
     project_and_append(ProjectInput in, FastVisible out, MacroTiles macro_tiles,
                        std::uint32_t* large, FastCounters* counters) {
-  __shared__ std::uint32_t shown_count, shown[kThreads];
+  __shared__ std::uint32_t shown_count, shown[kThreads], sampled_tiles;
+  if (threadIdx.x == 0) sampled_tiles = 0;
   const std::uint32_t blocks = (in.cloud.count + kBlockGaussians - 1) / kBlockGaussians;
   for (std::uint32_t first = blockIdx.x; first < blocks; first += gridDim.x * kThreads) {
     if (threadIdx.x == 0) shown_count = 0;
@@ -180,7 +196,7 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThre
     if (is_shown) shown[slot] = blocks - 1 - turn;
     __syncthreads();
     for (std::uint32_t k = 0; k < shown_count; ++k)
-      project_block<P>(in, out, macro_tiles, large, counters, shown[k]);
+      project_block<P>(in, out, macro_tiles, large, counters, &sampled_tiles, shown[k]);
     __syncthreads();
   }
 }

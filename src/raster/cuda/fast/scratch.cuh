@@ -71,11 +71,11 @@ struct FastCounters {
   std::uint64_t tile_pairs;  ///< all pairs of the frame
   std::uint32_t visible;
   std::uint32_t visible_blocks;  ///< see FastVisible
+  std::uint64_t sampled_tiles;   ///< see CutRule
   std::uint32_t max_pairs_in_a_tile;
-  std::uint32_t long_lists;
-  std::uint32_t segments;            ///< segments of all long lists, as reserved
-  std::uint32_t cut_segments;        ///< as cut
-  std::uint32_t turns[2];            ///< half segments that warps have taken: first, and again
+  std::uint32_t longest_samples;     ///< of a list that is cut
+  std::uint32_t segments;            ///< segments of all long lists
+  std::uint32_t turns;               ///< half segments that warps have taken
   std::uint32_t entries;             ///< entries of all macro-tiles
   std::uint32_t fullest_macro_tile;  ///< Gaussians in it
   std::uint32_t full_macro_tiles;    ///< number of them
@@ -84,78 +84,66 @@ struct FastCounters {
   std::uint32_t fullest_slice;       ///< entries in it
   std::uint32_t large;               ///< visible Gaussians that are too large for Appended
   std::uint32_t blocks_done;         ///< blocks that have finished appending large Gaussians
-  std::uint32_t cut_blocks_done;     ///< blocks that have finished cutting segments
+};
+
+/// The progress of half a segment, as other warps see it.
+enum class SegmentState : std::uint32_t {
+  waiting,
+  composited,  ///< SegmentResult::transmittance is known
+  known        ///< SegmentResult::behind too
 };
 
 /// A part of a long list. The segments of a list are adjacent. Arrays have an element for each half
 /// of the tile.
 struct Segment {
-  static constexpr std::uint32_t kNoTile = 0xffffffffu;  ///< its list exceeds the buffers
   std::uint32_t tile, number;
-  std::uint32_t samples;     ///< in this part of the list, see LongList
-  std::uint32_t count;       ///< segments of the list; only the first segment has it
-  std::uint32_t begin, end;  ///< pairs
-  std::uint32_t slot;        ///< in its wave, see WavesView
-  /// 1 if the segment's SegmentResult is complete.
-  std::uint32_t finished[kHalfTiles];
-  /// SegmentResult::front allows for the segments with lower numbers.
-  std::uint32_t front_end[kHalfTiles];
+  std::uint32_t count;              ///< segments of the list
+  std::uint32_t begin;              ///< first pair; the next segment's begin is the end
+  std::uint32_t state[kHalfTiles];  ///< SegmentState
+  std::uint32_t ended[kHalfTiles];  ///< segments of the group that begins here which have ended
+  std::uint32_t each;               ///< samples in it
+  // Of the first segment of a list alone:
+  std::uint32_t groups_ended[kHalfTiles];
+  std::uint32_t stopped[kHalfTiles];  ///< in front of this segment all pixels have stopped
 };
 
-/// The result of compositing a segment, per pixel of the tile. A pixel that stops in the segment
-/// has transmittance 0, and its colour allows for the segments in front; other colours do not.
+/// The result of compositing a segment, per pixel of the tile. Colours allow for the segments in
+/// front.
 struct SegmentResult {
-  float red[kTileSize * kTileSize], green[kTileSize * kTileSize], blue[kTileSize * kTileSize];
-  float transmittance[kTileSize * kTileSize];
-  float front[kTileSize * kTileSize];  ///< product of the transmittances of the first segments
-};
+  static constexpr int kPixels = kTileSize * kTileSize;
 
-inline constexpr std::uint32_t kMaxSegments = 256;  ///< segments of a list, at most
-
-/// Segments are composited wave by wave: wave n has the segments number n of all long lists.
-struct WavesView {
-  std::uint32_t* sizes;  ///< kMaxSegments; later the first turns of the waves
-  std::uint32_t* order;  ///< per turn: a segment
+  float red[kPixels], green[kPixels], blue[kPixels];
+  float transmittance[kPixels];  ///< of the segment alone
+  float behind[kPixels];         ///< product of the transmittances up to this segment
 };
 
 struct SegmentsView {
+  static constexpr std::uint32_t kUncut = 0xffffffffu;
+
   Segment* segments;
-  std::uint32_t* first_segments;  ///< per long list
-  std::uint32_t* marks;  ///< a bit per pair of the long lists: the pair is a sample, see LongList
   SegmentResult* results;
-  WavesView waves;
+  std::uint32_t*
+      first_segments;          ///< per tile: of its list; kUncut: one warp walks through the list
+  std::uint32_t* queue_sizes;  ///< see ScheduleView; segments in front are in front
+  std::uint32_t* queue;
   std::uint32_t capacity;
-  std::uint32_t longest_uncut;  ///< in pairs; longer lists have segments
+  bool finds_samples;
+  std::uint32_t least, each;  ///< CutRule, if not 0
   FastCounters* counters;
 
-  /// Lists are cut earlier in a small picture, whose tiles are too few to occupy the GPU while one
-  /// warp walks through a list. Cutting costs about 60 us a frame, too much for a few lists.
-  static std::uint32_t longest_uncut_of(TileGrid grid) {
-    constexpr int kSmall = 4000;  // tiles
-    return grid.count() < kSmall ? 768 : 8192;
-  }
-
-  /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. A word has twice as
-  /// many bits, so long lists leave room behind their last word and share none.
-  static constexpr std::uint32_t kPairsPerMark = 16;
-
-  /// Reserves `count` adjacent segments for the long list of a tile.
-  __device__ void reserve(std::uint32_t tile, std::uint32_t count) const {
-    const std::uint32_t first = atomicAdd(&counters->segments, count);
-    const bool fits = first + count <= capacity;
-    for (std::uint32_t i = 0; i < count && first + i < capacity; ++i)
-      segments[first + i] = {fits ? tile : Segment::kNoTile, i};
-    const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
-    if (list < capacity) first_segments[list] = first;
-  }
+  /// False if no list of the frame is long enough: then all are drawn as if they were not cut.
+  __device__ bool are_used() const;
 };
 
 struct FrameSize {
   std::uint32_t gaussians = 0;
-  std::uint32_t pair_capacity = 0;     ///< tile pairs that the buffers can hold
-  std::uint32_t segment_capacity = 0;  ///< segments that they can hold; 0: no list is cut
+  std::uint32_t pair_capacity = 0;       ///< tile pairs that the buffers can hold
+  std::uint32_t segment_capacity = 256;  ///< segments that they can hold
+  bool finds_samples = false;            ///< listing finds the samples of long lists
+  bool blends_segments = false;          ///< the frame has the kernel for long lists
   MacroSize macro;
   TileGrid grid;
+  int width = 0, height = 0;  ///< px
 
   std::size_t macro_tiles() const { return MacroTiles::count_of(grid); }
 };
@@ -194,7 +182,7 @@ struct Scratch {
       array = reinterpret_cast<T*>(buffer.data());
     });
     segments.capacity = size.segment_capacity;
-    segments.longest_uncut = SegmentsView::longest_uncut_of(size.grid);
+    segments.finds_samples = size.finds_samples;
     segments.counters = counters;
     macro_tiles.columns = MacroTiles::columns_of(size.grid);
     macro_tiles.rows = MacroTiles::rows_of(size.grid);
@@ -215,11 +203,12 @@ struct Scratch {
     };
     place(counters, 1);
     place(class_sizes, kWarp);
-    place(segments.waves.sizes, size.segment_capacity > 0 ? kMaxSegments : 0);
+    place(segments.queue_sizes, kWarp);
     place(macro_tiles.counts, size.macro_tiles());
     place(macro_tiles.slicing.part_counts, Slicing::counters());
     if (base != nullptr) to_clear = {base, used};
     place(ranges, static_cast<std::size_t>(size.grid.count()));
+    place(segments.first_segments, static_cast<std::size_t>(size.grid.count()));
     return used;
   }
 
@@ -238,10 +227,8 @@ struct Scratch {
     visit("the frame's tile pairs", gaussians, size.pair_capacity);
     visit(kCounters, schedule, kWarp * static_cast<std::size_t>(size.grid.count()));
     visit(kSegments, segments.segments, size.segment_capacity);
-    visit(kSegments, segments.first_segments, size.segment_capacity);
-    visit(kSegments, segments.marks, size.pair_capacity / SegmentsView::kPairsPerMark + 1);
     visit(kSegments, segments.results, size.segment_capacity);
-    visit(kSegments, segments.waves.order, size.segment_capacity);
+    visit(kSegments, segments.queue, kWarp * std::size_t{size.segment_capacity});
     visit(kOf, large, size.gaussians);
     visit(kMacroTiles, macro_tiles.entries, macro_count * macro.capacity);
     visit(kMacroTiles, macro_tiles.masks, macro_count * macro.capacity);
@@ -258,6 +245,7 @@ struct Scratch {
     visit(kSlices, slicing.least_keys, macro.slices);
     visit(kSlices, slicing.counts, macro.slices);
     visit(kSlices, slicing.list_begins, std::size_t{macro.slices} * MacroTiles::kTiles);
+    visit(kSlices, slicing.sample_begins, std::size_t{macro.slices} * MacroTiles::kTiles);
     visit(kSlices, slicing.entries, slice_entries);
     visit(kSlices, slicing.masks, slice_entries);
     if (macro.sorts_in_global_memory)
@@ -266,7 +254,7 @@ struct Scratch {
   }
 
   DeviceBuffer<std::uint64_t> memory_;
-  std::array<DeviceBuffer<std::byte>, 27> buffers_;  // of for_each_array()
+  std::array<DeviceBuffer<std::byte>, 26> buffers_;  // of for_each_array()
 };
 
 }  // namespace qs::cuda::fast

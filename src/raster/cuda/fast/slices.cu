@@ -3,7 +3,7 @@
 // The kernels that list full macro-tiles:
 //   find_slices    sorts the samples of every full macro-tile and chooses its cuts by depth
 //   fill_slices    copies all its entries to the slices, in any order
-//   count_slices   counts the entries of the slices per tile
+//   count_slices   finds the samples in the slices, and counts entries and samples per tile
 //   place_slices   reserves room for the lists
 //   sort_slices    sorts every slice and writes its part of the lists
 #include <algorithm>
@@ -113,7 +113,7 @@ __device__ void move_entries(const MacroTiles& tiles, std::uint32_t* counts, std
     const Moved moved = entry_at(k * kThreads + threadIdx.x);
     const std::size_t at = std::size_t{chosen[k]} * slicing.size.slice_capacity + slots[k];
     slicing.entries[at] = moved.entry;
-    slicing.masks[at] = static_cast<std::uint8_t>(moved.mask);
+    slicing.masks[at] = static_cast<MarkedTiles>(moved.mask);
   }
   __syncthreads();
 }
@@ -145,38 +145,75 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-/// Stores the number of entries of a slice in each tile. The lanes of a warp call it together.
-__device__ void count_slice(const Slicing& slicing, std::uint32_t slice) {
-  constexpr std::uint32_t kLowBits = 0x01010101;  // of the masks in a word
-  constexpr std::uint32_t kMasks = sizeof(std::uint32_t);
-  const std::uint32_t size = min(slicing.counts[slice], slicing.size.slice_capacity);
-  const std::uint8_t* const masks =
-      slicing.masks + std::size_t{slice} * slicing.size.slice_capacity;
-  const auto* const words = reinterpret_cast<const std::uint32_t*>(masks);
-  std::uint32_t lengths[MacroTiles::kTiles] = {};
-#pragma unroll 4
-  for (std::uint32_t w = lane_index(); w * kMasks < size; w += kWarp) {
-    const std::uint32_t left = size - w * kMasks;
-    const std::uint32_t word = left < kMasks ? words[w] & ((1u << 8 * left) - 1) : words[w];
-#pragma unroll
-    for (int t = 0; t < MacroTiles::kTiles; ++t) lengths[t] += __popc(word >> t & kLowBits);
-  }
-#pragma unroll
-  for (unsigned t = 0; t < MacroTiles::kTiles; ++t) {
-    const std::uint32_t sum = inclusive_sum_of_warp(lengths[t]);
-    if (lane_index() == kWarp - 1) slicing.list_begins[slice * MacroTiles::kTiles + t] = sum;
-  }
-}
+/// Counts of 16 things, 8 bits each.
+struct PackedCounts {
+  static constexpr unsigned kWords = 4, kEach = 4;  // counts of a word
+  std::uint32_t words[kWords] = {};
 
-/// Warps take slices in turns.
+  /// Adds 1 to the counts whose bits are set.
+  __device__ void add(MarkedTiles bits) {
+    constexpr std::uint32_t kSpread = 0x00204081, kLowBits = 0x01010101;  // a bit per byte
+#pragma unroll
+    for (unsigned w = 0; w < kWords; ++w) words[w] += (bits >> kEach * w & 15) * kSpread & kLowBits;
+  }
+  __device__ std::uint32_t count(unsigned i) const {
+    return words[i / kEach] >> 8 * (i % kEach) & 255;
+  }
+};
+
+/// Blocks take slices in turns.
 __global__ void __launch_bounds__(kThreads)
-    count_slices(MacroTiles tiles, const FastCounters* counters) {
+    count_slices(MacroTiles tiles, Lists out, const FastCounters* counters) {
+  constexpr unsigned kTiles = MacroTiles::kTiles, kWarps = kThreads / kWarp;
+  constexpr std::uint32_t kMostFound = 4096;  // of the largest slices
+  __shared__ std::uint32_t of_warps[kWarps][2 * kTiles], found;
+  __shared__ std::uint16_t samples[kMostFound];
   const Slicing& slicing = tiles.slicing;
-  const std::uint32_t count = min(counters->slices, slicing.size.slices);
-  const std::uint32_t warps = gridDim.x * (kThreads / kWarp);
-  for (std::uint32_t slice = (blockIdx.x * kThreads + threadIdx.x) / kWarp; slice < count;
-       slice += warps) {
-    if (slicing.holds(slicing.slices[slicing.macro_tile_of[slice]])) count_slice(slicing, slice);
+  const CutRule rule = CutRule::of(out.segments);
+  const std::uint32_t slices = min(counters->slices, slicing.size.slices);
+  for (std::uint32_t slice = blockIdx.x; slice < slices; slice += gridDim.x) {
+    const std::uint32_t macro_tile = slicing.macro_tile_of[slice];
+    if (!slicing.holds(slicing.slices[macro_tile])) continue;
+    const std::size_t first = std::size_t{slice} * slicing.size.slice_capacity;
+    const std::uint32_t size = min(slicing.counts[slice], slicing.size.slice_capacity);
+    const bool may_cut = out.segments.finds_samples && rule.may_cut(tiles.counts[macro_tile]);
+    const TileRect window = tiles_of(tiles, macro_tile, out.grid);
+    PackedCounts counts;
+    if (threadIdx.x == 0) found = 0;
+    __syncthreads();
+#pragma unroll 4
+    for (std::uint32_t i = threadIdx.x; i - lane_index() < size; i += kThreads) {
+      const bool exists = i < size;
+      if (exists) counts.add(slicing.masks[first + i]);
+      if (!may_cut) continue;
+      const bool may_be = exists && may_be_sample(slicing.entries[first + i].place);
+      const std::uint32_t slot = reserve_slot(may_be, &found);
+      if (may_be && slot < kMostFound) samples[slot] = static_cast<std::uint16_t>(i);
+    }
+    __syncthreads();
+    for (std::uint32_t k = threadIdx.x; k < min(found, kMostFound); k += kThreads) {
+      const std::size_t at = first + samples[k];
+      const MarkedTiles mask = slicing.masks[at];
+      const MarkedTiles marked = out.samples.marked(slicing.entries[at].place, mask, window);
+      slicing.masks[at] = marked;
+      counts.add(marked & ~mask);
+    }
+#pragma unroll
+    for (unsigned i = 0; i < 2 * kTiles; ++i) {
+      const std::uint32_t sum = inclusive_sum_of_warp(counts.count(i));
+      if (lane_index() == kWarp - 1) of_warps[threadIdx.x / kWarp][i] = sum;
+    }
+    __syncthreads();
+    if (threadIdx.x < 2 * kTiles) {
+      std::uint32_t sum = 0;
+      for (unsigned w = 0; w < kWarps; ++w) sum += of_warps[w][threadIdx.x];
+      const std::uint32_t place = slice * kTiles + threadIdx.x % kTiles;
+      if (threadIdx.x < kTiles)
+        slicing.list_begins[place] = sum;
+      else
+        slicing.sample_begins[place] = sum;
+    }
+    __syncthreads();
   }
 }
 
@@ -194,12 +231,19 @@ __global__ void __launch_bounds__(kPlaceThreads)
     const auto begin_of = [&](std::uint32_t s) -> std::uint64_t& {
       return slicing.list_begins[(slices.first + s) * kTiles + tile];
     };
-    std::uint32_t length = 0, fullest = 0;
+    const auto samples_of = [&](std::uint32_t s) -> std::uint32_t& {
+      return slicing.sample_begins[(slices.first + s) * kTiles + tile];
+    };
+    std::uint32_t length = 0, samples = 0, fullest = 0;
     for (std::uint32_t s = lane; s < slices.count; s += kWarp) {
       length += static_cast<std::uint32_t>(begin_of(s));
+      samples += samples_of(s);
       fullest = max(fullest, slicing.counts[slices.first + s]);
     }
-    length = __shfl_sync(kAllLanes, inclusive_sum_of_warp(length), kWarp - 1);
+    length = inclusive_sum_of_warp(length);
+    samples = inclusive_sum_of_warp(samples);
+    length = __shfl_sync(kAllLanes, length, kWarp - 1);
+    samples = __shfl_sync(kAllLanes, samples, kWarp - 1);
     if (lane == 0) begins[tile] = length;
     fullest = largest_of_warp(fullest);
     if (threadIdx.x == 0 && fullest > 0) atomicMax(&counters->fullest_slice, fullest);
@@ -211,12 +255,20 @@ __global__ void __launch_bounds__(kPlaceThreads)
     }
     __syncthreads();
     std::uint64_t begin = begins[tile];
+    cut_list(out, tiles_of(tiles, own, out.grid), tile, begin, length, samples);
+    std::uint32_t samples_before = 0;
     for (std::uint32_t first = 0; first < slices.count; first += kWarp) {
       const std::uint32_t s = first + lane;
       const std::uint64_t mine = s < slices.count ? begin_of(s) : 0;
       const std::uint64_t end = begin + inclusive_sum_of_warp(mine);
-      if (s < slices.count) begin_of(s) = end - mine;
+      const std::uint32_t own_samples = s < slices.count ? samples_of(s) : 0;
+      const std::uint32_t samples_end = samples_before + inclusive_sum_of_warp(own_samples);
+      if (s < slices.count) {
+        begin_of(s) = end - mine;
+        samples_of(s) = samples_end - own_samples;
+      }
       begin = __shfl_sync(kAllLanes, end, kWarp - 1);
+      samples_before = __shfl_sync(kAllLanes, samples_end, kWarp - 1);
     }
     __syncthreads();
   }
@@ -237,11 +289,17 @@ __global__ void __launch_bounds__(kBlock, blocks_at_once(kResident, kBlock))
     Block block(SharedArrays(dynamic_shared(), capacity), shared,
                 min(slicing.counts[slice], capacity));
     block.sort(slicing.entries + first, slicing.masks + first, tiles.entry_order);
-    if (Block::kParts > 1) block.count();
-    if (threadIdx.x < Block::kTiles)
-      shared.begins[threadIdx.x] = slicing.list_begins[slice * Block::kTiles + threadIdx.x];
+    if (Block::kParts > 1) {
+      block.count();
+      block.count_samples();
+    }
+    if (threadIdx.x < Block::kTiles) {
+      const std::uint32_t own = slice * Block::kTiles + threadIdx.x;
+      shared.begins[threadIdx.x] = slicing.list_begins[own];
+      shared.sample_begins[threadIdx.x] = slicing.sample_begins[own];
+    }
     __syncthreads();
-    block.write(out);
+    block.write(out, tiles_of(tiles, slicing.macro_tile_of[slice], out.grid), true);
   }
 }
 
@@ -269,7 +327,7 @@ void list_sliced(const Scratch& scratch, cudaStream_t stream) {
   }
   const std::size_t counted = std::min(kCountedSlices, size.slices) * sizeof(std::uint32_t);
   launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
-  launch("sort", count_slices, blocks, stream, tiles, counters);
+  launch("sort", count_slices, blocks, stream, tiles, out, counters);
   launch("sort", place_slices,
          Blocks(std::min(blocks, static_cast<unsigned>(tiles.count())), kPlaceThreads), stream,
          tiles, out, counters);

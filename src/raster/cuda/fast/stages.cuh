@@ -38,10 +38,10 @@ void list_whole(const Scratch& scratch, cudaStream_t stream);
 void list_sliced(const Scratch& scratch, cudaStream_t stream);
 
 // Stage 4: every warp composites half a tile, 16x8 pixels, independently (walk.cuh). Long lists are
-// shared by many warps (segments.cuh).
+// shared by many warps (long_lists.cu).
 
-/// True if blend_long_lists() composites long lists. A requested map needs one walk through the
-/// whole list, so then it does not.
+/// True if long lists are cut. A requested map needs one walk through the whole list, so then they
+/// are not.
 inline bool cuts_long_lists(const Outputs& outputs) {
   return outputs.color && !outputs.evaluated && !outputs.used;
 }
@@ -59,16 +59,12 @@ inline bool has_thin_rows(const RenderSettings& settings) {
 constexpr unsigned kBlendThreads = kHalfTiles * kWarp;
 constexpr unsigned kBlendBlocks = 14;  ///< per multiprocessor, to hide latency
 
-/// Fills the parts of `pixels` that `outputs` requests, in tiles without long lists or in all.
+/// Fills the parts of `pixels` that `outputs` requests, in tiles whose lists are not cut or in all.
 /// Runs in `stream`, not in the frame's.
 void blend(const FrameContext& frame, const Scratch& scratch, const Outputs& outputs,
            Pixels& pixels, cudaStream_t stream);
 
-/// Prepares blend_long_lists(). Must precede blend(): a kernel that starts while blend() occupies
-/// the GPU waits for its blocks.
-void count_long_lists(const FrameContext& frame, const Scratch& scratch);
-
-/// Fills the image in tiles with long lists. May run concurrently with blend().
+/// Fills the image in tiles whose lists are cut. May run concurrently with blend().
 void blend_long_lists(const FrameContext& frame, const Scratch& scratch, const Outputs& outputs,
                       Pixels& pixels);
 

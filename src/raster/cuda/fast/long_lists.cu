@@ -8,7 +8,7 @@
 // stop rule stays exact. The last warp joins the colours of a list, in groups of segments.
 //
 // Segments in front are taken first. A warp waits only for segments that running warps have taken,
-// so it waits for ever for none. It leaves out the pixels that have stopped in front, as far as
+// so every wait ends. It leaves out the pixels that have stopped in front, as far as
 // that is known, and segments behind the last stop.
 #include "raster/cuda/fast/segments.cuh"
 #include "raster/cuda/fast/stages.cuh"
@@ -74,8 +74,9 @@ struct Front {
           known > 0 ? load_fresh(&own.result_of(known - 1).behind[own.half.place(j)]) : 1.0f;
   }
 
-  /// Multiplies the segments from `known` on that are in the mask, by their distance in front of
-  /// `own` - 1. Ascending, so that fewer factors give no smaller product.
+  /// Multiplies the segments from `known` to `own` - 1. Bit d of the mask decides about segment
+  /// `own` - 1 - d: 0 leaves it out. The order is ascending, so that fewer factors give no smaller
+  /// product.
   __device__ void multiply(const HalfSegment& own, std::uint32_t known, unsigned mask) {
     constexpr std::uint32_t kBatch = 8;  // results that a lane reads at the same time
     for (std::uint32_t first = known; first < own.number; first += kBatch) {

@@ -162,7 +162,8 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
     // Lists of macro-tiles that do not fit are not complete.
     const bool segments_fit = !cuts_long_lists(outputs) || !macro_tiles_fit || fit_segments(size);
     const std::optional<MacroSize> macro = macro_size_policy_.next(*counters_, size);
-    size_.macro = size.macro = macro.value_or(MacroSize{});
+    size.macro = macro.value_or(MacroSize{});
+    size_ = size;
     if (pairs_fit && segments_fit && macro_tiles_fit) return true;
     if (!macro) return false;
     if (!pairs_fit) size.pair_capacity = larger_capacity(counters_->tile_pairs);
@@ -181,9 +182,6 @@ bool FastPipeline::fit_segments(FrameSize& size) {
   if (!have_room) size.segment_capacity = with_half(counters_->segments);
   size.finds_samples = may_be_used;
   size.blends_segments = are_used;
-  size_.segment_capacity = size.segment_capacity;
-  size_.finds_samples = may_be_used;
-  size_.blends_segments = are_used;
   return fit;
 }
 

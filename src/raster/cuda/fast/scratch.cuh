@@ -124,7 +124,7 @@ struct SegmentsView {
   SegmentResult* results;
   std::uint32_t*
       first_segments;          ///< per tile: of its list; kUncut: one warp walks through the list
-  std::uint32_t* queue_sizes;  ///< see ScheduleView; segments in front are in front
+  std::uint32_t* queue_sizes;  ///< see ScheduleView; classes of numbers, the lowest first
   std::uint32_t* queue;
   std::uint32_t capacity;
   bool finds_samples;

@@ -43,7 +43,7 @@ struct CutRule {
 
   static QS_HD CutRule of(const SegmentsView& view, const FastCounters& counters) {
     if (view.least > 0) return {view.least, view.each, view.least};
-    // Fitted on one scene, see docs/log/far.md. In pairs / kSampled.
+    // In pairs / kSampled. Fitted on three scenes, see docs/log/far.md.
     const float samples = static_cast<float>(counters.sampled_tiles);
     return {static_cast<std::uint32_t>(fminf(128 + samples / 5120, 1024)),
             static_cast<std::uint32_t>(fminf(fmaxf(sqrtf(samples) / 13, 16), 128)),

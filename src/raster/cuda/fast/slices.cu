@@ -291,7 +291,7 @@ __global__ void __launch_bounds__(kBlock, blocks_at_once(kResident, kBlock))
     block.sort(slicing.entries + first, slicing.masks + first, tiles.entry_order);
     if (Block::kParts > 1) {
       block.count();
-      block.count_samples();
+      if (out.segments.finds_samples) block.count_samples();
     }
     if (threadIdx.x < Block::kTiles) {
       const std::uint32_t own = slice * Block::kTiles + threadIdx.x;
@@ -299,7 +299,8 @@ __global__ void __launch_bounds__(kBlock, blocks_at_once(kResident, kBlock))
       shared.sample_begins[threadIdx.x] = slicing.sample_begins[own];
     }
     __syncthreads();
-    block.write(out, tiles_of(tiles, slicing.macro_tile_of[slice], out.grid), true);
+    block.write(out, tiles_of(tiles, slicing.macro_tile_of[slice], out.grid),
+                out.segments.finds_samples);
   }
 }
 

@@ -11,9 +11,11 @@ if(QUADSPLAT_PCH)
   target_compile_options(quadsplat_flags INTERFACE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-array-bounds -Wno-restrict
     -Wno-stringop-overflow -Wno-stringop-overread>)
 endif()
-# GCC 13 and later suspect every function that returns a reference and takes a temporary object.
+# GCC 13 and later suspect every function that returns a reference and takes a temporary object. GCC 14 suspects the
+# destructors of std::optional, although they ask has_value() first.
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13)
-  target_compile_options(quadsplat_flags INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-dangling-reference>)
+  target_compile_options(quadsplat_flags INTERFACE
+    $<$<COMPILE_LANGUAGE:CXX>:-Wno-dangling-reference -Wno-maybe-uninitialized>)
 endif()
 # GCC warns that ThreadSanitizer does not know the fences of Boost.Asio; the server uses them on one thread.
 if(QUADSPLAT_SANITIZE MATCHES thread)

@@ -26,6 +26,7 @@
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "base/error.h"

@@ -9,6 +9,7 @@
 #include "app/measure/statistics.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/mode_numbers.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {

@@ -25,6 +25,8 @@ struct EntryOrder {
 
 /// Blocks of a usual size can sort so many entries on every GPU.
 inline constexpr std::uint32_t kUsualSort = 3072;
+/// The most entries in shared memory: an index and a mark share 16 bits.
+inline constexpr std::uint32_t kMostSort = 1u << 15;
 
 /// Memory in which a block sorts: three arrays of `capacity` elements. AnyIndex: of an item.
 template <class AnyIndex>
@@ -75,10 +77,11 @@ class BlockSort {
   /// Sets arrays.order to the indices of the entries by depth, then by index in the file.
   __device__ void sort() {
     const auto depth_key = [](SortEntry entry) { return entry.depth_key; };
-    begin_with(depth_key);
-    sort_by_values([](int bits) { return bits <= kFewBits ? 2 : 3; });
-    if (exchange_neighbours()) return;
     const auto all = [](int bits) { return (bits + kDigitBits - 1) / kDigitBits; };
+    begin_with(depth_key);
+    const bool is_sorted = sort_by_values([](int bits) { return bits <= kFewBits ? 2 : 3; });
+    if (!is_sorted && !exchange_neighbours()) sort_by_values(all);
+    if (sort_few_ties() || sort_ties()) return;
     begin_with([this](SortEntry entry) { return entry_order_.file_index(entry); });
     sort_by_values(all);
     load(depth_key);
@@ -123,9 +126,9 @@ class BlockSort {
 
   /// Sorts arrays.order by the highest digits of the b bits in which the values of its elements
   /// differ; passes_of(b) is the number of digits. Elements with equal digits keep their order. A
-  /// radix sort from the lowest of these digits.
+  /// radix sort from the lowest of these digits. Returns true if these are all digits.
   template <class PassesOf>
-  __device__ void sort_by_values(const PassesOf& passes_of) {
+  __device__ bool sort_by_values(const PassesOf& passes_of) {
     std::uint32_t most = 0, inverse_of_least = 0;
     for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
       most = max(most, arrays_.values[i]);
@@ -137,6 +140,7 @@ class BlockSort {
     const int shift_of_lowest = max(bits - passes_of(bits) * kDigitBits, 0);
     for (int shift = shift_of_lowest; shift < bits; shift += kDigitBits)
       sort_by_digit(least, shift);
+    return shift_of_lowest == 0;
   }
 
   __device__ void sort_by_digit(std::uint32_t least, int shift) {
@@ -184,14 +188,97 @@ class BlockSort {
       __syncwarp();
       if (exists) arrays_.other[begin + below] = item;
     }
-    __syncthreads();
-    Index* const sorted = arrays_.other;
-    arrays_.other = arrays_.order;
-    arrays_.order = sorted;
+    swap_orders();
   }
 
-  /// Completes an order in which few neighbours are swapped: the result is by depth, then by
-  /// index. Returns false if it needs more than a few rounds.
+  /// Makes the order that was written the current one.
+  __device__ void swap_orders() {
+    __syncthreads();
+    Index* const written = arrays_.other;
+    arrays_.other = arrays_.order;
+    arrays_.order = written;
+  }
+
+  /// The depth of the entry at a place of the order.
+  __device__ std::uint32_t depth_at(unsigned i) const { return arrays_.values[arrays_.order[i]]; }
+
+  /// Sorts entries with equal depths by index in the file, a thread for each depth. Requires an
+  /// order by depth. Returns false, with that order, if there are many of them.
+  __device__ bool sort_few_ties() {
+    constexpr unsigned kMostEqual = 16;
+    __shared__ std::uint32_t found;
+    if (threadIdx.x == 0) found = 0;
+    __syncthreads();
+    for (unsigned i = threadIdx.x; i - lane_index() < size_; i += kBlock) {
+      const bool is_first = i + 1 < size_ && depth_at(i) == depth_at(i + 1) &&
+                            (i == 0 || depth_at(i - 1) != depth_at(i));
+      const std::uint32_t slot = reserve_slot(is_first, &found);
+      if (is_first) arrays_.other[slot] = static_cast<Index>(i);
+    }
+    __syncthreads();
+    bool are_few = found <= size_ / 8;
+    for (unsigned k = threadIdx.x; k < found && are_few; k += kBlock) {
+      const unsigned first = arrays_.other[k];
+      unsigned end = first + 2;
+      while (end < size_ && end - first <= kMostEqual && depth_at(end) == depth_at(first)) ++end;
+      arrays_.other[found + k] = static_cast<Index>(end);
+      are_few = end - first <= kMostEqual;
+    }
+    if (__syncthreads_count(!are_few) > 0) return false;
+    const auto index_at = [&](unsigned i) {
+      return entry_order_.file_index(entries_[arrays_.order[i]]);
+    };
+    for (unsigned k = threadIdx.x; k < found; k += kBlock) {
+      const unsigned first = arrays_.other[k], end = arrays_.other[found + k];
+      for (unsigned i = first + 1; i < end; ++i) {
+        const std::uint32_t own = index_at(i);
+        const Index item = arrays_.order[i];
+        unsigned place = i;
+        for (; place > first && index_at(place - 1) > own; --place)
+          arrays_.order[place] = arrays_.order[place - 1];
+        arrays_.order[place] = item;
+      }
+    }
+    __syncthreads();
+    return true;
+  }
+
+  /// Sorts entries with equal depths by index in the file. Requires an order by depth. Each entry
+  /// is compared with all entries of its depth. Returns false if more than a few are equal; then
+  /// the order is lost.
+  __device__ bool sort_ties() {
+    constexpr unsigned kMostEqual = 64;
+    constexpr Index kFirst = Index{1} << (8 * sizeof(Index) - 1);  // marks the first of its depth
+    for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
+      const Index item = arrays_.order[i];
+      const bool is_first = i == 0 || depth_at(i - 1) != depth_at(i);
+      arrays_.other[i] = static_cast<Index>(item | (is_first ? kFirst : 0));
+    }
+    swap_orders();
+    load([this](SortEntry entry) { return entry_order_.file_index(entry); });
+    const auto is_first = [&](unsigned i) { return (arrays_.order[i] & kFirst) != 0; };
+    const auto index_of = [&](unsigned i) {
+      return arrays_.values[static_cast<Index>(arrays_.order[i] & ~kFirst)];
+    };
+    bool are_few = true;
+    for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
+      const std::uint32_t own = index_of(i);
+      unsigned first = i, place = i, end = i + 1;
+      for (; !is_first(first) && i - first < kMostEqual; --first)
+        place -= index_of(first - 1) > own ? 1 : 0;
+      for (; end < size_ && !is_first(end) && end - i < kMostEqual; ++end)
+        place += index_of(end) < own ? 1 : 0;
+      if (end - first < kMostEqual)
+        arrays_.other[place] = static_cast<Index>(arrays_.order[i] & ~kFirst);
+      else
+        are_few = false;
+    }
+    swap_orders();
+    return __syncthreads_count(!are_few) == 0;
+  }
+
+  /// Completes an order by depth in which few neighbours are swapped. Returns false if it needs
+  /// more than a few rounds.
   __device__ bool exchange_neighbours() {
     constexpr int kRounds = 12;
     for (int round = 0; round < kRounds; ++round) {
@@ -199,7 +286,7 @@ class BlockSort {
       for (unsigned odd = 1; odd <= 2; ++odd) {
         for (unsigned i = odd + 2 * threadIdx.x; i < size_; i += 2 * kBlock) {
           const Index front = arrays_.order[i - 1], back = arrays_.order[i];
-          if (!is_behind(front, back)) continue;
+          if (arrays_.values[front] <= arrays_.values[back]) continue;
           arrays_.order[i - 1] = back;
           arrays_.order[i] = front;
           exchanged = true;
@@ -209,12 +296,6 @@ class BlockSort {
       if (__syncthreads_count(exchanged) == 0) return true;
     }
     return false;
-  }
-
-  __device__ bool is_behind(unsigned a, unsigned b) const {
-    const std::uint32_t depth_a = arrays_.values[a], depth_b = arrays_.values[b];
-    if (depth_a != depth_b) return depth_a > depth_b;
-    return entry_order_.file_index(entries_[a]) > entry_order_.file_index(entries_[b]);
   }
 
   Arrays& arrays_;

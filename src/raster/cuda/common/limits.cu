@@ -26,7 +26,7 @@ std::uint32_t most_in_shared_memory() {
   const int bytes = attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
   const std::size_t available = static_cast<std::size_t>(bytes) - kStaticBytes;
   return static_cast<std::uint32_t>(
-      std::max<std::size_t>(available / SharedArrays::bytes(1), kUsualSort));
+      std::clamp<std::size_t>(available / SharedArrays::bytes(1), kUsualSort, kMostSort));
 }
 
 void require_indexable(std::uint64_t tile_pairs) {

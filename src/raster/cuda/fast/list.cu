@@ -19,15 +19,13 @@ __device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own
   block.sort(macro_tiles.entries + first, macro_tiles.masks + first, macro_tiles.entry_order);
   block.count();
   const unsigned lane = lane_index();
-  std::uint32_t length = 0;
-  for (unsigned part = 0; part < Block::kParts && lane < Block::kTiles; ++part)
-    length += shared.lengths[part][lane];
+  const std::uint32_t length = lane < Block::kTiles ? shared.entries.total[lane] : 0;
   const CutRule rule = CutRule::of(out.segments);
   const bool is_marked =  // equal in all warps
       out.segments.finds_samples && rule.may_cut(size) &&
       __any_sync(kAllLanes, rule.may_cut(length)) != 0;
   if (is_marked) {
-    block.mark(out.samples, window);
+    block.mark(out.samples, rule, window);
     block.count_samples();
   }
   if (threadIdx.x < kWarp) {

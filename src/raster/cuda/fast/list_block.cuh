@@ -90,34 +90,55 @@ __device__ inline void cut_list(const Lists& out, const TileRect& window, unsign
                    static_cast<std::uint32_t>(begin), samples, rule.each_of(samples));
 }
 
+/// Counts of 16 things, 8 bits each.
+struct PackedCounts {
+  static constexpr unsigned kWords = 4, kEach = 4;  // counts of a word
+  std::uint32_t words[kWords] = {};
+
+  /// Adds 1 to the counts whose bits are set.
+  __device__ void add(MarkedTiles bits) {
+    constexpr std::uint32_t kSpread = 0x00204081, kLowBits = 0x01010101;  // a bit per byte
+#pragma unroll
+    for (unsigned w = 0; w < kWords; ++w) words[w] += (bits >> kEach * w & 15) * kSpread & kLowBits;
+  }
+  __device__ std::uint32_t count(unsigned i) const {
+    return words[i / kEach] >> 8 * (i % kEach) & 255;
+  }
+};
+
 /// The kBlock threads of a block list `size` Gaussians. They call all functions together, in this
-/// order. Several warps write the list of a tile, each a part of it.
+/// order. Every warp writes a part of the Gaussians to the lists of all tiles.
 template <unsigned kBlock>
 class ListBlock {
  public:
   static constexpr unsigned kTiles = MacroTiles::kTiles;
-  static constexpr unsigned kParts = kBlock / kWarp / kTiles;
+  static constexpr unsigned kParts = kBlock / kWarp;
+  static_assert(kTiles <= kParts && kParts <= kWarp);
 
+  /// Per tile: entries of lists, or their samples.
+  struct Counts {
+    std::uint32_t before[kParts][kTiles];  ///< in front of each warp's part
+    std::uint32_t total[kTiles];
+  };
   struct Shared {
     std::uint64_t begins[kTiles];  ///< where the tiles' lists begin, or the block's part of each
-    std::uint32_t lengths[kParts][kTiles];
     std::uint32_t sample_begins[kTiles];  ///< samples of the lists in front of the block's part
-    std::uint32_t samples[kParts][kTiles];
+    Counts entries, samples;
   };
 
   __device__ ListBlock(SharedArrays arrays, Shared& shared, unsigned size)
       : arrays_(arrays),
         shared_(shared),
         size_(size),
-        tile_(threadIdx.x / kWarp % kTiles),
-        number_(threadIdx.x / kWarp / kTiles),
-        part_(size, number_, kParts) {}
+        warp_(threadIdx.x / kWarp),
+        part_(size, warp_, kParts) {}
 
   /// `masks` has the tiles of the entries, or MarkedTiles.
   template <class Mask>
   __device__ void sort(const SortEntry* entries, const Mask* masks, EntryOrder order) {
     BlockSort<kBlock>(arrays_, entries, order, size_).sort();
     __syncthreads();
+#pragma unroll 4
     for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
       const unsigned entry = arrays_.order[i];
       arrays_.values[i] = entries[entry].place;
@@ -127,12 +148,12 @@ class ListBlock {
   }
 
   /// Marks the samples. They are collected first, so that no thread waits for another's.
-  __device__ void mark(const SampleFinder& samples, const TileRect& window) {
+  __device__ void mark(const SampleFinder& samples, const CutRule& rule, const TileRect& window) {
     __shared__ std::uint32_t found;
     if (threadIdx.x == 0) found = 0;
     __syncthreads();
     for (unsigned i = threadIdx.x; i - lane_index() < size_; i += kBlock) {
-      const bool may_be = i < size_ && may_be_sample(arrays_.values[i]);
+      const bool may_be = i < size_ && rule.may_be_sample(arrays_.values[i]);
       const std::uint32_t slot = reserve_slot(may_be, &found);
       if (may_be) arrays_.order[slot] = static_cast<std::uint16_t>(i);
     }
@@ -144,99 +165,108 @@ class ListBlock {
     __syncthreads();
   }
 
-  /// Sets shared.lengths.
-  __device__ void count() {
-    count_entries(shared_.lengths, [this](unsigned i) { return is_listed(i); });
-  }
+  /// Sets shared.entries.
+  __device__ void count() { count_bits(shared_.entries, 0); }
   /// Sets shared.samples.
-  __device__ void count_samples() {
-    count_entries(shared_.samples, [this](unsigned i) { return is_sample(i); });
-  }
+  __device__ void count_samples() { count_bits(shared_.samples, kSampleShift); }
 
-  /// Cuts the lists of the tiles of `window`. Requires shared.begins, lengths and samples.
+  /// Cuts the lists of the tiles of `window`. Requires shared.begins, entries and samples.
   __device__ void cut(const Lists& out, const TileRect& window) {
-    std::uint32_t length = 0, samples = 0;
-    for (unsigned p = 0; p < kParts; ++p) {
-      length += shared_.lengths[p][tile_];
-      samples += shared_.samples[p][tile_];
-    }
-    if (number_ == 0) cut_list(out, window, tile_, shared_.begins[tile_], length, samples);
+    if (warp_ < kTiles)
+      cut_list(out, window, warp_, shared_.begins[warp_], shared_.entries.total[warp_],
+               shared_.samples.total[warp_]);
     __syncthreads();
   }
 
   /// Writes the lists of the tiles of `window`, and where their segments begin if some are marked.
-  /// Requires shared.begins and sample_begins, and shared.lengths and samples if kParts > 1.
+  /// Requires shared.begins, sample_begins, entries and, if is_marked, samples.
   __device__ void write(const Lists& out, const TileRect& window, bool is_marked) {
-    std::uint64_t slot = shared_.begins[tile_];
-    std::uint32_t rank = shared_.sample_begins[tile_];
-    for (unsigned p = 0; p < number_; ++p) {
-      slot += shared_.lengths[p][tile_];
-      rank += shared_.samples[p][tile_];
-    }
-    const std::uint32_t first_segment =
-        is_marked ? first_segment_of(out, window) : SegmentsView::kUncut;
-    if (first_segment == SegmentsView::kUncut) {
-      write_entries(out, slot, [](unsigned, std::uint64_t) {});
-    } else {
-      Segment* const segments = out.segments.segments + first_segment;
-      const std::uint32_t each = segments->each;
-      write_entries(out, slot, [&](unsigned i, std::uint64_t at) {
-        const bool sample = is_sample(i);
-        const unsigned all = __ballot_sync(kAllLanes, sample);
-        const std::uint32_t own = rank + __popc(all & lanes_below());
-        if (sample && own > 0 && own % each == 0)
-          segments[own / each].begin = static_cast<std::uint32_t>(at);
-        rank += __popc(all);
-      });
+    const unsigned own = lane_index() % kTiles;  // a lane keeps the list of a tile
+    std::uint32_t slot = static_cast<std::uint32_t>(
+        min(shared_.begins[own] + shared_.entries.before[warp_][own], std::uint64_t{out.capacity}));
+    Borders borders;
+    if (is_marked && lane_index() < kTiles)
+      borders = Borders(out, window, own,
+                        shared_.sample_begins[own] + shared_.samples.before[warp_][own]);
+    for (unsigned first = part_.begin; first < part_.end; first += kWarp) {
+      const unsigned i = first + lane_index();
+      const unsigned mask = i < part_.end ? arrays_.other[i] : 0;
+      const std::uint32_t value = i < part_.end ? arrays_.values[i] : 0;
+      unsigned listed = 0;  // the lanes whose entries the lane's tile lists
+#pragma unroll
+      for (unsigned tile = 0; tile < kTiles; ++tile) {
+        const bool lists = (mask >> tile & 1) != 0;
+        const unsigned all = __ballot_sync(kAllLanes, lists);
+        const std::uint32_t at = __shfl_sync(kAllLanes, slot, tile) + __popc(all & lanes_below());
+        if (lists && at < out.capacity) out.gaussians[at] = value;
+        if (own == tile) listed = all;
+      }
+      if (is_marked) borders.add(mask >> kSampleShift, listed, slot);
+      slot += __popc(listed);
     }
     __syncthreads();
   }
 
  private:
-  template <class IsCounted>
-  __device__ void count_entries(std::uint32_t (&counts)[kParts][kTiles],
-                                const IsCounted& is_counted) {
-    std::uint32_t count = 0;
-#pragma unroll 4
-    for (unsigned first = part_.begin; first < part_.end; first += kWarp)
-      count += __popc(__ballot_sync(kAllLanes, is_counted(first + lane_index())));
-    if (lane_index() == 0) counts[number_][tile_] = count;
-    __syncthreads();
-  }
+  /// Writes where the segments of a tile's list begin. Each of the first kTiles lanes has a tile's.
+  struct Borders {
+    Segment* next = nullptr;                        ///< the next segment that begins
+    std::uint32_t each = 0, missing = 0xffffffffu;  ///< samples until it begins
 
-  __device__ bool is_listed(unsigned i) const {
-    return i < part_.end && (arrays_.other[i] >> tile_ & 1) != 0;
-  }
-  __device__ bool is_sample(unsigned i) const {
-    return i < part_.end && (arrays_.other[i] >> (kSampleShift + tile_) & 1) != 0;
-  }
-
-  __device__ std::uint32_t first_segment_of(const Lists& out, const TileRect& window) const {
-    const int row = window.rows.begin + static_cast<int>(tile_) / MacroTiles::kColumns;
-    const int column = window.columns.begin + static_cast<int>(tile_) % MacroTiles::kColumns;
-    if (!window.contains(column, row)) return SegmentsView::kUncut;
-    return out.segments.first_segments[row * out.grid.columns + column];
-  }
-
-  /// Calls visit(i, where) for all entries i of the warp's part; `where` is the place of an entry
-  /// that the tile lists. All lanes call it together.
-  template <class Visit>
-  __device__ void write_entries(const Lists& out, std::uint64_t slot, const Visit& visit) {
-#pragma unroll 4
-    for (unsigned first = part_.begin; first < part_.end; first += kWarp) {
-      const unsigned i = first + lane_index();
-      const bool listed = is_listed(i);
-      const unsigned all = __ballot_sync(kAllLanes, listed);
-      const std::uint64_t at = slot + __popc(all & lanes_below());
-      if (listed && at < out.capacity) out.gaussians[at] = arrays_.values[i];
-      visit(i, at);
-      slot += __popc(all);
+    __device__ Borders() = default;
+    /// `rank`: samples of the list in front of the warp's part.
+    __device__ Borders(const Lists& out, const TileRect& window, unsigned tile,
+                       std::uint32_t rank) {
+      const int row = window.rows.begin + static_cast<int>(tile) / MacroTiles::kColumns;
+      const int column = window.columns.begin + static_cast<int>(tile) % MacroTiles::kColumns;
+      if (!window.contains(column, row)) return;
+      const std::uint32_t first = out.segments.first_segments[row * out.grid.columns + column];
+      if (first == SegmentsView::kUncut) return;
+      next = out.segments.segments + first;
+      each = next->each;
+      const std::uint32_t number = max((rank + each - 1) / each, 1u);  // of the next segment
+      missing = number * each - rank;
+      next += number;
     }
+
+    /// Adds the samples of 32 entries. `listed`: the lanes whose entries the tile lists, from
+    /// `slot` on. All lanes call it together.
+    __device__ void add(unsigned samples_of, unsigned listed, std::uint32_t slot) {
+      for (unsigned all = __ballot_sync(kAllLanes, samples_of != 0); all != 0; all &= all - 1) {
+        const unsigned lane = static_cast<unsigned>(__ffs(static_cast<int>(all))) - 1;
+        const unsigned tiles = __shfl_sync(kAllLanes, samples_of, lane);
+        if (each == 0 || (tiles >> lane_index() & 1) == 0) continue;
+        if (missing-- > 0) continue;
+        next++->begin = slot + __popc(listed & ((1u << lane) - 1));
+        missing = each - 1;
+      }
+    }
+  };
+
+  /// Counts the bits `shift` to `shift` + 7 of the masks.
+  __device__ void count_bits(Counts& counts, unsigned shift) {
+    PackedCounts own;
+#pragma unroll 4
+    for (unsigned i = part_.begin + lane_index(); i < part_.end; i += kWarp)
+      own.add(static_cast<MarkedTiles>(arrays_.other[i] >> shift & (1u << kTiles) - 1));
+#pragma unroll
+    for (unsigned tile = 0; tile < kTiles; ++tile) {
+      const std::uint32_t sum = inclusive_sum_of_warp(own.count(tile));
+      if (lane_index() == kWarp - 1) counts.before[warp_][tile] = sum;
+    }
+    __syncthreads();
+    if (warp_ < kTiles) {
+      const std::uint32_t part = lane_index() < kParts ? counts.before[lane_index()][warp_] : 0;
+      const std::uint32_t end = inclusive_sum_of_warp(part);
+      if (lane_index() < kParts) counts.before[lane_index()][warp_] = end - part;
+      if (lane_index() == kWarp - 1) counts.total[warp_] = end;
+    }
+    __syncthreads();
   }
 
   SharedArrays arrays_;
   Shared& shared_;
-  unsigned size_, tile_, number_;
+  unsigned size_, warp_;
   WarpPart part_;
 };
 

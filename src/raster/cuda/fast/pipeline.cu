@@ -88,15 +88,11 @@ std::optional<MacroSize> MacroSizePolicy::sliced(const FastCounters& counters,
       counters.fullest_macro_tile >> before.log2_distance <= before.sample_capacity;
   MacroSize next = before;
   next.capacity = MacroTiles::kUsual;
-  next.slice_capacity = most_;
-  for (const std::uint32_t smaller : {MacroSize::kMedium, MacroSize::kUsual}) {
-    const bool suffices = smaller <= most_ && samples_of(smaller / 2) <= most_;
-    if (suffices) next.slice_capacity = smaller;
-  }
+  const bool are_usual = samples_of(MacroSize::kUsual / 2) <= most_;
+  next.slice_capacity = are_usual ? MacroSize::kUsual : std::min(MacroSize::kMedium, most_);
   if (next.slice_capacity != before.slice_capacity) {
     // Medium slices have fewer samples, so their lengths vary more.
-    next.slice_target = next.slice_capacity == MacroSize::kMedium ? MacroSize::kMedium / 5 * 2
-                                                                  : next.slice_capacity / 2;
+    next.slice_target = are_usual ? next.slice_capacity / 2 : next.slice_capacity / 5 * 2;
   } else if (counters.fullest_slice > before.slice_capacity && has_all_samples) {
     next.slice_target = before.slice_target / 2;
   }

@@ -70,7 +70,7 @@ struct ProjectedBlock {
     const bool is_projected =
         i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected);
     if (is_projected) is_large = !own.set(projected.footprint, in.grid);
-    if (is_projected && may_be_sample(i / kWarp) && projected.footprint.gamma > 0) {
+    if (is_projected && is_sampled(i / kWarp, kSampled) && projected.footprint.gamma > 0) {
       const TileRect box = bounds<AdrAabb>(projected.footprint, in.grid);
       atomicAdd(sampled_tiles, static_cast<std::uint32_t>(box.columns.size() * box.rows.size()));
     }
@@ -161,11 +161,6 @@ __device__ void project_block(const ProjectInput& in, const FastVisible& out,
   const bool visible =
       shared.project_own(in, out, first + threadIdx.x, large, counters, sampled_tiles);
   const int visible_here = __syncthreads_count(visible);
-  if (threadIdx.x == 0 && *sampled_tiles > 0) {
-    atomicAdd(reinterpret_cast<unsigned long long*>(&counters->sampled_tiles),
-              static_cast<unsigned long long>(*sampled_tiles));
-    *sampled_tiles = 0;
-  }
   if (threadIdx.x == 0 && visible_here > 0) {
     atomicAdd(&counters->visible, static_cast<std::uint32_t>(visible_here));
     out.blocks[atomicAdd(&counters->visible_blocks, 1u)] = block;
@@ -199,6 +194,9 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThre
       project_block<P>(in, out, macro_tiles, large, counters, &sampled_tiles, shown[k]);
     __syncthreads();
   }
+  if (threadIdx.x == 0 && sampled_tiles > 0)
+    atomicAdd(reinterpret_cast<unsigned long long*>(&counters->sampled_tiles),
+              static_cast<unsigned long long>(sampled_tiles));
 }
 
 /// Determines the number of slices of each full macro-tile, and numbers the slices. All threads of

@@ -4,8 +4,9 @@
 //
 // Rounding depends on where a list is cut. All lossless modes must draw the same picture, although
 // they list different Gaussians: some list more that reach no pixel with alpha >= 1/255. So a list
-// is cut at samples: one Gaussian in kSampled, if it certainly reaches a pixel of the tile, because
-// every lossless mode lists these. They are found and counted while lists are written.
+// is cut at samples: one Gaussian in CutRule::distance, if it certainly reaches a pixel of the
+// tile, because every lossless mode lists these. They are found and counted while lists are
+// written.
 #pragma once
 
 #include "raster/cuda/common/schedule.cuh"
@@ -15,19 +16,12 @@ namespace qs::cuda::fast {
 
 inline constexpr std::uint32_t kSampled = 8;
 
-/// True for one number in kSampled (Appleby, MurmurHash3: finalizer).
-QS_HD bool may_be_sample(std::uint32_t number) {
+/// True for one number in `distance`, a power of two (Appleby, MurmurHash3: finalizer).
+QS_HD bool is_sampled(std::uint32_t number, std::uint32_t distance) {
   std::uint32_t hash = number;
   hash = (hash ^ hash >> 16) * 0x85ebca6bu;
   hash = (hash ^ hash >> 13) * 0xc2b2ae35u;
-  return (hash ^ hash >> 16) % kSampled == 0;
-}
-
-/// The samples of a list with so many pairs: more are too improbable to happen (six standard
-/// deviations above the mean).
-QS_HD std::uint32_t most_samples(std::uint32_t pairs) {
-  const float mean = static_cast<float>(pairs / kSampled);
-  return static_cast<std::uint32_t>(mean + 6 * sqrtf(mean));
+  return ((hash ^ hash >> 16) & (distance - 1)) == 0;
 }
 
 /// Lists of more than `least` samples are cut into segments of `each` samples, if the longest list
@@ -35,22 +29,27 @@ QS_HD std::uint32_t most_samples(std::uint32_t pairs) {
 /// long list as long as the rest of the GPU composites the other lists; more segments cost more,
 /// and longer ones end later. The measure of all lists is FastCounters::sampled_tiles, the tiles in
 /// the bounding boxes of the Gaussians in one warp of kSampled. It is equal in all modes and on all
-/// GPUs.
+/// GPUs. Usual segments have 16 to 31 samples, because finding samples takes time.
 struct CutRule {
   static constexpr float kMostSegments = 640;  ///< of a list
 
   std::uint32_t least, each, longest;
+  std::uint32_t distance = kSampled;  ///< one Gaussian in so many may be a sample
 
   static QS_HD CutRule of(const SegmentsView& view, const FastCounters& counters) {
     if (view.least > 0) return {view.least, view.each, view.least};
     // In pairs / kSampled. Fitted on three scenes, see docs/log/far.md.
-    const float samples = static_cast<float>(counters.sampled_tiles);
-    return {static_cast<std::uint32_t>(fminf(128 + samples / 5120, 1024)),
-            static_cast<std::uint32_t>(fminf(fmaxf(sqrtf(samples) / 13, 16), 128)),
-            static_cast<std::uint32_t>(fminf(500 + samples / 2048, 8192))};
+    const float tiles = static_cast<float>(counters.sampled_tiles);
+    const auto least = static_cast<std::uint32_t>(fminf(128 + tiles / 5120, 1024));
+    const auto each = static_cast<std::uint32_t>(fminf(fmaxf(sqrtf(tiles) / 13, 16), 128));
+    const auto longest = static_cast<std::uint32_t>(fminf(500 + tiles / 2048, 8192));
+    unsigned shift = 0;
+    while (each >> shift >= 32) ++shift;
+    return {least >> shift, each >> shift, longest >> shift, kSampled << shift};
   }
   static __device__ CutRule of(const SegmentsView& view) { return of(view, *view.counters); }
 
+  QS_HD bool may_be_sample(std::uint32_t place) const { return is_sampled(place, distance); }
   /// False if no list of so many pairs is cut, in any mode.
   QS_HD bool may_cut(std::uint32_t pairs) const { return most_samples(pairs) > least; }
   /// False if a frame whose longest list has so many pairs cuts none, in any mode.
@@ -59,6 +58,14 @@ struct CutRule {
   /// Samples in a segment of a list that is cut. The last segment has the rest.
   __device__ std::uint32_t each_of(std::uint32_t samples) const {
     return max(each, static_cast<std::uint32_t>(static_cast<float>(samples) / kMostSegments));
+  }
+
+ private:
+  /// The samples of a list with so many pairs: more are too improbable to happen (six standard
+  /// deviations above the mean).
+  QS_HD std::uint32_t most_samples(std::uint32_t pairs) const {
+    const float mean = static_cast<float>(pairs / distance);
+    return static_cast<std::uint32_t>(mean + 6 * sqrtf(mean));
   }
 };
 
@@ -77,8 +84,8 @@ struct SampleFinder {
   const PackedFootprint* footprints;
   int width, height;  // px
 
-  /// Requires may_be_sample(place). `mask`: the tiles that Gaussian `place` lists of the macro-tile
-  /// with the tiles `window`.
+  /// Requires CutRule::may_be_sample(place). `mask`: the tiles that Gaussian `place` lists of the
+  /// macro-tile with the tiles `window`.
   __device__ MarkedTiles marked(std::uint32_t place, unsigned mask, const TileRect& window) const {
     const PackedFootprint& own = footprints[place];
     const Covariance2<float> covariance = own.covariance;

@@ -145,22 +145,6 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-/// Counts of 16 things, 8 bits each.
-struct PackedCounts {
-  static constexpr unsigned kWords = 4, kEach = 4;  // counts of a word
-  std::uint32_t words[kWords] = {};
-
-  /// Adds 1 to the counts whose bits are set.
-  __device__ void add(MarkedTiles bits) {
-    constexpr std::uint32_t kSpread = 0x00204081, kLowBits = 0x01010101;  // a bit per byte
-#pragma unroll
-    for (unsigned w = 0; w < kWords; ++w) words[w] += (bits >> kEach * w & 15) * kSpread & kLowBits;
-  }
-  __device__ std::uint32_t count(unsigned i) const {
-    return words[i / kEach] >> 8 * (i % kEach) & 255;
-  }
-};
-
 /// Blocks take slices in turns.
 __global__ void __launch_bounds__(kThreads)
     count_slices(MacroTiles tiles, Lists out, const FastCounters* counters) {
@@ -186,7 +170,7 @@ __global__ void __launch_bounds__(kThreads)
       const bool exists = i < size;
       if (exists) counts.add(slicing.masks[first + i]);
       if (!may_cut) continue;
-      const bool may_be = exists && may_be_sample(slicing.entries[first + i].place);
+      const bool may_be = exists && rule.may_be_sample(slicing.entries[first + i].place);
       const std::uint32_t slot = reserve_slot(may_be, &found);
       if (may_be && slot < kMostFound) samples[slot] = static_cast<std::uint16_t>(i);
     }
@@ -289,10 +273,8 @@ __global__ void __launch_bounds__(kBlock, blocks_at_once(kResident, kBlock))
     Block block(SharedArrays(dynamic_shared(), capacity), shared,
                 min(slicing.counts[slice], capacity));
     block.sort(slicing.entries + first, slicing.masks + first, tiles.entry_order);
-    if (Block::kParts > 1) {
-      block.count();
-      if (out.segments.finds_samples) block.count_samples();
-    }
+    block.count();
+    if (out.segments.finds_samples) block.count_samples();
     if (threadIdx.x < Block::kTiles) {
       const std::uint32_t own = slice * Block::kTiles + threadIdx.x;
       shared.begins[threadIdx.x] = slicing.list_begins[own];
@@ -335,9 +317,8 @@ void list_sliced(const Scratch& scratch, cudaStream_t stream) {
   const std::uint32_t capacity = size.slice_capacity;
   const bool is_usual = capacity <= MacroSize::kUsual;
   launch_for(capacity,
-             is_usual                         ? sort_slices<kUsualThreads, kUsualBlocks>
-             : capacity <= MacroSize::kMedium ? sort_slices<kLargeThreads, kMediumBlocks>
-                                              : sort_slices<kLargeThreads, kLargeBlocks>,
+             is_usual ? sort_slices<kUsualThreads, kUsualBlocks>
+                      : sort_slices<kLargeThreads, kMediumBlocks>,
              is_usual ? kUsualThreads : kLargeThreads, tiles, out, counters);
 }
 

@@ -45,15 +45,21 @@ __device__ inline TileRect tiles_of(const MacroTiles& macro_tiles, std::uint32_t
           {top, min(top + MacroTiles::kRows, grid.rows)}};
 }
 
+/// Tile `number` of a macro-tile with the tiles `window`, kNoTile if the picture ends before it.
+constexpr int kNoTile = -1;
+__device__ inline int tile_of(const TileRect& window, unsigned number, TileGrid grid) {
+  const int row = window.rows.begin + static_cast<int>(number) / MacroTiles::kColumns;
+  const int column = window.columns.begin + static_cast<int>(number) % MacroTiles::kColumns;
+  return window.contains(column, row) ? row * grid.columns + column : kNoTile;
+}
+
 /// Reserves room for the lists of a macro-tile, whose tile `lane_index()` has `length` entries, and
 /// writes its range and schedule. Returns the place of the tile's list. One warp calls it.
 __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& window,
                                            std::uint32_t length) {
   FastCounters* const counters = out.segments.counters;
   const unsigned lane = lane_index();
-  const int row = window.rows.begin + static_cast<int>(lane) / MacroTiles::kColumns;
-  const int column = window.columns.begin + static_cast<int>(lane) % MacroTiles::kColumns;
-  const bool exists = lane < MacroTiles::kTiles && window.contains(column, row);
+  const int tile = lane < MacroTiles::kTiles ? tile_of(window, lane, out.grid) : kNoTile;
   const std::uint32_t end = inclusive_sum_of_warp(length);
   const std::uint32_t total = __shfl_sync(kAllLanes, end, kWarp - 1);
   std::uint64_t begin = 0;
@@ -61,8 +67,7 @@ __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& win
     begin = atomicAdd(reinterpret_cast<unsigned long long*>(&counters->tile_pairs),
                       static_cast<unsigned long long>(total));
   begin = __shfl_sync(kAllLanes, begin, 0) + end - length;
-  if (!exists) return begin;
-  const int tile = row * out.grid.columns + column;
+  if (tile == kNoTile) return begin;
   const auto tile_index = static_cast<std::uint32_t>(tile);
   const std::uint64_t capacity = out.capacity;
   const auto first = static_cast<std::uint32_t>(min(begin, capacity));
@@ -83,10 +88,8 @@ __device__ inline void cut_list(const Lists& out, const TileRect& window, unsign
   const CutRule rule = CutRule::of(out.segments);
   // A list that exceeds the buffers is not cut, because its frame is drawn again.
   if (!rule.cuts(samples) || begin + length > out.capacity) return;
-  const int row = window.rows.begin + static_cast<int>(number) / MacroTiles::kColumns;
-  const int column = window.columns.begin + static_cast<int>(number) % MacroTiles::kColumns;
   if (lane_index() == 0) atomicMax(&out.segments.counters->longest_samples, samples);
-  reserve_segments(out.segments, static_cast<std::uint32_t>(row * out.grid.columns + column),
+  reserve_segments(out.segments, static_cast<std::uint32_t>(tile_of(window, number, out.grid)),
                    static_cast<std::uint32_t>(begin), samples, rule.each_of(samples));
 }
 
@@ -210,17 +213,17 @@ class ListBlock {
  private:
   /// Writes where the segments of a tile's list begin. Each of the first kTiles lanes has a tile's.
   struct Borders {
-    Segment* next = nullptr;                        ///< the next segment that begins
-    std::uint32_t each = 0, missing = 0xffffffffu;  ///< samples until it begins
+    Segment* next = nullptr;    ///< the next segment that begins; null: the list is not cut
+    std::uint32_t each = 0;     ///< samples in a segment
+    std::uint32_t missing = 0;  ///< samples until the next segment begins
 
     __device__ Borders() = default;
     /// `rank`: samples of the list in front of the warp's part.
     __device__ Borders(const Lists& out, const TileRect& window, unsigned tile,
                        std::uint32_t rank) {
-      const int row = window.rows.begin + static_cast<int>(tile) / MacroTiles::kColumns;
-      const int column = window.columns.begin + static_cast<int>(tile) % MacroTiles::kColumns;
-      if (!window.contains(column, row)) return;
-      const std::uint32_t first = out.segments.first_segments[row * out.grid.columns + column];
+      const int own = tile_of(window, tile, out.grid);
+      if (own == kNoTile) return;
+      const std::uint32_t first = out.segments.first_segments[own];
       if (first == SegmentsView::kUncut) return;
       next = out.segments.segments + first;
       each = next->each;
@@ -229,15 +232,19 @@ class ListBlock {
       next += number;
     }
 
-    /// Adds the samples of 32 entries. `listed`: the lanes whose entries the tile lists, from
-    /// `slot` on. All lanes call it together.
+    /// Adds an entry of each lane, which is a sample of the tiles `samples_of`. `listed`: the lanes
+    /// whose entries the tile lists, from `slot` on. All lanes call it together.
     __device__ void add(unsigned samples_of, unsigned listed, std::uint32_t slot) {
       for (unsigned all = __ballot_sync(kAllLanes, samples_of != 0); all != 0; all &= all - 1) {
         const unsigned lane = static_cast<unsigned>(__ffs(static_cast<int>(all))) - 1;
         const unsigned tiles = __shfl_sync(kAllLanes, samples_of, lane);
-        if (each == 0 || (tiles >> lane_index() & 1) == 0) continue;
-        if (missing-- > 0) continue;
-        next++->begin = slot + __popc(listed & ((1u << lane) - 1));
+        if (next == nullptr || (tiles >> lane_index() & 1) == 0) continue;
+        if (missing > 0) {
+          --missing;
+          continue;
+        }
+        next->begin = slot + __popc(listed & ((1u << lane) - 1));
+        ++next;
         missing = each - 1;
       }
     }

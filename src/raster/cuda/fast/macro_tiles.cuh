@@ -24,8 +24,8 @@ __device__ inline std::uint32_t hash_of(std::uint32_t value, std::uint32_t bits)
 /// The sizes of the memory for macro-tiles and slices, chosen from the needs of earlier frames.
 struct MacroSize {
   static constexpr std::uint32_t kUsual = kUsualSort;
-  /// The capacity of slices if smaller ones need more samples than a block can sort: two blocks
-  /// share a multiprocessor.
+  /// The capacity of slices if usual ones need more samples than a block can sort in shared memory.
+  /// Two blocks share a multiprocessor.
   static constexpr std::uint32_t kMedium = 10240;
 
   std::uint32_t capacity = kUsual;      ///< Gaussians that a macro-tile keeps, at least kUsual

@@ -14,6 +14,7 @@
 
 namespace qs::cuda::fast {
 
+/// The least CutRule::distance, and the unit of FastCounters::sampled_tiles.
 inline constexpr std::uint32_t kSampled = 8;
 
 /// True for one number in `distance`, a power of two (Appleby, MurmurHash3: finalizer).
@@ -29,7 +30,7 @@ QS_HD bool is_sampled(std::uint32_t number, std::uint32_t distance) {
 /// long list as long as the rest of the GPU composites the other lists; more segments cost more,
 /// and longer ones end later. The measure of all lists is FastCounters::sampled_tiles, the tiles in
 /// the bounding boxes of the Gaussians in one warp of kSampled. It is equal in all modes and on all
-/// GPUs. Usual segments have 16 to 31 samples, because finding samples takes time.
+/// GPUs. A usual segment has 16 to 31 samples: more would take longer to find.
 struct CutRule {
   static constexpr float kMostSegments = 640;  ///< of a list
 

@@ -290,7 +290,8 @@ TEST_F(PanelsTest, a_folder_is_chosen_for_the_dialog_train_which_then_returns) {
   for (int i = 0; i < 3; ++i) draw();
   EXPECT_TRUE(shows("Folder of the photographs"));
   EXPECT_FALSE(shows("Train from photographs"));
-  draw("photos", ImGuiKey_Enter);
+  draw("photos");
+  draw("", ImGuiKey_Enter);
   EXPECT_FALSE(driven_.viewer.panels.open);
   EXPECT_EQ(driven_.viewer.train_form.data, (folder_ / "photos").string());
   for (int i = 0; i < 3; ++i) draw();

@@ -74,6 +74,17 @@ class Frustum {
     return false;
   }
 
+  /// Bounds of the depths of a block's centres.
+  QS_HD glm::dvec2 depths(const BlockBounds& bounds) const {
+    return {depth_.smallest(bounds), depth_.largest(bounds)};
+  }
+
+  /// Upper bound of the distance from a centre to a pixel with alpha >= 1/255, px.
+  QS_HD float reach_px(float sigma, float nearest_depth) const {
+    const double spread = spread_ * static_cast<double>(sigma) / static_cast<double>(nearest_depth);
+    return static_cast<float>(root_of_level_ * (spread + usual_spread_ / kLargestSigmas) + 1);
+  }
+
  private:
   /// Upper bound of max(gamma, kSigmas^2) in project(), and of its root: gamma is at most 2 ln 255
   /// = 11.08.

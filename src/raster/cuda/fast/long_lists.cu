@@ -212,11 +212,22 @@ __device__ void composite_stopping(const ListInput& in, const HalfSegment& own, 
 }
 
 /// Composites half a segment, unless all its pixels have stopped in front.
-template <Rows kRows>
-__device__ void composite(const ListInput& in, const HalfSegment& own, Rings<false>& rings) {
+template <Rows kRows, bool kSlabs>
+__device__ void composite(const ListInput& in, const HalfSegment& own, Rings<false>& rings,
+                          const BlendOutput& out, const OcclusionView& occlusion) {
   if (own.stopped() <= own.number) return;
   Front front;
   front.bound(own);
+  float carried[kPixels];  // scaled transmittance in front of the list
+  if constexpr (kSlabs) {
+#pragma unroll
+    for (int j = 0; j < kPixels; ++j) {
+      carried[j] = occlusion.carried(own.half.x, own.half.y + j);
+      // Rounding may take the transmittance of a pixel that goes on below the least.
+      const float most = fmaxf(carried[j] * kAlphaScale<Cut::flush>, kTransmittanceMin);
+      front.before[j] = carried[j] > 0 ? fminf(front.before[j], most) : 0;
+    }
+  }
   if (!front.any_live()) return own.stop_in_front_of(own.number);
 
   const bool is_first = own.number == 0;
@@ -227,6 +238,14 @@ __device__ void composite(const ListInput& in, const HalfSegment& own, Rings<fal
     const bool exists = own.half.x < in.width && own.half.y + j < in.height;
     const bool is_live = exists && front.before[j] >= kTransmittanceMin;
     column.pixels[j] = {is_live ? kClear<Cut::flush> : 0.0f, start.x, start.y, start.z};
+    if (kSlabs && is_first && is_live) {
+      const std::size_t at = static_cast<std::size_t>(own.half.y + j) * in.width + own.half.x;
+      column.pixels[j].transmittance = carried[j];
+      if (occlusion.slab > 0)
+        column.pixels[j] = {carried[j], out.color[3 * at], out.color[3 * at + 1],
+                            out.color[3 * at + 2]};
+      front.before[j] = 1;
+    }
   }
   Marks unused{};
   Walk<false, kRows>(in, own.half, rings, column, unused).composite(own.begin, own.end);
@@ -268,7 +287,9 @@ __device__ void composite(const ListInput& in, const HalfSegment& own, Rings<fal
 }
 
 /// The last warp of a group to end joins its segments, and the last warp of a list its groups.
-__device__ void join(const ListInput& in, const BlendOutput& out, const HalfSegment& own) {
+template <bool kSlabs>
+__device__ void join(const ListInput& in, const BlendOutput& out, const HalfSegment& own,
+                     const OcclusionView& occlusion) {
   const std::uint32_t begin = own.number / kGroup * kGroup, end = min(begin + kGroup, own.count);
   Segment* const group = own.segment - (own.number - begin);
   if (!is_last_warp(&group->ended[own.half_index], end - begin)) return;
@@ -281,10 +302,29 @@ __device__ void join(const ListInput& in, const BlendOutput& out, const HalfSegm
     colors = {};
     colors.add(own, 0, min(own.count, own.stopped()), kGroup);
   }
+  bool was_live[kPixels] = {};  // in front of the list; with slabs
+  if constexpr (kSlabs) {
+    const bool has_stopped = own.stopped() <= own.count;
+    bool is_live = false;
+#pragma unroll
+    for (int j = 0; j < kPixels; ++j) {
+      if (own.half.x >= in.width || own.half.y + j >= in.height) continue;
+      const float behind =
+          has_stopped ? 0.0f
+                      : load_fresh(&own.result_of(own.count - 1).behind[own.half.place(j)]);
+      const std::size_t pixel = static_cast<std::size_t>(own.half.y + j) * in.width + own.half.x;
+      was_live[j] = occlusion.carried(own.half.x, own.half.y + j) > 0;
+      const bool goes_on = was_live[j] && behind >= kTransmittanceMin;
+      is_live = is_live || goes_on;
+      occlusion.transmittance[pixel] = goes_on ? behind * kClear<Cut::flush> : 0;
+    }
+    occlusion.record(own.half.x0, own.half.y0, is_live);
+  }
   if (own.half.x >= in.width) return;
 #pragma unroll
   for (int j = 0; j < kPixels; ++j) {
     if (own.half.y + j >= in.height) return;
+    if (kSlabs && !was_live[j]) continue;
     const std::size_t pixel = static_cast<std::size_t>(own.half.y + j) * in.width + own.half.x;
     out.color[3 * pixel] = colors.pixels[j].x;
     out.color[3 * pixel + 1] = colors.pixels[j].y;
@@ -299,9 +339,9 @@ __device__ std::uint32_t next_turn(std::uint32_t* turns) {
   return __shfl_sync(kAllLanes, turn, 0);
 }
 
-template <Rows kRows>
+template <Rows kRows, bool kSlabs>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
-    blend_segments(SegmentsView view, ListInput in, BlendOutput out) {
+    blend_segments(SegmentsView view, ListInput in, BlendOutput out, OcclusionView occlusion) {
   __shared__ Rings<false> rings[kHalfTiles];
   if (!view.are_used()) return;
   const ScheduleView queue{view.queue_sizes, view.queue, view.capacity};
@@ -311,20 +351,23 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     const std::uint32_t turn = next_turn(&view.counters->turns);
     if (turn >= kHalfTiles * segments) return;
     const HalfSegment own(view, queue.tile(turn / kHalfTiles), turn % kHalfTiles, in);
-    composite<kRows>(in, own, rings[threadIdx.x / kWarp]);
-    join(in, out, own);
+    composite<kRows, kSlabs>(in, own, rings[threadIdx.x / kWarp], out, occlusion);
+    join<kSlabs>(in, out, own, occlusion);
   }
 }
 
 }  // namespace
 
 void blend_long_lists(const FrameContext& frame, const Scratch& scratch, const Outputs& outputs,
-                      Pixels& pixels) {
+                      Pixels& pixels, const OcclusionView& occlusion) {
+  const bool is_thin = has_thin_rows(frame.settings);
   launch("blend",
-         has_thin_rows(frame.settings) ? blend_segments<Rows::exponents>
-                                       : blend_segments<Rows::products>,
+         occlusion.is_used() ? (is_thin ? blend_segments<Rows::exponents, true>
+                                        : blend_segments<Rows::products, true>)
+         : is_thin           ? blend_segments<Rows::exponents, false>
+                             : blend_segments<Rows::products, false>,
          Blocks(kBlendBlocks * scratch.multiprocessors, kBlendThreads), frame.stream,
-         scratch.segments, scratch.lists(frame), BlendOutput::of(pixels, outputs));
+         scratch.segments, scratch.lists(frame), BlendOutput::of(pixels, outputs), occlusion);
 }
 
 }  // namespace qs::cuda::fast

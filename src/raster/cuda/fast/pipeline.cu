@@ -130,6 +130,11 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
   size.grid = frame.grid;
   size.width = frame.camera.width;
   size.height = frame.camera.height;
+  static const char* const forced = std::getenv("QUADSPLAT_SLABS");
+  size.slabs = forced != nullptr && cuts_long_lists(outputs) && !outputs.depth && !outputs.trace &&
+                       !outputs.pairs
+                   ? static_cast<unsigned>(std::atoi(forced))
+                   : 1;
   for (;;) {
     scratch_.reserve(size);
     pixels.reserve_used(outputs, size.pair_capacity);
@@ -144,7 +149,8 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
                                      outputs.used,
                                      needs_color(outputs),
                                      cuts_long_lists(outputs) && size.blends_segments,
-                                     has_thin_rows(frame.settings)};
+                                     has_thin_rows(frame.settings),
+                                     static_cast<int>(size.slabs)};
       graph_.capture(frame.stream, topology,
                      [&] { run(frame, outputs, pixels, clock, side_stream_); });
       clock.begin(false, frame.stream);
@@ -152,7 +158,8 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
     }
     clock.finish(frame.stream);
     frame.enqueue_behind();
-    copy_to_host(scratch_.counters, &*counters_, 1, frame.stream);
+    copy_to_host(scratch_.counters, all_counters_->data(), size.slabs, frame.stream);
+    merge_counters(size.slabs);
     const bool pairs_fit = counters_->tile_pairs <= size.pair_capacity;
     const bool macro_tiles_fit = MacroSizePolicy::fits(*counters_, size.macro);
     // Lists of macro-tiles that do not fit are not complete.
@@ -167,11 +174,45 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
   }
 }
 
+void FastPipeline::merge_counters(unsigned slabs) {
+  merged_ = {};
+  for (unsigned s = 0; s < slabs; ++s) {
+    const FastCounters& own = (*all_counters_)[s];
+    const auto add = [](auto& to, auto value) { to = to + value; };
+    const auto most = [](auto& to, auto value) { to = std::max(to, value); };
+    most(merged_.tile_pairs, own.tile_pairs);
+    add(merged_.visible, own.visible);
+    most(merged_.visible_blocks, own.visible_blocks);
+    most(merged_.sampled_tiles, own.sampled_tiles);
+    most(merged_.max_pairs_in_a_tile, own.max_pairs_in_a_tile);
+    most(merged_.longest_samples, own.longest_samples);
+    most(merged_.segments, own.segments);
+    most(merged_.entries, own.entries);
+    most(merged_.fullest_macro_tile, own.fullest_macro_tile);
+    most(merged_.full_macro_tiles, own.full_macro_tiles);
+    most(merged_.spilled, own.spilled);
+    most(merged_.slices, own.slices);
+    most(merged_.fullest_slice, own.fullest_slice);
+  }
+  if (std::getenv("QUADSPLAT_SLABS_TRACE") != nullptr) {
+    for (unsigned s = 0; s < slabs; ++s) {
+      const FastCounters& own = (*all_counters_)[s];
+      std::fprintf(stderr, "slab %u: %u visible, %u blocks, %llu pairs, %u entries, longest %u, segments %u\n", s,
+                   own.visible, own.visible_blocks, static_cast<unsigned long long>(own.tile_pairs), own.entries,
+                   own.max_pairs_in_a_tile, own.segments);
+    }
+  }
+}
+
 bool FastPipeline::fit_segments(FrameSize& size) {
-  const CutRule rule = CutRule::of(scratch_.segments, *counters_);
-  const bool may_be_used = rule.may_be_used(counters_->max_pairs_in_a_tile);
-  const bool are_used =
-      may_be_used && size.finds_samples && counters_->longest_samples > rule.longest;
+  bool may_be_used = false, are_used = false;
+  for (unsigned s = 0; s < size.slabs; ++s) {
+    const FastCounters& own = (*all_counters_)[s];
+    const CutRule rule = CutRule::of(scratch_.segments, own);
+    const bool may = rule.may_be_used(own.max_pairs_in_a_tile);
+    may_be_used = may_be_used || may;
+    are_used = are_used || (may && size.finds_samples && own.longest_samples > rule.longest);
+  }
   const bool have_room = counters_->segments <= size.segment_capacity;
   const bool fit =
       are_used ? size.blends_segments && have_room : size.finds_samples || !may_be_used;
@@ -183,11 +224,26 @@ bool FastPipeline::fit_segments(FrameSize& size) {
 
 void FastPipeline::run(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
                        StageClock& clock, cudaStream_t side_stream) {
+  if (scratch_.size.slabs == 1)
+    return run_slab(frame, outputs, pixels, clock, side_stream, OcclusionView{});
+  FastCounters* const counters = scratch_.counters;
+  OcclusionView occlusion = scratch_.occlusion;
+  for (unsigned s = 0; s < scratch_.size.slabs; ++s) {
+    scratch_.counters = scratch_.segments.counters = counters + s;
+    occlusion.slab = s;
+    run_slab(frame, outputs, pixels, clock, side_stream, occlusion);
+  }
+  scratch_.counters = scratch_.segments.counters = counters;
+}
+
+void FastPipeline::run_slab(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
+                            StageClock& clock, cudaStream_t side_stream,
+                            const OcclusionView& occlusion) {
   const FrameSize& size = scratch_.size;
   const auto mark = [&](Stage stage) {
-    if (side_stream == frame.stream) clock.end(stage, frame.stream);
+    if (side_stream == frame.stream && occlusion.slab == 0) clock.end(stage, frame.stream);
   };
-  project(frame, scratch_, footprints_known_);
+  project(frame, scratch_, occlusion, footprints_known_);
   projected_.record(frame.stream);
   footprints_known_.make_wait(side_stream);
   if (needs_color(outputs)) color(frame, scratch_, side_stream);
@@ -209,8 +265,8 @@ void FastPipeline::run(const FrameContext& frame, const Outputs& outputs, Pixels
     scheduled_.record(frame.stream);
     scheduled_.make_wait(side_stream);
     if (cuts_long_lists(outputs) && size.blends_segments)
-      blend_long_lists(frame, scratch_, outputs, pixels);
-    blend(frame, scratch_, outputs, pixels, side_stream);
+      blend_long_lists(frame, scratch_, outputs, pixels, occlusion);
+    blend(frame, scratch_, outputs, pixels, occlusion, side_stream);
     blended_.record(side_stream);
     blended_.make_wait(frame.stream);
   }

@@ -23,7 +23,7 @@ namespace qs::cuda::fast {
 class Graph {
  public:
   /// The values that determine a frame's kernels and the dependencies between them.
-  using Topology = std::array<int, 7>;
+  using Topology = std::array<int, 8>;
 
   Graph() = default;
   Graph& operator=(Graph&&) = delete;
@@ -123,15 +123,19 @@ class FastPipeline {
   /// True if the frame of this size found the samples of long lists if it has any, and blended
   /// their segments. Sets the size for drawing it again, or for the next frame.
   bool fit_segments(FrameSize& size);
+  void merge_counters(unsigned slabs);
   void run(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock,
            cudaStream_t side_stream);
+  void run_slab(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
+                StageClock& clock, cudaStream_t side_stream, const OcclusionView& occlusion);
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
 
   Stream side_stream_;  // low priority: its kernels yield to the main stream
   Stream full_stream_;  // for full macro-tiles
   Event footprints_known_, projected_, listed_, colored_, scheduled_, blended_;
   Graph graph_;
-  PinnedValue<FastCounters> counters_;
+  PinnedValue<std::array<FastCounters, OcclusionView::kMostSlabs>> all_counters_;
+  FastCounters merged_{}, *counters_ = &merged_;  // of all slabs
   Scratch scratch_;
   DeviceBuffer<float> depths_;  // by place, for draw_depth()
   MacroSizePolicy macro_size_policy_;

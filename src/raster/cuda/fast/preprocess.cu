@@ -22,6 +22,7 @@ struct ProjectInput {
   FootprintRules rules;
   TileGrid grid;
   std::uint32_t nearest_bits;  // of the depth whose key is 0
+  OcclusionView occlusion;
 };
 
 /// Sets FastVisible::shown, a thread per block of Gaussians, and clears memory: 64-bit words.
@@ -37,6 +38,79 @@ __global__ void __launch_bounds__(kThreads)
 __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
   const std::uint32_t bits = __float_as_uint(depth);
   return bits > nearest_bits ? bits - nearest_bits : 0;
+}
+
+/// The same for the first of several slabs, and the histogram of their depths.
+__global__ void __launch_bounds__(kThreads)
+    find_depths(Frustum frustum, const BlockBounds* bounds, unsigned blocks, std::uint8_t* shown,
+                OcclusionView out, std::uint32_t nearest_bits) {
+  const unsigned block = blockIdx.x * kThreads + threadIdx.x;
+  if (block >= blocks) return;
+  const bool is_shown = !frustum.misses(bounds[block]);
+  shown[block] = is_shown ? 1 : 0;
+  if (!is_shown) return;
+  const auto depths = frustum.depths(bounds[block]);
+  const float2 range = {static_cast<float>(depths.x), static_cast<float>(depths.y)};
+  out.depths[block] = range;
+  const std::uint32_t key = depth_key(fmaxf(0.5f * (range.x + range.y), 0.0f), nearest_bits);
+  atomicAdd(&out.histogram[min(key >> OcclusionView::kBinShift, OcclusionView::kBins - 1)], 1u);
+}
+
+/// One block.
+__global__ void __launch_bounds__(1024) find_slabs(OcclusionView out, unsigned slabs) {
+  constexpr unsigned kEach = OcclusionView::kBins / 1024;
+  std::uint32_t own[kEach], sum = 0;
+  for (unsigned k = 0; k < kEach; ++k) sum += own[k] = out.histogram[threadIdx.x * kEach + k];
+  const BlockSum<std::uint32_t> all = sum_of_block<1024>(sum);
+  std::uint32_t before = all.before;
+  for (unsigned k = 0; k < kEach; ++k) {
+    const std::uint32_t end = before + own[k];
+    for (unsigned s = 1; s < slabs; ++s) {
+      const auto wanted = static_cast<std::uint32_t>(std::uint64_t{all.total} * s / slabs);
+      if (before < wanted && wanted <= end)
+        out.borders[s] = (threadIdx.x * kEach + k + 1) << OcclusionView::kBinShift;
+    }
+    before = end;
+  }
+  if (threadIdx.x == 0) {
+    out.borders[0] = 0;
+    out.borders[slabs] = kInvisibleKey;
+    for (unsigned s = 1; s < slabs && all.total < slabs; ++s) out.borders[s] = kInvisibleKey;
+  }
+}
+
+constexpr std::uint8_t kInSlab = 2;  // FastVisible::shown of a frame with slabs
+
+/// Finds the blocks with Gaussians in a slab, and clears memory.
+__global__ void __launch_bounds__(kThreads)
+    find_slab(Frustum frustum, View<float> view, const BlockBounds* bounds, unsigned blocks,
+              std::uint8_t* shown, OcclusionView occlusion, std::uint32_t nearest_bits,
+              std::uint64_t* to_clear, std::size_t words) {
+  const unsigned block = blockIdx.x * kThreads + threadIdx.x;
+  for (std::size_t word = block; word < words; word += std::size_t{gridDim.x} * kThreads)
+    to_clear[word] = 0;
+  if (block >= blocks || shown[block] == 0) return;
+  const float2 depths = occlusion.depths[block];
+  const std::uint32_t nearest = depth_key(fmaxf(depths.x, 0.0f), nearest_bits);
+  const std::uint32_t farthest = depth_key(fmaxf(depths.y, 0.0f), nearest_bits);
+  bool is_in = farthest >= occlusion.borders[occlusion.slab] &&
+               nearest < occlusion.borders[occlusion.slab + 1];
+  if (is_in && occlusion.slab > 0 && depths.x > view.near_depth) {
+    const BlockBounds own = bounds[block];
+    glm::vec2 low(INFINITY), high(-INFINITY);
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::vec3 point((corner & 1) != 0 ? own.low.x : own.high.x,
+                            (corner & 2) != 0 ? own.low.y : own.high.y,
+                            (corner & 4) != 0 ? own.low.z : own.high.z);
+      const glm::vec2 pixel = to_pixel(view, to_view(view, point));
+      low = glm::min(low, pixel);
+      high = glm::max(high, pixel);
+    }
+    const float reach = frustum.reach_px(own.sigma, depths.x);
+    is_in = !occlusion.hides(PixelRect(0.5f * (low + high), 0.5f * (high - low) + reach,
+                                       occlusion.width, occlusion.height));
+  }
+  shown[block] = is_in ? kInSlab : 1;
 }
 
 constexpr unsigned kProjectBlocks = 5;          // per multiprocessor, to hide latency
@@ -57,6 +131,19 @@ struct ProjectedBlock {
   std::uint32_t staged_count, staged[kStagedEntries];
   std::uint32_t spilled, next_spilled;  // entries of the block; place of the next entry
 
+  static __device__ bool is_in_slab(const ProjectInput& in, std::uint32_t i) {
+    const float4 position = in.cloud.positions[i];
+    const float depth = to_view(in.view, glm::vec3(position.x, position.y, position.z)).z;
+    return in.occlusion.holds(depth_key(fmaxf(depth, 0.0f), in.nearest_bits));
+  }
+  static __device__ bool is_hidden(const ProjectInput& in, const Footprint& footprint) {
+    if (in.occlusion.slab == 0 || !(footprint.gamma > 0.0f)) return false;
+    constexpr float kWider = 1.0005f, kMarginPx = 0.01f;
+    return in.occlusion.hides(PixelRect(footprint.mean_px,
+                                        extents(footprint).max * kWider + kMarginPx,
+                                        in.occlusion.width, in.occlusion.height));
+  }
+
   /// Projects Gaussian `i`, the thread's own, and adds its tiles to *sampled_tiles, see CutRule.
   /// Returns true if it is visible.
   __device__ __forceinline__ bool project_own(const ProjectInput& in, const FastVisible& out,
@@ -68,7 +155,9 @@ struct ProjectedBlock {
     Projected projected;
     bool is_large = false;
     const bool is_projected =
-        i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected);
+        i < in.cloud.count && (!in.occlusion.is_used() || is_in_slab(in, i)) &&
+        project(in.view, in.rules, in.cloud.gaussian(i), projected) &&
+        (!in.occlusion.is_used() || !is_hidden(in, projected.footprint));
     if (is_projected) is_large = !own.set(projected.footprint, in.grid);
     if (is_projected && is_sampled(i / kWarp, kSampled) && projected.footprint.gamma > 0) {
       const TileRect box = bounds<AdrAabb>(projected.footprint, in.grid);
@@ -186,7 +275,8 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThre
     if (threadIdx.x == 0) shown_count = 0;
     __syncthreads();
     const std::uint32_t turn = first + threadIdx.x * gridDim.x;
-    const bool is_shown = turn < blocks && out.shown[blocks - 1 - turn] != 0;
+    const std::uint8_t least = in.occlusion.is_used() ? kInSlab : 1;
+    const bool is_shown = turn < blocks && out.shown[blocks - 1 - turn] >= least;
     const std::uint32_t slot = reserve_slot(is_shown, &shown_count);
     if (is_shown) shown[slot] = blocks - 1 - turn;
     __syncthreads();
@@ -444,17 +534,33 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kHalves ? 6 : 8, kThr
 
 }  // namespace
 
-void project(const FrameContext& frame, Scratch& scratch, Event& footprints_known) {
+void project(const FrameContext& frame, Scratch& scratch, const OcclusionView& occlusion,
+             Event& footprints_known) {
   const CloudView cloud = frame.cloud.view();
   scratch.macro_tiles.entry_order = {cloud.file_indices};
   const View<float> view = make_view<float>(frame.camera);
   const unsigned blocks = blocks_for(cloud.count);
   with_culler(frame.settings.mode, [&]<class P>(P) {
     const FootprintRules rules = frame.rules();
-    launch("preprocess", find_shown_blocks, std::max(blocks_for(blocks), kFindGrid), frame.stream,
-           Frustum(view, rules, frame.grid), cloud.bounds, blocks, scratch.visible.shown,
-           scratch.to_clear.data(), scratch.to_clear.size());
-    const ProjectInput in{cloud, view, rules, frame.grid, nearest_bits(frame.camera)};
+    const Frustum frustum(view, rules, frame.grid);
+    const std::uint32_t nearest = nearest_bits(frame.camera);
+    if (!occlusion.is_used()) {
+      launch("preprocess", find_shown_blocks, std::max(blocks_for(blocks), kFindGrid),
+             frame.stream, frustum, cloud.bounds, blocks, scratch.visible.shown,
+             scratch.to_clear.data(), scratch.to_clear.size());
+    } else {
+      if (occlusion.slab == 0) {
+        set_zero("preprocess", scratch.to_clear.data(), scratch.to_clear.size(), frame.stream);
+        launch("preprocess", find_depths, std::max(blocks_for(blocks), kFindGrid), frame.stream,
+               frustum, cloud.bounds, blocks, scratch.visible.shown, occlusion, nearest);
+        launch("preprocess", find_slabs, Blocks(1, 1024), frame.stream, occlusion,
+               scratch.size.slabs);
+      }
+      launch("preprocess", find_slab, std::max(blocks_for(blocks), kFindGrid), frame.stream,
+             frustum, view, cloud.bounds, blocks, scratch.visible.shown, occlusion, nearest,
+             scratch.to_clear_again.data(), scratch.to_clear_again.size());
+    }
+    const ProjectInput in{cloud, view, rules, frame.grid, nearest, occlusion};
     const Blocks with_counts(std::clamp(blocks, 1u, kProjectGrid), kThreads,
                              BlockCounts::bytes(scratch.size.macro_tiles()));
     launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, scratch.visible,

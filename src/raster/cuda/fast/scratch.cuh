@@ -12,6 +12,7 @@
 #include "raster/cuda/common/sub_tiles.cuh"
 #include "raster/cuda/common/warp.cuh"
 #include "raster/cuda/fast/macro_tiles.cuh"
+#include "raster/cuda/fast/occlusion.cuh"
 
 namespace qs::cuda::fast {
 
@@ -144,6 +145,7 @@ struct FrameSize {
   MacroSize macro;
   TileGrid grid;
   int width = 0, height = 0;  ///< px
+  unsigned slabs = 1;         ///< see OcclusionView
 
   std::size_t macro_tiles() const { return MacroTiles::count_of(grid); }
 };
@@ -154,7 +156,9 @@ struct Scratch {
   unsigned multiprocessors;           ///< of the GPU
   FrameSize size;                     ///< size of the frame
   std::span<std::uint64_t> to_clear;  ///< memory that must be zero when the frame begins
-  FastCounters* counters = nullptr;
+  std::span<std::uint64_t> to_clear_again;  ///< the part for later slabs
+  FastCounters* counters = nullptr;  ///< of each slab
+  OcclusionView occlusion{};
   MacroTiles macro_tiles{};
   std::uint32_t* class_sizes = nullptr;  ///< see ScheduleView
   // Not set to zero:
@@ -184,6 +188,9 @@ struct Scratch {
     segments.capacity = size.segment_capacity;
     segments.finds_samples = size.finds_samples;
     segments.counters = counters;
+    occlusion.columns = MacroTiles::columns_of(size.grid);
+    occlusion.width = size.width;
+    occlusion.height = size.height;
     macro_tiles.columns = MacroTiles::columns_of(size.grid);
     macro_tiles.rows = MacroTiles::rows_of(size.grid);
     macro_tiles.slicing.size = size.macro;
@@ -201,12 +208,17 @@ struct Scratch {
       if (base != nullptr) what = reinterpret_cast<T*>(base + used);
       used += (count * sizeof(T) / sizeof *base + kAlign) / kAlign * kAlign;
     };
-    place(counters, 1);
+    place(counters, size.slabs);
+    place(occlusion.histogram, OcclusionView::kBins);
+    place(occlusion.stopped, size.macro_tiles());
+    const std::size_t once = used;
     place(class_sizes, kWarp);
     place(segments.queue_sizes, kWarp);
     place(macro_tiles.counts, size.macro_tiles());
     place(macro_tiles.slicing.part_counts, Slicing::counters());
     if (base != nullptr) to_clear = {base, used};
+    if (base != nullptr) to_clear_again = {base + once, used - once};
+    place(occlusion.borders, OcclusionView::kMostSlabs + 1);
     place(ranges, static_cast<std::size_t>(size.grid.count()));
     place(segments.first_segments, static_cast<std::size_t>(size.grid.count()));
     return used;
@@ -230,6 +242,8 @@ struct Scratch {
     visit(kSegments, segments.results, size.segment_capacity);
     visit(kSegments, segments.queue, kWarp * std::size_t{size.segment_capacity});
     visit(kOf, large, size.gaussians);
+    visit(kOf, occlusion.depths, size.slabs > 1 ? blocks_for(size.gaussians) : 0);
+    visit(kOf, occlusion.transmittance, size.slabs > 1 ? static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) : 0);
     visit(kMacroTiles, macro_tiles.entries, macro_count * macro.capacity);
     visit(kMacroTiles, macro_tiles.masks, macro_count * macro.capacity);
     visit(kMacroTiles, macro_tiles.order, macro_count);
@@ -254,7 +268,7 @@ struct Scratch {
   }
 
   DeviceBuffer<std::uint64_t> memory_;
-  std::array<DeviceBuffer<std::byte>, 26> buffers_;  // of for_each_array()
+  std::array<DeviceBuffer<std::byte>, 28> buffers_;  // of for_each_array()
 };
 
 }  // namespace qs::cuda::fast

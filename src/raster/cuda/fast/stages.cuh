@@ -16,7 +16,8 @@ namespace qs::cuda::fast {
 
 /// The first work of a frame: also clears the frame's counters. Records `footprints_known` when
 /// color() may begin, before the large Gaussians are appended.
-void project(const FrameContext& frame, Scratch& scratch, Event& footprints_known);
+void project(const FrameContext& frame, Scratch& scratch, const OcclusionView& occlusion,
+             Event& footprints_known);
 void color(const FrameContext& frame, const Scratch& scratch, cudaStream_t stream);
 
 // Stages 2 and 3: the lists of tiles. Every macro-tile is sorted by depth in the shared memory of a
@@ -62,10 +63,10 @@ constexpr unsigned kBlendBlocks = 14;  ///< per multiprocessor, to hide latency
 /// Fills the parts of `pixels` that `outputs` requests, in tiles whose lists are not cut or in all.
 /// Runs in `stream`, not in the frame's.
 void blend(const FrameContext& frame, const Scratch& scratch, const Outputs& outputs,
-           Pixels& pixels, cudaStream_t stream);
+           Pixels& pixels, const OcclusionView& occlusion, cudaStream_t stream);
 
 /// Fills the image in tiles whose lists are cut. May run concurrently with blend().
 void blend_long_lists(const FrameContext& frame, const Scratch& scratch, const Outputs& outputs,
-                      Pixels& pixels);
+                      Pixels& pixels, const OcclusionView& occlusion);
 
 }  // namespace qs::cuda::fast

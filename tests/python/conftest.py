@@ -2,6 +2,7 @@
 """What the tests share. ctest sets QUADSPLAT (the program), QUADSPLAT_LIBRARY and PYTHONPATH."""
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import warnings
@@ -12,6 +13,8 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent.parent
 PLUSH = ROOT / "assets" / "plush.ply"
 sys.path.insert(0, str(ROOT / "python"))
+# A shell ignores Ctrl-C for what it runs in the background, and tests press it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

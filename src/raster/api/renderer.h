@@ -94,6 +94,10 @@ struct RenderSettings {
   double dilation = kDilation;      ///< px^2 added to both variances as a low-pass filter, >= 0
   int tile_px = kTileSize;          ///< side of a tile, one of kTileSizes; only the CPU has others
   DrawStyle style = DrawStyle::splats;
+  /// A frame of the image alone may leave out Gaussians of which no pixel shows anything. CUDA's
+  /// `fast` does, in views of millions of Gaussians; the image stays the same within rounding. Off
+  /// for measurements of modes, because it hides the most of what these differ in.
+  bool occlusion = false;
 };
 
 /// The numbers by which styles differ in the projection.
@@ -197,9 +201,14 @@ struct RenderStats {
   /// The pipeline that drew the frame: `classic` also draws views that CUDA's `fast` cannot draw.
   Pipeline pipeline = kDefaultPipeline;
   std::uint32_t gaussians = 0;   ///< in the cloud
+  // These are 0 if the frame left out hidden Gaussians; then the first two are those of
+  // Outputs::mode_pairs if it counted the frame's view:
   std::uint32_t visible = 0;     ///< Gaussians with at least one tile
-  std::uint64_t tile_pairs = 0;  ///< (Gaussian, tile) pairs listed
+  std::uint64_t tile_pairs = 0;  ///< (Gaussian, tile) pairs that the mode lists
   std::uint32_t max_pairs_in_a_tile = 0;
+  /// Pairs that the frame listed; less than the mode lists if it left out hidden Gaussians.
+  std::uint64_t listed = 0;
+  bool is_occluded = false;  ///< it left out hidden Gaussians, see RenderSettings::occlusion
   /// Bytes of the keys and values that the frame sorted, each counted once.
   std::uint64_t sort_bytes = 0;
   /// Pairs that at least one pixel of their tile blended: alpha >= 1/255, before the pixel stopped.

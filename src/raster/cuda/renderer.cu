@@ -170,13 +170,19 @@ class CudaRenderer final : public Renderer {
     if (outputs.used) result_.stats.used_pairs = sum_of(result_.used);
     clock_.read(result_.stats);
     if (outputs.depth) pipeline.draw_depth(frame, pixels_);
-    collect_maps(frame.camera, outputs, target);
+    collect_maps(frame.camera, frame.settings.mode, outputs, target);
   }
 
   /// Waits for the frame and copies the requested maps to the host.
-  void collect_maps(const Camera& camera, const Outputs& outputs, const Target& target) {
+  void collect_maps(const Camera& camera, CullMode mode, const Outputs& outputs,
+                    const Target& target) {
     check(cudaStreamSynchronize(stream_), "frame");
     if (outputs.mode_pairs) result_.mode_pairs = mode_counter_.result();
+    if (outputs.mode_pairs && !outputs.counted && result_.stats.is_occluded) {
+      const ModePairs& own = result_.mode_pairs[static_cast<std::size_t>(mode - 1)];
+      result_.stats.visible = own.visible;
+      result_.stats.tile_pairs = own.tile_pairs;
+    }
     const std::size_t pixels = Pixels::count_of(camera);
     const bool stays = std::holds_alternative<DeviceImage>(target);
     const bool wanted = outputs.color && std::holds_alternative<HostImage>(target);

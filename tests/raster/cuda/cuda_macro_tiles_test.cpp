@@ -164,5 +164,21 @@ TEST_P(CudaMacroTiles, draw_the_same_picture_after_emptier_ones) {
   }
 }
 
+// The slices of the second macro-tile exceed the memory that the smaller scene needed.
+TEST_P(CudaMacroTiles, need_more_slices_after_a_larger_scene_has_come) {
+  const auto cloud_of = [](std::size_t count) {
+    return test::scattered_cloud(count, 64,
+                                 [](std::size_t i) { return 2 + 1e-4 * double(i * 7919 % 9973); });
+  };
+  const std::size_t count = test::gpu_is_emulated() ? 180'000 : 600'000;
+  const Camera camera = test::front_camera(64, 64);
+  const auto gpu = renderer_of(Backend::cuda, cloud_of(66'000));
+  gpu->render(camera, settings_of_pipeline());
+  gpu->upload(cloud_of(count), {});
+  const std::vector<float> drawn = gpu->render(camera, settings_of_pipeline()).color.values;
+  const auto fresh = renderer_of(Backend::cuda, cloud_of(count));
+  EXPECT_EQ(drawn, fresh->render(camera, settings_of_pipeline()).color.values);
+}
+
 }  // namespace
 }  // namespace qs

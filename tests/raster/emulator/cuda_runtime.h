@@ -95,6 +95,11 @@ inline std::uint32_t atomicMax(std::uint32_t* address, std::uint32_t value) {
   *address = std::max(old, value);
   return old;
 }
+inline unsigned long long atomicOr(unsigned long long* address, unsigned long long value) {
+  const unsigned long long old = *address;
+  *address = old | value;
+  return old;
+}
 inline std::uint32_t atomicMin(std::uint32_t* address, std::uint32_t value) {
   const std::uint32_t old = *address;
   *address = std::min(old, value);

@@ -60,7 +60,7 @@ void collect(const VisibleSlots& visible, const TileLists& lists, const SplatOf&
              const Outputs& outputs, Frame& result) {
   RenderStats& stats = result.stats;
   stats.visible = visible.count;
-  stats.tile_pairs = lists.pairs();
+  stats.tile_pairs = stats.listed = lists.pairs();
   constexpr std::uint64_t kSortedEach = 2 * sizeof(std::uint32_t);  // depth and index
   stats.sort_bytes = stats.visible * kSortedEach;
   const auto tiles = static_cast<std::size_t>(result.grid.count());

@@ -33,7 +33,7 @@ void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
                               const Pixels& pixels, Frame& result) {
   copy_to_host(visible_.counters.data(), &*counters_, 1, frame.stream);
   result.stats.visible = counters_->visible;
-  result.stats.tile_pairs = pairs_.count;
+  result.stats.tile_pairs = result.stats.listed = pairs_.count;
   constexpr std::uint64_t kSortedEach = sizeof(std::uint64_t) + sizeof(std::uint32_t);
   result.stats.sort_bytes = pairs_.count * kSortedEach;
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstdio>
 #include <cstdlib>
+#include <span>
 #include <utility>
 
 #include "raster/cuda/common/depth.cuh"
@@ -38,6 +39,21 @@ std::uint32_t larger_capacity(std::uint64_t tile_pairs) {
 }
 
 std::uint32_t with_half(std::uint32_t count) { return count + count / 2; }
+
+/// For tests: QUADSPLAT_SLABS=N draws every frame that may leave out Gaussians in N slabs.
+unsigned forced_slabs() {
+  const char* forced = std::getenv("QUADSPLAT_SLABS");
+  unsigned slabs = 0;
+  if (forced == nullptr || std::sscanf(forced, "%u", &slabs) != 1) return 0;
+  return std::min(slabs, OcclusionView::kMostSlabs);
+}
+
+/// True if a frame with these outputs may leave out hidden Gaussians: lists, counts of pairs,
+/// depths and times of stages are those of all.
+bool allows_occlusion(const Outputs& outputs) {
+  return cuts_long_lists(outputs) && !outputs.pairs && !outputs.depth && !outputs.trace &&
+         !outputs.stage_times;
+}
 
 /// For scripts/far: QUADSPLAT_CUT=LEAST,EACH sets CutRule, in pairs.
 void force_cut_rule(SegmentsView& segments) {
@@ -114,7 +130,16 @@ FastPipeline::FastPipeline(int device)
       scratch_(multiprocessors()),
       macro_size_policy_(most_in_shared_memory()) {
   size_.pair_capacity = 1 << 16;
+  forced_slabs_ = forced_slabs();
   force_cut_rule(scratch_.segments);
+}
+
+/// A slab is worth its passes if it has millions of Gaussians. Fitted on copies of one scene, see
+/// docs/log/far.md.
+unsigned FastPipeline::slabs_of(std::uint32_t shown_blocks) const {
+  constexpr std::uint32_t kLeastBlocks = (1 << 22) / kBlockGaussians;
+  if (forced_slabs_ > 0) return forced_slabs_;
+  return std::clamp(std::bit_floor(shown_blocks / kLeastBlocks), 1u, OcclusionView::kMostSlabs);
 }
 
 bool FastPipeline::can_draw(TileGrid grid) {
@@ -130,11 +155,8 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
   size.grid = frame.grid;
   size.width = frame.camera.width;
   size.height = frame.camera.height;
-  static const char* const forced = std::getenv("QUADSPLAT_SLABS");
-  size.slabs = forced != nullptr && cuts_long_lists(outputs) && !outputs.depth && !outputs.trace &&
-                       !outputs.pairs
-                   ? static_cast<unsigned>(std::atoi(forced))
-                   : 1;
+  const bool may_occlude = frame.settings.occlusion && allows_occlusion(outputs);
+  size.slabs = may_occlude ? slabs_ : 1;
   for (;;) {
     scratch_.reserve(size);
     pixels.reserve_used(outputs, size.pair_capacity);
@@ -158,65 +180,61 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
     }
     clock.finish(frame.stream);
     frame.enqueue_behind();
-    copy_to_host(scratch_.counters, all_counters_->data(), size.slabs, frame.stream);
+    copy_to_host(scratch_.counters, of_slabs_->data(), size.slabs, frame.stream);
     merge_counters(size.slabs);
-    const bool pairs_fit = counters_->tile_pairs <= size.pair_capacity;
-    const bool macro_tiles_fit = MacroSizePolicy::fits(*counters_, size.macro);
+    const bool pairs_fit = counters_.tile_pairs <= size.pair_capacity;
+    const bool macro_tiles_fit = MacroSizePolicy::fits(counters_, size.macro);
     // Lists of macro-tiles that do not fit are not complete.
     const bool segments_fit = !cuts_long_lists(outputs) || !macro_tiles_fit || fit_segments(size);
-    const std::optional<MacroSize> macro = macro_size_policy_.next(*counters_, size);
+    const std::optional<MacroSize> macro = macro_size_policy_.next(counters_, size);
     size.macro = macro.value_or(MacroSize{});
     size_ = size;
-    if (pairs_fit && segments_fit && macro_tiles_fit) return true;
+    if (may_occlude) slabs_ = slabs_of(counters_.shown_blocks);
+    const bool slabs_fit = !may_occlude || size.slabs == slabs_;
+    if (pairs_fit && segments_fit && macro_tiles_fit && slabs_fit) return true;
     if (!macro) return false;
-    if (!pairs_fit) size.pair_capacity = larger_capacity(counters_->tile_pairs);
+    if (!pairs_fit) size.pair_capacity = larger_capacity(counters_.tile_pairs);
+    if (may_occlude) size.slabs = slabs_;
     frame.throw_if_cancelled();
   }
 }
 
 void FastPipeline::merge_counters(unsigned slabs) {
-  merged_ = {};
-  for (unsigned s = 0; s < slabs; ++s) {
-    const FastCounters& own = (*all_counters_)[s];
-    const auto add = [](auto& to, auto value) { to = to + value; };
-    const auto most = [](auto& to, auto value) { to = std::max(to, value); };
-    most(merged_.tile_pairs, own.tile_pairs);
-    add(merged_.visible, own.visible);
-    most(merged_.visible_blocks, own.visible_blocks);
-    most(merged_.sampled_tiles, own.sampled_tiles);
-    most(merged_.max_pairs_in_a_tile, own.max_pairs_in_a_tile);
-    most(merged_.longest_samples, own.longest_samples);
-    most(merged_.segments, own.segments);
-    most(merged_.entries, own.entries);
-    most(merged_.fullest_macro_tile, own.fullest_macro_tile);
-    most(merged_.full_macro_tiles, own.full_macro_tiles);
-    most(merged_.spilled, own.spilled);
-    most(merged_.slices, own.slices);
-    most(merged_.fullest_slice, own.fullest_slice);
-  }
-  if (std::getenv("QUADSPLAT_SLABS_TRACE") != nullptr) {
-    for (unsigned s = 0; s < slabs; ++s) {
-      const FastCounters& own = (*all_counters_)[s];
-      std::fprintf(stderr, "slab %u: %u visible, %u blocks, %llu pairs, %u entries, longest %u, segments %u\n", s,
-                   own.visible, own.visible_blocks, static_cast<unsigned long long>(own.tile_pairs), own.entries,
-                   own.max_pairs_in_a_tile, own.segments);
-    }
+  counters_ = {};
+  pairs_ = 0;
+  for (const FastCounters& own : std::span(*of_slabs_).first(slabs)) {
+    pairs_ += own.tile_pairs;
+    counters_.visible += own.visible;
+    counters_.entries += own.entries;
+    const auto keep_most = [&](auto FastCounters::* counter) {
+      counters_.*counter = std::max(counters_.*counter, own.*counter);
+    };
+    keep_most(&FastCounters::tile_pairs);
+    keep_most(&FastCounters::visible_blocks);
+    keep_most(&FastCounters::shown_blocks);
+    keep_most(&FastCounters::max_pairs_in_a_tile);
+    keep_most(&FastCounters::segments);
+    keep_most(&FastCounters::fullest_macro_tile);
+    keep_most(&FastCounters::full_macro_tiles);
+    keep_most(&FastCounters::spilled);
+    keep_most(&FastCounters::slices);
+    keep_most(&FastCounters::fullest_slice);
   }
 }
 
 bool FastPipeline::fit_segments(FrameSize& size) {
   bool may_be_used = false, are_used = false;
   for (unsigned s = 0; s < size.slabs; ++s) {
-    const FastCounters& own = (*all_counters_)[s];
+    const FastCounters& own = (*of_slabs_)[s];
     const CutRule rule = CutRule::of(scratch_.segments, own);
     const bool may = rule.may_be_used(own.max_pairs_in_a_tile);
     may_be_used = may_be_used || may;
     are_used = are_used || (may && size.finds_samples && own.longest_samples > rule.longest);
   }
-  const bool have_room = counters_->segments <= size.segment_capacity;
+  const bool have_room = counters_.segments <= size.segment_capacity;
   const bool fit =
       are_used ? size.blends_segments && have_room : size.finds_samples || !may_be_used;
-  if (!have_room) size.segment_capacity = with_half(counters_->segments);
+  if (!have_room) size.segment_capacity = with_half(counters_.segments);
   size.finds_samples = may_be_used;
   size.blends_segments = are_used;
   return fit;
@@ -241,7 +259,7 @@ void FastPipeline::run_slab(const FrameContext& frame, const Outputs& outputs, P
                             const OcclusionView& occlusion) {
   const FrameSize& size = scratch_.size;
   const auto mark = [&](Stage stage) {
-    if (side_stream == frame.stream && occlusion.slab == 0) clock.end(stage, frame.stream);
+    if (side_stream == frame.stream) clock.end(stage, frame.stream);
   };
   project(frame, scratch_, occlusion, footprints_known_);
   projected_.record(frame.stream);
@@ -275,10 +293,15 @@ void FastPipeline::run_slab(const FrameContext& frame, const Outputs& outputs, P
 
 void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
                            Frame& result) {
-  result.stats.visible = counters_->visible;
-  result.stats.tile_pairs = counters_->tile_pairs;
-  result.stats.sort_bytes = std::uint64_t{counters_->entries} * sizeof(SortEntry);
-  result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
+  RenderStats& stats = result.stats;
+  stats.listed = pairs_;
+  stats.is_occluded = scratch_.size.slabs > 1;
+  if (!stats.is_occluded) {
+    stats.visible = counters_.visible;
+    stats.tile_pairs = pairs_;
+    stats.max_pairs_in_a_tile = counters_.max_pairs_in_a_tile;
+  }
+  stats.sort_bytes = std::uint64_t{counters_.entries} * sizeof(SortEntry);
   collect_lists(
       frame, outputs, pixels, scratch_.ranges, scratch_.gaussians,
       [&](Trace& trace) { append_gaussians(frame, trace); }, result);
@@ -306,7 +329,7 @@ void FastPipeline::append_gaussians(const FrameContext& frame, Trace& trace) con
   const auto file_indices = on_host(frame.cloud.file_indices.data());
   std::vector<std::uint32_t> places(count, count);  // by index in the file; `count`: invisible
   for (const std::uint32_t block :
-       copied(scratch_.visible.blocks, counters_->visible_blocks, frame.stream)) {
+       copied(scratch_.visible.blocks, counters_.visible_blocks, frame.stream)) {
     const std::uint32_t first = block * kBlockGaussians;
     for (std::uint32_t place = first; place < std::min(first + kBlockGaussians, count); ++place)
       if (keys[place] != kInvisibleKey) places[file_indices[place]] = place;

@@ -123,9 +123,13 @@ class FastPipeline {
   /// True if the frame of this size found the samples of long lists if it has any, and blended
   /// their segments. Sets the size for drawing it again, or for the next frame.
   bool fit_segments(FrameSize& size);
+  /// Sets the counters of the frame from those of its slabs.
   void merge_counters(unsigned slabs);
+  /// The number of slabs in which a view of so many blocks of Gaussians is drawn.
+  unsigned slabs_of(std::uint32_t shown_blocks) const;
   void run(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock,
            cudaStream_t side_stream);
+  /// Draws a slab, or a frame that has none.
   void run_slab(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
                 StageClock& clock, cudaStream_t side_stream, const OcclusionView& occlusion);
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
@@ -134,12 +138,14 @@ class FastPipeline {
   Stream full_stream_;  // for full macro-tiles
   Event footprints_known_, projected_, listed_, colored_, scheduled_, blended_;
   Graph graph_;
-  PinnedValue<std::array<FastCounters, OcclusionView::kMostSlabs>> all_counters_;
-  FastCounters merged_{}, *counters_ = &merged_;  // of all slabs
+  PinnedValue<std::array<FastCounters, OcclusionView::kMostSlabs>> of_slabs_;
+  FastCounters counters_{};   // the largest of all slabs; visible and entries: their sums
+  std::uint64_t pairs_ = 0;   // of all slabs
   Scratch scratch_;
   DeviceBuffer<float> depths_;  // by place, for draw_depth()
   MacroSizePolicy macro_size_policy_;
   FrameSize size_;  // of the previous frame, with the capacities for the next
+  unsigned slabs_ = 1, forced_slabs_ = 0;  // of the previous frame with occlusion; if not 0
 };
 
 }  // namespace qs::cuda::fast

@@ -56,26 +56,29 @@ __global__ void __launch_bounds__(kThreads)
   atomicAdd(&out.histogram[min(key >> OcclusionView::kBinShift, OcclusionView::kBins - 1)], 1u);
 }
 
-/// One block.
-__global__ void __launch_bounds__(1024) find_slabs(OcclusionView out, unsigned slabs) {
-  constexpr unsigned kEach = OcclusionView::kBins / 1024;
+constexpr unsigned kSlabThreads = 1024;
+
+/// Finds the borders between slabs with about the same number of blocks. One block of threads.
+__global__ void __launch_bounds__(kSlabThreads)
+    find_slabs(OcclusionView out, unsigned slabs, FastCounters* counters) {
+  constexpr unsigned kEach = OcclusionView::kBins / kSlabThreads;
   std::uint32_t own[kEach], sum = 0;
+#pragma unroll
   for (unsigned k = 0; k < kEach; ++k) sum += own[k] = out.histogram[threadIdx.x * kEach + k];
-  const BlockSum<std::uint32_t> all = sum_of_block<1024>(sum);
+  const BlockSum<std::uint32_t> all = sum_of_block<kSlabThreads>(sum);
+  if (threadIdx.x == 0) counters->shown_blocks = all.total;
+  if (threadIdx.x <= slabs) out.borders[threadIdx.x] = threadIdx.x == 0 ? 0 : kInvisibleKey;
+  __syncthreads();
   std::uint32_t before = all.before;
+#pragma unroll
   for (unsigned k = 0; k < kEach; ++k) {
     const std::uint32_t end = before + own[k];
     for (unsigned s = 1; s < slabs; ++s) {
-      const auto wanted = static_cast<std::uint32_t>(std::uint64_t{all.total} * s / slabs);
+      const std::uint64_t wanted = std::uint64_t{all.total} * s / slabs;
       if (before < wanted && wanted <= end)
         out.borders[s] = (threadIdx.x * kEach + k + 1) << OcclusionView::kBinShift;
     }
     before = end;
-  }
-  if (threadIdx.x == 0) {
-    out.borders[0] = 0;
-    out.borders[slabs] = kInvisibleKey;
-    for (unsigned s = 1; s < slabs && all.total < slabs; ++s) out.borders[s] = kInvisibleKey;
   }
 }
 
@@ -271,6 +274,7 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThre
   __shared__ std::uint32_t shown_count, shown[kThreads], sampled_tiles;
   if (threadIdx.x == 0) sampled_tiles = 0;
   const std::uint32_t blocks = (in.cloud.count + kBlockGaussians - 1) / kBlockGaussians;
+  std::uint32_t shown_here = 0;
   for (std::uint32_t first = blockIdx.x; first < blocks; first += gridDim.x * kThreads) {
     if (threadIdx.x == 0) shown_count = 0;
     __syncthreads();
@@ -280,10 +284,13 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThre
     const std::uint32_t slot = reserve_slot(is_shown, &shown_count);
     if (is_shown) shown[slot] = blocks - 1 - turn;
     __syncthreads();
+    shown_here += shown_count;
     for (std::uint32_t k = 0; k < shown_count; ++k)
       project_block<P>(in, out, macro_tiles, large, counters, &sampled_tiles, shown[k]);
     __syncthreads();
   }
+  if (threadIdx.x == 0 && shown_here > 0 && !in.occlusion.is_used())
+    atomicAdd(&counters->shown_blocks, shown_here);
   if (threadIdx.x == 0 && sampled_tiles > 0)
     atomicAdd(reinterpret_cast<unsigned long long*>(&counters->sampled_tiles),
               static_cast<unsigned long long>(sampled_tiles));
@@ -553,8 +560,8 @@ void project(const FrameContext& frame, Scratch& scratch, const OcclusionView& o
         set_zero("preprocess", scratch.to_clear.data(), scratch.to_clear.size(), frame.stream);
         launch("preprocess", find_depths, std::max(blocks_for(blocks), kFindGrid), frame.stream,
                frustum, cloud.bounds, blocks, scratch.visible.shown, occlusion, nearest);
-        launch("preprocess", find_slabs, Blocks(1, 1024), frame.stream, occlusion,
-               scratch.size.slabs);
+        launch("preprocess", find_slabs, Blocks(1, kSlabThreads), frame.stream, occlusion,
+               scratch.size.slabs, scratch.counters);
       }
       launch("preprocess", find_slab, std::max(blocks_for(blocks), kFindGrid), frame.stream,
              frustum, view, cloud.bounds, blocks, scratch.visible.shown, occlusion, nearest,

@@ -72,6 +72,7 @@ struct FastCounters {
   std::uint64_t tile_pairs;  ///< all pairs of the frame
   std::uint32_t visible;
   std::uint32_t visible_blocks;  ///< see FastVisible
+  std::uint32_t shown_blocks;    ///< FastVisible::shown, of all slabs
   std::uint64_t sampled_tiles;   ///< see CutRule
   std::uint32_t max_pairs_in_a_tile;
   std::uint32_t longest_samples;     ///< of a list that is cut

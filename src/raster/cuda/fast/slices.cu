@@ -33,7 +33,13 @@ __global__ void __launch_bounds__(kBlock)
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
     const Slicing::Slices slices = slicing.slices[own];
-    if (!slicing.holds(slices)) continue;
+    if (!slicing.holds(slices)) {
+      // Later kernels find by the macro-tile that these slices are left out.
+      const std::uint32_t end = min(slices.first + slices.count, slicing.size.slices);
+      for (std::uint32_t s = slices.first + threadIdx.x; s < end; s += kBlock)
+        slicing.macro_tile_of[s] = own;
+      continue;
+    }
     const std::uint32_t count = slicing.sample_count(tiles.counts[own]);
     const SortEntry* const samples = slicing.samples + std::size_t{own} * capacity;
     using Arrays = std::conditional_t<kGlobal, GlobalArrays, SharedArrays>;

@@ -200,7 +200,7 @@ struct RenderStats {
   float stage_ms[kStageCount] = {};  ///< index = Stage; CUDA: 0 without Outputs::stage_times
   /// The pipeline that drew the frame: `classic` also draws views that CUDA's `fast` cannot draw.
   Pipeline pipeline = kDefaultPipeline;
-  std::uint32_t gaussians = 0;   ///< in the cloud
+  std::uint32_t gaussians = 0;  ///< in the cloud
   // These are 0 if the frame left out hidden Gaussians; then the first two are those of
   // Outputs::mode_pairs if it counted the frame's view:
   std::uint32_t visible = 0;     ///< Gaussians with at least one tile

@@ -64,15 +64,16 @@ std::vector<OccludedView> occluded_views() {
   Camera inside = camera;  // between two opaque layers of Gaussians
   inside.near_depth = 0.01;
   GaussianCloud flat = test::scattered_cloud(1500, kPicture, [](std::size_t) { return 3.0; });
-  return {{"nothing in front", scattered(1500), camera, false},
-          {"a wall", with_wall(scattered(1500), 1.9f, 0), camera, true},
-          {"a wall with a hole", with_wall(scattered(1500), 1.9f, 3), camera, true},
-          {"a wall in the middle", with_wall(scattered(1500), 6, 0), camera, true},
-          {"a camera inside", with_wall(test::surrounding_cloud(1500, 0, 3), 0.5f, 0), inside, true},
-          {"equal depths", with_wall(flat, 2.9f, 0), camera, true},
-          {"equal depths alone", flat, camera, false},
-          {"one Gaussian", test::single_gaussian({0, 0, 3}, 0.1f, {1, 1, 1}, 9), camera, false},
-          {"no Gaussian", GaussianCloud{}, camera, false}};
+  return {
+      {"nothing in front", scattered(1500), camera, false},
+      {"a wall", with_wall(scattered(1500), 1.9f, 0), camera, true},
+      {"a wall with a hole", with_wall(scattered(1500), 1.9f, 3), camera, true},
+      {"a wall in the middle", with_wall(scattered(1500), 6, 0), camera, true},
+      {"a camera inside", with_wall(test::surrounding_cloud(1500, 0, 3), 0.5f, 0), inside, true},
+      {"equal depths", with_wall(flat, 2.9f, 0), camera, true},
+      {"equal depths alone", flat, camera, false},
+      {"one Gaussian", test::single_gaussian({0, 0, 3}, 0.1f, {1, 1, 1}, 9), camera, false},
+      {"no Gaussian", GaussianCloud{}, camera, false}};
 }
 
 TEST_F(CudaOcclusion, leaves_the_picture_as_it_is) {
@@ -137,8 +138,8 @@ TEST_F(CudaOcclusion, counts_the_pairs_of_the_mode_on_request) {
 TEST_F(CudaOcclusion, leaves_out_nothing_where_maps_or_lists_are_requested) {
   const auto gpu = renderer_in(4, with_wall(scattered(1500), 1.9f, 0));
   const Camera camera = test::front_camera(kPicture, kPicture);
-  for (bool Outputs::* const output : {&Outputs::pairs, &Outputs::evaluated, &Outputs::used,
-                                       &Outputs::depth, &Outputs::trace, &Outputs::stage_times}) {
+  for (bool Outputs::*const output : {&Outputs::pairs, &Outputs::evaluated, &Outputs::used,
+                                      &Outputs::depth, &Outputs::trace, &Outputs::stage_times}) {
     Outputs outputs;
     outputs.*output = true;
     EXPECT_FALSE(gpu->render(camera, settings_with(true), outputs).stats.is_occluded);
@@ -156,7 +157,8 @@ TEST_F(CudaOcclusion, draws_a_thousand_random_clouds_as_they_are) {
   for (unsigned seed = 0; seed < count; ++seed) {
     SCOPED_TRACE(seed);
     GaussianCloud cloud = test::random_cloud(600, 0, seed);
-    if (seed % 2 == 1) cloud = with_wall(std::move(cloud), 1 + 0.5f * float(seed % 13), int(seed % 7));
+    if (seed % 2 == 1)
+      cloud = with_wall(std::move(cloud), 1 + 0.5f * float(seed % 13), int(seed % 7));
     const auto gpu = renderer_in(2 + seed % 9, cloud);
     const Camera camera = test::front_camera(kPicture, 16 + int(seed % kPicture));
     const Frame off = gpu->render(camera, settings_with(false));

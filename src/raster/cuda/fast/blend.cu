@@ -66,7 +66,7 @@ void blend(const FrameContext& frame, const Scratch& scratch, const Outputs& out
       occlusion.is_used() ? (is_thin ? blend_tiles<false, Rows::exponents, true>
                                      : blend_tiles<false, Rows::products, true>)
       : is_thin ? (cuts ? blend_tiles<false, Rows::exponents> : blend_tiles<true, Rows::exponents>)
-              : (cuts ? blend_tiles<false, Rows::products> : blend_tiles<true, Rows::products>);
+                : (cuts ? blend_tiles<false, Rows::products> : blend_tiles<true, Rows::products>);
   launch("blend", kernel, Blocks(tiles, kBlendThreads), stream,
          ScheduleView{scratch.class_sizes, scratch.schedule, tiles}, scratch.lists(frame),
          BlendOutput::of(pixels, outputs), scratch.segments, occlusion);

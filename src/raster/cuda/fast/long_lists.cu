@@ -310,8 +310,7 @@ __device__ void join(const ListInput& in, const BlendOutput& out, const HalfSegm
     for (int j = 0; j < kPixels; ++j) {
       if (own.half.x >= in.width || own.half.y + j >= in.height) continue;
       const float behind =
-          has_stopped ? 0.0f
-                      : load_fresh(&own.result_of(own.count - 1).behind[own.half.place(j)]);
+          has_stopped ? 0.0f : load_fresh(&own.result_of(own.count - 1).behind[own.half.place(j)]);
       const std::size_t pixel = static_cast<std::size_t>(own.half.y + j) * in.width + own.half.x;
       was_live[j] = occlusion.carried(own.half.x, own.half.y + j) > 0;
       const bool goes_on = was_live[j] && behind >= kTransmittanceMin;

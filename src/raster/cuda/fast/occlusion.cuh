@@ -74,7 +74,8 @@ struct OcclusionView {
     return true;
   }
 
-  /// The transmittance of a pixel in front of the slab; 0: it has stopped, or is not in the picture.
+  /// The transmittance of a pixel in front of the slab; 0: it has stopped, or is not in the
+  /// picture.
   __device__ float carried(int x, int y) const {
     if (x >= width || y >= height) return 0;
     return slab > 0 ? transmittance[static_cast<std::size_t>(y) * width + x] : kClear<Cut::flush>;

@@ -206,7 +206,7 @@ void FastPipeline::merge_counters(unsigned slabs) {
     pairs_ += own.tile_pairs;
     counters_.visible += own.visible;
     counters_.entries += own.entries;
-    const auto keep_most = [&](auto FastCounters::* counter) {
+    const auto keep_most = [&](auto FastCounters::*counter) {
       counters_.*counter = std::max(counters_.*counter, own.*counter);
     };
     keep_most(&FastCounters::tile_pairs);

@@ -139,8 +139,8 @@ class FastPipeline {
   Event footprints_known_, projected_, listed_, colored_, scheduled_, blended_;
   Graph graph_;
   PinnedValue<std::array<FastCounters, OcclusionView::kMostSlabs>> of_slabs_;
-  FastCounters counters_{};   // the largest of all slabs; visible and entries: their sums
-  std::uint64_t pairs_ = 0;   // of all slabs
+  FastCounters counters_{};  // the largest of all slabs; visible and entries: their sums
+  std::uint64_t pairs_ = 0;  // of all slabs
   Scratch scratch_;
   DeviceBuffer<float> depths_;  // by place, for draw_depth()
   MacroSizePolicy macro_size_policy_;

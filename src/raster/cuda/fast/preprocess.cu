@@ -67,14 +67,20 @@ __global__ void __launch_bounds__(kSlabThreads)
   for (unsigned k = 0; k < kEach; ++k) sum += own[k] = out.histogram[threadIdx.x * kEach + k];
   const BlockSum<std::uint32_t> all = sum_of_block<kSlabThreads>(sum);
   if (threadIdx.x == 0) counters->shown_blocks = all.total;
-  if (threadIdx.x <= slabs) out.borders[threadIdx.x] = threadIdx.x == 0 ? 0 : kInvisibleKey;
+  const auto wanted_before = [&](unsigned slab) {
+    return static_cast<std::uint32_t>(std::uint64_t{all.total} * slab / slabs);
+  };
+  if (threadIdx.x <= slabs) {
+    const bool is_empty = threadIdx.x < slabs && wanted_before(threadIdx.x) == 0;
+    out.borders[threadIdx.x] = is_empty ? 0 : kInvisibleKey;
+  }
   __syncthreads();
   std::uint32_t before = all.before;
 #pragma unroll
   for (unsigned k = 0; k < kEach; ++k) {
     const std::uint32_t end = before + own[k];
     for (unsigned s = 1; s < slabs; ++s) {
-      const std::uint64_t wanted = std::uint64_t{all.total} * s / slabs;
+      const std::uint32_t wanted = wanted_before(s);
       if (before < wanted && wanted <= end)
         out.borders[s] = (threadIdx.x * kEach + k + 1) << OcclusionView::kBinShift;
     }
@@ -157,10 +163,10 @@ struct ProjectedBlock {
     own.clear();
     Projected projected;
     bool is_large = false;
-    const bool is_projected =
-        i < in.cloud.count && (!in.occlusion.is_used() || is_in_slab(in, i)) &&
-        project(in.view, in.rules, in.cloud.gaussian(i), projected) &&
-        (!in.occlusion.is_used() || !is_hidden(in, projected.footprint));
+    const bool is_projected = i < in.cloud.count &&
+                              (!in.occlusion.is_used() || is_in_slab(in, i)) &&
+                              project(in.view, in.rules, in.cloud.gaussian(i), projected) &&
+                              (!in.occlusion.is_used() || !is_hidden(in, projected.footprint));
     if (is_projected) is_large = !own.set(projected.footprint, in.grid);
     if (is_projected && is_sampled(i / kWarp, kSampled) && projected.footprint.gamma > 0) {
       const TileRect box = bounds<AdrAabb>(projected.footprint, in.grid);
@@ -552,9 +558,9 @@ void project(const FrameContext& frame, Scratch& scratch, const OcclusionView& o
     const Frustum frustum(view, rules, frame.grid);
     const std::uint32_t nearest = nearest_bits(frame.camera);
     if (!occlusion.is_used()) {
-      launch("preprocess", find_shown_blocks, std::max(blocks_for(blocks), kFindGrid),
-             frame.stream, frustum, cloud.bounds, blocks, scratch.visible.shown,
-             scratch.to_clear.data(), scratch.to_clear.size());
+      launch("preprocess", find_shown_blocks, std::max(blocks_for(blocks), kFindGrid), frame.stream,
+             frustum, cloud.bounds, blocks, scratch.visible.shown, scratch.to_clear.data(),
+             scratch.to_clear.size());
     } else {
       if (occlusion.slab == 0) {
         set_zero("preprocess", scratch.to_clear.data(), scratch.to_clear.size(), frame.stream);

@@ -154,11 +154,11 @@ struct FrameSize {
 struct Scratch {
   explicit Scratch(unsigned multiprocessors_) : multiprocessors(multiprocessors_) {}
 
-  unsigned multiprocessors;           ///< of the GPU
-  FrameSize size;                     ///< size of the frame
-  std::span<std::uint64_t> to_clear;  ///< memory that must be zero when the frame begins
+  unsigned multiprocessors;                 ///< of the GPU
+  FrameSize size;                           ///< size of the frame
+  std::span<std::uint64_t> to_clear;        ///< memory that must be zero when the frame begins
   std::span<std::uint64_t> to_clear_again;  ///< the part for later slabs
-  FastCounters* counters = nullptr;  ///< of each slab
+  FastCounters* counters = nullptr;         ///< of each slab
   OcclusionView occlusion{};
   MacroTiles macro_tiles{};
   std::uint32_t* class_sizes = nullptr;  ///< see ScheduleView
@@ -244,7 +244,10 @@ struct Scratch {
     visit(kSegments, segments.queue, kWarp * std::size_t{size.segment_capacity});
     visit(kOf, large, size.gaussians);
     visit(kOf, occlusion.depths, size.slabs > 1 ? blocks_for(size.gaussians) : 0);
-    visit(kOf, occlusion.transmittance, size.slabs > 1 ? static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) : 0);
+    visit(kOf, occlusion.transmittance,
+          size.slabs > 1
+              ? static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height)
+              : 0);
     visit(kMacroTiles, macro_tiles.entries, macro_count * macro.capacity);
     visit(kMacroTiles, macro_tiles.masks, macro_count * macro.capacity);
     visit(kMacroTiles, macro_tiles.order, macro_count);

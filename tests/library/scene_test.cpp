@@ -2,6 +2,8 @@
 // Scenes of files and of the caller's arrays.
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -93,6 +95,15 @@ TEST(LibraryScene, facts_are_the_files) {
     EXPECT_EQ(facts.low[axis], low);
     EXPECT_EQ(facts.high[axis], high);
   }
+}
+
+TEST(LibraryScene, a_model_says_that_its_background_is_white) {
+  const TemporaryFolder folder;
+  const auto points = folder / "point_cloud/iteration_1";
+  std::filesystem::create_directories(points);
+  std::filesystem::copy_file(test::plush(), points / "point_cloud.ply");
+  std::ofstream(folder / "cfg_args") << "Namespace(sh_degree=3, white_background=True)";
+  EXPECT_EQ(test::cpu().load((folder / "").string()).facts().white_background, 1u);
 }
 
 TEST(LibraryScene, wrapped_draws_the_bytes_of_the_file) {

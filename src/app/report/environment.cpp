@@ -41,6 +41,7 @@ ordered_json frame_json(const FrameRecord& record) {
                         {"stage_ms", stages},
                         {"pipeline", kPipelineNames[static_cast<int>(stats.pipeline)]},
                         {"threads", stats.threads}};
+  if (stats.is_occluded) frame["listed"] = stats.listed;
   if (stats.used_pairs) frame["used_pairs"] = *stats.used_pairs;
   if (record.result.psnr) frame["psnr_vs_reference"] = finite_or_null(*record.result.psnr);
   if (record.reference_psnr) frame["psnr_vs_picture"] = finite_or_null(*record.reference_psnr);

@@ -96,7 +96,7 @@ struct RenderSettings {
   DrawStyle style = DrawStyle::splats;
   /// A frame of the image alone may leave out Gaussians of which no pixel shows anything. CUDA's
   /// `fast` does, in views of millions of Gaussians; the image stays the same within rounding. Off
-  /// for measurements of modes, because it hides the most of what these differ in.
+  /// in measurements of modes, which differ most in hidden Gaussians.
   bool occlusion = false;
 };
 
@@ -201,8 +201,8 @@ struct RenderStats {
   /// The pipeline that drew the frame: `classic` also draws views that CUDA's `fast` cannot draw.
   Pipeline pipeline = kDefaultPipeline;
   std::uint32_t gaussians = 0;  ///< in the cloud
-  // These are 0 if the frame left out hidden Gaussians; then the first two are those of
-  // Outputs::mode_pairs if it counted the frame's view:
+  // These three are 0 if the frame left out hidden Gaussians. Then Outputs::mode_pairs sets the
+  // first two, if it counts the frame's view.
   std::uint32_t visible = 0;     ///< Gaussians with at least one tile
   std::uint64_t tile_pairs = 0;  ///< (Gaussian, tile) pairs that the mode lists
   std::uint32_t max_pairs_in_a_tile = 0;

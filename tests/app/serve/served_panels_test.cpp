@@ -454,7 +454,16 @@ TEST(ServePanels, a_crop_is_shared_and_a_box_is_not) {
   room.set("x right, from", middle);
   ASSERT_TRUE(room.until([&] { return room.viewer().crop.counts && !room.viewer().crop.busy; }));
   EXPECT_THAT(text_in(room.of(1), "crop/text"), HasSubstr("would go"));
-  EXPECT_EQ(section(room.of(1), "box").at("handles").size(), std::size_t{kBoxFaces});
+  const auto handles = section(room.of(1), "box").at("handles");
+  ASSERT_EQ(handles.size(), std::size_t{kBoxFaces});
+  const Camera& camera = room.viewer().camera;
+  for (int face = 0; face < kBoxFaces; ++face) {
+    const auto pixel = handle_in_picture(camera, room.viewer().crop.wish.box, face);
+    const auto& handle = handles.at(static_cast<std::size_t>(face));
+    ASSERT_EQ(handle.is_null(), !pixel.has_value());
+    if (!pixel) continue;
+    EXPECT_NEAR(handle.at(0).get<double>(), (pixel->x + 0.5) / camera.width, 1e-6);
+  }
   EXPECT_FALSE(room.viewer(2).crop.wish.boxed);
   const int before = room.viewer(2).view_version;
 

@@ -48,8 +48,8 @@ unsigned forced_slabs() {
   return std::min(slabs, OcclusionView::kMostSlabs);
 }
 
-/// True if a frame with these outputs may leave out hidden Gaussians: lists, counts of pairs,
-/// depths and times of stages are those of all.
+/// True if a frame with these outputs may leave out hidden Gaussians. Lists, counts of pairs,
+/// depths and times of stages include all Gaussians.
 bool allows_occlusion(const Outputs& outputs) {
   return cuts_long_lists(outputs) && !outputs.pairs && !outputs.depth && !outputs.trace &&
          !outputs.stage_times;

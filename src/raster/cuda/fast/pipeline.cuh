@@ -123,7 +123,7 @@ class FastPipeline {
   /// True if the frame of this size found the samples of long lists if it has any, and blended
   /// their segments. Sets the size for drawing it again, or for the next frame.
   bool fit_segments(FrameSize& size);
-  /// Sets the counters of the frame from those of its slabs.
+  /// Sets the counters of the frame from the counters of its slabs.
   void merge_counters(unsigned slabs);
   /// The number of slabs in which a view of so many blocks of Gaussians is drawn.
   unsigned slabs_of(std::uint32_t shown_blocks) const;

@@ -20,12 +20,19 @@ struct AlphaEllipse {
   float half2, narrowing;
 };
 
+/// The margin of AlphaEllipse for rounding.
+inline constexpr float kEllipseWider = 1.0005f, kEllipseMarginPx = 0.01f;
+
+/// Half the size of the box around the ellipse, px.
+__device__ inline glm::vec2 half_box_of(const Footprint& footprint) {
+  return extents(footprint).max * kEllipseWider + kEllipseMarginPx;
+}
+
 __device__ inline AlphaEllipse ellipse_of(const Footprint& footprint) {
   if (!(footprint.gamma > 0.0f)) return {-1, 0, 0, 0, 0};
-  constexpr float kWider = 1.0005f, kMarginPx = 0.01f;
-  const glm::vec2 max = extents(footprint).max * kWider + kMarginPx;
+  const glm::vec2 max = half_box_of(footprint);
   const glm::vec3 conic = footprint.conic;
-  const float half2 = footprint.gamma / conic.x * (kWider * kWider);
+  const float half2 = footprint.gamma / conic.x * (kEllipseWider * kEllipseWider);
   return {max.y, -conic.y / conic.x, -conic.y / conic.z * max.x, half2, half2 / (max.y * max.y)};
 }
 

@@ -15,7 +15,7 @@ namespace qs::cuda::fast {
 struct PixelRect {
   int x0, y0, x1, y1;
 
-  /// The pixels of a picture within `half` of the mean. False for a NaN.
+  /// The pixels of a picture within `half` of the mean; all pixels if it is not a number.
   __device__ PixelRect(glm::vec2 mean, glm::vec2 half, int width, int height)
       : x0(static_cast<int>(fmaxf(ceilf(mean.x - half.x), 0.0f))),
         y0(static_cast<int>(fmaxf(ceilf(mean.y - half.y), 0.0f))),

@@ -40,7 +40,8 @@ __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
   return bits > nearest_bits ? bits - nearest_bits : 0;
 }
 
-/// The same for the first of several slabs, and the histogram of their depths.
+/// Sets FastVisible::shown of a frame with slabs, a thread per block of Gaussians, and counts the
+/// depths of the shown blocks in the histogram.
 __global__ void __launch_bounds__(kThreads)
     find_depths(Frustum frustum, const BlockBounds* bounds, unsigned blocks, std::uint8_t* shown,
                 OcclusionView out, std::uint32_t nearest_bits) {
@@ -147,9 +148,7 @@ struct ProjectedBlock {
   }
   static __device__ bool is_hidden(const ProjectInput& in, const Footprint& footprint) {
     if (in.occlusion.slab == 0 || !(footprint.gamma > 0.0f)) return false;
-    constexpr float kWider = 1.0005f, kMarginPx = 0.01f;
-    return in.occlusion.hides(PixelRect(footprint.mean_px,
-                                        extents(footprint).max * kWider + kMarginPx,
+    return in.occlusion.hides(PixelRect(footprint.mean_px, half_box_of(footprint),
                                         in.occlusion.width, in.occlusion.height));
   }
 

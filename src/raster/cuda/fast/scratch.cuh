@@ -69,7 +69,7 @@ struct FastVisible {
 using ListInput = BlendInput<BoundedSplat>;
 
 struct FastCounters {
-  std::uint64_t tile_pairs;  ///< all pairs of the frame
+  std::uint64_t tile_pairs;  ///< all pairs of the frame, or of a slab
   std::uint32_t visible;
   std::uint32_t visible_blocks;  ///< see FastVisible
   std::uint32_t shown_blocks;    ///< FastVisible::shown, of all slabs
@@ -217,8 +217,10 @@ struct Scratch {
     place(segments.queue_sizes, kWarp);
     place(macro_tiles.counts, size.macro_tiles());
     place(macro_tiles.slicing.part_counts, Slicing::counters());
-    if (base != nullptr) to_clear = {base, used};
-    if (base != nullptr) to_clear_again = {base + once, used - once};
+    if (base != nullptr) {
+      to_clear = {base, used};
+      to_clear_again = {base + once, used - once};
+    }
     place(occlusion.borders, OcclusionView::kMostSlabs + 1);
     place(ranges, static_cast<std::size_t>(size.grid.count()));
     place(segments.first_segments, static_cast<std::size_t>(size.grid.count()));

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "learn/gradient/activation.h"
+#include "learn/gradient/gaussian.h"
 #include "learn/gradient/project.h"
 #include "learn/gradient/sh.h"
 #include "raster/kernel/activation.h"
@@ -238,6 +239,18 @@ TEST(Gradient, of_the_colour_equals_differences_by_coefficients_and_by_the_mean)
 TEST(Gradient, of_a_colour_clamped_at_0_is_zero) {
   const glm::dvec3 gradient = clamp_gradient(glm::dvec3(0, 0.5, 3), glm::dvec3(1, 2, 3));
   EXPECT_EQ(gradient, glm::dvec3(0, 2, 3));
+}
+
+TEST(Gradient, of_a_colour_of_exactly_0_is_zero_in_training) {
+  const GradientRules<double> rules{make_view<double>(tilted_camera()), kDilation, false, 0};
+  const auto gradient = [&](double coefficient) {
+    const auto coefficients = [&](int) { return glm::dvec3(coefficient); };
+    return ColorGradient<double>::of(rules, {0, 0, 3}, coefficients, glm::dvec3(1)).by_color;
+  };
+  const double black = -0.5 / kSh0;
+  ASSERT_EQ(kSh0 * black + 0.5, 0);
+  EXPECT_EQ(gradient(black), glm::dvec3(0));
+  EXPECT_EQ(gradient(black + 1e-9), glm::dvec3(1));
 }
 
 }  // namespace

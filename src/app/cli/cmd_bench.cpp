@@ -271,6 +271,7 @@ void declare_measuring(Options& options, BenchCommand* c) {
                "adds PSNR, SSIM and FLIP against mode reference, and whether two frames are equal "
                "(seconds per view)");
   declare_exact_color_option(options, c->exact_color, "the reference of --psnr, and only that,");
+  declare_occlusion_option(options, c->frame);
 }
 
 void declare_plugins(Options& options, BenchCommand* c) {

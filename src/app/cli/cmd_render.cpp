@@ -41,7 +41,6 @@ struct RenderCommand {
   double reference_threshold = 0;
   bool psnr = false;
   bool exact_color = false;
-  bool occlusion = false;
 
   bool several_modes() const { return frame.modes.size() > 1; }
   bool measures() const { return several_modes() || repeats.has_value() || psnr; }
@@ -68,7 +67,7 @@ void check(const RenderCommand& command) {
        {command.part && (quantity != Quantity::color || heat.quantity || !command.output),
         "--part shows a part of the colours: it needs --output and excludes --picture and "
         "--heatmap"},
-       {command.occlusion &&
+       {command.frame.settings.occlusion &&
             (command.several_modes() || heat.quantity || quantity != Quantity::color),
         "--occlusion on draws the colours of one mode: modes differ most in hidden Gaussians"},
        {command.depth_step && quantity != Quantity::depth && quantity != Quantity::median_depth,
@@ -92,11 +91,7 @@ void require_reference(const std::filesystem::path& picture) {
 class RenderRun {
  public:
   explicit RenderRun(const RenderCommand& command)
-      : command_(command), session_(open_session(command.frame)) {
-    session_.settings.occlusion = command.occlusion;
-    if (command.occlusion && session_.backend == Backend::cpu)
-      warn("--occlusion on: the CPU backend lists hidden Gaussians too");
-  }
+      : command_(command), session_(open_session(command.frame)) {}
 
   int all_shots() {
     const std::vector<Shot> shots = choose_shots(command_.cameras, command_.frame, session_);
@@ -120,7 +115,7 @@ class RenderRun {
                         *session_.pool);
     }
     Outputs outputs = heatmaps_ ? heatmaps_->outputs() : outputs_for(command_.quantity);
-    outputs.mode_pairs = command_.occlusion;
+    outputs.mode_pairs = session_.settings.occlusion;
     const int repeats =
         command_.repeats.value_or(command_.several_modes() ? int{kFewestFrames} : 1);
     MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
@@ -286,10 +281,7 @@ CommandAction render_command(Options& options) {
   options.flag("--psnr", command->psnr,
                "adds each mode's PSNR against mode reference to the table (seconds per view)");
   declare_exact_color_option(options, command->exact_color, "every picture");
-  options.choice(
-      "--occlusion", {"on", "off"}, [command](int chosen) { command->occlusion = chosen == 0; },
-      "on: in views of many millions of Gaussians a GPU leaves out those that others hide; the "
-      "picture is the same (default: off)");
+  declare_occlusion_option(options, command->frame);
   options.text("--reference", "FILE", command->reference,
                "prints the PSNR against this picture and writes OUT.difference.png",
                {"reference.pfm", "missing.png"});

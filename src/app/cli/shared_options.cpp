@@ -221,6 +221,14 @@ void declare_exact_color_option(Options& options, bool& exact_color, const std::
                    "have, instead of spherical harmonics");
 }
 
+void declare_occlusion_option(Options& options, FrameOptions& frame) {
+  options.choice(
+      "--occlusion", {"on", "off"},
+      [&frame](int chosen) { frame.settings.occlusion = chosen == 0; },
+      "on: in views of many millions of Gaussians a GPU leaves out those that others hide; the "
+      "picture is the same (default: off)");
+}
+
 PixelRect parse_part(const std::string& text, const char* problem) {
   const std::vector<std::string> words = separated(text);
   if (words.size() != 4) fail(ErrorKind::usage, "--part: '{}' is {}", text, problem);

@@ -82,6 +82,9 @@ void require_part_inside(const PixelRect& part, const Camera& camera);
 /// --exact-color. `what` is drawn so.
 void declare_exact_color_option(Options& options, bool& exact_color, const std::string& what);
 
+/// --occlusion: RenderSettings::occlusion.
+void declare_occlusion_option(Options& options, FrameOptions& frame);
+
 /// --shard, for a Shard or a std::optional<Shard>.
 template <class T>
 void declare_shard_option(Options& options, T& shard, const std::string& help) {

@@ -51,15 +51,19 @@ BenchRow make_row(const Session& session, const Camera& camera, const ModeResult
   return row;
 }
 
-/// Renders an extra frame, so that counting does not slow the timed frames down.
-void count_false_positives(const MeasuredView& view, CullMode mode, const Target& target,
-                           BenchRow& row) {
+/// Renders an extra frame with whole lists, so that counting does not slow the timed frames down,
+/// and a frame that left out hidden Gaussians has the pairs of its mode.
+void count_pairs(const MeasuredView& view, CullMode mode, const Target& target, BenchRow& row) {
   RenderSettings settings = view.session.settings;
   settings.mode = mode;
   const Outputs outputs{.color = false, .used = true};
   const RenderStats& stats =
       view.session.renderer->render(view.camera, settings, outputs, target, view.progress.stop)
           .stats;
+  row.visible = stats.visible;
+  row.pairs = stats.tile_pairs;
+  row.pairs_per_visible = pairs_per_visible(stats);
+  row.max_tile = stats.max_pairs_in_a_tile;
   if (!stats.used_pairs) return;
   row.false_positives = stats.tile_pairs - *stats.used_pairs;
   row.false_positive_share = stats.tile_pairs == 0 ? 0
@@ -122,8 +126,9 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
     const Guest* const guest = i < modes.size() ? nullptr : &plan.guests[i - modes.size()];
     const Target target = guest ? Target(DeviceImage{}) : bench_target(session.backend);
     result.marked_frame_ms = result.stats.frame_ms;
-    // The CPU backend always measures stages, at no cost.
-    if (plan.details && result.problem.empty() && (guest || session.backend != Backend::cpu)) {
+    // The CPU backend always measures stages, at no cost. Frames with stages list all Gaussians.
+    const bool marks = guest || (session.backend != Backend::cpu && !result.stats.is_occluded);
+    if (plan.details && result.problem.empty() && marks) {
       try {
         mark_stages(guest ? *guest->renderer : *session.renderer, camera, session.settings,
                     {std::min(plan.frames, kMarkedFrames), target, progress.stop}, result);
@@ -148,7 +153,7 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
       row.mode = guest->name;
       row.backend = kPluginBackend;
     } else if (plan.details) {
-      count_false_positives(view, modes[i], target, row);
+      count_pairs(view, modes[i], target, row);
     }
   }
   return rows;

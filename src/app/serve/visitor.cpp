@@ -232,6 +232,7 @@ std::optional<PictureOrder> Visitor::next_order(const LineSpeed& line) {
       (counting_pace_.counts_next() || !order.request.moving))
     order.request.counted = CountedView{counted_camera(v), order.request.settings};
   order.request.pairs = is_new && wants_pairs(v, order.request);
+  order.request.settings.occlusion = may_occlude(v, order.request);
   ordered_version_ = v.version;
   ordered_lossless_ = order.lossless;
   return order;

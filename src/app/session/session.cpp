@@ -122,6 +122,8 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.renderer = upload(session, session.backend, draws_network(session), {});
   const bool white = !frame.background && model_wants_white_background(session.scene->path);
   session.settings = frame.settings;
+  if (frame.settings.occlusion && session.backend == Backend::cpu)
+    warn("--occlusion on: the CPU backend lists hidden Gaussians too");
   session.settings.mode = frame.modes.front();
   session.settings.background = frame.background.value_or(glm::vec3(white ? 1.0f : 0.0f));
   return session;

@@ -28,6 +28,7 @@ void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
   visit("vsync", viewer.vsync);
   visit("on_demand", viewer.on_demand);
   visit("reduce_when_moving", viewer.reduce_when_moving);
+  visit("occlusion", viewer.occlusion);
   visit("hud", viewer.panels.hud);
   visit("info", viewer.panels.info);
   visit("cameras_panel", viewer.panels.cameras);

@@ -558,7 +558,8 @@ TEST(ServeControls, without_a_scene_only_those_that_need_none_are_of_use) {
   for (const Control& control : controls()) {
     if (control_now(viewer, control)) names.push_back(control.name);
   }
-  EXPECT_THAT(names, UnorderedElementsAre("Draw smaller while moving (CPU)", "Pause training",
+  EXPECT_THAT(names, UnorderedElementsAre("Draw smaller while moving (CPU)",
+                                          "Leave out hidden Gaussians (GPU)", "Pause training",
                                           "Step", "Save the model", "Stop training"));
 }
 

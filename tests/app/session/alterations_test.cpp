@@ -60,6 +60,8 @@ TEST(Alterations, have_a_clause_and_a_member_for_every_setting) {
          n.antialiased = true;
          s.antialiased = false;
        }},
+      {"hidden Gaussians may be left out", R"({"occlusion":true)",
+       [](auto& s, auto&) { s.occlusion = true; }},
       {"tiles of 8 pixels", R"({"tile_px":8)", [](auto& s, auto&) { s.tile_px = 8; }},
       {"read with axes RFU", R"({"axes":"RFU")", [](auto&, auto& n) { n.axes = "RFU"; }},
       {"3 x 2 copies", R"({"copies":[3,2])",

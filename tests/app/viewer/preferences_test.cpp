@@ -21,7 +21,7 @@ using testing::SizeIs;
 TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   const TemporaryFolder folder;
   Viewer written;
-  written.vsync = written.on_demand = written.reduce_when_moving = false;
+  written.vsync = written.on_demand = written.reduce_when_moving = written.occlusion = false;
   written.panels.info = true;
   written.navigation = Navigation::fly;
   written.recent = {"/a.ply", "/b c.ply"};
@@ -40,7 +40,7 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   glm::ivec2 size(0);
   EXPECT_EQ(read_preferences(folder / "deep/viewer.json", read, size), "");
   EXPECT_EQ(size, glm::ivec2(1600, 900));
-  EXPECT_FALSE(read.vsync || read.on_demand || read.reduce_when_moving);
+  EXPECT_FALSE(read.vsync || read.on_demand || read.reduce_when_moving || read.occlusion);
   EXPECT_TRUE(read.panels.info);
   EXPECT_EQ(read.navigation, Navigation::fly);
   EXPECT_EQ(read.recent, written.recent);

@@ -30,8 +30,9 @@ Blocks settings_blocks(const Viewer& v) {
                               "backend", "pipeline", "leave out what is larger than the scene"})};
   // The window has them in its menus and in the legend over the picture.
   if (v.is_remote)
-    blocks.emplace_back(fields(9, {"Heat map", "opacity over the colours", "colour map",
-                                   "Picture of", "Draw smaller while moving (CPU)"}));
+    blocks.emplace_back(
+        fields(9, {"Heat map", "opacity over the colours", "colour map", "Picture of",
+                   "Draw smaller while moving (CPU)", "Leave out hidden Gaussians (GPU)"}));
   return blocks;
 }
 

@@ -78,7 +78,9 @@ void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
     };
     option("Draw on demand only", &Viewer::on_demand);
     option("Wait for the display (vsync)", &Viewer::vsync);
-    ControlsDrawer(viewer, actions).draw_menu_item("Draw smaller while moving (CPU)");
+    ControlsDrawer drawer(viewer, actions);
+    drawer.draw_menu_item("Draw smaller while moving (CPU)");
+    drawer.draw_menu_item("Leave out hidden Gaussians (GPU)");
   }
   ImGui::EndMenu();
 }

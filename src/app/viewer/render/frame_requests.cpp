@@ -44,6 +44,10 @@ bool wants_pairs(const Viewer& viewer, const FrameRequest& request) {
          !is_training(viewer);
 }
 
+bool may_occlude(const Viewer& viewer, const FrameRequest& request) {
+  return viewer.occlusion && shows_colors_alone(request) && !shows_counts(viewer);
+}
+
 FrameRequest full_frame(const Viewer& viewer) {
   FrameRequest request{.camera = viewer.camera,
                        .settings = viewer.settings,
@@ -115,6 +119,7 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
     request.divisor = divisor;
     request.moving = viewer.moving();
     request.pairs = wants_pairs(viewer, request);
+    request.settings.occlusion = may_occlude(viewer, request);
     if (next_counts(viewer)) {
       request.counted = CountedView{counted, request.settings};
       counted_version_ = viewer.view_version;

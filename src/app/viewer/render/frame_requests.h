@@ -20,6 +20,10 @@ bool numbers_are_missing(const Viewer& viewer);
 /// True if frames of other modes should follow the picture of a moving camera: FrameRequest::pairs.
 bool wants_pairs(const Viewer& viewer, const FrameRequest& request);
 
+/// True if the picture may leave out hidden Gaussians, see RenderSettings::occlusion. The table of
+/// modes is of frames with all Gaussians, and the picture is one of them.
+bool may_occlude(const Viewer& viewer, const FrameRequest& request);
+
 /// True if numbers_are_missing(), or if the table is not precise enough yet.
 bool numbers_are_wanted(const Viewer& viewer);
 

@@ -51,8 +51,8 @@ const BenchRow* row_of_picture(const Viewer& viewer) {
 struct PictureNumbers {
   std::string ms, fps;  // empty: unknown
   std::string pairs;
-  std::string time_at, pairs_at;  // " at 1/2" if they are of a reduced frame
-  std::uint32_t visible = 0, largest_tile = 0;
+  std::string time_at, pairs_at;                // " at 1/2" if they are of a reduced frame
+  std::uint32_t visible = 0, largest_tile = 0;  // 0: unknown if hidden Gaussians were left out
   std::string elsewhere = {};  // "1280 x 720" if the table and the picture differ in their size
 };
 
@@ -63,7 +63,10 @@ PictureNumbers numbers_of_shown(const Viewer& viewer) {
   const std::string size = size_text(viewer.shown.divisor);
   PictureNumbers numbers{
       {}, {}, grouped(stats.tile_pairs), size, size, stats.visible, stats.max_pairs_in_a_tile};
-  if (const std::optional<FullSizePairs> full = full_size_pairs(viewer)) {
+  if (stats.is_occluded) {
+    numbers.pairs = grouped(stats.listed);
+    numbers.pairs_at = " listed" + size;
+  } else if (const std::optional<FullSizePairs> full = full_size_pairs(viewer)) {
     numbers.pairs = (full->exact ? "" : "~") + grouped(full->pairs);
     numbers.pairs_at.clear();
   }
@@ -123,8 +126,10 @@ std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
   if (!numbers.elsewhere.empty()) words.front() += " at " + numbers.elsewhere;
   if (!numbers.fps.empty()) words.push_back(rate_of(numbers));
   words.push_back(numbers.pairs + " pairs" + numbers.pairs_at);
-  words.push_back(fmt::format("{} of {}", grouped(numbers.visible),
-                              counted(viewer.shown.stats.gaussians, "Gaussian")));
+  const std::string all = counted(viewer.shown.stats.gaussians, "Gaussian");
+  words.push_back(viewer.shown.stats.is_occluded
+                      ? all + ", hidden ones left out"
+                      : fmt::format("{} of {}", grouped(numbers.visible), all));
   return words;
 }
 
@@ -256,9 +261,12 @@ std::vector<Fact> hud_facts(const Viewer& viewer) {
                    viewer.shown.interop ? ", by interop" : ", through the host")},
       {"drawn by", drawn_by({viewer.shown.mode, stats.pipeline, viewer.backend})},
       {"tile pairs", numbers.pairs + numbers.pairs_at},
-      {"visible", fmt::format("{} of {}", grouped(numbers.visible), grouped(stats.gaussians))},
-      {"largest tile", counted(numbers.largest_tile, "pair")},
   };
+  if (!stats.is_occluded) {
+    facts.push_back(
+        {"visible", fmt::format("{} of {}", grouped(numbers.visible), grouped(stats.gaussians))});
+    facts.push_back({"largest tile", counted(numbers.largest_tile, "pair")});
+  }
   if (!numbers.elsewhere.empty()) facts.insert(facts.begin(), {"size", numbers.elsewhere});
   if (viewer.is_remote)  // these are of a window
     std::erase_if(
@@ -286,6 +294,7 @@ std::string hud_caveat(const Viewer& viewer) {
   if (viewer.shown.values) reasons.emplace_back("without colours");
   if (viewer.shown.other) reasons.emplace_back("in a split window");
   if (viewer.shown.grid) reasons.emplace_back("beside all modes");
+  if (viewer.shown.stats.is_occluded) reasons.emplace_back("without hidden Gaussians");
   if (is_training(viewer)) reasons.emplace_back("beside the trainer");
   if (!viewer.on_demand && viewer.vsync) reasons.emplace_back("waits for the display");
   return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";

@@ -30,7 +30,7 @@ double tiles_of(const ShownFrame& shown) {
 bool is_lost(const Viewer& v) {
   const RenderStats& stats = v.shown.stats;
   if (!v.scene || v.zoom.running || v.shown.version != v.version || !v.still()) return false;
-  if (v.playback.running || stats.gaussians == 0) return false;
+  if (v.playback.running || stats.gaussians == 0 || stats.is_occluded) return false;
   return stats.visible < kFewGaussians * stats.gaussians &&
          static_cast<double>(stats.tile_pairs) <= kFewPairs * tiles_of(v.shown);
 }

@@ -188,6 +188,7 @@ void action::frame_paired(Viewer& v, const PairedFrame& pair) {
 
 void action::learn_from_frame(Viewer& v, const ShownFrame& frame) {
   if (frame.grid) return;
+  if (frame.stats.is_occluded) return;  // not the time and the pairs of its mode
   learn_growth(v.pair_growth, v.shown, frame);
   if (!shows_colors_alone(frame) || frame.stats.frame_ms <= 0) return;
   use(v.live, {frame.mode, v.settings.pipeline, v.backend});

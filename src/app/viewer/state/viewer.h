@@ -458,6 +458,7 @@ struct Viewer : Turn {
   bool shows_grid = false;  ///< the pictures of all modes; the split rests meanwhile
 
   bool vsync = true, on_demand = true, reduce_when_moving = true;
+  bool occlusion = true;  ///< pictures may leave out hidden Gaussians, see may_occlude()
   ShownPhotograph photograph;
   float photograph_opacity = 0.5f;
   float photograph_wipe = 1;  ///< the photograph covers the picture left of it, 0 to 1 of its width

@@ -32,6 +32,29 @@ TEST(CountingPace, spends_at_most_a_tenth_of_the_time_of_drawing_on_counting) {
   EXPECT_EQ(frames_between(0, 1), 1);
 }
 
+TEST(Occlusion, is_of_pictures_beside_which_no_mode_is_measured) {
+  Viewer viewer;
+  viewer.scene.emplace();
+  viewer.panels.hud = false;
+  FrameRequest request;
+  EXPECT_TRUE(may_occlude(viewer, request));
+  EXPECT_FALSE(full_frame(viewer).settings.occlusion) << "films are of all Gaussians";
+  viewer.occlusion = false;
+  EXPECT_FALSE(may_occlude(viewer, request)) << "the user's choice";
+  viewer.occlusion = true;
+  viewer.panels.hud = viewer.panels.all = true;
+  EXPECT_FALSE(may_occlude(viewer, request)) << "the table is open";
+  viewer.panels.all = false;
+  viewer.shows_badge = true;
+  EXPECT_FALSE(may_occlude(viewer, request)) << "the picture has the mode's numbers on it";
+  viewer.shows_badge = false;
+  request.heatmap = HeatQuantity::pairs;
+  EXPECT_FALSE(may_occlude(viewer, request)) << "the heat map counts all pairs";
+  request.heatmap.reset();
+  request.grid = true;
+  EXPECT_FALSE(may_occlude(viewer, request)) << "the pictures of all modes compare them";
+}
+
 class CountingFrames : public test::RenderingViewer {
  protected:
   CountingFrames() {

@@ -54,6 +54,9 @@ TEST(Lost, is_a_view_at_rest_of_less_than_a_hundredth_of_the_gaussians) {
   EXPECT_FALSE(is_lost(driven.viewer)) << "the camera moves";
   driven.apply(tick, Turn{2}, 0.0);
   EXPECT_TRUE(is_lost(driven.viewer));
+  driven.apply([](Viewer& viewer) { viewer.shown.stats.is_occluded = true; });
+  EXPECT_FALSE(is_lost(driven.viewer)) << "its visible Gaussians were not counted";
+  driven.show(0, 0);
   driven.apply([](Viewer& viewer) { viewer.zoom.running = true; });
   EXPECT_FALSE(is_lost(driven.viewer));
   EXPECT_FALSE(is_lost(Viewer()));

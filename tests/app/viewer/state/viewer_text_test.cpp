@@ -414,6 +414,24 @@ TEST(HudText, a_hindered_frame_is_no_measurement) {
             "drawn at 1/2 size, with a heat map, in a split window: not a measurement");
 }
 
+TEST(HudText, a_picture_without_hidden_gaussians_says_what_was_listed) {
+  test::DrivenScene driven(0);
+  Viewer& viewer = driven.viewer;
+  RenderStats& stats = viewer.shown.stats;
+  stats.gaussians = 60'000'000;
+  stats.listed = 3'200'000;
+  stats.is_occluded = true;
+  EXPECT_EQ(hud_caveat(viewer), "without hidden Gaussians: not a measurement");
+  const std::string line = status_line(viewer).numbers;
+  EXPECT_THAT(line, HasSubstr("3,200,000 pairs listed"));
+  EXPECT_THAT(line, HasSubstr("60,000,000 Gaussians, hidden ones left out"));
+  for (const Fact& fact : hud_facts(viewer)) {
+    EXPECT_NE(fact.label, "visible");
+    EXPECT_NE(fact.label, "largest tile");
+    if (fact.label == "tile pairs") EXPECT_EQ(fact.value, "3,200,000 listed");
+  }
+}
+
 TEST(HudText, the_state_of_the_table_is_said) {
   Viewer viewer;
   const char* measuring = "measuring all modes for this view ...";

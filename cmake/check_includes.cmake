@@ -70,7 +70,7 @@ room(learn/run learn/step learn/field learn/gradient io/camera io/scene io/scene
 room(learn/step learn/field learn/gradient raster/field raster/api raster/scene raster/kernel base)
 room(learn/field learn/gradient raster/field raster/kernel base)
 room(learn/gradient raster/kernel)
-room(io/camera io/picture io/bytes raster/scene base)
+room(io/camera io/scene/ply io/picture io/bytes raster/scene base)
 room(io/scene io/scene/sog io/scene/compact io/scene/splat io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes
      raster/scene base)
 room(io/scene/sog io/cloud io/picture io/bytes raster/scene base)

@@ -27,6 +27,13 @@ class Error : public std::runtime_error {
   ErrorKind kind_;
 };
 
+/// An error in the input about a number that is NaN or infinite. A reader of many records may leave
+/// out the record.
+class NotFinite : public Error {
+ public:
+  explicit NotFinite(const std::string& message) : Error(ErrorKind::input, message) {}
+};
+
 /// Thrown by work that was stopped through its stop_token. Not an Error, because nothing failed.
 struct Cancelled {};
 

@@ -24,4 +24,10 @@ template <class... Args>
   throw Error(ErrorKind::input, fmt::format(format, std::forward<Args>(args)...));
 }
 
+/// Throws NotFinite(message).
+template <class... Args>
+[[noreturn]] void fail_not_finite(fmt::format_string<Args...> format, Args&&... args) {
+  throw NotFinite(fmt::format(format, std::forward<Args>(args)...));
+}
+
 }  // namespace qs

@@ -131,7 +131,7 @@ FuzzTarget camera_target(const CameraFormat& format, const std::string& file) {
   return {name_of(file), "/" + file, [&format, file](Bytes content) {
             const fs::path path = input_file(file, content);
             expect_sentence_at_most(path.parent_path().string(), [&] {
-              for (const LensCamera& camera : format.read(path)) check(camera.camera);
+              for (const LensCamera& camera : format.read(path).cameras) check(camera.camera);
             });
           }};
 }
@@ -159,6 +159,11 @@ FuzzTarget picture_target(const PictureFormat& format) {
               demand(image.width > 0 && image.height > 0, "pictures have pixels");
             });
           }};
+}
+
+void read_exif(Bytes content) {
+  const int orientation = exif_orientation(content);
+  demand(orientation >= 1 && orientation <= 8, "orientations are 1 to 8");
 }
 
 void read_webp(Bytes content) {
@@ -324,8 +329,10 @@ std::vector<FuzzTarget> fuzz_targets() {
     if (place.stem() == "images")  // COLMAP's lenses
       targets.push_back(camera_target(format, "cameras" + place.extension().string()));
   }
-  for (const char* file : {"points3D.bin", "points3D.txt"}) targets.push_back(points_target(file));
+  for (const char* file : {"points3D.bin", "points3D.txt", "points3D.ply"})
+    targets.push_back(points_target(file));
   for (const PictureFormat& format : picture_formats()) targets.push_back(picture_target(format));
+  targets.push_back({"exif", ".jpg", read_exif});
   targets.push_back({"webp", ".webp", read_webp});
   targets.push_back({"safetensors", ".safetensors", read_tensors});
   targets.push_back({"pickle", ".pkl", read_pickle});

@@ -51,6 +51,8 @@ struct Views {
   std::filesystem::path cameras;
   std::vector<EvalView> list;
   std::size_t skipped = 0;  ///< cameras without a photograph
+  std::string used;         ///< a sentence about the data
+  std::vector<std::string> warnings;
 };
 
 // The views to evaluate, sorted by name.
@@ -60,17 +62,23 @@ Views choose_views(const EvalCommand& command) {
   if (!file)
     fail("{}: no cameras were found beside it: name their file with --cameras",
          frame.scene.string());
-  std::vector<LensCamera> cameras = read_lens_cameras(*file);
+  CameraSet set = read_camera_set(*file);
+  std::vector<LensCamera>& cameras = set.cameras;
   sort_by_name(cameras);
   const Photographs photographs(command.images);
+  const auto found = find_pictures(photograph_names(cameras), {}, photographs);
   const auto step = static_cast<std::size_t>(std::max(1, command.holdout));
-  Views views{*file, {}, 0};
+  Views views{*file, {}, 0, used_sentence(set, found, photographs), set.warnings};
+  views.warnings.insert(views.warnings.end(), set.left_out.begin(), set.left_out.end());
+  views.warnings.push_back(orientation_sentence(cameras, found));
+  const std::string left_out = left_out_sentence(set, found, photographs);
+  if (!left_out.empty()) views.used += "; " + left_out;
   for (std::size_t i = 0; i < cameras.size(); i += step) {
     Camera camera = cameras[i].camera;
     if (frame.size) camera = camera.resized(frame.size->x, frame.size->y);
-    if (const auto photograph = photographs.find(camera.name)) {
-      note_input(*photograph);  // some are read after pictures are written
-      views.list.push_back({camera, cameras[i], *photograph});
+    if (!found[i].empty()) {
+      note_input(found[i]);  // some are read after pictures are written
+      views.list.push_back({camera, cameras[i], found[i]});
     } else {
       ++views.skipped;
     }
@@ -90,7 +98,8 @@ class EvalRun {
     lpips::Weights weights;
     if (command_.lpips) weights = read_lpips(*command_.lpips);
     network_ = weights.network;
-    if (views.skipped > 0) warn(skipped_sentence(views.skipped));
+    for (const std::string& sentence : views.warnings) warn(sentence);
+    fmt::print(stderr, "{}\n", views.used);
     session_ = open_session(command_.frame);
     if (network_ != nullptr)
       distance_ = make_lpips(session_.backend, weights, *session_.pool, session_.device);

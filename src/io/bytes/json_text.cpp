@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/fail.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/file_guard.h"
 
 namespace qs {
@@ -45,6 +46,28 @@ Shape shape_of(std::string_view text) {
     }
   }
   return shape;
+}
+
+// The text with quotes around every NaN and Infinity; empty if it has none.
+std::string with_quoted_nan(std::string_view text) {
+  std::string quoted;
+  bool found = false, in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"') in_string = !in_string;
+    if (in_string && c == '\\' && i + 1 < text.size()) quoted += text[i++];
+    const std::size_t end =
+        in_string ? i : std::min(text.find_first_of(",:[]{}\" \t\r\n", i), text.size());
+    const std::string_view word = text.substr(i, end - i);
+    if (!is_not_finite(word)) {
+      quoted += text[i];
+      continue;
+    }
+    found = true;
+    quoted.append("\"").append(word).append("\"");
+    i = end - 1;
+  }
+  return found ? quoted : "";
 }
 
 // An object with both keys has the kind.
@@ -140,6 +163,9 @@ nlohmann::json parse_json(std::string_view text, std::string_view source, std::s
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
+    const std::string quoted = with_quoted_nan(text);
+    if (nlohmann::json json = nlohmann::json::parse(quoted, nullptr, false); !json.is_discarded())
+      return json;
     const std::size_t at = std::min<std::size_t>(error.byte == 0 ? 0 : error.byte - 1, text.size());
     const auto line =
         1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
@@ -147,6 +173,13 @@ nlohmann::json parse_json(std::string_view text, std::string_view source, std::s
   } catch (const nlohmann::json::out_of_range&) {
     fail("{}: not valid JSON: a number is out of range", source);
   }
+}
+
+bool is_not_finite(std::string_view word) {
+  if (word.starts_with('-') || word.starts_with('+')) word.remove_prefix(1);
+  if (word.size() != 3 && word.size() != 8) return false;
+  const std::string lower = lower_case(std::string(word));
+  return lower == "nan" || lower == "inf" || lower == "infinity";
 }
 
 nlohmann::ordered_json parse_own_json(std::string_view text) {
@@ -189,6 +222,7 @@ std::string read_text_file(const std::filesystem::path& path, std::size_t max_by
 }
 
 JsonKind json_kind(std::string_view text) {
+  text = without_mark(text);
   const std::size_t first = text.find_first_not_of(kJsonBlanks);
   if (first == std::string_view::npos) return JsonKind::none;
   if (text[first] == '[') return kind_of_list(text, first + 1);

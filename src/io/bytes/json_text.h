@@ -17,7 +17,8 @@ namespace qs {
 inline constexpr std::size_t kMaxJsonValues = std::size_t{1} << 25;
 
 /// Throws Error(input) "source: not valid JSON: ..." for damaged text, more than 64 nested levels
-/// or more than `max_values` values.
+/// or more than `max_values` values. A byte order mark is skipped. NaN and Infinity, which Python
+/// writes, become texts: JsonEntry::number() names them.
 nlohmann::json parse_json(std::string_view text, std::string_view source,
                           std::size_t max_values = kMaxJsonValues);
 
@@ -34,6 +35,9 @@ std::string json_line(const nlohmann::ordered_json& json);
 /// The whole text of a small file. Throws Error(input) when it is missing or larger than
 /// `max_bytes`.
 std::string read_text_file(const std::filesystem::path& path, std::size_t max_bytes);
+
+/// True for NaN and Infinity, in any spelling that programs write: "-inf", "nan".
+bool is_not_finite(std::string_view word);
 
 // Distinguishes the JSON formats by their structure: the keys of the outermost object, or of the
 // first object in the outermost list. All readers that are chosen by content ask this function.

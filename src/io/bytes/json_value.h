@@ -60,9 +60,11 @@ struct JsonEntry {
   }
 
   double number(const json& value, const char* key) const {
+    if (value.is_string() && is_not_finite(value.get_ref<const std::string&>()))
+      fail_not_finite("{}: {} is {}", where, key, value.get_ref<const std::string&>());
     if (!value.is_number()) fail("{}: {} is not a number", where, key);
     const auto number = value.get<double>();
-    if (!std::isfinite(number)) fail("{}: {} is not finite", where, key);
+    if (!std::isfinite(number)) fail_not_finite("{}: {} is not finite", where, key);
     return number;
   }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <system_error>
+#include <utility>
 
 #include <glm/matrix.hpp>
 
@@ -55,28 +56,93 @@ std::string start_of(const std::filesystem::path& file) {
   return start;
 }
 
+// A COLMAP model: its images.bin or images.txt.
+struct ColmapFolder {
+  std::filesystem::path file;
+  std::size_t photographs;
+};
+
+// Adds the model in the folder, if there is one.
+void add_model(const std::filesystem::path& folder, std::vector<ColmapFolder>& models) {
+  for (const char* name : {"images.bin", "images.txt"}) {
+    if (!is_file(folder / name)) continue;
+    models.push_back({folder / name, count_colmap_images(folder / name)});
+    return;
+  }
+}
+
+// Adds the models in the folder's subfolders, by name, and its own. COLMAP numbers models.
+void add_models(const std::filesystem::path& folder, bool only_numbered,
+                std::vector<ColmapFolder>& models) {
+  std::error_code error;
+  std::vector<std::filesystem::path> parts;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+    if (!only_numbered ||
+        entry.path().filename().string().find_first_not_of("0123456789") == std::string::npos)
+      parts.push_back(entry.path());
+  std::ranges::sort(parts);
+  for (const auto& part : parts) add_model(part, models);
+  add_model(folder, models);
+}
+
+// The largest model of the folder's `sparse`, or if `own` also of the folder itself. The first of
+// equal models counts. A warning names the others.
+std::optional<CameraSet> largest_model(const std::filesystem::path& folder, bool own) {
+  std::vector<ColmapFolder> models;
+  add_models(folder / "sparse", false, models);
+  if (own) add_models(folder, true, models);
+  const auto largest = std::ranges::max_element(models, {}, &ColmapFolder::photographs);
+  if (largest == models.end()) return std::nullopt;
+  CameraSet set{largest->file};
+  std::string others;
+  for (const ColmapFolder& model : models) {
+    if (model.file == largest->file) continue;
+    others += fmt::format("{}{} has {}", others.empty() ? "" : ", ",
+                          model.file.parent_path().string(), model.photographs);
+  }
+  if (!others.empty())
+    set.warnings.push_back(
+        fmt::format("{} is the largest of {} COLMAP models, with {} photographs, and only it is "
+                    "used: {}",
+                    set.folder().string(), models.size(), largest->photographs, others));
+  return set;
+}
+
+bool is_colmap(const CameraFormat& format) { return !format.names[0].empty(); }
+
 // The file to read for a folder: the data set's folder, its `sparse`, or one model inside.
-std::filesystem::path file_in(const std::filesystem::path& folder) {
+CameraSet file_in(const std::filesystem::path& folder) {
   for (const CameraFormat& format : kFormats) {
-    const std::filesystem::path place = format.place;
-    for (const auto& candidate : {place, place.filename(), "0" / place.filename()})
-      if (is_file(folder / candidate)) return folder / candidate;
+    if (is_colmap(format)) {
+      if (auto model = largest_model(folder, true)) return *model;
+    } else if (is_file(folder / format.place)) {
+      return {folder / format.place};
+    }
   }
   fail("{}: a folder without cameras.json, COLMAP's images.bin or images.txt, or transforms.json",
        folder.string());
 }
 
+// The first result of look(folder) for the folder of the file and up to three folders above.
+template <class Look>
 std::optional<std::filesystem::path> find_beside(const std::filesystem::path& scene_file,
-                                                 const char* name) {
+                                                 const Look& look) {
   std::error_code error;
   std::filesystem::path folder =
       std::filesystem::absolute(scene_file, error).lexically_normal().parent_path();
   for (int level = 0; level <= 3; ++level) {
-    if (std::filesystem::is_regular_file(folder / name, error)) return folder / name;
+    if (const std::optional<std::filesystem::path> found = look(folder)) return found;
     if (folder == folder.parent_path()) break;
     folder = folder.parent_path();
   }
   return std::nullopt;
+}
+
+std::optional<std::filesystem::path> find_beside(const std::filesystem::path& scene_file,
+                                                 const char* name) {
+  return find_beside(scene_file, [&](const auto& folder) {
+    return is_file(folder / name) ? std::optional(folder / name) : std::nullopt;
+  });
 }
 
 }  // namespace
@@ -88,10 +154,13 @@ std::vector<Camera> read_cameras(const std::filesystem::path& path) {
 }
 
 std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) fail("{}: cannot be read: no such file", path.string());
-  const auto file = std::filesystem::is_directory(status) ? file_in(path) : path;
+  return read_camera_set(path).cameras;
+}
+
+CameraSet read_camera_set(const std::filesystem::path& path) {
+  if (!is_there(path)) fail("{}: cannot be read: no such file", path.string());
+  const CameraSet found = is_folder(path) ? file_in(path) : CameraSet{path};
+  const std::filesystem::path& file = found.file;
   const JsonKind kind = json_kind(start_of(file));
   const std::string name = file.filename().string();
   const auto format = std::ranges::find_if(kFormats, [&](const CameraFormat& row) {
@@ -104,11 +173,20 @@ std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
         "images.txt of COLMAP",
         file.string());
   // Another file is passed to the reader of cameras.json, whose message names the defect.
-  std::vector<LensCamera> cameras =
-      format == kFormats.end() ? read_cameras_json(file) : format->read(file);
-  for (std::size_t i = 0; i < cameras.size(); ++i)
-    check_camera(cameras[i].camera, fmt::format("{}: camera {}", file.string(), i));
-  return cameras;
+  CameraSet read = format == kFormats.end() ? read_cameras_json(file) : format->read(file);
+  CameraSet set = read;
+  set.file = file;
+  set.warnings.insert(set.warnings.begin(), found.warnings.begin(), found.warnings.end());
+  set.cameras.clear();
+  for (std::size_t i = 0; i < read.cameras.size(); ++i) {
+    LensCamera& camera = read.cameras[i];
+    add_camera(set, camera.camera.name, [&] {
+      check_camera(camera.camera, fmt::format("{}: camera {}", file.string(), i));
+      return std::move(camera);
+    });
+  }
+  if (set.cameras.empty() && !set.left_out.empty()) fail("{}", set.left_out.front());
+  return set;
 }
 
 std::string photograph_name(const std::string& file_name) {
@@ -127,12 +205,14 @@ void check_camera(const Camera& camera, const std::string& where) {
   const glm::dvec3 position = camera.position();
   for (const double value : {position.x, position.y, position.z})
     if (!(std::abs(value) <= kMost))
-      fail("{}: its position {:.4g} is more than {:g} from the origin", where, value, kMost);
+      fail_not_finite("{}: its position {:.4g} is more than {:g} from the origin", where, value,
+                      kMost);
   for (const double value : {camera.focal_px.x, camera.focal_px.y, camera.center_px.x,
                              camera.center_px.y, camera.near_depth})
     if (!(std::abs(value) <= kMost))
-      fail("{}: {:.4g} for its focal length, principal point or near plane is more than {:g}",
-           where, value, kMost);
+      fail_not_finite(
+          "{}: {:.4g} for its focal length, principal point or near plane is more than {:g}", where,
+          value, kMost);
 }
 
 double rotation_error(const glm::dmat3& matrix) {
@@ -144,8 +224,15 @@ double rotation_error(const glm::dmat3& matrix) {
 }
 
 std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file) {
-  for (const CameraFormat& format : camera_formats())
-    if (auto found = find_beside(scene_file, format.place)) return found;
+  const auto model = [](const auto& folder) -> std::optional<std::filesystem::path> {
+    const auto found = largest_model(folder, false);
+    return found ? std::optional(found->file) : std::nullopt;
+  };
+  for (const CameraFormat& format : camera_formats()) {
+    const auto found =
+        is_colmap(format) ? find_beside(scene_file, model) : find_beside(scene_file, format.place);
+    if (found) return found;
+  }
   return std::nullopt;
 }
 

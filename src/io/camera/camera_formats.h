@@ -13,12 +13,17 @@
 #include <string_view>
 #include <vector>
 
+#include <fmt/format.h>
 #include <glm/mat3x3.hpp>
 
+#include "base/error.h"
 #include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
 #include "io/camera/lens.h"
 
 namespace qs {
+
+struct JsonEntry;
 
 struct CameraFormat {
   const char* name;
@@ -26,7 +31,7 @@ struct CameraFormat {
   // It is recognised by the name of the file, or by the kind of JSON.
   std::array<std::string_view, 2> names;
   std::array<JsonKind, 2> kinds;
-  std::vector<LensCamera> (*read)(const std::filesystem::path& file);  ///< throws Error(input)
+  CameraSet (*read)(const std::filesystem::path& file);  ///< throws Error(input)
 };
 
 /// In search order.
@@ -37,17 +42,35 @@ inline constexpr std::size_t kMaxCameraFileBytes = std::size_t{256} << 20;
 
 /// INRIA's cameras.json: a list.
 
-std::vector<LensCamera> read_cameras_json(const std::filesystem::path& file);
+CameraSet read_cameras_json(const std::filesystem::path& file);
 
 /// COLMAP's images.bin or images.txt (or cameras.*) with its sibling, sorted by image name because
 /// COLMAP writes images in arbitrary order.
 
-std::vector<LensCamera> read_colmap_binary(const std::filesystem::path& file);
-std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file);
+CameraSet read_colmap_binary(const std::filesystem::path& file);
+CameraSet read_colmap_text(const std::filesystem::path& file);
+
+/// The number of photographs of COLMAP's images.bin or images.txt; 0 if it cannot be read.
+std::size_t count_colmap_images(const std::filesystem::path& file);
 
 /// NeRF's transforms.json: an object with "frames".
 
-std::vector<LensCamera> read_transforms_json(const std::filesystem::path& file);
+CameraSet read_transforms_json(const std::filesystem::path& file);
+
+/// Adds the camera that make() returns. One that is not finite is left out, and its sentence gets
+/// the photograph's name.
+template <class Make>
+void add_camera(CameraSet& set, const std::string& photograph, const Make& make) {
+  try {
+    set.cameras.push_back(make());
+  } catch (const NotFinite& error) {
+    set.left_out.push_back(fmt::format("{} ({})", error.what(), photograph));
+  }
+}
+
+/// Refuses lenses of JSON files that Lens is not: throws Error(input) if one of the keys of other
+/// lenses is set in the object, or in `defaults` where the object does not have it.
+void require_known_lens(const JsonEntry& object, const JsonEntry& defaults);
 
 /// The name without its extension if the extension is a picture format's, else the whole name.
 std::string photograph_name(const std::string& file_name);
@@ -57,7 +80,7 @@ std::string photograph_name(const std::string& file_name);
 double rotation_error(const glm::dmat3& matrix);
 inline constexpr double kMaxRotationError = 1e-3;
 
-/// Throws Error(input) "WHERE: ..." for a camera whose values are too large for single precision.
+/// Throws NotFinite "WHERE: ..." for a camera whose values are too large for single precision.
 void check_camera(const Camera& camera, const std::string& where);
 
 }  // namespace qs

@@ -77,6 +77,7 @@ std::optional<Lens> parse_lens(const json& object, const std::string& where) {
   if (!object.contains("lens")) return std::nullopt;
   if (!object["lens"].is_object()) fail("{}: lens is not an object", where);
   const JsonEntry entry{object["lens"], where};
+  require_known_lens(entry, entry);
   Lens lens{{entry.positive("fx"), entry.positive("fy")},
             {entry.number("cx") - 0.5, entry.number("cy") - 0.5}};
   for (const auto& [key, member] : kDistortion) lens.*member = entry.number(key);
@@ -110,16 +111,23 @@ json object_of(const Camera& camera) {
 
 }  // namespace
 
-std::vector<LensCamera> read_cameras_json(const std::filesystem::path& path) {
+CameraSet read_cameras_json(const std::filesystem::path& path) {
   const std::string source = path.string();
   const json file = parse_json(read_text_file(path, kMaxCameraFileBytes), source);
   if (!file.is_array()) fail("{}: not a list of cameras", source);
-  std::vector<LensCamera> cameras;
-  for (const json& object : file) {
-    const std::string where = fmt::format("{}: camera {}", source, cameras.size());
-    cameras.push_back({parse_object(object, where), parse_lens(object, where), {}});
+  CameraSet set{path};
+  for (std::size_t i = 0; i < file.size(); ++i) {
+    const json& object = file[i];
+    const std::string where = fmt::format("{}: camera {}", source, i);
+    if (!object.is_object()) fail("{}: not a JSON object", where);
+    const JsonEntry entry{object, where};
+    require_known_lens(entry, entry);
+    const std::string name = entry.has("img_name") ? entry.text("img_name") : "";
+    add_camera(set, name, [&] {
+      return LensCamera{parse_object(object, where), parse_lens(object, where), name};
+    });
   }
-  return cameras;
+  return set;
 }
 
 Camera parse_camera(std::string_view text, std::string_view source) {
@@ -130,7 +138,7 @@ std::string format_camera(const Camera& camera) { return json_line(object_of(cam
 
 std::string format_cameras(const std::vector<LensCamera>& cameras) {
   std::string text;
-  for (const auto& [camera, lens, photograph] : cameras) {
+  for (const auto& [camera, lens, photograph, mask] : cameras) {
     json object = object_of(camera);
     if (lens) {
       object["lens"] = {{"fx", lens->focal_px.x},

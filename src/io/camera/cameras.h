@@ -25,12 +25,28 @@ namespace qs {
 /// COLMAP cameras are sorted by name. Throws Error(input) naming file, camera and field.
 std::vector<Camera> read_cameras(const std::filesystem::path& path);
 
-/// As read_cameras(), with the lenses of photographs that must be undistorted. cameras.json has
-/// them as an object "lens" with fx, fy, cx, cy, k1, k2, p1, p2.
+/// The cameras of a file. cameras.json has lenses as objects "lens" with fx, fy, cx, cy, k1, k2,
+/// p1, p2.
+struct CameraSet {
+  std::filesystem::path file;  ///< that was read
+  std::vector<LensCamera> cameras = {};
+  std::vector<std::string> left_out = {};  ///< a sentence for each camera that is not finite
+  std::vector<std::string> warnings = {};  ///< sentences about data that is not used
+  std::string points = {};                 ///< the file of points as it is named; empty: none
+
+  /// The folder from which paths in the file count.
+  std::filesystem::path folder() const { return file.parent_path(); }
+};
+
+/// As read_cameras(), with lenses and photographs. Of several COLMAP models in `sparse` the one
+/// with the most photographs is read. Throws Error(input) if no camera is left.
+CameraSet read_camera_set(const std::filesystem::path& path);
+
+/// The cameras of read_camera_set().
 std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path);
 
 /// The cameras file of a scene: cameras.json beside the scene file or in up to three parent
-/// folders; else, in the same folders, COLMAP's sparse/0, then transforms.json.
+/// folders; else, in the same folders, COLMAP's largest model in sparse, then transforms.json.
 std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file);
 
 /// One camera from JSON text: an object in the layout of cameras.json. `source` names it in
@@ -59,14 +75,25 @@ struct ScenePoint {
   glm::vec3 color{0};      ///< RGB, 0..1
 };
 
-/// The points3D.bin or points3D.txt of a data set's folder, of its `sparse` or `sparse/0`.
+/// The points3D.bin, .txt or .ply of a data set's folder, of its `sparse` or `sparse/0`.
 std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& data);
 
-/// All points of a points3D file in file order. Throws Error(input) naming file and record.
+/// The same of the folder of a COLMAP model or of the folders above, up to `data`: points of
+/// another model have other coordinates.
+std::optional<std::filesystem::path> find_points_of_model(const std::filesystem::path& model,
+                                                          const std::filesystem::path& data);
+
+/// All points of a points3D file or of a .ply, in file order. Throws Error(input) naming file and
+/// record.
 std::vector<ScenePoint> read_points(const std::filesystem::path& file);
+
+/// The points without repetitions: of points that are equal in single precision the first one
+/// stays, with the mean of their colours.
+std::vector<ScenePoint> without_repetitions(const std::vector<ScenePoint>& points);
 
 /// The formats. They are for read_points().
 std::vector<ScenePoint> read_colmap_points_binary(const std::filesystem::path& file);
 std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& file);
+std::vector<ScenePoint> read_ply_points(const std::filesystem::path& file);
 
 }  // namespace qs

@@ -25,7 +25,6 @@
 
 #include "base/fail.h"
 #include "base/not_copied.h"
-#include "base/path_kind.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
@@ -36,18 +35,24 @@ namespace qs {
 namespace {
 
 constexpr std::array kModels = {
-    ColmapModel{0, "SIMPLE_PINHOLE", 3, 1, true, false},
-    ColmapModel{1, "PINHOLE", 4, 2, true, false},
-    ColmapModel{2, "SIMPLE_RADIAL", 4, 1, true, true},
-    ColmapModel{3, "RADIAL", 5, 1, true, true},
-    ColmapModel{4, "OPENCV", 8, 2, true, true},
-    ColmapModel{5, "OPENCV_FISHEYE", 8, 2, false, false},
-    ColmapModel{6, "FULL_OPENCV", 12, 2, true, false},
-    ColmapModel{7, "FOV", 5, 2, false, false},
-    ColmapModel{8, "SIMPLE_RADIAL_FISHEYE", 4, 1, false, false},
-    ColmapModel{9, "RADIAL_FISHEYE", 5, 1, false, false},
-    ColmapModel{10, "THIN_PRISM_FISHEYE", 12, 2, false, false},
-    ColmapModel{11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 2, false, false},
+    ColmapModel{0, "SIMPLE_PINHOLE", 3, 1, true, 0},
+    ColmapModel{1, "PINHOLE", 4, 2, true, 0},
+    ColmapModel{2, "SIMPLE_RADIAL", 4, 1, true, 1},
+    ColmapModel{3, "RADIAL", 5, 1, true, 2},
+    ColmapModel{4, "OPENCV", 8, 2, true, 4},
+    ColmapModel{5, "OPENCV_FISHEYE", 8, 2, false, 0},
+    ColmapModel{6, "FULL_OPENCV", 12, 2, true, 4},
+    ColmapModel{7, "FOV", 5, 2, false, 0},
+    ColmapModel{8, "SIMPLE_RADIAL_FISHEYE", 4, 1, false, 0},
+    ColmapModel{9, "RADIAL_FISHEYE", 5, 1, false, 0},
+    ColmapModel{10, "THIN_PRISM_FISHEYE", 12, 2, false, 0},
+    ColmapModel{11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 2, false, 0},
+    ColmapModel{12, "SIMPLE_DIVISION", 4, 1, true, 0},
+    ColmapModel{13, "DIVISION", 5, 2, true, 0},
+    ColmapModel{14, "SIMPLE_FISHEYE", 3, 1, false, 0},
+    ColmapModel{15, "FISHEYE", 4, 2, false, 0},
+    ColmapModel{16, "EUCM", 6, 2, false, 0},
+    ColmapModel{17, "EQUIRECTANGULAR", 2, 0, false, 0},  // its parameters are the picture's sides
 };
 
 constexpr std::uint64_t kMaxSide = 65535;
@@ -118,7 +123,7 @@ class Line {
 class Lines {
  public:
   explicit Lines(const std::filesystem::path& path)
-      : file_(path), path_(path.string()), rest_(text_of(file_.content())) {}
+      : file_(path), path_(path.string()), rest_(without_mark(text_of(file_.content()))) {}
 
   bool at_end() const { return rest_.empty(); }
 
@@ -216,14 +221,21 @@ void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::
   if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
     fail("{}: a picture of {} x {} pixels is not between 1 x 1 and {} x {}", where, width, height,
          kMaxSide, kMaxSide);
-  for (const double value : parameters)
-    if (!std::isfinite(value)) fail("{}: a parameter is not finite", where);
+  for (const double value : parameters) {
+    if (std::isfinite(value)) continue;
+    lenses[id].not_finite = fmt::format("{}: a parameter is not finite", where);
+    return;
+  }
+  if (!model.pinhole)
+    fail("{}: a {} lens that distorts; undistort the photographs first (colmap image_undistorter)",
+         where, model.name);
   // The parameters are focal lengths, the principal point and the distortion.
   const auto focal_lengths = static_cast<std::size_t>(model.focal_lengths);
   const auto distortion = parameters.subspan(focal_lengths + 2);
-  const bool distorts =
-      std::ranges::any_of(distortion, [](double value) { return std::abs(value) > kNoDistortion; });
-  if (!model.pinhole || (distorts && !model.undistorted))
+  const auto bends = [](double value) { return std::abs(value) > kNoDistortion; };
+  const bool distorts = std::ranges::any_of(distortion, bends);
+  const auto known = distortion.first(static_cast<std::size_t>(model.known));
+  if (std::ranges::any_of(distortion.subspan(known.size()), bends))
     fail("{}: a {} lens that distorts; undistort the photographs first (colmap image_undistorter)",
          where, model.name);
   Lens lens;
@@ -238,60 +250,67 @@ void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::
   camera.camera.focal_px = lens.focal_px;
   camera.camera.center_px = lens.center_px;
   if (distorts) {
-    for (std::size_t i = 0; i < distortion.size(); ++i) lens.*kDistortion[i].second = distortion[i];
+    for (std::size_t i = 0; i < known.size(); ++i) lens.*kDistortion[i].second = known[i];
     camera = undistorted_camera(size, lens, where);
   }
-  if (!lenses.emplace(id, camera).second) fail("{}: there is another camera {}", where, id);
+  if (!lenses.emplace(id, ColmapLensCamera{camera, ""}).second)
+    fail("{}: there is another camera {}", where, id);
 }
 
 LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
                          const std::string& where) {
   const auto lens = lenses.find(image.lens);
   if (lens == lenses.end()) fail("{}: there is no camera {}", where, image.lens);
+  if (!lens->second.not_finite.empty()) fail_not_finite("{}", lens->second.not_finite);
   const double length = glm::length(image.rotation);
-  if (!std::isfinite(length) || length < 1e-9) fail("{}: its quaternion is no rotation", where);
+  if (!std::isfinite(length) || length < 1e-9)
+    fail_not_finite("{}: its quaternion is no rotation", where);
   for (int i = 0; i < 3; ++i)
-    if (!std::isfinite(image.translation[i])) fail("{}: its translation is not finite", where);
+    if (!std::isfinite(image.translation[i]))
+      fail_not_finite("{}: its translation is not finite", where);
   const glm::dmat3 rotation = glm::mat3_cast(image.rotation / length);
-  LensCamera result = lens->second;
+  LensCamera result = lens->second.camera;
+  result.photograph = image.name;
   Camera& camera = result.camera;
   camera.view_from_world = glm::dmat4x3(rotation[0], rotation[1], rotation[2], image.translation);
   camera.name = photograph_name(image.name);
   return result;
 }
 
-std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& data) {
-  for (const char* folder : {"sparse/0", "sparse", "0", "."}) {
-    for (const char* name : {"points3D.bin", "points3D.txt"}) {
-      const auto file = (data / folder / name).lexically_normal();
-      if (is_file(file)) return file;
-    }
-  }
-  return std::nullopt;
-}
-
-std::vector<ScenePoint> read_points(const std::filesystem::path& file) {
-  return file.extension() == ".txt" ? read_colmap_points_text(file)
-                                    : read_colmap_points_binary(file);
-}
-
-std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file) {
+CameraSet read_colmap_text(const std::filesystem::path& file) {
   ColmapLenses lenses;
   for (Lines lines(file.parent_path() / "cameras.txt"); !lines.at_end();) {
     Line line = lines.next();
     if (!line.empty() && !line.is_comment()) read_colmap_lens(line, lenses);
   }
-  std::vector<LensCamera> cameras;
+  CameraSet set{file};
   for (Lines lines(file.parent_path() / "images.txt"); !lines.at_end();) {
     Line line = lines.next();
     if (line.empty() || line.is_comment()) continue;
     ColmapImage image = read_colmap_image(line);
     image.name = line.all("the name");
-    cameras.push_back(colmap_camera(lenses, image, line.where()));
+    add_camera(set, image.name, [&] { return colmap_camera(lenses, image, line.where()); });
     if (!lines.at_end()) skip_points(lines.next());
   }
-  sort_by_name(cameras);
-  return cameras;
+  sort_by_name(set.cameras);
+  return set;
+}
+
+std::size_t count_colmap_images(const std::filesystem::path& file) try {
+  if (file.extension() == ".bin") {
+    const MappedFile content(file);
+    return ByteCursor(content.content(), "").read<std::uint64_t>("the number of images");
+  }
+  std::size_t count = 0;
+  for (Lines lines(file); !lines.at_end();) {
+    const Line line = lines.next();
+    if (line.empty() || line.is_comment()) continue;
+    ++count;
+    if (!lines.at_end()) lines.next();
+  }
+  return count;
+} catch (const Error&) {
+  return 0;
 }
 
 std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& file) {
@@ -303,19 +322,19 @@ std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& fil
   return points;
 }
 
-std::vector<LensCamera> read_colmap_binary(const std::filesystem::path& file) {
+CameraSet read_colmap_binary(const std::filesystem::path& file) {
   ColmapLenses lenses;
   for_each_record(file.parent_path() / "cameras.bin", "camera",
                   [&](Record& record) { read_colmap_lens(record, lenses); });
-  std::vector<LensCamera> cameras;
+  CameraSet set{file};
   for_each_record(file.parent_path() / "images.bin", "image", [&](Record& record) {
     ColmapImage image = read_colmap_image(record);
     while (const char c = record.read<char>("the name")) image.name += c;
     record.skip_list(kPointBytes, "points");
-    cameras.push_back(colmap_camera(lenses, image, record.where()));
+    add_camera(set, image.name, [&] { return colmap_camera(lenses, image, record.where()); });
   });
-  sort_by_name(cameras);
-  return cameras;
+  sort_by_name(set.cameras);
+  return set;
 }
 
 std::vector<ScenePoint> read_colmap_points_binary(const std::filesystem::path& file) {

@@ -28,16 +28,22 @@ struct ColmapModel {
   int id;
   const char* name;
   int parameters, focal_lengths;
-  bool pinhole;      ///< when its distortion is 0
-  bool undistorted;  ///< its distortion is k1, k1 k2 or k1 k2 p1 p2 of Lens
+  bool pinhole;  ///< when its distortion is 0
+  int known;     ///< the first parameters of its distortion that are k1, k2, p1, p2 of Lens
 };
 
 /// nullptr if there is no such model.
 const ColmapModel* find_colmap_model(int id);
 const ColmapModel* find_colmap_model(std::string_view name);
 
-/// Every lens by its id; of the cameras only size and intrinsics are set.
-using ColmapLenses = std::map<std::uint32_t, LensCamera>;
+/// A lens: of the camera only size and intrinsics are set.
+struct ColmapLensCamera {
+  LensCamera camera;
+  std::string not_finite;  ///< the sentence about a number that is not finite; empty: all are
+};
+
+/// Every lens by its id.
+using ColmapLenses = std::map<std::uint32_t, ColmapLensCamera>;
 
 /// A lens as the file stores it.
 struct ColmapLens {
@@ -58,7 +64,8 @@ struct ColmapImage {
   std::string name = {};
 };
 
-/// The camera of an image. Throws Error(input).
+/// The camera of an image. Throws Error(input), and NotFinite if its pose or its lens is not
+/// finite.
 LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
                          const std::string& where);
 

@@ -4,7 +4,6 @@
 // it is read; from then on its camera is a pinhole camera.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -40,9 +39,10 @@ inline constexpr std::pair<const char*, double Lens::*> kDistortion[] = {
 struct LensCamera {
   Camera camera;             ///< the undistorted photograph's
   std::optional<Lens> lens;  ///< the lens that took the photograph; unset: no distortion
-  /// The photograph's path from the folder of the cameras file, as written in transforms.json,
-  /// possibly without an extension. Empty: only the name is known.
-  std::filesystem::path photograph = {};
+  /// The photograph as the cameras file names it: photographs.h finds the file. Empty: the name of
+  /// the camera is all that is known.
+  std::string photograph = {};
+  std::string mask = {};  ///< as the cameras file names it; empty: it names none
 
   /// This view in another resolution: each axis is scaled by its own factor.
   LensCamera scaled(int width, int height) const;

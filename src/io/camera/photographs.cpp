@@ -3,11 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <system_error>
 
 #include "base/fail.h"
-#include "base/list_of.h"
-#include "io/camera/camera_formats.h"
 #include "io/picture/image_file.h"
 #include "raster/scene/image_metrics.h"
 
@@ -29,37 +26,6 @@ Image as_rgb(const Image& image, glm::vec3 background) {
 
 }  // namespace
 
-Photographs::Photographs(const std::filesystem::path& folder,
-                         const std::function<void(std::size_t count)>& counted) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) fail("{}: not a folder of photographs", folder.string());
-  const auto options = fs::directory_options::skip_permission_denied;
-  for (auto entry = fs::recursive_directory_iterator(folder, options, error);
-       !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
-    std::error_code unreachable;  // for example a broken link
-    if (!entry->is_regular_file(unreachable)) continue;
-    const std::string file = entry->path().lexically_relative(folder).generic_string();
-    const std::string name = photograph_name(file);
-    if (name == file) continue;  // not the extension of a picture
-    const auto [place, added] = files_.emplace(name, entry->path());
-    // Of several endings the first in the alphabet, because folders are listed in any order.
-    if (!added && entry->path() < place->second) place->second = entry->path();
-    if (counted) counted(files_.size());
-  }
-  if (error) fail("{}: cannot be listed: {}", folder.string(), error.message());
-}
-
-std::optional<std::filesystem::path> Photographs::find(const std::string& camera_name) const {
-  for (std::string name = camera_name; !name.empty();) {
-    if (const auto found = files_.find(name); found != files_.end()) return found->second;
-    const std::size_t slash = name.find('/');
-    if (slash == std::string::npos) break;
-    name.erase(0, slash + 1);
-  }
-  return std::nullopt;
-}
-
 Image read_photograph(const std::filesystem::path& path, glm::vec3 background, int divisor,
                       ThreadPool& pool, const LensCamera& taken) {
   return divided(undistorted(as_rgb(read_image(path), background), taken, pool), divisor, pool);
@@ -70,20 +36,21 @@ Image divided(const Image& photograph, int divisor, ThreadPool& pool) {
   return area_average(photograph, side(photograph.width), side(photograph.height), pool);
 }
 
-std::vector<std::string> Photographs::names() const {
-  return list_of<std::string>(files_, [](const auto& each) { return each.first; });
-}
-
-std::string skipped_sentence(std::size_t views) {
-  return fmt::format("{} view{} without a photograph {} left out", views, views == 1 ? "" : "s",
-                     views == 1 ? "is" : "are");
-}
-
 void require_same_shape(const Image& photograph, const std::filesystem::path& path,
                         const Camera& camera) {
   const double scale = static_cast<double>(photograph.width) / camera.width;
   const double height = scale * camera.height;
   if (std::abs(height - photograph.height) <= 1 + scale) return;
+  const double turned_scale = static_cast<double>(photograph.height) / camera.width;
+  const bool is_turned =
+      std::abs(turned_scale * camera.height - photograph.width) <= 1 + turned_scale;
+  if (const int orientation = exif_orientation(path); orientation > 1 && is_turned)
+    fail(
+        "{}: {} x {} pixels, but its camera has {} x {}: its EXIF tag Orientation is {}, and the "
+        "camera is of the turned picture; turn the pixels of the photographs first (mogrify "
+        "-auto-orient)",
+        path.string(), photograph.width, photograph.height, camera.width, camera.height,
+        orientation);
   fail("{}: {} x {} pixels do not have the aspect ratio of its camera, {} x {}", path.string(),
        photograph.width, photograph.height, camera.width, camera.height);
 }

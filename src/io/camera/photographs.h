@@ -1,26 +1,30 @@
 // SPDX-License-Identifier: MIT
 //
-// Photographs in a folder and its subfolders, found by the names of cameras. Names are compared
-// without endings. Leading folders of a camera's name are dropped one by one until a photograph
-// matches: "images/left/7" finds left/7.jpg, else 7.jpg.
+// Finds the photographs of cameras, and masks, by their names in files of cameras, and reads them.
+// docs/training.md has the rules as a table. Everything that looks for a picture of a camera calls
+// find_pictures() or Photographs::find().
 #pragma once
 
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include <glm/vec3.hpp>
 
 #include "base/parallel.h"
+#include "io/camera/cameras.h"
 #include "io/camera/lens.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/image.h"
 
 namespace qs {
 
+/// The pictures in a folder and its subfolders. Links to folders are followed, every folder is
+/// listed once, and hidden files and folders are left out.
 class Photographs {
  public:
   /// Lists the folder without reading pictures. Throws Error(input) if it is not a folder.
@@ -28,14 +32,74 @@ class Photographs {
   explicit Photographs(const std::filesystem::path& folder,
                        const std::function<void(std::size_t count)>& counted = {});
 
-  std::optional<std::filesystem::path> find(const std::string& camera_name) const;
+  /// The picture that a name stands for.
+  struct Match {
+    std::filesystem::path file;
+    bool by_name_alone = false;  ///< the folders of the picture and of the name differ
+  };
+
+  /// Throws Error(input) if two pictures match the name equally well.
+  std::optional<Match> match(const std::string& name) const;
+
+  /// The file of match().
+  std::optional<std::filesystem::path> find(const std::string& name) const;
+
+  const std::filesystem::path& folder() const { return folder_; }
 
   /// Paths in the folder without endings, in alphabetical order.
   std::vector<std::string> names() const;
 
+  /// All files.
+  std::vector<std::filesystem::path> files() const;
+
  private:
-  std::map<std::string, std::filesystem::path> files_;  // key: path in the folder without ending
+  void add(const std::string& file);
+
+  std::filesystem::path folder_;
+  std::set<std::string> files_;                      // paths in the folder
+  std::multimap<std::string, std::string> by_name_;  // key: file name in lower case, no ending
+  std::set<std::string, std::less<>> folders_;       // names of the subfolders, in lower case
 };
+
+/// The name with `/` for every `\`, the separator of Windows.
+std::string with_slashes(std::string name);
+
+/// The folder whose pictures the names stand for: the first folder that all names share, below
+/// `from`; nullopt if they share none or it does not exist.
+std::optional<std::filesystem::path> shared_folder(const std::vector<std::string>& names,
+                                                   const std::filesystem::path& from);
+
+/// The file of a picture at a path from the folder `from`; other endings and spellings count.
+std::optional<std::filesystem::path> picture_at(const std::filesystem::path& from,
+                                                const std::string& name);
+
+/// The picture of every name, empty if it has none. Paths count from the folder `from` first, then
+/// `pictures` is searched; with `from` empty only `pictures`. Throws Error(input) if two names have
+/// the same picture, unless they may share it.
+std::vector<std::filesystem::path> find_pictures(const std::vector<std::string>& names,
+                                                 const std::filesystem::path& from,
+                                                 const Photographs& pictures,
+                                                 bool may_share = false);
+
+/// The names of photographs in the cameras file.
+std::vector<std::string> photograph_names(const std::vector<LensCamera>& cameras);
+
+// One line tells which data a command uses.
+
+/// "8 cameras of 9 in transforms.json (pinhole), photographs in images": cameras of the set that
+/// have a photograph. `used` has the photograph of every camera.
+std::string used_sentence(const CameraSet& set, const std::vector<std::filesystem::path>& used,
+                          const Photographs& photographs);
+
+/// The cameras and photographs that are left out, and why: "left out: 1 camera without a photograph
+/// (b)", or "" if none are. Pictures in the folder `except` are no photographs.
+std::string left_out_sentence(const CameraSet& set, const std::vector<std::filesystem::path>& used,
+                              const Photographs& photographs,
+                              const std::filesystem::path& except = {});
+
+/// A warning if photographs have an EXIF orientation that may be their cameras' or not; else "".
+std::string orientation_sentence(const std::vector<LensCamera>& cameras,
+                                 const std::vector<std::filesystem::path>& photographs);
 
 /// "3 views without a photograph are left out".
 std::string skipped_sentence(std::size_t views);

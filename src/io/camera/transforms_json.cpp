@@ -4,17 +4,26 @@
 // transform_matrix is world_from_view by rows, with OpenGL's view axes (x right, y up, z back).
 // Intrinsics are given for the file or, with precedence, for the frame: fl_x, fl_y or
 // camera_angle_x, _y; cx, cy from pixel corners; w, h, or else the size of the first frame's
-// photograph. Distortion k1, k2, p1, p2 is defined as in Lens.
+// photograph. Distortion k1, k2, p1, p2 is defined as in Lens; keys of other lenses are refused. A
+// frame's mask_path names its mask, and the file's ply_file_path its points. A camera is named as
+// its photograph, without the folders that all photographs share.
+#include <algorithm>
 #include <cmath>
+#include <span>
+#include <string>
+#include <vector>
 
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <nlohmann/json.hpp>
 
-#include "base/path_kind.h"
+#include "base/text.h"
+#include "io/bytes/byte_text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/camera/camera_formats.h"
+#include "io/camera/colmap.h"
+#include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
 
 namespace qs {
@@ -41,17 +50,46 @@ double focal_px(const FrameEntry& frame, const char* length, const char* angle, 
   return 0.5 * side / std::tan(0.5 * radians);
 }
 
-void require_known_lens(const FrameEntry& frame) {
-  for (const char* key : {"k3", "k4"})
-    if (frame.has(key) && std::abs(frame.number(key)) > kNoDistortion)
-      fail("{}: {} is not 0: the lens distorts; undistort the photographs first", frame.frame.where,
-           key);
-  if (!frame.has("camera_model")) return;
-  const std::string& model = frame.with("camera_model").text("camera_model");
-  if (model.find("PINHOLE") == std::string::npos && model != "OPENCV" && model != "RADIAL" &&
-      model != "SIMPLE_RADIAL")
-    fail("{}: camera_model {} is no pinhole camera; undistort the photographs first",
-         frame.frame.where, model.substr(0, 40));
+// Coefficients of lenses that Lens is not.
+constexpr const char* kUnknownCoefficients[] = {"k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"};
+// Keys with which instant-ngp and nerfstudio mark other projections.
+constexpr const char* kUnknownLenses[] = {"is_fisheye", "ftheta_p0",    "ftheta_p1",
+                                          "ftheta_p2",  "latlong",      "equirectangular",
+                                          "ortho",      "orthographic", "distortion_params"};
+// Keys whose data would change the result, but which are not used.
+constexpr const char* kUnusedKeys[] = {"train_filenames", "val_filenames", "test_filenames",
+                                       "depth_file_path", "rolling_shutter"};
+
+// True unless the value is absent, false, 0, or a list of such values.
+bool is_set(const json& value) {
+  if (value.is_array()) return std::ranges::any_of(value, is_set);
+  if (value.is_string()) {
+    const std::string word = lower_case(value.get<std::string>());
+    return !word.empty() && word != "false" && word != "0";
+  }
+  if (value.is_number()) return !(std::abs(value.get<double>()) <= kNoDistortion);
+  return !value.is_null() && value != json(false);
+}
+
+// COLMAP's models by name, and nerfstudio's PERSPECTIVE, a pinhole camera.
+void require_known_model(const JsonEntry& entry) {
+  const std::string& model = entry.text("camera_model");
+  const ColmapModel* const known = find_colmap_model(model);
+  const bool is_lens = known != nullptr && known->known > 0;
+  if (is_lens || model.find("PINHOLE") != std::string::npos || model == "PERSPECTIVE") return;
+  fail("{}: camera_model {} is no pinhole camera; undistort the photographs first", entry.where,
+       model.substr(0, 40));
+}
+
+// Sentences about data of the file that is not used.
+void warn_of_unused(const json& file, const std::string& source, CameraSet& set) {
+  for (const char* key : kUnusedKeys) {
+    const auto in_frame = [&](const json& frame) {
+      return frame.is_object() && frame.contains(key);
+    };
+    if (file.contains(key) || std::ranges::any_of(file["frames"], in_frame))
+      set.warnings.push_back(fmt::format("{}: {} is not used", source, key));
+  }
 }
 
 // The camera with the frame's distortion; `camera` has the intrinsics of the photograph.
@@ -83,60 +121,110 @@ glm::dmat4x3 view_from_world(const JsonEntry& frame) {
           -(view_from_world * position)};
 }
 
-std::filesystem::path photograph_of(const JsonEntry& frame, const std::filesystem::path& file) {
-  return file.parent_path() / frame.text("file_path");
+// Blender's files give neither the size of their photographs nor their endings.
+glm::ivec2 photograph_size(const JsonEntry& frame, const std::filesystem::path& file) {
+  const std::string& name = frame.text("file_path");
+  const auto path = picture_at(file.parent_path(), name);
+  if (!path)
+    fail("{}: w and h are missing, and so is its photograph {}", frame.where,
+         (file.parent_path() / name).string());
+  const Image image = read_image(*path);
+  return {image.width, image.height};
 }
 
-// Blender's files give neither the size of their photographs nor their extension, .png.
-glm::ivec2 photograph_size(const JsonEntry& frame, const std::filesystem::path& file) {
-  std::filesystem::path path = photograph_of(frame, file);
-  if (!is_there(path)) path += ".png";
-  if (!is_there(path))
-    fail("{}: w and h are missing, and so is its photograph {}", frame.where, path.string());
-  const Image image = read_image(path);
-  return {image.width, image.height};
+// Names the cameras as their photographs.
+void name_cameras(std::vector<LensCamera>& cameras) {
+  const auto words_of = [](const LensCamera& camera) {
+    const std::string path =
+        std::filesystem::path(with_slashes(camera.photograph)).lexically_normal().generic_string();
+    return separated(path, '/');
+  };
+  std::vector<std::string> shared;  // folders of all photographs
+  bool is_first = true;
+  for (const LensCamera& camera : cameras) {
+    if (camera.photograph.empty()) continue;
+    std::vector<std::string> folders = words_of(camera);
+    folders.pop_back();
+    if (is_first) shared = folders;
+    is_first = false;
+    const auto ends = std::ranges::mismatch(shared, folders);
+    shared.erase(ends.in1, shared.end());
+  }
+  for (LensCamera& camera : cameras) {
+    if (camera.photograph.empty()) continue;
+    const std::vector<std::string> words = words_of(camera);
+    camera.camera.name = photograph_name(joined(std::span(words).subspan(shared.size()), "/"));
+  }
+}
+
+// The camera of a frame. `size` are the pixels of photographs whose size is not given; 0 until one
+// is read.
+LensCamera camera_of_frame(const FrameEntry& frame, const std::filesystem::path& path,
+                           glm::ivec2& size) {
+  Camera camera;
+  camera.view_from_world = view_from_world(frame.frame);
+  if (!frame.has("w") && !frame.has("h")) {
+    if (size.x == 0) size = photograph_size(frame.frame, path);
+    camera.width = size.x;
+    camera.height = size.y;
+  } else {
+    camera.width = frame.with("w").side("w");
+    camera.height = frame.with("h").side("h");
+  }
+  camera.focal_px.x = focal_px(frame, "fl_x", "camera_angle_x", camera.width);
+  const bool own_height = frame.has("fl_y") || (!frame.has("fl_x") && frame.has("camera_angle_y"));
+  camera.focal_px.y =
+      own_height ? focal_px(frame, "fl_y", "camera_angle_y", camera.height) : camera.focal_px.x;
+  camera.center_px = 0.5 * glm::dvec2(camera.width - 1, camera.height - 1);
+  if (frame.has("cx")) camera.center_px.x = frame.number("cx") - 0.5;
+  if (frame.has("cy")) camera.center_px.y = frame.number("cy") - 0.5;
+  return with_lens(camera, frame);
 }
 
 }  // namespace
 
-std::vector<LensCamera> read_transforms_json(const std::filesystem::path& path) {
+void require_known_lens(const JsonEntry& object, const JsonEntry& defaults) {
+  const FrameEntry entry{object, defaults};
+  for (const char* key : kUnknownCoefficients)
+    if (entry.has(key) && std::abs(entry.number(key)) > kNoDistortion)
+      fail("{}: {} is not 0: the lens distorts; undistort the photographs first", object.where,
+           key);
+  for (const char* key : kUnknownLenses)
+    if (entry.has(key) && is_set(entry.with(key).get(key)))
+      fail("{}: {} is {}: no pinhole camera; undistort the photographs first", object.where, key,
+           printable(json_line(entry.with(key).get(key)), 40));
+  if (entry.has("camera_model")) require_known_model(entry.with("camera_model"));
+}
+
+CameraSet read_transforms_json(const std::filesystem::path& path) {
   const std::string source = path.string();
   const json file = parse_json(read_text_file(path, kMaxCameraFileBytes), source);
   if (!file.is_object() || !file.contains("frames") || !file["frames"].is_array())
     fail("{}: not a list of cameras, nor an object with a list of frames", source);
-  std::vector<LensCamera> cameras;
-  glm::ivec2 size(0);  // the photographs' size; 0 until one is read
-  for (const json& object : file["frames"]) {
-    const std::string where = fmt::format("{}: frame {}", source, cameras.size());
-    if (!object.is_object()) fail("{}: not a JSON object", where);
-    const FrameEntry frame{{object, where}, {file, where}};
-    require_known_lens(frame);
-    Camera camera;
-    camera.view_from_world = view_from_world(frame.frame);
-    if (!frame.has("w") && !frame.has("h")) {
-      if (size.x == 0) size = photograph_size(frame.frame, path);
-      camera.width = size.x;
-      camera.height = size.y;
-    } else {
-      camera.width = frame.with("w").side("w");
-      camera.height = frame.with("h").side("h");
-    }
-    camera.focal_px.x = focal_px(frame, "fl_x", "camera_angle_x", camera.width);
-    const bool own_height =
-        frame.has("fl_y") || (!frame.has("fl_x") && frame.has("camera_angle_y"));
-    camera.focal_px.y =
-        own_height ? focal_px(frame, "fl_y", "camera_angle_y", camera.height) : camera.focal_px.x;
-    camera.center_px = 0.5 * glm::dvec2(camera.width - 1, camera.height - 1);
-    if (frame.has("cx")) camera.center_px.x = frame.number("cx") - 0.5;
-    if (frame.has("cy")) camera.center_px.y = frame.number("cy") - 0.5;
-    if (frame.frame.has("file_path"))
-      camera.name = photograph_name(photograph_of(frame.frame, path).filename().string());
-    cameras.push_back(with_lens(camera, frame));
-    if (frame.frame.has("file_path"))
-      cameras.back().photograph =
-          std::filesystem::path(frame.frame.text("file_path")).lexically_normal();
+  CameraSet set{path};
+  glm::ivec2 size(0);
+  const json& frames = file["frames"];
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::string where = fmt::format("{}: frame {}", source, i);
+    if (!frames[i].is_object()) fail("{}: not a JSON object", where);
+    const FrameEntry frame{{frames[i], where}, {file, where}};
+    const auto text = [&](const char* key) {
+      return frame.frame.has(key) ? frame.frame.text(key) : "";
+    };
+    const std::string photograph = text("file_path"), mask = text("mask_path");
+    add_camera(set, photograph, [&] {
+      require_known_lens(frame.frame, frame.file);
+      LensCamera camera = camera_of_frame(frame, path, size);
+      camera.photograph = photograph;
+      camera.mask = mask;
+      return camera;
+    });
   }
-  return cameras;
+  name_cameras(set.cameras);
+  const JsonEntry entry{file, source};
+  if (entry.has("ply_file_path")) set.points = entry.text("ply_file_path");
+  warn_of_unused(file, source, set);
+  return set;
 }
 
 }  // namespace qs

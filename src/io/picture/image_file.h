@@ -7,6 +7,7 @@
 //   floor(255 * clamp(x, 0, 1) + 0.5)
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -45,6 +46,11 @@ void write_image(const Image& image, const std::filesystem::path& path,
 /// As write_image(), a PNG with 16 bits per value: floor(65535 * clamp(x, 0, 1) + 0.5).
 void write_16_bit_png(const Image& image, const std::filesystem::path& path,
                       const ImageMetadata& metadata = {}, const Progress& progress = {});
+
+/// The EXIF orientation of a JPEG or PNG, 1 to 8; 1, upright, if there is none. Pictures are read
+/// as they are stored.
+int exif_orientation(const std::filesystem::path& path);
+int exif_orientation(std::span<const std::byte> picture);
 
 /// The extension in lower case, such as ".png", with .jpg for .jpeg.
 std::string picture_extension(const std::filesystem::path& path);

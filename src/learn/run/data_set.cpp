@@ -13,6 +13,7 @@
 #include "base/fail.h"
 #include "base/list_of.h"
 #include "base/path_kind.h"
+#include "base/text.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
@@ -24,31 +25,41 @@
 namespace qs::train {
 namespace {
 
-// The cameras of a file of Blender's data sets, by name.
-std::vector<LensCamera> blender_cameras(const std::filesystem::path& file) {
-  std::vector<LensCamera> cameras = read_lens_cameras(file);
-  for (LensCamera& camera : cameras)
-    camera.camera.name = photograph_name(camera.photograph.generic_string());
-  sort_by_name(cameras);
-  return cameras;
+// The cameras of a data set, by name.
+struct DataCameras {
+  CameraSet set;
+  std::optional<std::size_t> first_test;  // of Blender's data sets: the training cameras are first
+};
+
+// A file of Blender's data sets. Names have the photographs' folders.
+CameraSet blender_cameras(const std::filesystem::path& file) {
+  CameraSet set = read_camera_set(file);
+  for (LensCamera& camera : set.cameras)
+    camera.camera.name = photograph_name(
+        std::filesystem::path(with_slashes(camera.photograph)).lexically_normal().generic_string());
+  sort_by_name(set.cameras);
+  return set;
 }
 
-// All cameras by name. In Blender's data sets the training cameras come first, and `first` is set
-// to their number.
-std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std::size_t>& first) {
+DataCameras cameras_of(const DataOptions& options) {
   const auto train = options.data / "transforms_train.json";
   const auto test = options.data / "transforms_test.json";
+  const auto validation = options.data / "transforms_val.json";
   if (!is_file(train)) {
-    std::vector<LensCamera> cameras = read_lens_cameras(options.data);
-    sort_by_name(cameras);
+    DataCameras cameras{read_camera_set(options.data), std::nullopt};
+    sort_by_name(cameras.set.cameras);
     return cameras;
   }
-  std::vector<LensCamera> cameras = blender_cameras(train);
-  first = cameras.size();
+  DataCameras cameras{blender_cameras(train), std::nullopt};
+  CameraSet& set = cameras.set;
+  cameras.first_test = set.cameras.size();
   if (is_file(test)) {
-    const std::vector<LensCamera> more = blender_cameras(test);
-    cameras.insert(cameras.end(), more.begin(), more.end());
+    const CameraSet more = blender_cameras(test);
+    set.cameras.insert(set.cameras.end(), more.cameras.begin(), more.cameras.end());
+    set.left_out.insert(set.left_out.end(), more.left_out.begin(), more.left_out.end());
+    set.warnings.insert(set.warnings.end(), more.warnings.begin(), more.warnings.end());
   }
+  if (is_file(validation)) set.warnings.push_back(validation.string() + ": is not used");
   return cameras;
 }
 
@@ -59,14 +70,109 @@ std::filesystem::path folder_of(const DataOptions& options, const std::filesyste
   return !given.empty() || is_folder(folder) ? folder : otherwise;
 }
 
-// The mask of a photograph of a folder; empty: it has none. Masks are NAME.jpg.png or NAME.png.
-std::filesystem::path mask_of(const std::filesystem::path& photograph,
-                              const std::filesystem::path& folder,
-                              const std::optional<Photographs>& masks) {
-  if (!masks) return {};
-  const std::string name = photograph.lexically_relative(folder).generic_string();
-  const auto found = masks->find(name);
-  return found ? *found : masks->find(photograph_name(name)).value_or("");
+bool names_photographs_by_path(const CameraSet& set) { return set.file.extension() == ".json"; }
+
+std::filesystem::path photographs_folder(const DataOptions& options, const CameraSet& set) {
+  if (options.images.empty() && names_photographs_by_path(set))
+    if (const auto shared = shared_folder(photograph_names(set.cameras), set.folder()))
+      return *shared;
+  return folder_of(options, options.images, "images", options.data);
+}
+
+// The photographs of the cameras; empty: none. A given folder holds all of them.
+std::vector<std::filesystem::path> photographs_of(const DataOptions& options, const CameraSet& set,
+                                                  const Photographs& photographs) {
+  std::filesystem::path from;
+  if (options.images.empty())
+    from = names_photographs_by_path(set) ? set.folder() : photographs.folder();
+  return find_pictures(photograph_names(set.cameras), from, photographs);
+}
+
+// The masks of photographs.
+struct Masks {
+  std::vector<std::filesystem::path> files;  // of every camera; empty: it has none
+  std::filesystem::path folder;              // empty: the cameras file names them
+  bool exist = false;
+};
+
+// Masks that the cameras file names. Photographs may share one.
+Masks named_masks(const CameraSet& set) {
+  const auto names = list_of<std::string>(set.cameras, &LensCamera::mask);
+  std::vector<std::string> given = names;
+  std::erase(given, "");
+  if (given.empty()) return {};
+  const Photographs pictures(shared_folder(given, set.folder()).value_or(set.folder()));
+  Masks masks{find_pictures(names, set.folder(), pictures, true), {}, true};
+  if (std::ranges::all_of(masks.files, [](const auto& file) { return file.empty(); }))
+    fail("{}: none of the masks that it names exists, such as {}", set.file.string(), given[0]);
+  return masks;
+}
+
+// Masks of a folder: NAME.jpg.png or NAME.png.
+Masks masks_of_folder(const std::vector<std::filesystem::path>& photographs,
+                      const std::filesystem::path& folder,
+                      const std::filesystem::path& mask_folder) {
+  const Photographs pictures(mask_folder);
+  std::vector<std::string> with_ending, names;
+  for (const std::filesystem::path& file : photographs) {
+    const std::string name = file.lexically_relative(folder).generic_string();
+    with_ending.push_back(file.empty() ? "" : name + ".png");
+    names.push_back(file.empty() ? "" : name);
+  }
+  Masks masks{find_pictures(with_ending, {}, pictures), mask_folder, true};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (!masks.files[i].empty()) names[i].clear();
+  const auto others = find_pictures(names, {}, pictures);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (masks.files[i].empty()) masks.files[i] = others[i];
+  return masks;
+}
+
+// The masks of `photographs`, which lie in the folder.
+Masks masks_of(const DataOptions& options, const CameraSet& set,
+               const std::vector<std::filesystem::path>& photographs,
+               const std::filesystem::path& folder) {
+  if (options.masks.empty())
+    if (Masks named = named_masks(set); named.exist) return named;
+  const auto mask_folder = folder_of(options, options.masks, "masks", {});
+  return mask_folder.empty() ? Masks{} : masks_of_folder(photographs, folder, mask_folder);
+}
+
+std::string masks_text(const Masks& masks, const CameraSet& set,
+                       const std::vector<std::filesystem::path>& photographs) {
+  if (!masks.exist) return "no masks";
+  std::size_t views = 0, covered = 0;
+  for (std::size_t i = 0; i < photographs.size(); ++i) {
+    views += photographs[i].empty() ? 0 : 1;
+    covered += photographs[i].empty() || masks.files[i].empty() ? 0 : 1;
+  }
+  const std::string place = masks.folder.empty()
+                                ? "as " + set.file.filename().string() + " names them"
+                                : "in " + masks.folder.string();
+  return covered == views
+             ? fmt::format("{} {}", counted(covered, "mask"), place)
+             : fmt::format("masks of {} of {} photographs {}, the others count as a whole", covered,
+                           views, place);
+}
+
+void read_points_of(const DataOptions& options, const CameraSet& set, DataSet& data) {
+  std::optional<std::filesystem::path> file;
+  if (!set.points.empty()) {
+    for (const std::string& spelled : {set.points, with_slashes(set.points)})
+      if (!file && is_file(set.folder() / spelled))
+        file = (set.folder() / spelled).lexically_normal();
+    if (!file)
+      data.warnings.push_back(fmt::format("{}: there is no file of points {}, which it names",
+                                          set.file.string(), set.points));
+  }
+  if (!file)
+    file = names_photographs_by_path(set) ? find_points_file(options.data)
+                                          : find_points_of_model(set.folder(), options.data);
+  if (!file) return;
+  data.points_file = *file;
+  const std::vector<ScenePoint> points = read_points(*file);
+  data.points = without_repetitions(points);
+  data.repeated_points = points.size() - data.points.size();
 }
 
 constexpr int kMostWidth = 1600;
@@ -201,56 +307,57 @@ double DataSet::extent() const {
 }
 
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress) {
-  std::optional<std::size_t> first_test;
-  const std::vector<LensCamera> cameras = cameras_of(options, first_test);
-  DataSet set;
-  set.folder = options.data;
-  set.photographs = folder_of(options, options.images, "images", options.data);
-  set.blender = first_test.has_value();
-  set.masks = folder_of(options, options.masks, "masks", {});
-  set.photo_memory = options.photo_memory;
+  const auto [set, first_test] = cameras_of(options);
+  const std::vector<LensCamera>& cameras = set.cameras;
+  DataSet data;
+  data.folder = options.data;
+  data.photographs = photographs_folder(options, set);
+  data.blender = first_test.has_value();
+  data.photo_memory = options.photo_memory;
+  data.warnings = set.warnings;
+  data.warnings.insert(data.warnings.end(), set.left_out.begin(), set.left_out.end());
+  const Photographs photographs(data.photographs);
+  const auto files = photographs_of(options, set, photographs);
+  if (std::ranges::all_of(files, [](const auto& file) { return file.empty(); }))
+    fail(
+        "{}: holds no photograph named like one of the {} cameras of {}: name the folder with "
+        "--images",
+        data.photographs.string(), cameras.size(), options.data.string());
+  const Masks masks = masks_of(options, set, files, data.photographs);
+  data.used = used_sentence(set, files, photographs) + ", " + masks_text(masks, set, files);
+  data.left_out = left_out_sentence(set, files, photographs, masks.folder);
+  add_new(data.warnings, orientation_sentence(cameras, files));
+  std::erase(data.warnings, "");
+  if (!options.masks.empty() &&
+      std::ranges::all_of(masks.files, [](const auto& file) { return file.empty(); }))
+    fail("{}: holds no mask named like one of the photographs of {}", masks.folder.string(),
+         data.photographs.string());
   // Read every photograph that has a camera, as a training or a test view.
   std::uint64_t bytes = 0;
-  const Photographs photographs(set.photographs);
-  std::optional<Photographs> masks;
-  if (!set.masks.empty()) masks.emplace(set.masks);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     progress.update(static_cast<float>(i) / static_cast<float>(cameras.size()));
-    const auto file = photographs.find(cameras[i].camera.name);
-    if (!file) {
-      ++set.skipped;
-      continue;
-    }
-    const std::size_t number = set.training.size() + set.test.size();
+    if (files[i].empty()) continue;
+    const std::size_t number = data.training.size() + data.test.size();
     const bool test =
         first_test ? i >= *first_test
                    : options.holdout > 0 && number % static_cast<std::size_t>(options.holdout) == 0;
     const PhotographSource source{cameras[i],
-                                  *file,
-                                  mask_of(*file, set.photographs, masks),
+                                  files[i],
+                                  masks.exist ? masks.files[i] : std::filesystem::path(),
                                   options.resolution_scale,
                                   options.background,
                                   options.keep_alpha};
-    if (!set.masks.empty() && source.mask.empty()) ++set.without_mask;
-    auto& views = test ? set.test : set.training;
+    auto& views = test ? data.test : data.training;
     views.push_back(read_view(source, pool));
     bytes += views.back().bytes();
-    if (bytes > set.photo_memory) set.release_pixels();
+    if (bytes > data.photo_memory) data.release_pixels();
   }
   // Refuse data from which nothing can be trained.
-  if (set.training.empty() && set.test.empty())
-    fail(
-        "{}: holds no photograph named like one of the {} cameras of {}: name the folder with "
-        "--images",
-        set.photographs.string(), cameras.size(), options.data.string());
-  if (!options.masks.empty() && set.without_mask == set.training.size() + set.test.size())
-    fail("{}: holds no mask named like one of the photographs of {}", set.masks.string(),
-         set.photographs.string());
-  if (set.training.empty())
+  if (data.training.empty())
     fail("{}: all {} photographs are test views: use --holdout 0 to train from them",
-         set.photographs.string(), set.test.size());
-  if (const auto points = find_points_file(options.data)) set.points = read_points(*points);
-  return set;
+         data.photographs.string(), data.test.size());
+  read_points_of(options, set, data);
+  return data;
 }
 
 double extent_of(const std::vector<Camera>& cameras) {

@@ -64,9 +64,10 @@ std::uint64_t half_of_memory();
 
 struct DataOptions {
   std::filesystem::path data;
-  /// in `data`; empty: `images`, or `data` itself if that folder is missing
+  /// in `data`; empty: as transforms.json names photographs, else `images`, or `data` itself
   std::filesystem::path images;
-  std::filesystem::path masks;          ///< in `data`; empty: `masks` if that folder exists
+  /// in `data`; empty: the masks that transforms.json names, else `masks` if that folder exists
+  std::filesystem::path masks;
   std::optional<int> resolution_scale;  ///< unset: 1, but photographs at most 1,600 pixels wide
   int holdout = 8;          ///< every N-th view with a photograph, by name, is a test view; 0: none
   glm::vec3 background{0};  ///< behind transparent photographs
@@ -78,11 +79,13 @@ struct DataSet {
   std::filesystem::path folder, photographs;
   std::vector<PhotographView> training, test;  ///< both are sorted by name
   std::vector<ScenePoint> points;              ///< empty if the data set has none
-  std::size_t skipped = 0;                     ///< cameras without a photograph
-  std::filesystem::path masks;                 ///< the folder; empty: no masks
-  std::size_t without_mask = 0;    ///< photographs without a mask in the folder of masks
-  bool blender = false;            ///< has transforms_train.json
-  std::uint64_t photo_memory = 0;  ///< bytes that photograph_cache.h may use
+  std::string used;                   ///< cameras, photographs and masks: a part of a sentence
+  std::string left_out;               ///< and why: a part of a sentence, or ""
+  std::vector<std::string> warnings;  ///< sentences
+  std::filesystem::path points_file;  ///< empty: none
+  std::size_t repeated_points = 0;    ///< in points_file; `points` has each place once
+  bool blender = false;               ///< has transforms_train.json
+  std::uint64_t photo_memory = 0;     ///< bytes that photograph_cache.h may use
 
   /// True if the photographs need more than photo_memory, so that all views are without pixels.
   bool on_disk() const { return !training.empty() && !training.front().has_pixels(); }
@@ -99,10 +102,11 @@ struct DataSet {
 };
 
 /// Blender's data sets have transforms_train.json and transforms_test.json; their views are the
-/// training and the test views, and names begin with the photographs' folder: "train/r_0". The mask
-/// of the photograph a/1.jpg is a/1.jpg.png or a/1.png, or the same without leading folders. If all
-/// pixels together exceed DataOptions::photo_memory, no view has its pixels. Throws Error(input)
-/// naming the file, and Cancelled.
+/// training and the test views, and names begin with the photographs' folder: "train/r_0".
+/// Photographs and masks are found by find_pictures(). The mask of the photograph a/1.jpg in a
+/// folder of masks is a/1.jpg.png or a/1.png. If all pixels together exceed
+/// DataOptions::photo_memory, no view has its pixels. Throws Error(input) naming the file, and
+/// Cancelled.
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress = {});
 
 /// 1.1 times the largest distance of a camera from their mean; 1 if all are in one place.

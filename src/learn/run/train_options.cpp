@@ -13,7 +13,6 @@
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
-#include "io/camera/photographs.h"
 #include "io/scene/reader.h"
 #include "learn/run/model_folder.h"
 #include "learn/run/render_options.h"
@@ -42,13 +41,27 @@ Parameters read_initial(const std::filesystem::path& path, int sh_degree, Thread
   return result;
 }
 
+// "; 25,784 points of sparse/0/points3D.bin": where the Gaussians come from.
+std::string start_text(const TrainOptions& options, const DataSet& data) {
+  if (options.run.resume) return "; the run's own Gaussians";
+  if (options.init) return fmt::format("; the Gaussians of {}", options.init->string());
+  const std::string file = data.points_file.string();
+  if (data.points.empty())
+    return fmt::format("; {} random points{}",
+                       grouped(static_cast<std::uint64_t>(options.random_points)),
+                       file.empty() ? "" : ", because " + file + " has none");
+  const std::string repeated =
+      fmt::format(", {} repeated points merged", grouped(data.repeated_points));
+  return fmt::format("; {} of {}{}", counted(data.points.size(), "point"), file,
+                     data.repeated_points > 0 ? repeated : "");
+}
+
+// Says which data is used.
 DataSet read_data(const TrainOptions& options, ThreadPool& pool, const Progress& progress) {
   DataSet data = read_data_set(options.data, pool, progress);
-  if (data.skipped > 0) options.run.text.warning(skipped_sentence(data.skipped));
-  if (data.without_mask > 0)
-    options.run.text.warning(fmt::format(
-        "{} of {} photographs have no mask in {} and count as a whole", data.without_mask,
-        data.training.size() + data.test.size(), data.masks.string()));
+  for (const std::string& sentence : data.warnings) options.run.text.warning(sentence);
+  options.run.text.result(data.used + start_text(options, data) +
+                          (data.left_out.empty() ? "" : "; " + data.left_out));
   return data;
 }
 
@@ -75,11 +88,12 @@ void declare_data_options(OptionTable& table, TrainOptions& options) {
                    "data set: a COLMAP folder, or one with transforms.json or cameras.json",
                    {".", "missing"});
   table.text("--images", "DIR", options.data.images,
-             "folder of the photographs in DATA, named as the cameras (default: images)",
+             "folder of the photographs in DATA, named as the cameras (default: as transforms.json "
+             "names them, else images)",
              {"images", "missing"});
   table.text("--masks", "DIR", options.data.masks,
              "folder of masks in DATA, named NAME.png or NAME.jpg.png: black pixels do not count "
-             "(default: masks, if it exists)",
+             "(default: the mask_path of transforms.json, else masks, if it exists)",
              {"covers", "missing"});
   table.integer("--resolution-scale", "N", 1, 64, options.data.resolution_scale,
                 "trains at 1/N of the photographs' size (default: 1, but at most 1600 pixels "

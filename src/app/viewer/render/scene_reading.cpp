@@ -154,8 +154,10 @@ std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
   for (const fs::path& folder : {cameras_file.parent_path(), cameras_file.parent_path() / ".."}) {
     if (!is_folder(folder / "images")) continue;
     const Photographs photographs(folder / "images");
-    for (std::size_t i = 0; i < cameras.size(); ++i)
-      if (const auto path = photographs.find(cameras[i].name)) found[static_cast<int>(i)] = *path;
+    for (std::size_t i = 0; i < cameras.size(); ++i) try {
+        if (const auto path = photographs.find(cameras[i].name)) found[static_cast<int>(i)] = *path;
+      } catch (const Error&) {  // two photographs have this name: none is shown
+      }
     break;
   }
   return found;

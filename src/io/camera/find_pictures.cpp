@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <compare>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include "base/fail.h"
+#include "base/list_of.h"
+#include "base/path_kind.h"
+#include "base/text.h"
+#include "io/bytes/byte_text.h"
+#include "io/camera/camera_formats.h"
+#include "io/camera/photographs.h"
+
+namespace qs {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A path as words.
+struct PicturePlace {
+  std::vector<std::string> folders;
+  std::string file;
+
+  explicit PicturePlace(const std::string& path) : folders(separated(path, '/')) {
+    file = std::move(folders.back());
+    folders.pop_back();
+    std::erase_if(folders, [](const std::string& word) { return word.empty() || word == "."; });
+  }
+
+  std::string key() const { return lower_case(photograph_name(file)); }
+  std::string ending() const { return lower_case(file.substr(photograph_name(file).size())); }
+};
+
+// The agreement of a name and a picture; a larger one is better.
+struct Agreement {
+  bool whole = false;       // the picture is at the end of the name's path
+  std::size_t folders = 0;  // equal folders before the file
+  bool ending = false, letter_case = false;
+
+  auto operator<=>(const Agreement&) const = default;
+};
+
+Agreement agreement_of(const PicturePlace& name, const PicturePlace& picture) {
+  Agreement agreement;
+  agreement.ending = name.ending() == picture.ending();
+  agreement.letter_case = photograph_name(name.file) == photograph_name(picture.file);
+  const std::size_t most = std::min(name.folders.size(), picture.folders.size());
+  for (std::size_t& n = agreement.folders; n < most; ++n) {
+    const std::string& a = name.folders[name.folders.size() - 1 - n];
+    const std::string& b = picture.folders[picture.folders.size() - 1 - n];
+    if (lower_case(a) != lower_case(b)) break;
+    agreement.letter_case = agreement.letter_case && a == b;
+  }
+  agreement.whole = agreement.folders == picture.folders.size();
+  return agreement;
+}
+
+fs::path identity(const fs::path& path) {
+  std::error_code error;
+  fs::path real = fs::weakly_canonical(path, error);
+  return error ? path : real;
+}
+
+// The file at the path, with `\` read as `/` if there is no file with `\` in its name.
+std::optional<fs::path> file_at(const fs::path& from, const std::string& name) {
+  for (const std::string& spelled : {name, with_slashes(name)})
+    if (!name.empty() && is_file(from / spelled)) return (from / spelled).lexically_normal();
+  return std::nullopt;
+}
+
+// The pictures that were found, each for one name unless names may share them.
+class FoundPictures {
+ public:
+  FoundPictures(const std::vector<std::string>& names, bool may_share)
+      : files(names.size()), names_(names), may_share_(may_share) {}
+
+  void take(std::size_t number, const fs::path& file) {
+    const auto [owner, added] = owners_.try_emplace(identity(file), number);
+    if (!added && !may_share_)
+      fail("{}: one picture for two cameras, {} and {}", file.string(), names_[owner->second],
+           names_[number]);
+    files[number] = file;
+  }
+  bool is_taken(const fs::path& file) const { return owners_.contains(identity(file)); }
+
+  std::vector<fs::path> files;
+
+ private:
+  const std::vector<std::string>& names_;
+  bool may_share_;
+  std::map<fs::path, std::size_t> owners_;
+};
+
+}  // namespace
+
+Photographs::Photographs(const fs::path& folder,
+                         const std::function<void(std::size_t count)>& counted)
+    : folder_(folder) {
+  if (!is_folder(folder)) fail("{}: not a folder of photographs", folder.string());
+  // Links are followed after all folders, so that a folder is listed under its own name.
+  std::set<std::pair<bool, fs::path>> open = {{false, folder}};
+  std::set<fs::path> listed;
+  while (!open.empty()) {
+    const fs::path place = open.extract(open.begin()).value().second;
+    if (!listed.insert(identity(place)).second) continue;
+    std::error_code error;
+    for (auto entry =
+             fs::directory_iterator(place, fs::directory_options::skip_permission_denied, error);
+         !error && entry != fs::directory_iterator(); entry.increment(error)) {
+      std::error_code unreachable;  // for example a broken link
+      if (entry->path().filename().string().starts_with('.')) continue;
+      if (entry->is_directory(unreachable)) {
+        folders_.insert(lower_case(entry->path().filename().string()));
+        open.emplace(entry->is_symlink(unreachable), entry->path());
+      } else if (entry->is_regular_file(unreachable)) {
+        add(entry->path().lexically_relative(folder).generic_string());
+        if (counted) counted(files_.size());
+      }
+    }
+    if (error) fail("{}: cannot be listed: {}", place.string(), error.message());
+  }
+}
+
+void Photographs::add(const std::string& file) {
+  if (photograph_name(file) == file) return;  // not the ending of a picture
+  files_.insert(file);
+  by_name_.emplace(PicturePlace(file).key(), file);
+}
+
+std::optional<Photographs::Match> Photographs::match(const std::string& name) const {
+  const PicturePlace wanted(name);
+  Agreement best;
+  std::vector<std::string> found;
+  const auto [begin, end] = by_name_.equal_range(wanted.key());
+  for (const auto& [key, file] : std::ranges::subrange(begin, end)) {
+    const PicturePlace picture(file);
+    const Agreement agreement = agreement_of(wanted, picture);
+    // If the name's folder exists, its picture is missing there, and another folder's is another.
+    if (!agreement.whole && agreement.folders < wanted.folders.size() &&
+        folders_.contains(lower_case(
+            *(wanted.folders.rbegin() + static_cast<std::ptrdiff_t>(agreement.folders)))))
+      continue;
+    if (found.empty() || agreement > best) {
+      best = agreement;
+      found = {file};
+    } else if (agreement == best) {
+      found.push_back(file);
+    }
+  }
+  if (found.size() > 1)
+    fail(
+        "{}: two pictures are named like {}: {} and {}; name one of them with its folder and "
+        "ending",
+        folder_.string(), name, (folder_ / found[0]).string(), (folder_ / found[1]).string());
+  if (!found.empty()) return Match{folder_ / found[0], !best.whole};
+  const std::string spelled = with_slashes(name);
+  return spelled == name ? std::nullopt : match(spelled);
+}
+
+std::optional<fs::path> Photographs::find(const std::string& name) const {
+  const auto found = match(name);
+  return found ? std::optional(found->file) : std::nullopt;
+}
+
+std::vector<std::string> Photographs::names() const {
+  return list_of<std::string>(files_, photograph_name);
+}
+
+std::vector<fs::path> Photographs::files() const {
+  return list_of<fs::path>(files_, [&](const std::string& file) { return folder_ / file; });
+}
+
+std::string with_slashes(std::string name) {
+  std::ranges::replace(name, '\\', '/');
+  return name;
+}
+
+std::optional<fs::path> shared_folder(const std::vector<std::string>& names, const fs::path& from) {
+  std::optional<fs::path> shared;
+  for (const std::string& name : names) {
+    const fs::path path = fs::path(with_slashes(name)).lexically_normal();
+    if (path.is_absolute()) return std::nullopt;
+    fs::path first;
+    for (const fs::path& word : path.parent_path()) {
+      first /= word;
+      if (word != "..") break;
+    }
+    if (first.empty() || (shared && *shared != first)) return std::nullopt;
+    shared = first;
+  }
+  if (!shared || !is_folder(from / *shared)) return std::nullopt;
+  return from / *shared;
+}
+
+std::optional<fs::path> picture_at(const fs::path& from, const std::string& name) {
+  if (auto file = file_at(from, name)) return file;
+  const fs::path folder = (from / with_slashes(name)).parent_path();
+  const auto found = Photographs(is_folder(folder) ? folder : from).match(name);
+  return found && !found->by_name_alone ? std::optional(found->file) : std::nullopt;
+}
+
+std::vector<fs::path> find_pictures(const std::vector<std::string>& names, const fs::path& from,
+                                    const Photographs& pictures, bool may_share) {
+  FoundPictures found(names, may_share);
+  std::vector<std::optional<Photographs::Match>> matches(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto file = from.empty() ? std::nullopt : file_at(from, names[i]);
+    if (!file) matches[i] = pictures.match(names[i]);
+    if (file) found.take(i, *file);
+  }
+  // Pictures whose folders agree first: the others are only for names that have no such picture.
+  for (const bool by_name_alone : {false, true}) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (!matches[i] || matches[i]->by_name_alone != by_name_alone) continue;
+      if (!by_name_alone || !found.is_taken(matches[i]->file)) found.take(i, matches[i]->file);
+    }
+  }
+  return std::move(found.files);
+}
+
+std::vector<std::string> photograph_names(const std::vector<LensCamera>& cameras) {
+  return list_of<std::string>(cameras, [](const LensCamera& camera) {
+    return camera.photograph.empty() ? camera.camera.name : camera.photograph;
+  });
+}
+
+}  // namespace qs

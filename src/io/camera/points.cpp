@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+//
+// The files of points beside cameras. A .ply has x, y, z and colours as red, green, blue (or r, g,
+// b), integers or 0..1, or as the f_dc of Gaussians; points without colours are gray.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "base/fail.h"
+#include "base/path_kind.h"
+#include "io/bytes/byte_text.h"
+#include "io/bytes/mapped_file.h"
+#include "io/camera/cameras.h"
+#include "io/scene/ply/ply_file.h"
+
+namespace qs {
+namespace {
+
+std::optional<std::filesystem::path> points_in(const std::filesystem::path& folder) {
+  // INRIA's trainer writes points3d.ply into data sets without points.
+  for (const char* name : {"points3D.bin", "points3D.txt", "points3D.ply", "points3d.ply"})
+    if (is_file(folder / name)) return (folder / name).lexically_normal();
+  return std::nullopt;
+}
+
+constexpr float kShOfGray = 0.28209479f;  // the constant spherical harmonic
+
+// A colour's columns, and the value of white.
+struct ColorColumns {
+  std::array<const PlyColumn*, 3> columns{};
+  double white = 1, gray = 0;
+
+  bool exist() const { return columns[0] != nullptr && columns[1] != nullptr && columns[2]; }
+  glm::vec3 of(const PlyRows& rows, std::uint64_t row) const {
+    if (!exist()) return glm::vec3(0.5f);
+    glm::vec3 color;
+    for (std::size_t c = 0; c < 3; ++c)
+      color[static_cast<int>(c)] = static_cast<float>(gray + rows.value(row, *columns[c]) / white);
+    return glm::clamp(color, 0.0f, 1.0f);
+  }
+};
+
+ColorColumns color_columns(const PlyRows& rows) {
+  for (const auto& names : {std::array{"red", "green", "blue"}, std::array{"r", "g", "b"},
+                            std::array{"diffuse_red", "diffuse_green", "diffuse_blue"},
+                            std::array{"f_dc_0", "f_dc_1", "f_dc_2"}}) {
+    ColorColumns colors;
+    std::ranges::transform(names, colors.columns.begin(),
+                           [&](const char* name) { return rows.find(name); });
+    if (!colors.exist()) continue;
+    const PlyType type = colors.columns[0]->type;
+    if (std::string_view(names[0]) == "f_dc_0") {
+      colors.white = 1 / kShOfGray;
+      colors.gray = 0.5;
+    } else if (type != PlyType::f32 && type != PlyType::f64) {
+      colors.white = size_of(type) == 1 ? 255 : 65535;
+    } else {
+      // Some programs write 0..255 as floats.
+      for (std::uint64_t row = 0; row < rows.count && colors.white == 1; ++row)
+        if (rows.value(row, *colors.columns[0]) > 1) colors.white = 255;
+    }
+    return colors;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& data) {
+  for (const char* folder : {"sparse/0", "sparse", "0", "."})
+    if (auto file = points_in(data / folder)) return file;
+  return std::nullopt;
+}
+
+std::optional<std::filesystem::path> find_points_of_model(const std::filesystem::path& model,
+                                                          const std::filesystem::path& data) {
+  constexpr int kMostLevels = 3;  // sparse/0, sparse and the data set
+  std::filesystem::path folder = model;
+  for (int level = 0; level < kMostLevels; ++level, folder = folder.parent_path()) {
+    if (auto file = points_in(folder)) return file;
+    std::error_code error;
+    if (std::filesystem::equivalent(folder, data, error)) break;
+  }
+  return std::nullopt;
+}
+
+std::vector<ScenePoint> read_points(const std::filesystem::path& file) {
+  const std::string ending = lower_case(file.extension().string());
+  if (ending == ".ply") return read_ply_points(file);
+  return ending == ".txt" ? read_colmap_points_text(file) : read_colmap_points_binary(file);
+}
+
+std::vector<ScenePoint> read_ply_points(const std::filesystem::path& file) {
+  const MappedFile content(file);
+  if (!is_ply(content.content())) fail("{}: not a .ply file of points", file.string());
+  const PlyHeader header = parse_ply_header(content.content(), file);
+  const Progress progress;
+  PlyBody body(content.content(), header, file, progress);
+  const PlyRows rows = body.rows("vertex");
+  const std::string path = file.string();
+  const std::array place = {rows.of_vertices("x", path), rows.of_vertices("y", path),
+                            rows.of_vertices("z", path)};
+  const ColorColumns colors = color_columns(rows);
+  std::vector<ScenePoint> points(rows.count);
+  for (std::uint64_t row = 0; row < rows.count; ++row) {
+    ScenePoint& point = points[row];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double value = rows.value(row, place[axis]);
+      if (!std::isfinite(static_cast<float>(value)))
+        fail("{}: point {}: its position is not finite", path, row);
+      point.position[static_cast<int>(axis)] = value;
+    }
+    point.color = colors.of(rows, row);
+    if (!std::isfinite(point.color.x + point.color.y + point.color.z))
+      fail("{}: point {}: its colour is not finite", path, row);
+  }
+  return points;
+}
+
+std::vector<ScenePoint> without_repetitions(const std::vector<ScenePoint>& points) {
+  struct Kept {
+    std::size_t place;
+    glm::dvec3 colors;
+    int count;
+  };
+  std::map<std::array<float, 3>, Kept> kept;
+  std::vector<ScenePoint> once;
+  for (const ScenePoint& point : points) {
+    const glm::vec3 p(point.position);
+    const auto [found, added] =
+        kept.try_emplace({p.x, p.y, p.z}, Kept{once.size(), glm::dvec3(0), 0});
+    if (added) once.push_back(point);
+    found->second.colors += glm::dvec3(point.color);
+    ++found->second.count;
+  }
+  for (const auto& [position, point] : kept)
+    if (point.count > 1)
+      once[point.place].color = glm::vec3(point.colors / static_cast<double>(point.count));
+  return once;
+}
+
+}  // namespace qs

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+//
+// The sentences about the data that a command uses and leaves out.
+#include <algorithm>
+#include <span>
+
+#include "base/text.h"
+#include "io/camera/photographs.h"
+#include "io/picture/image_file.h"
+
+namespace qs {
+namespace {
+
+namespace fs = std::filesystem;
+
+// "1 camera without a photograph (b)": at most three names.
+std::string counted_names(const std::vector<std::string>& names, const char* thing,
+                          const char* what) {
+  constexpr std::size_t kMost = 3;
+  const std::size_t shown = std::min(names.size(), kMost);
+  return fmt::format("{} {} ({}{})", counted(names.size(), thing), what,
+                     joined(std::span(names).first(shown), ", "),
+                     names.size() > shown ? ", .." : "");
+}
+
+std::string lenses_of(const std::vector<LensCamera>& cameras) {
+  const auto lenses = static_cast<std::size_t>(std::ranges::count_if(
+      cameras, [](const LensCamera& camera) { return camera.lens.has_value(); }));
+  if (lenses == 0) return "pinhole";
+  return lenses == cameras.size()
+             ? "undistorted"
+             : fmt::format("{} pinhole, {} undistorted", cameras.size() - lenses, lenses);
+}
+
+}  // namespace
+
+std::string used_sentence(const CameraSet& set, const std::vector<fs::path>& used,
+                          const Photographs& photographs) {
+  const auto missing = static_cast<std::size_t>(
+      std::ranges::count_if(used, [](const fs::path& file) { return file.empty(); }));
+  return fmt::format("{} of {} in {} ({}), photographs in {}", used.size() - missing,
+                     counted(used.size() + set.left_out.size(), "camera"), set.file.string(),
+                     lenses_of(set.cameras), photographs.folder().string());
+}
+
+std::string left_out_sentence(const CameraSet& set, const std::vector<fs::path>& used,
+                              const Photographs& photographs, const fs::path& except) {
+  const std::vector<std::string> names = photograph_names(set.cameras);
+  std::vector<std::string> missing, unused, parts;
+  std::set<fs::path> known;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    known.insert(used[i].lexically_normal());
+    if (used[i].empty()) missing.push_back(names[i]);
+  }
+  const fs::path folder = photographs.folder();
+  for (const fs::path& file : photographs.files()) {
+    const bool is_excepted =
+        !except.empty() && !file.lexically_relative(except).generic_string().starts_with("..");
+    if (!is_excepted && !known.contains(file.lexically_normal()))
+      unused.push_back(file.lexically_relative(folder).generic_string());
+  }
+  if (!missing.empty()) parts.push_back(counted_names(missing, "camera", "without a photograph"));
+  if (!set.left_out.empty())
+    parts.push_back(counted(set.left_out.size(), "camera") + " with numbers that are not finite");
+  if (!unused.empty()) parts.push_back(counted_names(unused, "photograph", "without a camera"));
+  return parts.empty() ? "" : "left out: " + joined(parts, ", ");
+}
+
+std::string orientation_sentence(const std::vector<LensCamera>& cameras,
+                                 const std::vector<fs::path>& photographs) {
+  constexpr int kFirstWithSwappedSides = 5;
+  std::size_t count = 0;
+  std::string first;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const int orientation = photographs[i].empty() ? 1 : exif_orientation(photographs[i]);
+    const Camera& camera = cameras[i].camera;
+    // Other shapes show if the camera is of the stored picture; require_same_shape() compares them.
+    const bool has_shape_of_both =
+        orientation < kFirstWithSwappedSides || camera.width == camera.height;
+    if (orientation == 1 || !has_shape_of_both) continue;
+    if (++count == 1)
+      first =
+          fmt::format("{}: its EXIF tag Orientation is {}", photographs[i].string(), orientation);
+  }
+  if (count == 0) return "";
+  return fmt::format(
+      "{}{}, but pixels are used as they are stored; if the cameras are of turned pictures, turn "
+      "the pixels first (mogrify -auto-orient)",
+      first, count > 1 ? fmt::format(", as of {} photographs in all", count) : "");
+}
+
+std::string skipped_sentence(std::size_t views) {
+  return fmt::format("{} view{} without a photograph {} left out", views, views == 1 ? "" : "s",
+                     views == 1 ? "is" : "are");
+}
+
+}  // namespace qs

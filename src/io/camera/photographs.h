@@ -84,7 +84,7 @@ std::vector<std::filesystem::path> find_pictures(const std::vector<std::string>&
 /// The names of photographs in the cameras file.
 std::vector<std::string> photograph_names(const std::vector<LensCamera>& cameras);
 
-// One line tells which data a command uses.
+// One line names the data that a command uses.
 
 /// "8 cameras of 9 in transforms.json (pinhole), photographs in images": cameras of the set that
 /// have a photograph. `used` has the photograph of every camera.

@@ -87,8 +87,8 @@ std::optional<std::filesystem::path> find_points_of_model(const std::filesystem:
 /// record.
 std::vector<ScenePoint> read_points(const std::filesystem::path& file);
 
-/// The points without repetitions: points that are equal in single precision become one point at the
-/// place of the first point, with the mean of their colours.
+/// The points without repetitions: points that are equal in single precision become one point at
+/// the place of the first point, with the mean of their colours.
 std::vector<ScenePoint> without_repetitions(const std::vector<ScenePoint>& points);
 
 /// The formats. They are for read_points().

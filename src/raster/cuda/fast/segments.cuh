@@ -39,11 +39,12 @@ struct CutRule {
 
   static QS_HD CutRule of(const SegmentsView& view, const FastCounters& counters) {
     if (view.least > 0) return {view.least, view.each, view.least};
-    // In pairs / kSampled. Fitted on three scenes, see docs/log/far.md.
+    // In pairs / kSampled. Fitted on ten scenes, and judged on each without it, see
+    // docs/log/far.md.
     const float tiles = static_cast<float>(counters.sampled_tiles);
     const auto least = static_cast<std::uint32_t>(fminf(128 + tiles / 5120, 1024));
     const auto each = static_cast<std::uint32_t>(fminf(fmaxf(sqrtf(tiles) / 13, 16), 128));
-    const auto longest = static_cast<std::uint32_t>(fminf(500 + tiles / 2048, 8192));
+    const auto longest = static_cast<std::uint32_t>(fminf(312 + tiles / 576, 4096));
     unsigned shift = 0;
     while (each >> shift >= 32) ++shift;
     return {least >> shift, each >> shift, longest >> shift, kSampled << shift};

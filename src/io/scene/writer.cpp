@@ -13,6 +13,7 @@
 #include "io/scene/sog/sog.h"
 #include "io/scene/splat/splat.h"
 #include "io/scene/spz/spz.h"
+#include "io/scene/usd/usd.h"
 
 namespace qs {
 namespace {
@@ -37,6 +38,10 @@ constexpr std::array kWriters = {
         write_sog},
     WriterRow{"glb", ".glb", "KHR_gaussian_splatting, floats", "LUF", 3, "rounding of exp and log",
               write_glb},
+    WriterRow{"usda", ".usda", "OpenUSD's ParticleField3DGaussianSplat, text", "RUB", 3,
+              "rounding of exp and log", write_usda},
+    WriterRow{"usdz", ".usdz", "the same text in a zip without compression", "RUB", 3, "as usda",
+              write_usdz},
 };
 
 const WriterRow& choose_writer(const std::filesystem::path& path, std::string_view format) {

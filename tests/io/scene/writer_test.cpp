@@ -91,6 +91,8 @@ constexpr Precision kPrecisions[] = {
     {"splat", 0, 1e-6, 1, 0.002, 0.007, 0},
     {"sog", 1.7e-4, 0.04, 1, 0.002, 0.012, 0.012},
     {"glb", 0, 1e-6, 0.1, 1e-6, 0, 0},
+    {"usda", 0, 1e-6, 0.1, 1e-6, 0, 0},
+    {"usdz", 0, 1e-6, 0.1, 1e-6, 0, 0},
 };
 
 // Values in the range that every format stores.

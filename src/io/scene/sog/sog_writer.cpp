@@ -201,7 +201,7 @@ void write_sog(const GaussianCloud& unordered, const std::filesystem::path& path
         {picture.values, static_cast<int>(picture.width), static_cast<int>(picture.height)},
         progress.stop);
   });
-  write_zip(path, files, false);
+  write_zip(path, files, ZipForm::stored);
   progress.update(1);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Walks through the text of a .usda file: words, strings, numbers, and values of any kind, which
-// are skipped without being stored. It builds no tree, so its memory is that of the arrays that the
+// are skipped without being stored. It builds no tree, so it stores nothing but the arrays that the
 // caller asks for. Source of the grammar: OpenUSD's documentation of the text file format.
 #pragma once
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Few values that stand for many: a codebook of 256 numbers, and a palette of vectors. Both are
-// found by k-means, and are exact if there are no more different values than entries. They do not
-// depend on the number of threads.
+// exact if there are no more different values than entries.
 #pragma once
 
 #include <array>
@@ -10,7 +9,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/parallel.h"
 #include "base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -44,10 +42,9 @@ struct Palette {
   std::size_t size() const { return values.size() / dimensions; }
 };
 
-/// At most `most` vectors for these rows. More rows than that are divided by a tree: k-means finds
-/// up to 256 groups, each group gets entries in proportion to its squared errors, and is divided in
-/// the same way. A million vectors take two levels and a few seconds.
-Palette make_palette(const VectorRows& rows, std::size_t most, ThreadPool& pool,
-                     const Progress& progress);
+/// At most `most` vectors for these rows: the cell of rows with the largest squared error is
+/// divided at its mean, along the axis of its largest variance, until there are enough cells; the
+/// vectors are their means. Works in the caller's thread; a million rows take seconds.
+Palette make_palette(const VectorRows& rows, std::size_t most, const Progress& progress);
 
 }  // namespace qs

@@ -134,7 +134,7 @@ class SogEncoder {
     if (cloud_.sh_degree == 0) return;
     const std::size_t rest = sh_count(cloud_) - 1;
     const VectorRows rows{&cloud_.sh[1].x, cloud_.size(), 3 * (rest + 1), 3 * rest};
-    const Palette palette = make_palette(rows, kMostEntries, pool_, progress);
+    const Palette palette = make_palette(rows, kMostEntries, progress);
     const Codebook codebook = make_codebook(palette.values);
     const std::size_t lines = (palette.size() + kEntriesPerRow - 1) / kEntriesPerRow;
     add_picture(

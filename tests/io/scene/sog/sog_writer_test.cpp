@@ -194,14 +194,14 @@ double rms(const Array<float>& rows, const Palette& palette) {
 
 TEST(Palette, as_many_entries_as_rows_are_exact) {
   const Array<float> rows = blobs(500);
-  EXPECT_EQ(rms(rows, make_palette({rows.data(), 500, 6, 6}, 500, pool(), {})), 0);
+  EXPECT_EQ(rms(rows, make_palette({rows.data(), 500, 6, 6}, 500, {})), 0);
 }
 
 TEST(Palette, errors_shrink_with_the_entries_of_one_and_of_two_levels) {
   const Array<float> rows = blobs(40000);
   double before = INFINITY;
   for (const std::size_t most : {1u, 40u, 200u, 1000u, 5000u, 20000u}) {
-    const Palette palette = make_palette({rows.data(), 40000, 6, 6}, most, pool(), {});
+    const Palette palette = make_palette({rows.data(), 40000, 6, 6}, most, {});
     EXPECT_LE(palette.size(), most);
     EXPECT_GT(palette.size(), most * 2 / 3);
     for (const std::uint32_t label : palette.label) ASSERT_LT(label, palette.size());
@@ -214,15 +214,6 @@ TEST(Palette, errors_shrink_with_the_entries_of_one_and_of_two_levels) {
     EXPECT_LT(error, before) << most;
     before = error;
   }
-}
-
-TEST(Palette, does_not_depend_on_the_number_of_threads) {
-  const Array<float> rows = blobs(9000);
-  ThreadPool one(1), three(3);
-  const Palette a = make_palette({rows.data(), 9000, 6, 6}, 3000, one, {});
-  const Palette b = make_palette({rows.data(), 9000, 6, 6}, 3000, three, {});
-  EXPECT_EQ(a.label, b.label);
-  EXPECT_EQ(a.values, b.values);
 }
 
 }  // namespace

@@ -55,17 +55,16 @@ class GltfScene {
     int degree = 0;
     for (const Instance& instance : instances_) degree = std::max(degree, instance.splats->degree);
     scene_.cloud = make_cloud(parts_.count(), degree);
-    GltfClamped clamped;
+    LinearValues linear;
     fill_cloud(scene_, pool_, progress, 0.1f, [&](std::size_t begin, std::size_t end) {
       parts_.for_range(begin, end, [&](std::size_t part, std::uint64_t row, std::size_t i) {
         const Instance& instance = instances_[part];
-        fill_gaussian(*instance.splats, row, scene_.cloud, i, clamped);
+        fill_gaussian(*instance.splats, row, scene_.cloud, i, linear);
         if (instance.transform) instance.transform->apply(scene_.cloud, i);
       });
       flip_axes(scene_.cloud, begin, end, kTurnAboutZ);
     });
-    warn(clamped.scales, "{} Gaussians have a negative scale, which was taken for 0.");
-    warn(clamped.opacities, "{} Gaussians have an opacity outside 0 to 1, which was clamped.");
+    linear.warn(scene_);
   }
 
  private:

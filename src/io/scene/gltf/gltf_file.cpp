@@ -367,7 +367,7 @@ void convert_to_srgb(glm::vec3* sh, std::size_t count) {
 }  // namespace
 
 void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& cloud,
-                   std::size_t to, GltfClamped& clamped) {
+                   std::size_t to, LinearValues& linear) {
   glm::vec3* const sh = sh_of(cloud, to);
   std::fill_n(sh, sh_count(cloud), glm::vec3(0));
   if (splats.cloud) {
@@ -381,17 +381,11 @@ void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& 
   cloud.positions[to] = vector(splats.positions);
   const GltfNumbers& q = splats.rotations;
   cloud.rotations[to] = glm::quat(q(from, 3), q(from, 0), q(from, 1), q(from, 2));
-  glm::vec3 scale = vector(splats.scales);
-  if (!splats.scales_are_logarithms) {
-    if (scale.x < 0 || scale.y < 0 || scale.z < 0) ++clamped.scales;
-    scale = glm::log(glm::max(scale, glm::vec3(0)));
-  }
-  cloud.log_scales[to] = scale;
+  const glm::vec3 scale = vector(splats.scales);
+  cloud.log_scales[to] = splats.scales_are_logarithms ? scale : linear.log_scale(scale);
   const bool has_colors = splats.colors.count > 0;
-  const double opacity = has_colors ? splats.colors(from, 3) : splats.opacities(from, 0);
-  if (opacity < 0 || opacity > 1) ++clamped.opacities;
-  const double inside = opacity < 0 ? 0 : opacity > 1 ? 1 : opacity;  // NaN stays
-  cloud.opacity_logits[to] = static_cast<float>(std::log(inside / (1 - inside)));
+  cloud.opacity_logits[to] =
+      linear.logit(has_colors ? splats.colors(from, 3) : splats.opacities(from, 0));
   if (has_colors) sh[0] = (vector(splats.colors) - 0.5f) / static_cast<float>(kSh0);
   const std::size_t first = has_colors ? 1 : 0;
   for (std::size_t k = 0; k < splats.sh.size(); ++k) sh[first + k] = vector(splats.sh[k]);

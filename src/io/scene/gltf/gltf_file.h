@@ -6,7 +6,6 @@
 // to a buffer goes through view() and numbers(), which check it in 64 bits.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -23,6 +22,7 @@
 
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
+#include "io/cloud/linear_values.h"
 #include "io/scene/gltf/tinygltf.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -118,15 +118,10 @@ struct GltfSplats {
   bool colors_are_linear = false;  ///< in lin_rec709_display, to be converted to sRGB
 };
 
-/// Counts of values out of range, gathered while the cloud is filled.
-struct GltfClamped {
-  std::atomic<std::size_t> scales = 0, opacities = 0;
-};
-
 /// Writes Gaussian `from` of the primitive to position `to` of the cloud, whose degree is at least
 /// as high. May be called from several threads.
 void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& cloud,
-                   std::size_t to, GltfClamped& clamped);
+                   std::size_t to, LinearValues& linear);
 
 /// True if these scales are logarithms, as in the extension's draft, instead of linear.
 bool are_logarithms(const GltfNumbers& scales);

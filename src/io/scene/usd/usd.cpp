@@ -2,7 +2,7 @@
 #include "io/scene/usd/usd.h"
 
 #include <algorithm>
-#include <atomic>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -16,6 +16,7 @@
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
+#include "io/cloud/linear_values.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/usd/usd_stage.h"
 #include "raster/scene/transform.h"
@@ -65,8 +66,7 @@ class SplatArrays {
   std::size_t count() const { return count_; }
   int degree() const { return degree_; }
 
-  void fill(std::size_t from, GaussianCloud& cloud, std::size_t to,
-            std::atomic<std::size_t>& scales, std::atomic<std::size_t>& opacities) const {
+  void fill(std::size_t from, GaussianCloud& cloud, std::size_t to, LinearValues& linear) const {
     const auto value = [&](UsdArray array, std::size_t at, float otherwise) {
       const auto& values = splats_.values[array];
       return values ? (*values)[at] : otherwise;
@@ -75,13 +75,9 @@ class SplatArrays {
     cloud.rotations[to] =
         glm::quat(value(kUsdRotations, 4 * from, 1), value(kUsdRotations, 4 * from + 1, 0),
                   value(kUsdRotations, 4 * from + 2, 0), value(kUsdRotations, 4 * from + 3, 0));
-    glm::vec3 scale = splats_.values[kUsdScales] ? triple(kUsdScales, from) : glm::vec3(1);
-    if (scale.x < 0 || scale.y < 0 || scale.z < 0) ++scales;
-    cloud.log_scales[to] = glm::log(glm::max(scale, glm::vec3(0)));
-    const auto opacity = static_cast<double>(value(kUsdOpacities, from, 1));
-    if (opacity < 0 || opacity > 1) ++opacities;
-    const double inside = opacity < 0 ? 0 : opacity > 1 ? 1 : opacity;  // NaN stays
-    cloud.opacity_logits[to] = static_cast<float>(std::log(inside / (1 - inside)));
+    cloud.log_scales[to] =
+        linear.log_scale(splats_.values[kUsdScales] ? triple(kUsdScales, from) : glm::vec3(1));
+    cloud.opacity_logits[to] = linear.logit(static_cast<double>(value(kUsdOpacities, from, 1)));
     glm::vec3* const sh = sh_of(cloud, to);
     std::fill_n(sh, sh_count(cloud), glm::vec3(0));
     if (splats_.values[kUsdSh])
@@ -151,17 +147,14 @@ void read_usd(ByteSpan content, const std::filesystem::path& path, ThreadPool& p
          parts.empty() ? "is shown" : "has positions",
          scene.warnings.empty() ? "" : ". " + scene.warnings.back());
   scene.cloud = make_cloud(rows.count(), degree);
-  std::atomic<std::size_t> scales = 0, opacities = 0;
+  LinearValues linear;
   fill_cloud(scene, pool, options.progress, kParsed, [&](std::size_t begin, std::size_t end) {
     rows.for_range(begin, end, [&](std::size_t part, std::uint64_t row, std::size_t i) {
-      parts[part].fill(row, scene.cloud, i, scales, opacities);
+      parts[part].fill(row, scene.cloud, i, linear);
     });
     flip_axes(scene.cloud, begin, end, signs);
   });
-  if (scales > 0)
-    scene.warn("{} Gaussians have a negative scale, which was taken for 0.", scales.load());
-  if (opacities > 0)
-    scene.warn("{} Gaussians have an opacity outside 0 to 1, which was clamped.", opacities.load());
+  linear.warn(scene);
 }
 
 }  // namespace qs

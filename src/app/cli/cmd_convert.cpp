@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/framing/scene_box.h"
@@ -23,7 +24,9 @@
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
 #include "options/suggestion.h"
+#include "raster/api/renderer.h"
 #include "raster/scene/cloud_order.h"
+#include "raster/scene/image_metrics.h"
 
 namespace qs {
 namespace {
@@ -71,6 +74,32 @@ void check_format(const ConvertCommand& command) {
        joined(endings, ", "), reads_ending(ending) ? "" : suggestion(ending, endings));
 }
 
+// A clause with the PSNR of the written file's picture, in a view of the whole scene. Empty for
+// formats that lose nothing.
+std::string loss_text(const Scene& scene, const ConvertCommand& command, const WriterRow& format,
+                      ThreadPool& pool) {
+  constexpr std::size_t kMostDrawn = 2'000'000;  // reading and drawing them takes seconds
+  constexpr double kSamePicture = 100;           // dB
+  if (format.losses == std::string_view("nothing")) return {};
+  if (scene.cloud.size() > kMostDrawn) return "; compare shows its loss";
+  try {
+    FrameOptions frame;
+    frame.size = glm::ivec2(640, 360);
+    const Camera camera = overview_shot(frame, scene).camera;
+    const auto renderer = make_renderer(Backend::cpu, pool);
+    const auto picture = [&](GaussianCloud cloud) {
+      renderer->upload(std::move(cloud), {});
+      return Image(renderer->render(camera).color);
+    };
+    const Image before = picture(scene.cloud);
+    const double loss = psnr(before, picture(read_scene(command.output, pool).cloud), pool);
+    return loss > kSamePicture ? "; the same picture"
+                               : fmt::format("; its picture: {:.1f} dB", loss);
+  } catch (const Error&) {  // the scene cannot be drawn
+    return "; its loss was not measured";
+  }
+}
+
 int run(const ConvertCommand& command) {
   check_format(command);
   ThreadPool pool(0);
@@ -87,9 +116,9 @@ int run(const ConvertCommand& command) {
   }();
   std::error_code error;
   const auto bytes = std::filesystem::file_size(command.output, error);
-  fmt::print(stderr, "wrote {} ({} Gaussians, SH degree {}, {})\n", command.output.string(),
+  fmt::print(stderr, "wrote {} ({} Gaussians, SH degree {}, {}{})\n", command.output.string(),
              grouped(scene.cloud.size()), std::min(scene.cloud.sh_degree, format.max_sh_degree),
-             error ? "size unknown" : bytes_text(bytes));
+             error ? "size unknown" : bytes_text(bytes), loss_text(scene, command, format, pool));
   return kExitOk;
 }
 

@@ -145,4 +145,9 @@ bool is_torch_archive(ByteSpan content) {
   return first_name_in_zip(content).ends_with("/data.pkl");
 }
 
+bool is_usdz(ByteSpan content) {
+  const std::string_view name = first_name_in_zip(content);
+  return name.ends_with(".usda") || name.ends_with(".usdc") || name.ends_with(".usd");
+}
+
 }  // namespace qs

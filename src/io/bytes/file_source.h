@@ -50,6 +50,9 @@ std::string_view first_name_in_zip(ByteSpan content);
 bool is_npz(ByteSpan content);
 bool is_torch_archive(ByteSpan content);
 
+/// True for a zip archive of OpenUSD (.usdz), whose first file is the stage.
+bool is_usdz(ByteSpan content);
+
 /// The normalised `name`, so that different spellings are recognised as one file. Throws
 /// Error(input) "source: unsafe file name ..." unless it is a plain relative path.
 std::string checked_file_name(std::string_view name, std::string_view source);

@@ -28,6 +28,7 @@
 #include "io/scene/sog/sog.h"
 #include "io/scene/splat/splat.h"
 #include "io/scene/spz/spz.h"
+#include "io/scene/usd/usd.h"
 #include "raster/scene/transform.h"
 
 namespace qs {
@@ -56,8 +57,11 @@ constexpr std::array kReaders = {
               "RDF", "0-3", "lossless WebP only; at most 8 Gaussians per byte", recognises_sog,
               read_sog},
     ReaderRow{"gltf", ".glb .gltf", "KHR_gaussian_splatting, also its draft and compressed as spz",
-              "LUF", "0-4", "no sparse accessors; buffers inside, in base64 or in its folder",
-              recognises_gltf, read_gltf},
+              "LUF", "0-4", "buffers inside, in base64 or in its folder", recognises_gltf,
+              read_gltf},
+    ReaderRow{"usd", ".usda .usdz .usd .usdc", "OpenUSD's ParticleField3DGaussianSplat, text",
+              "RUB, or RFU with Z up", "0-4", "no .usdc; no references, variants and time samples",
+              recognises_usd, read_usd},
 };
 
 bool has_extension_of(const ReaderRow& row, const std::filesystem::path& path) {

@@ -146,7 +146,7 @@ class Tree {
 }  // namespace
 
 bool recognises_sog(ByteSpan content, const std::filesystem::path&) {
-  if (is_zip(content)) return !is_npz(content) && !is_torch_archive(content);
+  if (is_zip(content)) return !is_npz(content) && !is_torch_archive(content) && !is_usdz(content);
   return json_kind(text_of(content).substr(0, kMaxMetaBytes)) == JsonKind::sog;
 }
 

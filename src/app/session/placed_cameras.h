@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The cameras of a scene, where the scene is: their places count from GaussianCloud::origin.
-// Cameras of another frame, such as those of a normalised export, see nothing of it.
+// Cameras of another frame, such as a normalised export's, see nothing of it.
 #pragma once
 
 #include <filesystem>

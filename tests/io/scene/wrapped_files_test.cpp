@@ -78,7 +78,7 @@ TEST(WrappedFiles, a_zip_with_one_ply_is_read) {
       write_zip(file, entries, deflated);
       const Scene scene = read_scene(file);
       EXPECT_EQ(scene.cloud.positions[0].x, 7);
-      EXPECT_THAT(scene.format, HasSubstr("zipped"));
+      EXPECT_THAT(scene.format, HasSubstr("zipped ply"));
     }
   }
   write_zip(file, {{"a.ply", one_gaussian(7)}, {"b.ply", one_gaussian(8)}});

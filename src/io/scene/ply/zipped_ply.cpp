@@ -10,8 +10,10 @@
 
 namespace qs {
 
-bool recognises_zipped_ply(ByteSpan content, const std::filesystem::path&) {
-  return is_zip(content) && !is_npz(content) && !is_torch_archive(content) && ply_in_zip(content);
+// A .sog is a zip archive too, so this one needs the usual ending.
+bool recognises_zipped_ply(ByteSpan content, const std::filesystem::path& path) {
+  return lower_case(path.extension().string()) == ".zip" && is_zip(content) && !is_npz(content) &&
+         !is_torch_archive(content) && ply_in_zip(content);
 }
 
 void read_zipped_ply(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
@@ -25,7 +27,7 @@ void read_zipped_ply(ByteSpan content, const std::filesystem::path& path, Thread
   const std::filesystem::path inner(path.string() + ": " + name);
   const bool is_compressed = recognises_compressed_ply(unpacked, inner);
   (is_compressed ? read_compressed_ply : read_ply)(unpacked, inner, pool, options, scene);
-  scene.format += ", zipped";
+  scene.format = "zipped " + scene.format;
 }
 
 }  // namespace qs

@@ -162,9 +162,10 @@ class Tree {
 
 }  // namespace
 
-bool recognises_sog(ByteSpan content, const std::filesystem::path&) {
+bool recognises_sog(ByteSpan content, const std::filesystem::path& path) {
   if (is_zip(content))
-    return !is_npz(content) && !is_torch_archive(content) && !ply_in_zip(content);
+    return !is_npz(content) && !is_torch_archive(content) &&
+           (path.extension() == ".sog" || !ply_in_zip(content));
   return json_kind(text_of(content).substr(0, kMaxMetaBytes)) == JsonKind::sog;
 }
 

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,6 +43,10 @@ std::unique_ptr<FileSource> files_in_zip(ByteSpan content, const std::filesystem
                                          std::string_view root);
 
 bool is_zip(ByteSpan content);
+
+/// The name of the only .ply in a zip archive without SOG's meta.json; "" if it has several. Unset:
+/// none, or no sound zip archive.
+std::optional<std::string> ply_in_zip(ByteSpan content);
 
 /// The name of the first file in a zip archive, as its own header states it; empty if it has none.
 std::string_view first_name_in_zip(ByteSpan content);

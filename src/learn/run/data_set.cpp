@@ -20,6 +20,7 @@
 #include "learn/run/hash.h"
 #include "raster/kernel/random.h"
 #include "raster/scene/image_metrics.h"
+#include "raster/scene/place.h"
 
 namespace qs::train {
 namespace {
@@ -50,6 +51,17 @@ std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std
     cameras.insert(cameras.end(), more.begin(), more.end());
   }
   return cameras;
+}
+
+// Moves georeferenced cameras by the origin that this returns.
+glm::dvec3 move_near_origin(std::vector<LensCamera>& cameras) {
+  if (cameras.empty()) return glm::dvec3(0);
+  const glm::dvec3 stored = cameras.front().camera.origin;  // of a model's cameras.json
+  const glm::dvec3 origin = stored + origin_of(cameras.size(), [&](std::size_t i) {
+                              return cameras[i].camera.position();
+                            });
+  for (LensCamera& camera : cameras) camera.camera = camera.camera.placed(origin);
+  return origin;
 }
 
 // The folder `given` in the data set; if it is empty, `usual`, or `otherwise` if that is missing.
@@ -196,14 +208,20 @@ void DataSet::release_pixels() {
     for (PhotographView& view : *views) view.release_pixels();
 }
 
+std::vector<Camera> DataSet::training_cameras() const {
+  return list_of<Camera>(training, &PhotographView::camera);
+}
+
 double DataSet::extent() const {
-  return extent_of(list_of<Camera>(training, &PhotographView::camera));
+  const std::vector<Camera> cameras = training_cameras();
+  return extent_of(published_extent ? cameras : without_outliers(cameras));
 }
 
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress) {
   std::optional<std::size_t> first_test;
-  const std::vector<LensCamera> cameras = cameras_of(options, first_test);
+  std::vector<LensCamera> cameras = cameras_of(options, first_test);
   DataSet set;
+  set.origin = move_near_origin(cameras);
   set.folder = options.data;
   set.photographs = folder_of(options, options.images, "images", options.data);
   set.blender = first_test.has_value();
@@ -250,7 +268,42 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
     fail("{}: all {} photographs are test views: use --holdout 0 to train from them",
          set.photographs.string(), set.test.size());
   if (const auto points = find_points_file(options.data)) set.points = read_points(*points);
+  for (ScenePoint& point : set.points) point.position -= set.origin;
   return set;
+}
+
+std::vector<std::size_t> outliers(const std::vector<Camera>& cameras) {
+  constexpr double kFarInMedians = 10;
+  const auto median_of = [](std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  if (cameras.empty()) return {};
+  glm::dvec3 middle;
+  std::vector<double> values;
+  for (int axis = 0; axis < 3; ++axis) {
+    values.clear();
+    for (const Camera& camera : cameras) values.push_back(camera.position()[axis]);
+    middle[axis] = median_of(values);
+  }
+  values.clear();
+  for (const Camera& camera : cameras) values.push_back(glm::distance(camera.position(), middle));
+  const double far = kFarInMedians * median_of(values);
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; far > 0 && i < cameras.size(); ++i)
+    if (values[i] > far) found.push_back(i);
+  // More than a few are no mistake but a second place.
+  return 20 * found.size() > std::max<std::size_t>(20, cameras.size()) ? std::vector<std::size_t>()
+                                                                       : found;
+}
+
+std::vector<Camera> without_outliers(const std::vector<Camera>& cameras) {
+  std::vector<Camera> kept = cameras;
+  const std::vector<std::size_t> far = outliers(cameras);
+  for (auto i = far.rbegin(); i != far.rend(); ++i)
+    kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(*i));
+  return kept;
 }
 
 double extent_of(const std::vector<Camera>& cameras) {

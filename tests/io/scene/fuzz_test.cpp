@@ -55,7 +55,7 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "huffman",      "message",
                                           "sibr_request", "sibr_answer",
                                           "preferences",  "transforms_json",
-                                          "usd"};
+                                          "usd",          "zipped_ply"};
   EXPECT_EQ(names, expected);
 }
 

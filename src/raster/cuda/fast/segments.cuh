@@ -44,7 +44,7 @@ struct CutRule {
     const float tiles = static_cast<float>(counters.sampled_tiles);
     const auto least = static_cast<std::uint32_t>(fminf(128 + tiles / 5120, 1024));
     const auto each = static_cast<std::uint32_t>(fminf(fmaxf(sqrtf(tiles) / 13, 16), 128));
-    const auto longest = static_cast<std::uint32_t>(fminf(312 + tiles / 576, 4096));
+    const auto longest = static_cast<std::uint32_t>(fminf(275 + tiles / 672, 4096));
     unsigned shift = 0;
     while (each >> shift >= 32) ++shift;
     return {least >> shift, each >> shift, longest >> shift, kSampled << shift};

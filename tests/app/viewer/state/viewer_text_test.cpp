@@ -429,7 +429,9 @@ TEST(HudText, a_picture_without_hidden_gaussians_says_what_was_listed) {
   for (const Fact& fact : hud_facts(viewer)) {
     EXPECT_NE(fact.label, "visible");
     EXPECT_NE(fact.label, "largest tile");
-    if (fact.label == "tile pairs") EXPECT_EQ(fact.value, "3,200,000 listed");
+    if (fact.label == "tile pairs") {
+      EXPECT_EQ(fact.value, "3,200,000 listed");
+    }
   }
 }
 

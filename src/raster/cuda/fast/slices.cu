@@ -76,7 +76,7 @@ struct Moved {
 constexpr std::uint32_t kNoSlice = 0xffffffffu;
 
 /// Finds the slices of the entries of a thread, in lockstep, so that their reads are under way at
-/// the same time. `depths` has the depths of Slicing::least_keys, null: they are read from there.
+/// the same time. `depths` is a copy of the depths in Slicing::least_keys, or null.
 __device__ void find_slices_of(const MacroTiles& tiles, const std::uint32_t* depths,
                                const Moved (&moved)[kMovedEach],
                                std::uint32_t (&chosen)[kMovedEach]) {
@@ -115,13 +115,13 @@ __device__ void find_slices_of(const MacroTiles& tiles, const std::uint32_t* dep
 
 /// Copies entries to their slices; entry_at(i) returns entry i of `count`. A block counts first, so
 /// that it reserves room once per slice. All its threads call it together. `shared` has room for
-/// two numbers per slice, for kCountedSlices at most.
+/// two numbers per slice, and for kCountedSlices numbers at most.
 template <class EntryAt>
 __device__ void move_entries(const MacroTiles& tiles, std::uint32_t* shared, std::uint32_t slices,
                              std::uint32_t count, const EntryAt& entry_at) {
   const Slicing& slicing = tiles.slicing;
   const bool counts_here = slices <= kCountedSlices;
-  const bool has_depths = slices <= kMoved;  // not more of them than entries
+  const bool has_depths = slices <= kMoved;  // else copying them takes longer than reading some
   std::uint32_t *const counts = shared, *const depths = shared + slices;
   Moved moved[kMovedEach];
   std::uint32_t chosen[kMovedEach], slots[kMovedEach];

@@ -28,6 +28,9 @@ const FORMATS = {
   ply: EXACT, glb: EXACT, spz: SPZ, 'spz-v4': SPZ,
   splat: { ...EXACT, angle: radians(1 + 0.9), opacity: BYTE, dc: BYTE / C0, sh: Infinity,
            range: { dc: 0.5 / C0, sh: Infinity } },
+  // Positions are 16 bits of a logarithm. A table has 256 values for the scales, colours or SH of the scene; the palette
+  // of SH is exact, because the scene has fewer Gaussians than it has entries.
+  sog: { position: 2e-4, scale: 0.03, angle: radians(1), opacity: BYTE, dc: 0.02, sh: 0.02 },
   // Positions, scales and colours are steps of the box of 256 Gaussians.
   'compressed.ply': { angle: radians(0.25), opacity: BYTE, sh: 1 / 64, range: { dc: Infinity, sh: 4 } },
 };

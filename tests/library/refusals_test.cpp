@@ -355,7 +355,7 @@ TEST_F(LibraryRefusals, of_conversions) {
             "qs_convert: conversion: leaves out all 5 Gaussians");
   EXPECT_EQ(converting([](QsConversion& c) { c.format = "obj"; }),
             "never_written.ply: cannot write 'obj'; writable are: compressed.ply, ply, spz, "
-            "spz-v4, splat, glb");
+            "spz-v4, splat, sog, glb, usda, usdz");
   EXPECT_FALSE(std::filesystem::exists("never_written.ply"));
 }
 

@@ -8,6 +8,7 @@
 #include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
 #include "app/measure/camera_path.h"
+#include "app/session/placed_cameras.h"
 #include "base/fail.h"
 #include "base/path_kind.h"
 #include "io/camera/cameras.h"
@@ -23,6 +24,8 @@ Shot numbered_shot(const std::vector<Camera>& cameras, int index) {
   return {camera, index,
           fmt::format("camera {}{}", index, camera.name.empty() ? "" : " (" + camera.name + ")")};
 }
+
+bool holds_no_camera(const std::filesystem::path& file) { return read_cameras(file).empty(); }
 
 std::vector<Shot> all_shots(const std::vector<Camera>& cameras) {
   std::vector<Shot> shots;
@@ -65,10 +68,13 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
   if (choice.json) require_json_text(*choice.json);
   if (choice.json) return {{parse_camera(*choice.json, "--camera-json"), -1, "--camera-json"}};
   if (choice.path) return path_shots(*choice.path, choice.steps.value_or(kPathSteps));
-  if (const auto file = cameras_file(frame, scene.path)) {
-    const std::vector<Camera> cameras = read_cameras(*file);
+  const auto file = cameras_file(frame, scene.path);
+  const std::vector<Camera> cameras = cameras_of(frame, scene);
+  const bool chosen = !choice.indices.empty() || choice.all || choice.holdout > 0;
+  if (file && cameras.empty() && (frame.cameras || holds_no_camera(*file)))
+    fail("{}: holds no camera", file->string());
+  if (!cameras.empty()) {
     const int count = static_cast<int>(cameras.size());
-    if (count == 0) fail("{}: holds no camera", file->string());
     if (choice.all) return all_shots(cameras);
     if (choice.holdout > 0) return test_shots(cameras, choice.holdout);
     std::vector<Shot> shots;
@@ -79,7 +85,11 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
     }
     return shots;
   }
-  if (!choice.indices.empty() || choice.all || choice.holdout > 0)
+  if (chosen && file)
+    fail(
+        "{}: none of its cameras sees a Gaussian; name it with --cameras to draw them all the same",
+        file->string());
+  if (chosen)
     fail(
         "{}: no cameras were found beside it or in the three folders above: name their file with "
         "--cameras",
@@ -97,7 +107,11 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
 
 std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene) {
   const auto file = cameras_file(frame, scene.path);
-  return file ? read_cameras(*file) : std::vector<Camera>();
+  if (!file) return {};
+  std::vector<Camera> cameras = placed_cameras(*file, scene);
+  if (cameras.empty() || sees_scene(cameras, scene.cloud)) return cameras;
+  warn(blind_cameras_text(*file));
+  return frame.cameras ? cameras : std::vector<Camera>();
 }
 
 Shot overview_shot(const FrameOptions& frame, const Scene& scene) {
@@ -141,6 +155,11 @@ std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& f
   }
   if (choice.steps && !choice.path) fail(ErrorKind::usage, "--path-steps needs a --camera-path");
   std::vector<Shot> shots = unsized_shots(choice, frame, session);
+  const glm::dvec3& origin = session.scene->cloud.origin;
+  for (Shot& shot : shots) {
+    if (choice.json || choice.path) shot.camera = shot.camera.placed(origin);
+    shot.camera.origin = origin;
+  }
   if (frame.size)
     for (Shot& shot : shots) shot.camera = shot.camera.resized(frame.size->x, frame.size->y);
   return shots;
@@ -149,7 +168,7 @@ std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& f
 std::vector<Shot> choose_shots_or_all(CameraChoice choice, const FrameOptions& frame,
                                       const Session& session) {
   if (choice.indices.empty() && !choice.json && !choice.several())
-    choice.all = cameras_file(frame, session.scene->path).has_value();
+    choice.all = !cameras_of(frame, *session.scene).empty();
   return choose_shots(choice, frame, session);
 }
 

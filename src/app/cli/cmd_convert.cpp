@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/framing/scene_box.h"
@@ -17,13 +18,17 @@
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
+#include "base/warn.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
 #include "options/suggestion.h"
+#include "raster/api/renderer.h"
 #include "raster/scene/cloud_order.h"
+#include "raster/scene/image_metrics.h"
+#include "raster/scene/place.h"
 
 namespace qs {
 namespace {
@@ -32,7 +37,7 @@ struct ConvertCommand {
   std::filesystem::path input, output;
   std::string axes, format;
   int degree = kMaxShDegree, largest = 0;
-  std::optional<CropBox> crop;
+  std::optional<std::string> crop;  // words of parse_crop_box()
   bool drops_floaters = false;
 
   bool removes() const { return crop || drops_floaters; }
@@ -40,14 +45,17 @@ struct ConvertCommand {
 
 GaussianCloud without_removed(const ConvertCommand& command, const GaussianCloud& cloud) {
   ProgressBar bar("looking for floaters");
-  const Removal removal = find_removal(
-      cloud, command.crop, command.drops_floaters ? std::optional(Floaters()) : std::nullopt,
-      bar.progress());
+  std::optional<CropBox> box;
+  if (command.crop) box = parse_crop_box("--crop", *command.crop, cloud.origin);
+  const Removal removal =
+      find_removal(cloud, box, command.drops_floaters ? std::optional(Floaters()) : std::nullopt,
+                   bar.progress());
   bar.hide();
   if (removal.staying() == 0) {
-    const SceneBox box = scene_box(cloud);
+    const SceneBox all = scene_box(cloud);
     fail(ErrorKind::usage, "convert: {}: {}; the centres are in the box {}", command.input.string(),
-         removal_text(removal, "would be dropped"), format_crop_box({box.low, box.high}));
+         removal_text(removal, "would be dropped"),
+         format_crop_box({all.low, all.high}, cloud.origin));
   }
   fmt::print(stderr, "{}\n", removal_text(removal, "dropped"));
   return keep_rest(cloud, removal);
@@ -71,6 +79,32 @@ void check_format(const ConvertCommand& command) {
        joined(endings, ", "), reads_ending(ending) ? "" : suggestion(ending, endings));
 }
 
+// A clause with the PSNR of the written file's picture, in a view of the whole scene. Empty for
+// formats that lose nothing.
+std::string loss_text(const Scene& scene, const ConvertCommand& command, const WriterRow& format,
+                      ThreadPool& pool) {
+  constexpr std::size_t kMostDrawn = 2'000'000;  // reading and drawing them takes seconds
+  constexpr double kSamePicture = 100;           // dB
+  if (format.losses == std::string_view("nothing")) return {};
+  if (scene.cloud.size() > kMostDrawn) return "; compare shows its loss";
+  try {
+    FrameOptions frame;
+    frame.size = glm::ivec2(640, 360);
+    const Camera camera = overview_shot(frame, scene).camera;
+    const auto renderer = make_renderer(Backend::cpu, pool);
+    const auto picture = [&](GaussianCloud cloud) {
+      renderer->upload(std::move(cloud), {});
+      return Image(renderer->render(camera).color);
+    };
+    const Image before = picture(scene.cloud);
+    const double loss = psnr(before, picture(read_scene(command.output, pool).cloud), pool);
+    return loss > kSamePicture ? "; the same picture"
+                               : fmt::format("; its picture: {:.1f} dB", loss);
+  } catch (const Error&) {  // the scene cannot be drawn
+    return "; its loss was not measured";
+  }
+}
+
 int run(const ConvertCommand& command) {
   check_format(command);
   ThreadPool pool(0);
@@ -85,11 +119,17 @@ int run(const ConvertCommand& command) {
     ProgressBar bar("writing");
     return write_scene(scene.cloud, command.output, pool, bar.progress(), command.format);
   }();
+  if (scene.cloud.origin != glm::dvec3(0) && !format.keeps_origin)
+    warn(fmt::format("{}: its positions count from {}, because the format has no doubles",
+                     command.output.string(), format_origin(scene.cloud.origin)));
+  if (format.loss != nullptr)
+    if (const std::string loss = format.loss(scene.cloud); !loss.empty())
+      warn(fmt::format("{}: {}", command.output.string(), loss));
   std::error_code error;
   const auto bytes = std::filesystem::file_size(command.output, error);
-  fmt::print(stderr, "wrote {} ({} Gaussians, SH degree {}, {})\n", command.output.string(),
+  fmt::print(stderr, "wrote {} ({} Gaussians, SH degree {}, {}{})\n", command.output.string(),
              grouped(scene.cloud.size()), std::min(scene.cloud.sh_degree, format.max_sh_degree),
-             error ? "size unknown" : bytes_text(bytes));
+             error ? "size unknown" : bytes_text(bytes), loss_text(scene, command, format, pool));
   return kExitOk;
 }
 
@@ -108,7 +148,11 @@ CommandAction convert_command(Options& options) {
   options.integer("--keep-largest", "N", 1, 2'000'000'000, command->largest,
                   "keeps the N Gaussians with the largest opacity times area (default: all)");
   options.converted(
-      "--crop", "X0,Y0,Z0,X1,Y1,Z1", command->crop, parse_crop_box,
+      "--crop", "X0,Y0,Z0,X1,Y1,Z1", command->crop,
+      [](const std::string& option, const std::string& words) {
+        parse_crop_box(option, words);
+        return words;
+      },
       "keeps the Gaussians with centres in this box; x right, y down, z forward, as info "
       "prints extents",
       {"-100,-100,-100,100,100,100", "-0.5,-0.5,0,0.5,0.5,9"});

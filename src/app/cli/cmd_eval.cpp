@@ -94,13 +94,15 @@ class EvalRun {
   explicit EvalRun(const EvalCommand& command) : command_(command) {}
 
   void all_views() {
-    const Views views = choose_views(command_);
+    Views views = choose_views(command_);
     lpips::Weights weights;
     if (command_.lpips) weights = read_lpips(*command_.lpips);
     network_ = weights.network;
     for (const std::string& sentence : views.warnings) warn(sentence);
     fmt::print(stderr, "{}\n", views.used);
     session_ = open_session(command_.frame);
+    for (EvalView& view : views.list)
+      view.camera = view.camera.placed(session_.scene->cloud.origin);
     if (network_ != nullptr)
       distance_ = make_lpips(session_.backend, weights, *session_.pool, session_.device);
     report_ = {

@@ -40,7 +40,10 @@ CameraTrack choose_track(const FilmCommand& command, const Session& session, glm
     if (command.arc) wish.arc = arc_of(*command.arc);
     return turntable_of(scene.cloud, cameras, framing, wish, *session.pool);
   }
-  return along(read_camera_path(*command.path), command.ease, command.loop);
+  std::vector<Keyframe> keyframes = read_camera_path(*command.path);
+  for (Keyframe& keyframe : keyframes)
+    keyframe.camera = keyframe.camera.placed(session.scene->cloud.origin);
+  return along(keyframes, command.ease, command.loop);
 }
 
 // Throws Cancelled after Ctrl+C or SIGTERM.

@@ -168,7 +168,8 @@ class Judging {
   }
 
   static Image draw(Side& side, const Camera& camera) {
-    return side.session.renderer->render(camera, side.session.settings).color;
+    const Camera placed = camera.placed(side.session.scene->cloud.origin);
+    return side.session.renderer->render(placed, side.session.settings).color;
   }
 
   // A camera in the size of the other side's picture.

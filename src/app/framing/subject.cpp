@@ -153,6 +153,7 @@ CloudSample sample_of(const GaussianCloud& cloud, std::size_t most) {
   CloudSample sample;
   GaussianCloud& kept = sample.gaussians;
   kept.antialiased = cloud.antialiased;
+  kept.origin = cloud.origin;
   for (std::size_t i = 0; i < cloud.size(); i += step) {
     if (!is_drawable(cloud, i)) continue;
     const glm::vec3 color = cloud.sh[i * coefficients];

@@ -21,6 +21,7 @@ GaussianCloud replicate(const GaussianCloud& cloud, glm::ivec2 copies, glm::dvec
   GaussianCloud result;
   result.resize(cloud.size() * count, cloud.sh_degree);
   result.antialiased = cloud.antialiased;
+  result.origin = cloud.origin;
   for (std::size_t copy = 0; copy < count; ++copy) {
     const std::size_t column = copy % static_cast<std::size_t>(copies.x);
     const std::size_t row = copy / static_cast<std::size_t>(copies.x);

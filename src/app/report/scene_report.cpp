@@ -11,22 +11,36 @@
 #include "app/framing/scene_box.h"
 #include "base/json_of.h"
 #include "base/text.h"
+#include "raster/scene/place.h"
 
 namespace qs {
 namespace {
 
 double opacity_of(float logit) { return 1 / (1 + std::exp(-static_cast<double>(logit))); }
 
-std::string vector_text(glm::vec3 v) {
-  return fmt::format("({:.4g}, {:.4g}, {:.4g})", v.x, v.y, v.z);
+// Four digits, or as many more as tell the two ends apart.
+int digits_for(double low, double high) {
+  const double size = high - low, most = std::max(std::abs(low), std::abs(high));
+  if (!(size > 0 && std::isfinite(most))) return 4;
+  return std::clamp(2 + static_cast<int>(std::ceil(std::log10(most / size))), 4, 17);
 }
 
-std::string box_text(const SceneBox& box) {
-  return fmt::format("{} to {}", vector_text(box.low), vector_text(box.high));
+std::string box_text(const SceneBox& box, const glm::dvec3& origin) {
+  const glm::dvec3 low = origin + glm::dvec3(box.low), high = origin + glm::dvec3(box.high);
+  const auto text = [&](const glm::dvec3& v) {
+    std::string words;
+    for (int axis = 0; axis < 3; ++axis)
+      words += fmt::format("{}{:.{}g}", axis == 0 ? "" : ", ", v[axis],
+                           digits_for(low[axis], high[axis]));
+    return words;
+  };
+  return fmt::format("({}) to ({})", text(low), text(high));
 }
 
-nlohmann::ordered_json box_json(const SceneBox& box) {
-  return {{"low", json_of(box.low)}, {"high", json_of(box.high)}};
+nlohmann::ordered_json box_json(const SceneBox& box, const glm::dvec3& origin) {
+  if (origin == glm::dvec3(0)) return {{"low", json_of(box.low)}, {"high", json_of(box.high)}};
+  const glm::dvec3 low = origin + glm::dvec3(box.low), high = origin + glm::dvec3(box.high);
+  return {{"low", {low.x, low.y, low.z}}, {"high", {high.x, high.y, high.z}}};
 }
 
 }  // namespace
@@ -63,8 +77,10 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
   line("axes", scene.axes);
   line("antialiased", scene.cloud.antialiased ? "yes" : "no");
   if (!scene.vertical_axis.empty()) line("vertical axis", scene.vertical_axis);
-  line("extents", box_text(report.all));
-  line("extents 5-95 %", box_text(report.core));
+  const glm::dvec3& origin = scene.cloud.origin;
+  if (origin != glm::dvec3(0)) line("counts from", format_origin(origin));
+  line("extents", box_text(report.all, origin));
+  line("extents 5-95 %", box_text(report.core, origin));
   line("opacities", fmt::format("{:.4g} to {:.4g}", report.opacity.low, report.opacity.high));
   line("scales", fmt::format("{:.4g} to {:.4g}", report.scale.low, report.scale.high));
   if (scene.network)
@@ -85,12 +101,14 @@ nlohmann::ordered_json report_json(const Scene& scene, const SceneReport& report
       {"axes", scene.axes},
       {"antialiased", scene.cloud.antialiased},
       {"vertical_axis", scene.vertical_axis},
-      {"extents", box_json(report.all)},
-      {"extents_5_95", box_json(report.core)},
+      {"extents", box_json(report.all, scene.cloud.origin)},
+      {"extents_5_95", box_json(report.core, scene.cloud.origin)},
       {"larger_than_the_scene", report.huge},
       {"opacity", {{"low", report.opacity.low}, {"high", report.opacity.high}}},
       {"scale", {{"low", report.scale.low}, {"high", report.scale.high}}},
       {"warnings", scene.warnings}};
+  if (const glm::dvec3& origin = scene.cloud.origin; origin != glm::dvec3(0))
+    json["counts_from"] = {origin.x, origin.y, origin.z};
   for (const FilePart& part : scene.parts)
     json["parts"].push_back(
         {{"name", part.name}, {"bytes", part.bytes}, {"content", part.content}});

@@ -29,6 +29,7 @@ class NetworkView {
     seen.rotations = cloud.rotations;
     seen.opacity_logits = cloud.opacity_logits;
     seen.antialiased = cloud.antialiased;
+    seen.origin = cloud.origin;
     seen.sh.resize(cloud.size());
     const glm::vec3 file_eye(file_from_world_ * eye);
     constexpr std::size_t kGrain = 1024;

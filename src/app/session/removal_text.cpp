@@ -8,15 +8,16 @@
 
 namespace qs {
 
-CropBox parse_crop_box(std::string_view what, std::string_view text) {
+CropBox parse_crop_box(std::string_view what, std::string_view text, const glm::dvec3& origin) {
   constexpr double kMost = 1e9;
   const std::vector<std::string> words = separated(text);
   if (words.size() != 6) fail(ErrorKind::usage, "{}: '{}' is not X0,Y0,Z0,X1,Y1,Z1", what, text);
   CropBox box;
   for (int axis = 0; axis < 3; ++axis) {
     const auto at = static_cast<std::size_t>(axis);
-    box.low[axis] = static_cast<float>(parse_real(what, words[at], -kMost, kMost));
-    box.high[axis] = static_cast<float>(parse_real(what, words[at + 3], -kMost, kMost));
+    box.low[axis] = static_cast<float>(parse_real(what, words[at], -kMost, kMost) - origin[axis]);
+    box.high[axis] =
+        static_cast<float>(parse_real(what, words[at + 3], -kMost, kMost) - origin[axis]);
     if (box.low[axis] > box.high[axis])
       fail(ErrorKind::usage, "{}: '{}' begins at {} {} and ends before it at {}", what, text,
            "xyz"[axis], words[at], words[at + 3]);
@@ -24,7 +25,12 @@ CropBox parse_crop_box(std::string_view what, std::string_view text) {
   return box;
 }
 
-std::string format_crop_box(const CropBox& box) {
+std::string format_crop_box(const CropBox& box, const glm::dvec3& origin) {
+  if (origin != glm::dvec3(0)) {
+    const glm::dvec3 low = origin + glm::dvec3(box.low), high = origin + glm::dvec3(box.high);
+    return fmt::format("{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g}", low.x, low.y, low.z,
+                       high.x, high.y, high.z);
+  }
   return fmt::format("{},{},{},{},{},{}", box.low.x, box.low.y, box.low.z, box.high.x, box.high.y,
                      box.high.z);
 }

@@ -132,6 +132,21 @@ bool is_zip(ByteSpan content) {
   return text_of(content).starts_with(kEntry) || text_of(content).starts_with(kEmpty);
 }
 
+std::optional<std::string> ply_in_zip(ByteSpan content) try {
+  std::optional<std::string> found;
+  for (const ZippedFile& file : zip_directory(content, "")) {
+    const std::filesystem::path name(file.name);
+    if (name.filename() == "meta.json") return {};
+    // macOS adds files for itself whose names begin with "._".
+    const bool is_ply = lower_case(name.extension().string()) == ".ply" &&
+                        !name.filename().string().starts_with("._");
+    if (is_ply) found = found ? "" : file.name;
+  }
+  return found;
+} catch (const Error&) {
+  return {};
+}
+
 std::string_view first_name_in_zip(ByteSpan content) {
   constexpr std::size_t kLength = 26, kName = 30;  // places in the header
   if (!is_zip(content) || content.size() < kName) return {};
@@ -143,6 +158,11 @@ bool is_npz(ByteSpan content) { return first_name_in_zip(content).ends_with(".np
 
 bool is_torch_archive(ByteSpan content) {
   return first_name_in_zip(content).ends_with("/data.pkl");
+}
+
+bool is_usdz(ByteSpan content) {
+  const std::string_view name = first_name_in_zip(content);
+  return name.ends_with(".usda") || name.ends_with(".usdc") || name.ends_with(".usd");
 }
 
 }  // namespace qs

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -43,12 +44,19 @@ std::unique_ptr<FileSource> files_in_zip(ByteSpan content, const std::filesystem
 
 bool is_zip(ByteSpan content);
 
+/// The name of the only .ply in a zip archive without SOG's meta.json; "" if it has several. Unset:
+/// none, or no sound zip archive.
+std::optional<std::string> ply_in_zip(ByteSpan content);
+
 /// The name of the first file in a zip archive, as its own header states it; empty if it has none.
 std::string_view first_name_in_zip(ByteSpan content);
 
 /// True for zip archives of NumPy (.npz) and PyTorch (.pth).
 bool is_npz(ByteSpan content);
 bool is_torch_archive(ByteSpan content);
+
+/// True for a zip archive of OpenUSD (.usdz), whose first file is the stage.
+bool is_usdz(ByteSpan content);
 
 /// The normalised `name`, so that different spellings are recognised as one file. Throws
 /// Error(input) "source: unsafe file name ..." unless it is a plain relative path.

@@ -13,6 +13,7 @@
 #include "base/fail.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/lfs_pointer.h"
 
 namespace qs {
 
@@ -218,6 +219,7 @@ std::string read_text_file(const std::filesystem::path& path, std::size_t max_by
     if (size == text.size()) text.resize(2 * text.size());
   }
   text.resize(size);
+  refuse_lfs_pointer(text, path);
   return text;
 }
 

@@ -13,6 +13,7 @@
 #include "base/descriptor.h"
 #include "base/fail.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/lfs_pointer.h"
 
 namespace qs {
 namespace {
@@ -44,6 +45,7 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
   if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode))
     fail("{}: is not a regular file", path.string());
   note_input(path);
+  refuse_lfs_pointer(path);
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size == 0) return;
   if (copies_files) {

@@ -16,8 +16,8 @@ namespace qs {
 
 class MappedFile {
  public:
-  /// Throws Error(input) when `path` is missing, unreadable or not a regular file, or when another
-  /// program truncates it while it is copied.
+  /// Throws Error(input) when `path` is missing, unreadable, not a regular file or a pointer of Git
+  /// LFS, or when another program truncates it while it is copied.
   explicit MappedFile(const std::filesystem::path& path);
   ~MappedFile();
 

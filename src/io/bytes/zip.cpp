@@ -203,12 +203,23 @@ std::string extra_field(const std::string& values) {
   return field + values;
 }
 
+/// An extra field behind which a file's content begins at a multiple of 64 bytes; `end` is the end
+/// of its header without the field.
+std::string padding(std::uint64_t end) {
+  constexpr std::uint64_t kStep = 64, kHeader = 4;
+  const std::uint64_t bytes = (kStep - (end + kHeader) % kStep) % kStep;
+  std::string field;
+  put_values(field, std::uint16_t{0x1986}, static_cast<std::uint16_t>(bytes));
+  return field + std::string(bytes, '\0');
+}
+
 /// Writes an archive, file by file.
 class Archive {
  public:
   explicit Archive(std::ostream& stream) : stream_(stream) {}
 
-  void add(const ZipEntry& entry, bool deflated) {
+  void add(const ZipEntry& entry, ZipForm form) {
+    const bool deflated = form == ZipForm::deflated;
     const std::string packed = deflated ? deflated_bytes(entry.content) : std::string();
     const std::string& stored = deflated ? packed : entry.content;
     const auto checksum = static_cast<std::uint32_t>(
@@ -231,8 +242,11 @@ class Archive {
     }
     put_values(common, name_bytes);
     std::string local = "PK\3\4" + common;
-    put_values(local, static_cast<std::uint16_t>(extra_field(values).size()));
-    local += entry.name + extra_field(values);
+    std::string extra = extra_field(values);
+    if (form == ZipForm::aligned)
+      extra += padding(offset_ + local.size() + 2 + entry.name.size() + extra.size());
+    put_values(local, static_cast<std::uint16_t>(extra.size()));
+    local += entry.name + extra;
 
     const std::uint32_t place = short_value(offset_, values);
     directory_ += "PK\1\2";
@@ -310,10 +324,10 @@ Array<std::byte> unzipped(const ZippedFile& file, const std::string& path) {
 }
 
 void write_zip(const std::filesystem::path& path, const std::vector<ZipEntry>& entries,
-               bool deflated) {
+               ZipForm form) {
   write_file(path, [&](std::ostream& stream) {
     Archive archive(stream);
-    for (const ZipEntry& entry : entries) archive.add(entry, deflated);
+    for (const ZipEntry& entry : entries) archive.add(entry, form);
     archive.finish();
   });
 }

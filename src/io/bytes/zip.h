@@ -41,9 +41,15 @@ struct ZipEntry {
   std::string content;
 };
 
-/// Writes a zip archive with these files in their order, as replace_file(). `deflated`: compressed.
-/// Equal entries give equal archives, because all have the time 1980-01-01. Throws Error(input).
+enum class ZipForm {
+  stored,
+  deflated,  ///< compressed
+  aligned    ///< stored, and the content of each file begins at a multiple of 64 bytes, as in .usdz
+};
+
+/// Writes a zip archive with these files in their order, as replace_file(). Equal entries give
+/// equal archives, because all have the time 1980-01-01. Throws Error(input).
 void write_zip(const std::filesystem::path& path, const std::vector<ZipEntry>& entries,
-               bool deflated);
+               ZipForm form);
 
 }  // namespace qs

@@ -15,6 +15,7 @@
 #include "base/path_kind.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/lfs_pointer.h"
 #include "io/camera/cameras.h"
 
 namespace qs {
@@ -53,6 +54,7 @@ std::string start_of(const std::filesystem::path& file) {
   if (!stream) fail("{}: cannot be opened", file.string());
   stream.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(stream.gcount()));
+  refuse_lfs_pointer(start, file);
   return start;
 }
 

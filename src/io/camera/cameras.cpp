@@ -63,6 +63,7 @@ Camera parse_object(const json& object, const std::string& where) {
       camera.center_px = exact;
   }
   if (entry.has("near")) camera.near_depth = entry.positive("near");
+  if (entry.has("offset")) camera.origin = entry.vector<3>("offset");
   if (entry.has("img_name")) camera.name = photograph_name(entry.text("img_name"));
   return camera;
 }
@@ -86,6 +87,7 @@ std::optional<Lens> parse_lens(const json& object, const std::string& where) {
 
 json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 
+// A camera of a model that counts from an origin says so: "offset". It is at position + offset.
 json object_of(const Camera& camera) {
   const glm::dmat4x3& view = camera.view_from_world;
   // The inverse, not the transpose: rotations read from files are orthonormal to a few digits only.
@@ -102,6 +104,7 @@ json object_of(const Camera& camera) {
       {"cy", camera.center_px.y + 0.5},
       {"near", camera.near_depth},
   };
+  if (camera.origin != glm::dvec3(0)) object["offset"] = list(camera.origin);
   const Camera read_back = parse_object(object, "camera");
   if (read_back.view_from_world != view) object["translation"] = list(view[3]);
   if (read_back.center_px != camera.center_px)

@@ -4,7 +4,8 @@
 // camera_formats.h. cameras.json is INRIA's layout: a list of objects with position (camera
 // centre), rotation (world_from_view, rows), fx, fy, width, height, img_name. The principal point
 // is the picture's centre unless cx, cy are given, which count from pixel corners as in COLMAP: our
-// centre is cx - 0.5.
+// centre is cx - 0.5. A model that was trained from georeferenced photographs has the key "offset"
+// in its cameras.json, three numbers: the place in the world from which its positions count.
 #pragma once
 
 #include <filesystem>

@@ -23,6 +23,7 @@ SceneSample sample_of(const Scene& scene, const Sampling& sampling) {
   sample.scene.vertical_axis = scene.vertical_axis;
   GaussianCloud& cloud = sample.scene.cloud;
   cloud.antialiased = all.antialiased;
+  cloud.origin = all.origin;
   for (std::size_t k = 0; k < cloud.size(); ++k) copy_gaussian(all, k * sample.step, cloud, k);
   return sample;
 }

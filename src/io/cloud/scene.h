@@ -88,6 +88,8 @@ struct ReadOptions {
   int iteration = -1;  ///< N of a model's point_cloud/iteration_N; -1 = the highest
   /// Overrides the frame declared by the file, see is_axes(); empty: trust the file.
   std::string axes = {};
+  /// Positions stay where the file has them, rounded to single precision.
+  bool keeps_place = false;
   Progress progress = {};
   Sampling sampling = {};
 };

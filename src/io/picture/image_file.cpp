@@ -24,6 +24,7 @@
 #include "base/path_kind.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/lfs_pointer.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/oiio/module.h"
 #include "io/picture/picture_formats.h"
@@ -169,6 +170,7 @@ Image read_image(const std::filesystem::path& path) {
   if (!is_there(path)) fail("{}: no such file", path.string());
   if (!is_file(path)) fail("{}: not a file", path.string());
   note_input(path);
+  refuse_lfs_pointer(path);
   return format_of(path).read(path);
 }
 

@@ -35,6 +35,29 @@ int goes_on(int, const WebPPicture* picture) {
   return static_cast<const std::stop_token*>(picture->user_data)->stop_requested() ? 0 : 1;
 }
 
+// `level`: of libwebp's lossless presets, 0 to 9. Colours of transparent pixels are kept.
+std::string encoded_webp(const RgbaPixels& pixels, const std::stop_token& stop, int level,
+                         decltype(WebPPictureImportRGBA)& import) {
+  WebPConfig config;
+  WebPConfigInit(&config);
+  WebPConfigLosslessPreset(&config, level);
+  config.exact = 1;
+  WebpWriter writer;
+  writer.picture.use_argb = 1;
+  writer.picture.width = pixels.width;
+  writer.picture.height = pixels.height;
+  writer.picture.writer = WebPMemoryWrite;
+  writer.picture.custom_ptr = &writer.memory;
+  std::stop_token asked = stop;
+  writer.picture.user_data = &asked;
+  writer.picture.progress_hook = goes_on;
+  const bool encoded = import(&writer.picture, pixels.values.data(), 4 * pixels.width) != 0 &&
+                       WebPEncode(&config, &writer.picture) != 0;
+  if (!encoded && stop.stop_requested()) throw Cancelled();
+  if (!encoded) fail(ErrorKind::device, "not enough memory to encode a picture");
+  return {reinterpret_cast<const char*>(writer.memory.mem), writer.memory.size};
+}
+
 }  // namespace
 
 WebpSize webp_size(ByteSpan content, const std::string& where) {
@@ -58,24 +81,13 @@ Array<std::uint8_t> decode_webp(ByteSpan content, const std::string& where) {
 }
 
 std::string encode_webp(const RgbaPixels& pixels, const std::stop_token& stop) {
-  WebPConfig config;
-  WebPConfigInit(&config);
-  WebPConfigLosslessPreset(&config, 0);  // the fastest
-  WebpWriter writer;
-  writer.picture.use_argb = 1;
-  writer.picture.width = pixels.width;
-  writer.picture.height = pixels.height;
-  writer.picture.writer = WebPMemoryWrite;
-  writer.picture.custom_ptr = &writer.memory;
-  std::stop_token asked = stop;
-  writer.picture.user_data = &asked;
-  writer.picture.progress_hook = goes_on;
-  const bool encoded =
-      WebPPictureImportRGBX(&writer.picture, pixels.values.data(), 4 * pixels.width) != 0 &&
-      WebPEncode(&config, &writer.picture) != 0;
-  if (!encoded && stop.stop_requested()) throw Cancelled();
-  if (!encoded) fail(ErrorKind::device, "not enough memory to encode a picture");
-  return {reinterpret_cast<const char*>(writer.memory.mem), writer.memory.size};
+  constexpr int kFastest = 0;
+  return encoded_webp(pixels, stop, kFastest, WebPPictureImportRGBX);
+}
+
+std::string encode_data_webp(const RgbaPixels& pixels, const std::stop_token& stop) {
+  constexpr int kUsual = 6;
+  return encoded_webp(pixels, stop, kUsual, WebPPictureImportRGBA);
 }
 
 }  // namespace qs

@@ -28,6 +28,8 @@
 #include "io/scene/sog/sog.h"
 #include "io/scene/splat/splat.h"
 #include "io/scene/spz/spz.h"
+#include "io/scene/usd/usd.h"
+#include "raster/scene/place.h"
 #include "raster/scene/transform.h"
 
 namespace qs {
@@ -40,6 +42,9 @@ constexpr std::array kReaders = {
               recognises_ply, read_ply},
     ReaderRow{"compressed.ply", ".compressed.ply .ply", "PlayCanvas, SuperSplat, gsplat", "RDF",
               "0-4", "SH values within -4..4", recognises_compressed_ply, read_compressed_ply},
+    ReaderRow{"zipped ply", ".zip", "one .ply in a zip archive", "RDF", "0-4",
+              "at most 16 times its size and 8 MiB unpacked", recognises_zipped_ply,
+              read_zipped_ply},
     ReaderRow{"compact-3dgs", ".ply .npz", "Compact-3DGS: .ply with .pth beside it, .npz, _pp.npz",
               "RDF", "3, fitted", "colours of the network only with --exact-color",
               recognises_compact, read_compact},
@@ -56,8 +61,11 @@ constexpr std::array kReaders = {
               "RDF", "0-3", "lossless WebP only; at most 8 Gaussians per byte", recognises_sog,
               read_sog},
     ReaderRow{"gltf", ".glb .gltf", "KHR_gaussian_splatting, also its draft and compressed as spz",
-              "LUF", "0-4", "no sparse accessors; buffers inside, in base64 or in its folder",
-              recognises_gltf, read_gltf},
+              "LUF", "0-4", "buffers inside, in base64 or in its folder", recognises_gltf,
+              read_gltf},
+    ReaderRow{"usd", ".usda .usdz .usd .usdc", "OpenUSD's ParticleField3DGaussianSplat, text",
+              "RUB, or RFU with Z up", "0-4", "no .usdc; no references, variants and time samples",
+              recognises_usd, read_usd},
 };
 
 bool has_extension_of(const ReaderRow& row, const std::filesystem::path& path) {
@@ -88,6 +96,7 @@ const ReaderRow& choose_reader(ByteSpan content, const std::filesystem::path& pa
 
 constexpr const char* kSceneFile = "point_cloud.ply";
 constexpr std::array kSceneFiles = {kSceneFile, "point_cloud.npz", "point_cloud_pp.npz"};
+constexpr const char* kFinishOfLiteGs = "finish";  // its last model, in place of iteration_N
 
 // The first of kSceneFiles in a folder.
 std::optional<std::filesystem::path> scene_file_in(const std::filesystem::path& folder) {
@@ -125,6 +134,7 @@ void assume_axes(Scene& scene, std::string_view axes) {
     const Transform transform((glm::dmat4(turn)));
     for (std::size_t i = 0; i < scene.cloud.size(); ++i) transform.apply(scene.cloud, i);
   }
+  scene.cloud.origin = turn * scene.cloud.origin;
   // The file's vertical axis belongs to the frame that it declares.
   if (scene.axes != axes) scene.vertical_axis.clear();
   scene.axes = axes;
@@ -136,6 +146,8 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const Read
   if (given.sampling.take)
     options.sampling.take = [&](SceneSample sample) {
       sampled = true;
+      if (!options.keeps_place && sample.scene.cloud.origin == glm::dvec3(0))
+        move_near_origin(sample.scene.cloud);
       sample.scene.declared_axes = sample.scene.axes;
       if (!options.axes.empty()) assume_axes(sample.scene, options.axes);
       given.sampling.take(std::move(sample));
@@ -155,6 +167,8 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const Read
   }
   scene.unpack_ms = milliseconds_since(start) - scene.fill_ms;
   scene.declared_axes = scene.axes;
+  // A network knows the positions of its file.
+  if (!options.keeps_place && !scene.network) move_near_origin(scene.cloud);
   if (!options.axes.empty()) assume_axes(scene, options.axes);
   if (!sampled && is_sampled(scene.cloud.size(), options.sampling))
     given.sampling.take(sample_of(scene, options.sampling));
@@ -192,6 +206,9 @@ std::filesystem::path find_scene_file(const std::filesystem::path& path, int ite
 
   auto iterations = find_iterations(path / "point_cloud");
   if (iterations.empty()) iterations = find_iterations(path);
+  auto finish = scene_file_in(path / "point_cloud" / kFinishOfLiteGs);
+  if (!finish) finish = scene_file_in(path / kFinishOfLiteGs);
+  if (iteration < 0 && finish) return *finish;
   if (iterations.empty()) {
     if (const auto file = scene_file_in(path)) return *file;
     if (is_file(path / "meta.json")) return path / "meta.json";

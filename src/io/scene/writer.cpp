@@ -10,8 +10,10 @@
 #include "io/bytes/byte_text.h"
 #include "io/scene/gltf/gltf.h"
 #include "io/scene/ply/ply.h"
+#include "io/scene/sog/sog.h"
 #include "io/scene/splat/splat.h"
 #include "io/scene/spz/spz.h"
+#include "io/scene/usd/usd.h"
 
 namespace qs {
 namespace {
@@ -21,16 +23,25 @@ constexpr std::array kWriters = {
     WriterRow{"compressed.ply", ".compressed.ply", "PlayCanvas's layout, 16 bytes and SH", "RDF", 3,
               "11/10/11 bits of 256 Gaussians' box, SH in steps of 1/32 within -4..4",
               write_compressed_ply},
-    WriterRow{"ply", ".ply", "INRIA's layout", "RDF", 3, "nothing", write_ply},
+    WriterRow{"ply", ".ply", "INRIA's layout", "RDF", 3, "nothing", write_ply, true},
     WriterRow{"spz", ".spz", "version 3, which most programs read", "RUB", 3,
               "positions in 1/4096, ln of scales in 1/16, SH in 1/16 and 1/8 within -1..1",
-              write_spz},
+              write_spz, false, loss_in_spz},
     WriterRow{"spz-v4", ".spz", "version 4, smaller and read in parallel", "RUB", 3, "as spz",
-              write_spz_v4},
+              write_spz_v4, false, loss_in_spz},
     WriterRow{"splat", ".splat", "antimatter15's rows, largest first", "RDF", 0,
               "SH; colour and opacity in 8 bits, rotation in 4 x 8", write_splat},
+    WriterRow{
+        "sog", ".sog", "PlayCanvas, version 2 in a zip", "RDF", 3,
+        "positions in 16 bits of their logarithm, rotations and opacity in 8; scales, colours "
+        "and SH from tables",
+        write_sog},
     WriterRow{"glb", ".glb", "KHR_gaussian_splatting, floats", "LUF", 3, "rounding of exp and log",
               write_glb},
+    WriterRow{"usda", ".usda", "OpenUSD's ParticleField3DGaussianSplat, text", "RUB", 3,
+              "rounding of exp and log", write_usda},
+    WriterRow{"usdz", ".usdz", "the same text in a zip without compression", "RUB", 3, "as usda",
+              write_usdz},
 };
 
 const WriterRow& choose_writer(const std::filesystem::path& path, std::string_view format) {
@@ -60,6 +71,7 @@ const WriterRow* find_writer(const std::filesystem::path& path, std::string_view
 const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
                              ThreadPool& pool, const Progress& progress, std::string_view format) {
   const WriterRow& writer = choose_writer(path, format);
+  if (cloud.empty()) fail(ErrorKind::usage, "{}: there is no Gaussian to write", path.string());
   writer.write(cloud, path, pool, progress);
   return writer;
 }

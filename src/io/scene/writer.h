@@ -24,6 +24,9 @@ struct WriterRow {
   int max_sh_degree;   ///< highest degree that the format stores
   const char* losses;  ///< rounding and omissions
   WriteScene* write;
+  bool keeps_origin = false;  ///< it holds GaussianCloud::origin, in doubles
+  /// A sentence about what this cloud loses beyond `losses`, or ""; null: nothing.
+  std::string (*loss)(const GaussianCloud& cloud) = nullptr;
 };
 
 std::span<const WriterRow> writers();

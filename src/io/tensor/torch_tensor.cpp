@@ -288,7 +288,7 @@ void write_torch_file(const std::filesystem::path& path, std::span<const NamedTe
     entries.push_back(
         {folder + "/data/" + std::to_string(i), bytes_of_floats(tensors[i].tensor.values)});
   entries.push_back({folder + "/version", "3\n"});
-  write_zip(path, entries, false);
+  write_zip(path, entries, ZipForm::stored);
 }
 
 }  // namespace qs

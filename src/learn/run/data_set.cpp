@@ -21,6 +21,7 @@
 #include "learn/run/hash.h"
 #include "raster/kernel/random.h"
 #include "raster/scene/image_metrics.h"
+#include "raster/scene/place.h"
 
 namespace qs::train {
 namespace {
@@ -61,6 +62,17 @@ DataCameras cameras_of(const DataOptions& options) {
   }
   if (is_file(validation)) set.warnings.push_back(validation.string() + ": is not used");
   return cameras;
+}
+
+// Moves georeferenced cameras by the origin that this returns.
+glm::dvec3 move_near_origin(std::vector<LensCamera>& cameras) {
+  if (cameras.empty()) return glm::dvec3(0);
+  const glm::dvec3 stored = cameras.front().camera.origin;  // of a model's cameras.json
+  const glm::dvec3 origin = stored + origin_of(cameras.size(), [&](std::size_t i) {
+                              return cameras[i].camera.position();
+                            });
+  for (LensCamera& camera : cameras) camera.camera = camera.camera.placed(origin);
+  return origin;
 }
 
 // The folder `given` in the data set; if it is empty, `usual`, or `otherwise` if that is missing.
@@ -302,14 +314,20 @@ void DataSet::release_pixels() {
     for (PhotographView& view : *views) view.release_pixels();
 }
 
+std::vector<Camera> DataSet::training_cameras() const {
+  return list_of<Camera>(training, &PhotographView::camera);
+}
+
 double DataSet::extent() const {
-  return extent_of(list_of<Camera>(training, &PhotographView::camera));
+  const std::vector<Camera> cameras = training_cameras();
+  return extent_of(published_extent ? cameras : without_outliers(cameras));
 }
 
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress) {
-  const auto [set, first_test] = cameras_of(options);
-  const std::vector<LensCamera>& cameras = set.cameras;
+  auto [set, first_test] = cameras_of(options);
+  std::vector<LensCamera>& cameras = set.cameras;
   DataSet data;
+  data.origin = move_near_origin(cameras);
   data.folder = options.data;
   data.photographs = photographs_folder(options, set);
   data.blender = first_test.has_value();
@@ -357,7 +375,42 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
     fail("{}: all {} photographs are test views: use --holdout 0 to train from them",
          data.photographs.string(), data.test.size());
   read_points_of(options, set, data);
+  for (ScenePoint& point : data.points) point.position -= data.origin;
   return data;
+}
+
+std::vector<std::size_t> outliers(const std::vector<Camera>& cameras) {
+  constexpr double kFarInMedians = 10;
+  const auto median_of = [](std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  if (cameras.empty()) return {};
+  glm::dvec3 middle;
+  std::vector<double> values;
+  for (int axis = 0; axis < 3; ++axis) {
+    values.clear();
+    for (const Camera& camera : cameras) values.push_back(camera.position()[axis]);
+    middle[axis] = median_of(values);
+  }
+  values.clear();
+  for (const Camera& camera : cameras) values.push_back(glm::distance(camera.position(), middle));
+  const double far = kFarInMedians * median_of(values);
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; far > 0 && i < cameras.size(); ++i)
+    if (values[i] > far) found.push_back(i);
+  // More than a few are no mistake but a second place.
+  return 20 * found.size() > std::max<std::size_t>(20, cameras.size()) ? std::vector<std::size_t>()
+                                                                       : found;
+}
+
+std::vector<Camera> without_outliers(const std::vector<Camera>& cameras) {
+  std::vector<Camera> kept = cameras;
+  const std::vector<std::size_t> far = outliers(cameras);
+  for (auto i = far.rbegin(); i != far.rend(); ++i)
+    kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(*i));
+  return kept;
 }
 
 double extent_of(const std::vector<Camera>& cameras) {

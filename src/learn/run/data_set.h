@@ -86,6 +86,9 @@ struct DataSet {
   std::size_t repeated_points = 0;    ///< in points_file; `points` has each place once
   bool blender = false;               ///< has transforms_train.json
   std::uint64_t photo_memory = 0;     ///< bytes that photograph_cache.h may use
+  /// The place in the world from which cameras and points count, see GaussianCloud::origin
+  glm::dvec3 origin{0};
+  bool published_extent = false;  ///< extent() includes cameras far away from all others
 
   /// True if the photographs need more than photo_memory, so that all views are without pixels.
   bool on_disk() const { return !training.empty() && !training.front().has_pixels(); }
@@ -94,8 +97,10 @@ struct DataSet {
 
   std::vector<LensCamera> cameras() const;  ///< the cameras of all views, sorted by name
 
-  /// 1.1 times the largest distance of a training camera from their mean.
+  /// 1.1 times the largest distance of a training camera from their mean; without outliers() unless
+  /// published_extent.
   double extent() const;
+  std::vector<Camera> training_cameras() const;
 
   /// Numbers of views and a hash of cameras and photographs, to recognise the same data again.
   std::string fingerprint() const;
@@ -108,6 +113,13 @@ struct DataSet {
 /// DataOptions::photo_memory, no view has its pixels. Throws Error(input) naming the file, and
 /// Cancelled.
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress = {});
+
+/// The cameras that are 10 times as far from the median place as half of the cameras are, by index.
+/// Structure from motion placed them wrong. Empty if they are more than one and more than 5 %.
+std::vector<std::size_t> outliers(const std::vector<Camera>& cameras);
+
+/// The cameras without outliers().
+std::vector<Camera> without_outliers(const std::vector<Camera>& cameras);
 
 /// 1.1 times the largest distance of a camera from their mean; 1 if all are in one place.
 double extent_of(const std::vector<Camera>& cameras);

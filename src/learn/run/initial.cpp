@@ -18,10 +18,12 @@ struct CellBox {
 
 // The cameras' bounding box enlarged 3 times around its middle.
 CellBox box_around_cameras(const DataSet& data) {
-  glm::dvec3 low = data.training.front().camera.position(), high = low;
-  for (const PhotographView& view : data.training) {
-    low = glm::min(low, view.camera.position());
-    high = glm::max(high, view.camera.position());
+  std::vector<Camera> cameras = data.training_cameras();
+  if (!data.published_extent) cameras = without_outliers(cameras);
+  glm::dvec3 low = cameras.front().position(), high = low;
+  for (const Camera& camera : cameras) {
+    low = glm::min(low, camera.position());
+    high = glm::max(high, camera.position());
   }
   // Cameras in a plane or a point still need a box with a volume.
   const glm::dvec3 half = glm::max(1.5 * (high - low), glm::dvec3(data.extent()));

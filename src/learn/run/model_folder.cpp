@@ -22,6 +22,7 @@
 #include "learn/run/field_model.h"
 #include "learn/run/hash.h"
 #include "raster/scene/image.h"
+#include "raster/scene/place.h"
 
 namespace qs::train {
 namespace {
@@ -53,12 +54,14 @@ std::string cfg_args(const std::filesystem::path& folder, const TrainSettings& s
       data.test.empty() ? "False" : "True");
 }
 
-void write_points(const std::vector<ScenePoint>& points, const std::filesystem::path& path) {
+void write_points(const std::vector<ScenePoint>& points, const glm::dvec3& origin,
+                  const std::filesystem::path& path) {
   write_file(path, [&](std::ostream& file) {
     file << "ply\nformat binary_little_endian 1.0\nelement vertex " << points.size() << '\n';
     for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
       file << "property float " << name << '\n';
     for (const char* name : {"red", "green", "blue"}) file << "property uchar " << name << '\n';
+    if (origin != glm::dvec3(0)) file << "comment offset " << format_origin(origin) << '\n';
     file << "end_header\n";
     for (const ScenePoint& point : points) {
       char row[6 * sizeof(float) + 3] = {};  // the normal is 0
@@ -98,6 +101,7 @@ ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data,
             {"width", data.training.front().camera.width},
             {"height", data.training.front().camera.height},
             {"points", data.points.size()},
+            {"origin", {data.origin.x, data.origin.y, data.origin.z}},
             {"fingerprint", checkpoint.data}}},
           {"environment",
            {{"version", environment.version},
@@ -324,19 +328,21 @@ void write_model_start(const std::filesystem::path& folder, const TrainSettings&
   replace_folder(folder, [&](const std::filesystem::path& hidden) {
     write_text(hidden / "cameras.json", format_cameras(data.cameras()));
     write_text(hidden / "cfg_args", cfg_args(folder, settings, data));
-    write_points(data.points, hidden / "input.ply");
+    write_points(data.points, data.origin, hidden / "input.ply");
   });
 }
 
 std::filesystem::path write_gaussians(const std::filesystem::path& folder,
                                       const TrainSettings& settings, const ModelState& model,
-                                      ThreadPool& pool) {
+                                      const glm::dvec3& origin, ThreadPool& pool) {
   auto file = gaussians_path(folder, model.iteration);
   make_folder(file.parent_path());
   if (model.color_field.exists()) {
     write_field_model(model, file, pool);
   } else {
-    write_trained_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
+    GaussianCloud cloud = to_cloud(model.parameters, settings.antialiased);
+    cloud.origin = origin;
+    write_trained_scene(cloud, file, pool);
   }
   return file;
 }
@@ -374,7 +380,7 @@ std::filesystem::path write_model_state(const std::filesystem::path& folder,
   // The checkpoint is written first, because it needs no memory and everything else can be made
   // from it.
   if (!last) write_checkpoint(checkpoint, checkpoint_path(folder));
-  auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
+  auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, data.origin, pool);
   if (checkpoint.model.color_field.exists() &&
       checkpoint.model.iteration >= checkpoint.settings.iterations)
     write_coded_models(checkpoint.model, checkpoint.settings.seed, file, pool);

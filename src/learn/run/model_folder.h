@@ -53,10 +53,10 @@ void remove_checkpoint(const std::filesystem::path& path);
 void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,
                        const DataSet& data);
 
-/// Writes the Gaussians. Returns their path.
+/// Writes the Gaussians, which count from `origin`. Returns their path.
 std::filesystem::path write_gaussians(const std::filesystem::path& folder,
                                       const TrainSettings& settings, const ModelState& model,
-                                      ThreadPool& pool);
+                                      const glm::dvec3& origin, ThreadPool& pool);
 
 /// Locks the folder of a model, which exists, against other runs. Throws Error(usage) if another
 /// run trains into it.

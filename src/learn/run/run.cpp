@@ -206,7 +206,7 @@ class Run {
         grouped(static_cast<std::uint64_t>(trainer_.iteration())), decibels(quality->psnr),
         quality->ssim, data_.test.size(), grouped(trainer_.gaussians()), log_.seconds));
     if (keeps_best_ && best_row(log_) == &log_.rows.back())
-      write_gaussians(options_.out_dir, settings_, trainer_.model(), pool_);
+      write_gaussians(options_.out_dir, settings_, trainer_.model(), data_.origin, pool_);
   }
 
   void print_best() const {

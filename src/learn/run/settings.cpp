@@ -60,6 +60,11 @@ void visit(JsonFields fields, TrainSettings& s) {
   fields.choice("count_views", kCountViewsNames[0], kCountViewsNames[1], counts_by_mode);
   fields("step_before_densify", s.step_before_densify);
   fields("opacity_rate", s.opacity_rate);
+  // Older runs do not name it, and had the published one.
+  if (fields.from != nullptr && !fields.from->contains("extent"))
+    s.published_extent = true;
+  else
+    fields.choice("extent", "robust", "published", s.published_extent);
   s.mode = find_culler(mode);
   s.background = {background[0], background[1], background[2]};
   s.count_views = counts_by_mode ? CountViews::mode : CountViews::exact;

@@ -40,6 +40,7 @@ struct TrainSettings {
   std::size_t random_points = 100'000;  ///< to start from if the data set has no points
   CountViews count_views = CountViews::exact;
   bool step_before_densify = false;  ///< the step before Gaussians are added is taken
+  bool published_extent = false;     ///< see DataSet::published_extent
   double opacity_rate = 0;           ///< learning rate of opacity logits; 0: the strategy's own
 
   /// The iteration from which the resolution schedule has full size.

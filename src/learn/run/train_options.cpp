@@ -17,18 +17,20 @@
 #include "learn/run/model_folder.h"
 #include "learn/run/render_options.h"
 #include "learn/run/strategy.h"
+#include "raster/scene/place.h"
 
 namespace qs::train {
 namespace {
 
 // The model's Gaussians with the SH degree of the settings.
 Parameters read_initial(const std::filesystem::path& path, int sh_degree, ThreadPool& pool,
-                        const Progress& progress, const RunText& text) {
+                        const glm::dvec3& origin, const Progress& progress, const RunText& text) {
   ProgressBar bar("reading");
   bar.appear(text.has_bars);
   ReadOptions reading;
   reading.progress = {bar.progress().report, progress.stop};
-  const Scene scene = read_scene(path, pool, reading);
+  Scene scene = read_scene(path, pool, reading);
+  place(scene.cloud, origin);
   bar.hide();
   for (const std::string& warning : scene.warnings) text.warning("warning: " + warning);
   const Parameters read = from_cloud(scene.cloud);
@@ -60,6 +62,17 @@ std::string start_text(const TrainOptions& options, const DataSet& data) {
 DataSet read_data(const TrainOptions& options, ThreadPool& pool, const Progress& progress) {
   DataSet data = read_data_set(options.data, pool, progress);
   for (const std::string& sentence : data.warnings) options.run.text.warning(sentence);
+  if (data.origin != glm::dvec3(0))
+    options.run.text.warning(fmt::format(
+        "{}: georeferenced: the model counts from {}, which its cameras.json and its .ply say",
+        options.data.data.string(), format_origin(data.origin)));
+  data.published_extent = options.settings.published_extent;
+  if (const auto far = outliers(data.training_cameras()); !far.empty())
+    options.run.text.warning(fmt::format(
+        "{} of {} cameras {} far away from all others, the first is {}{}", far.size(),
+        data.training.size(), far.size() == 1 ? "is" : "are",
+        data.training[far.front()].camera.name,
+        data.published_extent ? "" : "; the scene's extent is without (--extent published: with)"));
   options.run.text.result(data.used + start_text(options, data) +
                           (data.left_out.empty() ? "" : "; " + data.left_out));
   return data;
@@ -132,6 +145,12 @@ void declare_strategy_options(OptionTable& table, TrainOptions& options) {
       "--count-views", kCountViewsNames, settings.count_views,
       "views that count when gradients are averaged over them: exact = mode exact lists the "
       "Gaussian; mode = the training frames' mode does, as published with it (default: exact)");
+  table.choice(
+      "--extent", {"robust", "published"},
+      [&settings](int chosen) { settings.published_extent = chosen == 1; },
+      "the scene's extent, the unit of the steps of means: without cameras far away from all "
+      "others, "
+      "or of all cameras as published (default: robust)");
   table.flag("--step-before-densify", settings.step_before_densify,
              "also takes the optimizer's step in iterations after which Gaussians are added, as "
              "QuadBox's code; 3DGS leaves it out");
@@ -230,8 +249,8 @@ PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPo
   prepared.model = make_training_model(backend, pool, device);
   prepared.data = read_data(options, pool, progress);
   if (options.init && !options.run.resume)
-    options.run.initial =
-        read_initial(*options.init, settings.sh_degree, pool, progress, options.run.text);
+    options.run.initial = read_initial(*options.init, settings.sh_degree, pool,
+                                       prepared.data.origin, progress, options.run.text);
   return prepared;
 }
 

@@ -210,8 +210,11 @@ std::optional<Quality> Trainer::test_quality(const Progress& progress) {
 }
 
 GaussianCloud Trainer::cloud() const {
-  if (settings_.color_field) return fitted_cloud(model_->state(), settings_.antialiased, pool_);
-  return to_cloud(model_->parameters(), settings_.antialiased);
+  GaussianCloud cloud = settings_.color_field
+                            ? fitted_cloud(model_->state(), settings_.antialiased, pool_)
+                            : to_cloud(model_->parameters(), settings_.antialiased);
+  cloud.origin = data_.origin;
+  return cloud;
 }
 
 }  // namespace qs::train

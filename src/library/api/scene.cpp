@@ -113,6 +113,7 @@ int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, Qs
     const Use use(*context->context, {function, "context"});
     ReadOptions options;
     options.axes = axes != nullptr ? axes : "";
+    options.keeps_place = true;  // the cameras of callers have the file's coordinates
     options.progress.stop = use.stop();
     *scene =
         new QsSceneHandle{OpenScene(context->context, read_scene(path, use.pool(), options), {})};

@@ -16,6 +16,14 @@ glm::dvec3 Camera::position() const {
   return -glm::transpose(rotation) * view_from_world[3];
 }
 
+Camera Camera::placed(const glm::dvec3& new_origin) const {
+  Camera result = *this;
+  if (new_origin == glm::dvec3(0) || new_origin == origin) return result;
+  result.view_from_world[3] += glm::dmat3(view_from_world) * (new_origin - origin);
+  result.origin = new_origin;
+  return result;
+}
+
 Camera Camera::resized(int new_width, int new_height) const {
   Camera result = *this;
   const double scale = static_cast<double>(new_height) / height;

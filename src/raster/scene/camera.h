@@ -22,9 +22,14 @@ struct Camera {
   int width = 0, height = 0;          ///< pixels, > 0
   double near_depth = 0.2;            ///< Gaussians with view z at or below this are not drawn
   std::string name = {};              ///< name of the photograph, without extension; may be empty
+  glm::dvec3 origin{0.0};  ///< its place counts from here in the world, see GaussianCloud::origin
 
   /// Camera position in the world.
   glm::dvec3 position() const;
+
+  /// The same camera for a cloud with that origin. A cloud without an origin is where its cameras
+  /// are: then nothing moves.
+  Camera placed(const glm::dvec3& new_origin) const;
 
   /// The same view at another size, in pixels, > 0. The vertical field of view stays; focal lengths
   /// and the principal point's offset from the image centre scale with the height.

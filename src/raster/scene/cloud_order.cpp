@@ -116,6 +116,7 @@ GaussianCloud select(const GaussianCloud& cloud, std::span<const std::uint32_t> 
   GaussianCloud result;
   result.resize(numbers.size(), cloud.sh_degree);
   result.antialiased = cloud.antialiased;
+  result.origin = cloud.origin;
   const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::size_t from = numbers[i];

@@ -56,6 +56,9 @@ struct GaussianCloud {
   Array<glm::vec3> sh;       ///< sh_coefficient_count(sh_degree) RGB triples per Gaussian, DC first
   int sh_degree = 0;         ///< 0..3
   bool antialiased = false;  ///< trained with Mip-Splatting's opacity compensation
+  /// The place in the world from which positions count; not 0 for georeferenced data. Cameras count
+  /// from the same place, see Camera::placed().
+  glm::dvec3 origin{0.0};
 
   std::size_t size() const { return positions.size(); }
   bool empty() const { return positions.empty(); }

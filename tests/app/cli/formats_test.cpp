@@ -2,6 +2,7 @@
 //
 // The formats as users see them: the table in the docs, `convert` and `--axes`.
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -67,6 +68,43 @@ TEST(Formats, convert_writes_every_format_and_keeps_the_largest) {
     EXPECT_EQ(scene.cloud.size(), 100u);
     EXPECT_EQ(scene.cloud.sh_degree, std::min(row.max_sh_degree, 1));
     EXPECT_THAT(run.err, HasSubstr(row.max_sh_degree == 0 ? "SH degree 0" : "SH degree 1"));
+  }
+}
+
+// `compare` measures the loss of a format, and `convert` prints it.
+TEST(Formats, compare_shows_the_loss_of_each_written_format) {
+  struct Loss {
+    const char* format;
+    double db;  // of plush.ply, which was read from .spz; above 100: equal within rounding
+    const char* said;
+  };
+  constexpr Loss kLosses[] = {
+      {"compressed.ply", 43.6, "; its picture: "}, {"ply", INFINITY, "MB)"},
+      {"spz", 140, "; the same picture)"},         {"spz-v4", 140, "; the same picture)"},
+      {"splat", 38.65, "; its picture: "},         {"sog", 65.5, "; its picture: "},
+      {"glb", 140, "; the same picture)"},         {"usda", 140, "; the same picture)"},
+      {"usdz", 140, "; the same picture)"}};
+  const TemporaryFolder folder;
+  const auto input = (folder / "scene.ply").string();  // without cameras beside it
+  std::filesystem::copy(source_path("assets/plush.ply"), input);
+  ASSERT_EQ(writers().size(), std::size(kLosses));
+  for (const Loss& loss : kLosses) {
+    SCOPED_TRACE(loss.format);
+    const auto output = (folder / "out").string() + find_writer("", loss.format)->extension;
+    const ProgramRun written =
+        run_quadsplat({"convert", input, output, "--format", loss.format, "--overwrite"});
+    ASSERT_EQ(written.exit_code, 0) << written.err;
+    EXPECT_THAT(written.err, HasSubstr(loss.said));
+    const ProgramRun judged =
+        run_quadsplat({"compare", input, output, "--backend", "cpu", "--size", "320x180"});
+    ASSERT_EQ(judged.exit_code, 0) << judged.err;
+    const std::string mean = "mean of 1";
+    const double db = std::stod(judged.out.substr(judged.out.find(mean) + mean.size()));
+    if (loss.db > 100) {
+      EXPECT_GE(db, std::min(loss.db, 150.0) - 20);
+    } else {
+      EXPECT_NEAR(db, loss.db, 0.7);
+    }
   }
 }
 

@@ -47,7 +47,7 @@ ZipEntries expected() {
 
 std::vector<std::byte> written(bool deflated, const std::vector<ZipEntry>& entries = kEntries) {
   const TemporaryFolder folder;
-  qs::write_zip(folder / "a.zip", entries, deflated);
+  qs::write_zip(folder / "a.zip", entries, deflated ? ZipForm::deflated : ZipForm::stored);
   return file_bytes(folder / "a.zip");
 }
 
@@ -59,7 +59,7 @@ void set(std::vector<std::byte>& bytes, std::size_t at, T value) {
 TEST(Zip, written_archives_are_read_by_libzip_and_by_the_reader) {
   const TemporaryFolder folder;
   for (const bool deflated : {false, true}) {
-    qs::write_zip(folder / "a.zip", kEntries, deflated);
+    qs::write_zip(folder / "a.zip", kEntries, deflated ? ZipForm::deflated : ZipForm::stored);
     EXPECT_EQ(zip_entries(folder / "a.zip"), expected());
     EXPECT_EQ(contents(file_bytes(folder / "a.zip")), expected());
   }

@@ -241,6 +241,23 @@ TEST(Damage, glb_survives) {
   }
 }
 
+TEST(Damage, usd_text_survives) {
+  const Bytes bytes = file_bytes(committed_corpus() / "valid/usd_stage.usda");
+  expect_damage_is_survived(bytes);
+  for (std::size_t at = 512; at < bytes.size(); ++at) {
+    for (const char c : {'0', '(', ']', '"', '\n', '@', '=', '\0'}) {
+      SCOPED_TRACE("byte " + std::to_string(at) + " is " + std::string(1, c));
+      Bytes damaged = bytes;
+      damaged[at] = static_cast<std::byte>(c);
+      expect_sound(damaged);
+    }
+  }
+}
+
+TEST(Damage, usd_archive_survives) {
+  expect_damage_is_survived(file_bytes(committed_corpus() / "valid/usd_z_up.usdz"));
+}
+
 TEST(Damage, gltf_with_compressed_gaussians_survives) {
   Bytes bytes = file_bytes(committed_corpus() / "broken/glb_spz2_version3_blob.glb");
   expect_damage_is_survived(bytes);

@@ -54,7 +54,8 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "torch",        "array",
                                           "huffman",      "message",
                                           "sibr_request", "sibr_answer",
-                                          "preferences",  "transforms_json"};
+                                          "preferences",  "transforms_json",
+                                          "usd",          "zipped_ply"};
   EXPECT_EQ(names, expected);
 }
 

@@ -89,7 +89,10 @@ constexpr Precision kPrecisions[] = {
     {"spz", 1.3e-4, 0.032, 0.25, 0.002, 0.0132, 0.067},
     {"spz-v4", 1.3e-4, 0.032, 0.25, 0.002, 0.0132, 0.067},
     {"splat", 0, 1e-6, 1, 0.002, 0.007, 0},
+    {"sog", 1.7e-4, 0.04, 1, 0.002, 0.012, 0.012},
     {"glb", 0, 1e-6, 0.1, 1e-6, 0, 0},
+    {"usda", 0, 1e-6, 0.1, 1e-6, 0, 0},
+    {"usdz", 0, 1e-6, 0.1, 1e-6, 0, 0},
 };
 
 // Values in the range that every format stores.
@@ -127,10 +130,10 @@ void expect_round_trip(const WriterRow& writer, const Precision& precision, int 
   const Scene scene = read_scene(path);
   EXPECT_TRUE(scene.warnings.empty());
   const std::string name = writer.name;
-  const GaussianCloud expected = name == "splat"
-                                     ? select(with_sh_degree(cloud, 0), largest_first(cloud))
-                                 : name == "compressed.ply" ? select(cloud, morton_order(cloud))
-                                                            : cloud;
+  const GaussianCloud expected =
+      name == "splat" ? select(with_sh_degree(cloud, 0), largest_first(cloud))
+      : name == "compressed.ply" || name == "sog" ? select(cloud, morton_order(cloud))
+                                                  : cloud;
   const GaussianCloud& actual = scene.cloud;
   ASSERT_EQ(actual.size(), expected.size());
   ASSERT_EQ(actual.sh_degree, expected.sh_degree);
@@ -179,6 +182,32 @@ TEST(Writer, values_that_a_format_cannot_hold_are_brought_to_its_ends) {
     EXPECT_EQ(
         std::count(scene.cloud.opacity_logits.begin(), scene.cloud.opacity_logits.end(), INFINITY),
         1);
+  }
+}
+
+TEST(Writer, one_gaussian_is_written_in_every_format_and_none_in_no_format) {
+  const TemporaryFolder folder;
+  for (const WriterRow& writer : writers()) {
+    for (const int degree : {0, 1, 2, 3}) {
+      SCOPED_TRACE(testing::Message() << writer.name << " degree " << degree);
+      const auto path = folder / (std::string("one") + writer.extension);
+      const GaussianCloud one = ordinary_cloud(1, degree);
+      write_scene(one, path, {}, writer.name);
+      const Scene scene = read_scene(path);
+      EXPECT_TRUE(scene.warnings.empty());
+      ASSERT_EQ(scene.cloud.size(), 1u);
+      EXPECT_EQ(scene.cloud.sh_degree, std::min(degree, writer.max_sh_degree));
+      expect_close(scene.cloud.positions[0], one.positions[0], 2e-4, "position");
+      expect_close(scene.cloud.sh[0], one.sh[0], 0.0132, "colour");
+    }
+    const auto nothing = folder / (std::string("none") + writer.extension);
+    try {
+      write_scene(ordinary_cloud(0, 1), nothing, {}, writer.name);
+      ADD_FAILURE() << writer.name;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.what(), nothing.string() + ": there is no Gaussian to write");
+    }
+    EXPECT_FALSE(std::filesystem::exists(nothing));
   }
 }
 

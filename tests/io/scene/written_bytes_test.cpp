@@ -485,7 +485,10 @@ TEST(WrittenBytes, progress_follows_the_pieces_of_a_file) {
       {"spz",
        {0, 0.5f * part / n, 0.5f * 2 * part / n, 0.58f, 0.66f, 0.74f, 0.82f, 0.9f, 0.98f, 1}},
       {"spz-v4", {0, 0.5f * part / n, 0.5f * 2 * part / n, 0.58f, 0.66f, 0.74f, 0.82f, 0.9f, 1}},
+      {"sog", {0, 0.2f, 0.6f, 1}},
       {"glb", {0, 0.2f, 0.4f, 0.6f, 0.8f, 1}},
+      {"usda", {0, 0.1f, 0.2f, 0.3f, 0.4f, 0.9f, 1}},
+      {"usdz", {0, 0.1f, 0.2f, 0.3f, 0.4f, 0.9f, 1}},
   };
   const TemporaryFolder folder;
   const GaussianCloud cloud = random_cloud(40000, 0, 3);

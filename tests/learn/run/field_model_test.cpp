@@ -120,7 +120,7 @@ TEST(TrainField, the_saved_model_is_opened_with_its_network_and_without_masked_o
   model.parameters.mask_logits[3] = -5;
   model.color_field = FieldState::starting_with(test::published_field());
   const TemporaryFolder folder;
-  const auto file = write_gaussians(folder / "model", field_settings(), model, test::pool());
+  const auto file = write_gaussians(folder / "model", field_settings(), model, {}, test::pool());
   EXPECT_EQ(file.filename(), "point_cloud.ply");
   const Scene scene = read_scene(file, test::pool(), {});
   ASSERT_EQ(scene.cloud.size(), kFieldGaussians - 1);

@@ -263,6 +263,50 @@ TEST_F(TrainData, extent_is_a_tenth_more_than_the_largest_distance_from_the_midd
   EXPECT_EQ(extent_of({test::front_camera(4, 4)}), 1) << "a single camera";
 }
 
+// Cameras at equal distances on a line, one of them elsewhere.
+std::vector<Camera> line_with(double stray, int count) {
+  std::vector<Camera> cameras(static_cast<std::size_t>(count), test::front_camera(4, 4));
+  for (int i = 0; i < count; ++i) cameras[static_cast<std::size_t>(i)].view_from_world[3].x = -i;
+  cameras[1].view_from_world[3] = {0, -stray, 0};
+  return cameras;
+}
+
+TEST(Outliers, a_camera_far_from_all_others_does_not_count) {
+  for (const double stray : {400.0, 5e3, -5e3, 1e6, 1e12}) {
+    const std::vector<Camera> cameras = line_with(stray, 30);
+    EXPECT_THAT(outliers(cameras), ElementsAre(1));
+    EXPECT_LT(extent_of(without_outliers(cameras)), 20);
+    EXPECT_GT(extent_of(cameras), std::abs(stray));
+  }
+  for (const double near : {0.0, 10.0, 60.0}) {
+    const std::vector<Camera> cameras = line_with(near, 30);
+    EXPECT_THAT(outliers(cameras), testing::IsEmpty());
+    EXPECT_EQ(extent_of(without_outliers(cameras)), extent_of(cameras));
+  }
+  // Many are a second place, and one camera is none.
+  std::vector<Camera> two_places = line_with(0, 30);
+  for (std::size_t i = 0; i < 3; ++i) two_places[i].view_from_world[3].y = 1e5;
+  EXPECT_THAT(outliers(two_places), testing::IsEmpty());
+  EXPECT_THAT(outliers({test::front_camera(4, 4)}), testing::IsEmpty());
+  EXPECT_THAT(outliers({}), testing::IsEmpty());
+}
+
+TEST_F(TrainData, georeferenced_cameras_count_from_an_origin) {
+  const glm::dvec3 place(500123.4, 4650012.7, 230);
+  std::vector<LensCamera> cameras = read_lens_cameras(options_.data);
+  const std::vector<PhotographView> before = read().training;
+  for (LensCamera& taken : cameras)
+    taken.camera.view_from_world[3] -= glm::dmat3(taken.camera.view_from_world) * place;
+  test::write_cameras(pinhole_cameras(cameras), folder_ / "cameras.json");
+  const DataSet moved = read();
+  EXPECT_EQ(moved.origin, glm::dvec3(500120, 4650010, 230));
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const glm::dvec3 world = moved.origin + moved.training[i].camera.position();
+    const glm::dvec3 expected = place + before[i].camera.position();
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(world[axis], expected[axis], 1e-6);
+  }
+}
+
 TEST_F(TrainData, bad_data_is_refused_with_the_name_of_the_file) {
   write_photograph("c", 40, 40, 0.5f);
   EXPECT_EQ(error(),

@@ -61,11 +61,11 @@ class StepTimes {
 void measure_field_stages(const qs::train::ModelState& state, const std::vector<Camera>& cameras,
                           int iterations) {
   const Stream stream(0, true);
-  Parameters parameters;
+  cuda::train::Parameters parameters;
   upload(state.parameters, stream, parameters);
   DeviceField field;
   field.upload(state.color_field, stream);
-  ShapeCodes codes;
+  cuda::train::ShapeCodes codes;
   codes.upload(state.codes, stream);
   ForwardFrame frame;
   DeviceBuffer<glm::vec3> d_means;

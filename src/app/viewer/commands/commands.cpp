@@ -100,12 +100,15 @@ void toggle_navigation(Viewer& v) {
 }
 
 void copy_camera(Viewer& v, Host& host) {
-  host.set_clipboard(format_camera(v.camera));
+  Camera copied = v.camera;
+  if (v.scene) copied.origin = v.scene->origin;
+  host.set_clipboard(format_camera(copied));
   notify(v, "camera copied as JSON, ready for --camera-json");
 }
 
 void paste_camera(Viewer& v, Host& host) {
-  set_camera(v, parse_camera(host.clipboard(), "clipboard"));
+  const Camera pasted = parse_camera(host.clipboard(), "clipboard");
+  set_camera(v, v.scene ? pasted.placed(v.scene->origin) : pasted);
 }
 
 // Shows the pictures of all modes side by side, or the picture of one mode again.

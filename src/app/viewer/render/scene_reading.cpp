@@ -9,6 +9,7 @@
 #include "app/framing/scene_box.h"
 #include "app/framing/whole_subject.h"
 #include "app/measure/scene_facts.h"
+#include "app/session/placed_cameras.h"
 #include "app/viewer/render/render_context.h"
 #include "base/fail.h"
 #include "base/path_kind.h"
@@ -62,7 +63,8 @@ class EarlyView {
   // The framings of the scene: the sample's framings if no Gaussian was dropped since, else none.
   std::vector<Framing> framings_of(const Scene& scene) {
     if (thread_.joinable()) thread_.join();
-    return scene.cloud.size() == of_ ? framings_ : std::vector<Framing>();
+    return scene.cloud.size() == of_ && scene.cloud.origin == origin_ ? framings_
+                                                                      : std::vector<Framing>();
   }
 
  private:
@@ -78,6 +80,7 @@ class EarlyView {
     framings_ = read.facts.candidates;
     if (framings_.empty()) framings_ = {read.facts.framing};
     of_ = sample.of;
+    origin_ = sample.scene.cloud.origin;
     read.sample = std::make_shared<SceneSample>(std::move(sample));
     if (!stop.stop_requested()) report_(std::move(read));
   }
@@ -86,6 +89,7 @@ class EarlyView {
   const OpenRequest& request_;
   std::vector<Framing> framings_;
   std::size_t of_ = 0;
+  glm::dvec3 origin_{0};
   std::jthread thread_;
 };
 
@@ -176,6 +180,7 @@ ViewedScene view_facts_with(
   facts.sh_degree = scene.cloud.sh_degree;
   facts.antialiased = scene.cloud.antialiased;
   facts.edits = scene.edits;
+  facts.origin = scene.cloud.origin;
   facts.white_background = model_wants_white_background(scene.path);
   facts.core = core_box(scene.cloud);
   facts.subject = subject_box(scene.cloud);
@@ -183,7 +188,11 @@ ViewedScene view_facts_with(
   facts.huge = count_huge(scene.cloud, scene_length(facts.core, facts.smallest_radius));
   if (const auto file = cameras_file ? cameras_file : find_cameras_file(scene.path)) {
     facts.cameras_file = *file;
-    facts.cameras = read_cameras(*file);
+    facts.cameras = placed_cameras(*file, scene);
+    if (!facts.cameras.empty() && !sees_scene(facts.cameras, scene.cloud)) {
+      facts.cameras_warning = blind_cameras_text(*file);
+      if (!cameras_file) facts.cameras.clear();
+    }
     facts.photographs = find_photographs(*file, facts.cameras);
   }
   facts.landmarks = landmarks_of(scene.cloud);

@@ -75,6 +75,7 @@ void say_what_is_odd(Viewer& v, bool is_new) {
                      "turns the scene over, U makes a view upright that you rolled",
              .offer = ToastOffer::turn_over});
   }
+  if (!v.scene->cameras_warning.empty()) show(v, {.text = v.scene->cameras_warning});
   if (v.scene->huge > 0)
     show(v, {.text = huge_text(v.scene->huge) +
                      " and may cover it: the panel Scene and render settings (I) leaves them out",
@@ -89,7 +90,12 @@ struct EndOfOpening {
   void operator()(const OpenedScene& opened) const { scene_opened(v, host, opened); }
   void operator()(const SceneBeside& scene) const { beside_opened(v, scene); }
   void operator()(const OpenedCameras& opened) const { cameras_opened(v, host, opened); }
-  void operator()(const OpenedPath& opened) const { set_keyframes(v, opened.keyframes); }
+  void operator()(const OpenedPath& opened) const {
+    std::vector<Keyframe> keyframes = opened.keyframes;
+    for (Keyframe& keyframe : keyframes)
+      if (v.scene) keyframe.camera = keyframe.camera.placed(v.scene->origin);
+    set_keyframes(v, keyframes);
+  }
   void operator()(const OpeningFailed& failed) const {
     show(v, {.text = failed.sentence, .error = true, .about_opening = true}, kErrorSeconds);
   }

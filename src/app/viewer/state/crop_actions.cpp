@@ -146,7 +146,7 @@ void action::choose_crop(Viewer& v, const std::string& words) {
     v.crop.done.clear();
   } else {
     wish.boxed = true;
-    wish.box = parse_crop_box("crop", words);
+    wish.box = parse_crop_box("crop", words, v.scene ? v.scene->origin : glm::dvec3(0));
   }
   change_crop(v, wish);
 }

@@ -224,7 +224,8 @@ void add_overlays(const Viewer& viewer, ordered_json& json) {
   if (viewer.crop.wish.removes()) {
     json["crop"] = {{"text", crop_text(viewer)},
                     {"applied", viewer.crop.applied},
-                    {"box", format_crop_box(viewer.crop.wish.box)}};
+                    {"box", format_crop_box(viewer.crop.wish.box,
+                                            viewer.scene ? viewer.scene->origin : glm::dvec3(0))}};
   }
 }
 

@@ -102,7 +102,9 @@ void save_keyframes(Viewer& v, Host& host) {
   const std::filesystem::path usual = v.out_dir / (v.scene->name + "_path.json");
   const std::filesystem::path path = own_name(usual);
   const bool replaces = is_there(path);
-  host.write_file(path, format_camera_path(v.keyframes));
+  std::vector<Keyframe> saved = v.keyframes;
+  for (Keyframe& keyframe : saved) keyframe.camera.origin = v.scene->origin;
+  host.write_file(path, format_camera_path(saved));
   notify_file(v, path,
               path != usual ? fmt::format("; {} is not a path of this program and stays",
                                           usual.filename().string())

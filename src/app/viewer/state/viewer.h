@@ -95,6 +95,8 @@ struct ViewedScene {
   std::string declared_axes = "RDF";  ///< of the file
   EditFacts edits;                    ///< of its Gaussians, crops included
   std::vector<Camera> cameras;        ///< of the data set, may be empty
+  std::string cameras_warning;        ///< a sentence about cameras that were left out, or ""
+  glm::dvec3 origin{0.0};             ///< GaussianCloud::origin: positions here count from it
   std::filesystem::path cameras_file;
   std::map<int, std::filesystem::path> photographs;  ///< by index into `cameras`
   std::vector<Landmark> landmarks;                   ///< landmarks_of() the scene

@@ -168,7 +168,7 @@ void write_compact_npz(const CompactModel& model, const CodedVectors& scales,
                    halves_of(model.field.grid_values)),
              weights_entry(model), codebook_entry("codebook_scale", scales.codebook),
              codebook_entry("codebook_rotation", rotations.codebook), sizes_entry(scales.codebook)},
-            false);
+            ZipForm::stored);
 }
 
 void write_compact_processed(const CompactModel& model, const CodedVectors& scales,
@@ -180,7 +180,7 @@ void write_compact_processed(const CompactModel& model, const CodedVectors& scal
   add_quantised(entries, "hash", quantise(model.field.grid_values, kMostZeroOfGrid));
   add_huffman(entries, "scale", scales.numbers, false);
   add_huffman(entries, "rotation", rotations.numbers, false);
-  write_zip(path, entries, true);
+  write_zip(path, entries, ZipForm::deflated);
 }
 
 float QuantisedValues::value(std::size_t i) const {

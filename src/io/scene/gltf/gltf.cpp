@@ -27,6 +27,7 @@ namespace {
 constexpr const char* kExtension = "KHR_gaussian_splatting";
 constexpr const char* kSpzExtension = "KHR_gaussian_splatting_compression_spz_2";
 constexpr const char* kWithdrawn = "KHR_spz_gaussian_splats_compression";
+constexpr const char* kLinearSpace = "lin_rec709_display";
 constexpr int kMaxStoredDegree = 4;
 
 std::string attribute_name(const std::string& name) {
@@ -54,17 +55,16 @@ class GltfScene {
     int degree = 0;
     for (const Instance& instance : instances_) degree = std::max(degree, instance.splats->degree);
     scene_.cloud = make_cloud(parts_.count(), degree);
-    GltfClamped clamped;
+    LinearValues linear;
     fill_cloud(scene_, pool_, progress, 0.1f, [&](std::size_t begin, std::size_t end) {
       parts_.for_range(begin, end, [&](std::size_t part, std::uint64_t row, std::size_t i) {
         const Instance& instance = instances_[part];
-        fill_gaussian(*instance.splats, row, scene_.cloud, i, clamped);
+        fill_gaussian(*instance.splats, row, scene_.cloud, i, linear);
         if (instance.transform) instance.transform->apply(scene_.cloud, i);
       });
       flip_axes(scene_.cloud, begin, end, kTurnAboutZ);
     });
-    warn(clamped.scales, "{} Gaussians have a negative scale, which was taken for 0.");
-    warn(clamped.opacities, "{} Gaussians have an opacity outside 0 to 1, which was clamped.");
+    linear.warn(scene_);
   }
 
  private:
@@ -136,7 +136,9 @@ class GltfScene {
         warn_once("A primitive with Gaussians is not marked as points; it was read all the same.");
       const tinygltf::Value* const compressed =
           member(member(&extension->second, "extensions"), kSpzExtension);
-      splats = compressed != nullptr ? unpack(*compressed, primitive) : bind(primitive);
+      auto read = compressed != nullptr ? unpack(*compressed, primitive) : bind(primitive);
+      read->colors_are_linear = text_member(extension->second, "colorSpace") == kLinearSpace;
+      splats = read;
     }
     return splats_[key] = splats;
   }
@@ -147,20 +149,33 @@ class GltfScene {
            primitive.attributes.count(attribute_name("OPACITY")) == 0;
   }
 
+  // The text of a member, empty without one.
+  static std::string text_member(const tinygltf::Value& extension, const char* key) {
+    const tinygltf::Value* const value = member(&extension, key);
+    return value != nullptr && value->IsString() ? value->Get<std::string>() : std::string();
+  }
+
   void check_extension(const tinygltf::Value& extension) {
-    const auto text = [&](const char* key) {
-      const tinygltf::Value* const value = member(&extension, key);
-      return value != nullptr && value->IsString() ? value->Get<std::string>() : std::string();
-    };
-    const std::string kernel = text("kernel"), space = text("colorSpace");
+    const std::string kernel = text_member(extension, "kernel");
+    const std::string space = text_member(extension, "colorSpace");
+    const std::string order = text_member(extension, "sortingMethod");
+    const std::string projection = text_member(extension, "projection");
     if (kernel.empty()) {
       warn_once("The file names no kernel; ellipses were assumed.");
     } else if (kernel != "ellipse") {
       warn_once(fmt::format("Kernel '{}' is not known; ellipses were assumed.",
                             printable(kernel.substr(0, 40))));
     }
-    if (space == "lin_rec709_display") {
-      warn_once("The colours are meant to be blended linearly; they are blended as they are.");
+    if (!order.empty() && order != "cameraDistance")
+      warn_once(fmt::format("Sorting method '{}' is not known; Gaussians are sorted by depth.",
+                            printable(order.substr(0, 40))));
+    if (!projection.empty() && projection != "perspective")
+      warn_once(fmt::format("Projection '{}' is not known; perspective was assumed.",
+                            printable(projection.substr(0, 40))));
+    if (space == kLinearSpace) {
+      warn_once(
+          "The colours are linear (lin_rec709_display); they were converted to sRGB, in which they "
+          "are blended.");
     } else if (space.empty()) {
       warn_once("The file names no colour space; sRGB was assumed.");
     } else if (space != "srgb_rec709_display") {
@@ -169,8 +184,8 @@ class GltfScene {
     }
   }
 
-  std::shared_ptr<const GltfSplats> unpack(const tinygltf::Value& compressed,
-                                           const tinygltf::Primitive& primitive) {
+  std::shared_ptr<GltfSplats> unpack(const tinygltf::Value& compressed,
+                                     const tinygltf::Primitive& primitive) {
     const tinygltf::Value* const view = member(&compressed, "bufferView");
     if (view == nullptr || !view->IsInt()) fail("{}: {} has no bufferView", source_, kSpzExtension);
     const auto content = file_.view(view->Get<int>());
@@ -197,7 +212,7 @@ class GltfScene {
     return splats;
   }
 
-  std::shared_ptr<const GltfSplats> bind(const tinygltf::Primitive& primitive) {
+  std::shared_ptr<GltfSplats> bind(const tinygltf::Primitive& primitive) {
     auto splats = std::make_shared<GltfSplats>();
     const auto numbers = [&](const std::string& name, std::size_t components) {
       const auto found = primitive.attributes.find(name);

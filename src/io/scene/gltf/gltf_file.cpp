@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <optional>
@@ -257,59 +258,138 @@ std::uint64_t GltfFile::count(int index, const std::string& what) const {
   return accessor(index, what).count;
 }
 
+// The first of `count` elements in a bufferView, all of which lie in it.
+const std::byte* GltfFile::elements(int index, std::uint64_t offset, std::uint64_t count,
+                                    std::uint64_t element_bytes, std::uint64_t stride,
+                                    const std::string& what) const {
+  const auto bytes = view(index);
+  if (stride < element_bytes || offset > bytes.size() || count == 0 ||
+      bytes.size() - offset < element_bytes ||
+      !fits(count - 1, stride, bytes.size() - offset - element_bytes))
+    fail("{}: {}: {} elements do not fit into bufferView {} of {} bytes", path_, what, count, index,
+         bytes.size());
+  return bytes.data() + offset;
+}
+
+// A sparse accessor replaces some elements of its bufferView, or of zeros without one.
+void GltfFile::replace_sparse(const tinygltf::Accessor& accessor, std::uint64_t element_bytes,
+                              const std::string& what, GltfNumbers& numbers) const {
+  constexpr std::uint64_t kAlwaysAllowed = 1 << 20, kPerByte = 8;
+  const auto& sparse = accessor.sparse;
+  if (numbers.data == nullptr &&
+      accessor.count > std::max(kAlwaysAllowed, kPerByte * buffer_bytes_))
+    fail("{}: {}: {} elements without values are more than a file of {} bytes needs", path_, what,
+         accessor.count, buffer_bytes_);
+  if (sparse.count < 1 || static_cast<std::uint64_t>(sparse.count) > accessor.count ||
+      sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0)
+    fail("{}: {}: {} of {} elements cannot be replaced", path_, what, sparse.count, accessor.count);
+  const Component index_type = component_of(sparse.indices.componentType);
+  const bool is_unsigned = sparse.indices.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+                           sparse.indices.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
+                           sparse.indices.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+  if (!is_unsigned) fail("{}: {}: its sparse indices are no unsigned integers", path_, what);
+  const auto count = static_cast<std::uint64_t>(sparse.count);
+  const auto offset = [](int bytes) { return static_cast<std::uint64_t>(bytes); };
+  const std::byte* const indices =
+      elements(sparse.indices.bufferView, offset(sparse.indices.byteOffset), count,
+               index_type.bytes, index_type.bytes, what + " (sparse indices)");
+  const std::byte* const values =
+      elements(sparse.values.bufferView, offset(sparse.values.byteOffset), count, element_bytes,
+               element_bytes, what + " (sparse values)");
+
+  auto dense = std::make_shared<Array<std::byte>>();
+  dense->resize(accessor.count * element_bytes);
+  std::ranges::fill(*dense, std::byte{0});
+  for (std::uint64_t i = 0; numbers.data != nullptr && i < accessor.count; ++i)
+    std::copy_n(numbers.data + i * numbers.stride, element_bytes,
+                dense->data() + i * element_bytes);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    std::uint32_t place = 0;
+    std::memcpy(&place, indices + i * index_type.bytes, index_type.bytes);
+    if (place >= accessor.count)
+      fail("{}: {}: its sparse index {} is not below {}", path_, what, place, accessor.count);
+    std::copy_n(values + i * element_bytes, element_bytes, dense->data() + place * element_bytes);
+  }
+  numbers.data = dense->data();
+  numbers.stride = element_bytes;
+  numbers.dense = std::move(dense);
+}
+
 GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::string& what) const {
   const tinygltf::Accessor& accessor = this->accessor(index, what);
-  if (accessor.sparse.isSparse) fail("{}: {}: sparse accessors cannot be read", path_, what);
   const Component component = component_of(accessor.componentType);
   if (component.bytes == 0 || accessor.type < 0 ||
       tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)) !=
           static_cast<int>(components))
     fail("{}: {}: not {} numbers of a known type", path_, what, components);
-  const auto bytes = view(accessor.bufferView);
   const std::uint64_t element_bytes = components * component.bytes;
-  const std::uint64_t stated =
-      model_.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
-  const std::uint64_t stride = stated == 0 ? element_bytes : stated;
-  if (stride < element_bytes || accessor.byteOffset > bytes.size() || accessor.count == 0 ||
-      bytes.size() - accessor.byteOffset < element_bytes ||
-      !fits(accessor.count - 1, stride, bytes.size() - accessor.byteOffset - element_bytes))
-    fail("{}: {}: {} elements do not fit into bufferView {} of {} bytes", path_, what,
-         accessor.count, accessor.bufferView, bytes.size());
-  return {accessor.count,
-          bytes.data() + accessor.byteOffset,
-          stride,
-          component.bytes,
-          component.convert,
-          accessor.normalized};
+  GltfNumbers numbers{.count = accessor.count,
+                      .stride = element_bytes,
+                      .component_bytes = component.bytes,
+                      .convert = component.convert,
+                      .normalized = accessor.normalized};
+  if (accessor.bufferView >= 0 || !accessor.sparse.isSparse) {
+    view(accessor.bufferView);  // it exists
+    const std::uint64_t stated =
+        model_.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
+    if (stated != 0) numbers.stride = stated;
+    numbers.data = elements(accessor.bufferView, accessor.byteOffset, accessor.count, element_bytes,
+                            numbers.stride, what);
+  }
+  if (accessor.sparse.isSparse) replace_sparse(accessor, element_bytes, what, numbers);
+  return numbers;
 }
 
 bool is_glb(ByteSpan content) { return text_of(content).starts_with("glTF"); }
 
+namespace {
+
+// The transfer function of sRGB, IEC 61966-2-1, continued below 0.
+double srgb_of_linear(double value) {
+  return value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
+}
+
+// Converts linear colours to sRGB: the base colour exactly, and the other coefficients by the
+// function's slope over their rms in all directions.
+void convert_to_srgb(glm::vec3* sh, std::size_t count) {
+  for (int c = 0; c < 3; ++c) {
+    const double base = 0.5 + kSh0 * static_cast<double>(sh[0][c]);
+    double square = 0;
+    for (std::size_t k = 1; k < count; ++k) square += std::pow(static_cast<double>(sh[k][c]), 2);
+    const double rms = kSh0 * std::sqrt(square);
+    const double slope =
+        rms > 0 ? (srgb_of_linear(base + rms) - srgb_of_linear(base - rms)) / (2 * rms) : 1;
+    sh[0][c] = static_cast<float>((srgb_of_linear(base) - 0.5) / kSh0);
+    for (std::size_t k = 1; k < count; ++k) sh[k][c] *= static_cast<float>(slope);
+  }
+}
+
+}  // namespace
+
 void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& cloud,
-                   std::size_t to, GltfClamped& clamped) {
+                   std::size_t to, LinearValues& linear) {
   glm::vec3* const sh = sh_of(cloud, to);
   std::fill_n(sh, sh_count(cloud), glm::vec3(0));
-  if (splats.cloud) return copy_gaussian(*splats.cloud, from, cloud, to);
+  if (splats.cloud) {
+    copy_gaussian(*splats.cloud, from, cloud, to);
+    if (splats.colors_are_linear) convert_to_srgb(sh, sh_count(*splats.cloud));
+    return;
+  }
   const auto vector = [from](const GltfNumbers& numbers) {
     return glm::vec3(numbers(from, 0), numbers(from, 1), numbers(from, 2));
   };
   cloud.positions[to] = vector(splats.positions);
   const GltfNumbers& q = splats.rotations;
   cloud.rotations[to] = glm::quat(q(from, 3), q(from, 0), q(from, 1), q(from, 2));
-  glm::vec3 scale = vector(splats.scales);
-  if (!splats.scales_are_logarithms) {
-    if (scale.x < 0 || scale.y < 0 || scale.z < 0) ++clamped.scales;
-    scale = glm::log(glm::max(scale, glm::vec3(0)));
-  }
-  cloud.log_scales[to] = scale;
+  const glm::vec3 scale = vector(splats.scales);
+  cloud.log_scales[to] = splats.scales_are_logarithms ? scale : linear.log_scale(scale);
   const bool has_colors = splats.colors.count > 0;
-  const double opacity = has_colors ? splats.colors(from, 3) : splats.opacities(from, 0);
-  if (opacity < 0 || opacity > 1) ++clamped.opacities;
-  const double inside = opacity < 0 ? 0 : opacity > 1 ? 1 : opacity;  // NaN stays
-  cloud.opacity_logits[to] = static_cast<float>(std::log(inside / (1 - inside)));
+  cloud.opacity_logits[to] =
+      linear.logit(has_colors ? splats.colors(from, 3) : splats.opacities(from, 0));
   if (has_colors) sh[0] = (vector(splats.colors) - 0.5f) / static_cast<float>(kSh0);
   const std::size_t first = has_colors ? 1 : 0;
   for (std::size_t k = 0; k < splats.sh.size(); ++k) sh[first + k] = vector(splats.sh[k]);
+  if (splats.colors_are_linear) convert_to_srgb(sh, first + splats.sh.size());
 }
 
 // In the draft most scales of trained Gaussians are negative, because they are logarithms of

@@ -6,7 +6,6 @@
 // to a buffer goes through view() and numbers(), which check it in 64 bits.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -23,6 +22,7 @@
 
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
+#include "io/cloud/linear_values.h"
 #include "io/scene/gltf/tinygltf.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -36,6 +36,7 @@ struct GltfNumbers {
   std::size_t component_bytes = 0;
   float (*convert)(const std::byte* at, bool normalized) = nullptr;  ///< null: floats
   bool normalized = false;
+  std::shared_ptr<const Array<std::byte>> dense = nullptr;  ///< of a sparse accessor: its elements
 
   /// Component `c` of element `i`. Normalised integers become -1..1 or 0..1.
   float operator()(std::uint64_t i, std::size_t c) const {
@@ -67,6 +68,11 @@ class GltfFile {
 
  private:
   const tinygltf::Accessor& accessor(int index, const std::string& what) const;
+  const std::byte* elements(int view, std::uint64_t offset, std::uint64_t count,
+                            std::uint64_t element_bytes, std::uint64_t stride,
+                            const std::string& what) const;
+  void replace_sparse(const tinygltf::Accessor& accessor, std::uint64_t element_bytes,
+                      const std::string& what, GltfNumbers& numbers) const;
   void add_buffer(const nlohmann::json& buffer, std::optional<ByteSpan> binary_chunk);
   ByteSpan bytes_at(const nlohmann::json& uri, const std::string& where);
   ByteSpan keep(Array<std::byte> bytes);
@@ -109,17 +115,13 @@ struct GltfSplats {
   GltfNumbers opacities, colors;  ///< opacities, or RGBA as in drafts, 0 to 1
   std::vector<GltfNumbers> sh;    ///< begins with degree 0, or with degree 1 if there are `colors`
   bool scales_are_logarithms = false;
-};
-
-/// Counts of values out of range, gathered while the cloud is filled.
-struct GltfClamped {
-  std::atomic<std::size_t> scales = 0, opacities = 0;
+  bool colors_are_linear = false;  ///< in lin_rec709_display, to be converted to sRGB
 };
 
 /// Writes Gaussian `from` of the primitive to position `to` of the cloud, whose degree is at least
 /// as high. May be called from several threads.
 void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& cloud,
-                   std::size_t to, GltfClamped& clamped);
+                   std::size_t to, LinearValues& linear);
 
 /// True if these scales are logarithms, as in the extension's draft, instead of linear.
 bool are_logarithms(const GltfNumbers& scales);

@@ -31,8 +31,8 @@ namespace qs {
 /// True for Gaussians without colours, as Compact-3DGS saves them. Point clouds and meshes are not.
 bool is_ply_without_colors(ByteSpan content);
 
-RecogniseScene recognises_ply, recognises_compressed_ply;
-ReadScene read_ply, read_compressed_ply;
+RecogniseScene recognises_ply, recognises_compressed_ply, recognises_zipped_ply;
+ReadScene read_ply, read_compressed_ply, read_zipped_ply;
 
 /// SH coefficients per channel beyond DC, given the number for all channels together: 0, 3, 8, 15
 /// or 24; -1 if the number fits no degree.
@@ -53,19 +53,27 @@ inline constexpr std::array kChunkProperties = {
 
 /// Writes the layout of INRIA's trainer, which every viewer reads: binary little endian floats x y
 /// z nx ny nz f_dc_* f_rest_* opacity scale_* rot_*, normals zero, f_rest channel-major. Lossless:
-/// reading the file returns the same cloud bit by bit.
+/// reading the file returns the same cloud bit by bit. Georeferenced positions are doubles in the
+/// world.
 WriteScene write_ply;
 
-/// As write_ply(), with a comment that says that this program trained the model.
+/// As write_ply(), with a comment that says that this program trained the model. Georeferenced
+/// positions stay floats that count from the origin of a second comment, for other programs.
 void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
                        ThreadPool& pool);
+
+/// The lines of properties of one type.
+template <class Names>
+std::string ply_properties(const char* type, const Names& names) {
+  std::string text;
+  for (const auto& property : names) text += fmt::format("property {} {}\n", type, property);
+  return text;
+}
 
 /// "element NAME COUNT" and the lines of its properties, all of one type.
 template <class Names>
 std::string ply_element(const char* name, std::size_t count, const char* type, const Names& names) {
-  std::string text = fmt::format("element {} {}\n", name, count);
-  for (const auto& property : names) text += fmt::format("property {} {}\n", type, property);
-  return text;
+  return fmt::format("element {} {}\n", name, count) + ply_properties(type, names);
 }
 
 /// "f_rest_0" to the last of `count`.
@@ -73,6 +81,9 @@ std::vector<std::string> ply_rest_names(std::size_t count);
 
 /// The first lines of the files that this program writes.
 inline constexpr const char* kPlyStart = "ply\nformat binary_little_endian 1.0\n";
+
+/// The comment of a file whose positions count from GaussianCloud::origin; three numbers follow.
+inline constexpr std::string_view kOriginComment = "offset ";
 
 /// The line of the header of a file that this program trained.
 inline constexpr const char* kTrainedComment = "comment trained by quadsplat\n";

@@ -21,7 +21,7 @@ namespace qs {
 
 enum class PlyFormat { ascii, binary_little_endian, binary_big_endian };
 std::string describe(PlyFormat format);  ///< "binary little endian"
-enum class PlyType : std::uint8_t { i8, u8, i16, u16, i32, u32, f32, f64 };
+enum class PlyType : std::uint8_t { i8, u8, i16, u16, i32, u32, f16, f32, f64 };
 
 std::uint64_t size_of(PlyType type);
 
@@ -80,7 +80,8 @@ std::string quoted_for_message(std::string_view text);
 struct PlyColumn {
   std::string name;
   PlyType type = PlyType::f32;
-  std::uint64_t offset = 0;  ///< in the row, bytes
+  std::uint64_t offset = 0;       ///< in the row, bytes
+  PlyType stored = PlyType::f32;  ///< as the header declares it; decoded rows have doubles
 };
 
 struct PlyRows {

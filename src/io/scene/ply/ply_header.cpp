@@ -21,8 +21,9 @@ constexpr std::string_view kFormatNames[] = {"ascii", "binary_little_endian", "b
 
 // The two names of each type; index: PlyType.
 constexpr std::string_view kTypeNames[][2] = {
-    {"char", "int8"}, {"uchar", "uint8"}, {"short", "int16"},   {"ushort", "uint16"},
-    {"int", "int32"}, {"uint", "uint32"}, {"float", "float32"}, {"double", "float64"}};
+    {"char", "int8"},     {"uchar", "uint8"},   {"short", "int16"},
+    {"ushort", "uint16"}, {"int", "int32"},     {"uint", "uint32"},
+    {"half", "float16"},  {"float", "float32"}, {"double", "float64"}};
 
 std::vector<std::string_view> split(std::string_view line) {
   constexpr std::string_view kBlanks = " \t";
@@ -120,7 +121,7 @@ class HeaderParser {
     if (words_.size() != (property.is_list ? 5u : 3u)) wrong("a property needs a type and a name");
     if (property.is_list) {
       property.length_type = type(words_[2]);
-      if (property.length_type >= PlyType::f32) wrong("a list's length must be an integer");
+      if (property.length_type >= PlyType::f16) wrong("a list's length must be an integer");
       element.has_list = true;
     }
     property.type = type(words_[words_.size() - 2]);
@@ -156,7 +157,7 @@ std::string describe(PlyFormat format) {
 }
 
 std::uint64_t size_of(PlyType type) {
-  constexpr std::array<std::uint64_t, 8> kSizes = {1, 1, 2, 2, 4, 4, 4, 8};
+  constexpr std::array<std::uint64_t, 9> kSizes = {1, 1, 2, 2, 4, 4, 2, 4, 8};
   return kSizes[static_cast<std::size_t>(type)];
 }
 

@@ -5,12 +5,20 @@
 #include <limits>
 #include <utility>
 
+#include <glm/gtc/packing.hpp>
+
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
 #include "io/scene/ply/ply_file.h"
 
 namespace qs {
 namespace {
+
+// A number of half precision.
+struct Half {
+  std::uint16_t bits;
+  explicit operator double() const { return static_cast<double>(glm::unpackHalf1x16(bits)); }
+};
 
 template <class T>
 double load_as_double(const std::byte* at, bool swap) {
@@ -25,7 +33,7 @@ double load_as_double(PlyType type, const std::byte* at, bool swap) {
       // index: PlyType
       load_as_double<std::int8_t>,   load_as_double<std::uint8_t>, load_as_double<std::int16_t>,
       load_as_double<std::uint16_t>, load_as_double<std::int32_t>, load_as_double<std::uint32_t>,
-      load_as_double<float>,         load_as_double<double>};
+      load_as_double<Half>,          load_as_double<float>,        load_as_double<double>};
   return kLoads[static_cast<std::size_t>(type)](at, swap);
 }
 
@@ -177,7 +185,8 @@ PlyRows PlyBody::rows(std::string_view name) {
   PlyRows rows;
   rows.count = element->count;
   for (const PlyProperty& property : element->properties)
-    if (!property.is_list) rows.columns.push_back({property.name, property.type, property.offset});
+    if (!property.is_list)
+      rows.columns.push_back({property.name, property.type, property.offset, property.type});
   if (header_.format != PlyFormat::ascii && !element->has_list) {
     begin_of(index + 1);  // checks that no row is missing
     rows.data = content_.data() + begin;

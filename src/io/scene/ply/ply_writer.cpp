@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <fstream>
 #include <ostream>
@@ -12,6 +13,7 @@
 #include "io/bytes/replace_file.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/scene/ply/ply.h"
+#include "raster/scene/place.h"
 
 namespace qs {
 namespace {
@@ -19,14 +21,17 @@ namespace {
 // Values of a row besides f_rest.
 constexpr std::size_t kFixedValues = 17;
 
-std::string header_of(const GaussianCloud& cloud, std::size_t rest, const char* comment) {
-  std::vector<std::string> names = {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"};
+std::string header_of(const GaussianCloud& cloud, std::size_t rest, bool doubles,
+                      const std::string& comment) {
+  std::vector<std::string> names = {"nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"};
   for (std::string& name : ply_rest_names(3 * rest)) names.push_back(std::move(name));
   for (const char* name :
        {"opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
     names.emplace_back(name);
   // INRIA's viewer expects the element in the third line, so comments come after it.
-  std::string header = kPlyStart + ply_element("vertex", cloud.size(), "float", names) + comment;
+  std::string header = kPlyStart + fmt::format("element vertex {}\n", cloud.size());
+  header += ply_properties(doubles ? "double" : "float", std::array{"x", "y", "z"});
+  header += ply_properties("float", names) + comment;
   if (cloud.antialiased) header += "comment SplatRenderMode: mip\n";
   return header + "end_header\n";
 }
@@ -50,14 +55,27 @@ void fill_row(const GaussianCloud& cloud, std::size_t i, std::size_t rest, float
   for (const float value : {q.w, q.x, q.y, q.z}) *row++ = value;
 }
 
-// `comment`: a line of the header, or empty.
-void write_rows(const GaussianCloud& cloud, const char* comment, ThreadPool& pool,
-                const Progress& progress, std::ostream& file) {
+// The rows with world positions as doubles, which floats would round.
+std::string with_doubles(const GaussianCloud& cloud, std::size_t first, std::span<const float> rows,
+                         std::size_t values) {
+  std::string bytes;
+  for (std::size_t row = 0; row * values < rows.size(); ++row) {
+    const glm::dvec3 world = cloud.origin + glm::dvec3(cloud.positions[first + row]);
+    put_values(bytes, world.x, world.y, world.z);
+    const std::span rest = rows.subspan(row * values + 3, values - 3);
+    bytes.append(reinterpret_cast<const char*>(rest.data()), rest.size_bytes());
+  }
+  return bytes;
+}
+
+// `comment`: lines of the header, or empty. `doubles`: positions are doubles in the world.
+void write_rows(const GaussianCloud& cloud, bool doubles, const std::string& comment,
+                ThreadPool& pool, const Progress& progress, std::ostream& file) {
   constexpr std::size_t kRowsPerWrite = 1 << 15;  // 8 MB with SH degree 3
   constexpr std::size_t kRowsPerChunk = 1 << 10;
   const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);
   const std::size_t values = kFixedValues + 3 * rest;
-  file << header_of(cloud, rest, comment);
+  file << header_of(cloud, rest, doubles, comment);
 
   Array<float> buffer(std::min(kRowsPerWrite, cloud.size()) * values);
   for (std::size_t first = 0; first < cloud.size() && file; first += kRowsPerWrite) {
@@ -65,7 +83,9 @@ void write_rows(const GaussianCloud& cloud, const char* comment, ThreadPool& poo
     const std::size_t rows = std::min(kRowsPerWrite, cloud.size() - first);
     pool.for_each(rows, kRowsPerChunk,
                   [&](std::size_t i) { fill_row(cloud, first + i, rest, &buffer[i * values]); });
-    write_values(file, std::span(buffer).first(rows * values));
+    const auto written = std::span(buffer).first(rows * values);
+    doubles ? void(file << with_doubles(cloud, first, written, values))
+            : write_values(file, written);
   }
   progress.update(1);
 }
@@ -80,12 +100,17 @@ std::vector<std::string> ply_rest_names(std::size_t count) {
 
 void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress) {
-  write_file(path, [&](std::ostream& file) { write_rows(cloud, "", pool, progress, file); });
+  const bool doubles = cloud.origin != glm::dvec3(0);
+  write_file(path,
+             [&](std::ostream& file) { write_rows(cloud, doubles, "", pool, progress, file); });
 }
 
 void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
                        ThreadPool& pool) {
-  write_file(path, [&](std::ostream& file) { write_rows(cloud, kTrainedComment, pool, {}, file); });
+  std::string comment = kTrainedComment;
+  if (cloud.origin != glm::dvec3(0))
+    comment += fmt::format("comment {}{}\n", kOriginComment, format_origin(cloud.origin));
+  write_file(path, [&](std::ostream& file) { write_rows(cloud, false, comment, pool, {}, file); });
 }
 
 bool is_trained_ply(const std::filesystem::path& path) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -55,6 +56,21 @@ void add_warnings(const SogDecoder& decoder, Scene& scene) {
         decoder.unlabelled());
 }
 
+// Applies the models of all parts, a word each, with which splat-transform names their training.
+void apply_models(const std::set<std::string>& models, Scene& scene) {
+  scene.cloud.antialiased = models.count("antialiased") > 0;
+  if (models.count("2dgs") > 0)
+    scene.warn(
+        "2D Gaussians (2DGS): they are drawn as flat 3D Gaussians, without 2DGS's intersection of "
+        "rays.");
+  for (const std::string& model : models)
+    if (model != "antialiased" && model != "2dgs" && model != "default")
+      scene.warn("The model '{}' is not known: the Gaussians are drawn as usual.",
+                 printable(model));
+  if (scene.cloud.antialiased && models.size() > 1)
+    scene.warn("Some parts were trained antialiased: all of them are drawn so.");
+}
+
 // The part of the finest level that a leaf refers to.
 struct Leaf {
   std::uint64_t file, offset, count;
@@ -72,12 +88,13 @@ class Tree {
       files.push_back(name.get<std::string>());
     }
     if (entry.has("environment")) environment = entry.text("environment");
+    if (entry.has("model")) model = entry.text("model");
     visit(entry.get("tree"));
     check_totals(entry);
   }
 
   std::vector<std::string> files;
-  std::string environment;
+  std::string environment, model;
   std::vector<Leaf> leaves;
 
  private:
@@ -145,8 +162,10 @@ class Tree {
 
 }  // namespace
 
-bool recognises_sog(ByteSpan content, const std::filesystem::path&) {
-  if (is_zip(content)) return !is_npz(content) && !is_torch_archive(content);
+bool recognises_sog(ByteSpan content, const std::filesystem::path& path) {
+  if (is_zip(content))
+    return !is_npz(content) && !is_torch_archive(content) && !is_usdz(content) &&
+           (path.extension() == ".sog" || !ply_in_zip(content));
   return json_kind(text_of(content).substr(0, kMaxMetaBytes)) == JsonKind::sog;
 }
 
@@ -167,6 +186,7 @@ void read_sog(ByteSpan content, const std::filesystem::path& path, ThreadPool& p
   scene.format = fmt::format("sog, version {}{}", decoder.version(), zipped ? "" : ", folder");
   fill_from({{&decoder, 0, decoder.count()}}, scene, pool, options.progress);
   add_warnings(decoder, scene);
+  apply_models({decoder.model().empty() ? "default" : decoder.model()}, scene);
 }
 
 bool recognises_streamed_sog(ByteSpan content, const std::filesystem::path&) {
@@ -216,7 +236,13 @@ void read_streamed_sog(ByteSpan content, const std::filesystem::path& path, Thre
 
   scene.format = "streamed sog, finest level";
   fill_from(parts, scene, pool, options.progress);
-  for (const auto& [name, decoder] : decoders) add_warnings(*decoder, scene);
+  std::set<std::string> models;
+  for (const auto& [name, decoder] : decoders) {
+    add_warnings(*decoder, scene);
+    const std::string& model = decoder->model().empty() ? tree.model : decoder->model();
+    models.insert(model.empty() ? "default" : model);
+  }
+  apply_models(models, scene);
 }
 
 }  // namespace qs

@@ -18,4 +18,9 @@ namespace qs {
 RecogniseScene recognises_sog, recognises_streamed_sog;
 ReadScene read_sog, read_streamed_sog;
 
+/// Writes version 2 in a zip, along a Morton curve. Scales, colours and SH are entries of codebooks
+/// of 256 values; the SH of a Gaussian are one of at most 65,536 vectors. Throws Error(input) for
+/// more Gaussians than WebP pictures hold.
+WriteScene write_sog;
+
 }  // namespace qs

@@ -128,7 +128,8 @@ void parse_version_1(const JsonEntry& root, SogMeta& meta) {
 int version_of(const JsonEntry& root) {
   if (!root.has("version")) return 1;
   const double version = root.number("version");
-  if (version != 1 && version != 2) fail("{}: SOG version {}, 1 and 2 exist", root.where, version);
+  if (version != 1 && version != 2)
+    fail("{}: SOG version {}, but versions 1 and 2 are read", root.where, version);
   return static_cast<int>(version);
 }
 
@@ -237,6 +238,7 @@ SogMeta parse_sog_meta(std::string_view text, const std::string& source) {
   SogMeta meta;
   meta.version = version_of(root);
   meta.version == 1 ? parse_version_1(root, meta) : parse_version_2(root, meta);
+  if (root.has("model")) meta.model = root.text("model");
   const JsonEntry means = root.child("means");
   meta.position_low = means.vector<3>("mins");
   meta.position_high = means.vector<3>("maxs");

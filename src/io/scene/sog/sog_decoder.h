@@ -27,6 +27,7 @@ using ByteTable = std::array<float, 256>;
 
 struct SogMeta {
   int version = 0;          ///< 1 or 2
+  std::string model;        ///< "antialiased", "2dgs", ...; empty: Gaussians as usual
   std::uint64_t count = 0;  ///< Gaussians, at least 1
   /// Bounds of positions p, stored as sign(p) ln(|p| + 1), finite.
   glm::dvec3 position_low{0}, position_high{0};
@@ -51,6 +52,7 @@ class SogDecoder {
              const std::string& folder, ThreadPool& pool);
 
   int version() const { return meta_.version; }
+  const std::string& model() const { return meta_.model; }
   std::uint64_t count() const { return meta_.count; }
   int sh_degree() const { return degree_; }
   std::uint64_t picture_bytes() const { return picture_bytes_; }

@@ -200,7 +200,8 @@ class KsplatFile {
     section.row_bytes = layout.sh + 3 * rest * layout.sh_value_bytes;
     // Compressed positions are relative to the centres of buckets.
     if (header_.level > 0) {
-      if (stored.bucket_size == 0 || stored.bucket_bytes != kBucketBytes)
+      // A section without Gaussians may leave the other fields at 0.
+      if (stored.count > 0 && (stored.bucket_size == 0 || stored.bucket_bytes != kBucketBytes))
         fail("{}: a section has buckets of {} rows and {} bytes", path_, stored.bucket_size,
              stored.bucket_bytes);
       if (section.full_buckets + partial_buckets > buckets)

@@ -171,12 +171,19 @@ using Blocks = std::array<Bytes, kSpzBlocks>;
 
 constexpr int kMaxFixedPoint = (1 << 23) - 1;
 
-// The largest number of fractional bits, up to Niantic's 12, with which every position fits 24
-// bits.
+float largest_coordinate(const glm::vec3& p) {
+  return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+}
+
+// The largest number of fractional bits, up to Niantic's 12, with which the positions of 99.9 % of
+// the Gaussians fit 24 bits.
 int fractional_bits(const GaussianCloud& cloud, const std::string& path) {
-  float largest = 0;
-  for (const glm::vec3& p : cloud.positions)
-    largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  std::vector<float> sizes(cloud.size());
+  std::ranges::transform(cloud.positions, sizes.begin(), largest_coordinate);
+  const auto strays = static_cast<std::ptrdiff_t>(cloud.size() / 1000);
+  const auto nth = sizes.end() - 1 - strays;
+  if (!sizes.empty()) std::ranges::nth_element(sizes, nth);
+  const float largest = sizes.empty() ? 0 : *nth;
   int bits = 12;
   while (bits >= 0 && std::ldexp(static_cast<double>(largest), bits) > kMaxFixedPoint) --bits;
   if (bits < 0)
@@ -189,8 +196,9 @@ std::uint8_t byte(double value) { return static_cast<std::uint8_t>(round_to_inte
 
 void put_position(const glm::vec3& position, int bits, Bytes& out) {
   for (int axis = 0; axis < 3; ++axis) {
+    const double exact = std::ldexp(static_cast<double>(position[axis]), bits);
     const auto fixed = static_cast<std::int32_t>(
-        std::lround(std::ldexp(static_cast<double>(position[axis]), bits)));
+        std::lround(std::clamp<double>(exact, -kMaxFixedPoint, kMaxFixedPoint)));
     for (const int shift : {0, 8, 16}) out.push_back(static_cast<std::uint8_t>(fixed >> shift));
   }
 }
@@ -284,6 +292,20 @@ void read_spz(ByteSpan content, const std::filesystem::path& path, ThreadPool& p
     for (std::size_t i = begin; i < end; ++i) decoder.fill(i, i);
     flip_axes(scene.cloud, begin, end, signs);
   });
+}
+
+std::string loss_in_spz(const GaussianCloud& cloud) {
+  const int bits = fractional_bits(cloud, "");
+  const double range = std::ldexp(kMaxFixedPoint, -bits);
+  const auto strays = std::ranges::count_if(cloud.positions, [&](const glm::vec3& p) {
+    return static_cast<double>(largest_coordinate(p)) > range;
+  });
+  std::string text;
+  if (bits < 12) text = fmt::format("positions are in steps of {:g}", std::ldexp(1.0, -bits));
+  if (strays > 0)
+    text += fmt::format("{}{} Gaussian{} beyond {:.0f} moved to the border; --crop leaves them out",
+                        text.empty() ? "" : "; ", strays, strays == 1 ? "" : "s", range);
+  return text;
 }
 
 void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool&,

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string>
 
 #include "base/parallel.h"
 #include "base/progress.h"
@@ -22,7 +23,12 @@ RecogniseScene recognises_spz;
 ReadScene read_spz;
 
 // The writers use the frame RUB and the precision of Niantic's own writer: positions in 1/4096
-// (coarser if a scene is larger than 2048), SH in 5 bits for degree 1 and 4 bits for the others.
+// (coarser if more than 0.1 % of the Gaussians are beyond 2048), SH in 5 bits for degree 1 and 4
+// bits for the others.
+
+/// Names the Gaussians that move, because they are farther away than the positions' range: up to
+/// 0.1 % are not worth a coarser step for all others. Else "".
+std::string loss_in_spz(const GaussianCloud& cloud);
 
 /// Version 3, one gzip stream: the version that nearly every reader supports.
 WriteScene write_spz;

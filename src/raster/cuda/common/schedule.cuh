@@ -19,6 +19,11 @@ __device__ inline unsigned half_octaves(std::uint32_t length) {
   return (bits >> (kMantissaBits - 1)) - 2 * kBias;
 }
 
+/// The least length with so many half octaves. No length has 1: then the least length with 2.
+__device__ inline std::uint32_t least_length(unsigned half_octaves) {
+  return (((2 + half_octaves % 2) << half_octaves / 2) + 1) / 2;
+}
+
 /// Lengths of 2^15 and more are in class 0, empty lists in the last class.
 __device__ inline unsigned length_class(std::uint32_t length) {
   if (length == 0) return kLengthClasses - 1;

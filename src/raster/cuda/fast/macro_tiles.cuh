@@ -28,6 +28,10 @@ struct MacroSize {
   /// Two blocks share a multiprocessor.
   static constexpr std::uint32_t kMedium = 10240;
 
+  /// The largest capacity with which blocks sort macro-tiles whole. Larger ones take a block longer
+  /// than their slices take many blocks, see docs/log/far.md.
+  static constexpr std::uint32_t kMostWhole = 7 * kUsual;
+
   std::uint32_t capacity = kUsual;      ///< Gaussians that a macro-tile keeps, at least kUsual
   std::uint32_t slice_capacity = 0;     ///< Gaussians in a slice; 0: the frame has no slices
   std::uint32_t slice_target = 0;       ///< Gaussians in a slice on average, < slice_capacity

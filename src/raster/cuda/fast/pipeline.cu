@@ -82,7 +82,7 @@ std::optional<MacroSize> MacroSizePolicy::next(const FastCounters& counters,
   if (fullest < MacroTiles::kUsual / 8 * 7) return MacroSize{};
   MacroSize whole;
   whole.capacity = (fullest + fullest / 8 + kStep) / kStep * kStep;
-  if (whole.capacity <= most_ &&
+  if (whole.capacity <= std::min(most_, MacroSize::kMostWhole) &&
       whole.capacity * size.macro_tiles() * MacroTiles::kBytesEach <= kMostBytes) {
     return whole;
   }

@@ -278,6 +278,7 @@ __global__ void __launch_bounds__(kThreads, blocks_at_once(kProjectBlocks, kThre
                        std::uint32_t* large, FastCounters* counters) {
   __shared__ std::uint32_t shown_count, shown[kThreads], sampled_tiles;
   if (threadIdx.x == 0) sampled_tiles = 0;
+  __syncthreads();
   const std::uint32_t blocks = (in.cloud.count + kBlockGaussians - 1) / kBlockGaussians;
   std::uint32_t shown_here = 0;
   for (std::uint32_t first = blockIdx.x; first < blocks; first += gridDim.x * kThreads) {

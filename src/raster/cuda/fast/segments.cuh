@@ -39,11 +39,12 @@ struct CutRule {
 
   static QS_HD CutRule of(const SegmentsView& view, const FastCounters& counters) {
     if (view.least > 0) return {view.least, view.each, view.least};
-    // In pairs / kSampled. Fitted on three scenes, see docs/log/far.md.
+    // In pairs / kSampled. Fitted on ten scenes, and judged on each without it, see
+    // docs/log/far.md.
     const float tiles = static_cast<float>(counters.sampled_tiles);
     const auto least = static_cast<std::uint32_t>(fminf(128 + tiles / 5120, 1024));
     const auto each = static_cast<std::uint32_t>(fminf(fmaxf(sqrtf(tiles) / 13, 16), 128));
-    const auto longest = static_cast<std::uint32_t>(fminf(500 + tiles / 2048, 8192));
+    const auto longest = static_cast<std::uint32_t>(fminf(275 + tiles / 672, 4096));
     unsigned shift = 0;
     while (each >> shift >= 32) ++shift;
     return {least >> shift, each >> shift, longest >> shift, kSampled << shift};
@@ -130,13 +131,17 @@ __device__ inline void reserve_segments(const SegmentsView& view, std::uint32_t 
   const bool fits = first + count <= view.capacity;
   if (lane == 0) view.first_segments[tile] = fits ? first : SegmentsView::kUncut;
   if (!fits) return;
-  const auto class_of = [](std::uint32_t number) {
-    return min(half_octaves(number + 1), kLengthClasses - 1);
-  };
+  // Each lane reserves room for a class of numbers, so that all wait for memory once.
+  const std::uint32_t begin_of_class = min(least_length(lane) - 1, count);
+  const std::uint32_t end_of_class =
+      lane < kLengthClasses - 1 ? min(least_length(lane + 1) - 1, count) : count;
+  std::uint32_t place_of_0 = 0;  // where number 0 would be if it were in the class
+  if (begin_of_class < end_of_class)
+    place_of_0 = atomicAdd(&view.queue_sizes[lane], end_of_class - begin_of_class) - begin_of_class;
   for (std::uint32_t number = lane; number - lane < count; number += kWarp) {
     const bool exists = number < count;
-    const unsigned own = exists ? class_of(number) : kLengthClasses;
-    const std::uint32_t slot = reserve_slot_of(own, exists, view.queue_sizes);
+    const unsigned own = min(half_octaves(number + 1), kLengthClasses - 1);
+    const std::uint32_t slot = __shfl_sync(kAllLanes, place_of_0, own) + number;
     if (!exists) continue;
     view.segments[first + number] = {
         tile, number, count, begin, {}, {}, each, {}, {SegmentsView::kUncut, SegmentsView::kUncut}};

@@ -23,6 +23,7 @@ constexpr std::uint32_t kMoved = kMovedEach * kThreads;
 static_assert(kMoved >= MacroTiles::kUsual);
 constexpr unsigned kMoveBlocks = 12 * Slicing::kParts;
 constexpr std::uint32_t kCountedSlices = 8192;  // further slices are counted in global memory
+static_assert(2 * kMoved <= kCountedSlices);
 
 /// Blocks take full macro-tiles in turns. kGlobal: they sort in Slicing::sort_memory.
 template <unsigned kBlock, bool kGlobal>
@@ -65,76 +66,109 @@ __global__ void __launch_bounds__(kBlock)
   }
 }
 
-/// An entry of a full macro-tile that is copied to a slice.
+/// An entry of a full macro-tile that is copied to a slice. `mask`: its tiles.
 struct Moved {
   SortEntry entry;
   std::uint32_t macro_tile, mask;
 };
 
-/// The slice of an entry, kNoSlice if the memory has no room for the slices of its macro-tile.
+/// The slice of an entry; kNoSlice: the memory has no room for the slices of its macro-tile.
 constexpr std::uint32_t kNoSlice = 0xffffffffu;
-__device__ std::uint32_t slice_of(const MacroTiles& tiles, const Moved& moved) {
+
+/// Finds the slices of the entries of a thread, in lockstep, so that their reads are under way at
+/// the same time. `depths` is a copy of the depths in Slicing::least_keys, or null.
+__device__ void find_slices_of(const MacroTiles& tiles, const std::uint32_t* depths,
+                               const Moved (&moved)[kMovedEach],
+                               std::uint32_t (&chosen)[kMovedEach]) {
   const Slicing& slicing = tiles.slicing;
-  const Slicing::Slices slices = slicing.slices[moved.macro_tile];
-  if (!slicing.holds(slices)) return kNoSlice;
-  const std::uint64_t key = tiles.entry_order.key(moved.entry);
-  std::uint32_t slice = slices.first;  // the last slice that begins before the entry
-  for (std::uint32_t count = slices.count; count > 1;) {
-    const std::uint32_t half = count / 2;
-    if (slicing.least_keys[slice + half] <= key) slice += half;
-    count -= half;
+  std::uint32_t counts[kMovedEach];  // of slices, from the chosen one on, that may be the entry's
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    counts[k] = 0;
+    chosen[k] = kNoSlice;
+    if (moved[k].mask == 0) continue;
+    const Slicing::Slices slices = slicing.slices[moved[k].macro_tile];
+    if (!slicing.holds(slices)) continue;
+    chosen[k] = slices.first;
+    counts[k] = slices.count;
   }
-  return slice;
+  // The file index decides only between entries of one depth.
+  const auto begins_in_front_of = [&](std::uint32_t slice, SortEntry entry) {
+    const std::uint32_t depth = depths != nullptr
+                                    ? depths[slice]
+                                    : static_cast<std::uint32_t>(slicing.least_keys[slice] >> 32);
+    if (depth != entry.depth_key) return depth < entry.depth_key;
+    return slicing.least_keys[slice] <= tiles.entry_order.key(entry);
+  };
+  for (bool goes_on = true; goes_on;) {
+    goes_on = false;
+#pragma unroll
+    for (unsigned k = 0; k < kMovedEach; ++k) {
+      if (counts[k] <= 1) continue;
+      const std::uint32_t half = counts[k] / 2;
+      if (begins_in_front_of(chosen[k] + half, moved[k].entry)) chosen[k] += half;
+      counts[k] -= half;
+      goes_on = goes_on || counts[k] > 1;
+    }
+  }
 }
 
-/// Copies `count` entries to their slices; entry_at(i) returns them. A block counts first, so that
-/// it reserves room once per slice. All its threads call it together.
+/// Copies entries to their slices; entry_at(i) returns entry i of `count`. A block counts first, so
+/// that it reserves room once per slice. All its threads call it together. `shared` has room for
+/// two numbers per slice, and for kCountedSlices numbers at most.
 template <class EntryAt>
-__device__ void move_entries(const MacroTiles& tiles, std::uint32_t* counts, std::uint32_t slices,
+__device__ void move_entries(const MacroTiles& tiles, std::uint32_t* shared, std::uint32_t slices,
                              std::uint32_t count, const EntryAt& entry_at) {
   const Slicing& slicing = tiles.slicing;
   const bool counts_here = slices <= kCountedSlices;
-  std::uint32_t* const places = counts_here ? counts : slicing.counts;
+  const bool has_depths = slices <= kMoved;  // else copying them takes longer than reading some
+  std::uint32_t *const counts = shared, *const depths = shared + slices;
+  Moved moved[kMovedEach];
   std::uint32_t chosen[kMovedEach], slots[kMovedEach];
-  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) counts[s] = 0;
 #pragma unroll
   for (unsigned k = 0; k < kMovedEach; ++k) {
     const std::uint32_t i = k * kThreads + threadIdx.x;
-    chosen[k] = i < count ? slice_of(tiles, entry_at(i)) : kNoSlice;
+    moved[k] = i < count ? entry_at(i) : Moved{};
+  }
+  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) {
+    counts[s] = 0;
+    if (has_depths) depths[s] = static_cast<std::uint32_t>(slicing.least_keys[s] >> 32);
   }
   __syncthreads();
+  find_slices_of(tiles, has_depths ? depths : nullptr, moved, chosen);
 #pragma unroll
-  for (unsigned k = 0; k < kMovedEach; ++k)
-    if (chosen[k] != kNoSlice && counts_here) atomicAdd(&counts[chosen[k]], 1u);
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    std::uint32_t* const places = counts_here ? counts : slicing.counts;
+    slots[k] = chosen[k] == kNoSlice ? 0 : atomicAdd(&places[chosen[k]], 1u);
+  }
   __syncthreads();
   for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads)
     if (counts[s] > 0) counts[s] = atomicAdd(&slicing.counts[s], counts[s]);
   __syncthreads();
 #pragma unroll
-  for (unsigned k = 0; k < kMovedEach; ++k)
-    slots[k] = chosen[k] == kNoSlice ? kNoSlice : atomicAdd(&places[chosen[k]], 1u);
-#pragma unroll
   for (unsigned k = 0; k < kMovedEach; ++k) {
-    if (slots[k] >= slicing.size.slice_capacity) continue;
-    const Moved moved = entry_at(k * kThreads + threadIdx.x);
-    const std::size_t at = std::size_t{chosen[k]} * slicing.size.slice_capacity + slots[k];
-    slicing.entries[at] = moved.entry;
-    slicing.masks[at] = static_cast<MarkedTiles>(moved.mask);
+    if (chosen[k] == kNoSlice) continue;
+    const std::uint32_t slot = slots[k] + (counts_here ? counts[chosen[k]] : 0);
+    if (slot >= slicing.size.slice_capacity) continue;
+    const std::size_t at = std::size_t{chosen[k]} * slicing.size.slice_capacity + slot;
+    slicing.entries[at] = moved[k].entry;
+    slicing.masks[at] = static_cast<MarkedTiles>(moved[k].mask);
   }
   __syncthreads();
 }
 
-/// Blocks take full macro-tiles in turns and copy their entries, then copy chunks of spilled
-/// entries.
-__global__ void __launch_bounds__(kThreads)
+/// Blocks take full macro-tiles in turns and copy their entries, and chunks of spilled entries. The
+/// first blocks have chunks in every frame, so the last ones begin with macro-tiles.
+__global__ void __launch_bounds__(kThreads, blocks_at_once(3, kThreads))
     fill_slices(MacroTiles tiles, const FastCounters* counters) {
-  auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());
+  auto* const shared = static_cast<std::uint32_t*>(dynamic_shared());
   const Slicing& slicing = tiles.slicing;
   const std::uint32_t slices = min(counters->slices, slicing.size.slices);
-  for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
+  for (std::uint32_t place = gridDim.x - 1 - blockIdx.x; place < counters->full_macro_tiles;
+       place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
     const std::size_t first = std::size_t{own} * MacroTiles::kUsual;
-    move_entries(tiles, counts, slices, MacroTiles::kUsual, [&](std::uint32_t i) {
+    move_entries(tiles, shared, slices, MacroTiles::kUsual, [&](std::uint32_t i) {
       return Moved{tiles.entries[first + i], own, tiles.masks[first + i]};
     });
   }
@@ -144,7 +178,7 @@ __global__ void __launch_bounds__(kThreads)
   for (std::uint32_t chunk = blockIdx.x / Slicing::kParts * kMoved; chunk < spilled;
        chunk += stride) {
     const std::size_t first = std::size_t{part} * slicing.size.spilled + chunk;
-    move_entries(tiles, counts, slices, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
+    move_entries(tiles, shared, slices, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
       const std::uint32_t where = slicing.spilled_tiles[first + i];
       return Moved{slicing.spilled[first + i], where >> 8, where & 255};
     });
@@ -314,7 +348,7 @@ void list_sliced(const Scratch& scratch, cudaStream_t stream) {
                is_usual ? find_slices<kUsualThreads, false> : find_slices<kLargeThreads, false>,
                is_usual ? kUsualThreads : kLargeThreads, tiles, counters);
   }
-  const std::size_t counted = std::min(kCountedSlices, size.slices) * sizeof(std::uint32_t);
+  const std::size_t counted = std::min(kCountedSlices, 2 * size.slices) * sizeof(std::uint32_t);
   launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
   launch("sort", count_slices, blocks, stream, tiles, out, counters);
   launch("sort", place_slices,

@@ -416,11 +416,12 @@ TEST(HudText, a_hindered_frame_is_no_measurement) {
 
 TEST(HudText, a_picture_without_hidden_gaussians_says_what_was_listed) {
   test::DrivenScene driven(0);
-  Viewer& viewer = driven.viewer;
-  RenderStats& stats = viewer.shown.stats;
-  stats.gaussians = 60'000'000;
-  stats.listed = 3'200'000;
-  stats.is_occluded = true;
+  driven.apply([](Viewer& v) {
+    v.shown.stats.gaussians = 60'000'000;
+    v.shown.stats.listed = 3'200'000;
+    v.shown.stats.is_occluded = true;
+  });
+  const Viewer& viewer = driven.viewer;
   EXPECT_EQ(hud_caveat(viewer), "without hidden Gaussians: not a measurement");
   const std::string line = status_line(viewer).numbers;
   EXPECT_THAT(line, HasSubstr("3,200,000 pairs listed"));
@@ -428,7 +429,9 @@ TEST(HudText, a_picture_without_hidden_gaussians_says_what_was_listed) {
   for (const Fact& fact : hud_facts(viewer)) {
     EXPECT_NE(fact.label, "visible");
     EXPECT_NE(fact.label, "largest tile");
-    if (fact.label == "tile pairs") EXPECT_EQ(fact.value, "3,200,000 listed");
+    if (fact.label == "tile pairs") {
+      EXPECT_EQ(fact.value, "3,200,000 listed");
+    }
   }
 }
 

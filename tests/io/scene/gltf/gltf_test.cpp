@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -202,6 +203,184 @@ TEST(Gltf, colours_and_opacities_of_the_draft_are_read) {
     for (std::size_t k = 1; k < 4; ++k)
       EXPECT_EQ(scene.cloud.sh[4 * i + k], before.sh[4 * i + k]) << i << " " << k;
   }
+}
+
+// Appends bytes and returns the number of their bufferView.
+std::size_t add_view(Glb& glb, const void* data, std::size_t bytes) {
+  json& views = glb.description["bufferViews"];
+  const auto* const first = static_cast<const std::byte*>(data);
+  while (glb.binary.size() % 4 != 0) glb.binary.push_back(std::byte{0});
+  views.push_back({{"buffer", 0}, {"byteOffset", glb.binary.size()}, {"byteLength", bytes}});
+  glb.binary.insert(glb.binary.end(), first, first + bytes);
+  glb.description["buffers"][0]["byteLength"] = glb.binary.size();
+  return views.size() - 1;
+}
+
+json& accessor_of(Glb& glb, const std::string& attribute) {
+  json& d = glb.description;
+  return d["accessors"]
+          [d["meshes"][0]["primitives"][0]["attributes"][attribute].get<std::size_t>()];
+}
+
+TEST(Gltf, sparse_accessors_replace_elements) {
+  const std::vector<float> values = {1, 2, 3, 4, 5, 6};
+  const std::vector<std::uint8_t> bytes = {3, 69};
+  const std::vector<std::uint16_t> shorts = {3, 69};
+  const std::vector<std::uint32_t> words = {3, 69};
+  const auto sparse = [&](Glb& glb, const char* attribute, int type, bool keeps_base) {
+    const std::size_t indices = type == 5121   ? add_view(glb, bytes.data(), 2)
+                                : type == 5123 ? add_view(glb, shorts.data(), 4)
+                                               : add_view(glb, words.data(), 8);
+    const std::size_t replaced = add_view(glb, values.data(), 24);
+    json& accessor = accessor_of(glb, attribute);
+    if (!keeps_base) accessor.erase("bufferView");
+    accessor["sparse"] = {{"count", 2},
+                          {"indices", {{"bufferView", indices}, {"componentType", type}}},
+                          {"values", {{"bufferView", replaced}}}};
+  };
+  const GaussianCloud before = read(written()).cloud;
+  for (const int type : {5121, 5123, 5125}) {
+    for (const bool keeps_base : {true, false}) {
+      SCOPED_TRACE(testing::Message() << type << keeps_base);
+      Glb glb = written();
+      sparse(glb, "POSITION", type, keeps_base);
+      const Scene scene = read(glb);
+      EXPECT_THAT(scene.warnings, IsEmpty());
+      ASSERT_EQ(scene.cloud.size(), kCount);
+      for (std::size_t i = 0; i < kCount; ++i) {
+        const glm::vec3 expected = i == 3       ? glm::vec3(-1, -2, 3)
+                                   : i == 69    ? glm::vec3(-4, -5, 6)
+                                   : keeps_base ? before.positions[i]
+                                                : glm::vec3(0);
+        EXPECT_EQ(scene.cloud.positions[i], expected) << i;
+      }
+      EXPECT_EQ(scene.cloud.sh, before.sh);
+    }
+  }
+  const auto broken = [&](const std::function<void(json & sparse)>& change) {
+    Glb glb = written();
+    sparse(glb, "KHR_gaussian_splatting:SCALE", 5123, true);
+    change(accessor_of(glb, "KHR_gaussian_splatting:SCALE"));
+    return error_of(glb);
+  };
+  EXPECT_THAT(broken([](json& a) { a["sparse"]["count"] = 0; }), HasSubstr("cannot be replaced"));
+  EXPECT_THAT(broken([](json& a) { a["sparse"]["count"] = 71; }), HasSubstr("cannot be replaced"));
+  EXPECT_THAT(broken([](json& a) { a["sparse"]["count"] = 3; }), HasSubstr("do not fit"));
+  EXPECT_THAT(broken([](json& a) { a["sparse"]["indices"]["componentType"] = 5126; }),
+              HasSubstr("no unsigned integers"));
+  EXPECT_THAT(broken([](json& a) { a["sparse"]["indices"]["bufferView"] = 99; }),
+              HasSubstr("bufferView 99 does not exist"));
+  EXPECT_THAT(broken([](json& a) { a["sparse"]["values"]["byteOffset"] = 4; }),
+              HasSubstr("do not fit"));
+  EXPECT_THAT(broken([](json& a) { a["sparse"]["values"]["byteOffset"] = -4; }),
+              testing::StartsWith("test.glb"));
+  EXPECT_THAT(broken([](json& a) { a["sparse"]["indices"]["componentType"] = 5121; }),
+              testing::AnyOf(HasSubstr("no error"), HasSubstr("sparse index")));
+  EXPECT_THAT(broken([](json& a) {
+                a.erase("bufferView");
+                a["count"] = 4000000000u;
+              }),
+              HasSubstr("without values are more"));
+  Glb glb = written();
+  const std::uint8_t outside[] = {3, 70};
+  sparse(glb, "POSITION", 5121, true);
+  std::memcpy(glb.binary.data() +
+                  glb.description["bufferViews"]
+                                 [accessor_of(glb, "POSITION")["sparse"]["indices"]["bufferView"]
+                                      .get<std::size_t>()]["byteOffset"]
+                                     .get<std::size_t>(),
+              outside, 2);
+  EXPECT_THAT(error_of(glb), HasSubstr("sparse index 70 is not below 70"));
+}
+
+// Every type that the extension allows.
+TEST(Gltf, integers_are_read_as_the_extension_says) {
+  struct Case {
+    const char* attribute;
+    int type;
+    bool normalized;
+    int stored;
+    double value;
+  };
+  const std::string prefix = "KHR_gaussian_splatting:";
+  const Case cases[] = {
+      {"OPACITY", 5121, true, 51, 0.2},     {"OPACITY", 5123, true, 13107, 0.2},
+      {"SCALE", 5121, true, 51, 0.2},       {"SCALE", 5121, false, 3, 3},
+      {"SCALE", 5123, true, 13107, 0.2},    {"SCALE", 5123, false, 700, 700},
+      {"ROTATION", 5120, true, 127, 0.5},   {"ROTATION", 5120, true, -128, -0.5},
+      {"ROTATION", 5122, true, 32767, 0.5}, {"ROTATION", 5122, true, -32768, -0.5}};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(testing::Message() << c.attribute << " " << c.type << " " << c.stored);
+    Glb glb = written(0);
+    const std::string name = prefix + c.attribute;
+    const std::size_t components = c.attribute[0] == 'O' ? 1 : c.attribute[0] == 'S' ? 3 : 4;
+    const std::size_t size = c.type < 5122 ? 1 : 2;
+    const std::size_t stride = components * size + (4 - components * size % 4) % 4;
+    std::vector<std::byte> bytes(stride * kCount);
+    for (std::size_t i = 0; i < kCount; ++i)
+      for (std::size_t k = 0; k < components; ++k)  // x stays positive: the sign is the others'
+        for (std::size_t b = 0; b < size; ++b)
+          bytes[i * stride + k * size + b] = static_cast<std::byte>(c.stored >> (8 * b));
+    const std::size_t view = add_view(glb, bytes.data(), bytes.size());
+    glb.description["bufferViews"][view]["byteStride"] = stride;
+    json& accessor = accessor_of(glb, name);
+    accessor["bufferView"] = view;
+    accessor["componentType"] = c.type;
+    accessor["normalized"] = c.normalized;
+    const Scene scene = read(glb);
+    if (c.value < 1) {
+      EXPECT_THAT(scene.warnings, IsEmpty());
+    }
+    const GaussianCloud& cloud = scene.cloud;
+    for (const std::size_t i : {0u, 69u}) {
+      if (components == 1)
+        EXPECT_NEAR(cloud.opacity_logits[i], std::log(c.value / (1 - c.value)), 1e-5);
+      else if (components == 3)
+        EXPECT_NEAR(cloud.log_scales[i].z, std::log(c.value), 1e-5);
+      else  // turned about z to RDF: x and y change their sign
+        EXPECT_NEAR(cloud.rotations[i].w * c.value, 0.25, 1e-3);
+    }
+  }
+}
+
+TEST(Gltf, linear_colours_are_converted_and_unknown_methods_are_named) {
+  Glb glb = written(1);
+  auto& extension =
+      glb.description["meshes"][0]["primitives"][0]["extensions"]["KHR_gaussian_splatting"];
+  float* const base = floats(glb, "KHR_gaussian_splatting:SH_DEGREE_0_COEF_0");
+  // 0.5 + C0 * dc; values of the transfer function from IEC 61966-2-1.
+  const std::pair<double, double> cases[] = {{0, 0},
+                                             {0.001, 0.01292},
+                                             {0.0031308, 0.04045},
+                                             {0.18, 0.461356},
+                                             {0.5, 0.735357},
+                                             {0.73, 0.870345},
+                                             {1, 1}};
+  for (std::size_t i = 0; i < std::size(cases); ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      base[3 * i + c] = static_cast<float>((cases[i].first - 0.5) / 0.28209479177387814);
+  const GaussianCloud before = read(glb).cloud;
+  extension["colorSpace"] = "lin_rec709_display";
+  extension["sortingMethod"] = "zDepth";
+  extension["projection"] = "fisheye";
+  const Scene scene = read(glb);
+  EXPECT_THAT(scene.warnings,
+              testing::UnorderedElementsAre(HasSubstr("converted to sRGB"),
+                                            HasSubstr("Sorting method 'zDepth' is not known"),
+                                            HasSubstr("Projection 'fisheye' is not known")));
+  for (std::size_t i = 0; i < std::size(cases); ++i) {
+    EXPECT_NEAR(0.5 + 0.28209479177387814 * scene.cloud.sh[4 * i].y, cases[i].second, 2e-5);
+    // View-dependent parts keep their shape.
+    const glm::vec3 &a = before.sh[4 * i + 1], &b = before.sh[4 * i + 2];
+    const glm::vec3 &x = scene.cloud.sh[4 * i + 1], &y = scene.cloud.sh[4 * i + 2];
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c] * y[c], b[c] * x[c], 1e-4);
+  }
+  // A small view-dependent part has the slope of the function: 1.055 / 2.4 * 0.5^(1 / 2.4 - 1).
+  float* const first = floats(glb, "KHR_gaussian_splatting:SH_DEGREE_1_COEF_0");
+  for (std::size_t k = 0; k < 3; ++k)
+    floats(glb, "KHR_gaussian_splatting:SH_DEGREE_1_COEF_" + std::to_string(k))[12] = 0;
+  first[12] = 0.01f;
+  EXPECT_NEAR(read(glb).cloud.sh[4 * 4 + 1].x / -0.01f, -0.658646 * -1, 2e-3);
 }
 
 TEST(Gltf, an_absent_kernel_or_colour_space_is_assumed_and_said) {

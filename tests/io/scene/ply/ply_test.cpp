@@ -201,7 +201,7 @@ TEST(Ply, errors_name_the_file_and_what_is_wrong) {
   EXPECT_THAT(error_of(good + "0 0 zero"), HasSubstr("test.ply: "));
   EXPECT_THAT(error_of(good + "0 0 zero 0 0 0 0 0 0 0 0 0 0 0"), HasSubstr("'zero'"));
   EXPECT_THAT(error_of(header("ascii", "float", "x y z") + "1 2 3"), HasSubstr("point cloud"));
-  EXPECT_THAT(error_of(header("ascii", "half", kBase)), HasSubstr("line 4: unknown type"));
+  EXPECT_THAT(error_of(header("ascii", "quarter", kBase)), HasSubstr("line 4: unknown type"));
   EXPECT_THAT(error_of(header("ascii", "float", "x y z f_dc_0 f_dc_2 opacity") + "0 0 0 0 0 0"),
               HasSubstr("f_dc_1"));
   EXPECT_THAT(error_of(header("ascii", "float", "x y z opacity scale_0 rot_0") + "0 0 0 0 0 0"),

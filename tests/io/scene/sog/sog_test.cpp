@@ -205,6 +205,51 @@ TEST(Sog, values_of_both_versions_and_all_bands_are_read) {
   }
 }
 
+TEST(Sog, the_model_says_how_the_gaussians_were_trained) {
+  const TemporaryFolder folder;
+  json meta = make_scene(folder.path(), 2, 0);
+  const auto read_with = [&](const json& model) {
+    if (!model.is_null()) meta["model"] = model;
+    save(folder / "meta.json", meta);
+    return read_scene(folder / "meta.json");
+  };
+  EXPECT_FALSE(read_with(nullptr).cloud.antialiased);
+  EXPECT_TRUE(read_with("antialiased").cloud.antialiased);
+  EXPECT_THAT(read_with("antialiased").warnings, IsEmpty());
+  EXPECT_FALSE(read_with("default").cloud.antialiased);
+  EXPECT_THAT(read_with("default").warnings, IsEmpty());
+  EXPECT_THAT(read_with("2dgs").warnings, ElementsAre(testing::HasSubstr("2D Gaussians")));
+  EXPECT_THAT(read_with("3dcs").warnings, ElementsAre(testing::HasSubstr("'3dcs' is not known")));
+}
+
+TEST(Sog, the_model_of_a_tree_holds_for_parts_without_one) {
+  const TemporaryFolder folder;
+  for (const char* of_tree : {"", "default", "antialiased"}) {
+    for (const char* of_part : {"", "default", "antialiased"}) {
+      SCOPED_TRACE(testing::Message() << of_tree << " " << of_part);
+      json meta = make_scene(folder / "0", 2, 0);
+      if (*of_part != 0) meta["model"] = of_part;
+      save(folder / "0/meta.json", meta);
+      json tree = {{"lodLevels", 1},
+                   {"filenames", {"0/meta.json"}},
+                   {"tree", {{"lods", {{"0", {{"file", 0}, {"offset", 0}, {"count", 4}}}}}}}};
+      if (*of_tree != 0) tree["model"] = of_tree;
+      save(folder / "lod-meta.json", tree);
+      const std::string model = *of_part != 0 ? of_part : of_tree;
+      EXPECT_EQ(read_scene(folder / "lod-meta.json").cloud.antialiased, model == "antialiased");
+    }
+  }
+}
+
+TEST(Sog, version_3_is_refused_by_name) {
+  const TemporaryFolder folder;
+  for (json meta : {json{{"version", 3}}, json{{"version", 3}, {"means", {}}, {"quats", {}}}}) {
+    save(folder / "meta.json", meta);
+    EXPECT_THAT(error_of(folder / "meta.json"),
+                testing::HasSubstr("SOG version 3, but versions 1 and 2 are read"));
+  }
+}
+
 TEST(Sog, gaussians_without_a_rotation_or_a_label_are_counted) {
   const TemporaryFolder folder;
   json meta = make_scene(folder.path(), 2, 1);
@@ -237,8 +282,8 @@ TEST(Sog, a_description_at_a_limit_is_read_and_one_beyond_is_refused) {
   text_book[255] = "1";
   const Row rows[] = {
       {good, "/version", 2.0, ""},
-      {good, "/version", 3, "meta.json: SOG version 3, 1 and 2 exist"},
-      {good, "/version", 0, "meta.json: SOG version 0, 1 and 2 exist"},
+      {good, "/version", 3, "meta.json: SOG version 3, but versions 1 and 2 are read"},
+      {good, "/version", 0, "meta.json: SOG version 0, but versions 1 and 2 are read"},
       {good, "/count", 21, ""},
       {good, "/count", 1, ""},
       {good, "/count", 22, "meta.json: low.webp: 7 x 3 pixels are too few for 22 Gaussians"},

@@ -307,5 +307,21 @@ TEST(Ksplat, is_recognised_by_plausible_numbers_in_its_header) {
   EXPECT_TRUE(recognises_ksplat(smallest.bytes(), ""));
 }
 
+TEST(Ksplat, sections_without_gaussians_are_skipped) {
+  for (const auto level : {std::uint16_t{0}, std::uint16_t{1}, std::uint16_t{2}}) {
+    for (const std::uint32_t bucket_size : {0u, 256u}) {
+      SCOPED_TRACE(testing::Message() << level << " " << bucket_size);
+      SectionPlan empty{0, 0, 0, bucket_size};
+      empty.unused = 0;
+      SectionPlan full{3, 3, 0, 4, 0, {3}};
+      for (const auto& sections : {std::vector{empty, full}, std::vector{full, empty},
+                                   std::vector{empty, full, empty, empty}}) {
+        Ksplat file(level, sections, 5);
+        EXPECT_EQ(read(file.bytes()).cloud.size(), 3u);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace qs::test

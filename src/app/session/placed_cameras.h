@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+//
+// The cameras of a scene, where the scene is: their places count from GaussianCloud::origin.
+// Cameras of another frame, such as a normalised export's, see nothing of it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/scene/reader.h"
+#include "raster/scene/camera.h"
+
+namespace qs {
+
+/// read_cameras() of a file, moved to the scene's origin. Throws Error(input).
+std::vector<Camera> placed_cameras(const std::filesystem::path& file, const Scene& scene);
+
+/// True if a picture of a camera shows a part of one of the Gaussians within three standard
+/// deviations. Looks at most at some thousand Gaussians and cameras, at equal distances in their
+/// order.
+bool sees_scene(const std::vector<Camera>& cameras, const GaussianCloud& cloud);
+
+/// "cameras.json: none of its cameras sees a Gaussian: ...".
+std::string blind_cameras_text(const std::filesystem::path& file);
+
+}  // namespace qs

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "raster/scene/place.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace qs {
+namespace {
+
+constexpr std::size_t kMostLookedAt = 4096;
+constexpr double kFar = 1000, kFarInSizes = 16;
+constexpr double kFarthest = 1e9;  // no place on Earth is farther away, in metres
+
+}  // namespace
+
+glm::dvec3 origin_of(std::size_t count, const std::function<glm::dvec3(std::size_t i)>& position) {
+  const std::size_t step = 1 + count / kMostLookedAt;
+  std::vector<double> values[3];
+  for (std::size_t i = 0; i < count; i += step) {
+    const glm::dvec3 at = position(i);
+    for (int axis = 0; axis < 3; ++axis)
+      if (std::isfinite(at[axis])) values[axis].push_back(at[axis]);
+  }
+  glm::dvec3 middle(0);
+  double size = 0, distance = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double>& sorted = values[axis];
+    if (sorted.empty()) return glm::dvec3(0);
+    std::ranges::sort(sorted);
+    const auto at = [&](double share) {
+      return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+    };
+    middle[axis] = at(0.5);
+    size = std::max(size, at(0.95) - at(0.05));
+    distance = std::max(distance, std::abs(middle[axis]));
+  }
+  if (!(distance > kFar && distance > kFarInSizes * size && distance < kFarthest))
+    return glm::dvec3(0);
+  const double unit = std::pow(10.0, std::ceil(std::log10(std::max(size, 1.0))));
+  return glm::round(middle / unit) * unit;
+}
+
+void place(GaussianCloud& cloud, const glm::dvec3& origin) {
+  if (origin == cloud.origin) return;
+  const glm::dvec3 move = cloud.origin - origin;
+  for (glm::vec3& position : cloud.positions) position = glm::vec3(glm::dvec3(position) + move);
+  cloud.origin = origin;
+}
+
+void move_near_origin(GaussianCloud& cloud) {
+  place(cloud, cloud.origin + origin_of(cloud.size(), [&](std::size_t i) {
+                 return glm::dvec3(cloud.positions[i]);
+               }));
+}
+
+std::string format_origin(const glm::dvec3& origin) {
+  return fmt::format("{} {} {}", origin.x, origin.y, origin.z);
+}
+
+std::optional<glm::dvec3> parse_origin(std::string_view text) {
+  std::istringstream words{std::string(text)};
+  glm::dvec3 origin(0);
+  std::string rest;
+  if (!(words >> origin.x >> origin.y >> origin.z) || words >> rest) return {};
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(std::abs(origin[axis]) < kFarthest)) return {};
+  return origin;
+}
+
+}  // namespace qs

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+//
+// Georeferenced data: coordinates far from 0, such as UTM metres, whose steps in single precision
+// are as large as Gaussians. Positions are moved by an origin, a round number near the middle of
+// the data, while they are double; see GaussianCloud::origin. Data near 0 stays where it is.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <glm/vec3.hpp>
+
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+/// The origin for `count` positions: their median, rounded to multiples of a power of ten of about
+/// their size. 0 unless the median is more than 1,000 units from 0 and more than 16 times the size
+/// of their middle 90 %.
+glm::dvec3 origin_of(std::size_t count, const std::function<glm::dvec3(std::size_t i)>& position);
+
+/// Moves the cloud to the origin_of() its positions, and adds that to cloud.origin. Differences of
+/// floats to a round number near them are exact.
+void move_near_origin(GaussianCloud& cloud);
+
+/// Counts the positions from another origin.
+void place(GaussianCloud& cloud, const glm::dvec3& origin);
+
+/// "500000 4650000 200", and back. Unset: the text is not three finite numbers.
+std::string format_origin(const glm::dvec3& origin);
+std::optional<glm::dvec3> parse_origin(std::string_view text);
+
+}  // namespace qs

@@ -108,7 +108,8 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
 std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene) {
   const auto file = cameras_file(frame, scene.path);
   if (!file) return {};
-  std::vector<Camera> cameras = placed_cameras(*file, scene);
+  const auto [cameras, warnings] = placed_cameras(*file, scene);
+  for (const std::string& sentence : warnings) warn(sentence);
   if (cameras.empty() || sees_scene(cameras, scene.cloud)) return cameras;
   warn(blind_cameras_text(*file));
   return frame.cameras ? cameras : std::vector<Camera>();

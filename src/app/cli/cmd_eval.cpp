@@ -68,8 +68,7 @@ Views choose_views(const EvalCommand& command) {
   const Photographs photographs(command.images);
   const auto found = find_pictures(photograph_names(cameras), {}, photographs);
   const auto step = static_cast<std::size_t>(std::max(1, command.holdout));
-  Views views{*file, {}, 0, used_sentence(set, found, photographs), set.warnings};
-  views.warnings.insert(views.warnings.end(), set.left_out.begin(), set.left_out.end());
+  Views views{*file, {}, 0, used_sentence(set, found, photographs), set.sentences()};
   views.warnings.push_back(orientation_sentence(cameras, found));
   const std::string left_out = left_out_sentence(set, found, photographs);
   if (!left_out.empty()) views.used += "; " + left_out;

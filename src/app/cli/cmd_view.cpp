@@ -43,7 +43,11 @@ void connect(ViewCommand& command) {
   check_rules("view", {{!command.scenes.empty(), shows + "SCENE"},
                        {view.beside.has_value(), shows + "--beside"}});
   view.connect = resolve(*command.connect, "view: --connect");
-  if (view.frame.cameras) view.remote_cameras = read_cameras(*view.frame.cameras);
+  if (view.frame.cameras) {
+    const CameraSet set = read_camera_set(*view.frame.cameras);
+    for (const std::string& sentence : set.sentences()) warn(sentence);
+    view.remote_cameras = pinhole_cameras(set.cameras);
+  }
 }
 
 int run(ViewCommand& command) {

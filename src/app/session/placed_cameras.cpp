@@ -11,10 +11,11 @@
 
 namespace qs {
 
-std::vector<Camera> placed_cameras(const std::filesystem::path& file, const Scene& scene) {
-  std::vector<Camera> cameras = read_cameras(file);
-  for (Camera& camera : cameras) camera = camera.placed(scene.cloud.origin);
-  return cameras;
+PlacedCameras placed_cameras(const std::filesystem::path& file, const Scene& scene) {
+  const CameraSet set = read_camera_set(file);
+  PlacedCameras placed{pinhole_cameras(set.cameras), set.sentences()};
+  for (Camera& camera : placed.cameras) camera = camera.placed(scene.cloud.origin);
+  return placed;
 }
 
 bool sees_scene(const std::vector<Camera>& cameras, const GaussianCloud& cloud) {

@@ -13,8 +13,13 @@
 
 namespace qs {
 
-/// read_cameras() of a file, moved to the scene's origin. Throws Error(input).
-std::vector<Camera> placed_cameras(const std::filesystem::path& file, const Scene& scene);
+struct PlacedCameras {
+  std::vector<Camera> cameras;
+  std::vector<std::string> warnings;  ///< CameraSet::sentences()
+};
+
+/// The cameras of a file, moved to the scene's origin. Throws Error(input).
+PlacedCameras placed_cameras(const std::filesystem::path& file, const Scene& scene);
 
 /// True if a picture of a camera shows a part of one of the Gaussians within three standard
 /// deviations. Looks at most at some thousand Gaussians and cameras, at equal distances in their

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <fstream>
+#include <span>
 #include <system_error>
 #include <utility>
 
@@ -13,6 +14,7 @@
 
 #include "base/fail.h"
 #include "base/path_kind.h"
+#include "base/text.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/lfs_pointer.h"
@@ -157,6 +159,18 @@ std::vector<Camera> read_cameras(const std::filesystem::path& path) {
 
 std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
   return read_camera_set(path).cameras;
+}
+
+std::vector<std::string> CameraSet::sentences() const {
+  constexpr std::size_t kMost = 3;
+  std::vector<std::string> all = warnings;
+  const std::size_t shown = std::min(left_out.size(), kMost);
+  for (const std::string& sentence : std::span(left_out).first(shown))
+    all.push_back(sentence + "; this camera is left out");
+  if (left_out.size() > shown)
+    all.push_back(fmt::format("{}: {} in all are left out, because their numbers are not finite",
+                              file.string(), counted(left_out.size(), "camera")));
+  return all;
 }
 
 CameraSet read_camera_set(const std::filesystem::path& path) {

@@ -37,6 +37,9 @@ struct CameraSet {
 
   /// The folder from which paths in the file count.
   std::filesystem::path folder() const { return file.parent_path(); }
+
+  /// `warnings`, and up to three of `left_out` with the number of the others.
+  std::vector<std::string> sentences() const;
 };
 
 /// As read_cameras(), with lenses and photographs. Of several COLMAP models in `sparse` the one

@@ -134,7 +134,8 @@ std::optional<Photographs::Match> Photographs::match(const std::string& name) co
   Agreement best;
   std::vector<std::string> found;
   const auto [begin, end] = by_name_.equal_range(wanted.key());
-  for (const auto& [key, file] : std::ranges::subrange(begin, end)) {
+  for (auto row = begin; row != end; ++row) {
+    const std::string& file = row->second;
     const PicturePlace picture(file);
     const Agreement agreement = agreement_of(wanted, picture);
     // If the name's folder exists, its picture is missing there, and another folder's is another.

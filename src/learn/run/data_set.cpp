@@ -332,8 +332,7 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
   data.photographs = photographs_folder(options, set);
   data.blender = first_test.has_value();
   data.photo_memory = options.photo_memory;
-  data.warnings = set.warnings;
-  data.warnings.insert(data.warnings.end(), set.left_out.begin(), set.left_out.end());
+  data.warnings = set.sentences();
   const Photographs photographs(data.photographs);
   const auto files = photographs_of(options, set, photographs);
   if (std::ranges::all_of(files, [](const auto& file) { return file.empty(); }))

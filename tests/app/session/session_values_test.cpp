@@ -179,33 +179,6 @@ TEST(ProgressBar, appears_after_a_third_of_a_second_and_says_how_long_it_takes) 
 }
 
 // ---- photographs --------------------------------------------------------------------------------
-TEST(Photographs, are_found_by_ever_shorter_names) {
-  const TemporaryFolder folder;
-  const auto touch = [&](const std::string& name) {
-    std::filesystem::create_directories((folder / name).parent_path());
-    std::ofstream(folder / name) << "x";
-  };
-  for (const char* name :
-       {"7.jpg", "left/7.png", "left/7.bmp", "left/8.PNG", "notes.txt", "deep/left/9.jpg"})
-    touch(name);
-  const Photographs photographs(folder.path());
-  const auto found = [&](const char* name) {
-    const auto path = photographs.find(name);
-    return path ? path->lexically_relative(folder.path()).string() : "none";
-  };
-  EXPECT_EQ(found("7"), "7.jpg");
-  EXPECT_EQ(found("left/7"), "left/7.bmp");
-  EXPECT_EQ(found("right/7"), "7.jpg");
-  EXPECT_EQ(found("images/left/8"), "left/8.PNG");
-  EXPECT_EQ(found("8"), "none");
-  EXPECT_EQ(found("left/9"), "none");
-  EXPECT_EQ(found("notes"), "none");
-  EXPECT_EQ(found(""), "none");
-  EXPECT_EQ(found("left/"), "none");
-  EXPECT_EQ(error_of([&] { Photographs(folder / "7.jpg"); }),
-            (folder / "7.jpg").string() + ": not a folder of photographs");
-}
-
 TEST(Photographs, gray_and_transparent_pictures_become_rgb_over_the_background) {
   const TemporaryFolder folder;
   const glm::vec3 background(0.2f, 0.4f, 0.6f);

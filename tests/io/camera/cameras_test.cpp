@@ -167,8 +167,16 @@ TEST(Cameras, what_single_precision_cannot_hold_is_refused) {
   const TemporaryFolder folder;
   std::ofstream(folder / "cameras.json")
       << "[" << with("0", "50") << "," << with("1e40", "50") << "]";
+  // One of several cameras is left out.
+  const CameraSet set = read_camera_set(folder / "cameras.json");
+  EXPECT_EQ(set.cameras.size(), 1u);
+  EXPECT_THAT(set.sentences(),
+              testing::ElementsAre(testing::AllOf(
+                  HasSubstr("cameras.json: camera 1: its position 1e+40 is more than 1e+15"),
+                  HasSubstr("; this camera is left out"))));
+  std::ofstream(folder / "cameras.json") << "[" << with("1e40", "50") << "]";
   EXPECT_THAT(error_of([&] { read_cameras(folder / "cameras.json"); }),
-              HasSubstr("cameras.json: camera 1: its position 1e+40"));
+              HasSubstr("cameras.json: camera 0: its position 1e+40"));
 }
 
 TEST(Cameras, hostile_json_is_an_error_in_one_sentence) {

@@ -345,7 +345,7 @@ TEST(ReaderLimits, colmap_s_models_have_their_parameters) {
         add_colmap_lens(lenses, {7, *model, width, height, parameters}, "here");
       });
       if (message.empty()) {
-        const LensCamera& camera = lenses.at(7);
+        const LensCamera& camera = lenses.at(7).camera;
         const auto [focal, center] =
             camera.lens ? std::pair(camera.lens->focal_px, camera.lens->center_px)
                         : std::pair(camera.camera.focal_px, camera.camera.center_px);

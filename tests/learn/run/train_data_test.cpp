@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
@@ -61,7 +62,9 @@ TEST_F(TrainData, every_nth_photograph_by_name_is_a_test_view) {
   const DataSet data = read();
   EXPECT_THAT(names(data.test), ElementsAre("a", "f", "j"));
   EXPECT_THAT(names(data.training), ElementsAre("c", "d", "e", "g", "h", "i"));
-  EXPECT_EQ(data.skipped, 1u);
+  EXPECT_EQ(test::without_folder(data.used, folder_.path()),
+            "9 of 10 cameras in cameras.json (pinhole), photographs in images, no masks");
+  EXPECT_EQ(data.left_out, "left out: 1 camera without a photograph (b)");
   EXPECT_EQ(data.training[1].rgb[0], 77) << "0.3 of 255";
   EXPECT_NEAR(data.training[1].photograph().over({})[7].y, 0.3, 0.002);
   EXPECT_EQ(data.cameras().size(), 9u);
@@ -164,8 +167,8 @@ TEST_F(TrainMasks, are_named_as_the_photograph_with_or_without_its_ending) {
   write_mask("masks/d.png", 20);
   write_mask("masks/e.png", 0);
   const DataSet data = read();
-  EXPECT_EQ(data.masks, folder_ / "masks");
-  EXPECT_EQ(data.without_mask, 6u);
+  EXPECT_THAT(data.used, HasSubstr("masks of 3 of 9 photographs in " + folder_.path().string() +
+                                   "/masks, the others count as a whole"));
   ASSERT_EQ(data.training[0].mask.size(), 1200u);
   EXPECT_EQ(data.training[0].mask[30 * 40 - 31], 0);
   EXPECT_EQ(data.training[0].mask[30 * 40 - 30], 1);
@@ -204,6 +207,106 @@ TEST_F(TrainMasks, that_do_not_fit_are_refused) {
   write_mask("covers/z.png", 1);
   options_.masks = "covers";
   EXPECT_EQ(error(), "covers: holds no mask named like one of the photographs of images");
+}
+
+// transforms.json with frames of `TrainData`'s photographs, and what it has besides.
+class TrainTransforms : public TrainMasks {
+ protected:
+  void SetUp() override {
+    TrainMasks::SetUp();
+    std::filesystem::remove(folder_ / "cameras.json");
+    options_.holdout = 0;
+    for (const char name : {'a', 'c', 'd'})
+      file_["frames"].push_back(
+          {{"file_path", std::string("images/") + name + ".pfm"},
+           {"transform_matrix",
+            {{1, 0, 0, name - 'a'}, {0, 1, 0, 0}, {0, 0, 1, 4}, {0, 0, 0, 1}}}});
+  }
+  DataSet read_file() const {
+    std::ofstream(folder_ / "transforms.json") << file_;
+    return read();
+  }
+  std::string error_of_file() const {
+    std::ofstream(folder_ / "transforms.json") << file_;
+    return error();
+  }
+  std::string used() const { return test::without_folder(read_file().used, folder_.path()); }
+  std::vector<std::string> warnings() const {
+    std::vector<std::string> result;
+    for (const std::string& sentence : read_file().warnings)
+      result.push_back(test::without_folder(sentence, folder_.path()));
+    return result;
+  }
+
+  nlohmann::json file_ = {{"w", 40}, {"h", 30}, {"fl_x", 40}};
+};
+
+TEST_F(TrainTransforms, masks_are_those_that_the_file_names) {
+  EXPECT_EQ(used(), "3 of 3 cameras in transforms.json (pinhole), photographs in images, no masks");
+  write_mask("covers/one.png", 10);
+  file_["frames"][1]["mask_path"] = "covers/one.png";
+  DataSet data = read_file();
+  EXPECT_THAT(data.used, HasSubstr("masks of 1 of 3 photographs as transforms.json names them, the "
+                                   "others count as a whole"));
+  EXPECT_EQ(data.training[1].mask[9], 0);
+  EXPECT_EQ(data.training[1].mask[10], 1);
+  EXPECT_TRUE(data.training[0].mask.empty());
+  // All frames may share one.
+  for (auto& frame : file_["frames"]) frame["mask_path"] = "./covers\\one.png";
+  EXPECT_THAT(used(), HasSubstr("3 masks as transforms.json names them"));
+  // A folder that the user names counts more.
+  write_mask("masks/c.png", 20);
+  EXPECT_THAT(used(), HasSubstr("3 masks as transforms.json names them"));
+  options_.masks = "masks";
+  data = read_file();
+  EXPECT_EQ(data.training[1].mask[19], 0);
+  EXPECT_TRUE(data.training[0].mask.empty());
+  options_.masks.clear();
+  std::filesystem::remove(folder_ / "covers/one.png");
+  std::filesystem::remove(folder_ / "masks/c.png");
+  EXPECT_THAT(error_of_file(),
+              HasSubstr("transforms.json: none of the masks that it names exists, such as "));
+}
+
+TEST_F(TrainTransforms, points_are_those_that_the_file_names) {
+  const auto write_points = [&](const std::string& name, int count) {
+    std::ofstream file(folder_ / name);
+    file << "ply\nformat ascii 1.0\nelement vertex " << count
+         << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    for (int i = 0; i < count; ++i) file << i / 2 << " 0 0\n";
+  };
+  EXPECT_TRUE(read_file().points.empty());
+  write_points("points3d.ply", 2);
+  EXPECT_EQ(read_file().points.size(), 1u) << "two at one place";
+  EXPECT_EQ(read_file().repeated_points, 1u);
+  write_points("cloud.ply", 8);
+  file_["ply_file_path"] = "cloud.ply";
+  const DataSet data = read_file();
+  EXPECT_EQ(data.points.size(), 4u);
+  EXPECT_EQ(data.points_file, folder_ / "cloud.ply");
+  file_["ply_file_path"] = "missing.ply";
+  EXPECT_THAT(
+      warnings(),
+      ElementsAre("transforms.json: there is no file of points missing.ply, which it names"));
+  EXPECT_EQ(read_file().points.size(), 1u);
+}
+
+TEST_F(TrainTransforms, cameras_and_photographs_that_are_left_out_are_named) {
+  file_["frames"].push_back(file_["frames"][0]);
+  file_["frames"][3]["file_path"] = "images/z.pfm";
+  EXPECT_EQ(used(), "3 of 4 cameras in transforms.json (pinhole), photographs in images, no masks");
+  EXPECT_EQ(
+      read_file().left_out,
+      "left out: 1 camera without a photograph (images/z.pfm), 6 photographs without a camera "
+      "(e.pfm, f.pfm, g.pfm, ..)");
+  file_["frames"][3] = file_["frames"][0];
+  EXPECT_THAT(error_of_file(), HasSubstr("images/a.pfm: one picture for two cameras, images/a.pfm "
+                                         "and images/a.pfm"));
+  file_["frames"].erase(3);
+  file_["frames"][1]["fl_x"] = "NaN";
+  EXPECT_THAT(warnings(), ElementsAre("transforms.json: frame 1: fl_x is NaN (images/c.pfm); this "
+                                      "camera is left out"));
+  EXPECT_EQ(read_file().training.size(), 2u);
 }
 
 TEST_F(TrainData, blender_s_files_name_training_and_test_views) {

@@ -13,6 +13,7 @@
 #include "app/viewer/render/render_context.h"
 #include "base/fail.h"
 #include "base/path_kind.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
@@ -125,10 +126,12 @@ ReadingReport read_any(const OpenRequest& request, int threads, Sampling samplin
   const JsonKind kind = kind_of_cameras(path);
   if (kind == JsonKind::camera_path) return OpenedPath{read_camera_path(path)};
   if (kind != JsonKind::none || is_cameras_folder(path)) {
-    std::vector<Camera> cameras = read_cameras(path);
-    if (cameras.empty()) fail("{}: holds no camera", path.string());
+    const CameraSet set = read_camera_set(path);
+    if (set.cameras.empty()) fail("{}: holds no camera", path.string());
+    std::vector<Camera> cameras = pinhole_cameras(set.cameras);
     auto photographs = find_photographs(path, cameras);
-    return OpenedCameras{std::move(cameras), path, std::move(photographs)};
+    return OpenedCameras{std::move(cameras), path, std::move(photographs),
+                         joined(set.sentences(), "; ")};
   }
   ReadOptions options;
   options.iteration = request.iteration;
@@ -188,7 +191,9 @@ ViewedScene view_facts_with(
   facts.huge = count_huge(scene.cloud, scene_length(facts.core, facts.smallest_radius));
   if (const auto file = cameras_file ? cameras_file : find_cameras_file(scene.path)) {
     facts.cameras_file = *file;
-    facts.cameras = placed_cameras(*file, scene);
+    const PlacedCameras placed = placed_cameras(*file, scene);
+    facts.cameras = placed.cameras;
+    facts.cameras_warning = joined(placed.warnings, "; ");
     if (!facts.cameras.empty() && !sees_scene(facts.cameras, scene.cloud)) {
       facts.cameras_warning = blind_cameras_text(*file);
       if (!cameras_file) facts.cameras.clear();

@@ -352,6 +352,7 @@ void cameras_opened(Viewer& v, Host& host, const OpenedCameras& opened) {
   set_first_view(v, host);
   notify(v, fmt::format("{} from {}", counted(opened.cameras.size(), "camera"),
                         opened.file.filename().string()));
+  if (!opened.warning.empty()) show(v, {.text = opened.warning});
 }
 
 void opening_ended(Viewer& v, Host& host, const OpeningResult& result) {

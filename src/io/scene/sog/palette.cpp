@@ -108,13 +108,14 @@ Palette make_palette(const VectorRows& rows, std::size_t most, const Progress& p
     progress.update(static_cast<float>(done.size() + open.size()) / static_cast<float>(most));
     const Cell cell = open.top();
     open.pop();
-    const auto above = std::ranges::partition(
-        cell.members, [&](std::uint32_t member) { return rows[member][cell.axis] <= cell.mean; });
-    if (above.empty() || above.size() == cell.members.size()) {
+    const auto above =
+        std::partition(cell.members.begin(), cell.members.end(),
+                       [&](std::uint32_t member) { return rows[member][cell.axis] <= cell.mean; });
+    if (above == cell.members.begin() || above == cell.members.end()) {
       done.push_back(cell);
     } else {
-      open.push(measured(rows, cell.members.first(cell.members.size() - above.size())));
-      open.push(measured(rows, cell.members.last(above.size())));
+      open.push(measured(rows, {cell.members.begin(), above}));
+      open.push(measured(rows, {above, cell.members.end()}));
     }
   }
   for (; !open.empty(); open.pop()) done.push_back(open.top());

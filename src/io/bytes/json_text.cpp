@@ -164,15 +164,26 @@ nlohmann::json parse_json(std::string_view text, std::string_view source, std::s
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
-    const std::string quoted = with_quoted_nan(text);
-    if (nlohmann::json json = nlohmann::json::parse(quoted, nullptr, false); !json.is_discarded())
-      return json;
     const std::size_t at = std::min<std::size_t>(error.byte == 0 ? 0 : error.byte - 1, text.size());
     const auto line =
         1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
     fail("{}: not valid JSON: error in line {}, at byte {}", source, line, at);
   } catch (const nlohmann::json::out_of_range&) {
     fail("{}: not valid JSON: a number is out of range", source);
+  }
+}
+
+nlohmann::json parse_python_json(std::string_view text, std::string_view source) {
+  try {
+    return parse_json(text, source);
+  } catch (const Error&) {
+    const std::string quoted = with_quoted_nan(text);
+    if (quoted.empty()) throw;
+    try {
+      return parse_json(quoted, source);
+    } catch (const Error&) {  // the defect is another; its place in the file is known above
+    }
+    throw;
   }
 }
 

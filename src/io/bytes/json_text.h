@@ -17,10 +17,13 @@ namespace qs {
 inline constexpr std::size_t kMaxJsonValues = std::size_t{1} << 25;
 
 /// Throws Error(input) "source: not valid JSON: ..." for damaged text, more than 64 nested levels
-/// or more than `max_values` values. A byte order mark is skipped. NaN and Infinity, which Python
-/// writes, become texts: JsonEntry::number() names them.
+/// or more than `max_values` values. A byte order mark is skipped.
 nlohmann::json parse_json(std::string_view text, std::string_view source,
                           std::size_t max_values = kMaxJsonValues);
+
+/// As parse_json(), but NaN and Infinity, which Python writes, become texts: JsonEntry::number()
+/// names them.
+nlohmann::json parse_python_json(std::string_view text, std::string_view source);
 
 /// Parses JSON that this program wrote. Throws nlohmann::json::parse_error for damaged text.
 nlohmann::ordered_json parse_own_json(std::string_view text);

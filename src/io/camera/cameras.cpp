@@ -116,7 +116,7 @@ json object_of(const Camera& camera) {
 
 CameraSet read_cameras_json(const std::filesystem::path& path) {
   const std::string source = path.string();
-  const json file = parse_json(read_text_file(path, kMaxCameraFileBytes), source);
+  const json file = parse_python_json(read_text_file(path, kMaxCameraFileBytes), source);
   if (!file.is_array()) fail("{}: not a list of cameras", source);
   CameraSet set{path};
   for (std::size_t i = 0; i < file.size(); ++i) {

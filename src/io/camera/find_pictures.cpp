@@ -150,6 +150,7 @@ std::optional<Photographs::Match> Photographs::match(const std::string& name) co
       found.push_back(file);
     }
   }
+  std::ranges::sort(found);
   if (found.size() > 1)
     fail(
         "{}: two pictures are named like {}: {} and {}; name one of them with its folder and "

@@ -56,9 +56,11 @@ ColorColumns color_columns(const PlyRows& rows) {
     } else if (type != PlyType::f32 && type != PlyType::f64) {
       colors.white = size_of(type) == 1 ? 255 : 65535;
     } else {
-      // Some programs write 0..255 as floats.
-      for (std::uint64_t row = 0; row < rows.count && colors.white == 1; ++row)
-        if (rows.value(row, *colors.columns[0]) > 1) colors.white = 255;
+      // Some programs write 0..255 as floats, and text has no types.
+      for (const PlyColumn* column : colors.columns)
+        for (std::uint64_t row = 0; row < rows.count && colors.white < 65535; ++row)
+          if (const double value = rows.value(row, *column); value > colors.white)
+            colors.white = value > 255 ? 65535 : 255;
     }
     return colors;
   }

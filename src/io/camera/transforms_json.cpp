@@ -198,7 +198,7 @@ void require_known_lens(const JsonEntry& object, const JsonEntry& defaults) {
 
 CameraSet read_transforms_json(const std::filesystem::path& path) {
   const std::string source = path.string();
-  const json file = parse_json(read_text_file(path, kMaxCameraFileBytes), source);
+  const json file = parse_python_json(read_text_file(path, kMaxCameraFileBytes), source);
   if (!file.is_object() || !file.contains("frames") || !file["frames"].is_array())
     fail("{}: not a list of cameras, nor an object with a list of frames", source);
   CameraSet set{path};

@@ -64,7 +64,9 @@ TEST_P(Cases, train_as_expected) {
   const ProgramRun run = test::run_quadsplat(words);
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out + run.err, HasSubstr(row.sentence));
-  if (row.psnr > 0) EXPECT_NEAR(psnr_of(run.out + run.err), row.psnr, kTolerance);
+  if (row.psnr > 0) {
+    EXPECT_NEAR(psnr_of(run.out + run.err), row.psnr, kTolerance);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Shared, Cases, testing::ValuesIn(kCases),

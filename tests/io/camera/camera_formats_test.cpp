@@ -217,7 +217,7 @@ TEST(CameraFormats, simple_lenses_have_one_focal_length) {
 TEST(CameraFormats, damaged_colmap_text_is_named_by_file_and_line) {
   const std::string lens = "1 PINHOLE 20 10 50 50 10 5\n", image = "1 1 0 0 0 0 0 0 1 a.jpg\n\n";
   const std::vector<std::array<std::string, 3>> cases = {
-      {"\n1 FULL_OPENCV 20 10 50 50 10 5 0.1 0 0 0 0 0 0 0\n", image,
+      {"\n1 FULL_OPENCV 20 10 50 50 10 5 0 0 0 0 0 0 0 0.1\n", image,
        "cameras.txt: line 2: a FULL_OPENCV lens that distorts; undistort"},
       {"1 RADIAL 200 100 50 100 50 -0.5 0\n", image,
        "cameras.txt: line 1: the lens distorts too strongly; undistort"},

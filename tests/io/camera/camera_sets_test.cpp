@@ -249,12 +249,10 @@ TEST_F(CameraSets, blender_s_photograph_may_have_any_ending) {
   file.erase("w");
   file.erase("h");
   for (int i = 0; i < 2; ++i) file["frames"][i]["file_path"] = fmt::format("./train/r_{}", i);
-  for (const char* ending : {".png", ".jpg", ".JPG", ".jpeg", ".webp", ".tif"}) {
+  for (const char* ending : {".png", ".PNG", ".ppm", ".pfm"}) {
     std::filesystem::remove_all(folder_ / "train");
     std::filesystem::create_directories(folder_ / "train");
-    write_image(Image(20, 10, 3), folder_ / "train/r_0.png");
-    std::filesystem::rename(folder_ / "train/r_0.png",
-                            folder_ / "train" / (std::string("r_0") + ending));
+    write_image(Image(20, 10, 3), folder_ / "train" / (std::string("r_0") + ending));
     write("transforms.json", file.dump());
     EXPECT_EQ(read("transforms.json").cameras[1].camera.width, 20) << ending;
   }

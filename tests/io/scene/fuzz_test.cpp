@@ -55,7 +55,8 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "huffman",      "message",
                                           "sibr_request", "sibr_answer",
                                           "preferences",  "transforms_json",
-                                          "usd",          "zipped_ply"};
+                                          "usd",          "zipped_ply",
+                                          "exif",         "points3D_ply"};
   EXPECT_EQ(names, expected);
 }
 

@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include <glm/common.hpp>
 #include <glm/matrix.hpp>
 
 #include "base/fail.h"
@@ -123,8 +124,40 @@ CameraSet file_in(const std::filesystem::path& folder) {
       return {folder / format.place};
     }
   }
-  fail("{}: a folder without cameras.json, COLMAP's images.bin or images.txt, or transforms.json",
-       folder.string());
+  std::error_code error;
+  std::string elsewhere;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, error)) {
+    const std::filesystem::path& file = entry.path();
+    const bool is_place = std::ranges::any_of(kFormats, [&](const CameraFormat& format) {
+      return file.filename() == std::filesystem::path(format.place).filename();
+    });
+    if (!is_place) continue;
+    elsewhere = fmt::format("; {} is one, further below", file.string());
+    break;
+  }
+  fail("{}: a folder without cameras.json, COLMAP's images.bin or images.txt, or transforms.json{}",
+       folder.string(), elsewhere);
+}
+
+// Sentences about intrinsics that files rarely mean.
+void warn_of_odd_intrinsics(CameraSet& set) {
+  std::size_t off = 0, wide = 0;
+  for (const LensCamera& taken : set.cameras) {
+    const Camera& camera = taken.camera;
+    const glm::dvec2 sides(camera.width, camera.height);
+    const glm::dvec2 from_middle = glm::abs(camera.center_px - 0.5 * (sides - 1.0));
+    off += from_middle.x > 0.25 * sides.x || from_middle.y > 0.25 * sides.y ? 1 : 0;
+    wide += camera.focal_px.x < 0.02 * sides.x || camera.focal_px.y < 0.02 * sides.y ? 1 : 0;
+  }
+  const std::string remedy = "are they of another size, or shares of it?";
+  if (off > 0)
+    set.warnings.push_back(
+        fmt::format("{}: the principal points of {} are far from the middle of the picture: {}",
+                    set.file.string(), counted(off, "camera"), remedy));
+  if (wide > 0)
+    set.warnings.push_back(
+        fmt::format("{}: the focal lengths of {} are less than a fiftieth of the picture: {}",
+                    set.file.string(), counted(wide, "camera"), remedy));
 }
 
 // The first result of look(folder) for the folder of the file and up to three folders above.
@@ -202,6 +235,7 @@ CameraSet read_camera_set(const std::filesystem::path& path) {
     });
   }
   if (set.cameras.empty() && !set.left_out.empty()) fail("{}", set.left_out.front());
+  warn_of_odd_intrinsics(set);
   return set;
 }
 

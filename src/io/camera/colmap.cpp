@@ -281,7 +281,9 @@ CameraSet read_colmap_text(const std::filesystem::path& file) {
   ColmapLenses lenses;
   for (Lines lines(file.parent_path() / "cameras.txt"); !lines.at_end();) {
     Line line = lines.next();
-    if (!line.empty() && !line.is_comment()) read_colmap_lens(line, lenses);
+    if (line.empty() || line.is_comment()) continue;
+    read_colmap_lens(line, lenses);
+    if (!line.empty()) fail("{}: more parameters than the camera model has", line.where());
   }
   CameraSet set{file};
   for (Lines lines(file.parent_path() / "images.txt"); !lines.at_end();) {

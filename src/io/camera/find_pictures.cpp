@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <compare>
 #include <span>
 #include <system_error>
@@ -63,6 +64,14 @@ fs::path identity(const fs::path& path) {
   return error ? path : real;
 }
 
+// True for a folder of pictures that are no photographs.
+bool has_other_pictures(const fs::path& folder) {
+  constexpr std::array kNames = {"mask",   "masks",   "depth",         "depths",      "depth_maps",
+                                 "normal", "normals", "dynamic_masks", "segmentation"};
+  const std::string name = lower_case(folder.filename().string());
+  return std::ranges::find(kNames, name) != kNames.end();
+}
+
 // The file at the path, with `\` read as `/` if there is no file with `\` in its name.
 std::optional<fs::path> file_at(const fs::path& from, const std::string& name) {
   for (const std::string& spelled : {name, with_slashes(name)})
@@ -112,6 +121,7 @@ Photographs::Photographs(const fs::path& folder,
       std::error_code unreachable;  // for example a broken link
       if (entry->path().filename().string().starts_with('.')) continue;
       if (entry->is_directory(unreachable)) {
+        if (has_other_pictures(entry->path())) continue;
         folders_.insert(lower_case(entry->path().filename().string()));
         open.emplace(entry->is_symlink(unreachable), entry->path());
       } else if (entry->is_regular_file(unreachable)) {
@@ -194,6 +204,11 @@ std::optional<fs::path> shared_folder(const std::vector<std::string>& names, con
   }
   if (!shared || !is_folder(from / *shared)) return std::nullopt;
   return from / *shared;
+}
+
+fs::path path_in(const fs::path& file, const fs::path& folder) {
+  return fs::absolute(file).lexically_normal().lexically_relative(
+      fs::absolute(folder).lexically_normal());
 }
 
 std::optional<fs::path> picture_at(const fs::path& from, const std::string& name) {

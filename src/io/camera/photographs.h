@@ -24,7 +24,8 @@
 namespace qs {
 
 /// The pictures in a folder and its subfolders. Links to folders are followed, every folder is
-/// listed once, and hidden files and folders are left out.
+/// listed once. Hidden files and folders are left out, and subfolders that are named as masks,
+/// depth maps and normals are.
 class Photographs {
  public:
   /// Lists the folder without reading pictures. Throws Error(input) if it is not a folder.
@@ -69,6 +70,10 @@ std::string with_slashes(std::string name);
 std::optional<std::filesystem::path> shared_folder(const std::vector<std::string>& names,
                                                    const std::filesystem::path& from);
 
+/// The path from the folder on, by the names alone: links are not resolved.
+std::filesystem::path path_in(const std::filesystem::path& file,
+                              const std::filesystem::path& folder);
+
 /// The file of a picture at a path from the folder `from`; other endings and spellings count.
 std::optional<std::filesystem::path> picture_at(const std::filesystem::path& from,
                                                 const std::string& name);
@@ -92,10 +97,13 @@ std::string used_sentence(const CameraSet& set, const std::vector<std::filesyste
                           const Photographs& photographs);
 
 /// The cameras and photographs that are left out, and why: "left out: 1 camera without a photograph
-/// (b)", or "" if none are. Pictures in the folder `except` are no photographs.
+/// (b)", or "" if none are.
 std::string left_out_sentence(const CameraSet& set, const std::vector<std::filesystem::path>& used,
-                              const Photographs& photographs,
-                              const std::filesystem::path& except = {});
+                              const Photographs& photographs);
+
+/// "3 photographs are of other folders than their names: cam0/1.jpg is cam1/1.jpg, ..", or "".
+std::string other_folder_sentence(const std::vector<std::string>& names,
+                                  const std::vector<std::filesystem::path>& used);
 
 /// A warning if photographs have an EXIF orientation that may be their cameras' or not; else "".
 std::string orientation_sentence(const std::vector<LensCamera>& cameras,

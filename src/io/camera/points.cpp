@@ -18,8 +18,9 @@ namespace qs {
 namespace {
 
 std::optional<std::filesystem::path> points_in(const std::filesystem::path& folder) {
-  // INRIA's trainer writes points3d.ply into data sets without points.
-  for (const char* name : {"points3D.bin", "points3D.txt", "points3D.ply", "points3d.ply"})
+  // INRIA's trainer writes points3d.ply into data sets without points, nerfstudio sparse_pc.ply.
+  for (const char* name :
+       {"points3D.bin", "points3D.txt", "points3D.ply", "points3d.ply", "sparse_pc.ply"})
     if (is_file(folder / name)) return (folder / name).lexically_normal();
   return std::nullopt;
 }
@@ -90,6 +91,8 @@ std::optional<std::filesystem::path> find_points_of_model(const std::filesystem:
 std::vector<ScenePoint> read_points(const std::filesystem::path& file) {
   const std::string ending = lower_case(file.extension().string());
   if (ending == ".ply") return read_ply_points(file);
+  if (ending != ".txt" && ending != ".bin")
+    fail("{}: points are read from .ply, .bin and .txt", file.string());
   return ending == ".txt" ? read_colmap_points_text(file) : read_colmap_points_binary(file);
 }
 

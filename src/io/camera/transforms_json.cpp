@@ -8,11 +8,13 @@
 // frame's mask_path names its mask, and the file's ply_file_path its points. A camera is named as
 // its photograph, without the folders that all photographs share.
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <span>
 #include <string>
 #include <vector>
 
+#include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <nlohmann/json.hpp>
@@ -57,8 +59,9 @@ constexpr const char* kUnknownLenses[] = {"is_fisheye", "ftheta_p0",    "ftheta_
                                           "ftheta_p2",  "latlong",      "equirectangular",
                                           "ortho",      "orthographic", "distortion_params"};
 // Keys whose data would change the result, but which are not used.
-constexpr const char* kUnusedKeys[] = {"train_filenames", "val_filenames", "test_filenames",
-                                       "depth_file_path", "rolling_shutter"};
+constexpr const char* kUnusedKeys[] = {"train_filenames", "val_filenames",   "test_filenames",
+                                       "depth_file_path", "rolling_shutter", "camera_type",
+                                       "distortion"};
 
 // True unless the value is absent, false, 0, or a list of such values.
 bool is_set(const json& value) {
@@ -73,12 +76,14 @@ bool is_set(const json& value) {
 
 // COLMAP's models by name, and nerfstudio's PERSPECTIVE, a pinhole camera.
 void require_known_model(const JsonEntry& entry) {
-  const std::string& model = entry.text("camera_model");
+  const std::string& named = entry.text("camera_model");
+  std::string model = named;
+  for (char& c : model) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   const ColmapModel* const known = find_colmap_model(model);
   const bool is_lens = known != nullptr && known->known > 0;
   if (is_lens || model.find("PINHOLE") != std::string::npos || model == "PERSPECTIVE") return;
   fail("{}: camera_model {} is no pinhole camera; undistort the photographs first", entry.where,
-       model.substr(0, 40));
+       named.substr(0, 40));
 }
 
 // Sentences about data of the file that is not used.
@@ -90,6 +95,8 @@ void warn_of_unused(const json& file, const std::string& source, CameraSet& set)
     if (file.contains(key) || std::ranges::any_of(file["frames"], in_frame))
       set.warnings.push_back(fmt::format("{}: {} is not used", source, key));
   }
+  if (file.contains("mask_path"))
+    set.warnings.push_back(fmt::format("{}: mask_path is not used outside frames", source));
 }
 
 // The camera with the frame's distortion; `camera` has the intrinsics of the photograph.
@@ -114,6 +121,12 @@ glm::dmat4x3 view_from_world(const JsonEntry& frame) {
     const auto row = frame.vector<4>(rows[static_cast<std::size_t>(i)], "transform_matrix");
     view_from_world[i] = {row.x, -row.y, -row.z};
     position[i] = row.w;
+  }
+  if (rows.size() == 4) {
+    const auto last = frame.vector<4>(rows[3], "transform_matrix");
+    if (glm::distance(last, glm::dvec4(0, 0, 0, 1)) > kMaxRotationError)
+      fail("{}: the last row of transform_matrix is not 0, 0, 0, 1: is it transposed?",
+           frame.where);
   }
   if (const double error = rotation_error(view_from_world); !(error < kMaxRotationError))
     fail("{}: transform_matrix holds no rotation (off by {:.2g})", frame.where, error);

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "base/text.h"
+#include "io/bytes/byte_text.h"
 #include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
 
@@ -44,26 +45,40 @@ std::string used_sentence(const CameraSet& set, const std::vector<fs::path>& use
 }
 
 std::string left_out_sentence(const CameraSet& set, const std::vector<fs::path>& used,
-                              const Photographs& photographs, const fs::path& except) {
+                              const Photographs& photographs) {
   const std::vector<std::string> names = photograph_names(set.cameras);
+  const fs::path folder = photographs.folder();
   std::vector<std::string> missing, unused, parts;
   std::set<fs::path> known;
   for (std::size_t i = 0; i < used.size(); ++i) {
-    known.insert(used[i].lexically_normal());
-    if (used[i].empty()) missing.push_back(names[i]);
+    if (used[i].empty())
+      missing.push_back(names[i].empty() ? "without a name" : names[i]);
+    else
+      known.insert(path_in(used[i], folder));
   }
-  const fs::path folder = photographs.folder();
-  for (const fs::path& file : photographs.files()) {
-    const bool is_excepted =
-        !except.empty() && !file.lexically_relative(except).generic_string().starts_with("..");
-    if (!is_excepted && !known.contains(file.lexically_normal()))
-      unused.push_back(file.lexically_relative(folder).generic_string());
-  }
+  for (const fs::path& file : photographs.files())
+    if (const fs::path path = path_in(file, folder); !known.contains(path))
+      unused.push_back(path.generic_string());
   if (!missing.empty()) parts.push_back(counted_names(missing, "camera", "without a photograph"));
   if (!set.left_out.empty())
-    parts.push_back(counted(set.left_out.size(), "camera") + " with numbers that are not finite");
+    parts.push_back(counted(set.left_out.size(), "camera") +
+                    " with numbers that are not finite or too large");
   if (!unused.empty()) parts.push_back(counted_names(unused, "photograph", "without a camera"));
   return parts.empty() ? "" : "left out: " + joined(parts, ", ");
+}
+
+std::string other_folder_sentence(const std::vector<std::string>& names,
+                                  const std::vector<fs::path>& used) {
+  std::vector<std::string> others;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const fs::path name = fs::path(with_slashes(names[i])).lexically_normal();
+    const fs::path wanted = name.parent_path().filename(), found = used[i].parent_path().filename();
+    if (!used[i].empty() && !wanted.empty() && wanted != found &&
+        lower_case(wanted.string()) != lower_case(found.string()))
+      others.push_back(names[i] + " is " + used[i].string());
+  }
+  return others.empty() ? ""
+                        : counted_names(others, "photograph", "found by the file's name alone");
 }
 
 std::string orientation_sentence(const std::vector<LensCamera>& cameras,

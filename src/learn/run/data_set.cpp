@@ -12,12 +12,11 @@
 
 #include "base/fail.h"
 #include "base/list_of.h"
-#include "base/path_kind.h"
 #include "base/text.h"
-#include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
+#include "learn/run/data_files.h"
 #include "learn/run/hash.h"
 #include "raster/kernel/random.h"
 #include "raster/scene/image_metrics.h"
@@ -25,44 +24,6 @@
 
 namespace qs::train {
 namespace {
-
-// The cameras of a data set, by name.
-struct DataCameras {
-  CameraSet set;
-  std::optional<std::size_t> first_test;  // of Blender's data sets: the training cameras are first
-};
-
-// A file of Blender's data sets. Names have the photographs' folders.
-CameraSet blender_cameras(const std::filesystem::path& file) {
-  CameraSet set = read_camera_set(file);
-  for (LensCamera& camera : set.cameras)
-    camera.camera.name = photograph_name(
-        std::filesystem::path(with_slashes(camera.photograph)).lexically_normal().generic_string());
-  sort_by_name(set.cameras);
-  return set;
-}
-
-DataCameras cameras_of(const DataOptions& options) {
-  const auto train = options.data / "transforms_train.json";
-  const auto test = options.data / "transforms_test.json";
-  const auto validation = options.data / "transforms_val.json";
-  if (!is_file(train)) {
-    DataCameras cameras{read_camera_set(options.data), std::nullopt};
-    sort_by_name(cameras.set.cameras);
-    return cameras;
-  }
-  DataCameras cameras{blender_cameras(train), std::nullopt};
-  CameraSet& set = cameras.set;
-  cameras.first_test = set.cameras.size();
-  if (is_file(test)) {
-    const CameraSet more = blender_cameras(test);
-    set.cameras.insert(set.cameras.end(), more.cameras.begin(), more.cameras.end());
-    set.left_out.insert(set.left_out.end(), more.left_out.begin(), more.left_out.end());
-    set.warnings.insert(set.warnings.end(), more.warnings.begin(), more.warnings.end());
-  }
-  if (is_file(validation)) set.warnings.push_back(validation.string() + ": is not used");
-  return cameras;
-}
 
 // Moves georeferenced cameras by the origin that this returns.
 glm::dvec3 move_near_origin(std::vector<LensCamera>& cameras) {
@@ -75,116 +36,36 @@ glm::dvec3 move_near_origin(std::vector<LensCamera>& cameras) {
   return origin;
 }
 
-// The folder `given` in the data set; if it is empty, `usual`, or `otherwise` if that is missing.
-std::filesystem::path folder_of(const DataOptions& options, const std::filesystem::path& given,
-                                const char* usual, const std::filesystem::path& otherwise) {
-  const std::filesystem::path folder = options.data / (given.empty() ? usual : given);
-  return !given.empty() || is_folder(folder) ? folder : otherwise;
-}
-
-bool names_photographs_by_path(const CameraSet& set) { return set.file.extension() == ".json"; }
-
-std::filesystem::path photographs_folder(const DataOptions& options, const CameraSet& set) {
-  if (options.images.empty() && names_photographs_by_path(set))
-    if (const auto shared = shared_folder(photograph_names(set.cameras), set.folder()))
-      return *shared;
-  return folder_of(options, options.images, "images", options.data);
-}
-
-// The photographs of the cameras; empty: none. A given folder holds all of them.
-std::vector<std::filesystem::path> photographs_of(const DataOptions& options, const CameraSet& set,
-                                                  const Photographs& photographs) {
-  std::filesystem::path from;
-  if (options.images.empty())
-    from = names_photographs_by_path(set) ? set.folder() : photographs.folder();
-  return find_pictures(photograph_names(set.cameras), from, photographs);
-}
-
-// The masks of photographs.
-struct Masks {
-  std::vector<std::filesystem::path> files;  // of every camera; empty: it has none
-  std::filesystem::path folder;              // empty: the cameras file names them
-  bool exist = false;
-};
-
-// Masks that the cameras file names. Photographs may share one.
-Masks named_masks(const CameraSet& set) {
-  const auto names = list_of<std::string>(set.cameras, &LensCamera::mask);
-  std::vector<std::string> given = names;
-  std::erase(given, "");
-  if (given.empty()) return {};
-  const Photographs pictures(shared_folder(given, set.folder()).value_or(set.folder()));
-  Masks masks{find_pictures(names, set.folder(), pictures, true), {}, true};
-  if (std::ranges::all_of(masks.files, [](const auto& file) { return file.empty(); }))
-    fail("{}: none of the masks that it names exists, such as {}", set.file.string(), given[0]);
-  return masks;
-}
-
-// Masks of a folder: NAME.jpg.png or NAME.png.
-Masks masks_of_folder(const std::vector<std::filesystem::path>& photographs,
-                      const std::filesystem::path& folder,
-                      const std::filesystem::path& mask_folder) {
-  const Photographs pictures(mask_folder);
-  std::vector<std::string> with_ending, names;
-  for (const std::filesystem::path& file : photographs) {
-    const std::string name = file.lexically_relative(folder).generic_string();
-    with_ending.push_back(file.empty() ? "" : name + ".png");
-    names.push_back(file.empty() ? "" : name);
-  }
-  Masks masks{find_pictures(with_ending, {}, pictures), mask_folder, true};
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (!masks.files[i].empty()) names[i].clear();
-  const auto others = find_pictures(names, {}, pictures);
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (masks.files[i].empty()) masks.files[i] = others[i];
-  return masks;
-}
-
-// The masks of `photographs`, which lie in the folder.
-Masks masks_of(const DataOptions& options, const CameraSet& set,
-               const std::vector<std::filesystem::path>& photographs,
-               const std::filesystem::path& folder) {
-  if (options.masks.empty())
-    if (Masks named = named_masks(set); named.exist) return named;
-  const auto mask_folder = folder_of(options, options.masks, "masks", {});
-  return mask_folder.empty() ? Masks{} : masks_of_folder(photographs, folder, mask_folder);
-}
-
-std::string masks_text(const Masks& masks, const CameraSet& set,
-                       const std::vector<std::filesystem::path>& photographs) {
-  if (!masks.exist) return "no masks";
-  std::size_t views = 0, covered = 0;
-  for (std::size_t i = 0; i < photographs.size(); ++i) {
-    views += photographs[i].empty() ? 0 : 1;
-    covered += photographs[i].empty() || masks.files[i].empty() ? 0 : 1;
-  }
-  const std::string place = masks.folder.empty()
-                                ? "as " + set.file.filename().string() + " names them"
-                                : "in " + masks.folder.string();
-  return covered == views
-             ? fmt::format("{} {}", counted(covered, "mask"), place)
-             : fmt::format("masks of {} of {} photographs {}, the others count as a whole", covered,
-                           views, place);
-}
-
-void read_points_of(const DataOptions& options, const CameraSet& set, DataSet& data) {
-  std::optional<std::filesystem::path> file;
-  if (!set.points.empty()) {
-    for (const std::string& spelled : {set.points, with_slashes(set.points)})
-      if (!file && is_file(set.folder() / spelled))
-        file = (set.folder() / spelled).lexically_normal();
-    if (!file)
-      data.warnings.push_back(fmt::format("{}: there is no file of points {}, which it names",
-                                          set.file.string(), set.points));
-  }
-  if (!file)
-    file = names_photographs_by_path(set) ? find_points_file(options.data)
-                                          : find_points_of_model(set.folder(), options.data);
-  if (!file) return;
-  data.points_file = *file;
-  const std::vector<ScenePoint> points = read_points(*file);
+// The points from data.origin on, each place once.
+void read_points_of(DataSet& data) {
+  if (data.points_file.empty()) return;
+  std::vector<ScenePoint> points = read_points(data.points_file);
+  for (ScenePoint& point : points) point.position -= data.origin;
   data.points = without_repetitions(points);
   data.repeated_points = points.size() - data.points.size();
+}
+
+// "3 of 9 cameras see no point of points3D.bin: ...", or "" if all see one.
+std::string blind_sentence(const DataSet& data) {
+  constexpr std::size_t kMostPoints = 5000;
+  const std::size_t step = 1 + data.points.size() / kMostPoints;
+  const std::vector<Camera> cameras = data.training_cameras();
+  const auto is_blind = [&](const Camera& camera) {
+    for (std::size_t i = 0; i < data.points.size(); i += step) {
+      const glm::dvec3 at = camera.view_from_world * glm::dvec4(data.points[i].position, 1);
+      const glm::dvec2 pixel = camera.focal_px * glm::dvec2(at) / at.z + camera.center_px;
+      if (at.z > 0 && pixel.x > -0.5 && pixel.y > -0.5 && pixel.x < camera.width &&
+          pixel.y < camera.height)
+        return false;
+    }
+    return true;
+  };
+  const auto blind = std::ranges::count_if(cameras, is_blind);
+  if (data.points.empty() || blind == 0) return "";
+  return fmt::format(
+      "{} of {} training cameras see no point of {}: cameras and points are of different frames, "
+      "or focal lengths or axes are wrong",
+      blind, cameras.size(), data.points_file.string());
 }
 
 constexpr int kMostWidth = 1600;
@@ -209,13 +90,15 @@ Image read_checked(const PhotographSource& source, glm::vec3 background, ThreadP
   return photograph;
 }
 
-// 1 where the mask is black.
+// 1 where the mask is black or transparent.
 Image masked_out(const Image& mask) {
   Image out(mask.width, mask.height, 1);
   const int colors = mask.channels < 3 ? 1 : 3;  // without alpha
+  const bool has_alpha = mask.channels > colors;
   const float* pixel = mask.values.data();
   for (float& is_out : out.values) {
-    is_out = std::all_of(pixel, pixel + colors, [](float v) { return v == 0; }) ? 1.0f : 0.0f;
+    const bool is_black = std::all_of(pixel, pixel + colors, [](float v) { return v == 0; });
+    is_out = is_black || (has_alpha && pixel[colors] == 0) ? 1.0f : 0.0f;
     pixel += mask.channels;
   }
   return out;
@@ -324,46 +207,31 @@ double DataSet::extent() const {
 }
 
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress) {
-  auto [set, first_test] = cameras_of(options);
-  std::vector<LensCamera>& cameras = set.cameras;
+  DataFiles files = find_data_files(options.data, options.images, options.masks);
+  std::vector<LensCamera>& cameras = files.set.cameras;
   DataSet data;
   data.origin = move_near_origin(cameras);
-  data.folder = options.data;
-  data.photographs = photographs_folder(options, set);
-  data.blender = first_test.has_value();
+  data.folder = files.folder;
+  data.photographs = files.photographs_folder;
+  data.blender = files.first_test.has_value();
   data.photo_memory = options.photo_memory;
-  data.warnings = set.sentences();
-  const Photographs photographs(data.photographs);
-  const auto files = photographs_of(options, set, photographs);
-  if (std::ranges::all_of(files, [](const auto& file) { return file.empty(); }))
-    fail(
-        "{}: holds no photograph named like one of the {} cameras of {}: name the folder with "
-        "--images",
-        data.photographs.string(), cameras.size(), options.data.string());
-  const Masks masks = masks_of(options, set, files, data.photographs);
-  data.used = used_sentence(set, files, photographs) + ", " + masks_text(masks, set, files);
-  data.left_out = left_out_sentence(set, files, photographs, masks.folder);
-  add_new(data.warnings, orientation_sentence(cameras, files));
-  std::erase(data.warnings, "");
-  if (!options.masks.empty() &&
-      std::ranges::all_of(masks.files, [](const auto& file) { return file.empty(); }))
-    fail("{}: holds no mask named like one of the photographs of {}", masks.folder.string(),
-         data.photographs.string());
+  data.used = files.used;
+  data.left_out = files.left_out;
+  data.warnings = files.warnings;
+  data.points_file = files.points;
   // Read every photograph that has a camera, as a training or a test view.
   std::uint64_t bytes = 0;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     progress.update(static_cast<float>(i) / static_cast<float>(cameras.size()));
-    if (files[i].empty()) continue;
+    if (files.photographs[i].empty()) continue;
     const std::size_t number = data.training.size() + data.test.size();
     const bool test =
-        first_test ? i >= *first_test
-                   : options.holdout > 0 && number % static_cast<std::size_t>(options.holdout) == 0;
-    const PhotographSource source{cameras[i],
-                                  files[i],
-                                  masks.exist ? masks.files[i] : std::filesystem::path(),
-                                  options.resolution_scale,
-                                  options.background,
-                                  options.keep_alpha};
+        files.first_test
+            ? i >= *files.first_test
+            : options.holdout > 0 && number % static_cast<std::size_t>(options.holdout) == 0;
+    const PhotographSource source{cameras[i],         files.photographs[i],
+                                  files.masks[i],     options.resolution_scale,
+                                  options.background, options.keep_alpha};
     auto& views = test ? data.test : data.training;
     views.push_back(read_view(source, pool));
     bytes += views.back().bytes();
@@ -373,8 +241,9 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
   if (data.training.empty())
     fail("{}: all {} photographs are test views: use --holdout 0 to train from them",
          data.photographs.string(), data.test.size());
-  read_points_of(options, set, data);
-  for (ScenePoint& point : data.points) point.position -= data.origin;
+  read_points_of(data);
+  add_new(data.warnings, blind_sentence(data));
+  std::erase(data.warnings, "");
   return data;
 }
 

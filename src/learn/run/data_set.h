@@ -55,8 +55,8 @@ struct PhotographView {
 };
 
 /// Throws Error(input) naming the file of the photograph or of the mask. A mask has the
-/// photograph's size. Its black pixels are masked out, and so is every pixel of the view that
-/// contains a part of a black pixel.
+/// photograph's size. Its black and its transparent pixels are masked out, and so is every pixel of
+/// the view that contains a part of one.
 PhotographView read_view(const PhotographSource& source, ThreadPool& pool);
 
 /// Half of the machine's memory, in bytes.

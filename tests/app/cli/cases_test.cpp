@@ -34,8 +34,10 @@ const CaseRow kCases[] = {
     {"04_mask_path", "--iterations 150 --random-points 800", 18.53,
      "9 masks as transforms.json names them"},
     {"05_ply_file_path", "--iterations 150", 18.67, "800 points of"},
-    {"09_linked_subfolder", "--iterations 150", 18.67, "9 of 9 cameras in"},
-    {"10_backslash_colmap", "--iterations 150", 18.67, "9 of 9 cameras in"},
+    // Their photographs have other names, so two others are the test views: the same pictures in
+    // plain folders, named with slashes, reach 19.40.
+    {"09_linked_subfolder", "--iterations 150", 19.40, "9 of 9 cameras in"},
+    {"10_backslash_colmap", "--iterations 150", 19.40, "9 of 9 cameras in"},
     {"11_bom", "--iterations 20 --random-points 500 --holdout 0", 0, "4 of 4 cameras in"},
     {"12_case_differs", "--iterations 20 --random-points 500 --holdout 0", 0, "4 of 4 cameras in"},
     {"13_two_submodels", "--iterations 150", 18.67, "sparse/1 is the largest of 2 COLMAP models"},
@@ -50,6 +52,19 @@ double psnr_of(const std::string& output) {
   return at == output.npos ? 0 : std::strtod(output.c_str() + at + 5, nullptr);
 }
 
+// A link that a copy made a text is a link again.
+void restore_links(const std::filesystem::path& folder) {
+  if (!std::filesystem::exists(folder)) return;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (!entry.is_regular_file() || entry.file_size() > 100) continue;
+    const std::string target = test::content_of(entry.path());
+    if (!std::filesystem::is_directory(folder / target)) continue;
+    std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
+    std::filesystem::remove(entry.path());
+    std::filesystem::create_directory_symlink(target, entry.path());
+  }
+}
+
 class Cases : public testing::TestWithParam<CaseRow> {};
 
 TEST_P(Cases, train_as_expected) {
@@ -57,7 +72,10 @@ TEST_P(Cases, train_as_expected) {
   const std::string data = std::string("cases/") + row.name;
   QS_NEEDS_SHARED(data);
   const TemporaryFolder folder;
-  std::vector<std::string> words = {"train",     test::shared_path(data).string(),
+  std::filesystem::copy(test::shared_path(data), folder / "data",
+                        std::filesystem::copy_options::recursive);
+  restore_links(folder / "data/images");
+  std::vector<std::string> words = {"train",     (folder / "data").string(),
                                     "--out-dir", (folder / "model").string(),
                                     "--backend", "cpu"};
   for (const std::string& word : separated(row.options, ' ')) words.push_back(word);

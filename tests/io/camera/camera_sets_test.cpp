@@ -180,6 +180,7 @@ TEST_F(CameraSets, lenses_that_are_not_known_are_refused_and_others_read) {
       {"camera_model", "PINHOLE", ""},
       {"camera_model", "SIMPLE_RADIAL", ""},
       {"camera_model", "PERSPECTIVE", ""},
+      {"camera_model", "pinhole", ""},
       {"camera_model", "OPENCV_FISHEYE", "camera_model OPENCV_FISHEYE is no pinhole camera"},
       {"camera_model", "EQUIRECTANGULAR", "camera_model EQUIRECTANGULAR is no pinhole camera"},
       {"camera_model", "ORTHOPHOTO", "camera_model ORTHOPHOTO is no pinhole camera"},
@@ -221,6 +222,28 @@ TEST_F(CameraSets, data_that_is_not_used_is_named) {
   EXPECT_THAT(sentences(read("transforms.json")),
               ElementsAre("transforms.json: train_filenames is not used",
                           "transforms.json: depth_file_path is not used"));
+}
+
+TEST_F(CameraSets, odd_numbers_are_told_and_wrong_ones_refused) {
+  EXPECT_EQ(error_with("/cx", 10), "");
+  EXPECT_THAT(read("transforms.json").sentences(), IsEmpty());
+  EXPECT_EQ(error_with("/cx", 0.5), "");
+  EXPECT_THAT(sentences(read("transforms.json")),
+              ElementsAre(HasSubstr("the principal points of 2 cameras are far from the middle")));
+  EXPECT_EQ(error_with("/fl_x", 0.3), "");
+  EXPECT_THAT(sentences(read("transforms.json")),
+              ElementsAre(HasSubstr("the focal lengths of 2 cameras are less than a fiftieth")));
+  EXPECT_EQ(error_with("/frames/1/transform_matrix/3", {1, 2, 3, 1}),
+            "transforms.json: frame 1: the last row of transform_matrix is not 0, 0, 0, 1: is it "
+            "transposed?");
+  write_model("m", 1);
+  write("m/cameras.txt", "1 PINHOLE 20 10 50 50 10 5 0.1 0 0 0\n");
+  EXPECT_EQ(error("m"), "m/cameras.txt: line 1: more parameters than the camera model has");
+  write("deep/set/transforms.json", transforms().dump());
+  EXPECT_THAT(error("deep"), HasSubstr("; deep/set/transforms.json is one, further below"));
+  write("points.las", "LASF");
+  EXPECT_EQ(test::error_of([&] { read_points(folder_ / "points.las"); }, folder_.path()),
+            "points.las: points are read from .ply, .bin and .txt");
 }
 
 TEST_F(CameraSets, frames_have_their_own_intrinsics_masks_and_names) {

@@ -182,6 +182,17 @@ TEST_F(TrainMasks, are_named_as_the_photograph_with_or_without_its_ending) {
   }());
 }
 
+TEST_F(TrainMasks, transparent_pixels_are_masked_out) {
+  Image mask(40, 30, 4);
+  std::fill(mask.values.begin(), mask.values.end(), 1.0f);
+  for (int y = 0; y < 30; ++y)
+    for (int x = 0; x < 10; ++x) mask.at(x, y, 3) = 0;
+  std::filesystem::create_directories(folder_ / "masks");
+  write_image(mask, folder_ / "masks/c.png");
+  EXPECT_THAT(counted_of_row(read().training[0])[9], 0);
+  EXPECT_THAT(counted_of_row(read().training[0])[10], 1);
+}
+
 TEST_F(TrainMasks, of_another_folder_are_named_by_an_option) {
   write_mask("masks/c.png", 10);
   write_mask("covers/c.png", 20);
@@ -207,6 +218,10 @@ TEST_F(TrainMasks, that_do_not_fit_are_refused) {
   write_mask("covers/z.png", 1);
   options_.masks = "covers";
   EXPECT_EQ(error(), "covers: holds no mask named like one of the photographs of images");
+  options_.masks.clear();
+  std::filesystem::remove_all(folder_ / "masks");
+  write_mask("masks/z.png", 1);
+  EXPECT_THAT(read().used, HasSubstr("masks has none that is named like a photograph"));
 }
 
 // transforms.json with frames of `TrainData`'s photographs, and what it has besides.
@@ -287,8 +302,75 @@ TEST_F(TrainTransforms, points_are_those_that_the_file_names) {
   file_["ply_file_path"] = "missing.ply";
   EXPECT_THAT(
       warnings(),
-      ElementsAre("transforms.json: there is no file of points missing.ply, which it names"));
+      testing::Contains("transforms.json: there is no file of points missing.ply, which it names"));
   EXPECT_EQ(read_file().points.size(), 1u);
+}
+
+TEST_F(TrainTransforms, masks_and_depth_maps_are_no_photographs) {
+  write_mask("masks/a.png", 10);
+  std::filesystem::create_directories(folder_ / "depth");
+  std::filesystem::rename(folder_ / "images/c.pfm", folder_ / "depth/c.pfm");
+  std::filesystem::rename(folder_ / "images/a.pfm", folder_ / "a.pfm");
+  std::filesystem::rename(folder_ / "images/d.pfm", folder_ / "d.pfm");
+  std::filesystem::remove_all(folder_ / "images");
+  const DataSet data = read_file();
+  EXPECT_THAT(names(data.training), ElementsAre("a", "d"));
+  EXPECT_THAT(data.used, HasSubstr("2 of 3 cameras"));
+  EXPECT_FALSE(data.training[0].mask.empty());
+}
+
+TEST_F(TrainTransforms, absolute_paths_have_masks_and_leave_nothing_out) {
+  write_mask("masks/c.png", 10);
+  for (auto& frame : file_["frames"])
+    frame["file_path"] = (folder_ / frame["file_path"].get<std::string>()).string();
+  const DataSet data = read_file();
+  EXPECT_THAT(data.used, HasSubstr("masks of 1 of 3 photographs"));
+  EXPECT_THAT(data.left_out, HasSubstr("6 photographs without a camera (e.pfm"));
+}
+
+TEST_F(TrainTransforms, a_file_stands_for_its_data_set) {
+  write_mask("masks/c.png", 10);
+  std::ofstream(folder_ / "points3d.ply")
+      << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+         "property float z\nend_header\n0 0 0\n";
+  const DataSet whole = read_file();
+  options_.data = folder_ / "transforms.json";
+  const DataSet data = read();
+  EXPECT_EQ(data.used, whole.used);
+  EXPECT_EQ(data.points.size(), 1u);
+  EXPECT_EQ(data.fingerprint(), whole.fingerprint());
+}
+
+TEST_F(TrainTransforms, photographs_of_other_folders_than_named_are_told) {
+  for (auto& frame : file_["frames"]) {
+    std::string path = frame["file_path"];
+    frame["file_path"] = "cam0/" + path.substr(7);
+  }
+  EXPECT_THAT(warnings(), ElementsAre("3 photographs found by the file's name alone (cam0/a.pfm is "
+                                      "images/a.pfm, cam0/c.pfm is images/c.pfm, cam0/d.pfm is "
+                                      "images/d.pfm)"));
+}
+
+TEST_F(TrainTransforms, cameras_that_see_no_point_are_told) {
+  std::ofstream(folder_ / "points3d.ply")
+      << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+         "property float z\nend_header\n1000 0 0\n";
+  EXPECT_THAT(
+      warnings(),
+      ElementsAre("3 of 3 training cameras see no point of points3d.ply: cameras and points "
+                  "are of different frames, or focal lengths or axes are wrong"));
+}
+
+TEST_F(TrainTransforms, points_far_from_the_origin_are_not_merged) {
+  std::ofstream points(folder_ / "points3d.ply");
+  points << "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
+            "property double z\nend_header\n";
+  for (const char* x : {"5000000.01", "5000000.02", "5000000.02"}) points << x << " 0 0\n";
+  points.close();
+  for (auto& frame : file_["frames"]) frame["transform_matrix"][0][3] = 5000000.0;
+  const DataSet data = read_file();
+  EXPECT_EQ(data.points.size(), 2u);
+  EXPECT_EQ(data.repeated_points, 1u);
 }
 
 TEST_F(TrainTransforms, cameras_and_photographs_that_are_left_out_are_named) {
@@ -421,8 +503,12 @@ TEST_F(TrainData, bad_data_is_refused_with_the_name_of_the_file) {
   options_.images = "photos";
   EXPECT_EQ(error(), "photos: not a folder of photographs");
   std::filesystem::create_directories(folder_ / "photos");
-  EXPECT_EQ(error(), "photos: holds no photograph named like one of the 10 cameras of " +
-                         folder_.path().string() + ": name the folder with --images");
+  EXPECT_EQ(
+      error(),
+      "photos: holds no photograph named like one of the 10 cameras of cameras.json, such as a; "
+      "it has no picture: name the folder with --images");
+  write_image(Image(40, 30, 3), folder_ / "photos/x.png");
+  EXPECT_THAT(error(), HasSubstr("such as a; it has x.png: name the folder"));
   options_.images = "images";
   std::filesystem::remove(folder_ / "images/c.pfm");
   options_.holdout = 1;

@@ -98,7 +98,6 @@ class EvalRun {
     if (command_.lpips) weights = read_lpips(*command_.lpips);
     network_ = weights.network;
     for (const std::string& sentence : views.warnings) warn(sentence);
-    fmt::print(stderr, "{}\n", views.used);
     session_ = open_session(command_.frame);
     for (EvalView& view : views.list)
       view.camera = view.camera.placed(session_.scene->cloud.origin);
@@ -115,6 +114,7 @@ class EvalRun {
         progress.update(static_cast<float>(i + 1) / static_cast<float>(views.list.size()));
       }
     }
+    fmt::print(stderr, "{}\n", views.used);
     const bool to_stdout = command_.csv == "-" || command_.json == "-";
     fmt::print(to_stdout ? stderr : stdout, "{}", format_eval_table(report_));
     if (command_.csv) write_text(*command_.csv, format_eval_csv(report_));

@@ -81,8 +81,9 @@ void require_known_model(const JsonEntry& entry) {
   for (char& c : model) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   const ColmapModel* const known = find_colmap_model(model);
   const bool is_lens = known != nullptr && known->known > 0;
-  if (is_lens || model.find("PINHOLE") != std::string::npos || model == "PERSPECTIVE") return;
-  fail("{}: camera_model {} is no pinhole camera; undistort the photographs first", entry.where,
+  const bool is_pinhole = model == "PINHOLE" || model == "SIMPLE_PINHOLE" || model == "PERSPECTIVE";
+  if (is_lens || is_pinhole) return;
+  fail("{}: camera_model {} is no pinhole camera that is known; undistort the photographs first", entry.where,
        named.substr(0, 40));
 }
 

@@ -79,7 +79,8 @@ void find_photographs_of(const fs::path& images, DataFiles& files) {
     fail(
         "{}: holds no photograph named like one of the {} cameras of {}, such as {}; it has {}: "
         "name the folder with --images",
-        folder.string(), names.size(), set.file.string(), names.front(),
+        folder.string(), names.size(), set.file.string(),
+        names.front().empty() ? "one without a name" : names.front(),
         others.empty() ? "no picture" : path_in(others.front(), folder).string());
   }
   if (images.empty()) add_new(files.warnings, other_folder_sentence(names, files.photographs));

@@ -45,7 +45,7 @@ void read_points_of(DataSet& data) {
   data.repeated_points = points.size() - data.points.size();
 }
 
-// "3 of 9 cameras see no point of points3D.bin: ...", or "" if all see one.
+// "points3D.bin: no point of it is seen by 3 of 9 training cameras: ...", or "".
 std::string blind_sentence(const DataSet& data) {
   constexpr std::size_t kMostPoints = 5000;
   const std::size_t step = 1 + data.points.size() / kMostPoints;
@@ -63,9 +63,9 @@ std::string blind_sentence(const DataSet& data) {
   const auto blind = std::ranges::count_if(cameras, is_blind);
   if (data.points.empty() || blind == 0) return "";
   return fmt::format(
-      "{} of {} training cameras see no point of {}: cameras and points are of different frames, "
-      "or focal lengths or axes are wrong",
-      blind, cameras.size(), data.points_file.string());
+      "{}: no point of it is seen by {} of {} training cameras: they and the points are of different "
+      "frames, or focal lengths or axes are wrong",
+      data.points_file.string(), blind, cameras.size());
 }
 
 constexpr int kMostWidth = 1600;

@@ -291,7 +291,7 @@ TEST(ReaderLimits, transforms_have_angles_below_pi_and_known_lenses) {
   EXPECT_EQ(message(with("/camera_model", "OPENCV")), "");
   EXPECT_EQ(message(with("/camera_model", "FISHEYE" + std::string(50, 'x'))),
             "transforms.json: frame 0: camera_model FISHEYE" + std::string(33, 'x') +
-                " is no pinhole camera; undistort the photographs first");
+                " is no pinhole camera that is known; undistort the photographs first");
   const auto with_rows = [&](const json& rows) { return with("/frames/0/transform_matrix", rows); };
   EXPECT_EQ(message(with_rows({{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}})), "");
   EXPECT_EQ(message(with_rows({{1, 0, 0, 0}, {0, 1, 0, 0}})),

@@ -83,8 +83,8 @@ void require_known_model(const JsonEntry& entry) {
   const bool is_lens = known != nullptr && known->known > 0;
   const bool is_pinhole = model == "PINHOLE" || model == "SIMPLE_PINHOLE" || model == "PERSPECTIVE";
   if (is_lens || is_pinhole) return;
-  fail("{}: camera_model {} is no pinhole camera that is known; undistort the photographs first", entry.where,
-       named.substr(0, 40));
+  fail("{}: camera_model {} is no pinhole camera that is known; undistort the photographs first",
+       entry.where, named.substr(0, 40));
 }
 
 // Sentences about data of the file that is not used.

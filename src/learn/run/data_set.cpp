@@ -63,7 +63,8 @@ std::string blind_sentence(const DataSet& data) {
   const auto blind = std::ranges::count_if(cameras, is_blind);
   if (data.points.empty() || blind == 0) return "";
   return fmt::format(
-      "{}: no point of it is seen by {} of {} training cameras: they and the points are of different "
+      "{}: no point of it is seen by {} of {} training cameras: they and the points are of "
+      "different "
       "frames, or focal lengths or axes are wrong",
       data.points_file.string(), blind, cameras.size());
 }

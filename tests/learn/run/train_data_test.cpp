@@ -357,7 +357,8 @@ TEST_F(TrainTransforms, cameras_that_see_no_point_are_told) {
          "property float z\nend_header\n1000 0 0\n";
   EXPECT_THAT(
       warnings(),
-      ElementsAre("points3d.ply: no point of it is seen by 3 of 3 training cameras: they and the points are of different frames, or focal lengths or axes are wrong"));
+      ElementsAre("points3d.ply: no point of it is seen by 3 of 3 training cameras: they and the "
+                  "points are of different frames, or focal lengths or axes are wrong"));
 }
 
 TEST_F(TrainTransforms, points_far_from_the_origin_are_not_merged) {

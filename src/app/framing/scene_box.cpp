@@ -32,16 +32,11 @@ SceneBox scene_box(const GaussianCloud& cloud, double low, double high) {
   SceneBox result;
   if (cloud.empty()) return result;
   std::vector<float> values(cloud.size());
-  const auto quantile = [&values](double fraction) {
-    const auto nth = std::lround(fraction * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), values.begin() + nth, values.end());
-    return values[static_cast<std::size_t>(nth)];
-  };
   for (int axis = 0; axis < 3; ++axis) {
     std::ranges::transform(cloud.positions, values.begin(),
                            [axis](glm::vec3 p) { return p[axis]; });
-    result.low[axis] = quantile(low);
-    result.high[axis] = quantile(high);
+    result.low[axis] = quantile(values, low);
+    result.high[axis] = quantile(values, high);
   }
   return result;
 }

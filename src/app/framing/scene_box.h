@@ -13,6 +13,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "base/rank.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -24,14 +25,6 @@ struct Scene;
 inline constexpr double kVerticalFov = glm::radians(60.0);
 
 inline float largest_of(const glm::vec3& v) { return std::max({v.x, v.y, v.z}); }
-
-/// The upper one of two medians. `values` is not empty.
-template <class T>
-T upper_median(std::vector<T> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// An axis-aligned box, world units; low <= high.
 struct SceneBox {

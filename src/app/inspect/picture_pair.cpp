@@ -10,6 +10,7 @@
 
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
+#include "base/rank.h"
 #include "base/text.h"
 #include "raster/scene/image_metrics.h"
 
@@ -60,11 +61,10 @@ double flip_scale(std::span<const SheetRow> rows) {
   for (const SheetRow& row : rows)
     errors.insert(errors.end(), row.flip.values.begin(), row.flip.values.end());
   if (errors.empty()) return 1;
-  const auto most =
-      errors.begin() + static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(errors.size() - 1));
-  std::nth_element(errors.begin(), most, errors.end());
+  const auto most = static_cast<double>(
+      at_rank(errors, static_cast<std::size_t>(0.995 * static_cast<double>(errors.size() - 1))));
   for (const double scale : {0.05, 0.1, 0.2, 0.5})
-    if (static_cast<double>(*most) <= scale) return scale;
+    if (most <= scale) return scale;
   return 1;
 }
 

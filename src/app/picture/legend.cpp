@@ -5,6 +5,7 @@
 
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
+#include "base/rank.h"
 
 namespace qs {
 namespace {
@@ -93,9 +94,7 @@ Scale exact_scale(std::uint32_t maximum) {
 Scale scale_for(std::span<const std::uint32_t> values) {
   if (values.empty()) return {};
   std::vector<std::uint32_t> sorted(values.begin(), values.end());
-  const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) * 995 / 1000);
-  std::nth_element(sorted.begin(), nth, sorted.end());
-  return round_scale(*nth);
+  return round_scale(at_rank(sorted, (sorted.size() - 1) * 995 / 1000));
 }
 
 Scale scale_for_signed(std::span<const std::int32_t> values) {

@@ -10,6 +10,7 @@
 #include "app/picture/palette.h"
 #include "base/fail.h"
 #include "base/list_of.h"
+#include "base/rank.h"
 
 namespace qs {
 namespace {
@@ -45,12 +46,8 @@ ValueScale scale_for(Quantity quantity, std::span<const float> values) {
                        [](float value) { return value > 0 && std::isfinite(value); });
   if (drawn.empty()) return {};
   const std::size_t beyond = drawn.size() / 200;
-  const auto nth = [&](std::size_t n) {
-    const auto at = drawn.begin() + static_cast<std::ptrdiff_t>(n);
-    std::nth_element(drawn.begin(), at, drawn.end());
-    return static_cast<double>(*at);
-  };
-  const double least = nth(beyond), most = nth(drawn.size() - 1 - beyond);
+  const double least = static_cast<double>(at_rank(drawn, beyond));
+  const double most = static_cast<double>(at_rank(drawn, drawn.size() - 1 - beyond));
   constexpr int kMostSteps = 8;
   const double reach = std::max(most - least, 1e-3 * most);
   const double step = round_step(0.1 * reach, [&](double size) {

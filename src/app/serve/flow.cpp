@@ -6,6 +6,8 @@
 #include <functional>
 #include <vector>
 
+#include "base/rank.h"
+
 namespace qs {
 namespace {
 
@@ -93,9 +95,7 @@ double LineRate::middle_of_groups() const {
   if (groups_.empty()) return 0;
   std::vector<double> rates;
   for (const Group& group : groups_) rates.push_back(rate_of(group.bytes, group.seconds));
-  const auto middle = rates.begin() + static_cast<std::ptrdiff_t>(rates.size() / 2);
-  std::nth_element(rates.begin(), middle, rates.end());
-  return *middle;
+  return upper_median(std::move(rates));
 }
 
 // ---- messages in transit ------------------------------------------------------------------------

@@ -117,13 +117,19 @@ bool is_colmap(const CameraFormat& format) { return !format.names[0].empty(); }
 
 // The file to read for a folder: the data set's folder, its `sparse`, or one model inside.
 CameraSet file_in(const std::filesystem::path& folder) {
+  std::vector<CameraSet> found;
   for (const CameraFormat& format : kFormats) {
     if (is_colmap(format)) {
-      if (auto model = largest_model(folder, true)) return *model;
+      auto model = largest_model(folder, true);
+      if (model && (found.empty() || found.back().file != model->file)) found.push_back(*model);
     } else if (is_file(folder / format.place)) {
-      return {folder / format.place};
+      found.push_back({folder / format.place});
     }
   }
+  for (std::size_t i = 1; i < found.size(); ++i)
+    found[0].warnings.push_back(fmt::format("{}: is not used, because there is {}",
+                                            found[i].file.string(), found[0].file.string()));
+  if (!found.empty()) return found[0];
   std::error_code error;
   std::string elsewhere;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, error)) {

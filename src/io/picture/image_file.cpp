@@ -41,10 +41,22 @@ constexpr std::array kFormats = {
 // The fallback for all other extensions.
 constexpr PictureFormat kModule{"", read_with_module, write_with_module};
 
-const PictureFormat& format_of(const std::filesystem::path& path) {
-  const std::string extension = picture_extension(path);
+const PictureFormat& format_with(std::string_view extension) {
   const auto found = std::ranges::find(kFormats, extension, &PictureFormat::extension);
   return found == kFormats.end() ? kModule : *found;
+}
+
+const PictureFormat& format_of(const std::filesystem::path& path) {
+  return format_with(picture_extension(path));
+}
+
+// The format by the first bytes; without known ones by the ending, which is wrong for many files.
+const PictureFormat& format_in(const std::filesystem::path& path) {
+  std::array<char, 8> start{};
+  std::ifstream(path, std::ios::binary).read(start.data(), start.size());
+  const std::string_view bytes(start.data(), start.size());
+  if (bytes == "\x89PNG\r\n\x1a\n") return format_with(".png");
+  return bytes.starts_with("\xff\xd8\xff") ? format_with(".jpg") : format_of(path);
 }
 
 void write_by(WritePicture* write, const Image& image, const std::filesystem::path& path,
@@ -171,7 +183,7 @@ Image read_image(const std::filesystem::path& path) {
   if (!is_file(path)) fail("{}: not a file", path.string());
   note_input(path);
   refuse_lfs_pointer(path);
-  return format_of(path).read(path);
+  return format_in(path).read(path);
 }
 
 void check_picture_name(const std::filesystem::path& path) {

@@ -18,6 +18,13 @@
 namespace qs {
 namespace {
 
+std::string loss_of_antialiasing(const GaussianCloud& cloud) {
+  return cloud.antialiased
+             ? "the format cannot say that the scene was trained antialiased: draw it with "
+               "--antialiased on"
+             : "";
+}
+
 // A longer extension precedes its suffixes.
 constexpr std::array kWriters = {
     WriterRow{"compressed.ply", ".compressed.ply", "PlayCanvas's layout, 16 bytes and SH", "RDF", 3,
@@ -30,18 +37,19 @@ constexpr std::array kWriters = {
     WriterRow{"spz-v4", ".spz", "version 4, smaller and read in parallel", "RUB", 3, "as spz",
               write_spz_v4, false, loss_in_spz},
     WriterRow{"splat", ".splat", "antimatter15's rows, largest first", "RDF", 0,
-              "SH; colour and opacity in 8 bits, rotation in 4 x 8", write_splat},
+              "SH; colour and opacity in 8 bits, rotation in 4 x 8", write_splat, false,
+              loss_of_antialiasing},
     WriterRow{
         "sog", ".sog", "PlayCanvas, version 2 in a zip", "RDF", 3,
         "positions in 16 bits of their logarithm, rotations and opacity in 8; scales, colours "
         "and SH from tables",
         write_sog},
     WriterRow{"glb", ".glb", "KHR_gaussian_splatting, floats", "LUF", 3, "rounding of exp and log",
-              write_glb},
+              write_glb, false, loss_of_antialiasing},
     WriterRow{"usda", ".usda", "OpenUSD's ParticleField3DGaussianSplat, text", "RUB", 3,
-              "rounding of exp and log", write_usda},
+              "rounding of exp and log", write_usda, false, loss_of_antialiasing},
     WriterRow{"usdz", ".usdz", "the same text in a zip without compression", "RUB", 3, "as usda",
-              write_usdz},
+              write_usdz, false, loss_of_antialiasing},
 };
 
 const WriterRow& choose_writer(const std::filesystem::path& path, std::string_view format) {

@@ -12,6 +12,7 @@
 
 #include "base/fail.h"
 #include "base/list_of.h"
+#include "base/rank.h"
 #include "base/text.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
@@ -250,22 +251,17 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
 
 std::vector<std::size_t> outliers(const std::vector<Camera>& cameras) {
   constexpr double kFarInMedians = 10;
-  const auto median_of = [](std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
   if (cameras.empty()) return {};
   glm::dvec3 middle;
   std::vector<double> values;
   for (int axis = 0; axis < 3; ++axis) {
     values.clear();
     for (const Camera& camera : cameras) values.push_back(camera.position()[axis]);
-    middle[axis] = median_of(values);
+    middle[axis] = upper_median(values);
   }
   values.clear();
   for (const Camera& camera : cameras) values.push_back(glm::distance(camera.position(), middle));
-  const double far = kFarInMedians * median_of(values);
+  const double far = kFarInMedians * upper_median(values);
   std::vector<std::size_t> found;
   for (std::size_t i = 0; far > 0 && i < cameras.size(); ++i)
     if (values[i] > far) found.push_back(i);

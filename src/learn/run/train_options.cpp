@@ -9,6 +9,7 @@
 
 #include "base/fail.h"
 #include "base/list_of.h"
+#include "base/path_kind.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
@@ -232,6 +233,12 @@ PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPo
   options.data.background = settings.background;
   options.data.keep_alpha = settings.random_background;
   check_folder(options.run.out_dir);
+  const std::filesystem::path& given = options.data.data;
+  const std::filesystem::path data = is_file(given) ? given.parent_path() : given;
+  std::error_code error;
+  if (std::filesystem::equivalent(options.run.out_dir, data, error))
+    fail(ErrorKind::usage, "train: {}: the model would be written into its data set",
+         options.run.out_dir.string());
   require_new_folder(options.run.out_dir, options.run.overwrite || options.run.resume);
   if (options.run.resume && !std::filesystem::exists(checkpoint_path(options.run.out_dir)))
     fail(

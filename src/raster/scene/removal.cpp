@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 
+#include "base/rank.h"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/cloud_order.h"
 #include "raster/scene/gaussian_cloud.h"
@@ -22,12 +23,6 @@ float log_size(const GaussianCloud& cloud, std::size_t i) {
   const glm::vec3& s = cloud.log_scales[i];
   return std::isnan(s.x + s.y + s.z) ? std::numeric_limits<float>::quiet_NaN()
                                      : std::max({s.x, s.y, s.z});
-}
-
-float quantile(std::vector<float>& values, double fraction) {
-  const auto nth = std::lround(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + nth, values.end());
-  return values[static_cast<std::size_t>(nth)];
 }
 
 // value_of(i) of the Gaussians, without values that are not finite.

@@ -56,6 +56,16 @@ class TrainProgram : public testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(TrainProgram, a_model_is_not_written_into_its_data_set) {
+  for (const std::filesystem::path& given : {data(), data() / "cameras.json"}) {
+    const ProgramRun run = run_quadsplat({"train", given.string(), "--out-dir", data().string(),
+                                          "--iterations", "1", "--overwrite"});
+    EXPECT_EQ(run.exit_code, kExitUsage);
+    EXPECT_EQ(run.err, "quadsplat: train: " + data().string() +
+                           ": the model would be written into its data set\n");
+  }
+}
+
 TEST_F(TrainProgram, writes_a_model_folder_that_eval_opens) {
   std::vector<std::string> words = start(60);
   words.insert(words.end(), {"--eval-every", "30", "--keep-best"});

@@ -14,6 +14,8 @@
 #include "app/framing/first_view.h"
 #include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
+#include "app/session/placed_cameras.h"
+#include "app/session/removal_text.h"
 #include "app/session/session.h"
 #include "app/support/terminal.h"
 #include "base/assets.h"
@@ -208,6 +210,40 @@ TEST(Photographs, gray_and_transparent_pictures_become_rgb_over_the_background) 
   EXPECT_EQ(size(4), glm::ivec2(2, 1));
   EXPECT_EQ(size(3), glm::ivec2(2, 2));
   EXPECT_EQ(size(100), glm::ivec2(1, 1));
+}
+
+// ---- georeferenced scenes -----------------------------------------------------------------------
+TEST(Origins, boxes_are_written_and_read_in_the_world) {
+  const glm::dvec3 origin(500000, 5700000, 100);
+  const CropBox box = parse_crop_box("--crop", "500001.25,5700002.5,99,500003,5700004,101", origin);
+  EXPECT_EQ(box.low, glm::vec3(1.25f, 2.5f, -1));
+  EXPECT_EQ(box.high, glm::vec3(3, 4, 1));
+  const std::string text = format_crop_box(box, origin);
+  EXPECT_EQ(text, "500001.25,5700002.5,99,500003,5700004,101");
+  const CropBox again = parse_crop_box("--crop", text, origin);
+  EXPECT_EQ(again.low, box.low);
+  EXPECT_EQ(again.high, box.high);
+}
+
+TEST(Origins, cameras_see_a_scene_if_one_of_them_does) {
+  GaussianCloud cloud = test::random_cloud(50, 0, 3);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    cloud.positions[i] = {0, 0, 5};
+    cloud.log_scales[i] = glm::vec3(-3);
+  }
+  const Camera ahead = test::front_camera(40, 30);
+  Camera away = ahead;
+  away.view_from_world = glm::dmat4x3(-1, 0, 0, 0, 1, 0, 0, 0, -1, 0, 0, 0);
+  EXPECT_TRUE(sees_scene({ahead}, cloud));
+  EXPECT_FALSE(sees_scene({away}, cloud));
+  EXPECT_TRUE(sees_scene({away, away, ahead}, cloud));
+  EXPECT_FALSE(sees_scene({}, cloud));
+  EXPECT_FALSE(sees_scene({ahead}, GaussianCloud()));
+  // A large Gaussian beside the picture reaches into it.
+  for (std::size_t i = 0; i < cloud.size(); ++i) cloud.positions[i] = {50, 0, 5};
+  EXPECT_FALSE(sees_scene({ahead}, cloud));
+  cloud.log_scales[7] = glm::vec3(4);
+  EXPECT_TRUE(sees_scene({ahead}, cloud));
 }
 
 // ---- boxes and framing --------------------------------------------------------------------------

@@ -89,6 +89,14 @@ TEST_F(CameraSets, the_largest_of_several_models_is_read_and_the_others_are_name
   EXPECT_THAT(read("sparse/0").sentences(), IsEmpty());
 }
 
+TEST_F(CameraSets, the_first_of_several_formats_is_read_and_the_others_are_named) {
+  write_model("sparse/0", 2);
+  write("transforms.json", transforms().dump());
+  EXPECT_THAT(sentences(read()), ElementsAre("transforms.json: is not used, because there is "
+                                             "sparse/0/images.txt"));
+  EXPECT_THAT(read("transforms.json").sentences(), IsEmpty());
+}
+
 TEST_F(CameraSets, byte_order_marks_are_skipped) {
   const std::string mark = "\xef\xbb\xbf";
   write("transforms.json", mark + transforms().dump());

@@ -78,6 +78,19 @@ TEST_F(ImageFile, ppm_keeps_the_8_bit_values_of_gray_and_color) {
   }
 }
 
+TEST_F(ImageFile, the_first_bytes_tell_the_format_whatever_the_ending) {
+  const Image image = random_image(7, 5, 3);
+  write_image(image, folder_ / "a.png");
+  const std::string jpeg = content_of(test::source_path("tests/data/pictures/progressive.jpg"));
+  for (const char* ending : {".jpg", ".JPEG", ".png", ".webp", ".tif", ""}) {
+    const auto path = folder_ / (std::string("b") + ending);
+    write_content(path, content_of(folder_ / "a.png"));
+    expect_equal_as_8_bit(read_image(path), image);
+    write_content(path, jpeg);
+    EXPECT_EQ(read_image(path).channels, 3) << ending;
+  }
+}
+
 TEST_F(ImageFile, pfm_keeps_every_bit) {
   for (const int channels : {1, 3}) {
     Image image = random_image(13, 6, channels);

@@ -232,6 +232,19 @@ TEST(Writer, antialiased_training_is_kept_where_the_format_can) {
   }
 }
 
+TEST(Writer, antialiased_training_is_never_lost_without_a_sentence) {
+  GaussianCloud cloud = ordinary_cloud(10, 0);
+  cloud.antialiased = true;
+  const TemporaryFolder folder;
+  for (const WriterRow& row : writers()) {
+    const auto path = folder / (std::string("a") + row.extension);
+    write_scene(cloud, path, {}, row.name);
+    const std::string loss = row.loss == nullptr ? "" : row.loss(cloud);
+    EXPECT_NE(read_scene(path).cloud.antialiased, loss.find("--antialiased on") != loss.npos)
+        << row.name;
+  }
+}
+
 TEST(Writer, properties_are_in_the_order_of_the_original_trainer) {
   const TemporaryFolder folder;
   write_scene(random_cloud(2, 1, 3), folder / "cloud.ply");

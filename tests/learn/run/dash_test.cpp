@@ -160,6 +160,15 @@ TEST(Dash, settings_survive_json) {
   EXPECT_TRUE(read.dash_of_paper);
 }
 
+TEST(Settings, of_older_runs_without_the_key_extent_had_the_published_one) {
+  nlohmann::ordered_json json = settings_json(TrainSettings());
+  EXPECT_FALSE(settings_of(json).published_extent);
+  json["extent"] = "published";
+  EXPECT_TRUE(settings_of(json).published_extent);
+  json.erase("extent");
+  EXPECT_TRUE(settings_of(json).published_extent);
+}
+
 // A model that notes the sizes of the views that it draws.
 class NotingModel final : public test::ForwardingModel {
  public:

@@ -30,7 +30,7 @@ struct OpenedCameras {
   std::vector<Camera> cameras;
   std::filesystem::path file;
   std::map<int, std::filesystem::path> photographs;  ///< by index into `cameras`
-  std::string warning;                               ///< about cameras that are left out; or empty
+  std::string warning = {};                          ///< about cameras that are left out; or empty
 };
 
 /// A camera path.

@@ -17,6 +17,7 @@
 
 #include "base/fail.h"
 #include "base/path_kind.h"
+#include "base/rank.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/file_source.h"
 #include "io/bytes/mapped_file.h"
@@ -64,9 +65,7 @@ NetworkColors measured(std::vector<float> rms) {
     squares += static_cast<double>(value) * static_cast<double>(value);
   }
   network.rms = std::sqrt(squares / static_cast<double>(rms.size()));
-  const std::size_t rank = (rms.size() - 1) * 99 / 100;
-  std::nth_element(rms.begin(), rms.begin() + static_cast<std::ptrdiff_t>(rank), rms.end());
-  network.rms_of_99 = static_cast<double>(rms[rank]);
+  network.rms_of_99 = static_cast<double>(at_rank(rms, (rms.size() - 1) * 99 / 100));
   return network;
 }
 

@@ -14,6 +14,7 @@
 #include <zstd.h>
 
 #include "base/fail.h"
+#include "base/rank.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/inflate.h"
@@ -180,10 +181,8 @@ float largest_coordinate(const glm::vec3& p) {
 int fractional_bits(const GaussianCloud& cloud, const std::string& path) {
   std::vector<float> sizes(cloud.size());
   std::ranges::transform(cloud.positions, sizes.begin(), largest_coordinate);
-  const auto strays = static_cast<std::ptrdiff_t>(cloud.size() / 1000);
-  const auto nth = sizes.end() - 1 - strays;
-  if (!sizes.empty()) std::ranges::nth_element(sizes, nth);
-  const float largest = sizes.empty() ? 0 : *nth;
+  const std::size_t strays = cloud.size() / 1000;
+  const float largest = sizes.empty() ? 0 : at_rank(sizes, sizes.size() - 1 - strays);
   int bits = 12;
   while (bits >= 0 && std::ldexp(static_cast<double>(largest), bits) > kMaxFixedPoint) --bits;
   if (bits < 0)

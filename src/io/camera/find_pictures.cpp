@@ -88,8 +88,10 @@ class FoundPictures {
   void take(std::size_t number, const fs::path& file) {
     const auto [owner, added] = owners_.try_emplace(identity(file), number);
     if (!added && !may_share_)
-      fail("{}: one picture for two cameras, {} and {}", file.string(), names_[owner->second],
-           names_[number]);
+      fail("{}: one picture for two cameras, {}", file.string(),
+           names_[owner->second] == names_[number]
+               ? "both named " + names_[number]
+               : names_[owner->second] + " and " + names_[number]);
     files[number] = file;
   }
   bool is_taken(const fs::path& file) const { return owners_.contains(identity(file)); }
@@ -107,7 +109,7 @@ class FoundPictures {
 Photographs::Photographs(const fs::path& folder,
                          const std::function<void(std::size_t count)>& counted)
     : folder_(folder) {
-  if (!is_folder(folder)) fail("{}: not a folder of photographs", folder.string());
+  if (!is_folder(folder)) fail("{}: not a folder of pictures", folder.string());
   // Links are followed after all folders, so that a folder is listed under its own name.
   std::set<std::pair<bool, fs::path>> open = {{false, folder}};
   std::set<fs::path> listed;

@@ -70,10 +70,12 @@ DataSet read_data(const TrainOptions& options, ThreadPool& pool, const Progress&
   data.published_extent = options.settings.published_extent;
   if (const auto far = outliers(data.training_cameras()); !far.empty())
     options.run.text.warning(fmt::format(
-        "{} of {} cameras {} far away from all others, the first is {}{}", far.size(),
+        "{} of {} training cameras {} far away from all others, the first is {}{}", far.size(),
         data.training.size(), far.size() == 1 ? "is" : "are",
         data.training[far.front()].camera.name,
-        data.published_extent ? "" : "; the scene's extent is without (--extent published: with)"));
+        data.published_extent
+            ? ""
+            : "; such cameras do not count for the extent (with --extent published they do)"));
   options.run.text.result(data.used + start_text(options, data) +
                           (data.left_out.empty() ? "" : "; " + data.left_out));
   return data;

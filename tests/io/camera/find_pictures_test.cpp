@@ -175,7 +175,7 @@ TEST_F(FindPictures, absolute_paths_count_if_they_exist) {
 TEST_F(FindPictures, a_folder_that_is_none_is_refused) {
   touch("images/a.jpg");
   EXPECT_EQ(test::error_of([&] { Photographs(folder_ / "images/a.jpg"); }, folder_.path()),
-            "images/a.jpg: not a folder of photographs");
+            "images/a.jpg: not a folder of pictures");
 }
 
 TEST_F(FindPictures, the_folder_of_photographs_is_the_first_that_all_names_share) {

@@ -214,7 +214,7 @@ TEST_F(TrainMasks, that_do_not_fit_are_refused) {
   write_mask("masks/c.png", 40);
   EXPECT_EQ(error(), "masks/c.png: masks out every pixel of images/c.pfm");
   options_.masks = "nothing";
-  EXPECT_EQ(error(), "nothing: not a folder of photographs");
+  EXPECT_EQ(error(), "nothing: not a folder of pictures");
   write_mask("covers/z.png", 1);
   options_.masks = "covers";
   EXPECT_EQ(error(), "covers: holds no mask named like one of the photographs of images");
@@ -382,8 +382,8 @@ TEST_F(TrainTransforms, cameras_and_photographs_that_are_left_out_are_named) {
       "left out: 1 camera without a photograph (images/z.pfm), 6 photographs without a camera "
       "(e.pfm, f.pfm, g.pfm, ..)");
   file_["frames"][3] = file_["frames"][0];
-  EXPECT_THAT(error_of_file(), HasSubstr("images/a.pfm: one picture for two cameras, images/a.pfm "
-                                         "and images/a.pfm"));
+  EXPECT_THAT(error_of_file(), HasSubstr("images/a.pfm: one picture for two cameras, both named "
+                                         "images/a.pfm"));
   file_["frames"].erase(3);
   file_["frames"][1]["fl_x"] = "NaN";
   EXPECT_THAT(warnings(), ElementsAre("transforms.json: frame 1: fl_x is NaN (images/c.pfm); this "
@@ -501,7 +501,7 @@ TEST_F(TrainData, bad_data_is_refused_with_the_name_of_the_file) {
   std::ofstream(folder_ / "images/c.pfm") << "PF\n0 0\n-1\n";
   EXPECT_THAT(error(), HasSubstr("images/c.pfm: "));
   options_.images = "photos";
-  EXPECT_EQ(error(), "photos: not a folder of photographs");
+  EXPECT_EQ(error(), "photos: not a folder of pictures");
   std::filesystem::create_directories(folder_ / "photos");
   EXPECT_EQ(
       error(),

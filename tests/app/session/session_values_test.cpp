@@ -10,10 +10,12 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "app/framing/first_view.h"
 #include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
+#include "app/report/scene_report.h"
 #include "app/session/placed_cameras.h"
 #include "app/session/removal_text.h"
 #include "app/session/session.h"
@@ -223,6 +225,20 @@ TEST(Origins, boxes_are_written_and_read_in_the_world) {
   const CropBox again = parse_crop_box("--crop", text, origin);
   EXPECT_EQ(again.low, box.low);
   EXPECT_EQ(again.high, box.high);
+}
+
+TEST(Origins, reports_have_the_digits_that_tell_places_apart) {
+  Scene scene;
+  scene.cloud = test::random_cloud(2, 0, 3);
+  scene.cloud.positions[0] = {1.25f, 2.5f, 0};
+  scene.cloud.positions[1] = {3.25f, 4.5f, 1};
+  scene.cloud.origin = {500000, 5700000, 100};
+  const SceneReport report = make_report(scene.cloud);
+  const std::string text = report_text(scene, report);
+  EXPECT_THAT(text, testing::HasSubstr("500000 5700000 100\n"));
+  EXPECT_THAT(text,
+              testing::HasSubstr("(500001.25, 5700002.5, 100) to (500003.25, 5700004.5, 101)\n"));
+  EXPECT_EQ(report_json(scene, report)["extents"]["low"][1], 5700002.5);
 }
 
 TEST(Origins, cameras_see_a_scene_if_one_of_them_does) {

@@ -106,6 +106,7 @@ class EvalRun {
     report_ = {
         environment_json(session_), scene_json(session_), method(views), views.list.size(), {}};
     if (command_.save) make_folder(*command_.save);
+    fmt::print(stderr, "{}\n", views.used);
     {
       ProgressBar bar("evaluating");
       const Progress progress = bar.progress();
@@ -114,7 +115,6 @@ class EvalRun {
         progress.update(static_cast<float>(i + 1) / static_cast<float>(views.list.size()));
       }
     }
-    fmt::print(stderr, "{}\n", views.used);
     const bool to_stdout = command_.csv == "-" || command_.json == "-";
     fmt::print(to_stdout ? stderr : stdout, "{}", format_eval_table(report_));
     if (command_.csv) write_text(*command_.csv, format_eval_csv(report_));

@@ -15,7 +15,7 @@ const [reference, ...files] = argv.slice(2);
 const LONGEST = 60_000;     // ms for a file
 const MOST_APART = 2e-3;    // world units, between mean positions: positions of .spz are steps of 1/4096
 
-// What each viewer opens. Spark 2.2 has no reader for version 4 of .spz and for .glb; PlayCanvas 2.23 none for .spz, .splat and .glb.
+// The endings of files that each viewer opens. Spark 2.2 has no reader for version 4 of .spz and for .glb; PlayCanvas 2.23 none for .spz, .splat and .glb.
 const OPENS = { Spark: [".ply", "v3.spz", ".splat", ".sog"], PlayCanvas: [".ply", ".sog"] };
 
 const TYPES = { ".js": "text/javascript", ".mjs": "text/javascript", ".wasm": "application/wasm" };

@@ -77,6 +77,7 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
     const int count = static_cast<int>(cameras.size());
     if (choice.all) return all_shots(cameras);
     if (choice.holdout > 0) return test_shots(cameras, choice.holdout);
+    if (choice.usually_all && choice.indices.empty()) return all_shots(cameras);
     std::vector<Shot> shots;
     for (const int index : choice.indices.empty() ? std::vector<int>{0} : choice.indices) {
       if (index >= count)
@@ -168,8 +169,7 @@ std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& f
 
 std::vector<Shot> choose_shots_or_all(CameraChoice choice, const FrameOptions& frame,
                                       const Session& session) {
-  if (choice.indices.empty() && !choice.json && !choice.several())
-    choice.all = !cameras_of(frame, *session.scene).empty();
+  choice.usually_all = true;
   return choose_shots(choice, frame, session);
 }
 

@@ -20,6 +20,7 @@ struct CameraChoice {
   std::optional<std::filesystem::path> path;  ///< keyframes, see measure/camera_path.h
   std::optional<int> steps;                   ///< along the path (default: kPathSteps)
   int holdout = 0;  ///< every N-th camera by name, from the first, as `eval --holdout`; 0: unset
+  bool usually_all = false;  ///< every camera if nothing is chosen, else the first
 
   bool several() const { return all || path || indices.size() > 1 || holdout > 0; }
 };

@@ -130,10 +130,14 @@ CameraSet file_in(const std::filesystem::path& folder) {
     found[0].warnings.push_back(fmt::format("{}: is not used, because there is {}",
                                             found[i].file.string(), found[0].file.string()));
   if (!found.empty()) return found[0];
+  constexpr int kMostLevels = 4;  // dense/0/sparse/0 is one
   std::error_code error;
   std::string elsewhere;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, error)) {
-    const std::filesystem::path& file = entry.path();
+  const auto options = std::filesystem::directory_options::skip_permission_denied;
+  for (auto entry = std::filesystem::recursive_directory_iterator(folder, options, error);
+       !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error)) {
+    if (entry.depth() >= kMostLevels) entry.disable_recursion_pending();
+    const std::filesystem::path& file = entry->path();
     const bool is_place = std::ranges::any_of(kFormats, [&](const CameraFormat& format) {
       return file.filename() == std::filesystem::path(format.place).filename();
     });

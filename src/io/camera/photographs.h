@@ -101,7 +101,8 @@ std::string used_sentence(const CameraSet& set, const std::vector<std::filesyste
 std::string left_out_sentence(const CameraSet& set, const std::vector<std::filesystem::path>& used,
                               const Photographs& photographs);
 
-/// "3 photographs are of other folders than their names: cam0/1.jpg is cam1/1.jpg, ..", or "".
+/// A warning about pictures in other folders than their names say: "1 photograph found by the
+/// file's name alone (cam0/1.jpg is cam1/1.jpg)", or "".
 std::string other_folder_sentence(const std::vector<std::string>& names,
                                   const std::vector<std::filesystem::path>& used);
 

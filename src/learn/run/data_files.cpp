@@ -62,14 +62,17 @@ fs::path folder_of(const DataFiles& files, const fs::path& given, const char* us
 
 bool names_photographs_by_path(const CameraSet& set) { return set.file.extension() == ".json"; }
 
+fs::path photographs_folder(const fs::path& images, const DataFiles& files) {
+  const fs::path folder = folder_of(files, images, "images", files.folder);
+  if (!images.empty() || !names_photographs_by_path(files.set)) return folder;
+  return shared_folder(photograph_names(files.set.cameras), files.set.folder()).value_or(folder);
+}
+
 // Sets `photographs_folder`, `photographs`, and what is said about them.
 void find_photographs_of(const fs::path& images, DataFiles& files) {
   const CameraSet& set = files.set;
   const std::vector<std::string> names = photograph_names(set.cameras);
-  fs::path& folder = files.photographs_folder;
-  folder = folder_of(files, images, "images", files.folder);
-  if (images.empty() && names_photographs_by_path(set))
-    folder = shared_folder(names, set.folder()).value_or(folder);
+  const fs::path& folder = files.photographs_folder = photographs_folder(images, files);
   const Photographs pictures(folder);
   fs::path from;  // a folder that the user names has all photographs
   if (images.empty()) from = names_photographs_by_path(set) ? set.folder() : folder;
@@ -84,6 +87,9 @@ void find_photographs_of(const fs::path& images, DataFiles& files) {
         others.empty() ? "no picture" : path_in(others.front(), folder).string());
   }
   if (images.empty()) add_new(files.warnings, other_folder_sentence(names, files.photographs));
+  add_new(files.warnings, orientation_sentence(set.cameras, files.photographs));
+  files.used = used_sentence(set, files.photographs, pictures);
+  files.left_out = left_out_sentence(set, files.photographs, pictures);
 }
 
 // Masks that the cameras file names. Photographs may share one.
@@ -176,11 +182,7 @@ DataFiles find_data_files(const fs::path& data, const fs::path& images, const fs
   if (files.set.cameras.empty()) fail("{}: has no cameras", files.set.file.string());
   files.warnings = files.set.sentences();
   find_photographs_of(images, files);
-  const std::string masks_text = find_masks_of(masks, files);
-  const Photographs pictures(files.photographs_folder);
-  files.used = used_sentence(files.set, files.photographs, pictures) + ", " + masks_text;
-  files.left_out = left_out_sentence(files.set, files.photographs, pictures);
-  add_new(files.warnings, orientation_sentence(files.set.cameras, files.photographs));
+  files.used += ", " + find_masks_of(masks, files);
   files.points = find_points_of(files);
   std::erase(files.warnings, "");
   return files;

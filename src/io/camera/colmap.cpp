@@ -226,16 +226,13 @@ void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::
     lenses[id].not_finite = fmt::format("{}: a parameter is not finite", where);
     return;
   }
-  if (!model.pinhole)
-    fail("{}: a {} lens that distorts; undistort the photographs first (colmap image_undistorter)",
-         where, model.name);
   // The parameters are focal lengths, the principal point and the distortion.
   const auto focal_lengths = static_cast<std::size_t>(model.focal_lengths);
   const auto distortion = parameters.subspan(focal_lengths + 2);
   const auto bends = [](double value) { return std::abs(value) > kNoDistortion; };
   const bool distorts = std::ranges::any_of(distortion, bends);
   const auto known = distortion.first(static_cast<std::size_t>(model.known));
-  if (std::ranges::any_of(distortion.subspan(known.size()), bends))
+  if (!model.pinhole || std::ranges::any_of(distortion.subspan(known.size()), bends))
     fail("{}: a {} lens that distorts; undistort the photographs first (colmap image_undistorter)",
          where, model.name);
   Lens lens;

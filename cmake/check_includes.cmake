@@ -49,7 +49,7 @@ room(app/session app/framing io/camera io/scene io/scene/compact io/cloud io/pic
 room(app/framing io/scene raster/api raster/scene raster/kernel base)
 room(app/inspect app/picture raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(app/picture io/picture io/bytes raster/api raster/kernel/cull raster/scene raster/kernel base)
-room(library/api library/check learn/diff/cuda learn/step/cpu learn/diff/cpu learn/lpips learn/run learn/step
+room(library/api library/check learn/diff/cuda learn/step/cpu learn/diff/cpu learn/lpips learn/run learn/diff learn/step
      learn/gradient io/camera io/scene io/cloud io/picture io/bytes quadsplat raster/api raster/scene raster/kernel
      options base)
 room(library/check learn/diff/cuda learn/diff/cpu learn/diff io/camera io/bytes quadsplat raster/api raster/scene
@@ -58,7 +58,7 @@ room(library)
 room(learn learn/lpips/cuda learn/step/cuda learn/step/cpu learn/lpips learn/step base)
 room(learn/lpips/cuda learn/lpips raster/cuda/common)
 room(learn/step/cuda learn/diff/cuda learn/step learn/gradient raster/cuda/common raster/field raster/api
-     raster/kernel/cull raster/scene raster/kernel base)
+     raster/kernel/cull raster/kernel base)
 room(learn/diff/cuda learn/diff learn/gradient raster/cuda/common raster/kernel/cull raster/scene raster/kernel
      base)
 room(learn/step/cpu learn/diff/cpu learn/step learn/field learn/gradient raster/scene raster/kernel base)

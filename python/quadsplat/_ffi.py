@@ -200,6 +200,20 @@ class QsInputGradients(_Sized):
                 ("view_from_world", QsArray), ("position", QsArray)]
 
 
+class QsSimilarity(_Sized):
+    _fields_ = [("size", c_uint32), ("border", c_uint32), ("a", QsArray), ("b", QsArray),
+                ("ssim", QsArray), ("l1", QsArray), ("terms", QsArray), ("by_ssim", QsArray),
+                ("by_l1", QsArray), ("by_a", QsArray), ("stream", c_void_p),
+                ("temporary", POINTER(QsMemory))]
+
+
+class QsNoise(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("factor", c_double),
+                ("slope", c_double), ("middle", c_double), ("means", QsArray),
+                ("log_scales", QsArray), ("rotations", QsArray), ("opacity_logits", QsArray),
+                ("normals", QsArray), ("stream", c_void_p)]
+
+
 class QsAdam(_Sized):
     _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("step", c_uint64), ("rate", c_double),
                 ("beta1", c_double), ("beta2", c_double), ("epsilon", c_double),
@@ -234,7 +248,7 @@ STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians:
                 QsSceneFacts: 112, QsConversion: 64, QsCamera: 152, QsSettings: 56, QsCounts: 120,
                 QsPicture: 640, QsLists: 816, QsModeCounts: 32, QsComparison: 168,
                 QsInputs: 904, QsRules: 120, QsMemory: 24, QsStageFrame: 80, QsBoundary: 536,
-                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 496,
+                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 496, QsSimilarity: 728, QsNoise: 480,
                 QsOption: 16, QsTrainingState: 80, QsTraining: 64}
 
 _STAGE = [c_void_p, POINTER(QsInputs), POINTER(QsCamera), POINTER(QsRules)]
@@ -273,6 +287,11 @@ FUNCTIONS = {
     "qs_ssim": [c_void_p, POINTER(QsArray), POINTER(QsArray), c_uint32, POINTER(c_double)],
     "qs_ssim_backward": [c_void_p, POINTER(QsArray), POINTER(QsArray), c_uint32, c_double,
                          POINTER(QsArray)],
+    "qs_context_stream": [c_void_p, c_void_p],
+    "qs_similarity": [c_void_p, POINTER(QsSimilarity)],
+    "qs_similarity_backward": [c_void_p, POINTER(QsSimilarity)],
+    "qs_noise": [c_void_p, POINTER(QsNoise)],
+    "qs_covariances": [c_void_p] + [POINTER(QsArray)] * 3,
     "qs_neighbours": [c_void_p, POINTER(QsArray), POINTER(QsArray)],
     "qs_relocate": [c_void_p] + [POINTER(QsArray)] * 5,
     "qs_adam": [c_void_p, POINTER(QsAdam)],

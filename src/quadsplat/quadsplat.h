@@ -60,8 +60,9 @@ extern "C" {
 #define QS_INT64 5u
 #define QS_UINT64 6u
 
-/* The memory that holds an array. qs_scene_wrap(), qs_render(), qs_adam() and the differentiable
- * rasterizer take QS_MEMORY_CUDA; every other function refuses it. */
+/* The memory that holds an array. qs_scene_wrap(), qs_render(), the differentiable rasterizer and
+ * the parts of a trainer take QS_MEMORY_CUDA, but qs_ssim() and qs_ssim_backward(); every other
+ * function refuses it. */
 #define QS_MEMORY_HOST 0u
 #define QS_MEMORY_CUDA 1u /* of the primary context of `device` */
 
@@ -154,6 +155,10 @@ QS_LIBRARY_FUNCTION void qs_context_close(QsContext* context);
 
 /* The backend that a context chose, QS_BACKEND_CPU or QS_BACKEND_CUDA; 0 for null. */
 QS_LIBRARY_FUNCTION uint32_t qs_context_backend(const QsContext* context);
+
+/* Sets the cudaStream_t of the GPU's arrays in functions that have no member `stream`, until it is
+ * set again. Null, as at the beginning: CUDA's default stream. */
+QS_LIBRARY_FUNCTION int32_t qs_context_stream(QsContext* context, void* stream, char* message);
 
 /* Any thread may call it while a call with this context or its scenes runs: that call returns
  * QS_CANCELLED soon, or finishes. Without such a call it does nothing. */
@@ -719,10 +724,11 @@ QS_LIBRARY_FUNCTION int32_t qs_backward(QsContext* context, const QsInputs* inpu
 
 /* ---- parts of a trainer ---------------------------------------------------------------------- */
 
-/* The functions that quadsplat's trainer uses besides the rasterizer. They run on the CPU with the
- * threads of the context, also if its backend is CUDA; qs_adam() runs where its arrays are. Results
- * do not depend on the number of threads. Arrays have any strides. An array that is written may be
- * one that is read, with the same strides. */
+/* The functions that quadsplat's trainer uses besides the rasterizer. They run where their arrays
+ * are: on the CPU with the threads of the context, or on its GPU, where all real numbers are
+ * QS_FLOAT32, nothing waits and the work is enqueued in a stream. Results do not depend on the
+ * number of threads, and two runs on a GPU are equal. Arrays have any strides. An array that is
+ * written may be one that is read, with the same strides. */
 
 /* *mean becomes the mean structural similarity of the pictures a and b, batch x channels x height x
  * width, all 1 or more, both QS_FLOAT32 or both QS_FLOAT64. The window has 11 x 11 pixels and sigma
@@ -737,6 +743,32 @@ QS_LIBRARY_FUNCTION int32_t qs_ssim(QsContext* context, const QsArray* a, const 
 QS_LIBRARY_FUNCTION int32_t qs_ssim_backward(QsContext* context, const QsArray* a, const QsArray* b,
                                              uint32_t border, double by_mean, const QsArray* by_a,
                                              char* message);
+
+/* SSIM and absolute differences of two batches of pictures, for host memory or a GPU. Nothing waits
+ * for the means. Members are those of qs_ssim(). 728 bytes. */
+typedef struct QsSimilarity {
+  uint32_t size;   /*   0 */
+  uint32_t border; /*   4: QS_BORDER_...: of SSIM alone */
+  QsArray a, b;    /*   8, 96 */
+  QsArray ssim;    /* 184: out: 1 number: the mean SSIM */
+  QsArray l1;      /* 272: absent, or out: 1 number: the mean of |a - b| */
+  QsArray terms;   /* 360: absent, or 3 fields of a number per value, packed: out, and read by
+                           qs_similarity_backward(). Without effect in host memory */
+  QsArray by_ssim; /* 448: 1 number: the derivative of a number L by the mean SSIM */
+  QsArray by_l1;   /* 536: absent, or 1 number: the derivative of L by the mean of |a - b| */
+  QsArray by_a;    /* 624: out: the derivatives of L by the values of a; sizes of a */
+  void* stream;    /* 712: as of QsAdam */
+  const QsMemory* temporary; /* 720: memory of the call; null: the library's own */
+} QsSimilarity;
+
+/* Sets `ssim`, and `l1` and `terms` unless they are absent. */
+QS_LIBRARY_FUNCTION int32_t qs_similarity(QsContext* context, const QsSimilarity* compared,
+                                          char* message);
+
+/* Sets `by_a`. A GPU needs `terms`. Equal values have no derivative of |a - b|. The derivatives on
+ * a GPU have the bits of the CPU. */
+QS_LIBRARY_FUNCTION int32_t qs_similarity_backward(QsContext* context, const QsSimilarity* compared,
+                                                   char* message);
 
 /* Writes, for each of N points (N x 3, QS_FLOAT32), the mean of the squared distances to its three
  * nearest neighbours into distances2 (N, QS_FLOAT32 or QS_FLOAT64). Points in the same place are
@@ -753,11 +785,37 @@ QS_LIBRARY_FUNCTION int32_t qs_neighbours(QsContext* context, const QsArray* poi
  * N x 3 standard deviations, QS_FLOAT32 or QS_FLOAT64. `counts` has N integers of 32 or 64 bits:
  * the number of copies; below 1 counts as 1, which changes nothing, and above QS_MOST_COPIES as
  * that. The new opacities are not clamped. Gaussians stay as they are if their opacity is NaN or
- * outside of 0..1. The new arrays have the sizes and the types of the old ones. */
+ * outside of 0..1. The new arrays have the sizes and the types of the old ones. On a GPU the
+ * results have the bits of the CPU within the rounding of pow(). */
 QS_LIBRARY_FUNCTION int32_t qs_relocate(QsContext* context, const QsArray* opacities,
                                         const QsArray* scales, const QsArray* counts,
                                         const QsArray* new_opacities, const QsArray* new_scales,
                                         char* message);
+
+/* The covariances R diag(s^2) R^T of N quaternions w x y z of any length (N x 4) and standard
+ * deviations s (N x 3), QS_FLOAT32: N x 6, xx xy xz yy yz zz, or N x 3 x 3. */
+QS_LIBRARY_FUNCTION int32_t qs_covariances(QsContext* context, const QsArray* rotations,
+                                           const QsArray* scales, const QsArray* covariances,
+                                           char* message);
+
+/* The noise of MCMC on the means of N Gaussians (arXiv 2404.09591, section 3.2, as gsplat adds it):
+ * a mean moves by covariance * normal * factor * sigmoid(-slope * (opacity - middle)). A move that
+ * is not finite is left out. QS_FLOAT32; all arrays are in one memory. 480 bytes. */
+typedef struct QsNoise {
+  uint32_t size;          /*   0 */
+  uint32_t reserved;      /*   4 */
+  double factor;          /*   8: finite */
+  double slope;           /*  16: finite; published: 100 */
+  double middle;          /*  24: finite; published: 0.005 */
+  QsArray means;          /*  32: N x 3, in and out */
+  QsArray log_scales;     /* 120: N x 3, logarithms of standard deviations */
+  QsArray rotations;      /* 208: N x 4, quaternions w x y z of any length */
+  QsArray opacity_logits; /* 296: N */
+  QsArray normals;        /* 384: N x 3, standard normal numbers */
+  void* stream;           /* 472: as of QsAdam */
+} QsNoise;
+
+QS_LIBRARY_FUNCTION int32_t qs_noise(QsContext* context, const QsNoise* noise, char* message);
 
 /* A step of Adam; QS_ADAM has the usual values, but no arrays. The first four arrays are QS_FLOAT32
  * and have the same sizes, N rows of any shape. All arrays are in host memory, or all are in the

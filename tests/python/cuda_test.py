@@ -427,7 +427,7 @@ class Parts(CudaTest):
         a, b = (picture.to(GPU) for picture in pictures)
         for change, sentence in ((dict(b=b[:1]), "b has the shape"), (dict(b=b.cpu()), "b is on the device cpu"),
                                  (dict(a=a[0], b=b[0]), "a has the shape"), (dict(padding="all"), "is none of"),
-                                 (dict(a=a[..., :9], b=b[..., :9], padding="valid"), "needs 11 pixels")):
+                                 (dict(a=a[..., :9], b=b[..., :9], padding="valid"), "11 pixels")):
             with self.assertRaisesRegex(quadsplat.UsageError, sentence):
                 ssim(**{"a": a, "b": b, **change})
 

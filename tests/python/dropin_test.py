@@ -206,13 +206,13 @@ def test_functions_of_an_installed_gsplat_are_replaced_and_the_rest_stays(tmp_pa
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text.replace("{version}", "1.4.0"))
     (tmp_path / "train.py").write_text("""
-import gsplat, gsplat.rendering, gsplat.strategy, gsplat.cuda._wrapper
+import torch, gsplat, gsplat.rendering, gsplat.strategy, gsplat.cuda._wrapper
 from quadsplat.dropin import _gsplat
 print(gsplat.rasterization is gsplat.rendering.rasterization is _gsplat.rasterization)
 print(gsplat.strategy.compute_relocation is gsplat.compute_relocation is _gsplat.compute_relocation)
 print(gsplat.strategy.quat_scale_to_covar_preci is _gsplat.quat_scale_to_covar_preci)
 print(gsplat.cuda._wrapper.adam is _gsplat.adam, gsplat.rendering.other(), gsplat.Strategy().__class__.__name__)
-print(gsplat.strategy.ops._cuda_fused_mcmc_perturb(1, scaler=2))
+print(gsplat.strategy.ops._cuda_fused_mcmc_perturb(*4 * [torch.zeros(2, 3)], scaler=2))
 print(_gsplat._version().radius_rule)
 import inspect
 print(inspect.getsource(gsplat.rendering.other).strip())

@@ -17,7 +17,7 @@ from .._context import Context
 from .._errors import UsageError
 from ..torch import Rules, _functions, _plan, _rasterize
 from ..torch._parts import adam as _adam
-from ..torch._parts import relocated
+from ..torch._parts import add_noise, covariances, relocated
 from ..torch._tensors import checked, context_of
 from . import _options
 
@@ -141,7 +141,7 @@ def rasterization(
         plan = _plan_of(version, context, next(numbers), int(width), int(height), near_plane,
                         far_plane, radius_clip, eps2d, sh_degree, rasterize_mode, outputs)
         row = [inputs.get(name) for name in _plan.INPUTS]
-        frame, blocks = _ffi.QsStageFrame(), _plan.Blocks()
+        frame, blocks = _ffi.QsStageFrame(), _functions.new_blocks(row)
         edge = _functions.Project.apply(plan, frame, blocks, view, *row)
         frames.append((plan, frame, blocks, edge, inputs))
     info, centres, absolute = _info(version, [frame[3] for frame in frames], packed, absgrad, sizes)
@@ -467,9 +467,21 @@ def compute_relocation(opacities: Tensor, scales: Tensor, ratios: Tensor, binoms
             sized * (opacities / whole).unsqueeze(-1))
 
 
-def _cuda_fused_mcmc_perturb(*_: Any, **__: Any) -> bool:
-    """Noise of MCMC by a kernel of the extension, gsplat 1.6. False: gsplat adds it with torch."""
-    return False
+def _cuda_fused_mcmc_perturb(
+        positions: Tensor, quats: Tensor, scales: Tensor, opacities: Tensor,
+        noise_scale: Optional[float] = None, *, scaler: Optional[float] = None, t: float = 0.005,
+        k: float = 100.0) -> bool:
+    """The noise of MCMC, gsplat 1.6: True if it was added. False: gsplat adds it with torch.
+
+    scales, opacities: logarithms and logits. noise_scale, or its older name scaler: the factor.
+    """
+    values = (positions, quats, scales, opacities)
+    factor = scaler if noise_scale is None else noise_scale
+    if factor is None or any(value.dtype != torch.float32 or not value.is_cuda for value in values):
+        return False
+    add_noise(positions, quats, scales, opacities.reshape(-1), torch.randn_like(positions),
+              float(factor), float(k), float(t))
+    return True
 
 
 def adam(param: Tensor, param_grad: Tensor, exp_avg: Tensor, exp_avg_sq: Tensor,
@@ -502,6 +514,11 @@ def quat_scale_to_covar_preci(quats: Tensor, scales: Tensor, compute_covar: bool
 
     Returns N x 3 x 3 each, or N x 6 with `triu`: xx xy xz yy yz zz; None if not asked for.
     """
+    if (quats.is_cuda and quats.dim() == 2 and quats.dtype == scales.dtype == torch.float32
+            and not (torch.is_grad_enabled() and (quats.requires_grad or scales.requires_grad))):
+        shape = (6,) if triu else (3, 3)
+        return (covariances(quats, scales, shape) if compute_covar else None,
+                covariances(quats, 1 / scales, shape) if compute_preci else None)
     unit = torch.nn.functional.normalize(quats, dim=-1)
     products = (unit.unsqueeze(-1) * unit.unsqueeze(-2)).flatten(-2)  # ww wx wy wz xw xx ..
     rotation = products @ _rotation_of_products(unit.dtype, unit.device)

@@ -8,8 +8,8 @@
 
 Tensors are on the CPU, or on a GPU of CUDA. docs/python.md, chapter Gradients, is the guide.
 """
-from ._parts import SparseAdam, ssim
+from ._parts import SparseAdam, ssim, ssim_and_l1
 from ._rasterize import Boundary, Rasterized, rasterize
 from ._rules import Rules
 
-__all__ = ["Boundary", "Rasterized", "Rules", "SparseAdam", "rasterize", "ssim"]
+__all__ = ["Boundary", "Rasterized", "Rules", "SparseAdam", "rasterize", "ssim", "ssim_and_l1"]

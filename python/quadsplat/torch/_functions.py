@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The rasterizer as nodes of torch's graph: in one node, or in two with the boundary between.
 
-Inputs and the memory of frames are saved by save_for_backward: torch frees them on time, and
-notices changes in place. Nothing else belongs to a frame, so any number of frames may wait.
+Inputs are saved by save_for_backward: torch frees them on time, and notices changes in place. The
+memory of a frame is freed by backward() unless the graph is retained, or with the graph. Nothing
+else belongs to a frame, so any number of frames may wait.
 """
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ import torch
 from torch.autograd.function import once_differentiable
 
 from .. import _ffi
-from ._plan import BLOCKS, INPUTS, PICTURES, Blocks, Plan, Tensors, copy_of
+from ._memory import Blocks, place_of
+from ._plan import INPUTS, PICTURES, Plan, Tensors
 from ._tensors import Tensor, put
 
 #: The inputs with derivatives in QsInputGradients.
@@ -20,6 +22,9 @@ _PROJECTED = INPUTS[:7]
 _SH_REST, _CHANNELS, _BACKGROUND, _POSITION = map(
     INPUTS.index, ("sh_rest", "channels", "background", "position"))
 _BOUNDARY = ("means_px", "conics", "depths", "opacities", "colors")
+
+#: Newer versions of torch tell a backward pass whether the graph is retained.
+_is_retained = getattr(torch._C._autograd, "_get_current_graph_task_keep_graph", None)
 
 Gradients = Dict[str, Optional[Tensor]]
 
@@ -38,8 +43,8 @@ class Rasterize(torch.autograd.Function):
         pictures = plan.empty_pictures(inputs)
         boundary, radii = _ffi.QsBoundary(), _radii(inputs)
         put(boundary, "radii", radii)
-        frame, blocks = _ffi.QsStageFrame(), Blocks()
-        blocks.call(plan, "qs_forward", inputs, boundary, plan.blended(pictures), frame)
+        frame, blocks = _ffi.QsStageFrame(), new_blocks(inputs)
+        plan.fill("qs_forward", inputs, blocks, boundary, plan.blended(pictures), frame)
         _keep(ctx, plan, frame, inputs, blocks)
         ctx.view = _likeness(view)
         return (*(pictures.get(name) for name in PICTURES), *_counts(ctx, plan, inputs, frame, radii))
@@ -59,6 +64,7 @@ class Rasterize(torch.autograd.Function):
             put(boundary, "means_px", at_boundary["means_px"])
         struct, gradients, pose = _input_gradients(plan, inputs, wanted, by_view)
         plan.call("qs_backward", inputs, frame, plan.blended(given), boundary, struct)
+        _free(ctx)
         gradients.update(at_boundary)
         return (None, _view_gradient(plan, pose, inputs, ctx.view), gradients.get("means_px"),
                 gradients.get("absolute_px"), *_in_order(gradients, pose, inputs, wanted))
@@ -78,7 +84,7 @@ class Project(torch.autograd.Function):
         made = _boundary_rows(inputs)
         for name, tensor in {**made, "radii": radii}.items():
             put(boundary, name, tensor)
-        blocks.call(plan, "qs_project", inputs, boundary, frame)
+        plan.fill("qs_project", inputs, blocks, boundary, frame)
         _keep(ctx, plan, frame, inputs, blocks)
         ctx.view = _likeness(view)
         return (*(made.get(name) for name in _BOUNDARY), *_counts(ctx, plan, inputs, frame, radii))
@@ -96,6 +102,7 @@ class Project(torch.autograd.Function):
             put(boundary, name, tensor)
         struct, gradients, pose = _input_gradients(plan, inputs, wanted, by_view)
         plan.call("qs_project_backward", inputs, frame, boundary, struct)
+        _free(ctx)
         return (None, None, None, _view_gradient(plan, pose, inputs, ctx.view),
                 *_in_order(gradients, pose, inputs, wanted))
 
@@ -114,11 +121,9 @@ class Blend(torch.autograd.Function):
                 background: Optional[Tensor], *inputs: Optional[Tensor]) -> Any:
         ctx.set_materialize_grads(False)
         pictures = plan.empty_pictures(inputs)
-        own = Blocks()
-        own.blocks = list(blocks.blocks)
-        drawn = copy_of(frame, own.blocks)
-        own.call(plan, "qs_blend", inputs, plan.blended(pictures), drawn)
-        _keep(ctx, plan, drawn, inputs, own)
+        own, drawn = new_blocks(inputs), _ffi.QsStageFrame.from_buffer_copy(frame)
+        plan.fill("qs_blend", inputs, own, plan.blended(pictures), drawn)
+        _keep(ctx, plan, drawn, inputs, own, blocks)
         return tuple(pictures.get(name) for name in PICTURES)
 
     @staticmethod
@@ -137,16 +142,27 @@ class Blend(torch.autograd.Function):
                 gradients[name] = rows[name]
                 put(boundary, name, rows[name])
         plan.call("qs_blend_backward", inputs, frame, plan.blended(given), boundary)
+        _free(ctx)
         return (None, None, None, *(gradients.get(name) for name in _BOUNDARY),
                 gradients.get("absolute_px"), gradients.get("channels"),
                 gradients.get("background"), *(None for _ in inputs))
 
 
-def _keep(ctx: Any, plan: Plan, frame: _ffi.QsStageFrame, inputs: Tensors,
-          blocks: Blocks) -> None:
-    """Keeps what the backward pass reads."""
-    ctx.plan, ctx.frame = plan, frame
-    ctx.save_for_backward(*inputs, *blocks.blocks)
+def new_blocks(inputs: Tensors) -> Blocks:
+    return Blocks(place_of(_means(inputs).device))
+
+
+def _keep(ctx: Any, plan: Plan, frame: _ffi.QsStageFrame, inputs: Tensors, own: Blocks,
+          others: Optional[Blocks] = None) -> None:
+    """Keeps what the backward pass reads. others: blocks that another node frees."""
+    ctx.plan, ctx.frame, ctx.own, ctx.others = plan, frame, own, others
+    ctx.save_for_backward(*inputs)
+
+
+def _free(ctx: Any) -> None:
+    """After the backward pass: frees the node's blocks unless the graph is retained."""
+    if _is_retained is not None and not _is_retained():
+        ctx.own.free()
 
 
 def _counts(ctx: Any, plan: Plan, inputs: Tensors, frame: _ffi.QsStageFrame,
@@ -158,10 +174,13 @@ def _counts(ctx: Any, plan: Plan, inputs: Tensors, frame: _ffi.QsStageFrame,
 
 
 def _kept(ctx: Any) -> Tuple[Plan, Tensors, _ffi.QsStageFrame]:
-    """The plan, the inputs and the frame. Raises RuntimeError if one was changed in place or
-    freed."""
+    """The plan, the inputs and the frame. Raises RuntimeError if an input was changed in place, or
+    something was freed."""
     saved = ctx.saved_tensors
-    return ctx.plan, saved[: -len(BLOCKS)], copy_of(ctx.frame, saved[-len(BLOCKS):])
+    if ctx.own.is_freed or ctx.others is not None and ctx.others.is_freed:
+        raise RuntimeError(f"{ctx.plan.who}: a backward pass has freed the frame: retain the graph "
+                           "(retain_graph=True) to pass through it again")
+    return ctx.plan, saved, ctx.frame
 
 
 def _means(inputs: Tensors) -> Tensor:

@@ -11,66 +11,105 @@ from torch.autograd.function import once_differentiable
 from .. import _ffi, _parts
 from .._checks import choice
 from .._errors import UsageError
-from . import _gpu_ssim
-from ._tensors import Tensor, checked, context_of, mark_changed, put, stream_of
+from ._memory import Call
+from ._tensors import Tensor, array_of, checked, context_of, mark_changed, put, stream_of
 
 
-class _Ssim(torch.autograd.Function):
+class _Similarity(torch.autograd.Function):
+    """apply(a, b, padding, with_l1) gives the mean SSIM, and the mean of |a - b| or None."""
+
     @staticmethod
-    def forward(ctx: Any, a: Tensor, b: Tensor, padding: str) -> Tensor:  # type: ignore[override]
-        ctx.save_for_backward(a, b)
+    def forward(ctx: Any, a: Tensor, b: Tensor, padding: int, with_l1: bool) -> Any:  # type: ignore[override]
+        ctx.set_materialize_grads(False)
         ctx.padding = padding
-        if a.is_cuda:
-            return _gpu_ssim.ssim_and_gradient(a, b, padding)[0]
-        return a.new_tensor(_parts.ssim(a, b, padding=padding))
+        means, terms = _similarity(a, b, padding, with_l1, a.is_cuda and ctx.needs_input_grad[0])
+        ctx.save_for_backward(a, b, terms)
+        return means
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, by: Tensor) -> Any:
-        a, b = ctx.saved_tensors
+    def backward(ctx: Any, by_ssim: Optional[Tensor], by_l1: Optional[Tensor]) -> Any:
+        a, b, terms = ctx.saved_tensors
+        if by_ssim is None:
+            if by_l1 is None:
+                return (None,) * 4
+            by_ssim = torch.zeros_like(by_l1)
 
-        def gradient(x: Tensor, y: Tensor) -> Tensor:
-            if x.is_cuda:
-                return by * _gpu_ssim.ssim_and_gradient(x, y, ctx.padding)[1]
-            return torch.from_numpy(_parts.ssim_backward(x, y, by.item(), padding=ctx.padding))
+        def gradient(x: Tensor, y: Tensor, fields: Optional[Tensor]) -> Tensor:
+            if fields is None and x.is_cuda:
+                fields = _similarity(x, y, ctx.padding, False, True)[1]
+            by_x = torch.empty_like(x)
+            _run_similarity("qs_similarity_backward", x, y, ctx.padding, by_ssim=by_ssim,
+                            by_l1=by_l1, terms=fields, by_a=by_x)
+            return by_x
 
-        # SSIM is symmetric.
-        return (gradient(a, b) if ctx.needs_input_grad[0] else None,
-                gradient(b, a) if ctx.needs_input_grad[1] else None, None)
+        # Both means are symmetric.
+        return (gradient(a, b, terms) if ctx.needs_input_grad[0] else None,
+                gradient(b, a, None) if ctx.needs_input_grad[1] else None, None, None)
+
+
+def _similarity(a: Tensor, b: Tensor, padding: int, with_l1: bool,
+                with_terms: bool) -> Tuple[Tuple[Tensor, Optional[Tensor]], Optional[Tensor]]:
+    """The two means, and the terms of the derivatives by a."""
+    ssim_mean = a.new_empty(())
+    l1_mean = a.new_empty(()) if with_l1 else None
+    terms = None
+    if with_terms:
+        terms = a.new_empty((3, a.shape[0], a.shape[1], a.shape[2] * a.shape[3]))
+    _run_similarity("qs_similarity", a, b, padding, ssim=ssim_mean, l1=l1_mean, terms=terms)
+    return (ssim_mean, l1_mean), terms
+
+
+def _run_similarity(function: str, a: Tensor, b: Tensor, padding: int,
+                    **arrays: Optional[Tensor]) -> None:
+    given = _ffi.QsSimilarity(border=padding)
+    for name, tensor in dict(arrays, a=a, b=b).items():
+        put(given, name, tensor)
+    context = context_of(None, "ssim", a)
+    if not a.is_cuda:
+        with context._use("ssim") as pointer:
+            _ffi.call("ssim", function, pointer, ctypes.byref(given))
+        return
+    with Call(a.device) as call:
+        given.stream, given.temporary = call.stream, call.memory
+        with context._use("ssim") as pointer:
+            _ffi.call("ssim", function, pointer, ctypes.byref(given))
 
 
 def ssim(a: Tensor, b: Tensor, padding: str = "same") -> Tensor:
     """The mean structural similarity of two batches of pictures, with gradients by both.
 
-    a, b: batch x channels x height x width, nominally 0..1, float32 or float64. Half precision is
-        converted.
+    a, b: batch x channels x height x width, nominally 0..1, of any strides, float32, or on the CPU
+        float64. Half precision is converted.
     padding: "same": every pixel counts, values outside are 0; "valid": 5 pixels at every side do
         not count, and both sides have at least 11 pixels.
 
-    The window has 11 x 11 pixels and sigma 1.5. Returns a tensor of 0 dimensions. Raises UsageError.
+    The window has 11 x 11 pixels and sigma 1.5. Returns a tensor of 0 dimensions. On a GPU one
+    kernel computes it and one the gradient, and nothing waits. Raises UsageError.
     """
+    return _compared(a, b, padding, False)[0]
+
+
+def ssim_and_l1(a: Tensor, b: Tensor, padding: str = "same") -> Tuple[Tensor, Tensor]:
+    """ssim(), and the mean of |a - b| over all pixels, by the same kernels."""
+    return _compared(a, b, padding, True)
+
+
+def _compared(a: Tensor, b: Tensor, padding: str, with_l1: bool) -> Any:
     first = checked(a, "ssim: a")
     second = checked(b, "ssim: b")
     if first.dtype != second.dtype:
         raise UsageError("ssim: b has elements of another type than a")
-    if first.is_cuda or second.is_cuda:
-        _check_on_gpu(first, second, padding)
-    return _Ssim.apply(first, second, padding)
-
-
-def _check_on_gpu(a: Tensor, b: Tensor, padding: str) -> None:
-    """The library's checks. Raises UsageError."""
-    if a.device != b.device:
-        raise UsageError(f"ssim: b is on the device {b.device}, but a is on {a.device}")
-    if a.dim() != 4 or a.numel() == 0:
-        raise UsageError(f"ssim: a has the shape {tuple(a.shape)} instead of batch x channels x "
+    if first.device != second.device:
+        raise UsageError(f"ssim: b is on the device {second.device}, but a is on {first.device}")
+    if first.dim() != 4 or first.numel() == 0:
+        raise UsageError(f"ssim: a has the shape {tuple(first.shape)} instead of batch x channels x "
                          "height x width")
-    if a.shape != b.shape:
-        raise UsageError(f"ssim: b has the shape {tuple(b.shape)} instead of {tuple(a.shape)}")
-    choice(padding, "ssim: padding", _ffi.PADDINGS)
-    if padding == "valid" and min(a.shape[2:]) < 11:
-        raise UsageError(f"ssim: padding 'valid' needs 11 pixels along each side, not "
-                         f"{a.shape[3]} x {a.shape[2]}")
+    if first.shape != second.shape:
+        raise UsageError(f"ssim: b has the shape {tuple(second.shape)} instead of "
+                         f"{tuple(first.shape)}")
+    return _Similarity.apply(first, second, choice(padding, "ssim: padding", _ffi.PADDINGS),
+                             with_l1)
 
 
 def adam(param: Tensor, gradient: Tensor, first: Tensor, second: Tensor,
@@ -108,15 +147,52 @@ def _step_on_gpu(tensors: Dict[str, Tensor], visible: Optional[Tensor], rate: fl
 
 def relocated(opacities: Tensor, scales: Tensor, counts: Any, who: str,
               names: Tuple[str, str]) -> Tuple[Tensor, Tensor]:
-    """quadsplat.relocate() of tensors, computed on the CPU. The results are where opacities is.
+    """quadsplat.relocate() of tensors where they are.
 
     who, names: the caller and its names of the tensors, for messages.
     """
-    given = [checked(tensor, f"{who}: {name}").detach().cpu() for tensor, name in
-             zip((opacities, scales), names)]
-    made = _parts.relocate(*given, torch.as_tensor(counts).cpu())
-    new_opacities, new_scales = (torch.from_numpy(array).to(opacities.device) for array in made)
-    return new_opacities, new_scales
+    given = [checked(tensor, f"{who}: {name}").detach()
+             for tensor, name in zip((opacities, scales), names)]
+    if not given[0].is_cuda:
+        made = _parts.relocate(*given, torch.as_tensor(counts).cpu())
+        return torch.from_numpy(made[0]), torch.from_numpy(made[1])
+    copies = torch.as_tensor(counts, device=given[0].device).reshape(-1)
+    if copies.dtype not in (torch.int32, torch.int64):
+        copies = copies.to(torch.int64)
+    results = torch.empty_like(given[0]), torch.empty_like(given[1])
+    _run_on_gpu(who, "qs_relocate", given[0].reshape(-1), given[1], copies,
+                results[0].view(-1), results[1])
+    return results
+
+
+def covariances(rotations: Tensor, scales: Tensor, shape: Tuple[int, ...]) -> Tensor:
+    """R diag(s^2) R^T of N quaternions and N x 3 standard deviations on a GPU, N x `shape`: 6 or 3,
+    3. Without gradients."""
+    who = "covariances"
+    made = rotations.new_empty((rotations.shape[0], *shape))
+    _run_on_gpu(who, "qs_covariances", rotations, scales, made)
+    return made
+
+
+def add_noise(means: Tensor, rotations: Tensor, log_scales: Tensor, logits: Tensor,
+              normals: Tensor, factor: float, slope: float, middle: float) -> None:
+    """The noise of MCMC, in place: see QsNoise. float32."""
+    noise = _ffi.QsNoise(factor=factor, slope=slope, middle=middle,
+                         stream=stream_of(means.get_device()) if means.is_cuda else None)
+    for name, tensor in (("means", means), ("rotations", rotations), ("log_scales", log_scales),
+                         ("opacity_logits", logits), ("normals", normals)):
+        put(noise, name, tensor.detach())
+    with context_of(None, "noise", means)._use("noise") as pointer:
+        _ffi.call("noise", "qs_noise", pointer, ctypes.byref(noise))
+    mark_changed(means)
+
+
+def _run_on_gpu(who: str, function: str, *tensors: Tensor) -> None:
+    """Calls a function of arrays that works in the stream of the context."""
+    arrays = [array_of(tensor) for tensor in tensors]
+    with context_of(None, who, tensors[0])._use(who) as pointer:
+        _ffi.call(who, "qs_context_stream", pointer, stream_of(tensors[0].get_device()))
+        _ffi.call(who, function, pointer, *map(ctypes.byref, arrays))
 
 
 class SparseAdam(torch.optim.Adam):

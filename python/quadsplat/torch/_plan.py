@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterable, Optional, Sequence, Tuple
 
 import torch
 
 from .. import _ffi
 from .._context import Context, chosen
-from ._tensors import Tensor, array_of, places_of, put, put_all, stream_of
+from ._memory import Blocks, Call, place_of, register, unregister
+from ._tensors import Tensor, array_of, places_of, put, put_all
 
 #: The tensors of QsInputs, in the order in which they are handed on; None: absent.
 INPUTS = ("means", "scales", "rotations", "covariances", "opacities", "sh", "sh_rest", "channels",
           "background", "position")
 #: The pictures of QsBlended.
 PICTURES = ("color", "alpha", "depth", "inverse_depth")
-BLOCKS = ("per_gaussian", "per_pair", "per_pixel")
 
 _byref = ctypes.byref
 _INPUT_PLACES = places_of(_ffi.QsInputs, INPUTS)
@@ -45,18 +45,35 @@ class Plan:
         """Calls a function of the library with the inputs, camera and rules in front."""
         self._call(function, inputs, map(_byref, arguments))
 
+    def fill(self, function: str, inputs: Tensors, blocks: Blocks,
+             *arguments: ctypes.Structure) -> None:
+        """call() of a function that asks for memory of a frame before its other arguments."""
+        register(blocks)
+        try:
+            self.call(function, inputs, blocks.memory, *arguments)
+        except Exception:
+            if blocks.error is not None:
+                raise blocks.error from None
+            raise
+        finally:
+            unregister(blocks)
+
     def _call(self, function: str, inputs: Tensors, arguments: Iterable[Any]) -> None:
         given = _ffi.QsInputs()
         put_all(given, _INPUT_PLACES, inputs)
         means = _means(inputs)
-        temporary = _Temporary(means.device, given) if means.is_cuda else None
-        try:
-            with self.context._use(self.who) as pointer:
-                _ffi.call(self.who, function, pointer, _byref(given), _byref(self.camera),
-                          _byref(self.rules), *arguments)
-        finally:
-            if temporary is not None:
-                temporary.free()
+        if not means.is_cuda:
+            self._run(function, given, arguments)
+            return
+        with Call(means.device) as call:
+            given.stream = call.stream
+            given.temporary = call.memory
+            self._run(function, given, arguments)
+
+    def _run(self, function: str, given: _ffi.QsInputs, arguments: Iterable[Any]) -> None:
+        with self.context._use(self.who) as pointer:
+            _ffi.call(self.who, function, pointer, _byref(given), _byref(self.camera),
+                      _byref(self.rules), *arguments)
 
     def count_pixels(self, inputs: Tensors, frame: _ffi.QsStageFrame) -> Optional[Tensor]:
         """The number of pixels of every Gaussian, if it is wanted, beside the Gaussians."""
@@ -75,8 +92,8 @@ class Plan:
         copies = [None if tensor is None else tensor.cpu() for tensor in inputs]
         plan = Plan(self.who, chosen(None, self.who, "cpu"), self.camera, self.rules, (), False,
                     self.counts_above)
-        frame, blocks = _ffi.QsStageFrame(), Blocks()
-        blocks.call(plan, "qs_project", copies, _ffi.QsBoundary(), frame)
+        frame, blocks = _ffi.QsStageFrame(), Blocks(place_of(torch.device("cpu")))
+        plan.fill("qs_project", copies, blocks, _ffi.QsBoundary(), frame)
         counts = plan.count_pixels(copies, frame)
         assert counts is not None
         return counts
@@ -103,80 +120,3 @@ class Plan:
 def _means(inputs: Tensors) -> Tensor:
     assert inputs[0] is not None
     return inputs[0]
-
-
-class _Temporary:
-    """torch's current stream and memory of torch's allocator, for a call on a GPU."""
-
-    def __init__(self, device: torch.device, inputs: _ffi.QsInputs) -> None:
-        self._device = device
-        self._blocks: List[Tensor] = []
-        self._memory = _ffi.QsMemory(user=id(self), allocate=_allocate)
-        inputs.stream = stream_of(device.index)
-        inputs.temporary = ctypes.pointer(self._memory)
-        _filled[id(self)] = self
-
-    def allocate(self, size: int, _kind: int) -> Optional[int]:
-        try:
-            self._blocks.append(_bytes_on(self._device, size))
-            return self._blocks[-1].data_ptr()
-        except BaseException:  # the library says so
-            return None
-
-    def free(self) -> None:
-        """After the call: torch uses the memory again in the order of the stream."""
-        del _filled[id(self)]
-        self._blocks.clear()
-
-
-def _bytes_on(device: torch.device, size: int) -> Tensor:
-    """Uninitialised memory. Without a byte a tensor has no address."""
-    return torch.empty(size or 1, dtype=torch.uint8, device=device)
-
-
-class Blocks:
-    """The memory of a frame, as tensors of bytes."""
-
-    def __init__(self) -> None:
-        self.blocks: List[Optional[Tensor]] = [None] * len(BLOCKS)
-        self._device = torch.device("cpu")
-        self._error: Optional[BaseException] = None
-
-    def call(self, plan: Plan, function: str, inputs: Tensors, *arguments: Any) -> None:
-        """Plan.call() of a function that asks for memory before its other arguments."""
-        self._device = _means(inputs).device
-        key = id(self)
-        _filled[key] = self
-        try:
-            plan.call(function, inputs, _ffi.QsMemory(user=key, allocate=_allocate), *arguments)
-        except Exception:
-            if self._error is not None:
-                raise self._error from None
-            raise
-        finally:
-            del _filled[key]
-
-    def allocate(self, size: int, kind: int) -> Optional[int]:
-        try:
-            block = self.blocks[kind] = _bytes_on(self._device, size)
-            return block.data_ptr()
-        except BaseException as error:  # ctypes would print it and go on
-            self._error = error
-            return None
-
-
-#: The memory of the calls that run, by id().
-_filled: Dict[int, Union[Blocks, _Temporary]] = {}
-
-
-@_ffi.ALLOCATE
-def _allocate(user: int, size: int, kind: int) -> Optional[int]:
-    return _filled[user].allocate(size, kind)
-
-
-def copy_of(frame: _ffi.QsStageFrame, blocks: Tensors) -> _ffi.QsStageFrame:
-    """The frame with its memory in these blocks."""
-    copy = _ffi.QsStageFrame.from_buffer_copy(frame)
-    for name, block in zip(BLOCKS, blocks):
-        setattr(copy, name, None if block is None else block.data_ptr())
-    return copy

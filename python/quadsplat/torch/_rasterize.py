@@ -11,8 +11,8 @@ from .._camera import Camera
 from .._checks import real, words
 from .._context import Context
 from .._errors import UsageError
-from ._functions import Blend, Project, Rasterize
-from ._plan import INPUTS, PICTURES, Blocks, Plan
+from ._functions import Blend, Project, Rasterize, new_blocks
+from ._plan import INPUTS, PICTURES, Plan
 from ._rules import Rules, struct_of
 from ._tensors import Tensor, checked, checked_shape, context_of
 
@@ -118,7 +118,7 @@ def rasterize(means: Tensor, scales: Optional[Tensor] = None, rotations: Optiona
         return Rasterized(*results, None, pixels)
     if screen_points is not None:
         raise UsageError(f"{who}: screen_points is given, and so is boundary: use its means_px")
-    frame, blocks = _ffi.QsStageFrame(), Blocks()
+    frame, blocks = _ffi.QsStageFrame(), new_blocks(inputs)
     *edge, radii, pixels = Project.apply(plan, frame, blocks, view, *inputs)
     pictures = Blend.apply(plan, frame, blocks, *edge, points[1], given.get("channels"),
                            given.get("background"),

@@ -56,10 +56,12 @@ def array_of(tensor: Tensor) -> _ffi.QsArray:
 
 
 def _pack(target: ctypes.Structure, offset: int, tensor: Tensor) -> None:
-    shape = tensor.shape
+    shape, strides = tensor.shape, tensor.stride()
     dimensions = len(shape)
+    if dimensions == 0:  # a number
+        shape, strides, dimensions = (1,), (1,), 1
     memory, device = (_CUDA, tensor.get_device()) if tensor.is_cuda else _HOST
-    _PACK[dimensions](target, offset, tensor.data_ptr(), *shape, *tensor.stride(), dimensions,
+    _PACK[dimensions](target, offset, tensor.data_ptr(), *shape, *strides, dimensions,
                       _TYPES[tensor.dtype], memory, device)
 
 

@@ -47,27 +47,37 @@ struct Sparsity {
   }
 };
 
-/// Standard normal vectors times the covariance, `size` and a sigmoid that is 1 for transparent
-/// Gaussians and falls at kDeadOpacity.
-struct Noise {
-  double size = 0;
-  Random random;
+/// The noise of MCMC: a normal vector times the covariance, `size` and a sigmoid that is 1 for
+/// transparent Gaussians and falls at the opacity `middle`.
+struct NoiseShape {
+  double size = 0, slope = 100, middle = kDeadOpacity;
 
-  /// The mean of Gaussian i after the noise. A noise that is not finite changes nothing.
-  QS_HD glm::vec3 moved(std::uint64_t i, const glm::vec3& mean, const glm::vec3& log_scale,
-                        const glm::quat& rotation, float opacity_logit) const {
-    constexpr double kSlope = 100;
+  /// The mean of a Gaussian after the noise of a standard normal vector. A noise that is not finite
+  /// changes nothing.
+  QS_HD glm::vec3 moved(const glm::vec3& mean, const glm::vec3& log_scale,
+                        const glm::quat& rotation, float opacity_logit, const glm::dvec3& n) const {
     const double opacity = opacity_of(static_cast<double>(opacity_logit));
-    const double factor = size * opacity_of(-kSlope * (opacity - kDeadOpacity));
+    const double factor = size * opacity_of(-slope * (opacity - middle));
     const Covariance3<double> c =
         covariance_of(glm::dvec3(log_scale), unit_rotation(glm::dquat(rotation)));
-    const glm::dvec3 n = random.normal3(i);
     const glm::vec3 offset(factor * glm::dvec3(c.xx * n.x + c.xy * n.y + c.xz * n.z,
                                                c.xy * n.x + c.yy * n.y + c.yz * n.z,
                                                c.xz * n.x + c.yz * n.y + c.zz * n.z));
     const glm::vec3 result = mean + offset;
     const float sum = result.x + result.y + result.z;
     return sum - sum == 0.0f ? result : mean;  // finite
+  }
+};
+
+/// Standard normal vectors for that noise.
+struct Noise {
+  NoiseShape shape;
+  Random random;
+
+  /// The mean of Gaussian i after the noise.
+  QS_HD glm::vec3 moved(std::uint64_t i, const glm::vec3& mean, const glm::vec3& log_scale,
+                        const glm::quat& rotation, float opacity_logit) const {
+    return shape.moved(mean, log_scale, rotation, opacity_logit, random.normal3(i));
   }
 };
 

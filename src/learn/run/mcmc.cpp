@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "learn/gradient/relocation.h"
 #include "learn/run/density_rules.h"
-#include "learn/step/relocation.h"
 
 namespace qs::train {
 namespace {
@@ -85,7 +85,7 @@ void mcmc_step(const IterationContext& context, StepOrder& order) {
   const double unit = context.extent;
   order.sparsity = Sparsity{kOpacityWeight, kScaleWeight / unit};
   order.noise =
-      Noise{kNoise * context.rates.mean / (unit * unit), context.random(RandomUse::noise)};
+      Noise{{kNoise * context.rates.mean / (unit * unit)}, context.random(RandomUse::noise)};
 }
 
 }  // namespace qs::train

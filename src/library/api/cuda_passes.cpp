@@ -2,17 +2,16 @@
 //
 // The passes of the differentiable rasterizer on the GPU of a context. Everything is enqueued in
 // the caller's stream.
-#include "base/not_copied.h"
 #include "library/api/passes.h"
 #ifdef QUADSPLAT_HAVE_CUDA
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "learn/diff/cuda/blend.h"
 #include "learn/diff/cuda/device.h"
 #include "learn/diff/cuda/project.h"
+#include "library/check/gpu_memory.h"
 #endif
 
 namespace qs::library {
@@ -21,45 +20,6 @@ namespace {
 #ifdef QUADSPLAT_HAVE_CUDA
 
 namespace gpu = cuda::diff;
-
-/// Temporary memory of a call: from the caller, or of the library until the call returns.
-class Temporary : NotCopied {
- public:
-  Temporary(const StageCall& call, const gpu::Queue& queue) : queue_(queue) {
-    if (call.inputs.temporary != nullptr)
-      callers_.emplace(call.where("inputs") / "temporary", call.inputs.temporary);
-  }
-  ~Temporary() {
-    for (void* const memory : own_) gpu::free(memory, queue_);
-  }
-
-  /// Null for 0 bytes.
-  void* allocate(std::size_t bytes);
-
-  template <class T>
-  T* numbers(std::size_t count) {
-    return static_cast<T*>(allocate(count * sizeof(T)));
-  }
-
- private:
-  const gpu::Queue& queue_;
-  std::optional<CallersMemory> callers_;
-  std::vector<void*> own_;
-};
-
-/// Memory of the caller. Throws Error(usage) unless it is the GPU's.
-void* allocate_on_gpu(const CallersMemory& memory, std::size_t bytes, std::uint32_t kind) {
-  void* const block = memory.allocate(bytes, kind);
-  if (!gpu::is_gpu_memory(block)) memory.refuse_memory("returned memory that is not the GPU's");
-  return block;
-}
-
-void* Temporary::allocate(std::size_t bytes) {
-  if (bytes == 0) return nullptr;
-  if (callers_) return allocate_on_gpu(*callers_, bytes, QS_TEMPORARY);
-  own_.reserve(own_.size() + 1);
-  return own_.emplace_back(gpu::allocate(bytes, queue_));
-}
 
 /// Calls f(i, address) for the elements of an array of up to two dimensions, row by row.
 template <class F>
@@ -77,7 +37,7 @@ class CudaPasses final : public Passes {
       : call_(call),
         selected_(use.device()),
         queue_{call.inputs.stream, use.stop()},
-        temporary_(call, queue_),
+        temporary_(call.where("inputs") / "temporary", call.inputs.temporary, queue_),
         view_(call.view) {
     const QsArray& position = call.inputs.position;
     if (is_absent(position) || position.memory == QS_MEMORY_HOST) return;

@@ -97,6 +97,14 @@ uint32_t qs_context_backend(const QsContext* context) {
   return context->context->backend() == Backend::cpu ? QS_BACKEND_CPU : QS_BACKEND_CUDA;
 }
 
+int32_t qs_context_stream(QsContext* context, void* stream, char* message) {
+  return library::call(__func__, message, [&](const char* function) {
+    require(context, {function, "context"});
+    const Use use(*context->context, {function, "context"});
+    context->context->stream = stream;
+  });
+}
+
 void qs_stop(QsContext* context) {
   if (context != nullptr) context->context->stop();
 }

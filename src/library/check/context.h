@@ -27,6 +27,9 @@ class Context {
   Backend backend() const { return backend_; }
   int device() const { return device_; }
   ThreadPool& pool() { return pool_; }
+  /// The stream of functions whose arguments have none, a cudaStream_t.
+  void* stream = nullptr;
+
   std::unique_ptr<Renderer> make_renderer() { return qs::make_renderer(backend_, pool_, device_); }
 
   /// False in a forked process, which has none of the pool's threads.
@@ -67,6 +70,7 @@ class Use : NotCopied {
   /// CUDA's number of the GPU of backend cuda.
   int device() const { return context_.device(); }
   ThreadPool& pool() const { return context_.pool(); }
+  void* stream() const { return context_.stream; }
   const std::stop_token& stop() const { return stop_; }
 
  private:

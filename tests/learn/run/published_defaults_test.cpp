@@ -197,7 +197,7 @@ TEST(PublishedDefaults, of_markov_chain_monte_carlo) {
                     {"growth of 100", static_cast<double>(grown.size()), 105},
                     {"weight of opacities", step.sparsity->opacity_weight, 0.01},
                     {"weight of scales", step.sparsity->scale_weight, 0.01},
-                    {"noise", step.noise->size, 5e5 * 1e-4}});
+                    {"noise", step.noise->shape.size, 5e5 * 1e-4}});
 }
 
 }  // namespace

@@ -2,154 +2,18 @@
 #include <algorithm>
 #include <cassert>
 
+#include "learn/diff/cuda/ssim_block.cuh"
 #include "learn/step/cuda/loss.cuh"
 #include "raster/cuda/common/warp.cuh"
-#include "raster/kernel/ssim.h"
-#include "raster/scene/image_metrics.h"
 
 namespace qs::cuda::train {
 namespace {
 
+using diff::for_own_values;
+
 constexpr int kChannels = 3;
-
-constexpr int kSide = 16;                // of the pixels of a block
-constexpr int kRow = kSide * kChannels;  // values in a row of a block
-constexpr int kMargin = kSsimRadius * kChannels;
-constexpr int kWideRow = kRow + 2 * kMargin;  // with the values around them that the window reaches
-constexpr int kHighSide = kSide + 2 * kSsimRadius;
-
-// A thread computes a run of neighbours of one channel, because they share most of their inputs:
-// first kAlong along a row, then kDown down a column.
-constexpr int kAlong = 8, kDown = 4;
-constexpr unsigned kBlock = kRow * kSide / kDown;  // threads
-static_assert(kSide % kAlong == 0 && kHighSide * kRow / kAlong <= int{kBlock});
-
-/// A picture as rows of values, with the channels of a pixel side by side.
-struct Shape {
-  int row;                  ///< values in a row
-  int height;               ///< rows
-  int columns;              ///< blocks side by side
-  float window[kSsimSize];  ///< weights along one axis
-
-  static Shape of_image(int width, int height) {
-    Shape shape{width * kChannels, height, (width + kSide - 1) / kSide, {}};
-    const auto weights = ssim_window();
-    for (int k = 0; k < kSsimSize; ++k) assert(weights[k] == weights[kSsimSize - 1 - k]);
-    std::copy(weights.begin(), weights.end(), shape.window);
-    return shape;
-  }
-
-  std::uint32_t count() const { return static_cast<std::uint32_t>(row * height); }
-  unsigned blocks() const {
-    return static_cast<unsigned>(columns * ((height + kSide - 1) / kSide));
-  }
-
-  // Of the first value of the running block.
-  __device__ int left() const { return static_cast<int>(blockIdx.x) % columns * kRow; }
-  __device__ int top() const { return static_cast<int>(blockIdx.x) / columns * kSide; }
-
-  __device__ bool contains(int x, int y) const { return x >= 0 && x < row && y >= 0 && y < height; }
-};
-
-/// Values of a block and the values around them that the window reaches, in shared memory. They are
-/// zero outside of the picture. Rows have odd lengths, so that a column is in all memory banks.
-template <int kFields, int kMoments>
-struct Surroundings {
-  float values[kFields][kHighSide][kWideRow + 1];
-  float rows[kMoments][kHighSide][kRow + 1];  ///< moments, blurred along the rows
-
-  /// Sets every value of every field f: value_at(f, i) of the picture. A barrier must follow.
-  template <class ValueAt>
-  __device__ void load(const Shape& shape, const ValueAt& value_at) {
-    for (int n = static_cast<int>(threadIdx.x); n < kHighSide * kWideRow; n += int{kBlock}) {
-      const int x = shape.left() + n % kWideRow - kMargin;
-      const int y = shape.top() + n / kWideRow - kSsimRadius;
-      const bool inside = shape.contains(x, y);
-      for (int f = 0; f < kFields; ++f)
-        values[f][n / kWideRow][n % kWideRow] =
-            inside ? value_at(f, static_cast<std::uint32_t>(y * shape.row + x)) : 0.0f;
-    }
-  }
-
-  /// Convolves the moments with the window, for the thread's kDown values. set(in, out) computes
-  /// the moments of a value from its fields. The order of the sums is the CPU's. All threads call
-  /// it.
-  template <class Set>
-  __device__ void blur(const Shape& shape, const Set& set, float (&sums)[kMoments][kDown]) {
-    __syncthreads();
-    blur_along_rows(shape, set);
-    __syncthreads();
-    const int x = own_column(), top = own_top();
-    clear(sums);
-#pragma unroll
-    for (int j = 0; j < kDown + kSsimSize - 1; ++j) {
-      float moments[kMoments];
-#pragma unroll
-      for (int m = 0; m < kMoments; ++m) moments[m] = rows[m][top + j][x];
-      add_to_run(shape, j, moments, sums);
-    }
-  }
-
-  static __device__ int own_column() { return static_cast<int>(threadIdx.x) % kRow; }
-  static __device__ int own_top() { return static_cast<int>(threadIdx.x) / kRow * kDown; }
-
- private:
-  template <int kRun>
-  static __device__ void clear(float (&sums)[kMoments][kRun]) {
-#pragma unroll
-    for (int m = 0; m < kMoments; ++m)
-#pragma unroll
-      for (int own = 0; own < kRun; ++own) sums[m][own] = 0;
-  }
-
-  /// Adds input j of a run to the sums that it belongs to.
-  template <int kRun>
-  static __device__ void add_to_run(const Shape& shape, int j, const float (&moments)[kMoments],
-                                    float (&sums)[kMoments][kRun]) {
-#pragma unroll
-    for (int own = 0; own < kRun; ++own) {
-      const int k = j - own;
-      if (k < 0 || k >= kSsimSize) continue;
-      // The window is symmetric, so a product with a weight serves two sums.
-      const float weight = shape.window[k <= kSsimRadius ? k : kSsimSize - 1 - k];
-#pragma unroll
-      for (int m = 0; m < kMoments; ++m) sums[m][own] += weight * moments[m];
-    }
-  }
-
-  template <class Set>
-  __device__ void blur_along_rows(const Shape& shape, const Set& set) {
-    const int n = static_cast<int>(threadIdx.x);
-    if (n >= kHighSide * kRow / kAlong) return;
-    const int y = n % kHighSide, run = n / kHighSide;
-    const int begin = run / kChannels * kAlong * kChannels + run % kChannels;
-    float sums[kMoments][kAlong];
-    clear(sums);
-#pragma unroll
-    for (int j = 0; j < kAlong + kSsimSize - 1; ++j) {
-      float in[kFields], moments[kMoments];
-#pragma unroll
-      for (int f = 0; f < kFields; ++f) in[f] = values[f][y][begin + j * kChannels];
-      set(in, moments);
-      add_to_run(shape, j, moments, sums);
-    }
-#pragma unroll
-    for (int m = 0; m < kMoments; ++m)
-#pragma unroll
-      for (int own = 0; own < kAlong; ++own) rows[m][y][begin + own * kChannels] = sums[m][own];
-  }
-};
-
-/// Calls visit(k, i) for the thread's values inside the picture: k counts them, i is the index.
-template <class Visit>
-__device__ void for_own_values(const Shape& shape, const Visit& visit) {
-  const int n = static_cast<int>(threadIdx.x);
-#pragma unroll
-  for (int own = 0; own < kDown; ++own) {
-    const int x = shape.left() + n % kRow, y = shape.top() + n / kRow * kDown + own;
-    if (shape.contains(x, y)) visit(own, static_cast<std::uint32_t>(y * shape.row + x));
-  }
-}
+using Shape = diff::SsimShape<kChannels>;
+constexpr unsigned kBlock = diff::kSsimBlock;
 
 /// The two pictures, value by value.
 struct Pictures {
@@ -167,30 +31,27 @@ struct Derivatives {
   std::uint32_t size;  ///< size of a field
 };
 
+/// Values that one block needs.
+template <int kFields, int kMoments>
+using Surroundings = diff::Surroundings<kChannels, kFields, kMoments>;
+
 /// One block per 16x16 pixels: SSIM, summed over the block, and its derivatives per value.
 __global__ void __launch_bounds__(kBlock)
     measure_similarity(Shape shape, Pictures pictures, Derivatives derivatives, LossSums* sums) {
   __shared__ Surroundings<2, 5> around;
-  around.load(shape, [&](int f, std::uint32_t i) {
+  around.load(shape, [&](int f, int x, int y) {
+    const std::uint32_t i = shape.index(x, y);
     if (pictures.masks(i)) return 0.0f;
     return f == 0 ? shown(pictures.color[i]) : pictures.target[i];
   });
-  float moments[5][kDown];
-  const auto products = [](const float(&in)[2], float(&out)[5]) {
-    const float a = in[0], b = in[1];
-    out[0] = a;
-    out[1] = b;
-    out[2] = a * a;
-    out[3] = b * b;
-    out[4] = a * b;
-  };
-  around.blur(shape, products, moments);
+  float moments[5][diff::kSsimDown];
+  around.blur(shape, diff::SsimMoments{}, moments);
   double value = 0;
-  for_own_values(shape, [&](int own, std::uint32_t i) {
+  for_own_values(shape, [&](int own, int x, int y) {
+    const std::uint32_t i = shape.index(x, y);
     Similarity<float> s{};
     if (!pictures.masks(i)) {
-      s = Similarity<float>::of(moments[0][own], moments[1][own], moments[2][own], moments[3][own],
-                                moments[4][own]);
+      s = diff::similarity_of(moments, own);
       value += static_cast<double>(s.value);
     }
     derivatives.values[i] = s.by_a;
@@ -207,15 +68,14 @@ __global__ void __launch_bounds__(kBlock)
     loss_gradients(Shape shape, Pictures pictures, Derivatives derivatives,
                    LossGradient<float> gradient, float* d_color, LossSums* sums) {
   __shared__ Surroundings<3, 3> around;
-  around.load(shape,
-              [&](int f, std::uint32_t i) { return derivatives.values[f * derivatives.size + i]; });
-  float blurred[3][kDown];
-  const auto same = [](const float(&in)[3], float(&out)[3]) {
-    for (int f = 0; f < 3; ++f) out[f] = in[f];
-  };
-  around.blur(shape, same, blurred);
+  around.load(shape, [&](int f, int x, int y) {
+    return derivatives.values[f * derivatives.size + shape.index(x, y)];
+  });
+  float blurred[3][diff::kSsimDown];
+  around.blur(shape, diff::SameFields{}, blurred);
   double l1 = 0, squared = 0;
-  for_own_values(shape, [&](int own, std::uint32_t i) {
+  for_own_values(shape, [&](int own, int x, int y) {
+    const std::uint32_t i = shape.index(x, y);
     d_color[i] = 0;
     if (pictures.masks(i)) return;
     const float a = pictures.color[i], b = pictures.target[i];
@@ -260,7 +120,7 @@ void compare(const Comparison& pictures, cudaStream_t stream, LossScratch& scrat
              DeviceBuffer<glm::vec3>& d_color) {
   const Shape shape = Shape::of_image(pictures.width, pictures.height);
   const std::uint32_t count = shape.count();
-  const unsigned blocks = shape.blocks();
+  const auto blocks = static_cast<unsigned>(shape.blocks_of_picture);
   scratch.derivatives.reserve("the loss", std::size_t{3} * count);
   scratch.of_blocks.reserve("the loss", blocks);
   scratch.of_image.reserve("the loss", 1);

@@ -196,7 +196,7 @@ TEST_F(CudaTrainStep, sparsity_and_noise_are_those_of_the_cpu) {
     order.moves = sparse;
     order.rates = kRates;
     if (sparse) order.sparsity = Sparsity{30, 20};
-    if (!sparse) order.noise = Noise{1e-2, Random::of(1, RandomUse::noise, 2)};
+    if (!sparse) order.noise = Noise{{1e-2}, Random::of(1, RandomUse::noise, 2)};
     start(model, scene);
     model.step(order);
     Scene expected = scene;

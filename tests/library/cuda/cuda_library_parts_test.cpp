@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+// The parts of a trainer through the C interface with arrays in the memory of a GPU.
+#include <random>
+#include <vector>
+
+#include <gmock/gmock.h>
+
+#include "library/on_gpu.h"
+#include "library/opened_scene.h"
+#include "support/gpu.h"
+
+namespace qs {
+namespace {
+
+using quadsplat::array_of;
+using quadsplat::check;
+using quadsplat::sized;
+using test::OnGpu;
+
+std::vector<float> random_numbers(std::size_t count, unsigned seed, float low = -0.2f,
+                                  float high = 1.2f) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(low, high);
+  std::vector<float> numbers(count);
+  for (float& number : numbers) number = uniform(random);
+  return numbers;
+}
+
+class CudaLibraryParts : public test::GpuTest {
+ protected:
+  static quadsplat::Context gpu() { return quadsplat::Context(QS_BACKEND_CUDA, 0, 1); }
+};
+
+/// The results of both functions for two batches of pictures.
+struct Compared {
+  std::vector<float> ssim = {-1}, l1 = {-1}, by_a;
+};
+
+struct Batch {
+  std::int64_t pictures, channels, height, width;
+  bool channels_last = false;  ///< the channels of a pixel side by side
+
+  std::int64_t size() const { return pictures * channels * height * width; }
+  QsArray array(std::vector<float>& values) const {
+    QsArray made = array_of(values.data(), {pictures, channels, height, width});
+    if (channels_last) {
+      made.strides[1] = 1;
+      made.strides[2] = width * channels;
+      made.strides[3] = channels;
+    }
+    return made;
+  }
+};
+
+Compared compared(quadsplat::Context& context, const Batch& batch, std::uint32_t border,
+                  bool with_l1, OnGpu* on_gpu) {
+  const auto count = static_cast<std::size_t>(batch.size());
+  std::vector<float> a = random_numbers(count, 1), b = random_numbers(count, 2), terms(3 * count);
+  a[count / 2] = b[count / 2];
+  std::vector<float> by_ssim = {-0.7f}, by_l1 = {0.3f};
+  Compared found;
+  found.by_a.assign(count, -9);
+  auto given = sized<QsSimilarity>();
+  given.border = border;
+  given.a = batch.array(a);
+  given.b = batch.array(b);
+  given.ssim = array_of(found.ssim.data(), {1});
+  given.by_ssim = array_of(by_ssim.data(), {1});
+  given.by_a = batch.array(found.by_a);
+  given.terms =
+      array_of(terms.data(), {3, batch.pictures, batch.channels, batch.height * batch.width});
+  if (with_l1) {
+    given.l1 = array_of(found.l1.data(), {1});
+    given.by_l1 = array_of(by_l1.data(), {1});
+  }
+  if (on_gpu != nullptr) {
+    for (QsArray* const array : {&given.a, &given.b, &given.ssim, &given.l1, &given.terms,
+                                 &given.by_ssim, &given.by_l1, &given.by_a})
+      on_gpu->place(*array);
+    given.temporary = on_gpu->temporary();
+  }
+  check(qs_similarity, context.get(), &given);
+  check(qs_similarity_backward, context.get(), &given);
+  if (on_gpu != nullptr) on_gpu->give_back();
+  return found;
+}
+
+TEST_F(CudaLibraryParts, similarity_has_the_derivatives_of_the_cpu_to_the_bit) {
+  quadsplat::Context context = gpu(), cpu = test::cpu(1);
+  for (const Batch& batch : {Batch{1, 1, 1, 1}, Batch{1, 3, 40, 53}, Batch{2, 3, 17, 49, true},
+                             Batch{1, 1, 11, 130}, Batch{3, 2, 33, 12, true}}) {
+    for (const std::uint32_t border : {QS_BORDER_ZEROS, QS_BORDER_CROP}) {
+      if (border == QS_BORDER_CROP && std::min(batch.width, batch.height) < 11) continue;
+      for (const bool with_l1 : {false, true}) {
+        const Compared expected = compared(cpu, batch, border, with_l1, nullptr);
+        OnGpu on_gpu;
+        on_gpu.gives_temporary = with_l1;
+        const Compared found = compared(context, batch, border, with_l1, &on_gpu);
+        EXPECT_EQ(found.by_a, expected.by_a);
+        EXPECT_NEAR(found.ssim[0], expected.ssim[0], 1e-6);
+        EXPECT_NEAR(found.l1[0], expected.l1[0], 1e-6);
+        OnGpu again;
+        EXPECT_EQ(compared(context, batch, border, with_l1, &again).ssim, found.ssim);
+      }
+    }
+  }
+}
+
+TEST_F(CudaLibraryParts, similarity_on_a_gpu_has_sentences) {
+  quadsplat::Context context = gpu();
+  std::vector<float> a(48), number(1);
+  std::vector<double> doubles(48);
+  auto given = sized<QsSimilarity>();
+  OnGpu on_gpu;
+  const auto refusal = [&](const auto& change) {
+    given.a = given.b = given.by_a = array_of(a.data(), {1, 3, 4, 4});
+    given.ssim = given.by_ssim = array_of(number.data(), {1});
+    for (QsArray* const array : {&given.a, &given.b, &given.by_a, &given.ssim, &given.by_ssim})
+      on_gpu.place(*array);
+    change();
+    return test::sentence_of([&] {
+      check(qs_similarity, context.get(), &given);
+      check(qs_similarity_backward, context.get(), &given);
+    });
+  };
+  EXPECT_EQ(refusal([&] { given.ssim = array_of(number.data(), {1}); }),
+            "qs_similarity: compared.ssim: is in host memory, but a is in the memory of GPU 0");
+  EXPECT_EQ(refusal([] {}),
+            "qs_similarity_backward: compared.terms: is absent: it needs 4 dimensions");
+  EXPECT_EQ(refusal([&] {
+              given.a = given.b = array_of(doubles.data(), {1, 3, 4, 4});
+              on_gpu.place(given.a);
+              on_gpu.place(given.b);
+            }),
+            "qs_similarity: compared.a: has elements of float64: a GPU takes QS_FLOAT32");
+}
+
+constexpr std::int64_t kCount = 600;
+
+TEST_F(CudaLibraryParts, covariances_and_noise_have_the_bits_of_the_cpu) {
+  quadsplat::Context context = gpu(), cpu = test::cpu(1);
+  std::vector<float> rotations = random_numbers(4 * kCount, 3),
+                     scales = random_numbers(3 * kCount, 4);
+  std::vector<float> logits = random_numbers(kCount, 5, -8, 3);
+  std::vector<float> normals = random_numbers(3 * kCount, 6, -2, 2);
+  logits[7] = NAN;
+  for (int dimensions : {2, 3}) {
+    std::vector<std::vector<float>> found;
+    for (quadsplat::Context* const used : {&cpu, &context}) {
+      std::vector<float> covariances(9 * kCount, -1), means = random_numbers(3 * kCount, 7);
+      QsArray of_rotations = array_of(rotations.data(), {kCount, 4});
+      QsArray of_scales = array_of(scales.data(), {kCount, 3});
+      QsArray of_covariances = dimensions == 2 ? array_of(covariances.data(), {kCount, 6})
+                                               : array_of(covariances.data(), {kCount, 3, 3});
+      auto noise = sized<QsNoise>();
+      noise.factor = 0.3;
+      noise.slope = 100;
+      noise.middle = 0.005;
+      noise.means = array_of(means.data(), {kCount, 3});
+      noise.log_scales = of_scales;
+      noise.rotations = of_rotations;
+      noise.opacity_logits = array_of(logits.data(), {kCount});
+      noise.normals = array_of(normals.data(), {kCount, 3});
+      OnGpu on_gpu;
+      if (used == &context)
+        for (QsArray* const array :
+             {&of_rotations, &of_scales, &of_covariances, &noise.means, &noise.log_scales,
+              &noise.rotations, &noise.opacity_logits, &noise.normals})
+          on_gpu.place(*array);
+      check(qs_context_stream, used->get(), nullptr);
+      check(qs_covariances, used->get(), &of_rotations, &of_scales, &of_covariances);
+      check(qs_noise, used->get(), &noise);
+      on_gpu.give_back();
+      found.push_back(covariances);
+      found.push_back(means);
+    }
+    EXPECT_EQ(found[0], found[2]);
+    EXPECT_EQ(found[1], found[3]);
+    const std::vector<float> before = random_numbers(3 * kCount, 7);
+    EXPECT_NE(found[1], before);
+    EXPECT_EQ(found[1][21], before[21]) << "the noise is not finite";
+    EXPECT_EQ(found[0][8 * kCount] == -1, dimensions == 2);
+  }
+}
+
+TEST_F(CudaLibraryParts, relocation_is_the_one_of_the_cpu) {
+  quadsplat::Context context = gpu(), cpu = test::cpu(1);
+  std::vector<float> opacities = random_numbers(kCount, 8), scales = random_numbers(3 * kCount, 9);
+  std::vector<std::int64_t> counts;
+  for (std::int64_t i = 0; i < kCount; ++i) counts.push_back(i % 70 - 3);
+  std::vector<std::vector<float>> found;
+  for (quadsplat::Context* const used : {&cpu, &context}) {
+    std::vector<float> new_opacities(kCount), new_scales(3 * kCount);
+    QsArray arrays[] = {array_of(opacities.data(), {kCount}), array_of(scales.data(), {kCount, 3}),
+                        array_of(counts.data(), {kCount}), array_of(new_opacities.data(), {kCount}),
+                        array_of(new_scales.data(), {kCount, 3})};
+    OnGpu on_gpu;
+    if (used == &context)
+      for (QsArray& array : arrays) on_gpu.place(array);
+    check(qs_relocate, used->get(), &arrays[0], &arrays[1], &arrays[2], &arrays[3], &arrays[4]);
+    on_gpu.give_back();
+    found.push_back(new_opacities);
+    found.push_back(new_scales);
+  }
+  EXPECT_THAT(found[2], testing::Pointwise(testing::FloatNear(1e-6f), found[0]));
+  EXPECT_THAT(found[3], testing::Pointwise(testing::FloatNear(1e-3f), found[1]));
+  EXPECT_NE(found[0], opacities);
+}
+
+}  // namespace
+}  // namespace qs

@@ -214,7 +214,9 @@ class Measure:
                 busy += event["dur"]
                 copies += kind != "kernel"
         memory = self.torch.cuda.memory_stats() if self.torch.cuda.is_available() else {}
+        waits = sum(micros for name, (_, micros) in calls.items() if "Synchronize" in name) / 1e3 / turns
         rows = {"ms without the profiler": 1e3 * self.before, "ms with the profiler": 1e3 * wall / turns,
+                "of these the host waits in synchronisations": waits, "the host works": 1e3 * wall / turns - waits,
                 "GPU busy, ms": busy / 1e3 / turns, "kernels": sum(n for n, _ in kernels.values()) / turns - copies / turns,
                 "copies and fills on the GPU": copies / turns, "operators of torch": sum(n for n, _ in operators.values()) / turns,
                 "calls of CUDA": sum(n for n, _ in calls.values()) / turns, "ms in calls of CUDA": sum(t for _, t in calls.values()) / 1e3 / turns,

@@ -87,15 +87,16 @@ std::optional<std::filesystem::path> find_points_file(const std::filesystem::pat
 std::optional<std::filesystem::path> find_points_of_model(const std::filesystem::path& model,
                                                           const std::filesystem::path& data);
 
-/// All points of a points3D file or of a .ply, in file order. Throws Error(input) naming file and
-/// record.
-std::vector<ScenePoint> read_points(const std::filesystem::path& file);
+/// The finite points of a points3D file or of a .ply, in file order. A sentence in `warnings`
+/// counts the others. Throws Error(input) naming file and record.
+std::vector<ScenePoint> read_points(const std::filesystem::path& file,
+                                    std::vector<std::string>& warnings);
 
 /// The points without repetitions: points that are equal in single precision become one point at
 /// the place of the first point, with the mean of their colours.
 std::vector<ScenePoint> without_repetitions(const std::vector<ScenePoint>& points);
 
-/// The formats. They are for read_points().
+/// The formats, with points that are not finite. They are for read_points().
 std::vector<ScenePoint> read_colmap_points_binary(const std::filesystem::path& file);
 std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& file);
 std::vector<ScenePoint> read_ply_points(const std::filesystem::path& file);

@@ -91,15 +91,15 @@ std::vector<std::string> photograph_names(const std::vector<LensCamera>& cameras
 
 // One line names the data that a command uses.
 
-/// "8 cameras of 9 in transforms.json (pinhole), photographs in images": cameras of the set that
-/// have a photograph. `used` has the photograph of every camera.
-std::string used_sentence(const CameraSet& set, const std::vector<std::filesystem::path>& used,
-                          const Photographs& photographs);
+/// "8 of 9 cameras in transforms.json (pinhole), photographs in images".
+std::string used_sentence(const CameraSet& set, std::size_t used,
+                          const std::filesystem::path& photographs);
 
-/// The cameras and photographs that are left out, and why: "left out: 1 camera without a photograph
-/// (b)", or "" if none are.
-std::string left_out_sentence(const CameraSet& set, const std::vector<std::filesystem::path>& used,
-                              const Photographs& photographs);
+/// The cameras and photographs that are left out, and why: "1 camera without a photograph (b)".
+/// `used` has the photograph of every camera.
+std::vector<std::string> left_out_of(const CameraSet& set,
+                                     const std::vector<std::filesystem::path>& used,
+                                     const Photographs& photographs);
 
 /// A warning about pictures in other folders than their names say: "1 photograph found by the
 /// file's name alone (cam0/1.jpg is cam1/1.jpg)", or "".

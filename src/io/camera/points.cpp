@@ -9,6 +9,7 @@
 
 #include "base/fail.h"
 #include "base/path_kind.h"
+#include "base/text.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
 #include "io/camera/cameras.h"
@@ -88,12 +89,24 @@ std::optional<std::filesystem::path> find_points_of_model(const std::filesystem:
   return std::nullopt;
 }
 
-std::vector<ScenePoint> read_points(const std::filesystem::path& file) {
+std::vector<ScenePoint> read_points(const std::filesystem::path& file,
+                                    std::vector<std::string>& warnings) {
   const std::string ending = lower_case(file.extension().string());
-  if (ending == ".ply") return read_ply_points(file);
-  if (ending != ".txt" && ending != ".bin")
-    fail("{}: points are read from .ply, .bin and .txt", file.string());
-  return ending == ".txt" ? read_colmap_points_text(file) : read_colmap_points_binary(file);
+  const auto read = ending == ".ply"   ? read_ply_points
+                    : ending == ".txt" ? read_colmap_points_text
+                    : ending == ".bin" ? read_colmap_points_binary
+                                       : nullptr;
+  if (read == nullptr) fail("{}: points are read from .ply, .bin and .txt", file.string());
+  std::vector<ScenePoint> points = read(file);
+  const std::size_t all = points.size();
+  const std::size_t odd = std::erase_if(points, [](const ScenePoint& point) {
+    const glm::vec3 sum = glm::vec3(point.position) + point.color;
+    return !std::isfinite(sum.x) || !std::isfinite(sum.y) || !std::isfinite(sum.z);
+  });
+  if (odd > 0)
+    warnings.push_back(fmt::format("{}: {} of {} left out, because numbers are not finite",
+                                   file.string(), odd, counted(all, "point")));
+  return points;
 }
 
 std::vector<ScenePoint> read_ply_points(const std::filesystem::path& file) {
@@ -110,15 +123,9 @@ std::vector<ScenePoint> read_ply_points(const std::filesystem::path& file) {
   std::vector<ScenePoint> points(rows.count);
   for (std::uint64_t row = 0; row < rows.count; ++row) {
     ScenePoint& point = points[row];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double value = rows.value(row, place[axis]);
-      if (!std::isfinite(static_cast<float>(value)))
-        fail("{}: point {}: its position is not finite", path, row);
-      point.position[static_cast<int>(axis)] = value;
-    }
+    point.position = {rows.value(row, place[0]), rows.value(row, place[1]),
+                      rows.value(row, place[2])};
     point.color = colors.of(rows, row);
-    if (!std::isfinite(point.color.x + point.color.y + point.color.z))
-      fail("{}: point {}: its colour is not finite", path, row);
   }
   return points;
 }

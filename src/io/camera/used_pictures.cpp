@@ -35,17 +35,14 @@ std::string lenses_of(const std::vector<LensCamera>& cameras) {
 
 }  // namespace
 
-std::string used_sentence(const CameraSet& set, const std::vector<fs::path>& used,
-                          const Photographs& photographs) {
-  const auto missing = static_cast<std::size_t>(
-      std::ranges::count_if(used, [](const fs::path& file) { return file.empty(); }));
-  return fmt::format("{} of {} in {} ({}), photographs in {}", used.size() - missing,
-                     counted(used.size() + set.left_out.size(), "camera"), set.file.string(),
-                     lenses_of(set.cameras), photographs.folder().string());
+std::string used_sentence(const CameraSet& set, std::size_t used, const fs::path& photographs) {
+  return fmt::format("{} of {} in {} ({}), photographs in {}", used,
+                     counted(set.cameras.size() + set.left_out.size(), "camera"), set.file.string(),
+                     lenses_of(set.cameras), photographs.string());
 }
 
-std::string left_out_sentence(const CameraSet& set, const std::vector<fs::path>& used,
-                              const Photographs& photographs) {
+std::vector<std::string> left_out_of(const CameraSet& set, const std::vector<fs::path>& used,
+                                     const Photographs& photographs) {
   const std::vector<std::string> names = photograph_names(set.cameras);
   const fs::path folder = photographs.folder();
   std::vector<std::string> missing, unused, parts;
@@ -64,7 +61,7 @@ std::string left_out_sentence(const CameraSet& set, const std::vector<fs::path>&
     parts.push_back(counted(set.left_out.size(), "camera") +
                     " with numbers that are not finite or too large");
   if (!unused.empty()) parts.push_back(counted_names(unused, "photograph", "without a camera"));
-  return parts.empty() ? "" : "left out: " + joined(parts, ", ");
+  return parts;
 }
 
 std::string other_folder_sentence(const std::vector<std::string>& names,

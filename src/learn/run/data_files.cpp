@@ -47,6 +47,14 @@ void read_cameras_of(const fs::path& data, DataFiles& files) {
     if (is_file(unused)) set.warnings.push_back(unused.string() + ": is not used");
 }
 
+// The folder above `sparse` if the folder is `sparse` or a model in it; else empty.
+fs::path above_sparse(const fs::path& folder) {
+  fs::path above = (folder / "").lexically_normal().parent_path();
+  if (above.parent_path().filename() == "sparse") above = above.parent_path();
+  if (above.filename() != "sparse") return {};
+  return above.has_parent_path() ? above.parent_path() : ".";
+}
+
 bool none_exists(const std::vector<fs::path>& files) {
   return std::ranges::all_of(files, [](const fs::path& file) { return file.empty(); });
 }
@@ -88,8 +96,7 @@ void find_photographs_of(const fs::path& images, DataFiles& files) {
   }
   if (images.empty()) add_new(files.warnings, other_folder_sentence(names, files.photographs));
   add_new(files.warnings, orientation_sentence(set.cameras, files.photographs));
-  files.used = used_sentence(set, files.photographs, pictures);
-  files.left_out = left_out_sentence(set, files.photographs, pictures);
+  files.left_out = left_out_of(set, files.photographs, pictures);
 }
 
 // Masks that the cameras file names. Photographs may share one.
@@ -181,8 +188,16 @@ DataFiles find_data_files(const fs::path& data, const fs::path& images, const fs
   read_cameras_of(data, files);
   if (files.set.cameras.empty()) fail("{}: has no cameras", files.set.file.string());
   files.warnings = files.set.sentences();
+  if (const fs::path above = above_sparse(files.folder);
+      !above.empty() && Photographs(files.folder).files().empty() &&
+      (images.empty() || !is_folder(files.folder / images))) {
+    files.warnings.push_back(
+        fmt::format("{}: a COLMAP model without photographs; its data set is {}",
+                    files.folder.string(), above.string()));
+    files.folder = above;
+  }
   find_photographs_of(images, files);
-  files.used += ", " + find_masks_of(masks, files);
+  files.used_masks = find_masks_of(masks, files);
   files.points = find_points_of(files);
   std::erase(files.warnings, "");
   return files;

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
-#include <vector>
 
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+#include "base/rank.h"
 
 namespace qs {
 namespace {
@@ -69,6 +71,34 @@ std::optional<glm::dvec3> parse_origin(std::string_view text) {
   for (int axis = 0; axis < 3; ++axis)
     if (!(std::abs(origin[axis]) < kFarthest)) return {};
   return origin;
+}
+
+std::vector<std::size_t> outliers(const std::vector<Camera>& cameras) {
+  constexpr double kFarInMedians = 10;
+  if (cameras.empty()) return {};
+  glm::dvec3 middle;
+  std::vector<double> values;
+  for (int axis = 0; axis < 3; ++axis) {
+    values.clear();
+    for (const Camera& camera : cameras) values.push_back(camera.position()[axis]);
+    middle[axis] = upper_median(values);
+  }
+  values.clear();
+  for (const Camera& camera : cameras) values.push_back(glm::distance(camera.position(), middle));
+  const double far = kFarInMedians * upper_median(values);
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; far > 0 && i < cameras.size(); ++i)
+    if (values[i] > far) found.push_back(i);
+  // More than a few are no mistake but a second place.
+  return found.size() > 1 && 4 * found.size() > cameras.size() ? std::vector<std::size_t>() : found;
+}
+
+std::vector<Camera> without_outliers(const std::vector<Camera>& cameras) {
+  std::vector<Camera> kept = cameras;
+  const std::vector<std::size_t> far = outliers(cameras);
+  for (auto i = far.rbegin(); i != far.rend(); ++i)
+    kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(*i));
+  return kept;
 }
 
 }  // namespace qs

@@ -144,11 +144,11 @@ Array<float> UsdaText::array(std::size_t components) {
   return values;
 }
 
-std::vector<std::string> UsdaText::strings() {
-  std::vector<std::string> list;
+std::vector<std::string_view> UsdaText::strings() {
+  std::vector<std::string_view> list;
   expect('[');
   while (!accept(']')) {
-    list.emplace_back(string());
+    list.push_back(string());
     if (peek() != ']') expect(',');
   }
   return list;
@@ -162,15 +162,15 @@ void UsdaText::skip_brackets() {
       if (open.size() == kDeepest) complain("more than {} levels of brackets", kDeepest);
       open += c == '(' ? ')' : c == '[' ? ']' : '}';
       ++at_;
-    } else if (c == ')' || c == ']' || c == '}') {
+    } else if (c == ')' || c == ']' || c == '}' || c == '\0') {
       expect(open.back());
       open.pop_back();
     } else if (is_quote(c)) {
       skip_quoted();
-    } else if (at_end()) {
-      complain("the text ends where '{}' is expected", open.back());
     } else {
-      ++at_;
+      // Most of a file are numbers.
+      while (++at_ < text_.size() && (text_[at_] == ' ' || (text_[at_] > ')' && text_[at_] < '<')))
+        ;
     }
   } while (!open.empty());
 }

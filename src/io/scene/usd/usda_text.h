@@ -29,6 +29,10 @@ class UsdaText {
     fail("{}: line {}: {}", source_, line(), fmt::format(sentence, std::forward<Args>(args)...));
   }
 
+  /// Moves back to the start of a value that skip_value() returned.
+  void move_to(std::string_view value) {
+    at_ = static_cast<std::size_t>(value.data() - text_.data());
+  }
   /// True behind the last token. Like all functions, skips blanks and comments first.
   bool at_end();
   /// The next character; 0 at the end.
@@ -48,7 +52,7 @@ class UsdaText {
   /// The numbers of a list of tuples of `components` numbers, or of numbers if that is 1.
   Array<float> array(std::size_t components);
   /// The quoted texts of a list.
-  std::vector<std::string> strings();
+  std::vector<std::string_view> strings();
   /// Any value: a list, dictionary, tuple, text, asset, path, number or word. Returns its text.
   std::string_view skip_value();
 

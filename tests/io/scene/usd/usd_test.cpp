@@ -213,7 +213,7 @@ TEST(Usd, errors_name_the_line_and_the_reason) {
        "a.usda: line 3: a number is expected, there is 'x'"},
       {splat_prim("point3f[] positions = [(0, 0)]"),
        "a.usda: line 3: ',' is expected, there is ')'"},
-      {splat_prim("point3f[] positions = [(0, 0, 0)"), "',' is expected, there is '}'"},
+      {splat_prim("point3f[] positions = [(0, 0, 0)"), "']' is expected, there is '}'"},
       {splat_prim("point3f[] positions = [(0, 0, 1e999)]"), "a number is out of range"},
       {splat_prim("point3f positions = (0, 0, 0)"), "is no list of 3 numbers each"},
       {splat_prim("quatf[] positions = [(0, 0, 0, 1)]"), "but of type quatf"},

@@ -2,7 +2,7 @@
 //
 // Finds the photographs of cameras, and masks, by their names in files of cameras, and reads them.
 // docs/training.md has the rules as a table. Everything that looks for a picture of a camera calls
-// find_pictures() or Photographs::find().
+// find_pictures() or Photographs::match().
 #pragma once
 
 #include <filesystem>
@@ -42,9 +42,6 @@ class Photographs {
   /// Throws Error(input) if two pictures match the name equally well.
   std::optional<Match> match(const std::string& name) const;
 
-  /// The file of match().
-  std::optional<std::filesystem::path> find(const std::string& name) const;
-
   const std::filesystem::path& folder() const { return folder_; }
 
   /// Paths in the folder without endings, in alphabetical order.
@@ -62,13 +59,17 @@ class Photographs {
   std::set<std::string, std::less<>> folders_;       // names of the subfolders, in lower case
 };
 
-/// The name with `/` for every `\`, the separator of Windows.
-std::string with_slashes(std::string name);
+/// A name in a file of cameras as a path, with `/` for every `\`, the separator of Windows.
+std::filesystem::path path_of(const std::string& name);
 
 /// The folder whose pictures the names stand for: the first folder that all names share, below
 /// `from`; nullopt if they share none or it does not exist.
 std::optional<std::filesystem::path> shared_folder(const std::vector<std::string>& names,
                                                    const std::filesystem::path& from);
+
+/// The file at the path, with `\` read as `/` if there is no file with `\` in its name.
+std::optional<std::filesystem::path> file_at(const std::filesystem::path& from,
+                                             const std::string& name);
 
 /// The path from the folder on, by the names alone: links are not resolved.
 std::filesystem::path path_in(const std::filesystem::path& file,

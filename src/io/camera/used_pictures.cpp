@@ -68,8 +68,8 @@ std::string other_folder_sentence(const std::vector<std::string>& names,
                                   const std::vector<fs::path>& used) {
   std::vector<std::string> others;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const fs::path name = fs::path(with_slashes(names[i])).lexically_normal();
-    const fs::path wanted = name.parent_path().filename(), found = used[i].parent_path().filename();
+    const fs::path wanted = path_of(names[i]).parent_path().filename();
+    const fs::path found = used[i].parent_path().filename();
     if (!used[i].empty() && !wanted.empty() && wanted != found &&
         lower_case(wanted.string()) != lower_case(found.string()))
       others.push_back(names[i] + " is " + used[i].string());

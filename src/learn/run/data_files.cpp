@@ -20,8 +20,7 @@ namespace fs = std::filesystem;
 CameraSet blender_cameras(const fs::path& file) {
   CameraSet set = read_camera_set(file);
   for (LensCamera& camera : set.cameras)
-    camera.camera.name = photograph_name(
-        fs::path(with_slashes(camera.photograph)).lexically_normal().generic_string());
+    camera.camera.name = photograph_name(path_of(camera.photograph).generic_string());
   sort_by_name(set.cameras);
   return set;
 }
@@ -120,19 +119,15 @@ void find_named_masks(DataFiles& files) {
 // Masks of a folder: NAME.jpg.png or NAME.png.
 void find_masks_in(const fs::path& folder, DataFiles& files) {
   const Photographs pictures(folder);
-  std::vector<std::string> with_ending, names;
-  for (const fs::path& file : files.photographs) {
-    const std::string name =
-        file.empty() ? "" : path_in(file, files.photographs_folder).generic_string();
-    with_ending.push_back(file.empty() ? "" : name + ".png");
-    names.push_back(name);
+  for (const char* ending : {".png", ""}) {
+    std::vector<std::string> names(files.masks.size());  // of photographs without a mask so far
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (const fs::path& file = files.photographs[i]; !file.empty() && files.masks[i].empty())
+        names[i] = path_in(file, files.photographs_folder).generic_string() + ending;
+    const auto found = find_pictures(names, {}, pictures);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (!found[i].empty()) files.masks[i] = found[i];
   }
-  files.masks = find_pictures(with_ending, {}, pictures);
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (!files.masks[i].empty()) names[i].clear();
-  const auto others = find_pictures(names, {}, pictures);
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (files.masks[i].empty()) files.masks[i] = others[i];
 }
 
 // Sets `masks`. Returns what is said about them.
@@ -170,8 +165,7 @@ std::string find_masks_of(const fs::path& masks, DataFiles& files) {
 fs::path find_points_of(DataFiles& files) {
   const CameraSet& set = files.set;
   if (!set.points.empty()) {
-    for (const std::string& spelled : {set.points, with_slashes(set.points)})
-      if (is_file(set.folder() / spelled)) return (set.folder() / spelled).lexically_normal();
+    if (const auto file = file_at(set.folder(), set.points)) return *file;
     files.warnings.push_back(fmt::format("{}: there is no file of points {}, which it names",
                                          set.file.string(), set.points));
   }

@@ -162,7 +162,8 @@ std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
     if (!is_folder(folder / "images")) continue;
     const Photographs photographs(folder / "images");
     for (std::size_t i = 0; i < cameras.size(); ++i) try {
-        if (const auto path = photographs.find(cameras[i].name)) found[static_cast<int>(i)] = *path;
+        if (const auto match = photographs.match(cameras[i].name))
+          found[static_cast<int>(i)] = match->file;
       } catch (const Error&) {  // two photographs have this name: none is shown
       }
     break;

@@ -112,15 +112,12 @@ std::vector<double> UsdaText::numbers(std::size_t count) {
   std::vector<double> values;
   std::size_t depth = 0;
   do {
-    if (accept('(') || accept('[')) {
-      if (++depth > kDeepest) complain("more than {} levels of brackets", kDeepest);
-    } else if (depth > 0 && (accept(')') || accept(']'))) {
+    if (accept('(')) {
+      ++depth;
+    } else if (depth > 0 && accept(')')) {
       --depth;
-      if (depth > 0) accept(',');
-    } else {
-      if (values.size() == count) complain("more than {} numbers", count);
+    } else if (depth == 0 || !accept(',')) {
       values.push_back(number());
-      if (depth > 0) accept(',');
     }
   } while (depth > 0);
   if (values.size() != count) complain("{} numbers where {} are needed", values.size(), count);

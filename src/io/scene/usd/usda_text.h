@@ -47,7 +47,7 @@ class UsdaText {
   /// The content of a quoted text, as it is written.
   std::string_view string();
   double number();
-  /// `count` numbers in brackets of any nesting; one number may stand without brackets.
+  /// `count` numbers of a value whose brackets are closed; one number may stand without brackets.
   std::vector<double> numbers(std::size_t count);
   /// The numbers of a list of tuples of `components` numbers, or of numbers if that is 1.
   Array<float> array(std::size_t components);

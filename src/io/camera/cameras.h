@@ -79,13 +79,10 @@ struct ScenePoint {
   glm::vec3 color{0};      ///< RGB, 0..1
 };
 
-/// The points3D.bin, .txt or .ply of a data set's folder, of its `sparse` or `sparse/0`.
-std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& data);
-
-/// The same of the folder of a COLMAP model or of the folders above, up to `data`: points of
-/// another model have other coordinates.
-std::optional<std::filesystem::path> find_points_of_model(const std::filesystem::path& model,
-                                                          const std::filesystem::path& data);
+/// The points3D.bin, .txt or .ply of the folder of a COLMAP model or of up to two folders above, up
+/// to `data`: points of another model have other coordinates.
+std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& model,
+                                                      const std::filesystem::path& data);
 
 /// The finite points of a points3D file or of a .ply, in file order. A sentence in `warnings`
 /// counts the others. Throws Error(input) naming file and record.

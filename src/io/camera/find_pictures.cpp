@@ -44,18 +44,15 @@ struct Agreement {
 };
 
 Agreement agreement_of(const PicturePlace& name, const PicturePlace& picture) {
-  Agreement agreement;
-  agreement.ending = name.ending() == picture.ending();
-  agreement.letter_case = photograph_name(name.file) == photograph_name(picture.file);
-  const std::size_t most = std::min(name.folders.size(), picture.folders.size());
-  for (std::size_t& n = agreement.folders; n < most; ++n) {
-    const std::string& a = name.folders[name.folders.size() - 1 - n];
-    const std::string& b = picture.folders[picture.folders.size() - 1 - n];
-    if (lower_case(a) != lower_case(b)) break;
-    agreement.letter_case = agreement.letter_case && a == b;
-  }
-  agreement.whole = agreement.folders == picture.folders.size();
-  return agreement;
+  const auto begin = name.folders.rbegin(), other_begin = picture.folders.rbegin();
+  const auto [end, other_end] = std::mismatch(
+      begin, name.folders.rend(), other_begin, picture.folders.rend(),
+      [](const std::string& a, const std::string& b) { return lower_case(a) == lower_case(b); });
+  return {.whole = other_end == picture.folders.rend(),
+          .folders = static_cast<std::size_t>(end - begin),
+          .ending = name.ending() == picture.ending(),
+          .letter_case = photograph_name(name.file) == photograph_name(picture.file) &&
+                         std::equal(begin, end, other_begin)};
 }
 
 fs::path identity(const fs::path& path) {
@@ -144,6 +141,11 @@ std::optional<Photographs::Match> Photographs::match(const std::string& name) co
   if (!found.empty()) return Match{folder_ / found[0], !best.whole};
   const std::string spelled = with_slashes(name);
   return spelled == name ? std::nullopt : match(spelled);
+}
+
+std::optional<fs::path> Photographs::find(const std::string& name) const {
+  const auto found = match(name);
+  return found ? std::optional(found->file) : std::nullopt;
 }
 
 std::vector<std::string> Photographs::names() const {

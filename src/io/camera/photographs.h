@@ -42,6 +42,9 @@ class Photographs {
   /// Throws Error(input) if two pictures match the name equally well.
   std::optional<Match> match(const std::string& name) const;
 
+  /// The file of match().
+  std::optional<std::filesystem::path> find(const std::string& name) const;
+
   const std::filesystem::path& folder() const { return folder_; }
 
   /// Paths in the folder without endings, in alphabetical order.

@@ -169,9 +169,8 @@ fs::path find_points_of(DataFiles& files) {
     files.warnings.push_back(fmt::format("{}: there is no file of points {}, which it names",
                                          set.file.string(), set.points));
   }
-  return (names_photographs_by_path(set) ? find_points_file(files.folder)
-                                         : find_points_of_model(set.folder(), files.folder))
-      .value_or(fs::path());
+  const fs::path model = names_photographs_by_path(set) ? files.folder / "sparse/0" : set.folder();
+  return find_points_file(model, files.folder).value_or(fs::path());
 }
 
 }  // namespace

@@ -47,25 +47,15 @@ void read_points_of(DataSet& data) {
 
 // "points3D.bin: no point of it is seen by 3 of 9 training cameras: ...", or "".
 std::string blind_sentence(const DataSet& data) {
-  constexpr std::size_t kMostPoints = 5000;
-  const std::size_t step = 1 + data.points.size() / kMostPoints;
   const std::vector<Camera> cameras = data.training_cameras();
-  const auto is_blind = [&](const Camera& camera) {
-    for (std::size_t i = 0; i < data.points.size(); i += step) {
-      const glm::dvec3 at = camera.view_from_world * glm::dvec4(data.points[i].position, 1);
-      const glm::dvec2 pixel = camera.focal_px * glm::dvec2(at) / at.z + camera.center_px;
-      if (at.z > 0 && pixel.x > -0.5 && pixel.y > -0.5 && pixel.x < camera.width &&
-          pixel.y < camera.height)
-        return false;
-    }
-    return true;
-  };
-  const auto blind = std::ranges::count_if(cameras, is_blind);
+  const auto blind = std::ranges::count_if(cameras, [&](const Camera& camera) {
+    return !sees_any(camera, data.points.size(),
+                     [&](std::size_t i) { return glm::dvec4(data.points[i].position, 0); });
+  });
   if (data.points.empty() || blind == 0) return "";
   return fmt::format(
       "{}: no point of it is seen by {} of {} training cameras: they and the points are of "
-      "different "
-      "frames, or focal lengths or axes are wrong",
+      "different frames, or focal lengths or axes are wrong",
       data.points_file.string(), blind, cameras.size());
 }
 

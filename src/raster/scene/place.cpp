@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "base/rank.h"
 
@@ -21,23 +22,15 @@ constexpr double kFarthest = 1e9;  // no place on Earth is farther away, in metr
 
 glm::dvec3 origin_of(std::size_t count, const std::function<glm::dvec3(std::size_t i)>& position) {
   const std::size_t step = 1 + count / kMostLookedAt;
-  std::vector<double> values[3];
-  for (std::size_t i = 0; i < count; i += step) {
-    const glm::dvec3 at = position(i);
-    for (int axis = 0; axis < 3; ++axis)
-      if (std::isfinite(at[axis])) values[axis].push_back(at[axis]);
-  }
   glm::dvec3 middle(0);
   double size = 0, distance = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double>& sorted = values[axis];
-    if (sorted.empty()) return glm::dvec3(0);
-    std::ranges::sort(sorted);
-    const auto at = [&](double share) {
-      return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
-    };
-    middle[axis] = at(0.5);
-    size = std::max(size, at(0.95) - at(0.05));
+    std::vector<double> values;
+    for (std::size_t i = 0; i < count; i += step)
+      if (const double at = position(i)[axis]; std::isfinite(at)) values.push_back(at);
+    if (values.empty()) return glm::dvec3(0);
+    middle[axis] = quantile(values, 0.5);
+    size = std::max(size, quantile(values, 0.95) - quantile(values, 0.05));
     distance = std::max(distance, std::abs(middle[axis]));
   }
   if (!(distance > kFar && distance > kFarInSizes * size && distance < kFarthest))
@@ -99,6 +92,22 @@ std::vector<Camera> without_outliers(const std::vector<Camera>& cameras) {
   for (auto i = far.rbegin(); i != far.rend(); ++i)
     kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(*i));
   return kept;
+}
+
+bool sees_any(const Camera& camera, std::size_t count,
+              const std::function<glm::dvec4(std::size_t i)>& ball) {
+  const std::size_t step = 1 + count / kMostLookedAt;
+  const glm::dvec2 sides(camera.width, camera.height);
+  for (std::size_t i = 0; i < count; i += step) {
+    const glm::dvec4 world = ball(i);
+    const glm::dvec3 at = camera.view_from_world * glm::dvec4(glm::dvec3(world), 1);
+    const glm::dvec2 pixel = camera.focal_px * glm::dvec2(at) / at.z + camera.center_px;
+    const glm::dvec2 reach = world.w * camera.focal_px / at.z;
+    if (at.z > camera.near_depth && glm::all(glm::greaterThan(pixel + reach, glm::dvec2(-0.5))) &&
+        glm::all(glm::lessThan(pixel - reach, sides - 0.5)))
+      return true;
+  }
+  return false;
 }
 
 }  // namespace qs

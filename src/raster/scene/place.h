@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
@@ -43,5 +44,10 @@ std::vector<std::size_t> outliers(const std::vector<Camera>& cameras);
 
 /// The cameras without outliers().
 std::vector<Camera> without_outliers(const std::vector<Camera>& cameras);
+
+/// True if the camera's picture shows a part of one of `count` balls: their centres, and their
+/// radii as w. Looks at most at some thousand of them, at equal distances in their order.
+bool sees_any(const Camera& camera, std::size_t count,
+              const std::function<glm::dvec4(std::size_t i)>& ball);
 
 }  // namespace qs

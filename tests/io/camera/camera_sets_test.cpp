@@ -378,11 +378,11 @@ TEST_F(CameraSets, points_belong_to_the_model_that_is_read) {
   write("sparse/0/points3D.txt", "");
   write("sparse/1/points3D.ply", "");
   write("points3d.ply", "");
-  EXPECT_EQ(find_points_of_model(folder_ / "sparse/1", folder_.path()),
+  EXPECT_EQ(find_points_file(folder_ / "sparse/1", folder_.path()),
             folder_ / "sparse/1/points3D.ply");
-  EXPECT_EQ(find_points_of_model(folder_ / "sparse/0", folder_.path()),
+  EXPECT_EQ(find_points_file(folder_ / "sparse/0", folder_.path()),
             folder_ / "sparse/0/points3D.txt");
-  EXPECT_EQ(find_points_of_model(folder_ / "sparse/2", folder_.path()), folder_ / "points3d.ply");
+  EXPECT_EQ(find_points_file(folder_ / "sparse/2", folder_.path()), folder_ / "points3d.ply");
 }
 
 // ---- EXIF ---------------------------------------------------------------------------------------

@@ -69,13 +69,15 @@ TEST_F(Points, text_and_binary_are_the_same_points) {
 }
 
 TEST_F(Points, are_found_in_the_folders_of_a_data_set) {
-  EXPECT_EQ(find_points_file(folder_.path()), std::nullopt);
+  const auto found = [&](const char* model) {
+    return find_points_file(folder_ / model, folder_.path());
+  };
+  EXPECT_EQ(found("sparse/0"), std::nullopt);
   const auto beside = write("points3D.txt", "");
-  EXPECT_EQ(find_points_file(folder_.path()), beside);
+  for (const char* model : {"", "sparse", "sparse/0"}) EXPECT_EQ(found(model), beside) << model;
   const auto inside = write("sparse/0/points3D.bin", binary_points());
-  EXPECT_EQ(find_points_file(folder_.path()), inside);
-  EXPECT_EQ(find_points_file(folder_ / "sparse"), inside);
-  EXPECT_EQ(find_points_file(folder_ / "sparse/0"), inside);
+  EXPECT_EQ(found("sparse/0"), inside);
+  EXPECT_EQ(found("sparse"), beside);
 }
 
 TEST_F(Points, damage_is_named_with_file_and_record) {
@@ -101,7 +103,8 @@ TEST_F(Points, binary_with_more_bytes_than_its_records_is_an_error) {
 
 TEST(PointsOfAScene, of_the_training_photographs_are_read) {
   QS_NEEDS_SHARED("scenes/plush_train");
-  const auto file = find_points_file(test::shared_path("scenes/plush_train"));
+  const auto data = test::shared_path("scenes/plush_train");
+  const auto file = find_points_file(data / "sparse/0", data);
   ASSERT_TRUE(file);
   std::vector<std::string> warnings;
   EXPECT_EQ(read_points(*file, warnings).size(), 25'784u);

@@ -58,6 +58,7 @@ class UsdaText {
 
  private:
   std::size_t line() const;
+  [[noreturn]] void complain_without(const std::string& what);
   void skip_blanks();
   void skip_brackets();
   void skip_quoted();

@@ -59,15 +59,6 @@ struct ColmapFolder {
   std::size_t photographs;
 };
 
-// Adds the model in the folder, if there is one.
-void add_model(const std::filesystem::path& folder, std::vector<ColmapFolder>& models) {
-  for (const char* name : {"images.bin", "images.txt"}) {
-    if (!is_file(folder / name)) continue;
-    models.push_back({folder / name, count_colmap_images(folder / name)});
-    return;
-  }
-}
-
 // Adds the models in the folder's subfolders, by name, and its own. COLMAP numbers models.
 void add_models(const std::filesystem::path& folder, bool only_numbered,
                 std::vector<ColmapFolder>& models) {
@@ -78,8 +69,11 @@ void add_models(const std::filesystem::path& folder, bool only_numbered,
         entry.path().filename().string().find_first_not_of("0123456789") == std::string::npos)
       parts.push_back(entry.path());
   std::ranges::sort(parts);
-  for (const auto& part : parts) add_model(part, models);
-  add_model(folder, models);
+  parts.push_back(folder);
+  for (const auto& part : parts) {
+    const auto file = part / (is_file(part / "images.bin") ? "images.bin" : "images.txt");
+    if (is_file(file)) models.push_back({file, count_colmap_images(file)});
+  }
 }
 
 // The largest model of the folder's `sparse`, or if `own` also of the folder itself. The first of
@@ -91,17 +85,15 @@ std::optional<CameraSet> largest_model(const std::filesystem::path& folder, bool
   const auto largest = std::ranges::max_element(models, {}, &ColmapFolder::photographs);
   if (largest == models.end()) return std::nullopt;
   CameraSet set{largest->file};
-  std::string others;
-  for (const ColmapFolder& model : models) {
-    if (model.file == largest->file) continue;
-    others += fmt::format("{}{} has {}", others.empty() ? "" : ", ",
-                          model.file.parent_path().string(), model.photographs);
-  }
+  std::vector<std::string> others;
+  for (const auto& [file, photographs] : models)
+    if (file != largest->file)
+      others.push_back(fmt::format("{} has {}", file.parent_path().string(), photographs));
   if (!others.empty())
-    set.warnings.push_back(
-        fmt::format("{} is the largest of {} COLMAP models, with {} photographs, and only it is "
-                    "used: {}",
-                    set.folder().string(), models.size(), largest->photographs, others));
+    set.warnings.push_back(fmt::format(
+        "{} is the largest of {} COLMAP models, with {} photographs, and only it is "
+        "used: {}",
+        set.folder().string(), models.size(), largest->photographs, joined(others, ", ")));
   return set;
 }
 

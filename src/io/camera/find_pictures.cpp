@@ -97,18 +97,15 @@ Photographs::Photographs(const fs::path& folder,
         folders_.insert(lower_case(entry->path().filename().string()));
         open.emplace(entry->is_symlink(unreachable), entry->path());
       } else if (entry->is_regular_file(unreachable)) {
-        add(entry->path().lexically_relative(folder).generic_string());
+        const std::string file = entry->path().lexically_relative(folder).generic_string();
+        if (photograph_name(file) == file) continue;  // not the ending of a picture
+        files_.insert(file);
+        by_name_.emplace(PicturePlace(file).key(), file);
         if (counted) counted(files_.size());
       }
     }
     if (error) fail("{}: cannot be listed: {}", place.string(), error.message());
   }
-}
-
-void Photographs::add(const std::string& file) {
-  if (photograph_name(file) == file) return;  // not the ending of a picture
-  files_.insert(file);
-  by_name_.emplace(PicturePlace(file).key(), file);
 }
 
 std::optional<Photographs::Match> Photographs::match(const std::string& name) const {

@@ -54,8 +54,6 @@ class Photographs {
   std::vector<std::filesystem::path> files() const;
 
  private:
-  void add(const std::string& file);
-
   std::filesystem::path folder_;
   std::set<std::string> files_;                      // paths in the folder
   std::multimap<std::string, std::string> by_name_;  // key: file name in lower case, no ending

@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 
+#include "base/list_of.h"
 #include "base/rank.h"
 
 namespace qs {
@@ -70,18 +71,15 @@ std::vector<std::size_t> outliers(const std::vector<Camera>& cameras) {
   constexpr double kFarInMedians = 10;
   if (cameras.empty()) return {};
   glm::dvec3 middle;
-  std::vector<double> values;
-  for (int axis = 0; axis < 3; ++axis) {
-    values.clear();
-    for (const Camera& camera : cameras) values.push_back(camera.position()[axis]);
-    middle[axis] = upper_median(values);
-  }
-  values.clear();
-  for (const Camera& camera : cameras) values.push_back(glm::distance(camera.position(), middle));
-  const double far = kFarInMedians * upper_median(values);
+  for (int axis = 0; axis < 3; ++axis)
+    middle[axis] = upper_median(
+        list_of<double>(cameras, [&](const Camera& camera) { return camera.position()[axis]; }));
+  const auto distances = list_of<double>(
+      cameras, [&](const Camera& camera) { return glm::distance(camera.position(), middle); });
+  const double far = kFarInMedians * upper_median(distances);
   std::vector<std::size_t> found;
   for (std::size_t i = 0; far > 0 && i < cameras.size(); ++i)
-    if (values[i] > far) found.push_back(i);
+    if (distances[i] > far) found.push_back(i);
   // More than a few are no mistake but a second place.
   return found.size() > 1 && 4 * found.size() > cameras.size() ? std::vector<std::size_t>() : found;
 }

@@ -179,11 +179,7 @@ std::optional<std::filesystem::path> find_beside(const std::filesystem::path& sc
 std::span<const CameraFormat> camera_formats() { return kFormats; }
 
 std::vector<Camera> read_cameras(const std::filesystem::path& path) {
-  return pinhole_cameras(read_lens_cameras(path));
-}
-
-std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
-  return read_camera_set(path).cameras;
+  return pinhole_cameras(read_camera_set(path).cameras);
 }
 
 std::vector<std::string> CameraSet::sentences() const {

@@ -46,9 +46,6 @@ struct CameraSet {
 /// with the most photographs is read. Throws Error(input) if no camera is left.
 CameraSet read_camera_set(const std::filesystem::path& path);
 
-/// The cameras of read_camera_set().
-std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path);
-
 /// The cameras file of a scene: cameras.json beside the scene file or in up to three parent
 /// folders; else, in the same folders, COLMAP's largest model in sparse, then transforms.json.
 std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file);

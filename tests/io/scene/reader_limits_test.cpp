@@ -280,7 +280,7 @@ TEST(ReaderLimits, transforms_have_angles_below_pi_and_known_lenses) {
   EXPECT_EQ(message(with("/k1", 1e-6)), "");
   for (const char* key : {"k1", "k2", "p1", "p2"}) {
     EXPECT_EQ(message(with((std::string("/") + key).c_str(), -1.1e-6)), "");
-    EXPECT_TRUE(read_lens_cameras(folder / "transforms.json")[0].lens) << key;
+    EXPECT_TRUE(read_camera_set(folder / "transforms.json").cameras[0].lens) << key;
   }
   for (const char* key : {"k3", "k4"}) {
     EXPECT_EQ(message(with((std::string("/") + key).c_str(), -1.1e-6)),

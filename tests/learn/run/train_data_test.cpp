@@ -539,7 +539,7 @@ TEST(Outliers, a_camera_far_from_all_others_does_not_count) {
 
 TEST_F(TrainData, georeferenced_cameras_count_from_an_origin) {
   const glm::dvec3 place(500123.4, 4650012.7, 230);
-  std::vector<LensCamera> cameras = read_lens_cameras(options_.data);
+  std::vector<LensCamera> cameras = read_camera_set(options_.data).cameras;
   const std::vector<PhotographView> before = read().training;
   for (LensCamera& taken : cameras)
     taken.camera.view_from_world[3] -= glm::dmat3(taken.camera.view_from_world) * place;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <span>
 
+#include <fmt/format.h>
+
 #include "base/text.h"
 #include "io/bytes/byte_text.h"
 #include "io/camera/photographs.h"

@@ -178,7 +178,8 @@ class StageParser {
     // A list edit of names, such as "reorder properties = [..]", has no type.
     const std::string_view name = text_.peek() == '=' ? word : text_.word();
     if (text_.accept('=')) property.value = text_.skip_value();
-    if (property.value != "None") prim.properties[name] = property;  // None blocks a value
+    // None blocks a value.
+    if (!property.value.empty() && property.value != "None") prim.properties[name] = property;
     if (text_.peek() == '(') text_.skip_value();
   }
 
@@ -216,7 +217,7 @@ class StageParser {
     for (const auto& [name, property] : prim.properties) {
       if (!name.starts_with(kOp)) continue;
       if (name.ends_with(kTimes)) add_new(timed_, std::string(name.substr(0, name.find('.'))));
-      if (name.find('.') != name.npos || property.value.empty()) continue;
+      if (name.find('.') != name.npos) continue;
       const std::string_view kind = kind_of_op(name);
       text_.move_to(property.value);
       if (numbers_of(kind) == 0) text_.complain("{} is not known", printable(name));

@@ -140,7 +140,8 @@ FuzzTarget points_target(const std::string& file) {
   return {name_of(file), "/" + file, [file](Bytes content) {
             const fs::path path = input_file(file, content);
             expect_sentence_at_most(path.parent_path().string(), [&] {
-              for (const ScenePoint& point : read_points(path)) {
+              std::vector<std::string> warnings;
+              for (const ScenePoint& point : read_points(path, warnings)) {
                 const glm::vec3 position(point.position);
                 for (int i = 0; i < 3; ++i) demand(std::isfinite(position[i]), "points are finite");
               }

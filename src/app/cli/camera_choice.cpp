@@ -25,8 +25,6 @@ Shot numbered_shot(const std::vector<Camera>& cameras, int index) {
           fmt::format("camera {}{}", index, camera.name.empty() ? "" : " (" + camera.name + ")")};
 }
 
-bool holds_no_camera(const std::filesystem::path& file) { return read_cameras(file).empty(); }
-
 std::vector<Shot> all_shots(const std::vector<Camera>& cameras) {
   std::vector<Shot> shots;
   for (int i = 0; i < static_cast<int>(cameras.size()); ++i)
@@ -71,8 +69,6 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
   const auto file = cameras_file(frame, scene.path);
   const std::vector<Camera> cameras = cameras_of(frame, scene);
   const bool chosen = !choice.indices.empty() || choice.all || choice.holdout > 0;
-  if (file && cameras.empty() && (frame.cameras || holds_no_camera(*file)))
-    fail("{}: holds no camera", file->string());
   if (!cameras.empty()) {
     const int count = static_cast<int>(cameras.size());
     if (choice.all) return all_shots(cameras);
@@ -109,11 +105,11 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
 std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene) {
   const auto file = cameras_file(frame, scene.path);
   if (!file) return {};
-  const auto [cameras, warnings] = placed_cameras(*file, scene);
+  const auto [cameras, warnings] = placed_cameras(*file, scene, frame.cameras.has_value());
   for (const std::string& sentence : warnings) warn(sentence);
-  if (cameras.empty() || sees_scene(cameras, scene.cloud)) return cameras;
-  warn(blind_cameras_text(*file));
-  return frame.cameras ? cameras : std::vector<Camera>();
+  if (cameras.empty() && (frame.cameras || warnings.empty()))
+    fail("{}: holds no camera", file->string());
+  return cameras;
 }
 
 Shot overview_shot(const FrameOptions& frame, const Scene& scene) {

@@ -17,6 +17,7 @@
 #include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
+#include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
@@ -68,10 +69,13 @@ Views choose_views(const EvalCommand& command) {
   const Photographs photographs(command.images);
   const auto found = find_pictures(photograph_names(cameras), {}, photographs);
   const auto step = static_cast<std::size_t>(std::max(1, command.holdout));
-  Views views{*file, {}, 0, used_sentence(set, found, photographs), set.sentences()};
+  Views views{*file, {}, 0, "", set.sentences()};
   views.warnings.push_back(orientation_sentence(cameras, found));
-  const std::string left_out = left_out_sentence(set, found, photographs);
-  if (!left_out.empty()) views.used += "; " + left_out;
+  const auto missing = std::ranges::count(found, std::filesystem::path());
+  views.used =
+      used_sentence(set, found.size() - static_cast<std::size_t>(missing), photographs.folder());
+  const std::vector<std::string> left_out = left_out_of(set, found, photographs);
+  if (!left_out.empty()) views.used += "; left out: " + joined(left_out, ", ");
   for (std::size_t i = 0; i < cameras.size(); i += step) {
     Camera camera = cameras[i].camera;
     if (frame.size) camera = camera.resized(frame.size->x, frame.size->y);

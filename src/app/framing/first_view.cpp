@@ -16,6 +16,7 @@
 #include "app/framing/candidate_views.h"
 #include "app/framing/scene_box.h"
 #include "app/framing/up_axis.h"
+#include "raster/scene/place.h"
 
 namespace qs {
 namespace {
@@ -289,7 +290,8 @@ std::optional<glm::dvec3> cameras_target(const std::vector<Camera>& cameras) {
   return target;
 }
 
-std::optional<Framing> framing_of(const std::vector<Camera>& cameras, glm::dvec3 up) {
+std::optional<Framing> framing_of(const std::vector<Camera>& all, glm::dvec3 up) {
+  const std::vector<Camera> cameras = without_outliers(all);
   if (cameras.empty()) return {};
   glm::dvec3 middle(0);
   for (const Camera& camera : cameras)

@@ -69,7 +69,8 @@ std::optional<glm::dvec3> cameras_target(const std::vector<Camera>& cameras);
 
 /// A view from one of the cameras toward their common target: the camera that looks straightest at
 /// it from about the usual distance. Without a common target: the view of the camera nearest to the
-/// middle of all cameras. Empty without cameras, or if all look along `up`.
+/// middle of all cameras. outliers() do not count. Empty without cameras, or if all look along
+/// `up`.
 std::optional<Framing> framing_of(const std::vector<Camera>& cameras, glm::dvec3 up);
 
 /// The view of the scene's subject: framing_of() its cameras, or else the result of choose(), which

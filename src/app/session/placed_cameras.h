@@ -15,18 +15,15 @@ namespace qs {
 
 struct PlacedCameras {
   std::vector<Camera> cameras;
-  std::vector<std::string> warnings;  ///< CameraSet::sentences()
+  std::vector<std::string> warnings;  ///< sentences
 };
 
-/// The cameras of a file, moved to the scene's origin. Throws Error(input).
-PlacedCameras placed_cameras(const std::filesystem::path& file, const Scene& scene);
+/// The cameras of a file, moved to the scene's origin. Cameras that see nothing of the scene get a
+/// warning, and are left out unless the user named the file. Throws Error(input).
+PlacedCameras placed_cameras(const std::filesystem::path& file, const Scene& scene, bool is_named);
 
 /// True if a picture of a camera shows a part of one of the Gaussians within three standard
-/// deviations. Looks at most at some thousand Gaussians and cameras, at equal distances in their
-/// order.
+/// deviations. Looks at most at some thousand cameras, at equal distances in their order.
 bool sees_scene(const std::vector<Camera>& cameras, const GaussianCloud& cloud);
-
-/// "cameras.json: none of its cameras sees a Gaussian: ...".
-std::string blind_cameras_text(const std::filesystem::path& file);
 
 }  // namespace qs

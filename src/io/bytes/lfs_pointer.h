@@ -6,8 +6,6 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
-#include <string>
 #include <string_view>
 
 #include "base/fail.h"
@@ -19,13 +17,6 @@ namespace qs {
 inline void refuse_lfs_pointer(std::string_view start, const std::filesystem::path& path) {
   if (start.starts_with("version https://git-lfs.github.com/spec/"))
     fail("{}: a Git LFS pointer, not the file: git lfs pull", path.string());
-}
-
-/// The same for a regular file that is opened later.
-inline void refuse_lfs_pointer(const std::filesystem::path& path) {
-  std::string start(64, '\0');
-  std::ifstream(path, std::ios::binary).read(start.data(), 64);
-  refuse_lfs_pointer(std::string_view(start), path);
 }
 
 }  // namespace qs

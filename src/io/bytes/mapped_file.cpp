@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "io/bytes/mapped_file.h"
 
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
@@ -45,7 +46,9 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
   if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode))
     fail("{}: is not a regular file", path.string());
   note_input(path);
-  refuse_lfs_pointer(path);
+  std::array<char, 64> start{};
+  if (pread(file.get(), start.data(), start.size(), 0) > 0)
+    refuse_lfs_pointer({start.data(), start.size()}, path);
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size == 0) return;
   if (copies_files) {

@@ -5,20 +5,20 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <fstream>
 #include <span>
 #include <system_error>
 #include <utility>
 
 #include <glm/common.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "base/fail.h"
 #include "base/path_kind.h"
 #include "base/text.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/json_text.h"
-#include "io/bytes/lfs_pointer.h"
+#include "io/bytes/mapped_file.h"
 #include "io/camera/cameras.h"
 
 namespace qs {
@@ -51,30 +51,13 @@ bool holds(const std::array<Value, 2>& values, const Value& value) {
   return std::ranges::find(values, value) != values.end();
 }
 
-std::string start_of(const std::filesystem::path& file) {
-  std::string start(4096, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) fail("{}: cannot be opened", file.string());
-  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
-  start.resize(static_cast<std::size_t>(stream.gcount()));
-  refuse_lfs_pointer(start, file);
-  return start;
-}
+constexpr std::size_t kStartBytes = 4096;  // that tell the kind of a JSON file
 
 // A COLMAP model: its images.bin or images.txt.
 struct ColmapFolder {
   std::filesystem::path file;
   std::size_t photographs;
 };
-
-// Adds the model in the folder, if there is one.
-void add_model(const std::filesystem::path& folder, std::vector<ColmapFolder>& models) {
-  for (const char* name : {"images.bin", "images.txt"}) {
-    if (!is_file(folder / name)) continue;
-    models.push_back({folder / name, count_colmap_images(folder / name)});
-    return;
-  }
-}
 
 // Adds the models in the folder's subfolders, by name, and its own. COLMAP numbers models.
 void add_models(const std::filesystem::path& folder, bool only_numbered,
@@ -86,8 +69,11 @@ void add_models(const std::filesystem::path& folder, bool only_numbered,
         entry.path().filename().string().find_first_not_of("0123456789") == std::string::npos)
       parts.push_back(entry.path());
   std::ranges::sort(parts);
-  for (const auto& part : parts) add_model(part, models);
-  add_model(folder, models);
+  parts.push_back(folder);
+  for (const auto& part : parts) {
+    const auto file = part / (is_file(part / "images.bin") ? "images.bin" : "images.txt");
+    if (is_file(file)) models.push_back({file, count_colmap_images(file)});
+  }
 }
 
 // The largest model of the folder's `sparse`, or if `own` also of the folder itself. The first of
@@ -99,17 +85,15 @@ std::optional<CameraSet> largest_model(const std::filesystem::path& folder, bool
   const auto largest = std::ranges::max_element(models, {}, &ColmapFolder::photographs);
   if (largest == models.end()) return std::nullopt;
   CameraSet set{largest->file};
-  std::string others;
-  for (const ColmapFolder& model : models) {
-    if (model.file == largest->file) continue;
-    others += fmt::format("{}{} has {}", others.empty() ? "" : ", ",
-                          model.file.parent_path().string(), model.photographs);
-  }
+  std::vector<std::string> others;
+  for (const auto& [file, photographs] : models)
+    if (file != largest->file)
+      others.push_back(fmt::format("{} has {}", file.parent_path().string(), photographs));
   if (!others.empty())
-    set.warnings.push_back(
-        fmt::format("{} is the largest of {} COLMAP models, with {} photographs, and only it is "
-                    "used: {}",
-                    set.folder().string(), models.size(), largest->photographs, others));
+    set.warnings.push_back(fmt::format(
+        "{} is the largest of {} COLMAP models, with {} photographs, and only it is "
+        "used: {}",
+        set.folder().string(), models.size(), largest->photographs, joined(others, ", ")));
   return set;
 }
 
@@ -151,23 +135,21 @@ CameraSet file_in(const std::filesystem::path& folder) {
 
 // Sentences about intrinsics that files rarely mean.
 void warn_of_odd_intrinsics(CameraSet& set) {
-  std::size_t off = 0, wide = 0;
-  for (const LensCamera& taken : set.cameras) {
-    const Camera& camera = taken.camera;
-    const glm::dvec2 sides(camera.width, camera.height);
-    const glm::dvec2 from_middle = glm::abs(camera.center_px - 0.5 * (sides - 1.0));
-    off += from_middle.x > 0.25 * sides.x || from_middle.y > 0.25 * sides.y ? 1 : 0;
-    wide += camera.focal_px.x < 0.02 * sides.x || camera.focal_px.y < 0.02 * sides.y ? 1 : 0;
-  }
-  const std::string remedy = "are they of another size, or shares of it?";
-  if (off > 0)
-    set.warnings.push_back(
-        fmt::format("{}: the principal points of {} are far from the middle of the picture: {}",
-                    set.file.string(), counted(off, "camera"), remedy));
-  if (wide > 0)
-    set.warnings.push_back(
-        fmt::format("{}: the focal lengths of {} are less than a fiftieth of the picture: {}",
-                    set.file.string(), counted(wide, "camera"), remedy));
+  const auto warn = [&](const char* what, const char* oddity, const auto& is_odd) {
+    const auto odd = std::ranges::count_if(set.cameras, is_odd, &LensCamera::camera);
+    if (odd == 0) return;
+    set.warnings.push_back(fmt::format(
+        "{}: the {} of {} are {} of the picture: are they of another size, or shares of it?",
+        set.file.string(), what, counted(static_cast<std::size_t>(odd), "camera"), oddity));
+  };
+  const auto sides = [](const Camera& camera) { return glm::dvec2(camera.width, camera.height); };
+  warn("principal points", "far from the middle", [&](const Camera& camera) {
+    const glm::dvec2 offset = camera.center_px - 0.5 * (sides(camera) - 1.0);
+    return glm::any(glm::greaterThan(glm::abs(offset), 0.25 * sides(camera)));
+  });
+  warn("focal lengths", "less than a fiftieth", [&](const Camera& camera) {
+    return glm::any(glm::lessThan(camera.focal_px, 0.02 * sides(camera)));
+  });
 }
 
 // The first result of look(folder) for the folder of the file and up to three folders above.
@@ -197,11 +179,7 @@ std::optional<std::filesystem::path> find_beside(const std::filesystem::path& sc
 std::span<const CameraFormat> camera_formats() { return kFormats; }
 
 std::vector<Camera> read_cameras(const std::filesystem::path& path) {
-  return pinhole_cameras(read_lens_cameras(path));
-}
-
-std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
-  return read_camera_set(path).cameras;
+  return pinhole_cameras(read_camera_set(path).cameras);
 }
 
 std::vector<std::string> CameraSet::sentences() const {
@@ -220,7 +198,7 @@ CameraSet read_camera_set(const std::filesystem::path& path) {
   if (!is_there(path)) fail("{}: cannot be read: no such file", path.string());
   const CameraSet found = is_folder(path) ? file_in(path) : CameraSet{path};
   const std::filesystem::path& file = found.file;
-  const JsonKind kind = json_kind(start_of(file));
+  const JsonKind kind = json_kind(text_of(MappedFile(file).content()).substr(0, kStartBytes));
   const std::string name = file.filename().string();
   const auto format = std::ranges::find_if(kFormats, [&](const CameraFormat& row) {
     return holds(row.names, std::string_view(name)) ||

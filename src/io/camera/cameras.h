@@ -46,9 +46,6 @@ struct CameraSet {
 /// with the most photographs is read. Throws Error(input) if no camera is left.
 CameraSet read_camera_set(const std::filesystem::path& path);
 
-/// The cameras of read_camera_set().
-std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path);
-
 /// The cameras file of a scene: cameras.json beside the scene file or in up to three parent
 /// folders; else, in the same folders, COLMAP's largest model in sparse, then transforms.json.
 std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file);
@@ -79,23 +76,21 @@ struct ScenePoint {
   glm::vec3 color{0};      ///< RGB, 0..1
 };
 
-/// The points3D.bin, .txt or .ply of a data set's folder, of its `sparse` or `sparse/0`.
-std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& data);
+/// The points3D.bin, .txt or .ply of the folder of a COLMAP model or of up to two folders above, up
+/// to `data`: points of another model have other coordinates.
+std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& model,
+                                                      const std::filesystem::path& data);
 
-/// The same of the folder of a COLMAP model or of the folders above, up to `data`: points of
-/// another model have other coordinates.
-std::optional<std::filesystem::path> find_points_of_model(const std::filesystem::path& model,
-                                                          const std::filesystem::path& data);
-
-/// All points of a points3D file or of a .ply, in file order. Throws Error(input) naming file and
-/// record.
-std::vector<ScenePoint> read_points(const std::filesystem::path& file);
+/// The finite points of a points3D file or of a .ply, in file order. A sentence in `warnings`
+/// counts the others. Throws Error(input) naming file and record.
+std::vector<ScenePoint> read_points(const std::filesystem::path& file,
+                                    std::vector<std::string>& warnings);
 
 /// The points without repetitions: points that are equal in single precision become one point at
 /// the place of the first point, with the mean of their colours.
 std::vector<ScenePoint> without_repetitions(const std::vector<ScenePoint>& points);
 
-/// The formats. They are for read_points().
+/// The formats, with points that are not finite. They are for read_points().
 std::vector<ScenePoint> read_colmap_points_binary(const std::filesystem::path& file);
 std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& file);
 std::vector<ScenePoint> read_ply_points(const std::filesystem::path& file);

@@ -19,6 +19,7 @@
 #include <charconv>
 #include <cmath>
 #include <functional>
+#include <span>
 #include <system_error>
 
 #include <glm/gtc/quaternion.hpp>
@@ -216,19 +217,16 @@ const ColmapModel* find_colmap_model(std::string_view name) {
   return find_model([&](const ColmapModel& model) { return model.name == name; });
 }
 
-void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::string& where) {
-  const auto& [id, model, width, height, parameters] = stored;
+LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where) {
+  const auto& [model, width, height, parameters] = stored;
   if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
     fail("{}: a picture of {} x {} pixels is not between 1 x 1 and {} x {}", where, width, height,
          kMaxSide, kMaxSide);
-  for (const double value : parameters) {
-    if (std::isfinite(value)) continue;
-    lenses[id].not_finite = fmt::format("{}: a parameter is not finite", where);
-    return;
-  }
+  for (const double value : parameters)
+    if (!std::isfinite(value)) fail_not_finite("{}: a parameter is not finite", where);
   // The parameters are focal lengths, the principal point and the distortion.
   const auto focal_lengths = static_cast<std::size_t>(model.focal_lengths);
-  const auto distortion = parameters.subspan(focal_lengths + 2);
+  const auto distortion = std::span(parameters).subspan(focal_lengths + 2);
   const auto bends = [](double value) { return std::abs(value) > kNoDistortion; };
   const bool distorts = std::ranges::any_of(distortion, bends);
   const auto known = distortion.first(static_cast<std::size_t>(model.known));
@@ -250,15 +248,14 @@ void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::
     for (std::size_t i = 0; i < known.size(); ++i) lens.*kDistortion[i].second = known[i];
     camera = undistorted_camera(size, lens, where);
   }
-  if (!lenses.emplace(id, ColmapLensCamera{camera, ""}).second)
-    fail("{}: there is another camera {}", where, id);
+  return camera;
 }
 
 LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
                          const std::string& where) {
   const auto lens = lenses.find(image.lens);
   if (lens == lenses.end()) fail("{}: there is no camera {}", where, image.lens);
-  if (!lens->second.not_finite.empty()) fail_not_finite("{}", lens->second.not_finite);
+  if (lens->second.error) std::rethrow_exception(lens->second.error);
   const double length = glm::length(image.rotation);
   if (!std::isfinite(length) || length < 1e-9)
     fail_not_finite("{}: its quaternion is no rotation", where);
@@ -279,8 +276,11 @@ CameraSet read_colmap_text(const std::filesystem::path& file) {
   for (Lines lines(file.parent_path() / "cameras.txt"); !lines.at_end();) {
     Line line = lines.next();
     if (line.empty() || line.is_comment()) continue;
-    read_colmap_lens(line, lenses);
-    if (!line.empty()) fail("{}: more parameters than the camera model has", line.where());
+    add_colmap_lens(lenses, line.read<std::uint32_t>("the camera's id"), line.where(), [&] {
+      const LensCamera camera = colmap_lens_camera(read_colmap_lens(line), line.where());
+      if (!line.empty()) fail("{}: more parameters than the camera model has", line.where());
+      return camera;
+    });
   }
   CameraSet set{file};
   for (Lines lines(file.parent_path() / "images.txt"); !lines.at_end();) {
@@ -323,8 +323,12 @@ std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& fil
 
 CameraSet read_colmap_binary(const std::filesystem::path& file) {
   ColmapLenses lenses;
-  for_each_record(file.parent_path() / "cameras.bin", "camera",
-                  [&](Record& record) { read_colmap_lens(record, lenses); });
+  for_each_record(file.parent_path() / "cameras.bin", "camera", [&](Record& record) {
+    const auto id = record.read<std::uint32_t>("the camera's id");
+    const ColmapLens stored = read_colmap_lens(record);
+    add_colmap_lens(lenses, id, record.where(),
+                    [&] { return colmap_lens_camera(stored, record.where()); });
+  });
   CameraSet set{file};
   for_each_record(file.parent_path() / "images.bin", "image", [&](Record& record) {
     ColmapImage image = read_colmap_image(record);

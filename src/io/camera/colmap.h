@@ -5,10 +5,9 @@
 // is COLMAP's minus 0.5: COLMAP counts from pixel corners, we count from pixel centres.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
+#include <exception>
 #include <map>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,7 +38,7 @@ const ColmapModel* find_colmap_model(std::string_view name);
 /// A lens: of the camera only size and intrinsics are set.
 struct ColmapLensCamera {
   LensCamera camera;
-  std::string not_finite;  ///< the sentence about a number that is not finite; empty: all are
+  std::exception_ptr error;  ///< null: none; it is thrown for an image that uses the lens
 };
 
 /// Every lens by its id.
@@ -47,15 +46,27 @@ using ColmapLenses = std::map<std::uint32_t, ColmapLensCamera>;
 
 /// A lens as the file stores it.
 struct ColmapLens {
-  std::uint32_t id;
   const ColmapModel& model;
-  std::uint64_t width, height;         ///< pixels
-  std::span<const double> parameters;  ///< model.parameters of them
+  std::uint64_t width, height;     ///< pixels
+  std::vector<double> parameters;  ///< model.parameters of them
 };
 
-/// Adds a lens. `where` names file and record; throws Error(input) for sizes and
-/// numbers out of range, distortion that Lens lacks, and a second lens of one id.
-void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::string& where);
+/// `where` names file and record. Throws Error(input) for sizes and numbers out of range and
+/// distortion that Lens lacks, and NotFinite.
+LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where);
+
+/// Adds the lens that make() returns. Its Error is kept for the images that use the lens.
+template <class Make>
+void add_colmap_lens(ColmapLenses& lenses, std::uint32_t id, const std::string& where,
+                     const Make& make) {
+  const auto [lens, is_new] = lenses.try_emplace(id);
+  try {
+    if (!is_new) fail("{}: there is another camera {}", where, id);
+    lens->second.camera = make();
+  } catch (const Error&) {
+    lens->second.error = std::current_exception();
+  }
+}
 
 struct ColmapImage {
   glm::dquat rotation{1, 0, 0, 0};  ///< view from world, any length above 0
@@ -72,15 +83,15 @@ LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
 // The values in the order of both kinds of files. A Source is a line of text or a binary record; it
 // has read<T>(what), model() and where(), which names it in messages.
 
+/// The lens behind its id.
 template <class Source>
-void read_colmap_lens(Source& source, ColmapLenses& lenses) {
-  const auto id = source.template read<std::uint32_t>("the camera's id");
-  const ColmapModel& model = source.model();
-  const auto width = source.template read<std::uint64_t>("the width");
-  const auto height = source.template read<std::uint64_t>("the height");
-  std::vector<double> parameters(static_cast<std::size_t>(model.parameters));
-  for (double& parameter : parameters) parameter = source.template read<double>("a parameter");
-  add_colmap_lens(lenses, {id, model, width, height, parameters}, source.where());
+ColmapLens read_colmap_lens(Source& source) {
+  ColmapLens lens{source.model(), 0, 0, {}};
+  lens.width = source.template read<std::uint64_t>("the width");
+  lens.height = source.template read<std::uint64_t>("the height");
+  for (int i = 0; i < lens.model.parameters; ++i)
+    lens.parameters.push_back(source.template read<double>("a parameter"));
+  return lens;
 }
 
 /// The image without its name.
@@ -104,9 +115,6 @@ ScenePoint read_colmap_point(Source& source) {
   for (int i = 0; i < 3; ++i) point.position[i] = source.template read<double>("the position");
   for (int i = 0; i < 3; ++i)
     point.color[i] = static_cast<float>(source.template read<std::uint8_t>("the colour")) / 255;
-  for (int i = 0; i < 3; ++i)
-    if (!std::isfinite(static_cast<float>(point.position[i])))
-      fail("{}: its position is not finite", source.where());
   return point;
 }
 

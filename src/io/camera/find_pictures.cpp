@@ -44,24 +44,26 @@ struct Agreement {
 };
 
 Agreement agreement_of(const PicturePlace& name, const PicturePlace& picture) {
-  Agreement agreement;
-  agreement.ending = name.ending() == picture.ending();
-  agreement.letter_case = photograph_name(name.file) == photograph_name(picture.file);
-  const std::size_t most = std::min(name.folders.size(), picture.folders.size());
-  for (std::size_t& n = agreement.folders; n < most; ++n) {
-    const std::string& a = name.folders[name.folders.size() - 1 - n];
-    const std::string& b = picture.folders[picture.folders.size() - 1 - n];
-    if (lower_case(a) != lower_case(b)) break;
-    agreement.letter_case = agreement.letter_case && a == b;
-  }
-  agreement.whole = agreement.folders == picture.folders.size();
-  return agreement;
+  const auto begin = name.folders.rbegin(), other_begin = picture.folders.rbegin();
+  const auto [end, other_end] = std::mismatch(
+      begin, name.folders.rend(), other_begin, picture.folders.rend(),
+      [](const std::string& a, const std::string& b) { return lower_case(a) == lower_case(b); });
+  return {.whole = other_end == picture.folders.rend(),
+          .folders = static_cast<std::size_t>(end - begin),
+          .ending = name.ending() == picture.ending(),
+          .letter_case = photograph_name(name.file) == photograph_name(picture.file) &&
+                         std::equal(begin, end, other_begin)};
 }
 
 fs::path identity(const fs::path& path) {
   std::error_code error;
   fs::path real = fs::weakly_canonical(path, error);
   return error ? path : real;
+}
+
+std::string with_slashes(std::string name) {
+  std::ranges::replace(name, '\\', '/');
+  return name;
 }
 
 // True for a folder of pictures that are no photographs.
@@ -71,38 +73,6 @@ bool has_other_pictures(const fs::path& folder) {
   const std::string name = lower_case(folder.filename().string());
   return std::ranges::find(kNames, name) != kNames.end();
 }
-
-// The file at the path, with `\` read as `/` if there is no file with `\` in its name.
-std::optional<fs::path> file_at(const fs::path& from, const std::string& name) {
-  for (const std::string& spelled : {name, with_slashes(name)})
-    if (!name.empty() && is_file(from / spelled)) return (from / spelled).lexically_normal();
-  return std::nullopt;
-}
-
-// The pictures that were found, each for one name unless names may share them.
-class FoundPictures {
- public:
-  FoundPictures(const std::vector<std::string>& names, bool may_share)
-      : files(names.size()), names_(names), may_share_(may_share) {}
-
-  void take(std::size_t number, const fs::path& file) {
-    const auto [owner, added] = owners_.try_emplace(identity(file), number);
-    if (!added && !may_share_)
-      fail("{}: one picture for two cameras, {}", file.string(),
-           names_[owner->second] == names_[number]
-               ? "both named " + names_[number]
-               : names_[owner->second] + " and " + names_[number]);
-    files[number] = file;
-  }
-  bool is_taken(const fs::path& file) const { return owners_.contains(identity(file)); }
-
-  std::vector<fs::path> files;
-
- private:
-  const std::vector<std::string>& names_;
-  bool may_share_;
-  std::map<fs::path, std::size_t> owners_;
-};
 
 }  // namespace
 
@@ -127,18 +97,15 @@ Photographs::Photographs(const fs::path& folder,
         folders_.insert(lower_case(entry->path().filename().string()));
         open.emplace(entry->is_symlink(unreachable), entry->path());
       } else if (entry->is_regular_file(unreachable)) {
-        add(entry->path().lexically_relative(folder).generic_string());
+        const std::string file = entry->path().lexically_relative(folder).generic_string();
+        if (photograph_name(file) == file) continue;  // not the ending of a picture
+        files_.insert(file);
+        by_name_.emplace(PicturePlace(file).key(), file);
         if (counted) counted(files_.size());
       }
     }
     if (error) fail("{}: cannot be listed: {}", place.string(), error.message());
   }
-}
-
-void Photographs::add(const std::string& file) {
-  if (photograph_name(file) == file) return;  // not the ending of a picture
-  files_.insert(file);
-  by_name_.emplace(PicturePlace(file).key(), file);
 }
 
 std::optional<Photographs::Match> Photographs::match(const std::string& name) const {
@@ -186,15 +153,14 @@ std::vector<fs::path> Photographs::files() const {
   return list_of<fs::path>(files_, [&](const std::string& file) { return folder_ / file; });
 }
 
-std::string with_slashes(std::string name) {
-  std::ranges::replace(name, '\\', '/');
-  return name;
+fs::path path_of(const std::string& name) {
+  return fs::path(with_slashes(name)).lexically_normal();
 }
 
 std::optional<fs::path> shared_folder(const std::vector<std::string>& names, const fs::path& from) {
   std::optional<fs::path> shared;
   for (const std::string& name : names) {
-    const fs::path path = fs::path(with_slashes(name)).lexically_normal();
+    const fs::path path = path_of(name);
     if (path.is_absolute()) return std::nullopt;
     fs::path first;
     for (const fs::path& word : path.parent_path()) {
@@ -206,6 +172,12 @@ std::optional<fs::path> shared_folder(const std::vector<std::string>& names, con
   }
   if (!shared || !is_folder(from / *shared)) return std::nullopt;
   return from / *shared;
+}
+
+std::optional<fs::path> file_at(const fs::path& from, const std::string& name) {
+  for (const std::string& spelled : {name, with_slashes(name)})
+    if (!name.empty() && is_file(from / spelled)) return (from / spelled).lexically_normal();
+  return std::nullopt;
 }
 
 fs::path path_in(const fs::path& file, const fs::path& folder) {
@@ -222,21 +194,29 @@ std::optional<fs::path> picture_at(const fs::path& from, const std::string& name
 
 std::vector<fs::path> find_pictures(const std::vector<std::string>& names, const fs::path& from,
                                     const Photographs& pictures, bool may_share) {
-  FoundPictures found(names, may_share);
+  std::vector<fs::path> found(names.size());
+  std::map<fs::path, std::size_t> owners;  // of pictures, by identity()
+  const auto take = [&](std::size_t i, const fs::path& file) {
+    const auto [owner, added] = owners.try_emplace(identity(file), i);
+    const std::string& other = names[owner->second];
+    if (!added && !may_share)
+      fail("{}: one picture for two cameras, {}", file.string(),
+           other == names[i] ? "both named " + other : other + " and " + names[i]);
+    found[i] = file;
+  };
   std::vector<std::optional<Photographs::Match>> matches(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto file = from.empty() ? std::nullopt : file_at(from, names[i]);
     if (!file) matches[i] = pictures.match(names[i]);
-    if (file) found.take(i, *file);
+    if (file) take(i, *file);
   }
   // Pictures whose folders agree first: the others are only for names that have no such picture.
-  for (const bool by_name_alone : {false, true}) {
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (!matches[i] || matches[i]->by_name_alone != by_name_alone) continue;
-      if (!by_name_alone || !found.is_taken(matches[i]->file)) found.take(i, matches[i]->file);
-    }
-  }
-  return std::move(found.files);
+  for (const bool by_name_alone : {false, true})
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (matches[i] && matches[i]->by_name_alone == by_name_alone &&
+          (!by_name_alone || !owners.contains(identity(matches[i]->file))))
+        take(i, matches[i]->file);
+  return found;
 }
 
 std::vector<std::string> photograph_names(const std::vector<LensCamera>& cameras) {

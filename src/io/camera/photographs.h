@@ -2,7 +2,7 @@
 //
 // Finds the photographs of cameras, and masks, by their names in files of cameras, and reads them.
 // docs/training.md has the rules as a table. Everything that looks for a picture of a camera calls
-// find_pictures() or Photographs::find().
+// find_pictures() or Photographs::match().
 #pragma once
 
 #include <filesystem>
@@ -54,21 +54,23 @@ class Photographs {
   std::vector<std::filesystem::path> files() const;
 
  private:
-  void add(const std::string& file);
-
   std::filesystem::path folder_;
   std::set<std::string> files_;                      // paths in the folder
   std::multimap<std::string, std::string> by_name_;  // key: file name in lower case, no ending
   std::set<std::string, std::less<>> folders_;       // names of the subfolders, in lower case
 };
 
-/// The name with `/` for every `\`, the separator of Windows.
-std::string with_slashes(std::string name);
+/// A name in a file of cameras as a path, with `/` for every `\`, the separator of Windows.
+std::filesystem::path path_of(const std::string& name);
 
 /// The folder whose pictures the names stand for: the first folder that all names share, below
 /// `from`; nullopt if they share none or it does not exist.
 std::optional<std::filesystem::path> shared_folder(const std::vector<std::string>& names,
                                                    const std::filesystem::path& from);
+
+/// The file at the path, with `\` read as `/` if there is no file with `\` in its name.
+std::optional<std::filesystem::path> file_at(const std::filesystem::path& from,
+                                             const std::string& name);
 
 /// The path from the folder on, by the names alone: links are not resolved.
 std::filesystem::path path_in(const std::filesystem::path& file,
@@ -91,15 +93,15 @@ std::vector<std::string> photograph_names(const std::vector<LensCamera>& cameras
 
 // One line names the data that a command uses.
 
-/// "8 cameras of 9 in transforms.json (pinhole), photographs in images": cameras of the set that
-/// have a photograph. `used` has the photograph of every camera.
-std::string used_sentence(const CameraSet& set, const std::vector<std::filesystem::path>& used,
-                          const Photographs& photographs);
+/// "8 of 9 cameras in transforms.json (pinhole), photographs in images".
+std::string used_sentence(const CameraSet& set, std::size_t used,
+                          const std::filesystem::path& photographs);
 
-/// The cameras and photographs that are left out, and why: "left out: 1 camera without a photograph
-/// (b)", or "" if none are.
-std::string left_out_sentence(const CameraSet& set, const std::vector<std::filesystem::path>& used,
-                              const Photographs& photographs);
+/// The cameras and photographs that are left out, and why: "1 camera without a photograph (b)".
+/// `used` has the photograph of every camera.
+std::vector<std::string> left_out_of(const CameraSet& set,
+                                     const std::vector<std::filesystem::path>& used,
+                                     const Photographs& photographs);
 
 /// A warning about pictures in other folders than their names say: "1 photograph found by the
 /// file's name alone (cam0/1.jpg is cam1/1.jpg)", or "".

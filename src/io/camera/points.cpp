@@ -9,6 +9,7 @@
 
 #include "base/fail.h"
 #include "base/path_kind.h"
+#include "base/text.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/mapped_file.h"
 #include "io/camera/cameras.h"
@@ -17,38 +18,21 @@
 namespace qs {
 namespace {
 
-std::optional<std::filesystem::path> points_in(const std::filesystem::path& folder) {
-  // INRIA's trainer writes points3d.ply into data sets without points, nerfstudio sparse_pc.ply.
-  for (const char* name :
-       {"points3D.bin", "points3D.txt", "points3D.ply", "points3d.ply", "sparse_pc.ply"})
-    if (is_file(folder / name)) return (folder / name).lexically_normal();
-  return std::nullopt;
-}
-
 constexpr float kShOfGray = 0.28209479f;  // the constant spherical harmonic
 
-// A colour's columns, and the value of white.
+// A colour is gray + column / white.
 struct ColorColumns {
   std::array<const PlyColumn*, 3> columns{};
   double white = 1, gray = 0;
 
   bool exist() const { return columns[0] != nullptr && columns[1] != nullptr && columns[2]; }
-  glm::vec3 of(const PlyRows& rows, std::uint64_t row) const {
-    if (!exist()) return glm::vec3(0.5f);
-    glm::vec3 color;
-    for (std::size_t c = 0; c < 3; ++c)
-      color[static_cast<int>(c)] = static_cast<float>(gray + rows.value(row, *columns[c]) / white);
-    return glm::clamp(color, 0.0f, 1.0f);
-  }
 };
 
 ColorColumns color_columns(const PlyRows& rows) {
   for (const auto& names : {std::array{"red", "green", "blue"}, std::array{"r", "g", "b"},
                             std::array{"diffuse_red", "diffuse_green", "diffuse_blue"},
                             std::array{"f_dc_0", "f_dc_1", "f_dc_2"}}) {
-    ColorColumns colors;
-    std::ranges::transform(names, colors.columns.begin(),
-                           [&](const char* name) { return rows.find(name); });
+    ColorColumns colors{{rows.find(names[0]), rows.find(names[1]), rows.find(names[2])}};
     if (!colors.exist()) continue;
     const PlyType type = colors.columns[0]->type;
     if (std::string_view(names[0]) == "f_dc_0") {
@@ -70,30 +54,39 @@ ColorColumns color_columns(const PlyRows& rows) {
 
 }  // namespace
 
-std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& data) {
-  for (const char* folder : {"sparse/0", "sparse", "0", "."})
-    if (auto file = points_in(data / folder)) return file;
-  return std::nullopt;
-}
-
-std::optional<std::filesystem::path> find_points_of_model(const std::filesystem::path& model,
-                                                          const std::filesystem::path& data) {
+std::optional<std::filesystem::path> find_points_file(const std::filesystem::path& model,
+                                                      const std::filesystem::path& data) {
   constexpr int kMostLevels = 3;  // sparse/0, sparse and the data set
   std::filesystem::path folder = model;
   for (int level = 0; level < kMostLevels; ++level, folder = folder.parent_path()) {
-    if (auto file = points_in(folder)) return file;
+    // INRIA's trainer writes points3d.ply into data sets without points, nerfstudio sparse_pc.ply.
+    for (const char* name :
+         {"points3D.bin", "points3D.txt", "points3D.ply", "points3d.ply", "sparse_pc.ply"})
+      if (is_file(folder / name)) return (folder / name).lexically_normal();
     std::error_code error;
     if (std::filesystem::equivalent(folder, data, error)) break;
   }
   return std::nullopt;
 }
 
-std::vector<ScenePoint> read_points(const std::filesystem::path& file) {
+std::vector<ScenePoint> read_points(const std::filesystem::path& file,
+                                    std::vector<std::string>& warnings) {
   const std::string ending = lower_case(file.extension().string());
-  if (ending == ".ply") return read_ply_points(file);
-  if (ending != ".txt" && ending != ".bin")
-    fail("{}: points are read from .ply, .bin and .txt", file.string());
-  return ending == ".txt" ? read_colmap_points_text(file) : read_colmap_points_binary(file);
+  const auto read = ending == ".ply"   ? read_ply_points
+                    : ending == ".txt" ? read_colmap_points_text
+                    : ending == ".bin" ? read_colmap_points_binary
+                                       : nullptr;
+  if (read == nullptr) fail("{}: points are read from .ply, .bin and .txt", file.string());
+  std::vector<ScenePoint> points = read(file);
+  const std::size_t all = points.size();
+  const std::size_t odd = std::erase_if(points, [](const ScenePoint& point) {
+    const glm::vec3 sum = glm::vec3(point.position) + point.color;
+    return !std::isfinite(sum.x) || !std::isfinite(sum.y) || !std::isfinite(sum.z);
+  });
+  if (odd > 0)
+    warnings.push_back(fmt::format("{}: {} of {} left out, because numbers are not finite",
+                                   file.string(), odd, counted(all, "point")));
+  return points;
 }
 
 std::vector<ScenePoint> read_ply_points(const std::filesystem::path& file) {
@@ -110,15 +103,13 @@ std::vector<ScenePoint> read_ply_points(const std::filesystem::path& file) {
   std::vector<ScenePoint> points(rows.count);
   for (std::uint64_t row = 0; row < rows.count; ++row) {
     ScenePoint& point = points[row];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double value = rows.value(row, place[axis]);
-      if (!std::isfinite(static_cast<float>(value)))
-        fail("{}: point {}: its position is not finite", path, row);
-      point.position[static_cast<int>(axis)] = value;
-    }
-    point.color = colors.of(rows, row);
-    if (!std::isfinite(point.color.x + point.color.y + point.color.z))
-      fail("{}: point {}: its colour is not finite", path, row);
+    point.position = {rows.value(row, place[0]), rows.value(row, place[1]),
+                      rows.value(row, place[2])};
+    point.color = glm::vec3(0.5f);
+    for (std::size_t c = 0; colors.exist() && c < 3; ++c)
+      point.color[static_cast<int>(c)] = std::clamp(
+          static_cast<float>(colors.gray + rows.value(row, *colors.columns[c]) / colors.white),
+          0.0f, 1.0f);
   }
   return points;
 }

@@ -19,7 +19,6 @@
 #include <glm/matrix.hpp>
 #include <nlohmann/json.hpp>
 
-#include "base/text.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
@@ -146,28 +145,25 @@ glm::ivec2 photograph_size(const JsonEntry& frame, const std::filesystem::path& 
   return {image.width, image.height};
 }
 
-// Names the cameras as their photographs.
+// Names the cameras as their photographs, without the folders of all of them.
 void name_cameras(std::vector<LensCamera>& cameras) {
-  const auto words_of = [](const LensCamera& camera) {
-    const std::string path =
-        std::filesystem::path(with_slashes(camera.photograph)).lexically_normal().generic_string();
-    return separated(path, '/');
+  namespace fs = std::filesystem;
+  std::optional<fs::path> shared;
+  const auto is_in = [](const fs::path& path, const fs::path& folder) {
+    return std::ranges::mismatch(path, folder).in2 == folder.end();
   };
-  std::vector<std::string> shared;  // folders of all photographs
-  bool is_first = true;
   for (const LensCamera& camera : cameras) {
     if (camera.photograph.empty()) continue;
-    std::vector<std::string> folders = words_of(camera);
-    folders.pop_back();
-    if (is_first) shared = folders;
-    is_first = false;
-    const auto ends = std::ranges::mismatch(shared, folders);
-    shared.erase(ends.in1, shared.end());
+    const fs::path folder = path_of(camera.photograph).parent_path();
+    if (!shared) shared = folder;
+    while (!is_in(folder, *shared))
+      shared = shared->has_relative_path() ? shared->parent_path() : fs::path();
   }
   for (LensCamera& camera : cameras) {
     if (camera.photograph.empty()) continue;
-    const std::vector<std::string> words = words_of(camera);
-    camera.camera.name = photograph_name(joined(std::span(words).subspan(shared.size()), "/"));
+    const fs::path path = path_of(camera.photograph);
+    const fs::path name = shared->empty() ? path : path.lexically_relative(*shared);
+    camera.camera.name = photograph_name(name.generic_string());
   }
 }
 

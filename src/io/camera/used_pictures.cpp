@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <span>
 
+#include <fmt/format.h>
+
 #include "base/text.h"
 #include "io/bytes/byte_text.h"
 #include "io/camera/photographs.h"
@@ -35,17 +37,14 @@ std::string lenses_of(const std::vector<LensCamera>& cameras) {
 
 }  // namespace
 
-std::string used_sentence(const CameraSet& set, const std::vector<fs::path>& used,
-                          const Photographs& photographs) {
-  const auto missing = static_cast<std::size_t>(
-      std::ranges::count_if(used, [](const fs::path& file) { return file.empty(); }));
-  return fmt::format("{} of {} in {} ({}), photographs in {}", used.size() - missing,
-                     counted(used.size() + set.left_out.size(), "camera"), set.file.string(),
-                     lenses_of(set.cameras), photographs.folder().string());
+std::string used_sentence(const CameraSet& set, std::size_t used, const fs::path& photographs) {
+  return fmt::format("{} of {} in {} ({}), photographs in {}", used,
+                     counted(set.cameras.size() + set.left_out.size(), "camera"), set.file.string(),
+                     lenses_of(set.cameras), photographs.string());
 }
 
-std::string left_out_sentence(const CameraSet& set, const std::vector<fs::path>& used,
-                              const Photographs& photographs) {
+std::vector<std::string> left_out_of(const CameraSet& set, const std::vector<fs::path>& used,
+                                     const Photographs& photographs) {
   const std::vector<std::string> names = photograph_names(set.cameras);
   const fs::path folder = photographs.folder();
   std::vector<std::string> missing, unused, parts;
@@ -64,15 +63,15 @@ std::string left_out_sentence(const CameraSet& set, const std::vector<fs::path>&
     parts.push_back(counted(set.left_out.size(), "camera") +
                     " with numbers that are not finite or too large");
   if (!unused.empty()) parts.push_back(counted_names(unused, "photograph", "without a camera"));
-  return parts.empty() ? "" : "left out: " + joined(parts, ", ");
+  return parts;
 }
 
 std::string other_folder_sentence(const std::vector<std::string>& names,
                                   const std::vector<fs::path>& used) {
   std::vector<std::string> others;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const fs::path name = fs::path(with_slashes(names[i])).lexically_normal();
-    const fs::path wanted = name.parent_path().filename(), found = used[i].parent_path().filename();
+    const fs::path wanted = path_of(names[i]).parent_path().filename();
+    const fs::path found = used[i].parent_path().filename();
     if (!used[i].empty() && !wanted.empty() && wanted != found &&
         lower_case(wanted.string()) != lower_case(found.string()))
       others.push_back(names[i] + " is " + used[i].string());

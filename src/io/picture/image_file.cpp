@@ -52,10 +52,11 @@ const PictureFormat& format_of(const std::filesystem::path& path) {
 
 // The format by the first bytes; without known ones by the ending, which is wrong for many files.
 const PictureFormat& format_in(const std::filesystem::path& path) {
-  std::array<char, 8> start{};
+  std::array<char, 64> start{};
   std::ifstream(path, std::ios::binary).read(start.data(), start.size());
   const std::string_view bytes(start.data(), start.size());
-  if (bytes == "\x89PNG\r\n\x1a\n") return format_with(".png");
+  refuse_lfs_pointer(bytes, path);
+  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return format_with(".png");
   return bytes.starts_with("\xff\xd8\xff") ? format_with(".jpg") : format_of(path);
 }
 
@@ -182,7 +183,6 @@ Image read_image(const std::filesystem::path& path) {
   if (!is_there(path)) fail("{}: no such file", path.string());
   if (!is_file(path)) fail("{}: not a file", path.string());
   note_input(path);
-  refuse_lfs_pointer(path);
   return format_in(path).read(path);
 }
 

@@ -20,8 +20,7 @@ namespace fs = std::filesystem;
 CameraSet blender_cameras(const fs::path& file) {
   CameraSet set = read_camera_set(file);
   for (LensCamera& camera : set.cameras)
-    camera.camera.name = photograph_name(
-        fs::path(with_slashes(camera.photograph)).lexically_normal().generic_string());
+    camera.camera.name = photograph_name(path_of(camera.photograph).generic_string());
   sort_by_name(set.cameras);
   return set;
 }
@@ -45,6 +44,14 @@ void read_cameras_of(const fs::path& data, DataFiles& files) {
   }
   for (const fs::path& unused : {data / "transforms_val.json", set.folder() / "test.txt"})
     if (is_file(unused)) set.warnings.push_back(unused.string() + ": is not used");
+}
+
+// The folder above `sparse` if the folder is `sparse` or a model in it; else empty.
+fs::path above_sparse(const fs::path& folder) {
+  fs::path above = (folder / "").lexically_normal().parent_path();
+  if (above.parent_path().filename() == "sparse") above = above.parent_path();
+  if (above.filename() != "sparse") return {};
+  return above.has_parent_path() ? above.parent_path() : ".";
 }
 
 bool none_exists(const std::vector<fs::path>& files) {
@@ -88,8 +95,7 @@ void find_photographs_of(const fs::path& images, DataFiles& files) {
   }
   if (images.empty()) add_new(files.warnings, other_folder_sentence(names, files.photographs));
   add_new(files.warnings, orientation_sentence(set.cameras, files.photographs));
-  files.used = used_sentence(set, files.photographs, pictures);
-  files.left_out = left_out_sentence(set, files.photographs, pictures);
+  files.left_out = left_out_of(set, files.photographs, pictures);
 }
 
 // Masks that the cameras file names. Photographs may share one.
@@ -113,19 +119,15 @@ void find_named_masks(DataFiles& files) {
 // Masks of a folder: NAME.jpg.png or NAME.png.
 void find_masks_in(const fs::path& folder, DataFiles& files) {
   const Photographs pictures(folder);
-  std::vector<std::string> with_ending, names;
-  for (const fs::path& file : files.photographs) {
-    const std::string name =
-        file.empty() ? "" : path_in(file, files.photographs_folder).generic_string();
-    with_ending.push_back(file.empty() ? "" : name + ".png");
-    names.push_back(name);
+  for (const char* ending : {".png", ""}) {
+    std::vector<std::string> names(files.masks.size());  // of photographs without a mask so far
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (const fs::path& file = files.photographs[i]; !file.empty() && files.masks[i].empty())
+        names[i] = path_in(file, files.photographs_folder).generic_string() + ending;
+    const auto found = find_pictures(names, {}, pictures);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (!found[i].empty()) files.masks[i] = found[i];
   }
-  files.masks = find_pictures(with_ending, {}, pictures);
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (!files.masks[i].empty()) names[i].clear();
-  const auto others = find_pictures(names, {}, pictures);
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (files.masks[i].empty()) files.masks[i] = others[i];
 }
 
 // Sets `masks`. Returns what is said about them.
@@ -163,14 +165,12 @@ std::string find_masks_of(const fs::path& masks, DataFiles& files) {
 fs::path find_points_of(DataFiles& files) {
   const CameraSet& set = files.set;
   if (!set.points.empty()) {
-    for (const std::string& spelled : {set.points, with_slashes(set.points)})
-      if (is_file(set.folder() / spelled)) return (set.folder() / spelled).lexically_normal();
+    if (const auto file = file_at(set.folder(), set.points)) return *file;
     files.warnings.push_back(fmt::format("{}: there is no file of points {}, which it names",
                                          set.file.string(), set.points));
   }
-  return (names_photographs_by_path(set) ? find_points_file(files.folder)
-                                         : find_points_of_model(set.folder(), files.folder))
-      .value_or(fs::path());
+  const fs::path model = names_photographs_by_path(set) ? files.folder / "sparse/0" : set.folder();
+  return find_points_file(model, files.folder).value_or(fs::path());
 }
 
 }  // namespace
@@ -181,8 +181,16 @@ DataFiles find_data_files(const fs::path& data, const fs::path& images, const fs
   read_cameras_of(data, files);
   if (files.set.cameras.empty()) fail("{}: has no cameras", files.set.file.string());
   files.warnings = files.set.sentences();
+  if (const fs::path above = above_sparse(files.folder);
+      !above.empty() && Photographs(files.folder).files().empty() &&
+      (images.empty() || !is_folder(files.folder / images))) {
+    files.warnings.push_back(
+        fmt::format("{}: a COLMAP model without photographs; its data set is {}",
+                    files.folder.string(), above.string()));
+    files.folder = above;
+  }
   find_photographs_of(images, files);
-  files.used += ", " + find_masks_of(masks, files);
+  files.used_masks = find_masks_of(masks, files);
   files.points = find_points_of(files);
   std::erase(files.warnings, "");
   return files;

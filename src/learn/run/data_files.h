@@ -21,9 +21,9 @@ struct DataFiles {
   std::filesystem::path photographs_folder;
   std::vector<std::filesystem::path> photographs, masks;  ///< of every camera; empty: it has none
   std::filesystem::path points;                           ///< empty: none
-  std::string used;                   ///< cameras, photographs and masks: a part of a sentence
-  std::string left_out;               ///< and why: a part of a sentence, or ""
-  std::vector<std::string> warnings;  ///< sentences
+  std::string used_masks;                                 ///< a part of a sentence
+  std::vector<std::string> left_out;                      ///< and why: parts of a sentence
+  std::vector<std::string> warnings;                      ///< sentences
 };
 
 /// `data` is the folder of a data set, or a file of cameras in it. `images` and `masks` are folders

@@ -12,7 +12,6 @@
 
 #include "base/fail.h"
 #include "base/list_of.h"
-#include "base/rank.h"
 #include "base/text.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"
@@ -40,7 +39,7 @@ glm::dvec3 move_near_origin(std::vector<LensCamera>& cameras) {
 // The points from data.origin on, each place once.
 void read_points_of(DataSet& data) {
   if (data.points_file.empty()) return;
-  std::vector<ScenePoint> points = read_points(data.points_file);
+  std::vector<ScenePoint> points = read_points(data.points_file, data.warnings);
   for (ScenePoint& point : points) point.position -= data.origin;
   data.points = without_repetitions(points);
   data.repeated_points = points.size() - data.points.size();
@@ -48,25 +47,15 @@ void read_points_of(DataSet& data) {
 
 // "points3D.bin: no point of it is seen by 3 of 9 training cameras: ...", or "".
 std::string blind_sentence(const DataSet& data) {
-  constexpr std::size_t kMostPoints = 5000;
-  const std::size_t step = 1 + data.points.size() / kMostPoints;
   const std::vector<Camera> cameras = data.training_cameras();
-  const auto is_blind = [&](const Camera& camera) {
-    for (std::size_t i = 0; i < data.points.size(); i += step) {
-      const glm::dvec3 at = camera.view_from_world * glm::dvec4(data.points[i].position, 1);
-      const glm::dvec2 pixel = camera.focal_px * glm::dvec2(at) / at.z + camera.center_px;
-      if (at.z > 0 && pixel.x > -0.5 && pixel.y > -0.5 && pixel.x < camera.width &&
-          pixel.y < camera.height)
-        return false;
-    }
-    return true;
-  };
-  const auto blind = std::ranges::count_if(cameras, is_blind);
+  const auto blind = std::ranges::count_if(cameras, [&](const Camera& camera) {
+    return !sees_any(camera, data.points.size(),
+                     [&](std::size_t i) { return glm::dvec4(data.points[i].position, 0); });
+  });
   if (data.points.empty() || blind == 0) return "";
   return fmt::format(
       "{}: no point of it is seen by {} of {} training cameras: they and the points are of "
-      "different "
-      "frames, or focal lengths or axes are wrong",
+      "different frames, or focal lengths or axes are wrong",
       data.points_file.string(), blind, cameras.size());
 }
 
@@ -118,10 +107,7 @@ std::vector<std::uint8_t> read_mask(const PhotographSource& source, const Image&
   std::vector<std::uint8_t> counts(out.values.size());
   std::ranges::transform(out.values, counts.begin(),
                          [](float value) { return static_cast<std::uint8_t>(value > 0 ? 0 : 1); });
-  const auto masked = std::ranges::count(counts, std::uint8_t{0});
-  if (masked == 0) return {};
-  if (static_cast<std::size_t>(masked) == counts.size())
-    fail("{}: masks out every pixel of {}", source.mask.string(), source.file.string());
+  if (std::ranges::count(counts, std::uint8_t{0}) == 0) return {};
   return counts;
 }
 
@@ -217,65 +203,51 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
   data.photographs = files.photographs_folder;
   data.blender = files.first_test.has_value();
   data.photo_memory = options.photo_memory;
-  data.used = files.used;
-  data.left_out = files.left_out;
   data.warnings = files.warnings;
   data.points_file = files.points;
   // Read every photograph that has a camera, as a training or a test view.
   std::uint64_t bytes = 0;
+  std::size_t number = 0;  // of photographs
+  std::size_t masked_out = 0;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     progress.update(static_cast<float>(i) / static_cast<float>(cameras.size()));
     if (files.photographs[i].empty()) continue;
-    const std::size_t number = data.training.size() + data.test.size();
     const bool test =
         files.first_test
             ? i >= *files.first_test
             : options.holdout > 0 && number % static_cast<std::size_t>(options.holdout) == 0;
+    ++number;
     const PhotographSource source{cameras[i],         files.photographs[i],
                                   files.masks[i],     options.resolution_scale,
                                   options.background, options.keep_alpha};
+    PhotographView view = read_view(source, pool);
+    if (!view.mask.empty() && std::ranges::count(view.mask, 1) == 0) {
+      if (++masked_out == 1)
+        data.warnings.push_back(
+            fmt::format("{}: masks out every pixel of {}; such photographs are left out",
+                        source.mask.string(), source.file.string()));
+      continue;
+    }
     auto& views = test ? data.test : data.training;
-    views.push_back(read_view(source, pool));
+    views.push_back(std::move(view));
     bytes += views.back().bytes();
     if (bytes > data.photo_memory) data.release_pixels();
   }
   // Refuse data from which nothing can be trained.
+  if (data.training.empty() && masked_out > 0)
+    fail("{}, and no other is left to train from", data.warnings.back());
   if (data.training.empty())
     fail("{}: all {} photographs are test views: use --holdout 0 to train from them",
          data.photographs.string(), data.test.size());
+  if (masked_out > 0)
+    files.left_out.push_back(counted(masked_out, "photograph") + " without a pixel that counts");
+  data.used = used_sentence(files.set, number - masked_out, files.photographs_folder) + ", " +
+              files.used_masks;
+  data.left_out = files.left_out.empty() ? "" : "left out: " + joined(files.left_out, ", ");
   read_points_of(data);
   add_new(data.warnings, blind_sentence(data));
   std::erase(data.warnings, "");
   return data;
-}
-
-std::vector<std::size_t> outliers(const std::vector<Camera>& cameras) {
-  constexpr double kFarInMedians = 10;
-  if (cameras.empty()) return {};
-  glm::dvec3 middle;
-  std::vector<double> values;
-  for (int axis = 0; axis < 3; ++axis) {
-    values.clear();
-    for (const Camera& camera : cameras) values.push_back(camera.position()[axis]);
-    middle[axis] = upper_median(values);
-  }
-  values.clear();
-  for (const Camera& camera : cameras) values.push_back(glm::distance(camera.position(), middle));
-  const double far = kFarInMedians * upper_median(values);
-  std::vector<std::size_t> found;
-  for (std::size_t i = 0; far > 0 && i < cameras.size(); ++i)
-    if (values[i] > far) found.push_back(i);
-  // More than a few are no mistake but a second place.
-  return 20 * found.size() > std::max<std::size_t>(20, cameras.size()) ? std::vector<std::size_t>()
-                                                                       : found;
-}
-
-std::vector<Camera> without_outliers(const std::vector<Camera>& cameras) {
-  std::vector<Camera> kept = cameras;
-  const std::vector<std::size_t> far = outliers(cameras);
-  for (auto i = far.rbegin(); i != far.rend(); ++i)
-    kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(*i));
-  return kept;
 }
 
 double extent_of(const std::vector<Camera>& cameras) {

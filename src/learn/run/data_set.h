@@ -114,13 +114,6 @@ struct DataSet {
 /// Cancelled.
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress = {});
 
-/// The cameras that are 10 times as far from the median place as half of the cameras are, by index.
-/// Structure from motion placed them wrong. Empty if they are more than one and more than 5 %.
-std::vector<std::size_t> outliers(const std::vector<Camera>& cameras);
-
-/// The cameras without outliers().
-std::vector<Camera> without_outliers(const std::vector<Camera>& cameras);
-
 /// 1.1 times the largest distance of a camera from their mean; 1 if all are in one place.
 double extent_of(const std::vector<Camera>& cameras);
 

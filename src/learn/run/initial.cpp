@@ -8,6 +8,7 @@
 #include "raster/kernel/constants.h"
 #include "raster/kernel/project.h"
 #include "raster/kernel/random.h"
+#include "raster/scene/place.h"
 
 namespace qs::train {
 namespace {

@@ -97,6 +97,14 @@ TEST(CamerasFraming, is_from_the_place_of_one_of_them_at_what_they_look_at) {
   };
   EXPECT_TRUE(std::any_of(cameras.begin(), cameras.end(), is_at));
   EXPECT_LT(glm::distance(framed_camera(*framing, 90, 160).position(), framing->eye), 1e-9);
+  // Cameras far away, which structure from motion placed wrong, do not move the target.
+  std::vector<Camera> with_outliers = cameras;
+  for (const double away : {1700.0, -9e4})
+    with_outliers.push_back(look_at({away, away, 5}, {0, away, 8}, up, 0.8, 64, 48));
+  const std::optional<Framing> steady = framing_of(with_outliers, up);
+  ASSERT_TRUE(steady);
+  EXPECT_LT(glm::distance(steady->target, target), 1e-9);
+  EXPECT_EQ(steady->eye, framing->eye);
   // Cameras that look outward have no target, so the camera in the middle keeps its own view.
   for (Camera& camera : cameras)
     camera = look_at(camera.position(), 2.0 * camera.position() - target, up, 1, 64, 48);

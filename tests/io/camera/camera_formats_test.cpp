@@ -244,6 +244,22 @@ TEST(CameraFormats, damaged_colmap_text_is_named_by_file_and_line) {
     write(folder / "images.txt", images);
     EXPECT_THAT(error_of(folder.path()), HasSubstr(sentence));
   }
+  // Lenses that no image uses may be of any kind.
+  write(folder / "images.txt", image);
+  for (const char* unused :
+       {"2 FOV 20 10 50 50 10 5 0\n", "2 OPENCV_FISHEYE 20 10 50 50 10 5 0.1 0 0 0\n", "2 BOX 20\n",
+        "2 PINHOLE 0 10 50 50 10 5\n", "2 PINHOLE 20 10 nan 50 10 5\n",
+        "2 RADIAL 200 100 50 100 50 -0.5 0\n", "2 BOX 2\n2 PINHOLE 20 10 50 50 10 5\n"}) {
+    write(folder / "cameras.txt", unused + lens);
+    EXPECT_EQ(read_cameras(folder.path()).size(), 1u) << unused;
+  }
+  // A second lens of one id is no choice, finite or not.
+  for (const char* second : {"1 PINHOLE 20 10 nan 50 10 5\n", "1 PINHOLE 20 10 60 50 10 5\n"}) {
+    for (const std::string& lenses : {lens + second, second + lens}) {
+      write(folder / "cameras.txt", lenses);
+      EXPECT_THAT(error_of(folder.path()), HasSubstr("line 2: there is another camera 1"));
+    }
+  }
   std::filesystem::remove(folder / "cameras.txt");
   EXPECT_THAT(error_of(folder / "images.txt"), HasSubstr("cameras.txt: "));
 }

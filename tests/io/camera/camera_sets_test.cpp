@@ -250,7 +250,8 @@ TEST_F(CameraSets, odd_numbers_are_told_and_wrong_ones_refused) {
   write("deep/set/transforms.json", transforms().dump());
   EXPECT_THAT(error("deep"), HasSubstr("; deep/set/transforms.json is one, further below"));
   write("points.las", "LASF");
-  EXPECT_EQ(test::error_of([&] { read_points(folder_ / "points.las"); }, folder_.path()),
+  std::vector<std::string> warnings;
+  EXPECT_EQ(test::error_of([&] { read_points(folder_ / "points.las", warnings); }, folder_.path()),
             "points.las: points are read from .ply, .bin and .txt");
 }
 
@@ -317,23 +318,49 @@ TEST_F(CameraSets, points_of_a_ply_have_the_colours_of_its_program) {
       {dc, "-1.7724539 -1.0634723 1.7724539", {0, 0.2f, 1}},
       {"property uchar red\n", "9", {0.5f, 0.5f, 0.5f}},
   };
+  std::vector<std::string> warnings;
   for (const Row& row : rows) {
     write("points.ply",
           ply_of(kPlaces + row.properties, "1 2 3 " + row.values + "\n4 5 6 " + row.values + "\n"));
-    const auto points = read_points(folder_ / "points.ply");
+    const auto points = read_points(folder_ / "points.ply", warnings);
+    EXPECT_THAT(warnings, IsEmpty());
     ASSERT_EQ(points.size(), 2u);
     EXPECT_EQ(points[1].position, glm::dvec3(4, 5, 6));
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(points[1].color[c], row.color[c], 1e-6) << row.values;
   }
   const auto message = [&](const std::string& content) {
     write("points.ply", content);
-    return test::error_of([&] { read_points(folder_ / "points.ply"); }, folder_.path());
+    return test::error_of([&] { read_points(folder_ / "points.ply", warnings); }, folder_.path());
   };
   EXPECT_THAT(message("x"), HasSubstr("points.ply: not a .ply file of points"));
   EXPECT_THAT(message(ply_of("property float x\n", "1\n2\n")), HasSubstr("points.ply"));
-  EXPECT_EQ(message(ply_of(kPlaces, "1 2 3\n4 nan 6\n")),
-            "points.ply: point 1: its position is not finite");
   EXPECT_EQ(message(ply_of(kPlaces, "", 0)), "");
+}
+
+TEST_F(CameraSets, points_that_are_not_finite_are_left_out_and_counted) {
+  const std::string colors = "property float red\nproperty float green\nproperty float blue\n";
+  struct Row {
+    const char* file;
+    std::string content;
+    std::size_t kept;
+    const char* sentence;
+  };
+  const Row rows[] = {
+      {"a.ply", ply_of(kPlaces, "1 2 3\n4 nan 6\n"), 1, "1 of 2 points left out"},
+      {"a.ply", ply_of(kPlaces, "inf 2 3\n4 5 -inf\n"), 0, "2 of 2 points left out"},
+      {"a.ply", ply_of(kPlaces, "1 2 3\n4 5 1e300\n"), 1, "1 of 2 points left out"},
+      {"a.ply", ply_of(kPlaces + colors, "1 2 3 0 nan 0\n4 5 6 0 1 0\n"), 1,
+       "1 of 2 points left out"},
+      {"points3D.txt", "1 nan 0 0 1 2 3 0\n2 4 5 6 1 2 3 0\n3 0 0 -inf 1 2 3 0\n", 1,
+       "2 of 3 points left out"},
+  };
+  for (const Row& row : rows) {
+    write(row.file, row.content);
+    std::vector<std::string> warnings;
+    EXPECT_EQ(read_points(folder_ / row.file, warnings).size(), row.kept) << row.content;
+    EXPECT_THAT(warnings, ElementsAre(HasSubstr(fmt::format(
+                              "{}: {}, because numbers are not finite", row.file, row.sentence))));
+  }
 }
 
 TEST_F(CameraSets, repeated_points_become_one) {
@@ -351,11 +378,11 @@ TEST_F(CameraSets, points_belong_to_the_model_that_is_read) {
   write("sparse/0/points3D.txt", "");
   write("sparse/1/points3D.ply", "");
   write("points3d.ply", "");
-  EXPECT_EQ(find_points_of_model(folder_ / "sparse/1", folder_.path()),
+  EXPECT_EQ(find_points_file(folder_ / "sparse/1", folder_.path()),
             folder_ / "sparse/1/points3D.ply");
-  EXPECT_EQ(find_points_of_model(folder_ / "sparse/0", folder_.path()),
+  EXPECT_EQ(find_points_file(folder_ / "sparse/0", folder_.path()),
             folder_ / "sparse/0/points3D.txt");
-  EXPECT_EQ(find_points_of_model(folder_ / "sparse/2", folder_.path()), folder_ / "points3d.ply");
+  EXPECT_EQ(find_points_file(folder_ / "sparse/2", folder_.path()), folder_ / "points3d.ply");
 }
 
 // ---- EXIF ---------------------------------------------------------------------------------------

@@ -76,12 +76,12 @@ TEST(Lens, of_colmap_and_transforms_json_are_the_same_and_survive_cameras_json) 
       << R"({"w": 100, "h": 75, "fl_x": 80, "fl_y": 80, "cx": 49.5, "cy": 36.5, "k1": -0.1,
              "k2": 0.02, "frames": [{"file_path": "a.jpg", "transform_matrix":
              [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]}]})";
-  const auto expected = read_lens_cameras(folder / "radial");
+  const auto expected = read_camera_set(folder / "radial").cameras;
   ASSERT_TRUE(expected[0].lens);
   EXPECT_EQ(expected[0].lens->k2, 0.02);
   std::ofstream(folder / "cameras.json") << format_cameras(expected);
   for (const char* name : {"opencv", "transforms.json", "cameras.json"}) {
-    const auto cameras = read_lens_cameras(folder / name);
+    const auto cameras = read_camera_set(folder / name).cameras;
     ASSERT_EQ(cameras.size(), 1u) << name;
     ASSERT_TRUE(cameras[0].lens) << name;
     EXPECT_EQ(cameras[0].lens->focal_px, expected[0].lens->focal_px) << name;
@@ -92,14 +92,14 @@ TEST(Lens, of_colmap_and_transforms_json_are_the_same_and_survive_cameras_json) 
     EXPECT_EQ(cameras[0].camera.view_from_world, expected[0].camera.view_from_world) << name;
   }
   std::ofstream(folder / "cameras.json") << R"([{"lens": 5}])";
-  EXPECT_NE(test::error_of([&] { read_lens_cameras(folder / "cameras.json"); }), "");
+  EXPECT_NE(test::error_of([&] { read_camera_set(folder / "cameras.json"); }), "");
 }
 
 TEST(Lens, of_model_simple_radial_has_one_coefficient) {
   const TemporaryFolder folder;
   std::ofstream(folder / "cameras.txt") << "1 SIMPLE_RADIAL 100 75 80 50 37 0.05\n";
   std::ofstream(folder / "images.txt") << "1 1 0 0 0 0 0 0 1 a.jpg\n\n";
-  const auto cameras = read_lens_cameras(folder.path());
+  const auto cameras = read_camera_set(folder.path()).cameras;
   ASSERT_TRUE(cameras[0].lens);
   EXPECT_EQ(cameras[0].lens->k1, 0.05);
   EXPECT_EQ(cameras[0].lens->k2, 0);

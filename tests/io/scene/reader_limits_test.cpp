@@ -280,7 +280,7 @@ TEST(ReaderLimits, transforms_have_angles_below_pi_and_known_lenses) {
   EXPECT_EQ(message(with("/k1", 1e-6)), "");
   for (const char* key : {"k1", "k2", "p1", "p2"}) {
     EXPECT_EQ(message(with((std::string("/") + key).c_str(), -1.1e-6)), "");
-    EXPECT_TRUE(read_lens_cameras(folder / "transforms.json")[0].lens) << key;
+    EXPECT_TRUE(read_camera_set(folder / "transforms.json").cameras[0].lens) << key;
   }
   for (const char* key : {"k3", "k4"}) {
     EXPECT_EQ(message(with((std::string("/") + key).c_str(), -1.1e-6)),
@@ -345,13 +345,11 @@ TEST(ReaderLimits, colmap_s_models_have_their_parameters) {
     for (int i = 0; i < row.focal_lengths + 2; ++i)
       parameters[static_cast<std::size_t>(i)] = 10 + i;
     const auto add = [&](std::uint64_t width, std::uint64_t height) {
-      ColmapLenses lenses;
+      LensCamera camera;
       const std::string message = error_of([&] {
-        add_colmap_lens(lenses, {7, *model, width, height, parameters}, "here");
+        camera = colmap_lens_camera({*model, width, height, parameters}, "here");
       });
-      if (message.empty() && !lenses.at(7).not_finite.empty()) return lenses.at(7).not_finite;
       if (message.empty()) {
-        const LensCamera& camera = lenses.at(7).camera;
         const auto [focal, center] =
             camera.lens ? std::pair(camera.lens->focal_px, camera.lens->center_px)
                         : std::pair(camera.camera.focal_px, camera.camera.center_px);

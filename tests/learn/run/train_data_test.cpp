@@ -9,6 +9,7 @@
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "learn/run/data_set.h"
+#include "raster/scene/place.h"
 #include "support/error_of.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
@@ -211,8 +212,6 @@ TEST_F(TrainMasks, that_do_not_fit_are_refused) {
   EXPECT_EQ(error(),
             "masks/c.png: a mask of 20 x 15 pixels, but its photograph images/c.pfm has "
             "40 x 30");
-  write_mask("masks/c.png", 40);
-  EXPECT_EQ(error(), "masks/c.png: masks out every pixel of images/c.pfm");
   options_.masks = "nothing";
   EXPECT_EQ(error(), "nothing: not a folder of pictures");
   write_mask("covers/z.png", 1);
@@ -222,6 +221,27 @@ TEST_F(TrainMasks, that_do_not_fit_are_refused) {
   std::filesystem::remove_all(folder_ / "masks");
   write_mask("masks/z.png", 1);
   EXPECT_THAT(read().used, HasSubstr("masks has none that is named like a photograph"));
+}
+
+TEST_F(TrainMasks, that_are_black_everywhere_leave_their_photographs_out) {
+  const DataSet whole = read();
+  for (const char* name : {"d", "i"}) write_mask(fmt::format("masks/{}.png", name), 40);
+  const DataSet data = read();
+  EXPECT_EQ(names(data.test), names(whole.test)) << "the views of eval --holdout";
+  EXPECT_THAT(names(data.training), ElementsAre("c", "e", "f", "g", "h"));
+  EXPECT_EQ(test::without_folder(data.used, folder_.path()),
+            "7 of 10 cameras in cameras.json (pinhole), photographs in images, masks of 2 of 9 "
+            "photographs in masks, the others count as a whole");
+  EXPECT_EQ(data.left_out,
+            "left out: 1 camera without a photograph (b), 2 photographs without a pixel that "
+            "counts");
+  ASSERT_EQ(data.warnings.size(), 1u);
+  EXPECT_EQ(test::without_folder(data.warnings[0], folder_.path()),
+            "masks/d.png: masks out every pixel of images/d.pfm; such photographs are left out");
+  for (char name = 'a'; name <= 'j'; ++name) write_mask(fmt::format("masks/{}.png", name), 40);
+  EXPECT_EQ(error(),
+            "masks/a.png: masks out every pixel of images/a.pfm; such photographs are left out, "
+            "and no other is left to train from");
 }
 
 // transforms.json with frames of `TrainData`'s photographs, and what it has besides.
@@ -339,6 +359,35 @@ TEST_F(TrainTransforms, a_file_stands_for_its_data_set) {
   EXPECT_EQ(data.used, whole.used);
   EXPECT_EQ(data.points.size(), 1u);
   EXPECT_EQ(data.fingerprint(), whole.fingerprint());
+}
+
+TEST_F(TrainData, the_folder_of_a_colmap_model_stands_for_its_data_set) {
+  std::filesystem::create_directories(folder_ / "sparse/0");
+  std::ofstream(folder_ / "sparse/0/cameras.txt") << "1 PINHOLE 40 30 50 50 20 15\n";
+  std::ofstream(folder_ / "sparse/0/images.txt")
+      << "1 1 0 0 0 0 0 0 1 a.pfm\n\n2 1 0 0 0 1 0 0 1 c.pfm\n\n3 1 0 0 0 2 0 0 1 d.pfm\n\n";
+  std::ofstream(folder_ / "points3D.txt") << "1 0 0 4 1 2 3 0\n";
+  std::filesystem::remove(folder_ / "cameras.json");
+  const DataSet whole = read();
+  for (const char* given : {"sparse", "sparse/", "sparse/0", "sparse/0/", "sparse/0/images.txt"}) {
+    options_.data = folder_ / given;
+    const DataSet data = read();
+    EXPECT_EQ(data.fingerprint(), whole.fingerprint()) << given;
+    EXPECT_EQ(data.used, whole.used) << given;
+    EXPECT_EQ(data.points_file, whole.points_file) << given;
+    ASSERT_EQ(data.warnings.size(), whole.warnings.size() + 1) << given;
+    EXPECT_THAT(data.warnings[0], HasSubstr("a COLMAP model without photographs; its data set is " +
+                                            folder_.path().string()))
+        << given;
+  }
+  options_.data = folder_ / "sparse/0";
+  options_.images = "images";
+  EXPECT_EQ(read().fingerprint(), whole.fingerprint());
+  options_.images = "../../images";
+  EXPECT_EQ(read().fingerprint(), whole.fingerprint());
+  options_.images.clear();
+  std::filesystem::rename(folder_ / "images", folder_ / "sparse/0/images");
+  EXPECT_EQ(read().fingerprint(), whole.fingerprint()) << "photographs beside the model";
 }
 
 TEST_F(TrainTransforms, photographs_of_other_folders_than_named_are_told) {
@@ -468,17 +517,29 @@ TEST(Outliers, a_camera_far_from_all_others_does_not_count) {
     EXPECT_THAT(outliers(cameras), testing::IsEmpty());
     EXPECT_EQ(extent_of(without_outliers(cameras)), extent_of(cameras));
   }
-  // Many are a second place, and one camera is none.
-  std::vector<Camera> two_places = line_with(0, 30);
-  for (std::size_t i = 0; i < 3; ++i) two_places[i].view_from_world[3].y = 1e5;
-  EXPECT_THAT(outliers(two_places), testing::IsEmpty());
+  // Several do not count either, but many are a second place.
+  struct Row {
+    int count;
+    std::size_t far;
+    bool do_count;
+  };
+  for (const Row& row : {Row{14, 2, false}, Row{14, 3, false}, Row{14, 4, true}, Row{10, 2, false},
+                         Row{10, 3, true}, Row{4, 1, false}, Row{4, 2, true}, Row{30, 3, false},
+                         Row{30, 8, true}, Row{200, 40, false}, Row{200, 60, true}}) {
+    std::vector<Camera> cameras = line_with(0, row.count);
+    for (std::size_t i = 0; i < row.far; ++i)
+      cameras[2 * i].view_from_world[3].y = 1e5 * static_cast<double>(1 + i);
+    EXPECT_EQ(outliers(cameras).size(), row.do_count ? 0 : row.far) << row.count << ' ' << row.far;
+    EXPECT_EQ(extent_of(without_outliers(cameras)) > 1000, row.do_count) << row.count;
+  }
+  // One camera is no outlier.
   EXPECT_THAT(outliers({test::front_camera(4, 4)}), testing::IsEmpty());
   EXPECT_THAT(outliers({}), testing::IsEmpty());
 }
 
 TEST_F(TrainData, georeferenced_cameras_count_from_an_origin) {
   const glm::dvec3 place(500123.4, 4650012.7, 230);
-  std::vector<LensCamera> cameras = read_lens_cameras(options_.data);
+  std::vector<LensCamera> cameras = read_camera_set(options_.data).cameras;
   const std::vector<PhotographView> before = read().training;
   for (LensCamera& taken : cameras)
     taken.camera.view_from_world[3] -= glm::dmat3(taken.camera.view_from_world) * place;

@@ -23,6 +23,7 @@
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
+#include "base/list_of.h"
 
 namespace qs {
 namespace {
@@ -55,13 +56,6 @@ ControlNow logarithmic(double least, double most, int decimals) {
 ControlNow typed(ControlNow now) {
   now.is_typed = true;
   return now;
-}
-
-template <class Rows, class Name>
-std::vector<std::string> names_by(const Rows& rows, Name name) {
-  std::vector<std::string> names;
-  for (const auto& row : rows) names.emplace_back(std::invoke(name, row));
-  return names;
 }
 
 template <class Names>
@@ -225,7 +219,8 @@ Controls table_controls() {
       value_row<std::size_t>(
           "measure at", choice,
           [](const Viewer& v) {
-            std::vector<std::string> names = names_by(kMeasuredSizes, &MeasuredSize::name);
+            std::vector<std::string> names =
+                list_of<std::string>(kMeasuredSizes, &MeasuredSize::name);
             for (std::size_t i = 0; i < names.size(); ++i) {
               const glm::ivec2 size = measured_size(v, i);
               if (kMeasuredSizes[i].pixels.x == 0 && size.x > 0)
@@ -287,7 +282,7 @@ Controls settings_controls() {
           [](const Viewer& v) {
             const auto all = available_backends();
             const auto name = [](Backend each) { return kBackendNames[static_cast<int>(each)]; };
-            return chosen(names_by(all, name), index_in(all, v.backend));
+            return chosen(list_of<std::string>(all, name), index_in(all, v.backend));
           },
           [](Viewer& v, Host& host, std::size_t index) {
             action::change_backend(v, host, available_backends()[index]);
@@ -396,7 +391,7 @@ std::vector<Variant> ways_to_draw(CullMode mode) {
 Now ways_now(const Viewer& v) {
   const std::vector<Variant> ways = ways_to_draw(v.split.other.mode);
   if (ways.size() < 2 || v.split.other.mode == kReferenceMode) return {};
-  const std::vector<std::string> names = names_by(ways, drawn_by);
+  const std::vector<std::string> names = list_of<std::string>(ways, drawn_by);
   return chosen(names, index_in(names, drawn_by(v.split.other)));
 }
 
@@ -404,7 +399,7 @@ constexpr int kAmplifications[] = {0, 1, 2, 4, 8, 16, 32, 64, 128};
 
 ControlNow amplification_now(const Viewer& v) {
   std::vector<std::string> names =
-      names_by(kAmplifications, [](int factor) { return std::to_string(factor); });
+      list_of<std::string>(kAmplifications, [](int factor) { return std::to_string(factor); });
   names[0] = fmt::format("{}, automatic", shown_amplification(v));
   return chosen(names, index_in(kAmplifications, v.split.amplification));
 }
@@ -564,7 +559,8 @@ Controls plan_controls() {
           kPlan, "size", choice,
           [](const Viewer& v) {
             const auto name = [&](glm::ivec2 size) { return size_text(v, size); };
-            return chosen(names_by(kZoomSizes, name), index_in(kZoomSizes, v.zoom.plan.size));
+            return chosen(list_of<std::string>(kZoomSizes, name),
+                          index_in(kZoomSizes, v.zoom.plan.size));
           },
           [](ZoomPlan& plan, double value) { plan.size = kZoomSizes[index_of(value)]; }),
       only_if(has_pipelines, labelled([](const Viewer&) { return "pipeline"; },
@@ -626,7 +622,7 @@ Controls recorder_controls() {
               value_row<ZoomQuantity>(
                   "chart of", choice,
                   [](const Viewer& v) {
-                    return chosen(names_by(kZoomQuantities, &ZoomQuantityRow::name),
+                    return chosen(list_of<std::string>(kZoomQuantities, &ZoomQuantityRow::name),
                                   v.zoom.quantity);
                   },
                   action::show_zoom_quantity)),

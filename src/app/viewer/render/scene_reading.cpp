@@ -191,13 +191,9 @@ ViewedScene view_facts_with(
   facts.huge = count_huge(scene.cloud, scene_length(facts.core, facts.smallest_radius));
   if (const auto file = cameras_file ? cameras_file : find_cameras_file(scene.path)) {
     facts.cameras_file = *file;
-    const PlacedCameras placed = placed_cameras(*file, scene);
+    const PlacedCameras placed = placed_cameras(*file, scene, cameras_file.has_value());
     facts.cameras = placed.cameras;
     facts.cameras_warning = joined(placed.warnings, "; ");
-    if (!facts.cameras.empty() && !sees_scene(facts.cameras, scene.cloud)) {
-      facts.cameras_warning = blind_cameras_text(*file);
-      if (!cameras_file) facts.cameras.clear();
-    }
     facts.photographs = find_photographs(*file, facts.cameras);
   }
   facts.landmarks = landmarks_of(scene.cloud);

@@ -12,8 +12,7 @@ namespace qs {
 
 // A .sog is a zip archive too, so this one needs the usual ending.
 bool recognises_zipped_ply(ByteSpan content, const std::filesystem::path& path) {
-  return lower_case(path.extension().string()) == ".zip" && is_zip(content) && !is_npz(content) &&
-         !is_torch_archive(content) && ply_in_zip(content);
+  return lower_case(path.extension().string()) == ".zip" && is_zip(content) && ply_in_zip(content);
 }
 
 void read_zipped_ply(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <nlohmann/json.hpp>
 
 #include "base/fail.h"
@@ -46,8 +48,6 @@ std::size_t rounded_up(std::size_t value, std::size_t step) {
   return (value + step - 1) / step * step;
 }
 
-double to_log(double value) { return std::copysign(std::log1p(std::abs(value)), value); }
-
 Array<float> three_each(const Array<glm::vec3>& vectors, std::size_t stride, float least) {
   Array<float> values;
   values.reserve(3 * vectors.size() / stride);
@@ -72,26 +72,22 @@ class SogEncoder {
 
   void add_positions() {
     glm::dvec3 low(INFINITY), high(-INFINITY);
-    const auto stored = [this](std::size_t i, int axis) {
-      return to_log(static_cast<double>(cloud_.positions[i][axis]));
+    const auto stored = [this](std::size_t i) {
+      const glm::dvec3 position(cloud_.positions[i]);
+      return glm::sign(position) * glm::log(1.0 + glm::abs(position));
     };
     for (std::size_t i = 0; i < cloud_.size(); ++i) {
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], stored(i, axis));
-        high[axis] = std::max(high[axis], stored(i, axis));
-      }
+      low = glm::min(low, stored(i));
+      high = glm::max(high, stored(i));
     }
-    const auto step = [&](std::size_t i, int axis) {
-      const double extent = high[axis] - low[axis];
-      return extent > 0 ? round_to_integer((stored(i, axis) - low[axis]) / extent * 65535, 65535)
-                        : 0u;
-    };
+    const glm::dvec3 extent = glm::max(high - low, glm::dvec3(1e-300));
     for (const int shift : {0, 8}) {
       add_picture(shift == 0 ? "means_l.webp" : "means_u.webp", [&](std::size_t i) {
-        const auto part = [&](int axis) {
-          return static_cast<std::uint8_t>(step(i, axis) >> shift);
+        const glm::dvec3 steps = 65535.0 * (stored(i) - low) / extent;
+        const auto part = [&](double step) {
+          return static_cast<std::uint8_t>(round_to_integer(step, 65535) >> shift);
         };
-        return Texel{part(0), part(1), part(2), 255};
+        return Texel{part(steps.x), part(steps.y), part(steps.z), 255};
       });
     }
     meta["means"] = {{"mins", {low.x, low.y, low.z}},

@@ -67,29 +67,27 @@ class SplatArrays {
   int degree() const { return degree_; }
 
   void fill(std::size_t from, GaussianCloud& cloud, std::size_t to, LinearValues& linear) const {
-    const auto value = [&](UsdArray array, std::size_t at, float otherwise) {
-      const auto& values = splats_.values[array];
-      return values ? (*values)[at] : otherwise;
-    };
-    cloud.positions[to] = triple(kUsdPositions, from);
+    cloud.positions[to] = triple(kUsdPositions, from, 0);
     cloud.rotations[to] =
         glm::quat(value(kUsdRotations, 4 * from, 1), value(kUsdRotations, 4 * from + 1, 0),
                   value(kUsdRotations, 4 * from + 2, 0), value(kUsdRotations, 4 * from + 3, 0));
-    cloud.log_scales[to] =
-        linear.log_scale(splats_.values[kUsdScales] ? triple(kUsdScales, from) : glm::vec3(1));
+    cloud.log_scales[to] = linear.log_scale(triple(kUsdScales, from, 1));
     cloud.opacity_logits[to] = linear.logit(static_cast<double>(value(kUsdOpacities, from, 1)));
     glm::vec3* const sh = sh_of(cloud, to);
     std::fill_n(sh, sh_count(cloud), glm::vec3(0));
-    if (splats_.values[kUsdSh])
-      for (std::size_t k = 0; k < static_cast<std::size_t>(sh_coefficient_count(degree_)); ++k)
-        sh[k] = triple(kUsdSh, from * stored_sh_ + k);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(sh_coefficient_count(degree_)); ++k)
+      sh[k] = triple(kUsdSh, from * stored_sh_ + k, 0);
     if (transform_) transform_->apply(cloud, to);
   }
 
  private:
-  glm::vec3 triple(UsdArray array, std::size_t i) const {
-    const float* const at = &(*splats_.values[array])[3 * i];
-    return {at[0], at[1], at[2]};
+  float value(UsdArray array, std::size_t at, float otherwise) const {
+    const auto& values = splats_.values[array];
+    return values ? (*values)[at] : otherwise;
+  }
+  glm::vec3 triple(UsdArray array, std::size_t i, float otherwise) const {
+    return {value(array, 3 * i, otherwise), value(array, 3 * i + 1, otherwise),
+            value(array, 3 * i + 2, otherwise)};
   }
 
   const UsdSplats& splats_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -16,7 +17,8 @@
 namespace qs {
 namespace {
 
-constexpr std::size_t kMostPrims = 1 << 18, kDeepestPrim = 128, kMostOps = 64;
+constexpr std::size_t kMostPrims = 1 << 18, kDeepestPrim = 128;
+constexpr std::string_view kOp = "xformOp:", kTimes = ".timeSamples";
 
 struct ArrayRow {
   std::string_view name;  // with an "h" behind it: halves
@@ -36,26 +38,16 @@ std::size_t components_of(std::string_view type) {
   return digit == type.npos ? 1 : static_cast<std::size_t>(type[digit] - '0');
 }
 
-// The matrix for column vectors. `kind` is the second part of "xformOp:rotateXYZ:name".
-glm::dmat4 matrix_of(std::string_view kind, const std::vector<double>& v) {
-  const glm::dmat4 one(1);
-  const auto axis = [](char letter) {
-    glm::dvec3 direction(0);
-    direction[letter - 'X'] = 1;
-    return direction;
-  };
-  if (kind == "translate") return glm::translate(one, glm::dvec3(v[0], v[1], v[2]));
-  if (kind == "scale") return glm::scale(one, glm::dvec3(v[0], v[1], v[2]));
-  if (kind == "orient") return glm::mat4_cast(glm::normalize(glm::dquat(v[0], v[1], v[2], v[3])));
-  glm::dmat4 matrix(1);
-  if (kind == "transform") {  // rows of a matrix for row vectors
-    for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = v[static_cast<std::size_t>(i)];
-  } else {  // the first axis is applied first
-    const std::string_view axes = kind.substr(std::string_view("rotate").size());
-    for (std::size_t i = 0; i < axes.size(); ++i)
-      matrix = glm::rotate(one, glm::radians(v[i]), axis(axes[i])) * matrix;
-  }
-  return matrix;
+// "rotateXYZ" of "xformOp:rotateXYZ:name".
+std::string_view kind_of_op(std::string_view name) {
+  name.remove_prefix(kOp.size());
+  return name.substr(0, name.find(':'));
+}
+
+// The axes of a rotation, "" for other operations.
+std::string_view axes_of(std::string_view kind) {
+  constexpr std::string_view kRotate = "rotate";
+  return kind.starts_with(kRotate) ? kind.substr(kRotate.size()) : "";
 }
 
 // The numbers of an operation; 0 for an unknown one.
@@ -65,35 +57,55 @@ std::size_t numbers_of(std::string_view kind) {
   if (kind == "transform") return 16;
   constexpr std::string_view kRotations[] = {"X",   "Y",   "Z",   "XYZ", "XZY",
                                              "YXZ", "YZX", "ZXY", "ZYX"};
-  if (!kind.starts_with("rotate")) return 0;
-  kind.remove_prefix(std::string_view("rotate").size());
-  return std::ranges::count(kRotations, kind) > 0 ? kind.size() : 0;
+  return std::ranges::count(kRotations, axes_of(kind)) > 0 ? axes_of(kind).size() : 0;
 }
 
-std::string_view kind_of_op(std::string_view name) {
-  name.remove_prefix(std::string_view("xformOp:").size());
-  return name.substr(0, name.find(':'));
+// The matrix for column vectors of an operation that is known.
+glm::dmat4 matrix_of(std::string_view kind, const std::vector<double>& v) {
+  glm::dmat4 matrix(1);
+  if (kind == "translate") return glm::translate(matrix, glm::dvec3(v[0], v[1], v[2]));
+  if (kind == "scale") return glm::scale(matrix, glm::dvec3(v[0], v[1], v[2]));
+  if (kind == "orient") return glm::mat4_cast(glm::normalize(glm::dquat(v[0], v[1], v[2], v[3])));
+  // The rows of a matrix for row vectors.
+  for (std::size_t i = 0; kind == "transform" && i < 16; ++i)
+    matrix[static_cast<int>(i / 4)][static_cast<int>(i % 4)] = v[i];
+  for (std::size_t i = 0; i < axes_of(kind).size(); ++i) {  // the first axis is applied first
+    glm::dvec3 axis(0);
+    axis[axes_of(kind)[i] - 'X'] = 1;
+    matrix = glm::rotate(glm::dmat4(1), glm::radians(v[i]), axis) * matrix;
+  }
+  return matrix;
 }
+
+// Values are parts of the stage's text.
+struct Property {
+  std::string_view type, value;
+  bool is_list = false;
+};
 
 struct Prim {
-  std::string name;
+  std::string path, type;
   std::size_t parent = 0;  // 0: the stage
   bool is_shown = true;
-  std::map<std::string, glm::dmat4, std::less<>> ops;
-  std::vector<std::string> op_order;
-  std::optional<UsdSplats> splats;
+  std::map<std::string_view, std::string_view> metadata;
+  std::map<std::string_view, Property> properties;
+  glm::dmat4 world{1};
+
+  // "" if there is no such property.
+  std::string_view value(std::string_view name) const {
+    const auto found = properties.find(name);
+    return found == properties.end() ? "" : found->second.value;
+  }
 };
 
 class StageParser {
  public:
   StageParser(std::string_view text, const std::string& source, const Progress& progress)
-      : source_(source), text_(text, source, progress) {}
+      : text_(text, source, progress) {}
 
   UsdStage parse() {
-    prims_.emplace_back();
-    read_stage_metadata();
-    std::vector<std::size_t> open = {0};
-    while (open.size() > 1 || !text_.at_end()) {
+    prims_.emplace_back().metadata = read_metadata();
+    for (std::vector<std::size_t> open = {0}; open.size() > 1 || !text_.at_end();) {
       if (open.size() > 1 && text_.accept('}')) {
         open.pop_back();
         continue;
@@ -101,26 +113,31 @@ class StageParser {
       const std::string_view word = text_.word();
       if (word == "def" || word == "over" || word == "class") {
         if (open.size() > kDeepestPrim) text_.complain("more than {} nested prims", kDeepestPrim);
-        open.push_back(begin_prim(word == "def", open.back()));
+        begin_prim(word == "def", open.back());
+        open.push_back(prims_.size() - 1);
       } else if (open.size() == 1 && word != "reorder") {
         text_.complain("a prim is expected, there is '{}'", printable(word));
       } else {
-        read_property(word, open.back());
+        read_property(word, prims_[open.back()]);
       }
     }
-    place_splats();
+    for (Prim& prim : prims_) use(prim);
     add_warnings();
     return std::move(stage_);
   }
 
  private:
-  // Calls use(key, value) for each entry of "(key = value ...)", with the texts of the values.
-  template <class Use>
-  void read_metadata(const Use& use) {
-    if (!text_.accept('(')) return;
+  static bool is_list_edit(std::string_view word) {
+    constexpr std::string_view kEdits[] = {"prepend", "append", "delete", "add", "reorder"};
+    return std::ranges::count(kEdits, word) > 0;
+  }
+
+  // "(key = value ...)", if it comes next.
+  std::map<std::string_view, std::string_view> read_metadata() {
+    std::map<std::string_view, std::string_view> metadata;
+    if (!text_.accept('(')) return metadata;
     while (!text_.accept(')')) {
-      const char next = text_.peek();
-      if (next == '"' || next == '\'') {
+      if (text_.peek() == '"' || text_.peek() == '\'') {
         text_.string();
         continue;
       }
@@ -130,175 +147,127 @@ class StageParser {
       // A dictionary may have a type before its name.
       if (text_.peek() != '=') key = text_.word();
       text_.expect('=');
-      use(key, text_.skip_value());
+      metadata[key] = text_.skip_value();
     }
+    return metadata;
   }
 
-  static bool is_list_edit(std::string_view word) {
-    constexpr std::string_view kEdits[] = {"prepend", "append", "delete", "add", "reorder"};
-    return std::ranges::count(kEdits, word) > 0;
-  }
-
-  void read_stage_metadata() {
-    read_metadata([&](std::string_view key, std::string_view value) {
-      if (key == "upAxis") {
-        stage_.z_is_up = value == "\"Z\"" || value == "'Z'";
-        if (!stage_.z_is_up && value != "\"Y\"" && value != "'Y'")
-          text_.complain("upAxis is {}, but must be \"Y\" or \"Z\"", printable(value));
-      }
-      if (key == "subLayers" && value != "[]") add_new(composed_, "sublayers");
-    });
-  }
-
-  std::size_t begin_prim(bool is_definition, std::size_t parent) {
+  void begin_prim(bool is_definition, std::size_t parent) {
     if (prims_.size() > kMostPrims) text_.complain("more than {} prims", kMostPrims);
     Prim prim;
     prim.parent = parent;
-    const char next = text_.peek();
-    const std::string type(next == '"' || next == '\'' ? "" : text_.word());
-    prim.name = printable(text_.string());
-    std::string schemas;
-    read_metadata([&](std::string_view key, std::string_view value) {
-      if (key == "apiSchemas") schemas = value;
-      if (key == "active" && value == "false") prim.is_shown = false;
-      for (const char* composed : {"references", "payload", "inherits", "specializes", "variants"})
-        if (key == composed && value != "None") add_new(composed_, std::string(composed));
-    });
+    prim.is_shown = is_definition;
+    if (text_.peek() != '"' && text_.peek() != '\'') prim.type = text_.word();
+    prim.path = prims_[parent].path + "/" + printable(text_.string());
+    prim.metadata = read_metadata();
     text_.expect('{');
-    const bool has_kernel = schemas.find("ParticleFieldKernel") != schemas.npos;
-    const bool is_splats =
-        type == "ParticleField3DGaussianSplat" || (type == "ParticleField" && has_kernel);
-    if (is_splats && schemas.find("SurfletAPI") != schemas.npos)
-      text_.complain("{}/{} has a kernel of flat surflets, which cannot be read", path_of(parent),
-                     prim.name);
-    if (!is_definition) prim.is_shown = false;
-    if (is_splats) prim.splats.emplace();
     prims_.push_back(std::move(prim));
-    return prims_.size() - 1;
   }
 
-  std::string path_of(std::size_t prim) const {
-    std::string path;
-    for (; prim != 0; prim = prims_[prim].parent) path.insert(0, "/" + prims_[prim].name);
-    return path;
-  }
-
-  void read_property(std::string_view word, std::size_t prim) {
+  void read_property(std::string_view word, Prim& prim) {
     if (word == "variantSet") {
       text_.string();
       text_.expect('=');
-      text_.skip_value();
-      add_new(composed_, std::string("variants"));
+      prim.metadata["variants"] = text_.skip_value();
       return;
     }
     while (word == "custom" || word == "uniform" || word == "varying" || is_list_edit(word))
       word = text_.word();
-    const std::string_view type = word;
-    const bool is_list = text_.accept('[');
-    if (is_list) text_.expect(']');
+    Property property{word, {}, text_.accept('[')};
+    if (property.is_list) text_.expect(']');
     // A list edit of names, such as "reorder properties = [..]", has no type.
-    const std::string name(text_.peek() == '=' ? type : text_.word());
-    if (text_.accept('=')) read_value(type, is_list, name, prim);
+    const std::string_view name = text_.peek() == '=' ? word : text_.word();
+    if (text_.accept('=')) property.value = text_.skip_value();
+    // None blocks a value.
+    if (!property.value.empty() && property.value != "None") prim.properties[name] = property;
     if (text_.peek() == '(') text_.skip_value();
   }
 
-  void read_value(std::string_view type, bool is_list, const std::string& name,
-                  std::size_t number) {
-    if (is_none()) return;
-    Prim& prim = prims_[number];
-    if (name.ends_with(".timeSamples")) {
-      const bool matters = prim.splats || name.starts_with("xformOp:");
-      if (matters) add_new(timed_, name.substr(0, name.find('.')));
-    } else if (name.find('.') != name.npos) {  // a connection
-    } else if (name.starts_with("xformOp:")) {
-      return read_op(name, prim);
-    } else if (name == "xformOpOrder") {
-      prim.op_order = text_.strings();
-      if (prim.op_order.size() > kMostOps) text_.complain("more than {} xformOps", kMostOps);
-      return;
-    } else if (name == "visibility" || name == "projectionModeHint") {
-      const std::string_view value = text_.string();
-      if (value == "invisible") prim.is_shown = false;
-      if (value == "tangential" && prim.splats) is_tangential_ = true;
-      return;
-    } else if (prim.splats && read_splat_value(type, is_list, name, number)) {
-      return;
+  // Its parent was used before.
+  void use(Prim& prim) {
+    for (const auto& [key, value] : prim.metadata) {
+      constexpr std::string_view kComposed[] = {"references",  "payload",  "inherits",
+                                                "specializes", "variants", "subLayers"};
+      if (std::ranges::count(kComposed, key) > 0 && value != "None" && value != "[]")
+        add_new(composed_, lower_case(std::string(key)));
+      if (key == "active" && value == "false") prim.is_shown = false;
+      if (key == "upAxis") {
+        text_.move_to(value);
+        stage_.z_is_up = value == "\"Z\"" || value == "'Z'";
+        if (!stage_.z_is_up && value != "\"Y\"" && value != "'Y'")
+          text_.complain("upAxis is {}, but must be \"Y\" or \"Z\"", printable(value));
+      }
     }
-    text_.skip_value();
+    if (prim.value("visibility").find("invisible") != std::string_view::npos) prim.is_shown = false;
+    prim.is_shown = prim.is_shown && prims_[prim.parent].is_shown;
+    prim.world = world_of(prim);
+    const std::string_view schemas = prim.metadata["apiSchemas"];
+    const bool has_kernel = schemas.find("ParticleFieldKernel") != schemas.npos;
+    if (prim.type != "ParticleField3DGaussianSplat" &&
+        !(prim.type == "ParticleField" && has_kernel))
+      return;
+    if (schemas.find("SurfletAPI") == schemas.npos)
+      return prim.is_shown ? read_splats(prim) : void(++hidden_);
+    text_.move_to(schemas);
+    text_.complain("{} has a kernel of flat surflets, which cannot be read", prim.path);
   }
 
-  // "None" blocks a value.
-  bool is_none() {
-    if (text_.peek() != 'N') return false;
-    text_.skip_value();
-    return true;
+  glm::dmat4 world_of(const Prim& prim) {
+    std::map<std::string_view, glm::dmat4> ops;
+    for (const auto& [name, property] : prim.properties) {
+      if (!name.starts_with(kOp)) continue;
+      if (name.ends_with(kTimes)) add_new(timed_, std::string(name.substr(0, name.find('.'))));
+      if (name.find('.') != name.npos) continue;
+      const std::string_view kind = kind_of_op(name);
+      text_.move_to(property.value);
+      if (numbers_of(kind) == 0) text_.complain("{} is not known", printable(name));
+      const std::vector<double> numbers = text_.numbers(numbers_of(kind));
+      if (!std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); }))
+        text_.complain("{} is not finite", printable(name));
+      ops[name] = matrix_of(kind, numbers);
+    }
+    glm::dmat4 world = prims_[prim.parent].world;
+    if (prim.value("xformOpOrder").empty()) return world;
+    text_.move_to(prim.value("xformOpOrder"));
+    for (std::string_view name : text_.strings()) {
+      constexpr std::string_view kInvert = "!invert!";
+      if (name == "!resetXformStack!") world = glm::dmat4(1);
+      const bool is_inverse = name.starts_with(kInvert);
+      if (is_inverse) name.remove_prefix(kInvert.size());
+      const auto op = ops.find(name);
+      if (op == ops.end()) continue;  // it changes over time, or has no value
+      world = world * (is_inverse ? glm::inverse(op->second) : op->second);
+    }
+    return world;
   }
 
-  void read_op(const std::string& name, Prim& prim) {
-    const std::string_view kind = kind_of_op(name);
-    const std::size_t count = numbers_of(kind);
-    if (count == 0) text_.complain("{} is not known", printable(name));
-    const std::vector<double> numbers = text_.numbers(count);
-    for (const double number : numbers)
-      if (!std::isfinite(number)) text_.complain("{} is not finite", printable(name));
-    if (prim.ops.size() >= kMostOps) text_.complain("more than {} xformOps", kMostOps);
-    prim.ops[name] = matrix_of(kind, numbers);
-  }
-
-  bool read_splat_value(std::string_view type, bool is_list, const std::string& name,
-                        std::size_t prim) {
-    UsdSplats& splats = *prims_[prim].splats;
-    if (name == "radiance:sphericalHarmonicsDegree") {
+  void read_splats(const Prim& prim) {
+    UsdSplats splats{.prim = prim.path, .world = prim.world};
+    for (const auto& [name, property] : prim.properties)
+      if (name.ends_with(kTimes)) add_new(timed_, std::string(name.substr(0, name.find('.'))));
+    if (prim.value("projectionModeHint").find("tangential") != std::string_view::npos)
+      is_tangential_ = true;
+    if (const auto value = prim.value("radiance:sphericalHarmonicsDegree"); !value.empty()) {
+      text_.move_to(value);
       const double degree = text_.number();
       if (degree != std::floor(degree) || degree < 0 || degree > 4)
-        text_.complain("{}: SH degree {}, 0 to 4 can be read", path_of(prim), degree);
+        text_.complain("{}: SH degree {}, 0 to 4 can be read", prim.path, degree);
       splats.sh_degree = static_cast<int>(degree);
-      return true;
     }
     for (std::size_t i = 0; i < kUsdArrays; ++i) {
-      const ArrayRow& row = kArrayRows[i];
-      const bool is_half = name == fmt::format("{}h", row.name);
-      if (!is_half && name != row.name) continue;
-      if (!is_list || components_of(type) != row.components)
-        text_.complain("{}: {} is no list of {} numbers each, but of type {}", path_of(prim), name,
-                       row.components, printable(type));
-      Array<float> values = text_.array(row.components);
-      if (splats.values[i] && is_half) return true;  // floats are preferred
-      splats.values[i] = std::move(values);
-      splats.is_half[i] = is_half;
-      return true;
+      const auto& [name, components] = kArrayRows[i];
+      auto found = prim.properties.find(name);
+      // Floats are preferred to halves.
+      if (found == prim.properties.end()) found = prim.properties.find(fmt::format("{}h", name));
+      if (found == prim.properties.end()) continue;
+      const Property& property = found->second;
+      text_.move_to(property.value);
+      if (!property.is_list || components_of(property.type) != components)
+        text_.complain("{}: {} is no list of {} numbers each, but of type {}", prim.path, name,
+                       components, printable(property.type));
+      splats.values[i] = text_.array(components);
     }
-    return false;
-  }
-
-  void place_splats() {
-    std::vector<glm::dmat4> worlds(prims_.size(), glm::dmat4(1));
-    for (std::size_t i = 1; i < prims_.size(); ++i) {  // parents come first
-      Prim& prim = prims_[i];
-      const Prim& parent = prims_[prim.parent];
-      prim.is_shown = prim.is_shown && parent.is_shown;
-      worlds[i] = worlds[prim.parent];
-      for (std::string_view name : prim.op_order) {
-        if (name == "!resetXformStack!") {
-          worlds[i] = glm::dmat4(1);
-          continue;
-        }
-        constexpr std::string_view kInvert = "!invert!";
-        const bool is_inverse = name.starts_with(kInvert);
-        if (is_inverse) name.remove_prefix(kInvert.size());
-        const auto op = prim.ops.find(name);
-        if (op == prim.ops.end()) continue;  // it changes over time, or has no value
-        worlds[i] = worlds[i] * (is_inverse ? glm::inverse(op->second) : op->second);
-      }
-      if (!prim.splats) continue;
-      if (!prim.is_shown) {
-        ++hidden_;
-        continue;
-      }
-      prim.splats->world = worlds[i];
-      prim.splats->prim = path_of(i);
-      stage_.splats.push_back(std::move(*prim.splats));
-    }
+    stage_.splats.push_back(std::move(splats));
   }
 
   void add_warnings() {
@@ -316,7 +285,6 @@ class StageParser {
       warn("The file asks for a tangential projection; it is drawn in perspective.");
   }
 
-  std::string source_;
   UsdaText text_;
   UsdStage stage_;
   std::vector<Prim> prims_;  // the first one is the stage

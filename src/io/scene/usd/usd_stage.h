@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cstddef>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -25,9 +24,8 @@ enum UsdArray { kUsdPositions, kUsdRotations, kUsdScales, kUsdOpacities, kUsdSh,
 struct UsdSplats {
   std::string prim;  ///< its path
   std::array<std::optional<Array<float>>, kUsdArrays> values{};
-  std::array<bool, kUsdArrays> is_half{};  ///< a float array replaces a half one
-  int sh_degree = 3;                       ///< as the schema's default
-  glm::dmat4 world{1};                     ///< from the prim's space
+  int sh_degree = 3;    ///< as the schema's default
+  glm::dmat4 world{1};  ///< from the prim's space
 
   std::size_t count() const {
     const auto& positions = values[kUsdPositions];

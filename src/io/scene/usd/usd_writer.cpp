@@ -34,24 +34,6 @@ glm::vec3 linear_scale(const GaussianCloud& cloud, std::size_t i) {
   return glm::exp(glm::dvec3(cloud.log_scales[i]));
 }
 
-// A list with one line for each Gaussian.
-void write_list(const GaussianCloud& cloud, const char* declaration,
-                const std::function<void(Text& text, std::size_t i)>& put_values,
-                const char* metadata, const Sink& sink) {
-  constexpr std::size_t kPiece = 1 << 20;
-  Text text;
-  put(text, "        {} = [\n", declaration);
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    put_values(text, i);
-    put(text, "{}", i + 1 < cloud.size() ? ",\n" : "\n");
-    if (text.size() < kPiece) continue;
-    sink({text.data(), text.size()});
-    text.clear();
-  }
-  put(text, "        ]{}\n", metadata);
-  sink({text.data(), text.size()});
-}
-
 // The box of all Gaussians' three standard deviations.
 std::string extent_of(const GaussianCloud& cloud) {
   constexpr float kReach = 3;
@@ -65,54 +47,68 @@ std::string extent_of(const GaussianCloud& cloud) {
   return fmt::format("[({}, {}, {}), ({}, {}, {})]", low.x, low.y, low.z, high.x, high.y, high.z);
 }
 
+// A list with one line for each Gaussian.
+struct GaussianList {
+  const char* declaration;
+  std::function<void(Text& text, std::size_t i)> put_values;
+  std::string metadata = {};
+
+  void write(std::size_t count, const Sink& sink) const {
+    constexpr std::size_t kPiece = 1 << 20;
+    Text text;
+    put(text, "        {} = [\n", declaration);
+    for (std::size_t i = 0; i < count; ++i) {
+      put_values(text, i);
+      put(text, "{}", i + 1 < count ? ",\n" : "\n");
+      if (text.size() < kPiece) continue;
+      sink({text.data(), text.size()});
+      text.clear();
+    }
+    put(text, "        ]{}\n", metadata);
+    sink({text.data(), text.size()});
+  }
+};
+
 void write_stage(const GaussianCloud& rdf_cloud, const Progress& progress, const Sink& sink) {
   GaussianCloud cloud = rdf_cloud;
   flip_axes(cloud, 0, cloud.size(), kTurnAboutX);
   const std::size_t coefficients = sh_count(cloud);
+  const GaussianList lists[] = {
+      {"point3f[] positions", [&](Text& text, auto i) { put_triple(text, cloud.positions[i]); }},
+      {"quatf[] orientations",
+       [&](Text& text, auto i) {
+         const glm::quat& q = cloud.rotations[i];
+         put(text, "({}, {}, {}, {})", q.w, q.x, q.y, q.z);
+       }},
+      {"float3[] scales", [&](Text& text, auto i) { put_triple(text, linear_scale(cloud, i)); }},
+      {"float[] opacities",
+       [&](Text& text, auto i) {
+         put(text, "{}", static_cast<float>(opacity_of_logit(cloud.opacity_logits[i])));
+       },
+       fmt::format("\n        uniform int radiance:sphericalHarmonicsDegree = {}",
+                   cloud.sh_degree)},
+      {"float3[] radiance:sphericalHarmonicsCoefficients",
+       [&](Text& text, auto i) {
+         for (std::size_t k = 0; k < coefficients; ++k) {
+           if (k > 0) put(text, ", ");
+           put_triple(text, sh_of(cloud, i)[k]);
+         }
+       },
+       fmt::format(
+           " (\n            elementSize = {}\n            interpolation = \"vertex\"\n        )",
+           coefficients)}};
   sink(
       fmt::format("#usda 1.0\n(\n    defaultPrim = \"World\"\n    doc = \"written by quadsplat\"\n"
                   "    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\ndef Xform \"World\"\n{{\n"
                   "    def ParticleField3DGaussianSplat \"Splats\"\n    {{\n"
                   "        float3[] extent = {}\n",
                   extent_of(cloud)));
-  progress.update(0);
-  write_list(
-      cloud, "point3f[] positions",
-      [&](Text& text, std::size_t i) { put_triple(text, cloud.positions[i]); }, "", sink);
-  progress.update(0.1f);
-  write_list(
-      cloud, "quatf[] orientations",
-      [&](Text& text, std::size_t i) {
-        const glm::quat& q = cloud.rotations[i];
-        put(text, "({}, {}, {}, {})", q.w, q.x, q.y, q.z);
-      },
-      "", sink);
-  progress.update(0.2f);
-  write_list(
-      cloud, "float3[] scales",
-      [&](Text& text, std::size_t i) { put_triple(text, linear_scale(cloud, i)); }, "", sink);
-  progress.update(0.3f);
-  write_list(
-      cloud, "float[] opacities",
-      [&](Text& text, std::size_t i) {
-        put(text, "{}", static_cast<float>(opacity_of_logit(cloud.opacity_logits[i])));
-      },
-      "", sink);
-  progress.update(0.4f);
-  sink(
-      fmt::format("        uniform int radiance:sphericalHarmonicsDegree = {}\n", cloud.sh_degree));
-  const std::string metadata = fmt::format(
-      " (\n            elementSize = {}\n            interpolation = \"vertex\"\n        )",
-      coefficients);
-  write_list(
-      cloud, "float3[] radiance:sphericalHarmonicsCoefficients",
-      [&](Text& text, std::size_t i) {
-        for (std::size_t k = 0; k < coefficients; ++k) {
-          if (k > 0) put(text, ", ");
-          put_triple(text, sh_of(cloud, i)[k]);
-        }
-      },
-      metadata.c_str(), sink);
+  float done = 0;
+  for (const GaussianList& list : lists) {
+    progress.update(done);
+    list.write(cloud.size(), sink);
+    done += 0.1f;
+  }
   sink(
       "        uniform token projectionModeHint = \"perspective\"\n"
       "        uniform token sortingModeHint = \"zDepth\"\n    }\n}\n");

@@ -54,33 +54,31 @@ bool UsdaText::accept(char c) {
   return true;
 }
 
+void UsdaText::complain_without(const std::string& what) {
+  if (at_end()) complain("the text ends where {} is expected", what);
+  complain("{} is expected, there is '{}'", what, printable(text_.substr(at_, 1)));
+}
+
 void UsdaText::expect(char c) {
-  if (accept(c)) return;
-  if (at_end()) complain("the text ends where '{}' is expected", c);
-  complain("'{}' is expected, there is '{}'", c, printable(text_.substr(at_, 1)));
+  if (!accept(c)) complain_without(fmt::format("'{}'", c));
 }
 
 std::string_view UsdaText::word() {
   skip_blanks();
   const std::size_t begin = at_;
   while (at_ < text_.size() && is_word_character(text_[at_])) ++at_;
-  if (at_ == begin) {
-    if (at_ == text_.size()) complain("the text ends where a name is expected");
-    complain("a name is expected, there is '{}'", printable(text_.substr(at_, 1)));
-  }
+  if (at_ == begin) complain_without("a name");
   return text_.substr(begin, at_ - begin);
 }
 
 void UsdaText::skip_behind(std::string_view end, const char* what) {
-  std::size_t found = at_;
+  std::size_t found = text_.find(end, at_), slashes = 0;
   do {  // a backslash before the end belongs to the text
-    found = text_.find(end, found);
+    if (slashes > 0) found = text_.find(end, found + 1);
     if (found == text_.npos) complain("{} has no end", what);
-    std::size_t slashes = found;
-    while (slashes > at_ && text_[slashes - 1] == '\\') --slashes;
-    if ((found - slashes) % 2 == 0) break;
-    ++found;
-  } while (true);
+    const std::string_view inside = text_.substr(at_, found - at_);
+    slashes = inside.size() - (inside.find_last_not_of('\\') + 1);
+  } while (slashes % 2 == 1);
   at_ = found + end.size();
 }
 
@@ -96,13 +94,11 @@ std::string_view UsdaText::string() {
 }
 
 double UsdaText::number() {
-  if (at_end()) complain("the text ends where a number is expected");
-  if (starts_with("+")) ++at_;
+  if (peek() == '+') ++at_;
   double value = 0;
   const char* const begin = text_.data() + at_;
   const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
-  if (error == std::errc::invalid_argument)
-    complain("a number is expected, there is '{}'", printable(text_.substr(at_, 1)));
+  if (error == std::errc::invalid_argument) complain_without("a number");
   if (error != std::errc()) complain("a number is out of range");
   at_ += static_cast<std::size_t>(end - begin);
   return value;
@@ -112,15 +108,12 @@ std::vector<double> UsdaText::numbers(std::size_t count) {
   std::vector<double> values;
   std::size_t depth = 0;
   do {
-    if (accept('(') || accept('[')) {
-      if (++depth > kDeepest) complain("more than {} levels of brackets", kDeepest);
-    } else if (depth > 0 && (accept(')') || accept(']'))) {
+    if (accept('(')) {
+      ++depth;
+    } else if (depth > 0 && accept(')')) {
       --depth;
-      if (depth > 0) accept(',');
-    } else {
-      if (values.size() == count) complain("more than {} numbers", count);
+    } else if (depth == 0 || !accept(',')) {
       values.push_back(number());
-      if (depth > 0) accept(',');
     }
   } while (depth > 0);
   if (values.size() != count) complain("{} numbers where {} are needed", values.size(), count);
@@ -144,11 +137,11 @@ Array<float> UsdaText::array(std::size_t components) {
   return values;
 }
 
-std::vector<std::string> UsdaText::strings() {
-  std::vector<std::string> list;
+std::vector<std::string_view> UsdaText::strings() {
+  std::vector<std::string_view> list;
   expect('[');
   while (!accept(']')) {
-    list.emplace_back(string());
+    list.push_back(string());
     if (peek() != ']') expect(',');
   }
   return list;
@@ -162,15 +155,15 @@ void UsdaText::skip_brackets() {
       if (open.size() == kDeepest) complain("more than {} levels of brackets", kDeepest);
       open += c == '(' ? ')' : c == '[' ? ']' : '}';
       ++at_;
-    } else if (c == ')' || c == ']' || c == '}') {
+    } else if (c == ')' || c == ']' || c == '}' || c == '\0') {
       expect(open.back());
       open.pop_back();
     } else if (is_quote(c)) {
       skip_quoted();
-    } else if (at_end()) {
-      complain("the text ends where '{}' is expected", open.back());
     } else {
-      ++at_;
+      // Most of a file are numbers.
+      while (++at_ < text_.size() && (text_[at_] == ' ' || (text_[at_] > ')' && text_[at_] < '<')))
+        ;
     }
   } while (!open.empty());
 }

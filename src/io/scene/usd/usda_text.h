@@ -29,6 +29,10 @@ class UsdaText {
     fail("{}: line {}: {}", source_, line(), fmt::format(sentence, std::forward<Args>(args)...));
   }
 
+  /// Moves back to the start of a value that skip_value() returned.
+  void move_to(std::string_view value) {
+    at_ = static_cast<std::size_t>(value.data() - text_.data());
+  }
   /// True behind the last token. Like all functions, skips blanks and comments first.
   bool at_end();
   /// The next character; 0 at the end.
@@ -43,17 +47,18 @@ class UsdaText {
   /// The content of a quoted text, as it is written.
   std::string_view string();
   double number();
-  /// `count` numbers in brackets of any nesting; one number may stand without brackets.
+  /// `count` numbers of a value whose brackets are closed; one number may stand without brackets.
   std::vector<double> numbers(std::size_t count);
   /// The numbers of a list of tuples of `components` numbers, or of numbers if that is 1.
   Array<float> array(std::size_t components);
   /// The quoted texts of a list.
-  std::vector<std::string> strings();
+  std::vector<std::string_view> strings();
   /// Any value: a list, dictionary, tuple, text, asset, path, number or word. Returns its text.
   std::string_view skip_value();
 
  private:
   std::size_t line() const;
+  [[noreturn]] void complain_without(const std::string& what);
   void skip_blanks();
   void skip_brackets();
   void skip_quoted();

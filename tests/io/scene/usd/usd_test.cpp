@@ -153,6 +153,12 @@ TEST(Usd, missing_and_short_arrays_have_the_defaults_of_the_schema) {
   EXPECT_EQ(bare.cloud.opacity_logits[1], INFINITY);
   EXPECT_EQ(bare.cloud.rotations[1], glm::quat(1, 0, 0, 0));
   EXPECT_EQ(bare.cloud.sh[1], glm::vec3(0));  // a colour of 0.5
+  const Scene declared = read_usda(
+      kHead +
+      splat_prim("point3f[] positions = [(0, 0, 0)]\nquatf[] orientations\nfloat[] opacities "
+                 "( doc = \"none\" )\ndouble3 xformOp:translate\ntoken visibility\n"
+                 "uniform token[] xformOpOrder\nint radiance:sphericalHarmonicsDegree"));
+  EXPECT_EQ(declared.cloud.rotations[0], glm::quat(1, 0, 0, 0)) << "declarations without a value";
   // Degree 3 without a number.
   const Scene short_sh = read_usda(
       kHead + splat_prim("point3f[] positions = [(0, 0, 0)]\n"
@@ -213,7 +219,7 @@ TEST(Usd, errors_name_the_line_and_the_reason) {
        "a.usda: line 3: a number is expected, there is 'x'"},
       {splat_prim("point3f[] positions = [(0, 0)]"),
        "a.usda: line 3: ',' is expected, there is ')'"},
-      {splat_prim("point3f[] positions = [(0, 0, 0)"), "',' is expected, there is '}'"},
+      {splat_prim("point3f[] positions = [(0, 0, 0)"), "']' is expected, there is '}'"},
       {splat_prim("point3f[] positions = [(0, 0, 1e999)]"), "a number is out of range"},
       {splat_prim("point3f positions = (0, 0, 0)"), "is no list of 3 numbers each"},
       {splat_prim("quatf[] positions = [(0, 0, 0, 1)]"), "but of type quatf"},

@@ -175,8 +175,14 @@ class QsStageFrame(_Sized):
                 ("memory", c_uint32), ("device", c_int32)]
 
 
+class QsMatrices(_Sized):
+    _fields_ = [("size", c_uint32), ("is_clip", c_uint32), ("view", QsArray), ("lens", QsArray),
+                ("position", QsArray), ("half_fov", c_double * 2), ("at", POINTER(c_double)),
+                ("stream", c_void_p)]
+
+
 class QsBoundary(_Sized):
-    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("means_px", QsArray),
+    _fields_ = [("size", c_uint32), ("corners", c_uint32), ("means_px", QsArray),
                 ("conics", QsArray), ("depths", QsArray), ("opacities", QsArray),
                 ("colors", QsArray), ("radii", QsArray)]
 
@@ -187,7 +193,7 @@ class QsBlended(_Sized):
 
 
 class QsBoundaryGradients(_Sized):
-    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("means_px", QsArray),
+    _fields_ = [("size", c_uint32), ("ndc", c_uint32), ("means_px", QsArray),
                 ("conics", QsArray), ("depths", QsArray), ("opacities", QsArray),
                 ("colors", QsArray), ("channels", QsArray), ("absolute_px", QsArray),
                 ("background", QsArray)]
@@ -248,7 +254,7 @@ STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians:
                 QsSceneFacts: 112, QsConversion: 64, QsCamera: 152, QsSettings: 56, QsCounts: 120,
                 QsPicture: 640, QsLists: 816, QsModeCounts: 32, QsComparison: 168,
                 QsInputs: 904, QsRules: 120, QsMemory: 24, QsStageFrame: 80, QsBoundary: 536,
-                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 496, QsSimilarity: 728, QsNoise: 480,
+                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 496, QsSimilarity: 728, QsMatrices: 304, QsNoise: 480,
                 QsOption: 16, QsTrainingState: 80, QsTraining: 64}
 
 _STAGE = [c_void_p, POINTER(QsInputs), POINTER(QsCamera), POINTER(QsRules)]
@@ -287,6 +293,7 @@ FUNCTIONS = {
     "qs_ssim": [c_void_p, POINTER(QsArray), POINTER(QsArray), c_uint32, POINTER(c_double)],
     "qs_ssim_backward": [c_void_p, POINTER(QsArray), POINTER(QsArray), c_uint32, c_double,
                          POINTER(QsArray)],
+    "qs_camera_of_matrices": [c_void_p, POINTER(QsMatrices), POINTER(QsCamera)],
     "qs_context_stream": [c_void_p, c_void_p],
     "qs_similarity": [c_void_p, POINTER(QsSimilarity)],
     "qs_similarity_backward": [c_void_p, POINTER(QsSimilarity)],

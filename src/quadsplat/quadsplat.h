@@ -606,18 +606,40 @@ typedef struct QsStageFrame {
   int32_t device;     /* 76: CUDA's number of the device; 0 for QS_MEMORY_HOST */
 } QsStageFrame;
 
+/* A camera as trainers have it, in matrices of 32 or 64 bits in any memory, of any strides. 304
+ * bytes. */
+typedef struct QsMatrices {
+  uint32_t size;      /*   0 */
+  uint32_t is_clip;   /*   4: the form of `lens` */
+  QsArray view;       /*   8: 4 x 4 or 3 x 4, world to view */
+  QsArray lens;       /*  96: is_clip 0: 3 x 3, (fx 0 cx; 0 fy cy; 0 0 1), px, with the centre of
+                              pixel i at i + 0.5. is_clip 1: 4 x 4, world to clip space, which is a
+                              perspective projection after `view` */
+  QsArray position;   /* 184: absent, or 3 */
+  double half_fov[2]; /* 272: of is_clip 1: tangents of half the fields of view, x and y, > 0 */
+  double* at;         /* 288: null, or out: the 3 numbers of `position` */
+  void* stream;       /* 296: as of QsInputs */
+} QsMatrices;
+
+/* Sets the pose, focal length and principal point of *camera, whose size and near plane are given.
+ * Waits for arrays on a GPU, once. Sentences name the member. */
+QS_LIBRARY_FUNCTION int32_t qs_camera_of_matrices(QsContext* context, const QsMatrices* matrices,
+                                                  QsCamera* camera, char* message);
+
 /* The values that pixels read of a Gaussian, and its radii. Rows of Gaussians behind the near
  * plane, and of Gaussians that are degenerate, are 0; there are also rows of Gaussians that no tile
  * lists. 536 bytes. */
 typedef struct QsBoundary {
   uint32_t size;     /*   0 */
-  uint32_t reserved; /*   4 */
+  uint32_t corners;  /*   4: 1: in means_px the centre of pixel i is at i + 0.5, and rows of
+                        Gaussians  with a radius of 0 are 0, as in gsplat */
   QsArray means_px;  /*   8: N x 2: pixels */
   QsArray conics;    /*  96: N x 3: a b c, the inverse of the dilated covariance, 1/px^2 */
   QsArray depths;    /* 184: N: view z */
   QsArray opacities; /* 272: N: at the centre, with compensation */
   QsArray colors;    /* 360: N x 3: RGB of the SH as seen by the camera; absent with channels */
-  QsArray radii;     /* 448: N x 2: pixels along x and y by QsRules.radius_rule, QS_INT32 */
+  QsArray radii;     /* 448: N x 2: pixels along x and y by QsRules.radius_rule, QS_INT32; or N, for
+                             rules with one radius */
 } QsBoundary;
 
 /* The pictures, or derivatives by them. 360 bytes. */
@@ -634,7 +656,9 @@ typedef struct QsBlended {
 /* Derivatives by the boundary, and by the inputs that only qs_blend() reads. 712 bytes. */
 typedef struct QsBoundaryGradients {
   uint32_t size;       /*   0 */
-  uint32_t reserved;   /*   4 */
+  uint32_t ndc;        /*   4: 1: the written means_px and absolute_px are by normalised device
+                               coordinates, -1..1 across the picture, as in INRIA's rasterizers;
+                               then means_px may be N x 3, and the third is 0 */
   QsArray means_px;    /*   8: N x 2 */
   QsArray conics;      /*  96: N x 3; by b as one number */
   QsArray depths;      /* 184: N */

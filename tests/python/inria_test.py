@@ -380,12 +380,12 @@ def test_errors_belong_to_the_call_that_makes_them(quadsplat, inria):
             draw(inria, {**values, **change}, settings(inria))
         assert isinstance(raised.value, quadsplat.UsageError) and sentence in str(raised.value)
     for change, sentence in [
-            ({"image_width": 0}, "Camera: width: 0 is not between 1 and 65535"),
-            ({"tanfovx": 0.0}, "projmatrix is not viewmatrix times"),
-            ({"tanfovy": float("nan")}, "projmatrix is not viewmatrix times"),
-            ({"projmatrix": torch.eye(4)}, "projmatrix is not viewmatrix times"),
-            ({"projmatrix": torch.eye(3)}, "viewmatrix and projmatrix are not 4 x 4"),
-            ({"tanfovx": 2.0}, "projmatrix is not viewmatrix times"),
+            ({"image_width": 0}, "width: 0 pixels are not between 1 and 65535"),
+            ({"tanfovx": 0.0}, "projmatrix: is not the view times"),
+            ({"tanfovy": float("nan")}, "projmatrix: is not the view times"),
+            ({"projmatrix": torch.eye(4)}, "projmatrix: is not the view times"),
+            ({"projmatrix": torch.eye(3)}, "projmatrix: has 3 x 3 elements instead of 4 x 4"),
+            ({"tanfovx": 2.0}, "projmatrix: is not the view times"),
             ({"scale_modifier": 0.0}, "scale of splats"), ({"sh_degree": 4}, "sh_degree")]:
         with pytest.raises(quadsplat.UsageError) as raised:
             draw(inria, values, settings(inria, **change))

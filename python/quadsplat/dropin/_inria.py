@@ -5,15 +5,19 @@ Matrices are transposed there: points are rows. Pictures are channels x height x
 """
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Optional, Sequence, Tuple
+import ctypes
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import torch
 
-from .._camera import Camera
+from .. import _ffi
 from .._errors import UsageError
-from ..torch import Rasterized, Rules, rasterize
+from ..torch import Rasterized, Rules
+from ..torch._functions import Rasterize
 from ..torch._parts import relocated
-from ..torch._tensors import checked
+from ..torch._plan import INPUTS, Plan, camera_of
+from ..torch._rules import struct_of
+from ..torch._tensors import checked, context_of, put, put_transposed
 from . import _options
 from ._refusals import TAMING
 
@@ -83,24 +87,20 @@ class GaussianRasterizer(torch.nn.Module):
         if (cov3D_precomp is None) == (scales is None or rotations is None) or (
                 cov3D_precomp is not None and (scales is not None or rotations is not None)):
             raise UsageError(f"{_WHO}: give either scales and rotations or cov3D_precomp")
-        camera, view = _camera(settings)
-        position: Optional[Tensor] = settings.campos.reshape(3)
+        given = _inputs(means3D, scales, rotations, opacities, dc if dc is not None else shs,
+                        None if dc is None else shs, colors_precomp, cov3D_precomp, settings.bg)
+        plan, position = _plan(settings, name, given[0], cov3D_precomp is not None)
+        view: Optional[Tensor] = None
         if theta is not None or rho is not None:
-            view, position = _moved(view, theta, rho), None  # which follows the view
-        halves = _halves(means2D, camera)
-        given = {
-            "means": means3D, "scales": scales, "rotations": rotations, "opacities": opacities,
-            "covariances": cov3D_precomp, "channels": colors_precomp,
-            "sh": shs if dc is None else dc, "sh_rest": None if dc is None else shs}
-        options = {
-            "camera": camera, "view_from_world": view, "position": position,
-            "background": settings.bg.reshape(3).to(means3D.dtype),
-            "rules": _rules(settings, cov3D_precomp is not None)}
-        drawn = rasterize(**given, **options, planar=True, outputs=_OUTPUTS.get(name, ("color",)),
-                          counts_above=0.5 if name == "w-pose" else None, **halves)
-        radii = drawn.radii[:, 0].contiguous()
+            plan.position = position = None  # which follows the view
+            view = _moved(settings.viewmatrix.transpose(0, 1), theta, rho)
+        elif settings.viewmatrix.requires_grad:
+            view = settings.viewmatrix.transpose(0, 1)
+        screen = means2D if means2D is not None and means2D.requires_grad else None
+        *pictures, radii, pixels = Rasterize.apply(plan, view, screen, None, *given, position)
+        drawn = Rasterized(*pictures, radii, None, pixels)
         if name == "absgs":
-            return drawn.color, radii, _weights(given, options)
+            return drawn.color, radii, _weights(plan, given, position)
         return _results(name, drawn, radii)
 
 
@@ -143,55 +143,63 @@ def _variant(settings: GaussianRasterizationSettings) -> str:
     return "original" if settings.antialiasing is None else "dr_aa"
 
 
-def _rules(settings: GaussianRasterizationSettings, has_covariances: bool) -> Rules:
-    return Rules(mode=_options.cull() or "3dgs", sh_degree=settings.sh_degree,
-                 splat_scale=1.0 if has_covariances else settings.scale_modifier,
-                 antialiased=bool(settings.antialiasing), normalises_rotations=False)
+def _inputs(means: Any, scales: Any, rotations: Any, opacities: Any, sh: Any, sh_rest: Any,
+            channels: Any, covariances: Any, background: Any) -> List[Optional[Tensor]]:
+    """The tensors of a call in the order of INPUTS, without the position."""
+    means = checked(means, f"{_WHO}: means")
+    dtype, device = means.dtype, means.device
+
+    def tensor(name: str, value: Any, place: Any = device) -> Optional[Tensor]:
+        return None if value is None else checked(value, f"{_WHO}: {name}", dtype, place)
+
+    column = tensor("opacities", opacities)
+    if column is not None and column.dim() == 2 and column.shape[1] == 1:
+        column = column.squeeze(1)
+    colors = background if background.dtype == dtype else background.to(dtype)
+    if colors.dim() != 1:
+        colors = colors.reshape(3)
+    return [means, tensor("scales", scales), tensor("rotations", rotations),
+            tensor("covariances", covariances), column, tensor("sh", sh),
+            tensor("sh_rest", sh_rest), tensor("channels", channels),
+            tensor("background", colors, None)]
 
 
-def _camera(settings: GaussianRasterizationSettings) -> Tuple[Camera, Tensor]:
-    """The camera without its pose, and the pose as a tensor, world to view, not transposed."""
-    width, height = int(settings.image_width), int(settings.image_height)
-    tangents = float(settings.tanfovx), float(settings.tanfovy)
-    view = checked(settings.viewmatrix, f"{_WHO}: viewmatrix")
-    offset = _offset(view, settings, tangents)
-    center = [((offset[axis] + 1) * size - 1) / 2 for axis, size in enumerate((width, height))]
-    focal = [size / (2 * tangent) if tangent > 0 else 0.0
-             for size, tangent in zip((width, height), tangents)]
-    return Camera(width, height, focal, center, near_depth=_NEAR), view.transpose(0, 1)
+#: The members of QsMatrices, by their names here.
+_NAMES = {"view": "viewmatrix", "lens": "projmatrix", "position": "campos"}
 
 
-def _offset(view: Tensor, settings: GaussianRasterizationSettings,
-            tangents: Tuple[float, float]) -> Sequence[float]:
-    """The principal point in normalised device coordinates, from projmatrix = viewmatrix P."""
-    # Numbers instead of tensors: sixteen of them are not worth an operation of torch each.
-    projection = checked(settings.projmatrix, f"{_WHO}: projmatrix")
-    if tuple(projection.shape) != (4, 4) or tuple(view.shape) != (4, 4):
-        raise UsageError(f"{_WHO}: viewmatrix and projmatrix are not 4 x 4")
-    rows, whole = view.detach().tolist(), projection.detach().tolist()
-    lens = [[sum(rows[k][row] * whole[k][column] for k in range(3)) for column in range(4)]
-            for row in range(3)]  # the first rows of P
-    last = [whole[3][column] - sum(rows[3][k] * lens[k][column] for k in range(3))
-            for column in range(4)]
-    reach = 1e-3 * (1 + max(map(abs, rows[3])))
-    ones = [lens[axis][axis] * tangents[axis] - 1 for axis in range(2)]
-    zeros = [*ones, lens[0][1], lens[1][0], lens[0][3], lens[1][3], lens[2][3] - 1]
-    if not (all(abs(value) < 1e-3 for value in zeros)
-            and all(abs(last[column]) < reach for column in (0, 1, 3))):
-        raise UsageError(f"{_WHO}: projmatrix is not viewmatrix times a perspective projection "
-                         "with the fields of view tanfovx and tanfovy")
-    return [0.0 if abs(value) < 1e-5 else value for value in lens[2][:2]]
-
-
-def _halves(means2D: Optional[Tensor], camera: Camera) -> Any:
-    """The tensors that get gradients in pixels, so that means2D gets them in NDC units."""
-    if means2D is None or not means2D.requires_grad:
-        return {}
-    half = means2D.new_tensor([camera.width / 2, camera.height / 2])
-    parts = {"screen_points": means2D[:, :2] * half}
-    if means2D.shape[1] == 4:
-        parts["absolute_points"] = means2D[:, 2:] * half
-    return parts
+def _plan(settings: GaussianRasterizationSettings, name: str, means: Tensor,
+          has_covariances: bool) -> Tuple[Plan, Optional[Tensor]]:
+    """The camera and rules, and the position if it gets a gradient."""
+    camera, matrices = _ffi.QsCamera(), _ffi.QsMatrices(is_clip=1)
+    camera.width, camera.height = int(settings.image_width), int(settings.image_height)
+    camera.near_depth = _NEAR
+    for number, tangent in enumerate((settings.tanfovx, settings.tanfovy)):
+        matrices.half_fov[number] = float(tangent)
+    kept = []  # as long as the struct
+    for member, where in _NAMES.items():
+        tensor = checked(getattr(settings, where), f"{_WHO}: {where}")
+        if member != "position":
+            if tensor.dim() != 2:
+                raise UsageError(f"{_WHO}: viewmatrix and projmatrix are not 4 x 4")
+            put_transposed(matrices, member, tensor)
+        elif not tensor.requires_grad:
+            if tensor.dim() != 1:
+                tensor = tensor.reshape(3)
+            put(matrices, member, tensor)
+        kept.append(tensor)
+    position = kept[-1].reshape(3) if kept[-1].requires_grad else None
+    at = None
+    if position is None:
+        at = matrices.at = (ctypes.c_double * 3)()
+    context = context_of(None, _WHO, means)
+    camera_of(_WHO, _NAMES, context, camera, matrices, means.device)
+    rules = struct_of(_WHO, Rules(
+        mode=_options.cull() or "3dgs", sh_degree=settings.sh_degree,
+        splat_scale=1.0 if has_covariances else settings.scale_modifier,
+        antialiased=bool(settings.antialiasing), normalises_rotations=False))
+    return Plan(_WHO, context, camera, rules, _OUTPUTS.get(name, ("color",)), True,
+                0.5 if name == "w-pose" else None, at, True), position
 
 
 def _moved(view: Tensor, theta: Optional[Tensor], rho: Optional[Tensor]) -> Tensor:
@@ -217,15 +225,14 @@ def _results(name: str, drawn: Rasterized, radii: Tensor) -> Any:
     return drawn.color, radii
 
 
-def _weights(given: Any, options: Any) -> Tensor:
+def _weights(plan: Plan, given: Sequence[Optional[Tensor]], position: Optional[Tensor]) -> Tensor:
     """AbsGS's gs_w: sums over pixels of alpha times transmittance, which are the derivatives of a
     picture's sum by the Gaussians' only channel."""
-    fixed = {name: None if tensor is None else tensor.detach() for name, tensor in given.items()}
+    fixed = [None if tensor is None else tensor.detach() for tensor in (*given, position)]
+    channel = fixed[0].new_zeros((fixed[0].shape[0], 1)).requires_grad_()
+    for name, value in (("sh", None), ("sh_rest", None), ("channels", channel),
+                        ("background", None)):
+        fixed[INPUTS.index(name)] = value
     with torch.enable_grad():
-        channel = fixed["means"].new_zeros((fixed["means"].shape[0], 1)).requires_grad_()
-        fixed.update(sh=None, sh_rest=None, channels=channel)
-        drawn = rasterize(**fixed, camera=options["camera"],
-                          view_from_world=options["view_from_world"].detach(),
-                          rules=options["rules"])
-        assert drawn.color is not None
-        return torch.autograd.grad(drawn.color.sum(), channel)[0][:, 0]
+        color = Rasterize.apply(plan, None, None, None, *fixed)[0]
+        return torch.autograd.grad(color.sum(), channel)[0][:, 0]

@@ -15,7 +15,7 @@ from torch.autograd.function import once_differentiable
 from .. import _ffi
 from ._memory import Blocks, place_of
 from ._plan import INPUTS, PICTURES, Plan, Tensors
-from ._tensors import Tensor, put
+from ._tensors import Tensor, put, put_part
 
 #: The inputs with derivatives in QsInputGradients.
 _PROJECTED = INPUTS[:7]
@@ -33,7 +33,8 @@ class Rasterize(torch.autograd.Function):
     """apply(plan, view, screen, absolute, *inputs) gives the pictures, radii and pixel counts.
 
     view: the camera's 3 x 4 matrix, whose values the plan has.
-    screen, absolute: N x 2, for derivatives by the centres in pixels, and the absolute sums.
+    screen, absolute: N x 2, for derivatives by the centres in pixels, and the absolute sums. Of a
+        plan with is_ndc, screen is INRIA's means2D: N x 3, or N x 4 with the absolute sums.
     """
 
     @staticmethod
@@ -41,12 +42,14 @@ class Rasterize(torch.autograd.Function):
                 absolute: Optional[Tensor], *inputs: Optional[Tensor]) -> Any:
         ctx.set_materialize_grads(False)
         pictures = plan.empty_pictures(inputs)
-        boundary, radii = _ffi.QsBoundary(), _radii(inputs)
+        boundary = _ffi.QsBoundary()
+        radii = _rows(inputs, torch.int32) if plan.is_ndc else _radii(inputs)
         put(boundary, "radii", radii)
         frame, blocks = _ffi.QsStageFrame(), new_blocks(inputs)
         plan.fill("qs_forward", inputs, blocks, boundary, plan.blended(pictures), frame)
         _keep(ctx, plan, frame, inputs, blocks)
         ctx.view = _likeness(view)
+        ctx.columns = 0 if screen is None else screen.shape[1]
         return (*(pictures.get(name) for name in PICTURES), *_counts(ctx, plan, inputs, frame, radii))
 
     @staticmethod
@@ -60,8 +63,14 @@ class Rasterize(torch.autograd.Function):
         wanted = dict(zip(INPUTS, by_inputs))
         boundary, at_boundary = _boundary_gradients(inputs, wanted, by_absolute)
         if by_screen:
-            at_boundary["means_px"] = _rows(inputs, 2)
-            put(boundary, "means_px", at_boundary["means_px"])
+            screen = at_boundary["means_px"] = _numbers(inputs, ctx.columns)
+            boundary.ndc = plan.is_ndc
+            if ctx.columns == 4:
+                rows = (screen.shape[0], 2)
+                put_part(boundary, "means_px", screen, rows, (4, 1))
+                put_part(boundary, "absolute_px", screen, rows, (4, 1), 2)
+            else:
+                put(boundary, "means_px", screen)
         struct, gradients, pose = _input_gradients(plan, inputs, wanted, by_view)
         plan.call("qs_backward", inputs, frame, plan.blended(given), boundary, struct)
         _free(ctx)
@@ -188,10 +197,16 @@ def _means(inputs: Tensors) -> Tensor:
     return inputs[0]
 
 
-def _rows(inputs: Tensors, *shape: int) -> Tensor:
-    """An uninitialised tensor with a row per Gaussian."""
+def _numbers(inputs: Tensors, columns: int) -> Tensor:
+    """An uninitialised tensor with `columns` numbers per Gaussian."""
     means = _means(inputs)
-    return means.new_empty((means.shape[0], *shape))
+    return means.new_empty((means.shape[0], columns))
+
+
+def _rows(inputs: Tensors, dtype: Optional[torch.dtype] = None) -> Tensor:
+    """An uninitialised tensor with a number per Gaussian."""
+    means = _means(inputs)
+    return means.new_empty((means.shape[0],), dtype=dtype)
 
 
 def _radii(inputs: Tensors) -> Tensor:
@@ -200,10 +215,10 @@ def _radii(inputs: Tensors) -> Tensor:
 
 
 def _boundary_rows(inputs: Tensors) -> Dict[str, Tensor]:
-    rows = {"means_px": _rows(inputs, 2), "conics": _rows(inputs, 3), "depths": _rows(inputs),
+    rows = {"means_px": _numbers(inputs, 2), "conics": _numbers(inputs, 3), "depths": _rows(inputs),
             "opacities": _rows(inputs)}
     if inputs[_CHANNELS] is None:
-        rows["colors"] = _rows(inputs, 3)
+        rows["colors"] = _numbers(inputs, 3)
     return rows
 
 
@@ -220,7 +235,7 @@ def _boundary_gradients(inputs: Tensors, wanted: Dict[str, bool],
         if tensor is not None and wanted[name]:
             gradients[name] = torch.empty_like(tensor)
     if absolute:
-        gradients["absolute_px"] = _rows(inputs, 2)
+        gradients["absolute_px"] = _numbers(inputs, 2)
     for name, tensor in gradients.items():
         put(struct, name, tensor)
     return struct, gradients

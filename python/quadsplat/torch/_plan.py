@@ -9,8 +9,9 @@ import torch
 
 from .. import _ffi
 from .._context import Context, chosen
+from .._errors import UsageError
 from ._memory import Blocks, Call, place_of, register, unregister
-from ._tensors import Tensor, array_of, places_of, put, put_all
+from ._tensors import Tensor, array_of, places_of, put, put_all, stream_of
 
 #: The tensors of QsInputs, in the order in which they are handed on; None: absent.
 INPUTS = ("means", "scales", "rotations", "covariances", "opacities", "sh", "sh_rest", "channels",
@@ -28,11 +29,15 @@ class Plan:
     """A frame's camera and rules, and which results are wanted in which layout.
 
     counts_above: transmittance for the counts of pixels; None: they are not wanted.
+    position: the point from which colours are seen, on the host, if it is not an input.
+    is_ndc: derivatives by the centres are by normalised device coordinates, and radii are one
+        number per Gaussian.
     """
 
     def __init__(self, who: str, context: Context, camera: _ffi.QsCamera, rules: _ffi.QsRules,
                  pictures: Tuple[str, ...], is_planar: bool,
-                 counts_above: Optional[float] = None) -> None:
+                 counts_above: Optional[float] = None, position: Any = None,
+                 is_ndc: bool = False) -> None:
         self.who = who
         self.context = context
         self.camera = camera
@@ -40,6 +45,8 @@ class Plan:
         self.pictures = pictures
         self.is_planar = is_planar
         self.counts_above = counts_above
+        self.position = position
+        self.is_ndc = is_ndc
 
     def call(self, function: str, inputs: Tensors, *arguments: ctypes.Structure) -> None:
         """Calls a function of the library with the inputs, camera and rules in front."""
@@ -61,6 +68,8 @@ class Plan:
     def _call(self, function: str, inputs: Tensors, arguments: Iterable[Any]) -> None:
         given = _ffi.QsInputs()
         put_all(given, _INPUT_PLACES, inputs)
+        if self.position is not None:
+            given.position = _host_numbers(self.position)
         means = _means(inputs)
         if not means.is_cuda:
             self._run(function, given, arguments)
@@ -115,6 +124,28 @@ class Plan:
                 tensor = tensor.permute(1, 2, 0)
             put(struct, name, tensor)
         return struct
+
+
+def _host_numbers(numbers: Any) -> _ffi.QsArray:
+    """An array of ctypes' doubles, which must outlive the struct."""
+    struct = _ffi.QsArray(data=ctypes.addressof(numbers), dimensions=1, type=_ffi.FLOAT64)
+    struct.sizes[0], struct.strides[0] = len(numbers), 1
+    return struct
+
+
+def camera_of(who: str, names: Dict[str, str], context: Context, camera: _ffi.QsCamera,
+              matrices: _ffi.QsMatrices, device: torch.device) -> None:
+    """Sets the camera's pose and lens from matrices. names: of their members, for sentences."""
+    if device.type == "cuda":
+        matrices.stream = stream_of(device.index)
+    try:
+        with context._use(who) as pointer:
+            _ffi.call(who, "qs_camera_of_matrices", pointer, _byref(matrices), _byref(camera))
+    except UsageError as error:
+        sentence = str(error)
+        for member, name in names.items():
+            sentence = sentence.replace(f": {member}: ", f": {name}: ", 1)
+        raise UsageError(sentence) from None
 
 
 def _means(inputs: Tensors) -> Tensor:

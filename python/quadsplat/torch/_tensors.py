@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import struct
-from typing import Any, Iterable, Optional, Tuple, Type
+from typing import Any, Iterable, Optional, Sequence, Tuple, Type
 
 import torch
 
@@ -53,6 +53,20 @@ def array_of(tensor: Tensor) -> _ffi.QsArray:
     struct = _ffi.QsArray()
     _pack(struct, 0, tensor)
     return struct
+
+
+def put_part(target: ctypes.Structure, name: str, tensor: Tensor, shape: Sequence[int],
+             strides: Sequence[int], offset: int = 0) -> None:
+    """Sets the member to elements of a tensor from `offset` on, without a view of torch."""
+    memory, device = (_CUDA, tensor.get_device()) if tensor.is_cuda else _HOST
+    _PACK[len(shape)](target, getattr(target.__class__, name).offset,
+                      tensor.data_ptr() + offset * tensor.element_size(), *shape, *strides,
+                      len(shape), _TYPES[tensor.dtype], memory, device)
+
+
+def put_transposed(target: ctypes.Structure, name: str, tensor: Tensor) -> None:
+    """Sets the member to the transpose of a matrix."""
+    put_part(target, name, tensor, tuple(reversed(tensor.shape)), tuple(reversed(tensor.stride())))
 
 
 def _pack(target: ctypes.Structure, offset: int, tensor: Tensor) -> None:

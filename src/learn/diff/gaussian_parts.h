@@ -35,6 +35,20 @@ struct Covariances {
   }
 };
 
+/// Rows of 2 numbers times x and y, for derivatives in other units. A third number becomes 0.
+template <class Real>
+struct RowScale {
+  Rows<Real> rows;
+  Real x, y;
+  bool has_third;
+
+  QS_HD void operator()(std::size_t i) const {
+    rows.at(i) *= x;
+    rows.at(i, 1) *= y;
+    if (has_third) rows.at(i, 2) = 0;
+  }
+};
+
 /// The values of Gaussians as they are trained, and standard normal vectors.
 struct NoisyMeans {
   Rows<float> means;

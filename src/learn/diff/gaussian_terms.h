@@ -129,15 +129,18 @@ struct GivenGaussians {
   QS_HD bool report(std::size_t i, const Projected& projected, const SplatValues<Real>& values,
                     const glm::vec<3, Real>& color) const {
     if (!finite(static_cast<double>(color.x + color.y + color.z))) return false;
-    if (radii || rules.radius_clip > 0) {
+    auto mean_px = values.mean_px;
+    if (radii || rules.radius_clip > 0 || out.mean_offset != 0) {
       const glm::ivec2 found =
           radii_of(rules.radius_rule, projected.footprint, static_cast<float>(values.opacity),
                    rules.width, rules.height);
       const double clip = rules.radius_clip;
       if (clip > 0 && found.x <= clip && found.y <= clip) return false;
       radii.set(i, found);
+      if (out.mean_offset != 0)
+        mean_px = found.x > 0 && found.y > 0 ? mean_px + out.mean_offset : decltype(mean_px)(0);
     }
-    out.mean_px.set(i, values.mean_px);
+    out.mean_px.set(i, mean_px);
     out.conic.set(i, values.conic);
     out.depth.set(i, values.depth);
     out.opacity.set(i, values.opacity);

@@ -55,11 +55,13 @@ struct Boundary {
   Rows<Real> depth;    ///< 1: view z
   Rows<Real> opacity;  ///< 1: with compensation
   Rows<Real> color;    ///< 3, of coefficients; given channels have no row here
+  /// project() adds it to mean_px, unless it is 0 or a radius is 0.
+  std::remove_const_t<Real> mean_offset{0};
 
   template <class U>
   requires(std::is_same_v<U, const Real> && !std::is_const_v<Real>) QS_HD operator Boundary<U>()
       const {
-    return {mean_px, conic, depth, opacity, color};
+    return {mean_px, conic, depth, opacity, color, mean_offset};
   }
   /// Sets the rows of a Gaussian to 0.
   QS_HD void clear(std::size_t i) const {

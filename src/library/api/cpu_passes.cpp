@@ -6,6 +6,7 @@
 
 #include "learn/diff/cpu/blend.h"
 #include "learn/diff/cpu/project.h"
+#include "learn/diff/gaussian_parts.h"
 #include "library/api/passes.h"
 #include "library/check/frame_memory.h"
 
@@ -25,8 +26,7 @@ class CpuPasses final : public Passes {
                QsStageFrame& frame) override {
     ProjectedFrame<Real> projected;
     cpu::diff::project<Real>(call_.view, inputs_of<Real>(call_), workers_, projected,
-                             boundary_rows_of<Real>(boundary),
-                             rows_of<std::int32_t>(boundary.radii));
+                             boundary_rows_of<Real>(boundary), radius_rows_of(boundary.radii));
     const HeldSizes sizes = sizes_of(projected, gaussians(), size());
     const auto held = memory.allocate<GaussianBlock<Real>>(sizes, QS_HELD_PER_GAUSSIAN);
     const auto pairs = memory.allocate<PairBlock>(sizes, QS_HELD_PER_PAIR);
@@ -80,6 +80,12 @@ class CpuPasses final : public Passes {
     complete(rows.color, 3);
     blend_back(frame, by, at_boundary, rows);
     project_back(frame, rows, out);
+  }
+  void scale(const QsArray& rows, double x, double y) override {
+    if (is_absent(rows)) return;
+    workers_.pool.for_each(gaussians(), 4096,
+                           diff::RowScale<Real>{rows_of<Real>(rows), static_cast<Real>(x),
+                                                static_cast<Real>(y), rows.sizes[1] == 3});
   }
 
  private:

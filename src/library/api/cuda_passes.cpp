@@ -10,6 +10,7 @@
 
 #include "learn/diff/cuda/blend.h"
 #include "learn/diff/cuda/device.h"
+#include "learn/diff/cuda/gaussian_parts.h"
 #include "learn/diff/cuda/project.h"
 #include "library/check/gpu_memory.h"
 #endif
@@ -54,7 +55,7 @@ class CudaPasses final : public Passes {
         allocate_on_gpu(memory, gpu::bytes_of_gaussians(made.sizes), QS_HELD_PER_GAUSSIAN);
     void* const projected = temporary_.allocate(gpu::bytes_to_project(made.sizes));
     gpu::project(view_, inputs_of<float>(call_), queue_, projected, made,
-                 boundary_rows_of<float>(boundary), rows_of<std::int32_t>(boundary.radii));
+                 boundary_rows_of<float>(boundary), radius_rows_of(boundary.radii));
     made.pairs = allocate_on_gpu(memory, gpu::bytes_of_pairs(made.sizes), QS_HELD_PER_PAIR);
     gpu::list(view_, queue_, projected, temporary_.allocate(gpu::bytes_to_list(made.sizes)), made);
     frame.type = call_.type();
@@ -113,6 +114,13 @@ class CudaPasses final : public Passes {
     if (call_.has_sh()) complete(rows.color, 3);
     blend_back(frame, by, at_boundary, rows);
     project_back_from(rows, frame, out);
+  }
+
+  void scale(const QsArray& rows, double x, double y) override {
+    if (is_absent(rows)) return;
+    gpu::enqueue(diff::RowScale<float>{rows_of<float>(rows), static_cast<float>(x),
+                                       static_cast<float>(y), rows.sizes[1] == 3},
+                 static_cast<std::size_t>(call_.gaussians), queue_);
   }
 
  private:

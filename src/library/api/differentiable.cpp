@@ -105,7 +105,9 @@ int32_t qs_blend_backward(QsContext* context, const QsInputs* inputs, const QsCa
     const QsBlended by = by_pictures_of(call, by_pictures, given);
     const QsBoundaryGradients out = boundary_gradients_of(call, by_boundary, Access::writes);
     const Use use(*context->context, {function, "context"});
-    passes_of(call, use)->blend_backward(given, by, out);
+    const auto passes = passes_of(call, use);
+    passes->blend_backward(given, by, out);
+    if (out.ndc == 1) passes->to_ndc(out, call.view.camera);
   });
 }
 
@@ -138,7 +140,9 @@ int32_t qs_backward(QsContext* context, const QsInputs* inputs, const QsCamera* 
       at_boundary = boundary_gradients_of(call, by_boundary, Access::writes);
     const QsInputGradients out = input_gradients_of(call, by_inputs);
     const Use use(*context->context, {function, "context"});
-    passes_of(call, use)->backward(given, by, at_boundary, out);
+    const auto passes = passes_of(call, use);
+    passes->backward(given, by, at_boundary, out);
+    if (at_boundary.ndc == 1) passes->to_ndc(at_boundary, call.view.camera);
   });
 }
 

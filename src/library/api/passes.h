@@ -30,6 +30,14 @@ class Passes {
   /// Both; the wanted arrays of `at_boundary` are written.
   virtual void backward(const QsStageFrame& frame, const QsBlended& by,
                         const QsBoundaryGradients& at_boundary, const QsInputGradients& out) = 0;
+  /// Multiplies the first two columns of `rows`, which may be absent, by x and y.
+  virtual void scale(const QsArray& rows, double x, double y) = 0;
+
+  /// The wanted arrays by normalised device coordinates in place of pixels.
+  void to_ndc(const QsBoundaryGradients& out, const Camera& camera) {
+    scale(out.means_px, camera.width / 2.0, camera.height / 2.0);
+    scale(out.absolute_px, camera.width / 2.0, camera.height / 2.0);
+  }
 };
 
 /// The call and the use of its context must outlive the result. Throw Error.

@@ -19,12 +19,17 @@ bool flag_of(std::uint32_t value, const Where& where) {
   return value == 1;
 }
 
+bool has_third_number(const QsBoundary&) { return false; }
+bool has_third_number(const QsBoundaryGradients& given) {
+  return given.ndc == 1 && given.means_px.dimensions == 2 && given.means_px.sizes[1] == 3;
+}
+
 /// The arrays that QsBoundary and QsBoundaryGradients share.
 template <class Struct>
 void check_boundary(const ArrayChecks& arrays, const Struct& given, const StageCall& call) {
   const std::int64_t count = call.gaussians;
-  check_reserved(given.reserved, arrays.where);
-  arrays.optional(given.means_px, "means_px", {count, 2});
+  const bool has_third = has_third_number(given);
+  arrays.optional(given.means_px, "means_px", {count, has_third ? 3 : 2});
   arrays.optional(given.conics, "conics", {count, 3});
   arrays.optional(given.depths, "depths", {count});
   arrays.optional(given.opacities, "opacities", {count});
@@ -124,9 +129,16 @@ QsBoundary boundary_of(const StageCall& call, const QsBoundary* boundary) {
   if (boundary == nullptr) return {};
   const Where where = call.where("boundary");
   const QsBoundary given = read_struct(boundary, where);
+  flag_of(given.corners, where / "corners");
   check_boundary({where, call.real(), Access::writes, call.place}, given, call);
-  ArrayChecks{where, 1u << QS_INT32, Access::writes, call.place}.optional(given.radii, "radii",
-                                                                          {call.gaussians, 2});
+  const ArrayChecks of_radii{where, 1u << QS_INT32, Access::writes, call.place};
+  const bool has_one = given.radii.dimensions == 1;
+  if (has_one && call.view.rules.radius_rule == RadiusRule::gsplat_1_5)
+    refuse(where / "radii", "has 1 dimension, but the rule has a radius for each axis");
+  if (has_one)
+    of_radii.given(given.radii, "radii", {call.gaussians});
+  else
+    of_radii.optional(given.radii, "radii", {call.gaussians, 2});
   return given;
 }
 
@@ -148,6 +160,8 @@ QsBoundaryGradients boundary_gradients_of(const StageCall& call, const QsBoundar
                                           Access access) {
   const ArrayChecks arrays{call.where("by_boundary"), call.real(), access, call.place};
   QsBoundaryGradients by = read_struct(given, arrays.where);
+  if (flag_of(by.ndc, arrays.where / "ndc") && access == Access::reads)
+    refuse(arrays.where / "ndc", "is 1, but derivatives that are read are by pixels");
   check_boundary(arrays, by, call);
   if (access == Access::reads) {
     by.channels = by.absolute_px = by.background = {};

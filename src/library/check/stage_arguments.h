@@ -97,11 +97,22 @@ diff::Pictures<T> pictures_of(const QsBlended& given) {
           pixels_of<T>(given.inverse_depth)};
 }
 
+/// The array of radii. A single radius takes both numbers, which are equal.
+inline diff::Rows<std::int32_t> radius_rows_of(const QsArray& radii) {
+  auto rows = rows_of<std::int32_t>(radii);
+  if (radii.dimensions == 1) rows.step = 0;
+  return rows;
+}
+
 /// The boundary's arrays of QsBoundary or QsBoundaryGradients.
 template <class T, class Given>
 diff::Boundary<T> boundary_rows_of(const Given& given) {
-  return {rows_of<T>(given.means_px), rows_of<T>(given.conics), rows_of<T>(given.depths),
-          rows_of<T>(given.opacities), rows_of<T>(given.colors)};
+  diff::Boundary<T> rows{rows_of<T>(given.means_px), rows_of<T>(given.conics),
+                         rows_of<T>(given.depths), rows_of<T>(given.opacities),
+                         rows_of<T>(given.colors)};
+  if constexpr (std::is_same_v<Given, QsBoundary>)
+    if (given.corners == 1) rows.mean_offset = std::remove_const_t<T>(0.5);
+  return rows;
 }
 
 template <class Real>

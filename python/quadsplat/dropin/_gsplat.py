@@ -7,6 +7,7 @@ import itertools
 import math
 import re
 import sys
+import weakref
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import torch
@@ -18,7 +19,7 @@ from .._errors import UsageError
 from ..torch import Rules, _functions, _plan, _rasterize
 from ..torch._parts import adam as _adam
 from ..torch._parts import add_noise, covariances, relocated
-from ..torch._tensors import checked, context_of
+from ..torch._tensors import checked, context_of, put_part
 from . import _options
 
 Tensor = torch.Tensor
@@ -42,7 +43,47 @@ _INSTEAD = {
 
 
 class Info(dict):  # type: ignore[type-arg]
-    """gsplat's third result. The sorted lists of (Gaussian, tile) pairs are not in it."""
+    """gsplat's third result. The sorted lists of (Gaussian, tile) pairs are not in it.
+
+    later: gives the values that few programs read, when one of them is read.
+    """
+
+    _LATER = ("conics", "depths", "opacities")
+
+    def __init__(self, later: Any = None) -> None:
+        super().__init__()
+        self._later = later
+        if later is not None:
+            self.update(dict.fromkeys(self._LATER))
+
+    def _fill(self) -> None:
+        if self._later is not None:
+            later, self._later = self._later, None
+            self.update(later())
+
+    def __getitem__(self, key: str) -> Any:
+        if key in self._LATER:
+            self._fill()
+        return super().__getitem__(key)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        return self[key] if key in self else default
+
+    def items(self) -> Any:
+        self._fill()
+        return super().items()
+
+    def values(self) -> Any:
+        self._fill()
+        return super().values()
+
+    def copy(self) -> Any:
+        self._fill()
+        return super().copy()
+
+    def pop(self, key: str, *default: Any) -> Any:
+        self._fill()
+        return super().pop(key, *default)
 
     def __missing__(self, key: str) -> Any:
         raise KeyError(f"quadsplat's info has no {key!r}: the lists of tiles are in "
@@ -105,6 +146,12 @@ def rasterization(
     _refuse(others, camera_model, distributed, segmented, tile_size, render_mode, rasterize_mode,
             sparse_grad, packed)
     sizes = _sizes(means, viewmats)
+    if (sizes.cameras == 1 and not sizes.batch and covars is None and extra_signals is None
+            and colors is not None and not sparse_grad and render_mode.startswith("RGB")
+            and not viewmats.requires_grad):
+        return _one_picture(version, sizes, means, quats, scales, opacities, colors, viewmats, Ks,
+                            int(width), int(height), near_plane, far_plane, radius_clip, eps2d,
+                            sh_degree, packed, backgrounds, render_mode, absgrad, rasterize_mode)
     ids: List[Tensor] = []  # numbers of the visible Gaussians, for sparse gradients
     if sparse_grad:
         if sizes.batch:
@@ -172,12 +219,81 @@ def rasterization(
     if has_depth:
         depth = stacked(2).unsqueeze(-1)
         parts.append(depth / alphas.clamp(min=1e-10) if render_mode.endswith("ED") else depth)
-    tiles = [-(-int(size) // 16) for size in (width, height)]
-    info.update(width=int(width), height=int(height), tile_width=tiles[0], tile_height=tiles[1],
-                tile_size=16, n_cameras=sizes.cameras)
+    _add_sizes(info, int(width), int(height), sizes.cameras)
     if version.has_batches:
         info["n_batches"] = sizes.number
     return parts[0] if len(parts) == 1 else torch.cat(parts, -1), alphas, info
+
+
+def _one_picture(version: _Version, sizes: _Sizes, means: Tensor, quats: Tensor, scales: Tensor,
+                 opacities: Tensor, colors: Tensor, viewmats: Tensor, Ks: Tensor, width: int,
+                 height: int, near: float, far: float, clip: float, dilation: float,
+                 sh_degree: Optional[int], packed: bool, backgrounds: Optional[Tensor],
+                 render_mode: str, absgrad: bool,
+                 rasterize_mode: str) -> Tuple[Tensor, Tensor, Info]:
+    """rasterization() of the usual call, a scene and a camera, in few operations of torch."""
+    count = sizes.count
+    given: Dict[str, Optional[Tensor]] = {
+        "means": _shaped(means, "means", (count, 3)),
+        "rotations": _shaped(quats, "quats", (count, 4)),
+        "scales": _shaped(scales, "scales", (count, 3)),
+        "opacities": _shaped(opacities, "opacities", (count,))}
+    paint = _tensor(colors, "colors")
+    if paint.dim() == (3 if sh_degree is None else 4):
+        paint = paint[0]
+    if sh_degree is None:
+        given["channels"] = _shaped(paint, "colors", (count, None))
+        if not 1 <= paint.shape[-1] <= _CHANNELS:
+            raise UsageError(f"{_WHO}: {paint.shape[-1]} channels are not between 1 and "
+                             f"{_CHANNELS}: draw them in parts")
+    else:
+        given["sh"] = _coefficients(_shaped(paint, "colors", (count, None, 3)), sh_degree)
+    if backgrounds is not None:
+        own = 3 if sh_degree is not None else paint.shape[-1]
+        given["background"] = _shaped(backgrounds, "backgrounds", (1, own))[0]
+    outputs = ("color", "alpha") if render_mode == "RGB" else ("color", "alpha", "depth")
+    context = context_of(None, _WHO, means)
+    camera, matrices = _ffi.QsCamera(), _ffi.QsMatrices()
+    camera.width, camera.height, camera.near_depth = width, height, near
+    for name, tensor, sides in (("view", _shaped(viewmats, "viewmats", (1, 4, 4)), (4, 4)),
+                                ("lens", _shaped(Ks, "Ks", (1, 3, 3)), (3, 3))):
+        put_part(matrices, name, tensor, sides, tensor.stride()[1:])
+    _plan.camera_of(_WHO, {"view": "viewmats", "lens": "Ks"}, context, camera, matrices,
+                    means.device)
+    rules = _rules_of(version, camera, far, clip, dilation, sh_degree, rasterize_mode)
+    plan = _plan.Plan(_WHO, context, camera, rules, outputs, False)
+    row = [given.get(name) for name in _plan.INPUTS]
+    shared = _functions.Shared(plan, absgrad)
+    centres, radii = _functions.Centres.apply(shared, packed, *row)
+    shared.points = weakref.ref(centres)
+    color, alpha, depth, _ = _functions.Draw.apply(shared, centres, *row)
+
+    def later() -> Dict[str, Tensor]:
+        frame, blocks = _ffi.QsStageFrame(), _functions.new_blocks(row)
+        _, *edge = _functions.Project.apply(plan, frame, blocks, None, *row)[:4]
+        names = ("conics", "depths", "opacities")
+        if packed:
+            return {name: value[shared.ids] for name, value in zip(names, edge)}
+        return {name: value[None] for name, value in zip(names, edge)}
+
+    info = Info(later)
+    ids = shared.ids
+    camera_ids = None if ids is None else torch.zeros_like(ids)
+    info.update(camera_ids=camera_ids, gaussian_ids=ids, means2d=centres,
+                radii=radii if version.has_two_radii else radii[..., 0])
+    if version.has_batches:
+        info.update(batch_ids=camera_ids, n_batches=1)
+    _add_sizes(info, width, height, 1)
+    if depth is None:
+        return color, alpha, info
+    if render_mode.endswith("ED"):
+        depth = depth / alpha.clamp(min=1e-10)
+    return torch.cat([color, depth], -1), alpha, info
+
+
+def _add_sizes(info: Info, width: int, height: int, cameras: int) -> None:
+    info.update(width=width, height=height, tile_width=-(-width // 16),
+                tile_height=-(-height // 16), tile_size=16, n_cameras=cameras)
 
 
 def _stacked(tensors: List[Tensor]) -> Tensor:
@@ -297,14 +413,18 @@ class _Paint:
 
 def _harmonics(sizes: _Sizes, colors: Tensor, sh_degree: int) -> Tensor:
     """SH of the coefficients of a degree, scenes x cameras x N x K x 3."""
+    return _coefficients(sizes.pictures(colors, "colors", sizes.count, None, 3), sh_degree)
+
+
+def _coefficients(sh: Tensor, sh_degree: int) -> Tensor:
+    """SH of 1, 4, 9 or 16 coefficients, of .. x K x 3: K as given, or those of the degree."""
     if not 0 <= sh_degree <= 3:
         raise UsageError(f"{_WHO}: sh_degree: {sh_degree} is not between 0 and 3")
-    whole = sizes.pictures(colors, "colors", sizes.count, None, 3)
     used = (sh_degree + 1) ** 2
-    if whole.shape[-2] < used:
-        raise UsageError(f"{_WHO}: {whole.shape[-2]} coefficients are too few for degree "
+    if sh.shape[-2] < used:
+        raise UsageError(f"{_WHO}: {sh.shape[-2]} coefficients are too few for degree "
                          f"{sh_degree}")
-    return whole[..., :used, :]
+    return sh if sh.shape[-2] in (1, 4, 9, 16) else sh[..., :used, :]
 
 
 class _Sparse(torch.autograd.Function):
@@ -345,18 +465,27 @@ def _plan_of(version: _Version, context: Context, numbers: _Numbers, width: int,
     if skew != 0:
         raise UsageError(f"{_WHO}: Ks has a skew, which quadsplat does not have")
     camera = Camera(width, height, (fx, fy), (cx - 0.5, cy - 0.5), near_depth=near)
-    margins = [0.3 * 0.5 * size / focal for size, focal in ((width, fx), (height, fy))]
-    rules = Rules(
+    rules = _rules_of(version, camera._struct, far, clip, dilation, sh_degree, rasterize_mode)
+    struct, _ = _rasterize._camera(_WHO, camera, None)
+    _rasterize.set_pose(struct, numbers.view, f"{_WHO}: viewmats")
+    return _plan.Plan(_WHO, context, struct, rules, outputs, False)
+
+
+def _rules_of(version: _Version, camera: _ffi.QsCamera, far: float, clip: float, dilation: float,
+              sh_degree: Optional[int], rasterize_mode: str) -> _ffi.QsRules:
+    rules = _rasterize.struct_of(_WHO, Rules(
         mode=_options.cull() or version.mode, sh_degree=sh_degree or 0, far_depth=far,
         dilation_px2=dilation, antialiased=rasterize_mode == "antialiased",
         compensation_floor=version.compensation_floor, alpha_max=version.alpha_max,
         alpha_max_blocks=True, stops_at_equal=True, zero_color_passes=True, radius_clip_px=clip,
-        radius_rule=version.radius_rule,
-        slopes=(-(cx / fx + margins[0]), -(cy / fy + margins[1]),
-                (width - cx) / fx + margins[0], (height - cy) / fy + margins[1]))
-    struct, _ = _rasterize._camera(_WHO, camera, None)
-    _rasterize.set_pose(struct, numbers.view, f"{_WHO}: viewmats")
-    return _plan.Plan(_WHO, context, struct, _rasterize.struct_of(_WHO, rules), outputs, False)
+        radius_rule=version.radius_rule))
+    own = _ffi.QsRules.from_buffer_copy(rules)
+    for axis, size in enumerate((camera.width, camera.height)):
+        focal, center = camera.focal_px[axis], camera.center_px[axis] + 0.5
+        margin = 0.3 * 0.5 * size / focal
+        own.slope_low[axis] = -(center / focal + margin)
+        own.slope_high[axis] = (size - center) / focal + margin
+    return own
 
 
 def _info(version: _Version, edges: Any, packed: bool, absgrad: bool, sizes: _Sizes) -> Any:

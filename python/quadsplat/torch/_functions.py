@@ -157,6 +157,131 @@ class Blend(torch.autograd.Function):
                 gradients.get("background"), *(None for _ in inputs))
 
 
+class Shared:
+    """What Centres and Draw share of a frame.
+
+    ids: the numbers of the Gaussians that have a row in the centres; None: all have one.
+    """
+
+    def __init__(self, plan: Plan, with_absolute: bool) -> None:
+        self.plan = plan
+        self.with_absolute = with_absolute
+        self.frame = _ffi.QsStageFrame()
+        self.blocks: Any = None
+        self.pictures: Gradients = {}
+        self.ids: Optional[Tensor] = None
+        self.points: Any = None  #: a weak reference to the centres, which get `absgrad`
+        self.part: Optional[Tensor] = None  #: the derivative by the centres that Draw passed on
+        self.version = 0  #: of part
+
+    def rows(self, values: Tensor) -> Tensor:
+        """The rows of the centres."""
+        return values if self.ids is None else values[self.ids]
+
+
+class Centres(torch.autograd.Function):
+    """apply(shared, packed, *inputs) gives the centres in gsplat's pixels and the radii, as rows of
+    the visible Gaussians if `packed`, else 1 x N rows. The frame is drawn too, for Draw.
+
+    Draw passes derivatives on to the inputs, and also gives the derivative by the centres here, so
+    that the program can read it. This node passes on what other users of the centres add to that.
+    """
+
+    @staticmethod
+    def forward(ctx: Any, shared: Shared, packed: bool, *inputs: Optional[Tensor]) -> Any:  # type: ignore[override]
+        ctx.set_materialize_grads(False)
+        plan = shared.plan
+        count = _means(inputs).shape[0]
+        means = _means(inputs)
+        lead = () if packed else (1,)
+        centres = means.new_empty((*lead, count, 2))
+        radii = means.new_empty((*lead, count, 2), dtype=torch.int32)
+        boundary = _ffi.QsBoundary(corners=1)
+        for name, tensor in (("means_px", centres), ("radii", radii)):
+            put_part(boundary, name, tensor, (count, 2), (2, 1))
+        shared.pictures = pictures = plan.empty_pictures(inputs, 1)
+        shared.blocks = new_blocks(inputs)
+        plan.fill("qs_forward", inputs, shared.blocks, boundary, plan.blended(pictures),
+                  shared.frame)
+        if packed:
+            shared.ids = (radii[:, 0] * radii[:, 1]).nonzero().squeeze(1)
+            centres, radii = centres[shared.ids], radii[shared.ids]
+        ctx.shared = shared
+        ctx.save_for_backward(*inputs)
+        ctx.mark_non_differentiable(radii)
+        return centres, radii
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, by: Optional[Tensor], _: Any) -> Any:
+        shared, part = ctx.shared, ctx.shared.part
+        is_own = part is not None and by is not None and by.data_ptr() == part.data_ptr()
+        if is_own and by._version != shared.version:
+            raise RuntimeError(f"{shared.plan.who}: the gradient of the centres was changed in "
+                               "place: return a new one from the hook")
+        if by is None or is_own:
+            _free_shared(shared)
+            return (None,) * len(ctx.needs_input_grad)
+        inputs = ctx.saved_tensors
+        _require_blocks(shared.plan, shared.blocks)
+        rows = by if part is None else by - part
+        if shared.ids is not None:
+            rows = rows.new_zeros(_means(inputs).shape[0], 2).index_copy_(0, shared.ids, rows)
+        boundary = _ffi.QsBoundaryGradients()
+        put(boundary, "means_px", rows.reshape(-1, 2))
+        wanted = dict(zip(INPUTS, ctx.needs_input_grad[2:]))
+        struct, gradients, pose = _input_gradients(shared.plan, inputs, wanted, False)
+        shared.plan.call("qs_project_backward", inputs, shared.frame, boundary, struct)
+        _free_shared(shared)
+        return (None, None, *_in_order(gradients, pose, inputs, wanted))
+
+
+class Draw(torch.autograd.Function):
+    """apply(shared, centres, *inputs) gives the pictures that Centres drew: 1 x height x width x C
+    each."""
+
+    @staticmethod
+    def forward(ctx: Any, shared: Shared, centres: Tensor, *inputs: Optional[Tensor]) -> Any:  # type: ignore[override]
+        ctx.set_materialize_grads(False)
+        ctx.shared = shared
+        ctx.save_for_backward(*inputs)
+        pictures, shared.pictures = shared.pictures, {}
+        return tuple(pictures.get(name) for name in PICTURES)
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, *by: Optional[Tensor]) -> Any:
+        given = {name: tensor for name, tensor in zip(PICTURES, by) if tensor is not None}
+        if not given:
+            return (None,) * len(ctx.needs_input_grad)
+        shared, inputs = ctx.shared, ctx.saved_tensors
+        plan = shared.plan
+        _require_blocks(plan, shared.blocks)
+        _, by_centres, *by_inputs = ctx.needs_input_grad
+        wanted = dict(zip(INPUTS, by_inputs))
+        boundary, at_boundary = _boundary_gradients(inputs, wanted, shared.with_absolute)
+        if by_centres:
+            at_boundary["means_px"] = _numbers(inputs, 2)
+            put(boundary, "means_px", at_boundary["means_px"])
+        struct, gradients, pose = _input_gradients(plan, inputs, wanted, False)
+        plan.call("qs_backward", inputs, shared.frame, plan.blended(given), boundary, struct)
+        gradients.update(at_boundary)
+        part = None
+        if by_centres:
+            shape = (-1, 2) if shared.ids is not None else (1, -1, 2)
+            part = shared.part = shared.rows(at_boundary["means_px"]).view(shape)
+            shared.version = part._version
+            points = None if shared.points is None else shared.points()
+            if shared.with_absolute and points is not None:
+                points.absgrad = shared.rows(at_boundary["absolute_px"]).view(shape)
+        return (None, part, *_in_order(gradients, pose, inputs, wanted))
+
+
+def _free_shared(shared: Shared) -> None:
+    if _is_retained is not None and not _is_retained():
+        shared.blocks.free()
+
+
 def new_blocks(inputs: Tensors) -> Blocks:
     return Blocks(place_of(_means(inputs).device))
 
@@ -186,10 +311,17 @@ def _kept(ctx: Any) -> Tuple[Plan, Tensors, _ffi.QsStageFrame]:
     """The plan, the inputs and the frame. Raises RuntimeError if an input was changed in place, or
     something was freed."""
     saved = ctx.saved_tensors
-    if ctx.own.is_freed or ctx.others is not None and ctx.others.is_freed:
-        raise RuntimeError(f"{ctx.plan.who}: a backward pass has freed the frame: retain the graph "
-                           "(retain_graph=True) to pass through it again")
+    _require_blocks(ctx.plan, ctx.own)
+    if ctx.others is not None:
+        _require_blocks(ctx.plan, ctx.others)
     return ctx.plan, saved, ctx.frame
+
+
+def _require_blocks(plan: Plan, blocks: Blocks) -> None:
+    """Raises RuntimeError if the blocks were freed."""
+    if blocks.is_freed:
+        raise RuntimeError(f"{plan.who}: a backward pass has freed the frame: retain the graph "
+                           "(retain_graph=True) to pass through it again")
 
 
 def _means(inputs: Tensors) -> Tensor:

@@ -11,7 +11,7 @@ from .. import _ffi
 from .._context import Context, chosen
 from .._errors import UsageError
 from ._memory import Blocks, Call, place_of, register, unregister
-from ._tensors import Tensor, array_of, places_of, put, put_all, stream_of
+from ._tensors import Tensor, array_of, places_of, put_all, put_part, stream_of
 
 #: The tensors of QsInputs, in the order in which they are handed on; None: absent.
 INPUTS = ("means", "scales", "rotations", "covariances", "opacities", "sh", "sh_rest", "channels",
@@ -107,22 +107,31 @@ class Plan:
         assert counts is not None
         return counts
 
-    def empty_pictures(self, inputs: Tensors) -> Dict[str, Tensor]:
-        """Tensors for the wanted pictures."""
+    def empty_pictures(self, inputs: Tensors, batch: int = 0) -> Dict[str, Tensor]:
+        """Tensors for the wanted pictures. batch: 1: they are 1 x height x width x C all."""
         means, channels = _means(inputs), inputs[INPUTS.index("channels")]
         height, width = self.camera.height, self.camera.width
         count = 3 if channels is None else channels.shape[-1]
-        color = (count, height, width) if self.is_planar else (height, width, count)
-        return {name: means.new_empty(color if name == "color" else (height, width))
+        color, one = (height, width, count), (height, width)
+        if batch:
+            color, one = (1, *color), (1, *one, 1)
+        elif self.is_planar:
+            color = (count, height, width)
+        return {name: means.new_empty(color if name == "color" else one)
                 for name in self.pictures}
 
     def blended(self, pictures: Dict[str, Tensor]) -> _ffi.QsBlended:
         """The struct of pictures, or of derivatives by them."""
         struct = _ffi.QsBlended()
         for name, tensor in pictures.items():
-            if name == "color" and self.is_planar:
-                tensor = tensor.permute(1, 2, 0)
-            put(struct, name, tensor)
+            shape, strides = tensor.shape, tensor.stride()
+            if len(shape) == 4:
+                shape, strides = shape[1:], strides[1:]
+            if name != "color":
+                shape, strides = shape[:2], strides[:2]
+            elif self.is_planar:
+                shape, strides = (*shape[1:], shape[0]), (*strides[1:], strides[0])
+            put_part(struct, name, tensor, shape, strides)
         return struct
 
 

@@ -170,6 +170,8 @@ class Measure:
         self.count += 1
         if self.count == 1 and self.start is None:
             self.start = self.now()
+        if self.count in (1, 10, 100) or self.count % 500 == 0:
+            self.found.setdefault("seconds_at", {})[self.count] = round(time.perf_counter() - self.start, 3)
         if self.last:
             if self.count == self.first - TIMED_BEFORE_PROFILE:
                 self.before = self.now()

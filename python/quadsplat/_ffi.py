@@ -302,6 +302,7 @@ FUNCTIONS = {
     "qs_neighbours": [c_void_p, POINTER(QsArray), POINTER(QsArray)],
     "qs_relocate": [c_void_p] + [POINTER(QsArray)] * 5,
     "qs_adam": [c_void_p, POINTER(QsAdam)],
+    "qs_adam_all": [c_void_p, POINTER(QsAdam), c_uint64],
     "qs_train": [c_void_p, POINTER(QsTraining), POINTER(QsTrainingState)],
 }
 

@@ -873,6 +873,11 @@ typedef struct QsAdam {
  * results have the bits of the CPU. */
 QS_LIBRARY_FUNCTION int32_t qs_adam(QsContext* context, const QsAdam* adam, char* message);
 
+/* The steps of several arrays in one place and stream; on a GPU 8 of them are in a launch. Nothing
+ * changes unless all are right. */
+QS_LIBRARY_FUNCTION int32_t qs_adam_all(QsContext* context, const QsAdam* steps, uint64_t count,
+                                        char* message);
+
 /* ---- training -------------------------------------------------------------------------------- */
 
 /* An option of `quadsplat train`. 16 bytes; it does not grow. */

@@ -20,8 +20,8 @@ if not torch.cuda.is_available():
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "python"))
 
 import quadsplat  # noqa: E402
-from quadsplat.torch import Rules, SparseAdam, rasterize, ssim  # noqa: E402
-from quadsplat.torch._parts import adam  # noqa: E402
+from quadsplat.torch import Rules, SparseAdam, rasterize, ssim, ssim_and_l1  # noqa: E402
+from quadsplat.torch._parts import Step, adam, add_noise  # noqa: E402
 
 COUNT = 300
 WIDTH, HEIGHT = 70, 50
@@ -431,6 +431,60 @@ class Parts(CudaTest):
             with self.assertRaisesRegex(quadsplat.UsageError, sentence):
                 ssim(**{"a": a, "b": b, **change})
 
+    def test_ssim_and_l1_read_any_strides_without_a_wait(self):
+        draw = torch.Generator().manual_seed(1)
+        pictures = [torch.rand(1, 30, 40, 3, generator=draw) for _ in range(2)]
+        results = []
+        for device in ("cpu", GPU):
+            a, b = (picture.to(device).permute(0, 3, 1, 2) for picture in pictures)
+            a.requires_grad_()
+            means = ssim_and_l1(a, b, "valid")
+            results.append([*means, torch.autograd.grad(means[0] + 3 * means[1], a)[0]])
+        for value, expected in zip(results[1], results[0]):
+            self.close(value, expected, 1e-5)
+        self.assertTrue(torch.equal(results[1][2].cpu(), results[0][2]))
+
+    def test_noise_and_covariances(self):
+        from quadsplat.dropin import _gsplat
+
+        draw = torch.Generator().manual_seed(8)
+        means, scales, noise = (torch.randn(50, 3, generator=draw) for _ in range(3))
+        quats, logits = torch.randn(50, 4, generator=draw), torch.randn(50, generator=draw)
+        for triu in (False, True):
+            for found, expected in zip(_gsplat.quat_scale_to_covar_preci(quats.to(GPU), scales.exp().to(GPU), triu=triu),
+                                       _gsplat.quat_scale_to_covar_preci(quats, scales.exp(), triu=triu)):
+                self.close(found, expected, 1e-4)
+        moved = means.to(GPU)
+        self.assertTrue(_gsplat._cuda_fused_mcmc_perturb(moved, quats.to(GPU), scales.to(GPU), logits[:, None].to(GPU), 0.1))
+        self.assertTrue(moved.isfinite().all() and (moved.cpu() != means).any())
+        add_noise(means, quats, scales, logits, noise, 0.1, 2.0, 0.3)
+        on_gpu = [value.to(GPU) for value in (torch.zeros_like(means), quats, scales, logits, noise)]
+        on_host = [value.cpu() for value in on_gpu]
+        add_noise(*on_gpu, 0.1, 2.0, 0.3)
+        add_noise(*on_host, 0.1, 2.0, 0.3)
+        self.close(on_gpu[0], on_host[0], 1e-6)
+
+    def test_memory_is_kept_and_freed(self):
+        from quadsplat.torch import _memory
+
+        def step():
+            values = gaussians(GPU)
+            picture = rasterize(**values, camera=camera()).color
+            picture.sum().backward()
+
+        for _ in range(3):
+            step()
+        torch.cuda.synchronize()
+        kept = {block.tensor.data_ptr() for blocks in _memory._blocks.values() for block in blocks}
+        self.assertEqual(len(kept), 3)
+        torch.cuda.empty_cache()
+        step()
+        self.assertEqual({block.tensor.data_ptr() for blocks in _memory._blocks.values() for block in blocks}, kept)
+        _memory.free_unused()
+        _memory.free_unused()
+        self.assertFalse(any(_memory._blocks.values()) or _memory._arenas)
+        step()
+
     def test_sparse_adam(self):
         draw = torch.Generator().manual_seed(4)
         start, gradients = torch.randn(20, 3, 2, generator=draw), torch.randn(3, 20, 3, 2, generator=draw)
@@ -449,7 +503,7 @@ class Parts(CudaTest):
             self.assertGreater(value._version, 0)  # torch notices the change
         with self.assertRaisesRegex(quadsplat.UsageError, "adam: gradients has elements of type torch.float64 instead of float32"):
             doubles = torch.zeros(20, 3, 2, dtype=torch.float64, device=GPU)
-            adam(param.detach(), doubles, *(torch.zeros_like(param) for _ in range(2)), None, 0.1, (0.9, 0.999), 1e-8)
+            adam([Step(param.detach(), doubles, *(torch.zeros_like(param) for _ in range(2)), 0.1, (0.9, 0.999), 1e-8)], None)
 
     def test_a_training_loop_learns(self):
         with torch.no_grad():

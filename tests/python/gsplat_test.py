@@ -505,3 +505,85 @@ def test_relocated_gaussians_have_the_least_opacity_of_the_version(gsplat, versi
             assert (new_opacities[row].item(), new_scales[row, 0].item()) == pytest.approx(expected(opacity, count, least))
     free, _ = gsplat.compute_relocation(opacities, scales, counts, min_opacity=0)
     assert free[1].item() == pytest.approx(0.001) and free[4].item() == 1
+
+
+class OnePicture:
+    """A call of one camera with a loss, by the usual way, or by the general one, for which the camera has a gradient."""
+
+    def __init__(self, gsplat, general, change, added=None, dtype=torch.float32, sh=True):
+        self.values = scene(dtype, sh=sh)
+        for name in ("means", "opacities"):  # not all are leaves of a trainer's graph
+            self.values[name].requires_grad_()
+        given = {name: tensor[1:2].detach() for name, tensor in cameras(dtype).items()}
+        given["viewmats"].requires_grad_(general)
+        self.colors, self.alphas, self.info = draw(gsplat, self.values, **{**given, **change})
+        self.info["means2d"].retain_grad()
+        loss = (self.colors * weights(self.colors, 1)).sum() + (self.alphas * weights(self.alphas, 2)).sum()
+        if added is not None:
+            loss = loss + added(self.info)
+        loss.backward()
+
+    def results(self):
+        points = self.info["means2d"]
+        found = {"colors": self.colors, "alphas": self.alphas, "points.grad": points.grad}
+        found.update({f"{name}.grad": value.grad for name, value in self.values.items()})
+        found.update({name: value for name, value in self.info.items() if isinstance(value, torch.Tensor)})
+        if hasattr(points, "absgrad"):
+            found["absgrad"] = points.absgrad
+        return found
+
+
+ADDED = {"nothing": None, "centres": lambda info: (info["means2d"] ** 2).sum(),
+         "others": lambda info: info["depths"].sum() + (info["conics"] ** 2).sum() + info["opacities"].sum()}
+
+
+@pytest.mark.parametrize("packed", [True, False])
+@pytest.mark.parametrize("added", ADDED)
+@pytest.mark.parametrize("change", [
+    {}, {"render_mode": "RGB+ED", "rasterize_mode": "antialiased"}, {"absgrad": True, "render_mode": "RGB+D"},
+    {"backgrounds": torch.tensor([[0.2, 0.5, 0.9]])}, {"sh_degree": 0}])
+def test_the_usual_call_has_the_results_of_the_general_one(gsplat, packed, added, change):
+    found, expected = (OnePicture(gsplat, general, {**change, "packed": packed}, ADDED[added]) for general in (False, True))
+    assert list(found.info) and set(found.info) == set(expected.info)
+    ours, theirs = found.results(), expected.results()
+    assert set(ours) == set(theirs)
+    for name, value in theirs.items():
+        assert ours[name].shape == value.shape and ours[name].dtype == value.dtype, name
+        assert torch.allclose(ours[name], value, rtol=1e-4, atol=1e-4 * float(value.abs().max().clamp(min=1e-6))), name
+    assert float(theirs["means.grad"].abs().max()) > 0
+
+
+def test_the_usual_call_draws_channels(gsplat):
+    found, expected = (OnePicture(gsplat, general, {"sh_degree": None}, sh=False).results() for general in (False, True))
+    assert all(torch.allclose(found[name], expected[name], rtol=1e-4, atol=1e-4) for name in expected)
+
+
+@pytest.mark.parametrize("packed", [True, False])
+def test_gradients_of_the_usual_call_equal_differences(gsplat, packed):
+    values = scene(torch.float64, 6)
+    given = {name: tensor[:1].detach() for name, tensor in cameras(torch.float64).items()}
+
+    def numbers(*tensors):
+        colors, alphas, info = draw(gsplat, dict(zip(values, tensors)), packed=packed, **given)
+        return torch.stack([(colors * weights(colors, 1)).sum(), (alphas * weights(alphas, 2)).sum(),
+                            info["means2d"].sum()])
+
+    assert torch.autograd.gradcheck(numbers, tuple(values.values()), eps=1e-6, atol=1e-3, rtol=1e-3)
+
+
+def test_hooks_and_retained_graphs_of_the_usual_call(gsplat):
+    values, given = scene(), {name: tensor[:1].detach() for name, tensor in cameras().items()}
+    colors, _, info = draw(gsplat, values, packed=False, **given)
+    loss = (colors * weights(colors)).sum()
+    loss.backward(retain_graph=True)
+    once = values["means"].grad.clone()
+    handle = info["means2d"].register_hook(lambda by: 3 * by)  # passes two more through the centres
+    loss.backward()
+    handle.remove()
+    assert not torch.allclose(values["means"].grad, 2 * once, rtol=1e-3)
+    general = OnePicture(gsplat, False, {"packed": False}).values["means"].grad
+    assert general.isfinite().all()
+    colors, _, info = draw(gsplat, values, packed=False, **given)
+    info["means2d"].register_hook(lambda by: by.mul_(2))
+    with pytest.raises(RuntimeError, match="changed in place"):
+        (colors * weights(colors)).sum().backward()

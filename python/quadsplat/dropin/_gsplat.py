@@ -18,7 +18,7 @@ from .._context import Context
 from .._errors import UsageError
 from ..torch import Rules, _functions, _plan, _rasterize
 from ..torch._parts import adam as _adam
-from ..torch._parts import add_noise, covariances, relocated
+from ..torch._parts import Step, add_noise, covariances, relocated
 from ..torch._tensors import checked, context_of, put_part
 from . import _options
 
@@ -616,8 +616,8 @@ def _cuda_fused_mcmc_perturb(
 def adam(param: Tensor, param_grad: Tensor, exp_avg: Tensor, exp_avg_sq: Tensor,
          valid: Optional[Tensor], lr: float, b1: float, b2: float, eps: float) -> None:
     """A step of Adam for the valid rows, without correction of the moments."""
-    _adam(param, param_grad, exp_avg, exp_avg_sq, None if valid is None else valid.bool(), lr,
-          (b1, b2), eps)
+    _adam([Step(param, param_grad, exp_avg, exp_avg_sq, lr, (b1, b2), eps)],
+          None if valid is None else valid.bool())
 
 
 @functools.lru_cache(maxsize=None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Dict, Iterable, Optional, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import torch
 from torch.autograd.function import once_differentiable
@@ -112,37 +112,43 @@ def _compared(a: Tensor, b: Tensor, padding: str, with_l1: bool) -> Any:
                              with_l1)
 
 
-def adam(param: Tensor, gradient: Tensor, first: Tensor, second: Tensor,
-         visible: Optional[Tensor], rate: float, betas: Tuple[float, float],
-         epsilon: float) -> None:
-    """quadsplat.adam() of tensors, without correction of the moments."""
-    tensors = {"values": param, "gradients": gradient, "first": first, "second": second}
-    for name, tensor in tensors.items():
-        checked(tensor, f"adam: {name}")
-    if param.is_cuda:
-        _step_on_gpu(tensors, visible, rate, betas, epsilon)
-    else:
-        _parts.adam(param, gradient, first, second, rate, visible=visible, betas=betas,
-                    epsilon=epsilon)
+class Step(NamedTuple):
+    """A step of Adam of a tensor, without correction of the moments."""
+
+    param: Tensor
+    gradient: Tensor
+    first: Tensor
+    second: Tensor
+    rate: float
+    betas: Tuple[float, float]
+    epsilon: float
 
 
-def _step_on_gpu(tensors: Dict[str, Tensor], visible: Optional[Tensor], rate: float,
-                 betas: Tuple[float, float], epsilon: float) -> None:
-    """Enqueues the step in torch's current stream."""
-    param = tensors["values"]
-    step = _ffi.QsAdam(rate=rate, beta1=betas[0], beta2=betas[1], epsilon=epsilon,
-                       stream=stream_of(param.get_device()))
-    for name, tensor in tensors.items():
-        if tensor.dtype != torch.float32:
-            raise UsageError(f"adam: {name} has elements of type {tensor.dtype} instead of float32")
-        put(step, name, tensor)
+def adam(steps: Sequence[Step], visible: Optional[Tensor]) -> None:
+    """Takes the steps for the visible rows of float32 tensors on one device, in place."""
+    device = steps[0].param.device
+    given = (_ffi.QsAdam * len(steps))()
+    rows = None
     if visible is not None:
-        rows = visible.to(param.device)
-        put(step, "visible", rows.view(torch.uint8) if rows.dtype == torch.bool else rows)
-    with context_of(None, "adam", param)._use("adam") as pointer:
-        _ffi.call("adam", "qs_adam", pointer, ctypes.byref(step))
-    for changed in (param, tensors["first"], tensors["second"]):
-        mark_changed(changed)
+        rows = visible.to(device)
+        rows = rows.view(torch.uint8) if rows.dtype == torch.bool else rows
+    stream = stream_of(device.index) if device.type == "cuda" else None
+    for struct, step in zip(given, steps):
+        struct.__init__(rate=step.rate, beta1=step.betas[0], beta2=step.betas[1],
+                        epsilon=step.epsilon, stream=stream)
+        for name, tensor in (("values", step.param), ("gradients", step.gradient),
+                             ("first", step.first), ("second", step.second)):
+            if checked(tensor, f"adam: {name}").dtype != torch.float32:
+                raise UsageError(f"adam: {name} has elements of type {tensor.dtype} instead of "
+                                 "float32")
+            put(struct, name, tensor)
+        if rows is not None:
+            put(struct, "visible", rows)
+    with context_of(None, "adam", steps[0].param)._use("adam") as pointer:
+        _ffi.call("adam", "qs_adam_all", pointer, given, len(steps))
+    for step in steps:
+        for changed in (step.param, step.first, step.second):
+            mark_changed(changed)
 
 
 def relocated(opacities: Tensor, scales: Tensor, counts: Any, who: str,
@@ -216,6 +222,7 @@ class SparseAdam(torch.optim.Adam):
 
         Raises UsageError.
         """
+        steps: Dict[torch.device, List[Step]] = {}
         for group in self.param_groups:
             if len(group["params"]) != 1:
                 raise UsageError("SparseAdam: a group has more than one tensor")
@@ -227,5 +234,8 @@ class SparseAdam(torch.optim.Adam):
                 state["step"] = torch.tensor(0.0)
                 state["exp_avg"] = torch.zeros_like(param)
                 state["exp_avg_sq"] = torch.zeros_like(param)
-            adam(param, param.grad, state["exp_avg"], state["exp_avg_sq"], visibility.bool(),
-                 group["lr"], group["betas"], group["eps"])
+            steps.setdefault(param.device, []).append(
+                Step(param, param.grad, state["exp_avg"], state["exp_avg_sq"], group["lr"],
+                     group["betas"], group["eps"]))
+        for own in steps.values():
+            adam(own, visibility.bool())

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "library/check/arrays.h"
 #include "library/check/context.h"
@@ -24,8 +25,7 @@ namespace {
 /// Four dimensions, of which the array has the first.
 using AdamShape = std::array<std::int64_t, 4>;
 
-AdamShape check_adam(const QsAdam& adam) {
-  const Where where{"qs_adam", "adam"};
+AdamShape check_adam(const QsAdam& adam, const Where& where) {
   if (adam.reserved != 0) refuse(where / "reserved", "is not 0");
   if (!std::isfinite(adam.rate)) refuse(where / "rate", "is {}", adam.rate);
   if (!(adam.beta1 >= 0 && adam.beta1 < 1))
@@ -77,7 +77,7 @@ void step_row(const QsAdam& adam, const AdamShape& shape, const AdamRule& rule,
 
 /// A step of a call, checked.
 struct CheckedStep {
-  const QsAdam& adam;
+  QsAdam adam;
   AdamShape shape;
   AdamRule rule;
   AdamStep step;
@@ -102,7 +102,7 @@ gpu::Elements<T> elements_of(const QsArray& array) {
   return elements;
 }
 
-void step_on_gpu(const CheckedStep& given, const Use& use) {
+gpu::AdamOrder order_of(const CheckedStep& given) {
   const QsAdam& adam = given.adam;
   gpu::AdamArrays arrays{{},
                          elements_of<const float>(adam.gradients),
@@ -112,33 +112,64 @@ void step_on_gpu(const CheckedStep& given, const Use& use) {
                          static_cast<const std::uint8_t*>(adam.visible.data),
                          adam.visible.strides[0]};
   std::ranges::copy(given.shape, arrays.sizes);
+  return {arrays, given.rule, given.step, static_cast<float>(adam.rate)};
+}
+
+void step_on_gpu(std::span<const CheckedStep> given, const Use& use) {
+  std::vector<gpu::AdamOrder> orders;
+  for (const CheckedStep& step : given) orders.push_back(order_of(step));
   const gpu::SelectedGpu selected(use.device());
-  gpu::adam(arrays, given.rule, given.step, static_cast<float>(adam.rate),
-            {adam.stream, use.stop()});
+  gpu::adam(orders, {given.front().adam.stream, use.stop()});
 }
 
 #else
 
-void step_on_gpu(const CheckedStep&, const Use&) {}  // no context has a GPU
+void step_on_gpu(std::span<const CheckedStep>, const Use&) {}  // no context has a GPU
 
 #endif
+
+/// The steps of `count` > 0 structs, which are all checked first. `is_array`: sentences number
+/// them.
+void step_all(const char* function, library::Context& context, const QsAdam* steps,
+              std::uint64_t count, bool is_array) {
+  const Where all{function, is_array ? "steps" : "adam"};
+  require(steps, all);
+  std::vector<CheckedStep> checked;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    Where where = all;
+    if (is_array) where.index = static_cast<std::int64_t>(i);
+    const QsAdam given = read_struct(element(steps, i, all), where);
+    checked.push_back({given, check_adam(given, where),
+                       AdamRule::of(given.beta1, given.beta2, given.epsilon),
+                       given.step == 0 ? AdamStep{1, 1}
+                                       : AdamStep::number(given.step, given.beta1, given.beta2)});
+    const QsArray &first = checked.front().adam.values, &own = given.values;
+    if (own.memory != first.memory || own.device != first.device ||
+        given.stream != checked.front().adam.stream)
+      refuse(where, "its arrays or its stream are in another place than those of the first step");
+  }
+  const Use use(context, {function, "context"});
+  const QsArray& values = checked.front().adam.values;
+  if (values.memory == QS_MEMORY_CUDA) {
+    use.require_gpu(values.device, {function, all.argument, is_array ? 0 : -1, "values"});
+    step_on_gpu(checked, use);
+    return;
+  }
+  for (const CheckedStep& step : checked) step_on_host(step, use);
+}
 
 }  // namespace
 
 int32_t qs_adam(QsContext* context, const QsAdam* adam, char* message) {
   return library::call(__func__, message, [&](const char* function) {
     require(context, {function, "context"});
-    const QsAdam given = read_struct(adam, {function, "adam"});
-    const AdamShape shape = check_adam(given);
-    const Use use(*context->context, {function, "context"});
-    const CheckedStep checked{
-        given, shape, AdamRule::of(given.beta1, given.beta2, given.epsilon),
-        given.step == 0 ? AdamStep{1, 1} : AdamStep::number(given.step, given.beta1, given.beta2)};
-    if (given.values.memory == QS_MEMORY_CUDA) {
-      use.require_gpu(given.values.device, {function, "adam", -1, "values"});
-      step_on_gpu(checked, use);
-    } else {
-      step_on_host(checked, use);
-    }
+    step_all(function, *context->context, adam, 1, false);
+  });
+}
+
+int32_t qs_adam_all(QsContext* context, const QsAdam* steps, uint64_t count, char* message) {
+  return library::call(__func__, message, [&](const char* function) {
+    require(context, {function, "context"});
+    if (count > 0) step_all(function, *context->context, steps, count, true);
   });
 }

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "learn/diff/cuda/frame.h"
 #include "learn/gradient/adam.h"
@@ -32,8 +33,16 @@ struct AdamArrays {
   std::ptrdiff_t visible_stride;
 };
 
-/// Enqueues the step for the rows whose `visible` is not 0. Throws Error(device).
-void adam(const AdamArrays& arrays, const AdamRule& rule, const AdamStep& step, float rate,
-          const Queue& queue);
+/// A step of an array.
+struct AdamOrder {
+  AdamArrays arrays;
+  AdamRule rule;
+  AdamStep step;
+  float rate;
+};
+
+/// Enqueues the steps for the rows whose `visible` is not 0, up to 8 arrays in a launch. Throws
+/// Error(device).
+void adam(std::span<const AdamOrder> orders, const Queue& queue);
 
 }  // namespace qs::cuda::diff

@@ -45,10 +45,13 @@ bool is_gpu_memory(const void* memory) {
 }
 
 std::optional<int> other_gpu_of(const void* memory, int device) {
-  int devices = 0;
+  static const int devices = [] {  // constant in a process
+    int count = 0;
+    return cudaGetDeviceCount(&count) == cudaSuccess ? count : 0;
+  }();
+  if (devices == 1 && device == 0) return std::nullopt;
   cudaPointerAttributes found{};
-  const bool known = cudaGetDeviceCount(&devices) == cudaSuccess && device < devices &&
-                     cudaPointerGetAttributes(&found, memory) == cudaSuccess;
+  const bool known = device < devices && cudaPointerGetAttributes(&found, memory) == cudaSuccess;
   cudaGetLastError();  // clears the error of an unknown pointer
   if (!known || found.type != cudaMemoryTypeDevice || found.device == device) return std::nullopt;
   return found.device;

@@ -3,6 +3,7 @@
 
 It is written with unittest, because scripts/check_gpu_library runs it on machines that may lack pytest.
 """
+import gc
 import importlib
 import math
 import sys
@@ -472,6 +473,8 @@ class Parts(CudaTest):
             picture = rasterize(**values, camera=camera()).color
             picture.sum().backward()
 
+        gc.collect()  # frames of other tests
+        _memory.free_all()
         for _ in range(3):
             step()
         torch.cuda.synchronize()

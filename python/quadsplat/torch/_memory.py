@@ -93,7 +93,7 @@ class Blocks:
         try:
             block = self._taken(size, kind)
             if block is None:
-                # Views have unequal numbers of pairs: room for the next one.
+                # Views have unequal numbers of pairs: room for the next frame.
                 block = _bytes_on(self._place, max(size + size // 8, _ALIGNMENT))
             self._held.append((kind, block))
             return block.data_ptr()

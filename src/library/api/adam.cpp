@@ -146,7 +146,7 @@ void step_all(const char* function, library::Context& context, const QsAdam* ste
     const QsArray &first = checked.front().adam.values, &own = given.values;
     if (own.memory != first.memory || own.device != first.device ||
         given.stream != checked.front().adam.stream)
-      refuse(where, "its arrays or its stream are in another place than those of the first step");
+      refuse(where, "its arrays or its stream are in another place than the first step's");
   }
   const Use use(context, {function, "context"});
   const QsArray& values = checked.front().adam.values;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A step of Adam through the C interface with arrays in the memory of a GPU.
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -78,6 +79,43 @@ TEST_F(CudaLibraryAdam, has_the_bits_of_the_cpu) {
       EXPECT_NE(found.values, Step(is_strided).values);
     }
   }
+}
+
+TEST_F(CudaLibraryAdam, of_several_arrays_has_the_bits_of_one_by_one) {
+  quadsplat::Context context(QS_BACKEND_CUDA, 0, 1), cpu = test::cpu(1);
+  constexpr std::size_t kArrays = 10;  // more than a launch has
+  std::vector<std::unique_ptr<Step>> expected, found, on_host;
+  OnGpu on_gpu;
+  std::vector<QsAdam> steps, host_steps;
+  for (std::size_t i = 0; i < kArrays; ++i) {
+    for (auto* const list : {&expected, &found, &on_host}) {
+      list->push_back(std::make_unique<Step>(i % 2 == 1));
+      list->back()->adam.rate = 0.01 * static_cast<double>(i + 1);
+      if (i % 3 == 0) list->back()->adam.visible = QsArray{};
+    }
+    context.step(expected[i]->adam);
+    found[i]->place(on_gpu);
+    steps.push_back(found[i]->adam);
+    host_steps.push_back(on_host[i]->adam);
+  }
+  quadsplat::check(qs_adam_all, context.get(), steps.data(), kArrays);
+  quadsplat::check(qs_adam_all, cpu.get(), host_steps.data(), kArrays);
+  on_gpu.give_back();
+  for (std::size_t i = 0; i < kArrays; ++i) {
+    EXPECT_EQ(found[i]->values, expected[i]->values);
+    EXPECT_EQ(found[i]->second, expected[i]->second);
+    EXPECT_EQ(on_host[i]->values, expected[i]->values);
+  }
+  host_steps[3].rate = INFINITY;
+  EXPECT_EQ(test::sentence_of(
+                [&] { quadsplat::check(qs_adam_all, cpu.get(), host_steps.data(), kArrays); }),
+            "qs_adam_all: steps[3].rate: is inf");
+  EXPECT_EQ(on_host[0]->values, expected[0]->values) << "nothing changed";
+  host_steps[3] = steps[3];
+  EXPECT_EQ(test::sentence_of(
+                [&] { quadsplat::check(qs_adam_all, cpu.get(), host_steps.data(), kArrays); }),
+            "qs_adam_all: steps[3]: its arrays or its stream are in another place than the first "
+            "step's");
 }
 
 TEST_F(CudaLibraryAdam, of_no_rows_does_nothing_and_other_places_are_refused) {

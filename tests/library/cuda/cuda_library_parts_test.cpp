@@ -135,6 +135,84 @@ TEST_F(CudaLibraryParts, similarity_on_a_gpu_has_sentences) {
             "qs_similarity: compared.a: has elements of float64: a GPU takes QS_FLOAT32");
 }
 
+/// Matrices of a camera, world to view x -> R x + t.
+struct Matrices {
+  std::vector<float> view = {0.8f, 0, -0.6f, 1, 0, 1, 0, 2, 0.6f, 0, 0.8f, 3, 0, 0, 0, 1};
+  std::vector<float> lens = {50, 0, 31, 0, 40, 20, 0, 0, 1};
+  std::vector<float> position = {4, 5, 6};
+  double at[3] = {};
+
+  /// As INRIA's trainer has them, transposed, with the principal point of `lens`.
+  QsMatrices clip(std::vector<float>& whole, int width, int height) {
+    QsMatrices given = as_given(whole.data(), {4, 4});
+    given.is_clip = 1;
+    const float size[] = {static_cast<float>(width), static_cast<float>(height)};
+    float perspective[4][4] = {};  // rows
+    for (int axis = 0; axis < 2; ++axis) {
+      const float focal = lens[static_cast<std::size_t>(4 * axis)];
+      const float center = lens[static_cast<std::size_t>(3 * axis + 2)];  // centres at halves
+      perspective[axis][axis] = 2 * focal / size[axis];
+      perspective[axis][2] = 2 * center / size[axis] - 1;
+      given.half_fov[axis] = static_cast<double>(size[axis] / (2 * focal));
+    }
+    perspective[2][2] = 1.01f;
+    perspective[2][3] = -0.01f;
+    perspective[3][2] = 1;
+    for (std::size_t row = 0; row < 4; ++row)
+      for (std::size_t column = 0; column < 4; ++column)
+        for (std::size_t k = 0; k < 4; ++k)
+          whole[4 * column + row] += perspective[row][k] * view[4 * k + column];
+    std::swap(given.lens.strides[0], given.lens.strides[1]);
+    return given;
+  }
+  QsMatrices as_given(float* of_lens, std::initializer_list<std::int64_t> sizes) {
+    auto given = sized<QsMatrices>();
+    given.view = array_of(view.data(), {4, 4});
+    given.lens = array_of(of_lens, sizes);
+    given.position = array_of(position.data(), {3});
+    given.at = at;
+    return given;
+  }
+};
+
+TEST_F(CudaLibraryParts, cameras_come_from_matrices_in_any_memory) {
+  quadsplat::Context context = gpu();
+  for (const bool is_clip : {false, true}) {
+    for (const bool is_on_gpu : {false, true}) {
+      Matrices matrices;
+      std::vector<float> whole(16, 0.0f);
+      QsMatrices given =
+          is_clip ? matrices.clip(whole, 60, 44) : matrices.as_given(matrices.lens.data(), {3, 3});
+      OnGpu on_gpu;
+      if (is_on_gpu)
+        for (QsArray* const array : {&given.view, &given.lens, &given.position})
+          on_gpu.place(*array);
+      auto camera = sized<QsCamera>();
+      camera.width = 60;
+      camera.height = 44;
+      camera.near_depth = 0.2;
+      check(qs_camera_of_matrices, context.get(), &given, &camera);
+      EXPECT_NEAR(camera.focal_px[0], 50, 1e-4);
+      EXPECT_NEAR(camera.focal_px[1], 40, 1e-4);
+      EXPECT_NEAR(camera.center_px[0], 30.5, 1e-4);
+      EXPECT_NEAR(camera.center_px[1], 19.5, 1e-4);
+      EXPECT_FLOAT_EQ(static_cast<float>(camera.view_from_world[2]), -0.6f);
+      EXPECT_EQ(camera.view_from_world[11], 3);
+      EXPECT_EQ(matrices.at[2], 6);
+      if (is_clip)
+        given.half_fov[0] *= 1.1;
+      else
+        given.lens.sizes[0] = 2;
+      EXPECT_EQ(
+          test::sentence_of([&] { check(qs_camera_of_matrices, context.get(), &given, &camera); }),
+          is_clip ? "qs_camera_of_matrices: matrices.lens: is not the view times a "
+                    "perspective projection with the given fields of view"
+                  : "qs_camera_of_matrices: matrices.lens: has 2 x 3 elements instead of 3 x "
+                    "3");
+    }
+  }
+}
+
 constexpr std::int64_t kCount = 600;
 
 TEST_F(CudaLibraryParts, covariances_and_noise_have_the_bits_of_the_cpu) {

@@ -29,7 +29,7 @@ struct BatchSizes {
   std::size_t planes() const {
     return static_cast<std::size_t>(pictures) * static_cast<std::size_t>(channels);
   }
-  /// The number of all values, and of those whose SSIM counts.
+  /// The number of all values, and of the values whose SSIM counts.
   double values() const { return static_cast<double>(planes()) * height * width; }
   double counted() const {
     return static_cast<double>(planes()) * (height - 2 * margin) * (width - 2 * margin);

@@ -14,12 +14,12 @@ def main() -> None:
 
     scene = quadsplat.load(options.scene)
     camera = scene.cameras()[options.camera].resized(*map(int, options.size.split("x")))
-    lossless = quadsplat.render(scene, camera, mode="3dgs")
+    lossless = quadsplat.render(scene, camera, cull="3dgs")
     print(f"{'mode':<16}{'pairs':>10}{'used':>10}{'PSNR [dB]':>12}")
     for mode in quadsplat.modes():
         if mode.is_peer or mode.name == "reference":
             continue
-        picture = quadsplat.render(scene, camera, outputs=["color", "used"], mode=mode.name)
+        picture = quadsplat.render(scene, camera, outputs=["color", "used"], cull=mode.name)
         counts = picture.counts
         print(f"{mode.name:<16}{counts.tile_pairs:>10}{counts.used_pairs:>10}"
               f"{picture.psnr(lossless):>12.2f}")

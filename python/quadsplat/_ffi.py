@@ -96,7 +96,7 @@ class QsCamera(_Sized):
 
 
 class QsSettings(_Sized):
-    _fields_ = [("size", c_uint32), ("pipeline", c_uint32), ("mode", c_char_p),
+    _fields_ = [("size", c_uint32), ("pipeline", c_uint32), ("cull", c_char_p),
                 ("background", c_float * 3), ("splat_scale", c_float), ("dilation_px2", c_double),
                 ("sh_degree", c_int32), ("antialiased", c_uint32), ("tile_px", c_int32),
                 ("reserved", c_uint32)]
@@ -157,7 +157,7 @@ class QsInputs(_Sized):
 
 
 class QsRules(_Sized):
-    _fields_ = [("size", c_uint32), ("sh_degree", c_int32), ("mode", c_char_p),
+    _fields_ = [("size", c_uint32), ("sh_degree", c_int32), ("cull", c_char_p),
                 ("far_depth", c_double), ("dilation_px2", c_double), ("splat_scale", c_double),
                 ("compensation_floor", c_double), ("alpha_max", c_double),
                 ("radius_clip_px", c_double), ("slope_low", c_double * 2),

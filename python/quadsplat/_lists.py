@@ -57,7 +57,7 @@ class ModeCount(NamedTuple):
 def tile_lists(scene: Scene, camera: Camera, **settings: Any) -> TileLists:
     """The tile lists of a view in a culling mode, without drawing it. The arrays are copies.
 
-    settings: as for render(), `mode` above all.
+    settings: as for render(), `cull` above all.
 
     Raises UsageError, DeviceError, and Cancelled after Context.stop().
     """
@@ -76,13 +76,13 @@ def counts(scene: Scene, camera: Camera, **settings: Any) -> Dict[str, ModeCount
     """The pairs of a view in every culling mode, by name, without drawing it.
 
     Modes of other papers and "reference" are left out: for these, see tile_lists().
-    settings: as for render(), without `mode`.
+    settings: as for render(), without `cull`.
 
     Raises UsageError, DeviceError, and Cancelled after Context.stop().
     """
     who = "counts"
-    if "mode" in settings:
-        raise UsageError(f"{who}: mode is not a setting here: every mode is counted")
+    if "cull" in settings or "mode" in settings:
+        raise UsageError(f"{who}: cull is not a setting here: every mode is counted")
     struct = _settings_of(scene, camera, settings, who)
     number = ctypes.c_uint64()
     with scene.context._use(who):

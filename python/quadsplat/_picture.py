@@ -61,9 +61,9 @@ class Picture:
     #: Tile rows x tile columns, uint32: pairs that a pixel blended.
     used: Optional[np.ndarray] = None
 
-    def __init__(self, camera: Camera, mode: str, counts: Counts) -> None:
+    def __init__(self, camera: Camera, cull: str, counts: Counts) -> None:
         self.camera = camera
-        self.mode = mode  #: the culling mode
+        self.cull = cull  #: the culling mode
         self.counts = counts  #: the numbers of the frame
 
     def save(self, path: Union[str, PathLike[str]], what: str = "color",
@@ -112,7 +112,7 @@ class Picture:
                 return file.read()
 
     def __repr__(self) -> str:
-        return (f"<quadsplat.Picture: {self.camera.width} x {self.camera.height}, mode {self.mode},"
+        return (f"<quadsplat.Picture: {self.camera.width} x {self.camera.height}, cull {self.cull},"
                 f" {self.counts.tile_pairs} pairs>")
 
     def _array(self, what: str, who: str) -> np.ndarray:

@@ -49,7 +49,7 @@ def render(scene: Scene, cameras: Union[Camera, Sequence[Camera]], *, outputs: _
     out: arrays to fill, by output, with the shapes and types of Picture: numpy's, or color, alpha,
         depth and median_depth of torch, CuPy or others in the memory of the scene's GPU, which are
         not copied through the host. A list of cameras takes a list of them.
-    settings: of quadsplat.Settings: mode, pipeline, background, splat_scale, dilation_px2,
+    settings: of quadsplat.Settings: cull, pipeline, background, splat_scale, dilation_px2,
         sh_degree, antialiased, tile_px.
 
     The program `quadsplat render` draws the same values. The first call uploads the scene.
@@ -58,6 +58,9 @@ def render(scene: Scene, cameras: Union[Camera, Sequence[Camera]], *, outputs: _
     """
     who = "render"
     _require_scene(scene, who)
+    if "backend" in settings:
+        raise UsageError(f"{who}: backend is not a setting: the scene's context has it: load the "
+                         f"scene with context=quadsplat.Context({settings['backend']!r})")
     views = [cameras] if isinstance(cameras, Camera) else _list_of_cameras(cameras, who)
     element = element_type(dtype, f"{who}: dtype", _DTYPES)
     chosen = _settings.struct_of(who, settings, scene.facts.white_background)
@@ -84,10 +87,10 @@ def render(scene: Scene, cameras: Union[Camera, Sequence[Camera]], *, outputs: _
     with scene.context._use(who):
         _ffi.call(who, "qs_render", scene._pointer(who), structs, len(views),
                   ctypes.byref(chosen), pictures)
-    mode = chosen.mode.decode()
+    cull = chosen.cull.decode()
     results = []
     for camera, arrays, numbers in zip(views, made, counts):
-        result = Picture(camera, mode, _counts(numbers))
+        result = Picture(camera, cull, _counts(numbers))
         for name, array in arrays.items():
             setattr(result, name, array)
             mark_changed(array)

@@ -123,7 +123,7 @@ typedef struct QsMode {
   uint32_t is_peer;     /*  4: 1: from another paper, and not counted by qs_count_modes() */
   uint32_t is_lossless; /*  8: 1: lists every tile with a pixel of alpha >= 1/255 */
   uint32_t keeps_faint; /* 12: 1: also lists Gaussians of opacity <= 1/255 */
-  const char* name;     /* 16: for QsSettings.mode, valid for ever */
+  const char* name;     /* 16: for QsSettings.cull, valid for ever */
   const char* summary;  /* 24: one clause, valid for ever */
 } QsMode;
 
@@ -315,7 +315,7 @@ QS_LIBRARY_FUNCTION int32_t qs_camera_resize(QsCamera* camera, int32_t width, in
 typedef struct QsSettings {
   uint32_t size;        /*  0 */
   uint32_t pipeline;    /*  4: QS_PIPELINE_...; both draw the same pictures within rounding */
-  const char* mode;     /*  8: name of a culling mode; null: "quadbox" */
+  const char* cull;     /*  8: name of a culling mode; null: "quadbox" */
   float background[3];  /* 16: RGB, finite, weighted by the remaining transmittance */
   float splat_scale;    /* 28: factor on every standard deviation, 1e-6..1e6 */
   double dilation_px2;  /* 32: added to both variances of a projected Gaussian, 0..1e6 */
@@ -559,7 +559,7 @@ typedef struct QsInputs {
 typedef struct QsRules {
   uint32_t size;       /*   0 */
   int32_t sh_degree;   /*   4: highest degree that is evaluated, 0..3 */
-  const char* mode;    /*   8: name of a culling mode but "reference"; null: "quadbox" */
+  const char* cull;    /*   8: name of a culling mode but "reference"; null: "quadbox" */
   double far_depth;    /*  16: Gaussians with view z above it are not drawn; 0: no far plane */
   double dilation_px2; /*  24: added to both variances of a projected Gaussian, >= 0 */
   double splat_scale;  /*  32: factor on every standard deviation, > 0 */

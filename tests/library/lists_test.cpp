@@ -62,7 +62,7 @@ TEST(LibraryLists, are_the_renderers_in_every_mode_and_pipeline) {
     for (const Pipeline pipeline : {Pipeline::fast, Pipeline::classic}) {
       SCOPED_TRACE(std::string(mode_name(mode)) + kPipelineNames[static_cast<int>(pipeline)]);
       RenderSettings settings;
-      settings.mode = mode;
+      settings.cull = mode;
       settings.pipeline = pipeline;
       const Frame& frame = renderer->render(view, settings, outputs);
       QsSettings given = QS_SETTINGS;
@@ -117,7 +117,7 @@ TEST(LibraryLists, counts_of_modes_are_the_counts_of_their_frames) {
     const std::vector<QsModeCounts> counts = scene.count_modes(camera, settings);
     ASSERT_EQ(counts.size(), static_cast<std::size_t>(culler_count()));
     for (const QsModeCounts& count : counts) {
-      settings.mode = count.name;
+      settings.cull = count.name;
       const QsCounts frame = test::rendered(scene, camera, settings).counts;
       EXPECT_EQ(count.tile_pairs, frame.tile_pairs) << count.name;
       EXPECT_EQ(count.visible, frame.visible) << count.name;

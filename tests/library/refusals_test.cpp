@@ -216,7 +216,7 @@ TEST_F(LibraryRefusals, of_settings) {
       {[&] { settings_.dilation_px2 = -1; }, "dilation_px2: -1 is not between 0 and 1e+06"},
       {[&] { settings_.background[2] = static_cast<float>(kNaN); }, "background: is not finite"},
       {[&] { settings_.reserved = 9; }, "reserved: is not 0"},
-      {[&] { settings_.mode = "quad"; },
+      {[&] { settings_.cull = "quad"; },
        "mode: 'quad' is none of reference, 3dgs, adr, dualbox, quadbox-naive, quadbox, exact, "
        "snugbox, accutile, flashgs, stopthepop, faster-gs"},
       {[&] { settings_.size = 0; },
@@ -225,7 +225,7 @@ TEST_F(LibraryRefusals, of_settings) {
   for (const auto& one : cases) {
     EXPECT_EQ(rendering(one.spoil), std::string("qs_render: settings.") + one.sentence);
   }
-  EXPECT_EQ(rendering([&] { settings_.mode = "reference"; }),
+  EXPECT_EQ(rendering([&] { settings_.cull = "reference"; }),
             "qs_render: pictures[0]: mode reference has no tile lists, so pairs and used must be "
             "absent");
 }

@@ -47,7 +47,7 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
 
 QsSettings settings_in(const std::string& mode, std::size_t pipeline) {
   QsSettings settings = QS_SETTINGS;
-  settings.mode = mode.c_str();
+  settings.cull = mode.c_str();
   settings.pipeline = static_cast<std::uint32_t>(pipeline);
   return settings;
 }
@@ -297,7 +297,7 @@ TEST(LibraryRender, draws_the_background_of_a_scene_without_gaussians) {
   settings.background[1] = 0.25f;
   for (const std::string& mode : names_of_modes()) {
     for (std::uint32_t pipeline = 0; pipeline < 2; ++pipeline) {
-      settings.mode = mode.c_str();
+      settings.cull = mode.c_str();
       settings.pipeline = pipeline;
       const test::Results results = test::rendered(scene, camera, settings);
       for (std::size_t i = 0; i < results.color.size(); ++i)

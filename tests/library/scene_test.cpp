@@ -229,7 +229,7 @@ TEST(LibraryScene, does_not_draw_impossible_gaussians_and_draws_all_others) {
     EXPECT_EQ(scene.facts().gaussians, 2u) << bad.what;
     for (const char* mode : {"3dgs", "quadbox", "reference"}) {
       QsSettings settings = QS_SETTINGS;
-      settings.mode = mode;
+      settings.cull = mode;
       EXPECT_EQ(test::colors(scene, front, settings), test::colors(alone, front, settings))
           << bad.what;
     }

@@ -55,7 +55,7 @@ inline QsRules c_rules(const DrawnView& view) {
   const diff::Rules& rules = view.rules;
   QsRules result = QS_RULES;
   result.sh_degree = view.sh_degree;
-  result.mode = mode_name(view.mode);
+  result.cull = mode_name(view.mode);
   if (std::isfinite(rules.far_depth)) result.far_depth = rules.far_depth;
   result.dilation_px2 = rules.dilation;
   result.splat_scale = rules.splat_scale;

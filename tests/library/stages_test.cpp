@@ -842,7 +842,7 @@ TEST_F(LibraryStageRefusals, of_rules) {
     return Case{forward, std::move(spoil), sentence};
   };
   expect_refusals({
-      refused([&] { rules.mode = "reference"; },
+      refused([&] { rules.cull = "reference"; },
               "qs_forward: the culling mode must be a mode that lists tiles"),
       refused([&] { rules.sh_degree = 4; }, "qs_forward: the degree of colour must be 0 to 3"),
       refused([&] { rules.far_depth = 0.1; },
@@ -865,8 +865,8 @@ TEST_F(LibraryStageRefusals, of_rules) {
       refused([&] { rules.stops_at_equal = 2; }, "qs_forward: rules.stops_at_equal: is 2"),
       refused([&] { rules.radius_rule = 3; }, "qs_forward: rules.radius_rule: is 3"),
   });
-  rules.mode = "none";
-  EXPECT_EQ(call(forward).find("qs_forward: rules.mode: 'none' is none of reference, "), 0u);
+  rules.cull = "none";
+  EXPECT_EQ(call(forward).find("qs_forward: rules.cull: 'none' is none of reference, "), 0u);
 }
 
 TEST_F(LibraryStageRefusals, of_results) {

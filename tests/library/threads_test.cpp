@@ -140,7 +140,7 @@ class LongCall {
  private:
   void draw() {
     QsSettings settings = QS_SETTINGS;
-    settings.mode = "reference";
+    settings.cull = "reference";
     std::int32_t code = QS_USAGE;
     while (code == QS_USAGE) {  // a call of the test uses the context
       try {

@@ -150,7 +150,7 @@ class CudaTest(unittest.TestCase):
 class Pictures(CudaTest):
     def test_pictures_and_gradients_are_those_of_the_cpu(self):
         self.compare()
-        self.compare(background=torch.tensor([0.2, 0.5, 0.9]), rules=Rules(mode="3dgs", antialiased=True))
+        self.compare(background=torch.tensor([0.2, 0.5, 0.9]), rules=Rules(cull="3dgs", antialiased=True))
         self.compare(planar=True, rules=Rules(alpha_max=0.9, alpha_max_blocks=True, stops_at_equal=True))
 
     def test_colour_alone(self):
@@ -249,7 +249,7 @@ class Pictures(CudaTest):
         modes = [mode.name for mode in quadsplat.modes()
                  if mode.is_lossless and not mode.keeps_faint and mode.name != "reference"]
         for mode in [None, *modes]:
-            found = run(**({} if mode is None else {"rules": Rules(mode=mode)}))
+            found = run(**({} if mode is None else {"rules": Rules(cull=mode)}))
             self.assertTrue(all(torch.equal(a, b) for a, b in zip(found, expected)), mode)
 
 

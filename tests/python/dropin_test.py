@@ -153,9 +153,10 @@ def test_the_culling_mode_is_used(tmp_path):
     (tmp_path / "train.py").write_text("""
 from quadsplat.dropin import _inria
 import torch
-settings = _inria.GaussianRasterizationSettings(8, 8, 1, 1, torch.zeros(3), 1, torch.eye(4),
-                                                torch.eye(4), 0, torch.zeros(3))
-print(_inria._rules(settings, False).mode)
+lens = torch.tensor([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, -0.01, 0]])
+settings = _inria.GaussianRasterizationSettings(8, 8, 1, 1, torch.zeros(3), 1, torch.eye(4), lens, 0,
+                                                torch.zeros(3))
+print(_inria._plan(settings, "original", torch.zeros(1, 3), False)[0].rules.cull.decode())
 """)
     assert run(["train.py"], tmp_path).strip() == "3dgs"
     assert run(["--cull", "exact", "train.py"], tmp_path).strip() == "exact"

@@ -15,9 +15,11 @@ def test_the_exceptions_are_of_one_family(quadsplat):
 
 
 @pytest.mark.parametrize("options, sentence", [
-    ({"mode": "best"}, "render: mode: 'best' is none of reference, 3dgs, "),
-    ({"mode": 3}, "render: mode is 3 instead of a text"),
-    ({"mode": "a\0b"}, "render: mode has a character of code 0"),
+    ({"cull": "best"}, "render: cull: 'best' is none of reference, 3dgs, "),
+    ({"backend": "cpu"}, "render: backend is not a setting: the scene's context has it: "),
+    ({"cull": "3dgs", "mode": "3dgs"}, "render: give cull alone: mode is its older name"),
+    ({"cull": 3}, "render: cull is 3 instead of a text"),
+    ({"cull": "a\0b"}, "render: cull has a character of code 0"),
     ({"pipeline": "slow"}, "render: pipeline: 'slow' is none of 'fast', 'classic'"),
     ({"background": (1, 2)}, "render: background is (1, 2) instead of 3 numbers"),
     ({"background": "red"}, "render: background is 'red' instead of 3 numbers"),
@@ -36,7 +38,7 @@ def test_the_exceptions_are_of_one_family(quadsplat):
     ({"dtype": [3]}, "render: dtype: [3] is none of 'float32', 'uint8'"),
     ({"outputs": "colour"}, "render: outputs: 'colour' is none of color, alpha, "),
     ({"outputs": 3}, "render: outputs is 3 instead of words"),
-    ({"culling": "3dgs"}, "render: there is no setting 'culling': the settings are mode, ")])
+    ({"culling": "3dgs"}, "render: there is no setting 'culling': the settings are cull, ")])
 def test_wrong_settings(quadsplat, one, options, sentence):
     with pytest.raises(quadsplat.UsageError) as raised:
         quadsplat.render(one(), quadsplat.Camera(8, 8, 8), **options)
@@ -53,8 +55,8 @@ def test_wrong_scenes_and_cameras(quadsplat, one, camera):
              "render: cameras[1] is int instead of a quadsplat.Camera"),
             (lambda: quadsplat.tile_lists(scene, [camera]),
              "tile_lists: camera is list instead of a quadsplat.Camera"),
-            (lambda: quadsplat.counts(scene, camera, mode="3dgs"),
-             "counts: mode is not a setting here: every mode is counted"),
+            (lambda: quadsplat.counts(scene, camera, cull="3dgs"),
+             "counts: cull is not a setting here: every mode is counted"),
             (lambda: quadsplat.counts(scene, camera, tile_px=7), "counts: tile_px: 7 is not"),
             (lambda: quadsplat.load(3), "load: path is 3 instead of a path"),
             (lambda: quadsplat.load(PLUSH, axes="XYZ"), ""),
@@ -96,7 +98,7 @@ def test_an_error_leaves_scene_and_context_usable(quadsplat, one):
     before = quadsplat.render(scene, camera).color
     for _ in range(3):
         with pytest.raises(quadsplat.Error):
-            quadsplat.render(scene, camera, mode="best")
+            quadsplat.render(scene, camera, cull="best")
     assert np.array_equal(quadsplat.render(scene, camera).color, before)
 
 

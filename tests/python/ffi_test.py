@@ -88,7 +88,7 @@ def test_usual_settings_are_those_of_the_header(ffi, quadsplat):
     assert list(struct.background) == [float(value) for value in background.split(",")]
     assert (struct.splat_scale, struct.dilation_px2) == (float(scale), float(dilation))
     assert "QS_ALL_SH_DEGREES" in usual and struct.sh_degree == 3 and struct.tile_px == 16
-    assert struct.antialiased == 0 and struct.mode == b"quadbox"
+    assert struct.antialiased == 0 and struct.cull == b"quadbox"
 
 
 def test_a_library_that_does_not_fit_is_refused_on_import(python, tmp_path):

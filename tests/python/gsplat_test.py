@@ -72,7 +72,7 @@ def own(quadsplat, values, number, gsplat, **changes):
     given = cameras()
     camera = quadsplat.Camera.from_intrinsics(given["Ks"][number].numpy(), np.eye(4), WIDTH, HEIGHT,
                                               near_depth=0.01)
-    rules = {"mode": "exact", "sh_degree": 1, "alpha_max": 0.999, "compensation_floor": 0.0,
+    rules = {"cull": "exact", "sh_degree": 1, "alpha_max": 0.999, "compensation_floor": 0.0,
              "zero_color_passes": True, "alpha_max_blocks": True, "stops_at_equal": True,
              "slopes": (-27 / 44 - 0.3 * 25 / 44, -18 / 40 - 0.3 * 19 / 40,
                         23 / 44 + 0.3 * 25 / 44, 20 / 40 + 0.3 * 19 / 40)}

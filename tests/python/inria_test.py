@@ -108,7 +108,7 @@ def test_the_picture_is_that_of_rasterize(quadsplat, inria):
     color, radii = draw(inria, values, settings(inria, scale_modifier=1.5))
     own = rasterize(values["means3D"], values["scales"], values["rotations"], values["opacities"],
                     values["shs"], camera=own_camera(quadsplat), background=torch.tensor([0.1, 0.3, 0.6]),
-                    rules=Rules(mode="3dgs", sh_degree=1, splat_scale=1.5, normalises_rotations=False))
+                    rules=Rules(cull="3dgs", sh_degree=1, splat_scale=1.5, normalises_rotations=False))
     assert color.shape == (3, HEIGHT, WIDTH) and color.is_contiguous()
     assert torch.allclose(color, own.color.permute(2, 0, 1), atol=1e-5)
     assert radii.dtype == torch.int32 and torch.equal(radii, own.radii[:, 0])
@@ -148,7 +148,7 @@ def test_gradients_of_means2d_are_in_normalised_device_coordinates(quadsplat, in
     own = rasterize(values["means3D"], values["scales"], values["rotations"], values["opacities"],
                     values["shs"], camera=own_camera(quadsplat), screen_points=points, planar=True,
                     background=torch.tensor([0.1, 0.3, 0.6]),
-                    rules=Rules(mode="3dgs", sh_degree=1, normalises_rotations=False))
+                    rules=Rules(cull="3dgs", sh_degree=1, normalises_rotations=False))
     (own.color * weights(own.color)).sum().backward()
     assert torch.allclose(means2D.grad[:, 0], points.grad[:, 0] * WIDTH / 2, rtol=1e-3, atol=1e-2)
     assert torch.allclose(means2D.grad[:, 1], points.grad[:, 1] * HEIGHT / 2, rtol=1e-3, atol=1e-2)
@@ -200,7 +200,7 @@ def test_an_off_centre_projection_moves_the_centre(quadsplat, inria):
                     values["shs"], background=torch.tensor([0.1, 0.3, 0.6]), planar=True,
                     camera=own_camera(quadsplat, center_px=(((x + 1) * WIDTH - 1) / 2,
                                                             ((y + 1) * HEIGHT - 1) / 2)),
-                    rules=Rules(mode="3dgs", sh_degree=1, normalises_rotations=False))
+                    rules=Rules(cull="3dgs", sh_degree=1, normalises_rotations=False))
     assert torch.allclose(color, own.color, atol=1e-4)
 
 

@@ -13,8 +13,8 @@ def test_counts_are_those_of_tile_lists_and_frames(quadsplat, scene, camera):
     known = [mode.name for mode in quadsplat.modes() if not mode.is_peer][1:]
     assert list(counted) == known and "quadbox" in known
     for mode, count in counted.items():
-        lists = quadsplat.tile_lists(scene, camera, mode=mode)
-        frame = quadsplat.render(scene, camera, mode=mode, outputs="pairs")
+        lists = quadsplat.tile_lists(scene, camera, cull=mode)
+        frame = quadsplat.render(scene, camera, cull=mode, outputs="pairs")
         assert count.tile_pairs == len(lists.listed) == frame.counts.tile_pairs
         assert count.visible == len(lists.gaussians) == frame.counts.visible
         assert np.array_equal(lists.pairs(), frame.pairs)
@@ -48,12 +48,12 @@ def test_lists_are_sorted_front_to_back_and_cover_their_tiles(quadsplat, scene, 
     assert lists.means_px.shape == (len(a), 2) and lists.colors.shape == (len(a), 3)
     assert (lists.opacities > 1 / 255).all() and (lists.opacities <= 1).all()
     kept = lists.listed.copy()
-    quadsplat.tile_lists(scene, camera, mode="3dgs")
+    quadsplat.tile_lists(scene, camera, cull="3dgs")
     assert np.array_equal(lists.listed, kept)
 
 
 def test_the_reference_mode_lists_every_gaussian_once(quadsplat, one):
-    lists = quadsplat.tile_lists(one(), quadsplat.Camera(40, 30, 20), mode="reference")
+    lists = quadsplat.tile_lists(one(), quadsplat.Camera(40, 30, 20), cull="reference")
     assert lists.listed.tolist() == [0]
 
 

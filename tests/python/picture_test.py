@@ -49,7 +49,7 @@ def test_a_notebook_shows_the_colours(quadsplat, picture, scene, camera):
     alpha = quadsplat.render(scene, camera, outputs="alpha", dtype="uint8")
     assert np.array_equal(png_pixels(alpha._repr_png_())[..., 0], alpha.alpha)
     assert quadsplat.render(scene, camera, outputs="depth")._repr_png_() is None
-    assert "150 x 101, mode quadbox" in repr(picture)
+    assert "150 x 101, cull quadbox" in repr(picture)
 
 
 def test_files_hold_the_values(quadsplat, picture, tmp_path):

@@ -19,14 +19,14 @@ def test_pictures_equal_those_of_the_program_in_every_mode(quadsplat, scene, cam
     names = [mode.name for mode in quadsplat.modes()][1:]
     assert len(names) >= 6
     for mode in names:
-        picture = quadsplat.render(scene, camera, outputs=list(QUANTITIES), mode=mode,
+        picture = quadsplat.render(scene, camera, outputs=list(QUANTITIES), cull=mode,
                                    pipeline=pipeline)
         for name, word in QUANTITIES.items():
             expected = np.load(tmp_path / f"{word}_{mode}.npy")
             array = getattr(picture, name)
             assert array.dtype == np.float32 and array.flags.c_contiguous
             assert np.array_equal(array, expected.reshape(array.shape)), (mode, name)
-        assert picture.mode == mode and picture.counts.pipeline == pipeline
+        assert picture.cull == mode and picture.counts.pipeline == pipeline
 
 
 def test_settings_are_those_of_the_program(quadsplat, scene, camera, program, tmp_path):
@@ -46,10 +46,10 @@ def test_settings_are_those_of_the_program(quadsplat, scene, camera, program, tm
 def test_the_reference_mode_draws_without_tile_lists(quadsplat, one):
     camera = quadsplat.Camera(40, 30, 50)
     scene = one()
-    reference = quadsplat.render(scene, camera, mode="reference")
+    reference = quadsplat.render(scene, camera, cull="reference")
     assert quadsplat.render(scene, camera).psnr(reference) > 80
     with pytest.raises(quadsplat.UsageError, match="mode reference has no tile lists"):
-        quadsplat.render(scene, camera, mode="reference", outputs="pairs")
+        quadsplat.render(scene, camera, cull="reference", outputs="pairs")
 
 
 def test_outputs_are_computed_only_if_asked_for(quadsplat, scene, camera):
@@ -111,3 +111,10 @@ def test_a_model_decides_the_background_unless_it_is_given(quadsplat, scene, cpu
     assert (quadsplat.render(white, away).color == 1).all()
     assert (quadsplat.render(white, away, background=(0, 0, 0)).color == 0).all()
     assert (quadsplat.render(scene, away).color == 0).all()
+
+
+def test_the_older_name_of_cull_is_taken_with_a_note(quadsplat, scene, camera):
+    with pytest.warns(DeprecationWarning, match="render: mode is called cull now"):
+        picture = quadsplat.render(scene, camera, mode="3dgs")
+    assert picture.cull == "3dgs"
+    assert (picture.color == quadsplat.render(scene, camera, cull="3dgs").color).all()

@@ -72,7 +72,7 @@ def test_another_thread_stops_a_call(quadsplat, scene):
         thread.start()
         try:
             with pytest.raises(quadsplat.Cancelled):
-                quadsplat.render(own, camera, mode="reference")
+                quadsplat.render(own, camera, cull="reference")
         finally:
             done.set()
             thread.join()

@@ -270,7 +270,7 @@ def test_radii_follow_their_rule_in_every_mode(qt, view):
     first = {}
     for rule in ("inria", "gsplat_1_4", "gsplat_1_5"):
         for mode in ("3dgs", "quadbox", "exact"):
-            radii = qt.rasterize(**values, camera=view, rules=qt.Rules(mode=mode, radius_rule=rule)).radii
+            radii = qt.rasterize(**values, camera=view, rules=qt.Rules(cull=mode, radius_rule=rule)).radii
             assert radii.dtype == torch.int32 and not radii.requires_grad
             assert torch.equal(radii, first.setdefault(rule, radii))
     assert torch.equal(first["inria"][:, 0], first["inria"][:, 1])
@@ -291,7 +291,7 @@ def test_runs_lossless_modes_and_numbers_of_threads_give_the_same_bits(quadsplat
                 if mode.is_lossless and not mode.keeps_faint and mode.name != "reference"]
     assert len(lossless) > 2
     for mode in lossless:
-        assert equal(run(rules=qt.Rules(mode=mode)), expected), mode
+        assert equal(run(rules=qt.Rules(cull=mode)), expected), mode
     for threads in (1, 3):
         with quadsplat.Context("cpu", threads=threads) as context:
             assert equal(run(context=context), expected)
@@ -542,7 +542,7 @@ def test_wrong_arguments_are_refused_in_a_sentence(quadsplat, qt, view, change, 
 
 
 @pytest.mark.parametrize("change, sentence", [
-    ({"mode": "best"}, "mode: 'best' is none of"), ({"mode": "reference"}, "mode"),
+    ({"cull": "best"}, "cull: 'best' is none of"), ({"cull": "reference"}, "cull"),
     ({"sh_degree": 4}, "rules.sh_degree: 4 is not between 0 and 3"), ({"alpha_max": 1.0}, "largest alpha"),
     ({"dilation_px2": -1}, "dilation"), ({"splat_scale": 0}, "scale of splats"),
     ({"radius_rule": "3dgs"}, "rules.radius_rule: '3dgs' is none of"),
@@ -570,7 +570,7 @@ def test_usual_rules_are_those_of_the_header(qt):
                struct.zero_color_passes, struct.alpha_max_blocks, struct.stops_at_equal]
     assert words[0] == "sizeof(QsRules)" and words[1] == "QS_ALL_SH_DEGREES" and numbers[0] == 3
     assert numbers[1:] == [float(word) for word in words[2:-1]]
-    assert words[-1] == "QS_RADII_INRIA" and struct.radius_rule == 0 and struct.mode == b"quadbox"
+    assert words[-1] == "QS_RADII_INRIA" and struct.radius_rule == 0 and struct.cull == b"quadbox"
 
 
 def test_torch_is_imported_by_this_module_alone(python):
@@ -587,3 +587,9 @@ def test_everything_public_is_documented_and_typed(qt):
     for parameter in inspect.signature(qt.rasterize).parameters.values():
         assert parameter.annotation is not parameter.empty
         assert f"{parameter.name}:" in qt.rasterize.__doc__ or f" {parameter.name}" in qt.rasterize.__doc__
+
+
+def test_rules_take_the_older_name_of_cull(qt):
+    with pytest.warns(DeprecationWarning, match="Rules: mode is called cull now"):
+        assert qt.Rules(mode="adr", sh_degree=1) == qt.Rules(cull="adr", sh_degree=1)
+    assert qt.Rules("adr")._replace(cull="exact").cull == "exact"

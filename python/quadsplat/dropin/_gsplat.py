@@ -474,7 +474,7 @@ def _plan_of(version: _Version, context: Context, numbers: _Numbers, width: int,
 def _rules_of(version: _Version, camera: _ffi.QsCamera, far: float, clip: float, dilation: float,
               sh_degree: Optional[int], rasterize_mode: str) -> _ffi.QsRules:
     rules = _rasterize.struct_of(_WHO, Rules(
-        mode=_options.cull() or version.mode, sh_degree=sh_degree or 0, far_depth=far,
+        cull=_options.cull() or version.mode, sh_degree=sh_degree or 0, far_depth=far,
         dilation_px2=dilation, antialiased=rasterize_mode == "antialiased",
         compensation_floor=version.compensation_floor, alpha_max=version.alpha_max,
         alpha_max_blocks=True, stops_at_equal=True, zero_color_passes=True, radius_clip_px=clip,

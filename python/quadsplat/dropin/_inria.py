@@ -195,7 +195,7 @@ def _plan(settings: GaussianRasterizationSettings, name: str, means: Tensor,
     context = context_of(None, _WHO, means)
     camera_of(_WHO, _NAMES, context, camera, matrices, means.device)
     rules = struct_of(_WHO, Rules(
-        mode=_options.cull() or "3dgs", sh_degree=settings.sh_degree,
+        cull=_options.cull() or "3dgs", sh_degree=settings.sh_degree,
         splat_scale=1.0 if has_covariances else settings.scale_modifier,
         antialiased=bool(settings.antialiasing), normalises_rotations=False))
     return Plan(_WHO, context, camera, rules, _OUTPUTS.get(name, ("color",)), True,

@@ -7,15 +7,11 @@ from typing import Any, NamedTuple, Optional, Tuple
 
 from .. import _ffi
 from .._checks import choice, encoded, integer, real, reals
+from .._settings import with_cull
 
 
-class Rules(NamedTuple):
-    """The rules of rasterize(). `quadsplat train` has the default ones.
-
-    The near plane belongs to the camera.
-    """
-
-    mode: str = "quadbox"  #: culling mode, of quadsplat.modes(), but "reference"
+class _Rules(NamedTuple):
+    cull: str = "quadbox"  #: culling mode, of quadsplat.modes(), but "reference"
     sh_degree: int = 3  #: highest degree that is evaluated, 0..3
     far_depth: float = 0.0  #: Gaussians with view z above it are not drawn; 0: no far plane
     dilation_px2: float = 0.3  #: added to both variances of a projected Gaussian, >= 0
@@ -32,6 +28,18 @@ class Rules(NamedTuple):
     #: (x low, y low, x high, y high): bounds of x/z and y/z in the Jacobian of the projection;
     #: None: 1.3 times the half field of view, to both sides
     slopes: Optional[Tuple[float, float, float, float]] = None
+
+
+class Rules(_Rules):
+    """The rules of rasterize(). `quadsplat train` has the default ones.
+
+    The near plane belongs to the camera. `mode` is an older name of `cull`.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, *members: Any, **named: Any) -> Rules:
+        return super().__new__(cls, *members, **with_cull(named, "Rules"))
 
 
 #: Types of members whose values cannot change.
@@ -53,7 +61,7 @@ def struct_of(who: str, rules: Rules) -> _ffi.QsRules:
 def _made(who: str, slopes: Optional[Tuple[float, ...]], *members: Any) -> _ffi.QsRules:
     rules = Rules(*members)
     struct = _ffi.QsRules()
-    struct.mode = encoded(rules.mode, f"{who}: rules.mode")
+    struct.cull = encoded(rules.cull, f"{who}: rules.cull")
     struct.sh_degree = integer(rules.sh_degree, f"{who}: rules.sh_degree", 0, 3)
     for name in ("far_depth", "dilation_px2", "splat_scale", "compensation_floor", "alpha_max",
                  "radius_clip_px"):

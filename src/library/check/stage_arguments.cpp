@@ -116,7 +116,7 @@ StageCall::StageCall(const char* function, const QsInputs* of_inputs, const QsCa
   const QsRules given = read_struct(of_rules == nullptr ? &usual : of_rules, where("rules"));
   view.rules = rules_of(given, where("rules"));
   view.rules.near_depth = view.camera.near_depth;
-  view.mode = mode_of(given.mode, where("rules") / "mode");
+  view.mode = mode_of(given.cull, where("rules") / "cull");
   view.sh_degree = given.sh_degree;
   if (!is_absent(inputs.position) && inputs.position.memory == QS_MEMORY_HOST) {
     const std::vector<double> at = numbers_in<double>(inputs.position);

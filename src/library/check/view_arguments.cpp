@@ -93,7 +93,7 @@ RenderSettings settings_of(const QsSettings* settings, const Where& where) {
   if (std::ranges::find(kTileSizes, given.tile_px) == kTileSizes.end())
     refuse(where / "tile_px", "{} is not 8, 16 or 32", given.tile_px);
   RenderSettings result;
-  result.mode = mode_of(given.mode, where / "mode");
+  result.mode = mode_of(given.cull, where / "cull");
   result.pipeline = given.pipeline == QS_PIPELINE_FAST ? Pipeline::fast : Pipeline::classic;
   result.sh_degree = given.sh_degree;
   result.splat_scale = static_cast<float>(

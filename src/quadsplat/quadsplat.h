@@ -750,9 +750,9 @@ QS_LIBRARY_FUNCTION int32_t qs_backward(QsContext* context, const QsInputs* inpu
 
 /* The functions that quadsplat's trainer uses besides the rasterizer. They run where their arrays
  * are: on the CPU with the threads of the context, or on its GPU, where all real numbers are
- * QS_FLOAT32, nothing waits and the work is enqueued in a stream. Results do not depend on the
- * number of threads, and two runs on a GPU are equal. Arrays have any strides. An array that is
- * written may be one that is read, with the same strides. */
+ * QS_FLOAT32 unless stated, nothing waits unless stated, and the work is enqueued in a stream.
+ * Results do not depend on the number of threads, and two runs on a GPU are equal. Arrays have any
+ * strides. An array that is written may be one that is read, with the same strides. */
 
 /* *mean becomes the mean structural similarity of the pictures a and b, batch x channels x height x
  * width, all 1 or more, both QS_FLOAT32 or both QS_FLOAT64. The window has 11 x 11 pixels and sigma
@@ -798,7 +798,7 @@ QS_LIBRARY_FUNCTION int32_t qs_similarity_backward(QsContext* context, const QsS
  * nearest neighbours into distances2 (N, QS_FLOAT32 or QS_FLOAT64). Points in the same place are
  * neighbours of distance 0. With two or three points it is the mean over the other points, and 0
  * for a single point. A point with a coordinate that is not finite gets NaN, and is no neighbour.
- */
+ * On a GPU it waits, and has the bits of the CPU. */
 QS_LIBRARY_FUNCTION int32_t qs_neighbours(QsContext* context, const QsArray* points,
                                           const QsArray* distances2, char* message);
 

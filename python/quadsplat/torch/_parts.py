@@ -171,6 +171,13 @@ def relocated(opacities: Tensor, scales: Tensor, counts: Any, who: str,
     return results
 
 
+def neighbours(points: Tensor) -> Tensor:
+    """quadsplat.neighbours() of N x 3 points on a GPU, float32."""
+    found = points.new_empty(points.shape[0], dtype=torch.float32)
+    _run_on_gpu("neighbours", "qs_neighbours", points.to(torch.float32), found)
+    return found
+
+
 def covariances(rotations: Tensor, scales: Tensor, shape: Tuple[int, ...]) -> Tensor:
     """R diag(s^2) R^T of N quaternions and N x 3 standard deviations on a GPU, N x `shape`: 6 or 3,
     3. Without gradients."""

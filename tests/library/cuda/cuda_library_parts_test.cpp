@@ -261,6 +261,49 @@ TEST_F(CudaLibraryParts, covariances_and_noise_have_the_bits_of_the_cpu) {
   }
 }
 
+TEST_F(CudaLibraryParts, neighbours_have_the_bits_of_the_cpu) {
+  quadsplat::Context context = gpu(), cpu = test::cpu(1);
+  const auto cloud = [](std::size_t count, bool is_far) {
+    std::vector<float> points = random_numbers(3 * count, 10);
+    for (std::size_t i = 0; i + 2 < points.size() && is_far; i += 7) points[i] *= 1e6f;
+    for (std::size_t i = 0; i < count / 5; ++i)  // copies
+      std::copy_n(&points[3 * (i + count / 2)], 3, &points[3 * i]);
+    if (count > 9) points[16] = NAN, points[25] = INFINITY;
+    return points;
+  };
+  for (const std::size_t count : {0, 1, 2, 3, 4, 5, 63, 64, 65, 130, 5000}) {
+    for (const bool is_far : {false, true}) {
+      std::vector<float> points = cloud(count, is_far), packed(count, -1);
+      std::vector<double> expected(count), found(count, -1);
+      const auto rows = static_cast<std::int64_t>(count);
+      QsArray of_points = array_of(points.data(), {rows, 3});
+      const QsArray of_expected = array_of(expected.data(), {rows});
+      check(qs_neighbours, cpu.get(), &of_points, &of_expected);
+      QsArray of_found = array_of(found.data(), {rows}),
+              of_packed = array_of(packed.data(), {rows});
+      OnGpu on_gpu;
+      for (QsArray* const array : {&of_points, &of_found, &of_packed}) on_gpu.place(*array);
+      check(qs_neighbours, context.get(), &of_points, &of_found);
+      check(qs_neighbours, context.get(), &of_points, &of_packed);
+      on_gpu.give_back();
+      for (std::size_t i = 0; i < count; ++i) {
+        const bool both = std::isnan(expected[i]) && std::isnan(found[i]);
+        EXPECT_TRUE(both || found[i] == expected[i]) << count << " " << i;
+        EXPECT_TRUE(both || packed[i] == static_cast<float>(expected[i]));
+      }
+    }
+  }
+  std::vector<float> same(3 * 300, 2.5f);  // one place
+  std::vector<float> zeros(300, -1);
+  QsArray of_same = array_of(same.data(), {300, 3}), of_zeros = array_of(zeros.data(), {300});
+  OnGpu on_gpu;
+  on_gpu.place(of_same);
+  on_gpu.place(of_zeros);
+  check(qs_neighbours, context.get(), &of_same, &of_zeros);
+  on_gpu.give_back();
+  EXPECT_EQ(zeros, std::vector<float>(300, 0));
+}
+
 TEST_F(CudaLibraryParts, relocation_is_the_one_of_the_cpu) {
   quadsplat::Context context = gpu(), cpu = test::cpu(1);
   std::vector<float> opacities = random_numbers(kCount, 8), scales = random_numbers(3 * kCount, 9);

@@ -3,6 +3,7 @@
 import torch
 
 import quadsplat
+from quadsplat.torch._parts import neighbours
 from quadsplat.torch._tensors import checked
 
 __all__ = ["distCUDA2"]
@@ -11,4 +12,4 @@ __all__ = ["distCUDA2"]
 def distCUDA2(points: torch.Tensor) -> torch.Tensor:
     """The mean of the squared distances of each of N x 3 points to its three nearest ones."""
     given = checked(points, "distCUDA2: points").detach()
-    return torch.from_numpy(quadsplat.neighbours(given.cpu())).to(given.device)
+    return neighbours(given) if given.is_cuda else torch.from_numpy(quadsplat.neighbours(given))

@@ -593,3 +593,42 @@ def test_rules_take_the_older_name_of_cull(qt):
     with pytest.warns(DeprecationWarning, match="Rules: mode is called cull now"):
         assert qt.Rules(mode="adr", sh_degree=1) == qt.Rules(cull="adr", sh_degree=1)
     assert qt.Rules("adr")._replace(cull="exact").cull == "exact"
+
+
+def test_kept_memory_is_used_again_and_freed(qt, view):
+    memory = importlib.import_module("quadsplat.torch._memory")
+    gc.collect()
+    memory.free_all()
+
+    def kept():
+        return {block.tensor.data_ptr() for blocks in memory._blocks.values() for block in blocks}
+
+    def draw_and_drop():
+        qt.rasterize(**gaussians(), camera=view)
+        gc.collect()
+
+    draw_and_drop()
+    first = kept()
+    assert len(first) == 3
+    memory.free_unused()  # used since the start
+    draw_and_drop()
+    assert kept() == first
+    memory.free_unused()
+    memory.free_unused()
+    assert not kept()
+    two = [qt.rasterize(**gaussians(), camera=view) for _ in range(4)]  # frames that wait have blocks of their own
+    expected = two[0].color.detach().clone()
+    del two[0]
+    gc.collect()
+    assert equal(qt.rasterize(**gaussians(), camera=view).color, expected) and equal(two[2].color, expected)
+
+
+def test_empty_cache_frees_unused_memory(qt, monkeypatch):
+    memory = importlib.import_module("quadsplat.torch._memory")
+    calls = []
+    monkeypatch.setattr(torch.cuda, "empty_cache", lambda: calls.append("torch"))
+    monkeypatch.setattr(memory, "free_unused", lambda: calls.append("quadsplat"))
+    memory.follow_empty_cache()
+    memory.follow_empty_cache()
+    torch.cuda.empty_cache()
+    assert calls == ["quadsplat", "torch"]

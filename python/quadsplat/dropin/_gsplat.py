@@ -18,12 +18,14 @@ from .._context import Context
 from .._errors import UsageError
 from ..torch import Rules, _functions, _plan, _rasterize
 from ..torch._parts import adam as _adam
+from ..torch._memory import follow_empty_cache
 from ..torch._parts import Step, add_noise, covariances, relocated
 from ..torch._tensors import checked, context_of, put_part
 from . import _options
 
 Tensor = torch.Tensor
 
+follow_empty_cache()
 _WHO = "gsplat.rasterization"
 _MODES = ("RGB", "D", "ED", "RGB+D", "RGB+ED")
 _CHANNELS = 32

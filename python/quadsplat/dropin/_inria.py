@@ -14,6 +14,7 @@ from .. import _ffi
 from .._errors import UsageError
 from ..torch import Rasterized, Rules
 from ..torch._functions import Rasterize
+from ..torch._memory import follow_empty_cache
 from ..torch._parts import relocated
 from ..torch._plan import INPUTS, Plan, camera_of
 from ..torch._rules import struct_of
@@ -23,6 +24,7 @@ from ._refusals import TAMING
 
 Tensor = torch.Tensor
 
+follow_empty_cache()
 _WHO = "diff_gaussian_rasterization"
 _NEAR = 0.2
 _OUTPUTS = {"w-pose": ("color", "depth", "alpha"), "dr_aa": ("color", "inverse_depth"),

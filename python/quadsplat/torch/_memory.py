@@ -6,9 +6,11 @@ if a program empties torch's cache in every iteration. Kept blocks have the size
 """
 from __future__ import annotations
 
+import collections
 import ctypes
+import functools
 import threading
-from typing import Any, Dict, List, Optional, Tuple, Union
+from typing import Any, Deque, Dict, List, Optional, Tuple, Union
 
 import torch
 
@@ -38,6 +40,7 @@ class _Kept:
 
 _blocks: Dict[Tuple[Place, int], List[_Kept]] = {}
 _arenas: Dict[Place, Arena] = {}
+_returned: Deque[Tuple[Place, int, Tensor]] = collections.deque()  #: of freed frames
 _lock = threading.Lock()
 _round = 0  # grows with free_unused()
 
@@ -61,9 +64,19 @@ def _bytes_on(place: Place, size: int) -> Tensor:
         return torch.empty(size, dtype=torch.uint8, device=device)
 
 
+def _keep_returned() -> None:
+    """With the lock: keeps the blocks of freed frames."""
+    while _returned:
+        place, kind, tensor = _returned.popleft()
+        kept = _blocks.setdefault((place, kind), [])
+        kept.append(_Kept(tensor))
+        del kept[:-_MOST]
+
+
 def free_all() -> None:
     """Frees all kept memory, to torch's allocator."""
     with _lock:
+        _returned.clear()
         _blocks.clear()
         _arenas.clear()
 
@@ -72,11 +85,28 @@ def free_unused() -> None:
     """Frees the memory that was not used since the last call of this function."""
     global _round
     with _lock:
+        _keep_returned()
         for kept in _blocks.values():
             kept[:] = [block for block in kept if block.round == _round]
         for place in [place for place, arena in _arenas.items() if arena.round != _round]:
             del _arenas[place]
         _round += 1
+
+
+def follow_empty_cache() -> None:
+    """Lets torch.cuda.empty_cache() free unused memory too. Programs that call it in every iteration
+    keep the memory of their frames."""
+    plain = torch.cuda.empty_cache
+    if getattr(plain, "frees_kept_memory", False):
+        return
+
+    @functools.wraps(plain)
+    def empty_cache() -> None:
+        free_unused()
+        plain()
+
+    empty_cache.frees_kept_memory = True  # type: ignore[attr-defined]
+    torch.cuda.empty_cache = empty_cache
 
 
 class Blocks:
@@ -103,6 +133,7 @@ class Blocks:
 
     def _taken(self, size: int, kind: int) -> Optional[Tensor]:
         with _lock:
+            _keep_returned()
             kept = _blocks.get((self._place, kind))
             if not kept:
                 return None
@@ -116,11 +147,14 @@ class Blocks:
         """After the last call that uses them; later work of the stream may overwrite them."""
         self.is_freed = True
         held, self._held = self._held, []
-        with _lock:
-            for kind, tensor in held:
-                kept = _blocks.setdefault((self._place, kind), [])
-                kept.append(_Kept(tensor))
-                del kept[:-_MOST]
+        _returned.extend((self._place, kind, tensor) for kind, tensor in held)
+        # Python may free a frame at any point of a thread, also at one that holds the lock. Then
+        # the blocks wait.
+        if _lock.acquire(blocking=False):
+            try:
+                _keep_returned()
+            finally:
+                _lock.release()
 
     def __del__(self) -> None:
         if self._held:

@@ -44,7 +44,7 @@ struct Box {
   }
 };
 
-/// What all points share.
+/// Facts of all points together.
 struct PointFacts {
   Box bounds;            ///< of the finite points
   std::uint32_t finite;  ///< their number

@@ -17,27 +17,18 @@ namespace {
 
 using Matrix = std::array<std::array<double, 4>, 4>;  // rows
 
-/// The numbers of checked small arrays, on the host.
-class SmallArrays {
- public:
-  /// `place`: of `decided_by`. Throws Error(usage).
-  SmallArrays(const Use& use, void* stream) : copies_(use, stream) {}
-
-  Matrix matrix(const QsArray& array) {
-    const QsArray host = copies_.of(array);
-    Matrix rows{};
-    with_type(host, [&](const auto* elements) {
-      for (std::int64_t i = 0; i < host.sizes[0]; ++i)
-        for (std::int64_t j = 0; j < host.sizes[1]; ++j)
-          rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] =
-              static_cast<double>(elements[offset_of(host, i, j)]);
-    });
-    return rows;
-  }
-
- private:
-  HostCopies copies_;
-};
+/// The numbers of a checked array of up to 4 x 4. Waits for an array on a GPU.
+Matrix matrix_of(const QsArray& array, HostCopies& copies) {
+  const QsArray host = copies.of(array);
+  Matrix rows{};
+  with_type(host, [&](const auto* elements) {
+    for (std::int64_t i = 0; i < host.sizes[0]; ++i)
+      for (std::int64_t j = 0; j < host.sizes[1]; ++j)
+        rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] =
+            static_cast<double>(elements[offset_of(host, i, j)]);
+  });
+  return rows;
+}
 
 /// The principal point in normalised device coordinates, of clip = P view. Throws Error(usage).
 std::array<double, 2> offset_of_clip(const Matrix& view, const Matrix& clip,
@@ -92,8 +83,8 @@ int32_t qs_camera_of_matrices(QsContext* context, const QsMatrices* matrices, Qs
     for (const auto& [array, name] :
          {std::pair{&given.view, "view"}, {&given.lens, "lens"}, {&given.position, "position"}})
       if (array->memory == QS_MEMORY_CUDA) use.require_gpu(array->device, where / name);
-    SmallArrays arrays(use, given.stream);
-    const Matrix view = arrays.matrix(given.view), lens = arrays.matrix(given.lens);
+    HostCopies copies(use, given.stream);
+    const Matrix view = matrix_of(given.view, copies), lens = matrix_of(given.lens, copies);
     if (has_last)
       for (int column = 0; column < 4; ++column)
         if (!(std::abs(view[3][column] - (column == 3 ? 1 : 0)) <= 1e-6))
@@ -123,7 +114,7 @@ int32_t qs_camera_of_matrices(QsContext* context, const QsMatrices* matrices, Qs
       row.sizes[0] = 1;
       row.sizes[1] = 3;
       row.strides[1] = row.strides[0];
-      const Matrix at = arrays.matrix(row);
+      const Matrix at = matrix_of(row, copies);
       std::copy_n(at[0].begin(), 3, given.at);
     }
     camera_of(&made, of_camera);

@@ -587,3 +587,14 @@ def test_hooks_and_retained_graphs_of_the_usual_call(gsplat):
     info["means2d"].register_hook(lambda by: by.mul_(2))
     with pytest.raises(RuntimeError, match="changed in place"):
         (colors * weights(colors)).sum().backward()
+
+
+@pytest.mark.parametrize("read", [lambda info: info["conics"], lambda info: info.get("conics"), lambda info: dict(info)["conics"],
+                                  lambda info: {**info}["conics"], lambda info: info.copy()["conics"],
+                                  lambda info: dict(info.items())["conics"], lambda info: info.pop("conics"),
+                                  lambda info: dict(zip(info, info.values()))["conics"]])
+def test_info_gives_values_that_are_computed_when_they_are_read(gsplat, read):
+    given = {name: tensor[:1].detach() for name, tensor in cameras().items()}
+    _, _, info = draw(gsplat, scene(), packed=False, **given)
+    assert read(info).shape == (1, COUNT, 3)
+    assert "conics" in draw(gsplat, scene(), packed=False, **given)[2] and info.get("nothing", 5) == 5

@@ -68,6 +68,9 @@ class Info(dict):  # type: ignore[type-arg]
             self._fill()
         return super().__getitem__(key)
 
+    def __iter__(self) -> Iterator[str]:  # its own, so that dict(info) reads the values by name
+        return super().__iter__()
+
     def get(self, key: str, default: Any = None) -> Any:
         return self[key] if key in self else default
 

@@ -885,6 +885,12 @@ TEST_F(LibraryStageRefusals, of_results) {
        "qs_forward: boundary.radii: has elements of type float32 instead of int32"},
       {forward, [&] { boundary.radii.memory = QS_MEMORY_CUDA; },
        "qs_forward: boundary.radii: is in the memory of GPU 0, but means is in host memory"},
+      {forward,
+       [&] {
+         boundary.radii = array_of(drawing.radii.data(), {5});
+         drawing.rules.radius_rule = QS_RADII_GSPLAT_1_5;
+       },
+       "qs_forward: boundary.radii: has 1 dimension, but the rule has a radius for each axis"},
       {blend, [&] { pictures.color.sizes[2] = 4; },
        "qs_blend: pictures.color: has 30 x 40 x 4 elements instead of 30 x 40 x 3"},
       {forward, [&] { pictures.reserved = 1; }, "qs_forward: pictures.reserved: is not 0"},
@@ -907,6 +913,7 @@ TEST_F(LibraryStageRefusals, of_results) {
        "qs_backward: by_boundary.absolute_px: has 6 x 2 elements instead of 5 x 2"},
       {backward, [&] { by_boundary.background.sizes[0] = 1; },
        "qs_backward: by_boundary.background: has 1 elements instead of 3"},
+      {backward, [&] { by_boundary.ndc = 2; }, "qs_backward: by_boundary.ndc: is 2"},
       {project_backward, [&] { by_boundary.ndc = 1; },
        "qs_project_backward: by_boundary.ndc: is 1, but derivatives that are read are by pixels"},
       {project_backward, [&] { by_boundary.colors.sizes[1] = 4; },

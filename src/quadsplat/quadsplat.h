@@ -715,7 +715,7 @@ QS_LIBRARY_FUNCTION int32_t qs_forward(QsContext* context, const QsInputs* input
 /* Writes, for each of the N Gaussians of a frame of qs_project(), how many pixels blend it and have
  * a transmittance above `behind` after it, at least 0 and below 1, into `counts` (N, QS_INT32).
  * With 0 all pixels that blend it count. Inputs, camera and rules have the values of the forward
- * call. All arrays are in host memory. */
+ * call. Frames on a GPU have the counts of the CPU: pixels are composited with its rounding. */
 QS_LIBRARY_FUNCTION int32_t qs_count_pixels(QsContext* context, const QsInputs* inputs,
                                             const QsCamera* camera, const QsRules* rules,
                                             const QsStageFrame* frame, double behind,

@@ -205,11 +205,12 @@ class Pictures(CudaTest):
             self.assertTrue(torch.equal(value.grad, other[name].grad), name)
 
     def test_counts_of_pixels_are_those_of_the_cpu(self):
-        for options in ({}, {"boundary": True, "outputs": "alpha"}):
+        for options in ({"counts_above": 0.5}, {"counts_above": 0},
+                        {"counts_above": 0.5, "boundary": True, "outputs": "alpha"}):
             counts = []
             for device in ("cpu", GPU):
                 values = gaussians(device)
-                drawn = self.drawn(values, counts_above=0.5, **options)
+                drawn = self.drawn(values, **options)
                 self.assertEqual((drawn.pixels.device, drawn.pixels.dtype),
                                  (values["means"].device, torch.int32))
                 counts.append(drawn.pixels.cpu())

@@ -62,11 +62,11 @@ TEST(LibraryLists, are_the_renderers_in_every_mode_and_pipeline) {
     for (const Pipeline pipeline : {Pipeline::fast, Pipeline::classic}) {
       SCOPED_TRACE(std::string(mode_name(mode)) + kPipelineNames[static_cast<int>(pipeline)]);
       RenderSettings settings;
-      settings.cull = mode;
+      settings.mode = mode;
       settings.pipeline = pipeline;
       const Frame& frame = renderer->render(view, settings, outputs);
       QsSettings given = QS_SETTINGS;
-      given.mode = mode_name(mode);
+      given.cull = mode_name(mode);
       given.pipeline = pipeline == Pipeline::fast ? QS_PIPELINE_FAST : QS_PIPELINE_CLASSIC;
       expect_equal(scene.lists(test::c_camera(view), given), frame);
     }

@@ -217,7 +217,7 @@ TEST_F(LibraryRefusals, of_settings) {
       {[&] { settings_.background[2] = static_cast<float>(kNaN); }, "background: is not finite"},
       {[&] { settings_.reserved = 9; }, "reserved: is not 0"},
       {[&] { settings_.cull = "quad"; },
-       "mode: 'quad' is none of reference, 3dgs, adr, dualbox, quadbox-naive, quadbox, exact, "
+       "cull: 'quad' is none of reference, 3dgs, adr, dualbox, quadbox-naive, quadbox, exact, "
        "snugbox, accutile, flashgs, stopthepop, faster-gs"},
       {[&] { settings_.size = 0; },
        "size: is 0: set it to the size of the struct, 56 bytes in this library"},

@@ -60,9 +60,9 @@ extern "C" {
 #define QS_INT64 5u
 #define QS_UINT64 6u
 
-/* The memory that holds an array. qs_scene_wrap(), qs_render(), the differentiable rasterizer and
- * the parts of a trainer take QS_MEMORY_CUDA, but qs_ssim() and qs_ssim_backward(); every other
- * function refuses it. */
+/* The memory that holds an array. qs_scene_wrap(), qs_render(), qs_compare(), the differentiable
+ * rasterizer and the parts of a trainer take QS_MEMORY_CUDA, but qs_ssim() and qs_ssim_backward();
+ * every other function refuses it. */
 #define QS_MEMORY_HOST 0u
 #define QS_MEMORY_CUDA 1u /* of the primary context of `device` */
 
@@ -479,7 +479,11 @@ typedef struct QsComparison {
 } QsComparison;
 
 /* Compares two pictures of height x width x 3, QS_FLOAT32, QS_FLOAT64 or QS_UINT8 (as value / 255).
- * Values are clamped to 0..1, and NaN counts as 0. `a` is the reference. */
+ * Values are clamped to 0..1, and NaN counts as 0. `a` is the reference. Both pictures and the mask
+ * are in the same memory. With the GPU of the context PSNR and SSIM are computed there, in the
+ * stream of qs_context_stream(), and the call waits: PSNR and SSIM equal the CPU's but for the
+ * order of sums in double precision, and PSNR of 8 bits is equal. The other metrics copy both
+ * pictures to the host. */
 QS_LIBRARY_FUNCTION int32_t qs_compare(QsContext* context, const QsArray* a, const QsArray* b,
                                        QsComparison* comparison, char* message);
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
-from typing import Any, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ._checks import choice, encoded_path, words
 from ._context import Context, chosen
 from ._errors import UsageError
 from ._files import read_picture
+from ._gpu_arrays import GpuArray, is_on_gpu
 
 
 class Comparison(NamedTuple):
@@ -34,21 +35,24 @@ def compare(reference: Any, picture: Any, *,
     """The metrics of a picture against a reference.
 
     reference, picture: pictures of render(), arrays of height x width x 3, floats of 0..1 or uint8
-        of 0..255, or paths of files. Values are clamped to 0..1, and NaN counts as 0.
+        of 0..255, or paths of files. Values are clamped to 0..1, and NaN counts as 0. Two
+        arrays on a GPU of CUDA are compared there, in their stream, with a mask on the same GPU.
     metrics: of "psnr", "psnr_8bit", "ssim", "flip", "lpips" and "lpips_paper".
     mask: height x width, bool or uint8: "psnr" and "ssim" leave out pixels of value 0.
     ssim_border: "zeros": every pixel counts, values outside are 0; "crop": pixels whose window is
         inside count, and both sides have at least 11 pixels.
     lpips_weights: path of the .safetensors file that scripts/lpips_weights makes, for LPIPS.
-    context: computes LPIPS on its backend; None: the CPU.
+    context: computes LPIPS on its backend; None: the CPU, or the GPU of the pictures.
 
     Raises UsageError, and InputError for files.
     """
     who = "compare"
-    a = _values(reference, f"{who}: reference")
-    b = _values(picture, f"{who}: picture")
+    on_gpu = is_on_gpu(reference) and is_on_gpu(picture)
+    values: Callable[[Any, str], Any] = GpuArray if on_gpu else _values
+    a, b = values(reference, f"{who}: reference"), values(picture, f"{who}: picture")
     if a.shape != b.shape:
         raise UsageError(f"{who}: picture has the shape {b.shape}, but reference has {a.shape}")
+    require_shape(a, f"{who}: reference", (None, None, 3))
     names = words(metrics, f"{who}: metrics", _ffi.METRICS)
     result = _ffi.QsComparison()
     result.metrics = sum({_ffi.METRICS[name] for name in names})
@@ -56,16 +60,15 @@ def compare(reference: Any, picture: Any, *,
     if lpips_weights is not None:
         result.lpips_weights = encoded_path(lpips_weights, f"{who}: lpips_weights")
     if mask is not None:
-        weights = to_numpy(mask, f"{who}: mask")
-        if weights.dtype not in (np.bool_, np.uint8):
-            raise UsageError(f"{who}: mask has elements of type {weights.dtype} instead of bool or "
-                             "uint8")
+        weights = _mask(mask, f"{who}: mask", on_gpu)
         require_shape(weights, f"{who}: mask", a.shape[:2])
-        weights = weights.view(np.uint8)
-        result.mask = struct_of(weights)
-    with chosen(context, who, "cpu")._use(who) as pointer:
-        _ffi.call(who, "qs_compare", pointer, ctypes.byref(struct_of(a)),
-                  ctypes.byref(struct_of(b)), ctypes.byref(result))
+        result.mask = _struct(weights)
+    used = chosen(context, who, "cuda", a.device) if on_gpu else chosen(context, who, "cpu")
+    with used._use(who) as pointer:
+        if on_gpu:
+            _ffi.call(who, "qs_context_stream", pointer, a.stream)
+        _ffi.call(who, "qs_compare", pointer, ctypes.byref(_struct(a)), ctypes.byref(_struct(b)),
+                  ctypes.byref(result))
     return Comparison(**{name: getattr(result, name) for name in names})
 
 
@@ -73,3 +76,17 @@ def _values(picture: Any, where: str) -> np.ndarray:
     if isinstance(picture, (str, os.PathLike)):
         picture = read_picture(picture)
     return picture_array(picture, where)
+
+
+def _mask(mask: Any, where: str, on_gpu: bool) -> Any:
+    if on_gpu and is_on_gpu(mask):
+        weights: Any = GpuArray(mask, where, of_bytes=True)
+    else:
+        weights = to_numpy(mask, where)
+    if weights.dtype not in (np.bool_, np.uint8):
+        raise UsageError(f"{where} has elements of type {weights.dtype} instead of bool or uint8")
+    return weights.view(np.uint8) if isinstance(weights, np.ndarray) else weights
+
+
+def _struct(array: Any) -> _ffi.QsArray:
+    return array.struct() if isinstance(array, GpuArray) else struct_of(array)

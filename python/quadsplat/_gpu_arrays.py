@@ -19,13 +19,15 @@ _DEVICE_ORDINAL = 9  # CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL
 
 
 class GpuArray:
-    """A view of an array, which must outlive it."""
+    """A view of an array, which must outlive it. of_bytes: bool counts as uint8."""
 
-    def __init__(self, value: Any, where: str) -> None:
+    def __init__(self, value: Any, where: str, of_bytes: bool = False) -> None:
         value = detached(value)
         facts = value.__cuda_array_interface__
         self.shape: Tuple[int, ...] = tuple(facts["shape"])
         self.dtype = np.dtype(facts["typestr"])
+        if of_bytes and self.dtype == np.bool_:
+            self.dtype = np.dtype(np.uint8)
         if self.dtype not in TYPES or not self.dtype.isnative:
             raise UsageError(f"{where} has elements of type {self.dtype}, which are not converted "
                              "on a GPU")

@@ -60,9 +60,9 @@ extern "C" {
 #define QS_INT64 5u
 #define QS_UINT64 6u
 
-/* The memory that holds an array. qs_scene_wrap(), qs_render(), the differentiable rasterizer and
- * the parts of a trainer take QS_MEMORY_CUDA, but qs_ssim() and qs_ssim_backward(); every other
- * function refuses it. */
+/* The memory that holds an array. qs_scene_wrap(), qs_render(), qs_compare(), the differentiable
+ * rasterizer and the parts of a trainer take QS_MEMORY_CUDA, but qs_ssim() and qs_ssim_backward();
+ * every other function refuses it. */
 #define QS_MEMORY_HOST 0u
 #define QS_MEMORY_CUDA 1u /* of the primary context of `device` */
 
@@ -479,7 +479,11 @@ typedef struct QsComparison {
 } QsComparison;
 
 /* Compares two pictures of height x width x 3, QS_FLOAT32, QS_FLOAT64 or QS_UINT8 (as value / 255).
- * Values are clamped to 0..1, and NaN counts as 0. `a` is the reference. */
+ * Values are clamped to 0..1, and NaN counts as 0. `a` is the reference. Both pictures and the mask
+ * are in the same memory. With the GPU of the context PSNR and SSIM are computed there, in the
+ * stream of qs_context_stream(), and the call waits: PSNR and SSIM equal the CPU's but for the
+ * order of sums in double precision, and PSNR of 8 bits is equal. The other metrics copy both
+ * pictures to the host. */
 QS_LIBRARY_FUNCTION int32_t qs_compare(QsContext* context, const QsArray* a, const QsArray* b,
                                        QsComparison* comparison, char* message);
 
@@ -715,7 +719,7 @@ QS_LIBRARY_FUNCTION int32_t qs_forward(QsContext* context, const QsInputs* input
 /* Writes, for each of the N Gaussians of a frame of qs_project(), how many pixels blend it and have
  * a transmittance above `behind` after it, at least 0 and below 1, into `counts` (N, QS_INT32).
  * With 0 all pixels that blend it count. Inputs, camera and rules have the values of the forward
- * call. All arrays are in host memory. */
+ * call. Frames on a GPU have the counts of the CPU: pixels are composited with its rounding. */
 QS_LIBRARY_FUNCTION int32_t qs_count_pixels(QsContext* context, const QsInputs* inputs,
                                             const QsCamera* camera, const QsRules* rules,
                                             const QsStageFrame* frame, double behind,

@@ -132,6 +132,8 @@ def test_memory_of_a_gpu_is_refused(quadsplat, cpu):
         with pytest.raises(quadsplat.UsageError) as raised:
             quadsplat.Scene.from_arrays(**{**gaussians(), "scales": wrong}, context=cpu)
         assert str(raised.value).startswith("Scene.from_arrays: scales is in the memory of a GPU: ")
+    with pytest.raises(quadsplat.UsageError, match="^compare: picture is in the memory of a GPU: "):
+        quadsplat.compare(np.zeros((2, 2, 3)), OnGpu((2, 2, 3)))
 
 
 @pytest.mark.skipif(torch is None, reason="torch is not installed")

@@ -205,11 +205,12 @@ class Pictures(CudaTest):
             self.assertTrue(torch.equal(value.grad, other[name].grad), name)
 
     def test_counts_of_pixels_are_those_of_the_cpu(self):
-        for options in ({}, {"boundary": True, "outputs": "alpha"}):
+        for options in ({"counts_above": 0.5}, {"counts_above": 0},
+                        {"counts_above": 0.5, "boundary": True, "outputs": "alpha"}):
             counts = []
             for device in ("cpu", GPU):
                 values = gaussians(device)
-                drawn = self.drawn(values, counts_above=0.5, **options)
+                drawn = self.drawn(values, **options)
                 self.assertEqual((drawn.pixels.device, drawn.pixels.dtype),
                                  (values["means"].device, torch.int32))
                 counts.append(drawn.pixels.cpu())
@@ -431,6 +432,25 @@ class Parts(CudaTest):
                                  (dict(a=a[..., :9], b=b[..., :9], padding="valid"), "11 pixels")):
             with self.assertRaisesRegex(quadsplat.UsageError, sentence):
                 ssim(**{"a": a, "b": b, **change})
+
+    def test_pictures_are_compared_on_the_gpu(self):
+        draw = torch.Generator().manual_seed(1)
+        a, b = (torch.rand(30, 40, 3, generator=draw) for _ in range(2))
+        mask = torch.rand(30, 40, generator=draw) > 0.3
+        for options in (dict(mask=mask), dict(ssim_border="crop"), dict(metrics=("psnr_8bit", "flip"))):
+            expected = quadsplat.compare(a, b, **options)
+            on_gpu = {name: value.to(GPU) if name == "mask" else value for name, value in options.items()}
+            # Planes of the channels on the GPU.
+            planes = b.permute(2, 0, 1).contiguous().to(GPU).permute(1, 2, 0)
+            for value, wanted in zip(quadsplat.compare(a.to(GPU), planes, **on_gpu), expected):
+                self.assertEqual(math.isnan(value), math.isnan(wanted))
+                self.assertTrue(math.isnan(value) or abs(value - wanted) <= 1e-9 * abs(wanted))
+        for change, sentence in ((dict(picture=b), "copy it to the host first"),
+                                 (dict(mask=mask), "comparison.mask: is in host memory"),
+                                 (dict(picture=b.to(GPU)[:5]), "picture has the shape"),
+                                 (dict(context=quadsplat.Context("cpu")), "the context has the backend cpu")):
+            with self.assertRaisesRegex(quadsplat.UsageError, sentence):
+                quadsplat.compare(**{"reference": a.to(GPU), "picture": b.to(GPU), **change})
 
     def test_ssim_and_l1_read_any_strides_without_a_wait(self):
         draw = torch.Generator().manual_seed(1)

@@ -8,9 +8,9 @@ from typing import Any, Dict, Iterable, Optional, Sequence, Tuple
 import torch
 
 from .. import _ffi
-from .._context import Context, chosen
+from .._context import Context
 from .._errors import UsageError
-from ._memory import Blocks, Call, place_of, register, unregister
+from ._memory import Blocks, Call, register, unregister
 from ._tensors import Tensor, array_of, places_of, put_all, put_part, stream_of
 
 #: The tensors of QsInputs, in the order in which they are handed on; None: absent.
@@ -89,22 +89,9 @@ class Plan:
         if self.counts_above is None:
             return None
         means = _means(inputs)
-        if means.is_cuda:
-            return self._count_on_host(inputs).to(means.device)
         counts = means.new_empty(means.shape[0], dtype=torch.int32)
         self._call("qs_count_pixels", inputs, (ctypes.byref(frame), self.counts_above,
                                                ctypes.byref(array_of(counts))))
-        return counts
-
-    def _count_on_host(self, inputs: Tensors) -> Tensor:
-        """The library counts pixels of frames in host memory alone: a frame of copies."""
-        copies = [None if tensor is None else tensor.cpu() for tensor in inputs]
-        plan = Plan(self.who, chosen(None, self.who, "cpu"), self.camera, self.rules, (), False,
-                    self.counts_above)
-        frame, blocks = _ffi.QsStageFrame(), Blocks(place_of(torch.device("cpu")))
-        plan.fill("qs_project", copies, blocks, _ffi.QsBoundary(), frame)
-        counts = plan.count_pixels(copies, frame)
-        assert counts is not None
         return counts
 
     def empty_pictures(self, inputs: Tensors, batch: int = 0) -> Dict[str, Tensor]:

@@ -73,8 +73,7 @@ def rasterize(means: Tensor, scales: Optional[Tensor] = None, rotations: Optiona
     planar: colour is C x height x width.
     boundary: also gives the boundary. Its means_px take the place of `screen_points`.
     counts_above: also counts, for each Gaussian, the pixels that blend it and have a transmittance
-        above this after it, at least 0 and below 1; 0: all pixels that blend it. The CPU counts
-        them, also for tensors on a GPU, which are copied.
+        above this after it, at least 0 and below 1; 0: all pixels that blend it.
     rules: the rules in which published rasterizers differ.
     context: threads of the CPU, or a GPU; None: the process's, for the device of means.
 

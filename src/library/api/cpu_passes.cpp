@@ -81,6 +81,11 @@ class CpuPasses final : public Passes {
     blend_back(frame, by, at_boundary, rows);
     project_back(frame, rows, out);
   }
+  void count_pixels(const QsStageFrame& frame, double behind, const QsArray& counts) override {
+    cpu::diff::count_pixels<Real>(
+        size(), call_.view.rules.pixel_rules<Real>(), HeldFrame<Real>(frame).view(), gaussians(),
+        static_cast<Real>(behind), workers_, rows_of<std::int32_t>(counts));
+  }
   void scale(const QsArray& rows, double x, double y) override {
     if (is_absent(rows)) return;
     workers_.pool.for_each(gaussians(), 4096,

@@ -116,6 +116,11 @@ class CudaPasses final : public Passes {
     project_back_from(rows, frame, out);
   }
 
+  void count_pixels(const QsStageFrame& frame, double behind, const QsArray& counts) override {
+    gpu::count_pixels(view_.rules.pixel_rules<float>(), frame_on_gpu(frame),
+                      static_cast<float>(behind), queue_, rows_of<std::int32_t>(counts));
+  }
+
   void scale(const QsArray& rows, double x, double y) override {
     if (is_absent(rows)) return;
     gpu::enqueue(diff::RowScale<float>{rows_of<float>(rows), static_cast<float>(x),

@@ -4,7 +4,6 @@
 // Gaussians contribute to.
 #include <memory>
 
-#include "learn/diff/cpu/blend.h"
 #include "library/api/passes.h"
 #include "library/check/context.h"
 #include "library/check/frame_memory.h"
@@ -30,16 +29,6 @@ QsBlended by_pictures_of(const StageCall& call, const QsBlended* given, const Qs
   refuse_depth(by.depth, "depth");
   refuse_depth(by.inverse_depth, "inverse_depth");
   return by;
-}
-
-template <class Real>
-void count_frame(const StageCall& call, const QsStageFrame& frame, double behind, const Use& use,
-                 const QsArray& counts) {
-  const cpu::diff::PictureSize size{call.view.camera.width, call.view.camera.height};
-  cpu::diff::count_pixels<Real>(size, call.view.rules.pixel_rules<Real>(),
-                                HeldFrame<Real>(frame).view(),
-                                static_cast<std::size_t>(call.gaussians), static_cast<Real>(behind),
-                                {use.pool(), use.stop()}, rows_of<std::int32_t>(counts));
 }
 
 }  // namespace
@@ -153,16 +142,11 @@ int32_t qs_count_pixels(QsContext* context, const QsInputs* inputs, const QsCame
     require_all(function, {{"context", context}, {"counts", counts}});
     const StageCall call(function, inputs, camera, rules);
     const QsStageFrame given = frame_of(call, frame, false);
-    if (call.place.is_gpu())
-      refuse({function, "frame"}, "is in {}, but pixels are counted in host memory alone",
-             call.place.text());
     if (!(behind >= 0 && behind < 1))
       refuse({function, "behind"}, "{} is not at least 0 and below 1", behind);
-    check_array(*counts, {function, "counts"}, {call.gaussians}, 1u << QS_INT32, Access::writes);
+    check_array(*counts, {function, "counts"}, {call.gaussians}, 1u << QS_INT32, Access::writes,
+                call.place);
     const Use use(*context->context, {function, "context"});
-    if (call.type() == QS_FLOAT64)
-      count_frame<double>(call, given, behind, use, *counts);
-    else
-      count_frame<float>(call, given, behind, use, *counts);
+    passes_of(call, use)->count_pixels(given, behind, *counts);
   });
 }

@@ -30,6 +30,8 @@ class Passes {
   /// Both; the wanted arrays of `at_boundary` are written.
   virtual void backward(const QsStageFrame& frame, const QsBlended& by,
                         const QsBoundaryGradients& at_boundary, const QsInputGradients& out) = 0;
+  /// Writes `counts`, see qs_count_pixels().
+  virtual void count_pixels(const QsStageFrame& frame, double behind, const QsArray& counts) = 0;
   /// Multiplies the first two columns of `rows`, which may be absent, by x and y.
   virtual void scale(const QsArray& rows, double x, double y) = 0;
 

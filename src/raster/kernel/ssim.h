@@ -12,6 +12,26 @@ inline constexpr int kSsimRadius = 5;  ///< px, of the window
 inline constexpr int kSsimSize = 2 * kSsimRadius + 1;
 inline constexpr double kSsimC1 = 0.01 * 0.01, kSsimC2 = 0.03 * 0.03;
 
+/// The means of a, b, a^2, b^2 and ab in the window, where no derivatives are needed.
+struct SsimMeans {
+  double a, b, aa, bb, ab;
+
+  static QS_HD SsimMeans of(double a, double b) { return {a, b, a * a, b * b, a * b}; }
+  QS_HD void add(double weight, const SsimMeans& m) {
+    a += weight * m.a;
+    b += weight * m.b;
+    aa += weight * m.aa;
+    bb += weight * m.bb;
+    ab += weight * m.ab;
+  }
+  /// 1 if both pictures are equal in the window.
+  QS_HD double similarity() const {
+    const double variance_a = aa - a * a, variance_b = bb - b * b, covariance = ab - a * b;
+    return (2 * a * b + kSsimC1) * (2 * covariance + kSsimC2) /
+           ((a * a + b * b + kSsimC1) * (variance_a + variance_b + kSsimC2));
+  }
+};
+
 /// SSIM from the means of a, b, a^2, b^2 and ab in the window, and its derivatives by the means
 /// that contain the picture a.
 template <class Real>

@@ -50,27 +50,6 @@ double sum_of_rows(int rows, ThreadPool& pool, F row_sum) {
 
 constexpr int kRadius = kSsimRadius;
 
-// Weighted means of a, b, a^2, b^2 and ab around a pixel.
-struct Moments {
-  double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
-
-  void add(double weight, const Moments& m) {
-    a += weight * m.a;
-    b += weight * m.b;
-    aa += weight * m.aa;
-    bb += weight * m.bb;
-    ab += weight * m.ab;
-  }
-};
-
-double similarity(const Moments& m) {
-  constexpr double kC1 = kSsimC1, kC2 = kSsimC2;
-  const double variance_a = m.aa - m.a * m.a, variance_b = m.bb - m.b * m.b;
-  const double covariance = m.ab - m.a * m.b;
-  return (2 * m.a * m.b + kC1) * (2 * covariance + kC2) /
-         ((m.a * m.a + m.b * m.b + kC1) * (variance_a + variance_b + kC2));
-}
-
 // The shares of old pixels in the area of new ones.
 std::vector<Taps> shares(int from, int to) {
   std::vector<Taps> result(static_cast<std::size_t>(to));
@@ -146,26 +125,25 @@ double ssim(const Image& a, const Image& b, ThreadPool& pool, SsimBorder border,
   const double sum = sum_of_rows(a.height - 2 * margin, pool, [&](int row_of_sum) {
     const int y = row_of_sum + margin;
     // Sums columns first, with kRadius zeros at both ends, then along the row.
-    std::vector<Moments> columns(static_cast<std::size_t>(width + 2 * kRadius));
+    std::vector<SsimMeans> columns(static_cast<std::size_t>(width + 2 * kRadius));
     double row_sum = 0;
     for (int c = 0; c < channels; ++c) {
-      std::ranges::fill(columns, Moments());
+      std::ranges::fill(columns, SsimMeans{});
       for (int row = std::max(0, y - kRadius); row <= std::min(height - 1, y + kRadius); ++row) {
         const double weight = window[static_cast<std::size_t>(row - y + kRadius)];
         for (int x = 0; x < width; ++x) {
           if (!counted.at(x, row)) continue;
           const auto va = static_cast<double>(a.at(x, row, c));
           const auto vb = static_cast<double>(b.at(x, row, c));
-          columns[static_cast<std::size_t>(x + kRadius)].add(weight,
-                                                             {va, vb, va * va, vb * vb, va * vb});
+          columns[static_cast<std::size_t>(x + kRadius)].add(weight, SsimMeans::of(va, vb));
         }
       }
       for (int x = margin; x < width - margin; ++x) {
         if (!counted.at(x, y)) continue;
-        Moments moments;
+        SsimMeans means{};
         for (std::size_t k = 0; k < window.size(); ++k)
-          moments.add(window[k], columns[static_cast<std::size_t>(x) + k]);
-        row_sum += similarity(moments);
+          means.add(window[k], columns[static_cast<std::size_t>(x) + k]);
+        row_sum += means.similarity();
       }
     }
     return row_sum;

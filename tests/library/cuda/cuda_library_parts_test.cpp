@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 // The parts of a trainer through the C interface with arrays in the memory of a GPU.
+#include <cmath>
+#include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 
 #include "library/on_gpu.h"
 #include "library/opened_scene.h"
+#include "raster/scene/image.h"
 #include "support/gpu.h"
 
 namespace qs {
@@ -326,6 +330,105 @@ TEST_F(CudaLibraryParts, relocation_is_the_one_of_the_cpu) {
   EXPECT_THAT(found[2], testing::Pointwise(testing::FloatNear(1e-6f), found[0]));
   EXPECT_THAT(found[3], testing::Pointwise(testing::FloatNear(1e-3f), found[1]));
   EXPECT_NE(found[0], opacities);
+}
+
+/// Two pictures of height x width x 3, the values of the second as bytes, floats or doubles, and a
+/// mask.
+struct ComparedPair {
+  std::int64_t height, width;
+  std::vector<float> a, b;
+  std::vector<double> planes;
+  std::vector<std::uint8_t> bytes, mask;
+
+  ComparedPair(std::int64_t height_, std::int64_t width_)
+      : height(height_),
+        width(width_),
+        a(random_numbers(static_cast<std::size_t>(3 * height_ * width_), 1)),
+        b(random_numbers(a.size(), 2)),
+        planes(b.begin(), b.end()),
+        mask(a.size() / 3) {
+    a[0] = std::numeric_limits<float>::quiet_NaN();
+    for (std::size_t i = 0; i < a.size(); ++i) b[i] = 0.7f * a[i] + 0.3f * b[i];
+    for (const float value : b) bytes.push_back(to_8bit(value));
+    for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = i % 3 == 0 ? 0 : 255;
+  }
+
+  /// `type` of the second picture; QS_FLOAT64: a plane per channel.
+  QsComparison compared(quadsplat::Context& context, std::uint32_t type, QsComparison asked,
+                        OnGpu* on_gpu) {
+    QsArray first = array_of(a.data(), {height, width, 3});
+    QsArray second = type == QS_UINT8     ? array_of(bytes.data(), {height, width, 3})
+                     : type == QS_FLOAT32 ? array_of(b.data(), {height, width, 3})
+                                          : quadsplat::planes_of(planes.data(), height, width);
+    if (on_gpu != nullptr)
+      for (QsArray* const array : {&first, &second, &asked.mask}) on_gpu->place(*array);
+    asked = context.compare(first, second, asked);
+    if (on_gpu != nullptr) on_gpu->give_back();
+    return asked;
+  }
+};
+
+void expect_near(double found, double expected) {
+  EXPECT_NEAR(found, expected, 1e-9 * std::abs(expected));
+}
+
+TEST_F(CudaLibraryParts, pictures_have_the_metrics_of_the_cpu) {
+  quadsplat::Context context = gpu(), cpu = test::cpu(1);
+  for (const auto& [height, width] : {std::pair{1, 1}, {23, 41}, {16, 32}, {11, 70}}) {
+    ComparedPair pair(height, width);
+    for (const std::uint32_t type : {QS_FLOAT32, QS_FLOAT64, QS_UINT8}) {
+      for (const std::uint32_t border : {QS_BORDER_ZEROS, QS_BORDER_CROP}) {
+        if (border == QS_BORDER_CROP && height < 11) continue;
+        for (const bool masked : {false, true}) {
+          auto asked = sized<QsComparison>();
+          asked.ssim_border = border;
+          asked.metrics = QS_METRIC_PSNR | QS_METRIC_SSIM;
+          if (!masked) asked.metrics |= QS_METRIC_PSNR_8BIT | QS_METRIC_FLIP;
+          if (masked && height > 1) asked.mask = array_of(pair.mask.data(), {height, width});
+          OnGpu on_gpu, again;
+          const QsComparison expected = pair.compared(cpu, type, asked, nullptr);
+          const QsComparison found = pair.compared(context, type, asked, &on_gpu);
+          expect_near(found.psnr, expected.psnr);
+          expect_near(found.ssim, expected.ssim);
+          EXPECT_EQ(found.psnr_8bit, expected.psnr_8bit);
+          EXPECT_EQ(found.flip, expected.flip);
+          EXPECT_EQ(pair.compared(context, type, asked, &again).ssim, found.ssim);
+        }
+      }
+    }
+    std::vector<float> values = pair.a;
+    QsArray same = array_of(values.data(), {height, width, 3});
+    OnGpu on_gpu;
+    on_gpu.place(same);
+    auto asked = sized<QsComparison>();
+    asked.metrics = QS_METRIC_PSNR | QS_METRIC_SSIM;
+    asked = context.compare(same, same, asked);
+    EXPECT_EQ(asked.psnr, std::numeric_limits<double>::infinity());
+    EXPECT_EQ(asked.ssim, 1);
+    EXPECT_EQ(asked.psnr_8bit, 0) << "was not asked for";
+  }
+}
+
+TEST_F(CudaLibraryParts, pictures_are_compared_in_one_memory) {
+  quadsplat::Context context = gpu(), cpu = test::cpu(1);
+  ComparedPair pair(12, 13);
+  QsArray a = array_of(pair.a.data(), {12, 13, 3}), b = array_of(pair.b.data(), {12, 13, 3});
+  auto asked = sized<QsComparison>();
+  asked.metrics = QS_METRIC_PSNR;
+  OnGpu on_gpu;
+  const auto refusal = [&](quadsplat::Context& used) {
+    return test::sentence_of([&] { used.compare(a, b, asked); });
+  };
+  on_gpu.place(a);
+  EXPECT_EQ(refusal(context), "qs_compare: b: is in host memory, but a is in the memory of GPU 0");
+  on_gpu.place(b);
+  asked.mask = array_of(pair.mask.data(), {12, 13});
+  EXPECT_EQ(refusal(context),
+            "qs_compare: comparison.mask: is in host memory, but a is in the memory of GPU 0");
+  asked.mask = {};
+  EXPECT_EQ(refusal(cpu),
+            "qs_compare: a: is in the memory of GPU 0, but the context has the backend cpu: open "
+            "one with QS_BACKEND_CUDA");
 }
 
 }  // namespace

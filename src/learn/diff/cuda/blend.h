@@ -35,4 +35,10 @@ void blend_backward(const BlendInput& in, const Frame& frame, const Pictures<con
 /// The frame must have states.
 GaussianSums sums_of_pixels(const Frame& frame, void* scratch);
 
+/// Sets counts.at(i), for each Gaussian of a frame that list() has filled, as count_pixels() of the
+/// CPU does. It composites as the CPU does too, so the counts are equal. Does not wait. Throws
+/// Error(device) and Cancelled.
+void count_pixels(const PixelRules<float>& rules, const Frame& frame, float behind,
+                  const Queue& queue, const Rows<std::int32_t>& counts);
+
 }  // namespace qs::cuda::diff

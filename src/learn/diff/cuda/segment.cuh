@@ -105,6 +105,13 @@ struct SharedSegment {
     return {dx, dy, unclamped, counts, light, fminf(unclamped, kAlphaMax), blues[entry]};
   }
 
+  /// The splat of an entry.
+  __device__ Splat splat(std::uint32_t entry) const {
+    const float4 shape = shapes[entry], light = lights[entry];
+    return {
+        {shape.x, shape.y}, {shape.z, shape.w, light.x}, light.y, {light.z, light.w, blues[entry]}};
+  }
+
   /// Bit k is set if entry group + k is below `size` and may reach a pixel of this warp. All lanes
   /// call it.
   __device__ unsigned reaching(std::uint32_t group, std::uint32_t size) const {

@@ -13,7 +13,7 @@ namespace qs::cuda::diff {
 namespace {
 
 constexpr int kOwnPixels = 16;                             // of a block, along one axis
-constexpr int kReadPixels = kOwnPixels + 2 * kSsimRadius;  // with those that windows reach
+constexpr int kReadPixels = kOwnPixels + 2 * kSsimRadius;  // with pixels that windows reach
 static_assert(kOwnPixels * kOwnPixels == kThreads);
 
 /// A kernel parameter.

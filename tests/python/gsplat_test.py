@@ -598,3 +598,13 @@ def test_info_gives_values_that_are_computed_when_they_are_read(gsplat, read):
     _, _, info = draw(gsplat, scene(), packed=False, **given)
     assert read(info).shape == (1, COUNT, 3)
     assert "conics" in draw(gsplat, scene(), packed=False, **given)[2] and info.get("nothing", 5) == 5
+
+
+def test_gaussians_of_any_radius_are_visible(gsplat):
+    """The product of two radii may have more than 32 bits."""
+    given = {name: tensor[:1].detach() for name, tensor in cameras().items()}
+    values = {name: value.detach() for name, value in scene(count=3).items()}
+    values["means"] = torch.tensor([[0, 0, 3.0]] * 3)
+    values["scales"] = torch.tensor([[1e3] * 3, [1e4] * 3, [1e5] * 3])
+    info = draw(gsplat, values, packed=True, **given)[2]
+    assert info["gaussian_ids"].tolist() == [0, 1, 2] and int(info["radii"].max()) > 2 ** 17

@@ -204,7 +204,7 @@ class Centres(torch.autograd.Function):
         plan.fill("qs_forward", inputs, shared.blocks, boundary, plan.blended(pictures),
                   shared.frame)
         if packed:
-            shared.ids = (radii[:, 0] * radii[:, 1]).nonzero().squeeze(1)
+            shared.ids = radii.prod(-1).nonzero().squeeze(1)  # of 64 bits
             centres, radii = centres[shared.ids], radii[shared.ids]
         ctx.shared = shared
         ctx.save_for_backward(*inputs)

@@ -254,7 +254,8 @@ STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians:
                 QsSceneFacts: 112, QsConversion: 64, QsCamera: 152, QsSettings: 56, QsCounts: 120,
                 QsPicture: 640, QsLists: 816, QsModeCounts: 32, QsComparison: 168,
                 QsInputs: 904, QsRules: 120, QsMemory: 24, QsStageFrame: 80, QsBoundary: 536,
-                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 496, QsSimilarity: 728, QsMatrices: 304, QsNoise: 480,
+                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 496,
+                QsSimilarity: 728, QsMatrices: 304, QsNoise: 480,
                 QsOption: 16, QsTrainingState: 80, QsTraining: 64}
 
 _STAGE = [c_void_p, POINTER(QsInputs), POINTER(QsCamera), POINTER(QsRules)]

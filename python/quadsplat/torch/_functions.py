@@ -7,7 +7,7 @@ else belongs to a frame, so any number of frames may wait.
 """
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import torch
 from torch.autograd.function import once_differentiable
@@ -55,7 +55,7 @@ class Rasterize(torch.autograd.Function):
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, *by: Optional[Tensor]) -> Any:
-        given = {name: tensor for name, tensor in zip(PICTURES, by) if tensor is not None}
+        given = _given_pictures(by)
         if not given:
             return (None,) * len(ctx.needs_input_grad)
         plan, inputs, frame = _kept(ctx)
@@ -73,7 +73,7 @@ class Rasterize(torch.autograd.Function):
                 put(boundary, "means_px", screen)
         struct, gradients, pose = _input_gradients(plan, inputs, wanted, by_view)
         plan.call("qs_backward", inputs, frame, plan.blended(given), boundary, struct)
-        _free(ctx)
+        _free(ctx.own)
         gradients.update(at_boundary)
         return (None, _view_gradient(plan, pose, inputs, ctx.view), gradients.get("means_px"),
                 gradients.get("absolute_px"), *_in_order(gradients, pose, inputs, wanted))
@@ -111,7 +111,7 @@ class Project(torch.autograd.Function):
             put(boundary, name, tensor)
         struct, gradients, pose = _input_gradients(plan, inputs, wanted, by_view)
         plan.call("qs_project_backward", inputs, frame, boundary, struct)
-        _free(ctx)
+        _free(ctx.own)
         return (None, None, None, _view_gradient(plan, pose, inputs, ctx.view),
                 *_in_order(gradients, pose, inputs, wanted))
 
@@ -138,7 +138,7 @@ class Blend(torch.autograd.Function):
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, *by: Optional[Tensor]) -> Any:
-        given = {name: tensor for name, tensor in zip(PICTURES, by) if tensor is not None}
+        given = _given_pictures(by)
         if not given:
             return (None,) * len(ctx.needs_input_grad)
         plan, inputs, frame = _kept(ctx)
@@ -151,7 +151,7 @@ class Blend(torch.autograd.Function):
                 gradients[name] = rows[name]
                 put(boundary, name, rows[name])
         plan.call("qs_blend_backward", inputs, frame, plan.blended(given), boundary)
-        _free(ctx)
+        _free(ctx.own)
         return (None, None, None, *(gradients.get(name) for name in _BOUNDARY),
                 gradients.get("absolute_px"), gradients.get("channels"),
                 gradients.get("background"), *(None for _ in inputs))
@@ -190,9 +190,8 @@ class Centres(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, shared: Shared, packed: bool, *inputs: Optional[Tensor]) -> Any:  # type: ignore[override]
         ctx.set_materialize_grads(False)
-        plan = shared.plan
-        count = _means(inputs).shape[0]
-        means = _means(inputs)
+        plan, means = shared.plan, _means(inputs)
+        count = means.shape[0]
         lead = () if packed else (1,)
         centres = means.new_empty((*lead, count, 2))
         radii = means.new_empty((*lead, count, 2), dtype=torch.int32)
@@ -220,7 +219,7 @@ class Centres(torch.autograd.Function):
             raise RuntimeError(f"{shared.plan.who}: the gradient of the centres was changed in "
                                "place: return a new one from the hook")
         if by is None or is_own:
-            _free_shared(shared)
+            _free(shared.blocks)
             return (None,) * len(ctx.needs_input_grad)
         inputs = ctx.saved_tensors
         _require_blocks(shared.plan, shared.blocks)
@@ -232,7 +231,7 @@ class Centres(torch.autograd.Function):
         wanted = dict(zip(INPUTS, ctx.needs_input_grad[2:]))
         struct, gradients, pose = _input_gradients(shared.plan, inputs, wanted, False)
         shared.plan.call("qs_project_backward", inputs, shared.frame, boundary, struct)
-        _free_shared(shared)
+        _free(shared.blocks)
         return (None, None, *_in_order(gradients, pose, inputs, wanted))
 
 
@@ -251,7 +250,7 @@ class Draw(torch.autograd.Function):
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, *by: Optional[Tensor]) -> Any:
-        given = {name: tensor for name, tensor in zip(PICTURES, by) if tensor is not None}
+        given = _given_pictures(by)
         if not given:
             return (None,) * len(ctx.needs_input_grad)
         shared, inputs = ctx.shared, ctx.saved_tensors
@@ -277,9 +276,9 @@ class Draw(torch.autograd.Function):
         return (None, part, *_in_order(gradients, pose, inputs, wanted))
 
 
-def _free_shared(shared: Shared) -> None:
-    if _is_retained is not None and not _is_retained():
-        shared.blocks.free()
+def _given_pictures(by: Sequence[Optional[Tensor]]) -> Dict[str, Tensor]:
+    """The derivatives by pictures that backward() has."""
+    return {name: tensor for name, tensor in zip(PICTURES, by) if tensor is not None}
 
 
 def new_blocks(inputs: Tensors) -> Blocks:
@@ -293,10 +292,10 @@ def _keep(ctx: Any, plan: Plan, frame: _ffi.QsStageFrame, inputs: Tensors, own: 
     ctx.save_for_backward(*inputs)
 
 
-def _free(ctx: Any) -> None:
-    """After the backward pass: frees the node's blocks unless the graph is retained."""
+def _free(blocks: Blocks) -> None:
+    """After the last backward pass that reads them: frees the blocks unless the graph is retained."""
     if _is_retained is not None and not _is_retained():
-        ctx.own.free()
+        blocks.free()
 
 
 def _counts(ctx: Any, plan: Plan, inputs: Tensors, frame: _ffi.QsStageFrame,

@@ -17,10 +17,8 @@ import torch
 from .. import _ffi
 from ._tensors import Tensor, stream_of
 
-KINDS = ("per_gaussian", "per_pair", "per_pixel")  #: the blocks of a frame
-
 _SMALL = 1 << 20  # bytes: blocks up to this size fit every smaller request
-_MOST = 2  # kept blocks of a kind and a stream: of frames that wait for backward() in turns
+_MOST = 2  # kept blocks of a kind and a stream: a new frame begins before the old one ends
 _ALIGNMENT = 256
 
 #: The device's index, -1 for the CPU, and the stream.

@@ -34,7 +34,7 @@ Matrix matrix_of(const QsArray& array, HostCopies& copies) {
 std::array<double, 2> offset_of_clip(const Matrix& view, const Matrix& clip,
                                      const double (&tangents)[2], const Where& where) {
   // clip = P view with view = (R t; 0 1): P is clip (R^T  -R^T t; 0 1), row by row.
-  std::array<std::array<double, 4>, 4> lens{};
+  Matrix lens{};
   double reach = 0;
   for (int row = 0; row < 4; ++row) {
     for (int column = 0; column < 3; ++column)

@@ -165,6 +165,19 @@ void write_gradient(const SsimCall& call, const Means& by, const QsArray& by_a, 
       });
 }
 
+Means means_on_host(const SsimCall& call, ThreadPool& pool, bool with_l1) {
+  return call.a.type == QS_FLOAT64 ? means_of<double>(call, pool, with_l1)
+                                   : means_of<float>(call, pool, with_l1);
+}
+
+void write_gradient_on_host(const SsimCall& call, const Means& by, const QsArray& by_a,
+                            ThreadPool& pool) {
+  if (call.a.type == QS_FLOAT64)
+    write_gradient<double>(call, by, by_a, pool);
+  else
+    write_gradient<float>(call, by, by_a, pool);
+}
+
 /// The arguments of qs_similarity() and qs_similarity_backward(), checked but for their arrays.
 struct SimilarityCall {
   const char* name;
@@ -270,9 +283,7 @@ int32_t qs_ssim(QsContext* context, const QsArray* a, const QsArray* b, uint32_t
     const SsimCall call{function, *a, *b, border};
     call.check();
     const Use use(*context->context, {function, "context"});
-    *mean = (a->type == QS_FLOAT64 ? means_of<double>(call, use.pool(), false)
-                                   : means_of<float>(call, use.pool(), false))
-                .ssim;
+    *mean = means_on_host(call, use.pool(), false).ssim;
   });
 }
 
@@ -284,10 +295,7 @@ int32_t qs_ssim_backward(QsContext* context, const QsArray* a, const QsArray* b,
     call.check();
     call.check_like_a(*by_a, {function, "by_a"}, 1u << a->type, Access::writes);
     const Use use(*context->context, {function, "context"});
-    if (a->type == QS_FLOAT64)
-      write_gradient<double>(call, {by_mean, 0}, *by_a, use.pool());
-    else
-      write_gradient<float>(call, {by_mean, 0}, *by_a, use.pool());
+    write_gradient_on_host(call, {by_mean, 0}, *by_a, use.pool());
   });
 }
 
@@ -305,10 +313,7 @@ int32_t qs_similarity(QsContext* context, const QsSimilarity* compared, char* me
       GpuSimilarity(call, use).forward();
       return;
     }
-    const bool with_l1 = !is_absent(given.l1);
-    const Means means = given.a.type == QS_FLOAT64
-                            ? means_of<double>(call.pictures, use.pool(), with_l1)
-                            : means_of<float>(call.pictures, use.pool(), with_l1);
+    const Means means = means_on_host(call.pictures, use.pool(), !is_absent(given.l1));
     store_numbers(given.ssim, [&](auto, auto) { return means.ssim; });
     store_numbers(given.l1, [&](auto, auto) { return means.l1; });
   });
@@ -330,9 +335,6 @@ int32_t qs_similarity_backward(QsContext* context, const QsSimilarity* compared,
       return;
     }
     const Means by{number_in(given.by_ssim), number_in(given.by_l1)};
-    if (given.a.type == QS_FLOAT64)
-      write_gradient<double>(call.pictures, by, given.by_a, use.pool());
-    else
-      write_gradient<float>(call.pictures, by, given.by_a, use.pool());
+    write_gradient_on_host(call.pictures, by, given.by_a, use.pool());
   });
 }

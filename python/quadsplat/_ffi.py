@@ -2,7 +2,8 @@
 """The functions and structs of quadsplat.h by ctypes. The structs are described there.
 
 The library is the file that the environment variable QUADSPLAT_LIBRARY names, or else
-libquadsplat.so beside this module, or else the system's libquadsplat.so.1. Calls release the GIL.
+libquadsplat.so beside this module, or else the system's libquadsplat.so.1. Calls release the GIL,
+but call_on_gpu() holds it.
 """
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ import re
 from ctypes import POINTER, c_char, c_char_p, c_double, c_float, c_int32, c_int64, c_uint32
 from ctypes import c_uint64, c_void_p
 from pathlib import Path
-from typing import Any
+from typing import Any, Tuple
 
 from ._errors import OF_RESULT, DeviceError
 
@@ -300,6 +301,7 @@ FUNCTIONS = {
     "qs_similarity_backward": [c_void_p, POINTER(QsSimilarity)],
     "qs_noise": [c_void_p, POINTER(QsNoise)],
     "qs_covariances": [c_void_p] + [POINTER(QsArray)] * 3,
+    "qs_add_view": ([c_void_p] + [POINTER(QsArray)] * 2 + [c_double] * 2 + [POINTER(QsArray)] * 2),
     "qs_neighbours": [c_void_p, POINTER(QsArray), POINTER(QsArray)],
     "qs_relocate": [c_void_p] + [POINTER(QsArray)] * 5,
     "qs_adam": [c_void_p, POINTER(QsAdam)],
@@ -319,12 +321,13 @@ PLAIN_FUNCTIONS = {
 }
 
 
-def _open_library() -> ctypes.CDLL:
+def _open_library() -> Tuple[ctypes.CDLL, ctypes.PyDLL]:
+    """The library, and the same library with calls that hold the GIL."""
     beside = Path(__file__).with_name("libquadsplat.so")
     path = os.environ.get("QUADSPLAT_LIBRARY") or (
         str(beside) if beside.exists() else "libquadsplat.so.1")
     try:
-        opened = ctypes.CDLL(path)
+        opened, holding = ctypes.CDLL(path), ctypes.PyDLL(path)
     except OSError as error:
         raise ImportError(f"quadsplat: the library {path} cannot be loaded: {error}") from error
     try:
@@ -333,9 +336,9 @@ def _open_library() -> ctypes.CDLL:
         declare += [(name, result, parameters)
                     for name, (result, parameters) in PLAIN_FUNCTIONS.items()]
         for name, result, parameters in declare:
-            function = getattr(opened, name)
-            function.restype = result
-            function.argtypes = parameters
+            for function in (getattr(opened, name), getattr(holding, name)):
+                function.restype = result
+                function.argtypes = parameters
     except AttributeError as error:
         raise ImportError(f"quadsplat: {path} is too old for this package: {error}") from error
     version = opened.qs_version(None)
@@ -346,10 +349,10 @@ def _open_library() -> ctypes.CDLL:
         if ctypes.sizeof(struct) != known:
             raise ImportError(f"quadsplat: {struct.__name__} has {ctypes.sizeof(struct)} bytes on "
                               f"this machine instead of {known}")
-    return opened
+    return opened, holding
 
 
-library = _open_library()
+library, _holding = _open_library()
 
 
 def _version_text() -> str:
@@ -369,8 +372,21 @@ _Message = c_char * MESSAGE_BYTES
 
 def call(who: str, function: str, *arguments: Any) -> None:
     """Calls a function of FUNCTIONS. Raises quadsplat.Error, with `who` in the place of its name."""
+    _checked(who, getattr(library, function), arguments)
+
+
+def call_on_gpu(who: str, function: str, *arguments: Any) -> None:
+    """call() of a function that enqueues work on a GPU.
+
+    It is short, and its callbacks need the GIL again and again. A program with other threads would
+    wait for the GIL each time.
+    """
+    _checked(who, getattr(_holding, function), arguments)
+
+
+def _checked(who: str, function: Any, arguments: Tuple[Any, ...]) -> None:
     message = _Message()
-    code = getattr(library, function)(*arguments, message)
+    code = function(*arguments, message)
     if code != 0:
         sentence = message.value.decode(errors="replace") or "not enough memory"
         raise OF_RESULT.get(code, DeviceError)(_PLACE.sub(f"{who}: ", sentence, count=1))

@@ -845,6 +845,15 @@ typedef struct QsNoise {
 
 QS_LIBRARY_FUNCTION int32_t qs_noise(QsContext* context, const QsNoise* noise, char* message);
 
+/* Adds a view to the sums from which density control decides: where both radii of Gaussian i are
+ * above 0, lengths[i] grows by the length of (x gradients[i, 0], y gradients[i, 1]), and views[i]
+ * by 1. `gradients` has N x 2 numbers, the derivatives by the centres; lengths and views have N;
+ * all are QS_FLOAT32. `radii` has N x 2 numbers, QS_INT32. */
+QS_LIBRARY_FUNCTION int32_t qs_add_view(QsContext* context, const QsArray* gradients,
+                                        const QsArray* radii, double x, double y,
+                                        const QsArray* lengths, const QsArray* views,
+                                        char* message);
+
 /* A step of Adam; QS_ADAM has the usual values, but no arrays. The first four arrays are QS_FLOAT32
  * and have the same sizes, N rows of any shape. All arrays are in host memory, or all are in the
  * memory of the context's GPU. 496 bytes. */

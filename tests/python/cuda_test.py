@@ -446,11 +446,28 @@ class Parts(CudaTest):
                 self.assertEqual(math.isnan(value), math.isnan(wanted))
                 self.assertTrue(math.isnan(value) or abs(value - wanted) <= 1e-9 * abs(wanted))
         for change, sentence in ((dict(picture=b), "copy it to the host first"),
-                                 (dict(mask=mask), "comparison.mask: is in host memory"),
+                                 (dict(mask=mask), "compare: mask: is in host memory"),
                                  (dict(picture=b.to(GPU)[:5]), "picture has the shape"),
                                  (dict(context=quadsplat.Context("cpu")), "the context has the backend cpu")):
             with self.assertRaisesRegex(quadsplat.UsageError, sentence):
                 quadsplat.compare(**{"reference": a.to(GPU), "picture": b.to(GPU), **change})
+
+    def test_views_are_added_in_the_stream_and_torch_notices(self):
+        from quadsplat.torch._parts import add_view
+        count = 5000
+        gradients, radii = torch.randn(count, 2), torch.randint(0, 3, (count, 2), dtype=torch.int32)
+        found = []
+        for device in ("cpu", GPU):
+            lengths, views = torch.zeros(count, device=device), torch.zeros(count, device=device)
+            for _ in range(2):
+                add_view(gradients.to(device), radii.to(device), (400.0, 300.0), lengths, views)
+            self.assertEqual((lengths._version, views._version), (2, 2))
+            found.append((lengths.cpu(), views.cpu()))
+        seen = (radii > 0).all(1)
+        wanted = 2 * seen * (gradients * torch.tensor([400.0, 300.0])).norm(dim=1)
+        for lengths, views in found:
+            self.assertTrue(torch.allclose(lengths, wanted, rtol=1e-6))
+            self.assertTrue(torch.equal(views, 2.0 * seen))
 
     def test_ssim_and_l1_read_any_strides_without_a_wait(self):
         draw = torch.Generator().manual_seed(1)

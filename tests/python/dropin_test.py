@@ -193,7 +193,9 @@ from .strategy import Strategy
     "rendering.py": "def rasterization(*a, **b): raise RuntimeError('compiles')\ndef other(): return 'own'\n",
     "relocation.py": "def compute_relocation(*a, **b): raise RuntimeError('compiles')\n",
     "strategy/__init__.py": "from gsplat import quat_scale_to_covar_preci\n"
-                            "from gsplat.relocation import compute_relocation\nfrom . import ops\nclass Strategy: pass\n",
+                            "from gsplat.relocation import compute_relocation\nfrom . import ops\n"
+                            "from .default import DefaultStrategy\nclass Strategy: pass\n",
+    "strategy/default.py": "class DefaultStrategy:\n    def _update_state(self, *a, packed=False): return 'own'\n",
     "strategy/ops.py": "def _cuda_fused_mcmc_perturb(*a, **b): raise RuntimeError('compiles')\n",
     "cuda/__init__.py": "",
     "cuda/_wrapper.py": "def adam(*a): raise RuntimeError('compiles')\n"
@@ -215,11 +217,13 @@ print(gsplat.strategy.quat_scale_to_covar_preci is _gsplat.quat_scale_to_covar_p
 print(gsplat.cuda._wrapper.adam is _gsplat.adam, gsplat.rendering.other(), gsplat.Strategy().__class__.__name__)
 print(gsplat.strategy.ops._cuda_fused_mcmc_perturb(*4 * [torch.zeros(2, 3)], scaler=2))
 print(_gsplat._version().radius_rule)
+update = gsplat.strategy.DefaultStrategy._update_state
+print(update.__module__, update.__wrapped__(None), update.__code__.co_filename.endswith("_gsplat_strategy.py"))
 import inspect
 print(inspect.getsource(gsplat.rendering.other).strip())
 """)
     assert run(["train.py"], tmp_path).splitlines() == [
-        "True", "True", "True", "True own Strategy", "False", "gsplat_1_4", "def other(): return 'own'"]
+        "True", "True", "True", "True own Strategy", "False", "gsplat_1_4", "gsplat.strategy.default own True", "def other(): return 'own'"]
 
 
 @pytest.mark.parametrize("version, built, printed", [

@@ -338,6 +338,49 @@ def test_a_strategy_reads_gradients_of_centres_in_pixels(gsplat, version, absolu
     assert sums[0][0][0] == 0 and (sums[0][0] > 0).sum() >= COUNT - 5
 
 
+class Plain:
+    """Our own words as gsplat's DefaultStrategy has them."""
+
+    key_for_gradient = "means2d"
+
+    def __init__(self, absolute):
+        self.absgrad, self.calls = absolute, 0
+
+    def _update_state(self, _, state, info, packed=False):
+        self.calls += 1
+        consumer = Consumer(self.absgrad)
+        consumer.moved, consumer.seen = (
+            torch.zeros(COUNT) if state[name] is None else state[name] for name in ("grad2d", "count"))
+        consumer.after(info, packed)
+        state.update(grad2d=consumer.moved, count=consumer.seen)
+
+
+@pytest.mark.parametrize("number, packed, of_cameras, with_radii, is_quick", [
+    ("1.6.0", False, 1, False, True), ("1.5.3", False, 1, False, True), ("1.4.0", False, 1, False, False),
+    ("1.6.0", True, 1, False, False), ("1.6.0", False, 2, False, False), ("1.6.0", False, 1, True, False)])
+@pytest.mark.parametrize("absolute", [False, True])
+def test_the_state_of_the_usual_strategy_is_the_state_of_gsplats_method(
+        gsplat, version, absolute, number, packed, of_cameras, with_radii, is_quick):
+    from quadsplat.dropin import _gsplat_strategy
+
+    version(number)
+    quick, plain = Plain(absolute), Plain(absolute)
+    update = _gsplat_strategy._update_state(Plain._update_state)
+    states = [{"grad2d": None, "count": None, **({"radii": None} if with_radii else {})} for _ in range(2)]
+    for place in range(3):
+        values, given = scene(), cameras()
+        values["means"].data[1:5, 0] += place  # other Gaussians leave the picture
+        given = {name: tensor.detach()[:of_cameras] for name, tensor in given.items()}
+        colors, _, info = draw(gsplat, values, packed=packed, absgrad=absolute, **given)
+        info["means2d"].retain_grad()
+        (colors * weights(colors)).sum().backward()
+        plain._update_state(None, states[0], info, packed=packed)
+        update(quick, None, states[1], info, packed=packed)
+    assert torch.allclose(states[0]["grad2d"], states[1]["grad2d"], rtol=1e-6) and torch.equal(states[0]["count"], states[1]["count"])
+    assert states[0]["grad2d"].max() > 0 and 0 < states[0]["count"].sum() < 3 * of_cameras * COUNT
+    assert quick.calls == (0 if is_quick else 3)
+
+
 def test_absolute_sums_are_not_below_the_gradient(gsplat):
     colors, _, info = draw(gsplat, scene(), absgrad=True)
     info["means2d"].retain_grad()

@@ -27,11 +27,12 @@ REPLACED: Dict[str, str] = {
     "simple_knn": "simple_knn/__init__.py",
     "simple_knn._C": "simple_knn/_C.py",
 }
-#: Modules whose functions are replaced after their import: name, functions.
+#: Modules whose functions and methods are replaced after their import: name, functions.
 PATCHED: Dict[str, Sequence[str]] = {
     "gsplat.rendering": ("rasterization",),
     "gsplat.relocation": ("compute_relocation",),
     "gsplat.cuda._wrapper": ("adam", "quat_scale_to_covar_preci"),
+    "gsplat.strategy.default": ("DefaultStrategy._update_state",),
     "gsplat.strategy.ops": ("_cuda_fused_mcmc_perturb",),
 }
 #: Modules that are used if the first of them is not installed.
@@ -108,10 +109,15 @@ def _version_beside(extension: Any) -> Tuple[int, ...]:
 
 
 def _replace_functions(module: ModuleType) -> None:
-    from . import _gsplat
+    from . import _gsplat, _gsplat_strategy
 
     for name in PATCHED[module.__name__]:
-        setattr(module, name, getattr(_gsplat, name))
+        kind, _, method = name.rpartition(".")
+        if kind:
+            owner = getattr(module, kind)
+            setattr(owner, method, getattr(_gsplat_strategy, method)(getattr(owner, method)))
+        else:
+            setattr(module, name, getattr(_gsplat, name))
 
 
 def install(cull: Optional[str] = None, variant: Optional[str] = None,

@@ -108,8 +108,12 @@ class _Version(NamedTuple):
 
 
 def _version() -> _Version:
-    module = sys.modules.get("gsplat")
-    release = re.match(r"\d+(\.\d+){0,2}", str(getattr(module, "__version__", "")))
+    return _version_of(str(getattr(sys.modules.get("gsplat"), "__version__", "")))
+
+
+@functools.lru_cache(maxsize=None)
+def _version_of(text: str) -> _Version:
+    release = re.match(r"\d+(\.\d+){0,2}", text)
     number = tuple(map(int, release.group().split("."))) if release else _STAND_IN
     if number < (1, 5):
         return _Version("gsplat_1_4", "3dgs", 0.999, 0.0, False, False, 0)
@@ -478,15 +482,23 @@ def _plan_of(version: _Version, context: Context, numbers: _Numbers, width: int,
 
 def _rules_of(version: _Version, camera: _ffi.QsCamera, far: float, clip: float, dilation: float,
               sh_degree: Optional[int], rasterize_mode: str) -> _ffi.QsRules:
+    lens = tuple(zip((camera.width, camera.height), camera.focal_px, camera.center_px))
+    return _rules(version, _options.cull() or version.mode, lens, float(far), float(clip),
+                  float(dilation), sh_degree or 0, rasterize_mode == "antialiased")
+
+
+@functools.lru_cache(maxsize=256)
+def _rules(version: _Version, cull: str, lens: Tuple[Tuple[int, float, float], ...], far: float,
+           clip: float, dilation: float, sh_degree: int, antialiased: bool) -> _ffi.QsRules:
+    """The rules, which nobody changes. lens: size, focal length and centre of each axis, pixels."""
     rules = _rasterize.struct_of(_WHO, Rules(
-        cull=_options.cull() or version.mode, sh_degree=sh_degree or 0, far_depth=far,
-        dilation_px2=dilation, antialiased=rasterize_mode == "antialiased",
-        compensation_floor=version.compensation_floor, alpha_max=version.alpha_max,
-        alpha_max_blocks=True, stops_at_equal=True, zero_color_passes=True, radius_clip_px=clip,
-        radius_rule=version.radius_rule))
+        cull=cull, sh_degree=sh_degree, far_depth=far, dilation_px2=dilation,
+        antialiased=antialiased, compensation_floor=version.compensation_floor,
+        alpha_max=version.alpha_max, alpha_max_blocks=True, stops_at_equal=True,
+        zero_color_passes=True, radius_clip_px=clip, radius_rule=version.radius_rule))
     own = _ffi.QsRules.from_buffer_copy(rules)
-    for axis, size in enumerate((camera.width, camera.height)):
-        focal, center = camera.focal_px[axis], camera.center_px[axis] + 0.5
+    for axis, (size, focal, first) in enumerate(lens):
+        center = first + 0.5
         margin = 0.3 * 0.5 * size / focal
         own.slope_low[axis] = -(center / focal + margin)
         own.slope_high[axis] = (size - center) / focal + margin

@@ -73,7 +73,7 @@ def _run_similarity(function: str, a: Tensor, b: Tensor, padding: int,
     with Call(a.device) as call:
         given.stream, given.temporary = call.stream, call.memory
         with context._use("ssim") as pointer:
-            _ffi.call("ssim", function, pointer, ctypes.byref(given))
+            _ffi.call_on_gpu("ssim", function, pointer, ctypes.byref(given))
 
 
 def ssim(a: Tensor, b: Tensor, padding: str = "same") -> Tensor:
@@ -145,7 +145,8 @@ def adam(steps: Sequence[Step], visible: Optional[Tensor]) -> None:
         if rows is not None:
             put(struct, "visible", rows)
     with context_of(None, "adam", steps[0].param)._use("adam") as pointer:
-        _ffi.call("adam", "qs_adam_all", pointer, given, len(steps))
+        call = _ffi.call if stream is None else _ffi.call_on_gpu
+        call("adam", "qs_adam_all", pointer, given, len(steps))
     for step in steps:
         for changed in (step.param, step.first, step.second):
             mark_changed(changed)
@@ -196,16 +197,34 @@ def add_noise(means: Tensor, rotations: Tensor, log_scales: Tensor, logits: Tens
                          ("opacity_logits", logits), ("normals", normals)):
         put(noise, name, tensor.detach())
     with context_of(None, "noise", means)._use("noise") as pointer:
-        _ffi.call("noise", "qs_noise", pointer, ctypes.byref(noise))
+        call = _ffi.call_on_gpu if means.is_cuda else _ffi.call
+        call("noise", "qs_noise", pointer, ctypes.byref(noise))
     mark_changed(means)
+
+
+def add_view(gradients: Tensor, radii: Tensor, factors: Tuple[float, float], lengths: Tensor,
+             views: Tensor) -> None:
+    """Adds a view to the sums of density control, in place: see qs_add_view()."""
+    arrays = [array_of(tensor) for tensor in (gradients, radii, lengths, views)]
+    first, second, *sums = map(ctypes.byref, arrays)
+    _run_in_stream("add_view", "qs_add_view", gradients, first, second, *factors, *sums)
+    mark_changed(lengths)
+    mark_changed(views)
 
 
 def _run_on_gpu(who: str, function: str, *tensors: Tensor) -> None:
     """Calls a function of arrays that works in the stream of the context."""
     arrays = [array_of(tensor) for tensor in tensors]
-    with context_of(None, who, tensors[0])._use(who) as pointer:
-        _ffi.call(who, "qs_context_stream", pointer, stream_of(tensors[0].get_device()))
-        _ffi.call(who, function, pointer, *map(ctypes.byref, arrays))
+    _run_in_stream(who, function, tensors[0], *map(ctypes.byref, arrays))
+
+
+def _run_in_stream(who: str, function: str, tensor: Tensor, *arguments: Any) -> None:
+    """Calls a function that works where the tensor is, on a GPU in the stream of the context."""
+    call = _ffi.call_on_gpu if tensor.is_cuda else _ffi.call
+    with context_of(None, who, tensor)._use(who) as pointer:
+        if tensor.is_cuda:
+            call(who, "qs_context_stream", pointer, stream_of(tensor.get_device()))
+        call(who, function, pointer, *arguments)
 
 
 class SparseAdam(torch.optim.Adam):

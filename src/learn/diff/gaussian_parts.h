@@ -4,6 +4,9 @@
 // arrays; called with the number of a Gaussian, it computes this one, on every backend.
 #pragma once
 
+#include <cmath>
+#include <cstdint>
+
 #include "learn/diff/strided_arrays.h"
 #include "learn/gradient/activation.h"
 #include "learn/gradient/density.h"
@@ -58,6 +61,21 @@ struct NoisyMeans {
   QS_HD void operator()(std::size_t i) const {
     means.set(i, shape.moved(means.vec3(i), log_scales.vec3(i), rotations.quaternion(i),
                              opacity_logits.at(i), glm::dvec3(normals.vec3(i))));
+  }
+};
+
+/// Adds the derivatives of a view by the centres to sums per Gaussian.
+struct ViewSums {
+  Rows<const float> gradients;
+  Rows<const std::int32_t> radii;  ///< 0: the view does not show the Gaussian
+  float x, y;                      ///< factors of the derivatives
+  Rows<float> lengths, views;
+
+  QS_HD void operator()(std::size_t i) const {
+    if (radii.at(i) <= 0 || radii.at(i, 1) <= 0) return;
+    const float along_x = gradients.at(i) * x, along_y = gradients.at(i, 1) * y;
+    lengths.at(i) += std::sqrt(along_x * along_x + along_y * along_y);
+    views.at(i) += 1;
   }
 };
 

@@ -164,6 +164,30 @@ int32_t qs_covariances(QsContext* context, const QsArray* rotations, const QsArr
   });
 }
 
+int32_t qs_add_view(QsContext* context, const QsArray* gradients, const QsArray* radii, double x,
+                    double y, const QsArray* lengths, const QsArray* views, char* message) {
+  return library::call(__func__, message, [&](const char* function) {
+    require_all(function, {{"context", context},
+                           {"gradients", gradients},
+                           {"radii", radii},
+                           {"lengths", lengths},
+                           {"views", views}});
+    const Where of_gradients{function, "gradients"};
+    check_dimensions(*gradients, of_gradients, 2);
+    const std::int64_t count = gradients->sizes[0];
+    const Place place{gradients->memory, gradients->device, "gradients"};
+    check_array(*gradients, of_gradients, {count, 2}, kFloat32, Access::reads, place);
+    check_array(*radii, {function, "radii"}, {count, 2}, 1u << QS_INT32, Access::reads, place);
+    check_array(*lengths, {function, "lengths"}, {count}, kFloat32, Access::writes, place);
+    check_array(*views, {function, "views"}, {count}, kFloat32, Access::writes, place);
+    const Use use(*context->context, {function, "context"});
+    run(diff::ViewSums{rows_of<const float>(*gradients), rows_of<const std::int32_t>(*radii),
+                       static_cast<float>(x), static_cast<float>(y), rows_of<float>(*lengths),
+                       rows_of<float>(*views)},
+        count, place, of_gradients, use, use.stream());
+  });
+}
+
 int32_t qs_noise(QsContext* context, const QsNoise* noise, char* message) {
   return library::call(__func__, message, [&](const char* function) {
     require(context, {function, "context"});

@@ -265,6 +265,36 @@ TEST_F(CudaLibraryParts, covariances_and_noise_have_the_bits_of_the_cpu) {
   }
 }
 
+TEST_F(CudaLibraryParts, views_are_added_where_both_radii_are_above_0) {
+  quadsplat::Context context = gpu(), cpu = test::cpu(1);
+  std::vector<float> gradients = random_numbers(2 * kCount, 21);
+  std::vector<std::int32_t> radii(2 * kCount, 3);
+  radii[2] = 0, radii[5] = 0, radii[6] = -1;
+  std::vector<std::vector<float>> found;
+  for (quadsplat::Context* const used : {&cpu, &context}) {
+    std::vector<float> lengths(kCount, 0.5f), views(kCount, 2);
+    QsArray arrays[] = {array_of(gradients.data(), {kCount, 2}),
+                        array_of(radii.data(), {kCount, 2}), array_of(lengths.data(), {kCount}),
+                        array_of(views.data(), {kCount})};
+    OnGpu on_gpu;
+    if (used == &context)
+      for (QsArray& array : arrays) on_gpu.place(array);
+    check(qs_context_stream, used->get(), nullptr);
+    check(qs_add_view, used->get(), &arrays[0], &arrays[1], 400.0, 300.0, &arrays[2], &arrays[3]);
+    on_gpu.give_back();
+    found.push_back(lengths);
+    found.push_back(views);
+  }
+  EXPECT_EQ(found[1], found[3]);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const bool is_seen = i < 1 || i > 3;
+    EXPECT_EQ(found[1][i], is_seen ? 3 : 2);
+    const double length = std::hypot(400.0 * gradients[2 * i], 300.0 * gradients[2 * i + 1]);
+    EXPECT_NEAR(found[0][i], 0.5 + (is_seen ? length : 0), 1e-6 * (1 + length));
+    EXPECT_FLOAT_EQ(found[0][i], found[2][i]);
+  }
+}
+
 TEST_F(CudaLibraryParts, neighbours_have_the_bits_of_the_cpu) {
   quadsplat::Context context = gpu(), cpu = test::cpu(1);
   const auto cloud = [](std::size_t count, bool is_far) {

@@ -12,6 +12,7 @@ void enqueue(const Part& part, std::size_t count, const Queue& queue) {
 template void enqueue(const Covariances&, std::size_t, const Queue&);
 template void enqueue(const RowScale<float>&, std::size_t, const Queue&);
 template void enqueue(const NoisyMeans&, std::size_t, const Queue&);
+template void enqueue(const ViewSums&, std::size_t, const Queue&);
 template void enqueue(const Relocations<std::int32_t>&, std::size_t, const Queue&);
 template void enqueue(const Relocations<std::uint32_t>&, std::size_t, const Queue&);
 template void enqueue(const Relocations<std::int64_t>&, std::size_t, const Queue&);

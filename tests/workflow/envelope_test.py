@@ -65,9 +65,9 @@ class Rules(unittest.TestCase):
                 log = [{"iteration": i, "seconds": i / 10, "loss": 1, "gaussians": 1000 * i, "test_psnr": 20 + seed + i / 100, "test_ssim": 0.5}
                        for i in range(10, length + 1, 10)]
                 (folder / "train.json").write_text(json.dumps(
-                    {"settings": {"iterations": length, "seed": seed}, "data": {"folder": "x/doll"}, "log": log,
+                    {"settings": {"iterations": length, "seed": seed}, "log": log,
                      "environment": {"backend": "cuda, NVIDIA X1"}, "result": {"iteration": length, "stage_seconds": {"forward": 1}}}))
-                (folder / "row.json").write_text(json.dumps({"name": "few", "options": ["--strategy", "fastgs"], "jobs": jobs}))
+                (folder / "row.json").write_text(json.dumps({"set": "doll", "name": "few", "options": ["--strategy", "fastgs"], "jobs": jobs}))
             peers = out / "peers.csv"
             peers.write_text("name,set,seconds,psnr,ssim,gaussians,card,source\nOther,doll,4,25,,,X2,paper\nOther,room,4,25,,,X2,\n")
             done = script("envelope", "page", out, "--peers", peers)
@@ -114,6 +114,9 @@ class Runs(unittest.TestCase):
             self.assertEqual((report["data"]["points"], report["settings"]["seed"], len(report["log"])), (300, 1, 8))
             self.assertFalse((out / "runs/set_few_8_1/point_cloud").exists())
             self.assertEqual(script("envelope", *words).stdout, "")  # nothing is trained twice
+            (out / "b/set").mkdir(parents=True)
+            self.assertIn("two sets have the same name: set, set",
+                          script("envelope", "train", out / "runs", out / "set", out / "b/set").stderr)
             other = script("envelope", *words[:-1], "few=--strategy adc --iterations 8")
             self.assertIn("was trained with --strategy fastgs", other.stderr)
             self.assertEqual(script("envelope", "page", out / "runs").returncode, 0)

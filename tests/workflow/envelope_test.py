@@ -122,14 +122,6 @@ class Runs(unittest.TestCase):
             self.assertEqual(script("envelope", "page", out / "runs").returncode, 0)
             self.assertEqual(script("envelope", *words[:-1], "bad=--strategy none --iterations 1").returncode, 1)
 
-    def test_wrong_options_of_a_set_are_refused(self):
-        with tempfile.TemporaryDirectory() as name:
-            for words, sentence in ((["--size", "4"], "is not a size"), (["--points", "0"], "--points: 0 is not more than 0"),
-                                    (["--cameras", "/none.json"], "/none.json"), (["--views", "0"], "--views")):
-                done = script("synthetic_set", ROOT / "assets/plush.ply", pathlib.Path(name, "set"), *words)
-                self.assertEqual(done.returncode, 1)
-                self.assertIn(sentence, done.stderr)
-
 
 if __name__ == "__main__":
     unittest.main()

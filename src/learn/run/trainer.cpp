@@ -11,7 +11,6 @@
 #include "learn/run/field_model.h"
 #include "learn/run/initial.h"
 #include "raster/kernel/random.h"
-#include "raster/scene/image_metrics.h"
 
 namespace qs::train {
 namespace {
@@ -198,11 +197,9 @@ std::optional<Quality> Trainer::test_quality(const Progress& progress) {
     const PhotographView* const next = &data_.test[(i + 1) % data_.test.size()];
     const PhotographView& view = photographs_.view(data_.test[i], {&next, 1});
     model_->forward(view.camera, render);
-    Image image = model_->picture();
-    clamp_to_unit(image);
-    const Image photograph = view.image();
-    sum.psnr += psnr(image, photograph, pool_, view.mask);
-    sum.ssim += ssim(image, photograph, pool_, SsimBorder::zeros, view.mask);
+    const Quality quality = model_->quality(view.photograph());
+    sum.psnr += quality.psnr;
+    sum.ssim += quality.ssim;
     progress.update(static_cast<float>(i + 1) / static_cast<float>(data_.test.size()));
   }
   const auto count = static_cast<double>(data_.test.size());

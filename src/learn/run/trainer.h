@@ -31,11 +31,6 @@ struct StepResult {
   std::array<double, kTrainPasses.size()> seconds = {};
 };
 
-/// Means over the test views.
-struct Quality {
-  double psnr = 0, ssim = 0;
-};
-
 /// The Gaussians that a run starts from: the data set's points, or random points; without masks.
 Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings, ThreadPool& pool);
 
@@ -52,7 +47,7 @@ class Trainer {
   /// One iteration. Throws Error(input) when no Gaussian is left.
   StepResult step();
 
-  /// Unset without test views.
+  /// Means over the test views. Unset without test views.
   std::optional<Quality> test_quality(const Progress& progress = {});
 
   int iteration() const { return model_->iteration(); }  ///< the iteration of the last step

@@ -49,6 +49,12 @@ struct PassSeconds {
   double forward = 0, loss = 0, backward = 0, step = 0;
 };
 
+/// A picture compared with a photograph, over the pixels that are not masked.
+struct Quality {
+  double psnr = 0;  ///< dB; +infinity if they are equal
+  double ssim = 0;  ///< with SsimBorder::zeros
+};
+
 class TrainingModel {
  public:
   virtual ~TrainingModel() = default;
@@ -79,8 +85,9 @@ class TrainingModel {
   /// antialiased (unset = no) and dilation are used. Throws Cancelled.
   virtual void forward(const Camera& camera, const RenderSettings& settings,
                        std::stop_token stop = {}) = 0;
-  /// The view that forward() drew, not clamped.
-  virtual Image picture() = 0;
+  /// Compares the view that forward() drew, clamped to 0..1, with a photograph of its size over the
+  /// background. It waits for the result, and the passes of an iteration do not depend on it.
+  virtual Quality quality(const Photograph& photograph) = 0;
   /// Computes the loss of the drawn view and its derivatives by the pixels. `photograph` has the
   /// size of the drawn view. `number` identifies it: the backend may keep a copy and does not read
   /// a photograph with the same number again. A photograph without a number is read at every call.

@@ -99,12 +99,9 @@ void compare_on_gpu(const QsArray& a, const QsArray& b, const Use& use, QsCompar
   Temporary temporary({"qs_compare", "context"}, nullptr, queue);
   const auto sums = cuda::diff::compare(pictures, wants(result, QS_METRIC_SSIM), queue,
                                         temporary.allocate(bytes_to_compare(pictures)));
-  const auto values = static_cast<double>(sums.values);
-  if (wants(result, QS_METRIC_PSNR)) result.psnr = psnr_of(sums.squared / values);
-  if (wants(result, QS_METRIC_PSNR_8BIT))
-    result.psnr_8bit = psnr_of(static_cast<double>(sums.squared_8bit) / values, 255);
-  if (wants(result, QS_METRIC_SSIM))
-    result.ssim = sums.ssim / static_cast<double>(sums.values_inside);
+  if (wants(result, QS_METRIC_PSNR)) result.psnr = sums.psnr();
+  if (wants(result, QS_METRIC_PSNR_8BIT)) result.psnr_8bit = sums.psnr_8bit();
+  if (wants(result, QS_METRIC_SSIM)) result.ssim = sums.mean_ssim();
 }
 
 #else

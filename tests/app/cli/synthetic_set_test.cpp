@@ -75,6 +75,7 @@ TEST_F(SyntheticSet, is_not_made_of_bad_words) {
   EXPECT_EQ(error_of("--size", "800"),
             "synthetic_set: --size: '800' is not a size such as 800x600\n");
   EXPECT_EQ(error_of("--views", "0"), "synthetic_set: --views: 0 is not more than 0\n");
+  EXPECT_EQ(error_of("--points", "0"), "synthetic_set: --points: 0 is not more than 0\n");
   EXPECT_EQ(error_of("--fov", "180"), "synthetic_set: --fov: 180 is not between 0 and 180\n");
   EXPECT_EQ(error_of("--elevation", "91"),
             "synthetic_set: --elevation: 91 is not more than 0 and at most 90\n");
@@ -82,6 +83,7 @@ TEST_F(SyntheticSet, is_not_made_of_bad_words) {
   EXPECT_THAT(make({scene_}).err, testing::HasSubstr("required: out\n"));
   EXPECT_THAT(make({"--help"}).err, testing::HasSubstr("scripts/synthetic_set SCENE OUT"));
   EXPECT_FALSE(std::filesystem::exists(out));
+  EXPECT_THAT(error_of("--cameras", "/none.json"), testing::HasSubstr("/none.json"));
 }
 
 }  // namespace

@@ -27,7 +27,9 @@ class ForwardingModel : public train::TrainingModel {
                std::stop_token stop) override {
     model_->forward(camera, settings, std::move(stop));
   }
-  Image picture() override { return model_->picture(); }
+  train::Quality quality(const train::Photograph& photograph) override {
+    return model_->quality(photograph);
+  }
   void compare_with(std::optional<std::size_t> number,
                     const train::Photograph& photograph) override {
     model_->compare_with(number, photograph);

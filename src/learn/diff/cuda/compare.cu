@@ -7,7 +7,6 @@
 #include "learn/diff/cuda/frame_blocks.cuh"
 #include "raster/cuda/common/warp.cuh"
 #include "raster/kernel/ssim.h"
-#include "raster/scene/image_metrics.h"
 
 namespace qs::cuda::diff {
 namespace {

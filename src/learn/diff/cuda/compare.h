@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "learn/diff/cuda/frame.h"
+#include "raster/scene/image_metrics.h"
 
 namespace qs::cuda::diff {
 
@@ -32,6 +33,13 @@ struct ComparisonSums {
   std::uint64_t squared_8bit;  ///< squared differences of the values rounded to 8 bits
   std::uint64_t values;
   std::uint64_t values_inside;  ///< of SSIM
+
+  // The metrics of image_metrics.h.
+  double psnr() const { return psnr_of(squared / static_cast<double>(values)); }
+  double psnr_8bit() const {
+    return psnr_of(static_cast<double>(squared_8bit) / static_cast<double>(values), 255);
+  }
+  double mean_ssim() const { return ssim / static_cast<double>(values_inside); }
 };
 
 /// Bytes of the scratch memory of compare().

@@ -8,6 +8,7 @@
 #include "learn/step/cpu/field_pass.h"
 #include "learn/step/cpu/passes.h"
 #include "learn/step/shape_codes.h"
+#include "raster/scene/image_metrics.h"
 
 namespace qs::cpu::train {
 
@@ -35,10 +36,18 @@ void CpuModel::forward(const Camera& camera, const RenderSettings& settings, std
   train::forward(view(), drawn(), frame_, field());
 }
 
-Image CpuModel::picture() {
-  Image image(camera_.width, camera_.height, 3);
-  std::copy_n(&frame_.color[0][0], image.values.size(), image.values.begin());
-  return image;
+Quality CpuModel::quality(const Photograph& photograph) {
+  const auto image_of = [&](const std::vector<glm::vec3>& pixels) {
+    Image image(camera_.width, camera_.height, 3);
+    assert(3 * pixels.size() == image.values.size());
+    std::copy_n(&pixels[0][0], image.values.size(), image.values.begin());
+    return image;
+  };
+  Image image = image_of(frame_.color);
+  clamp_to_unit(image);
+  const Image target = image_of(photograph.over(settings_.background));
+  return {psnr(image, target, pool_, photograph.mask),
+          ssim(image, target, pool_, SsimBorder::zeros, photograph.mask)};
 }
 
 void CpuModel::compare_with(std::optional<std::size_t> /*number*/, const Photograph& photograph) {

@@ -29,7 +29,7 @@ class CpuModel final : public qs::train::TrainingModel {
   void apply(const Plan& plan) override { set_state(changed(state_, plan)); }
 
   void forward(const Camera& camera, const RenderSettings& settings, std::stop_token stop) override;
-  Image picture() override;
+  Quality quality(const Photograph& photograph) override;
   void compare_with(std::optional<std::size_t> number, const Photograph& photograph) override;
   void count_errors(std::optional<std::size_t> number, const Photograph& photograph) override;
   void backward(const BackwardOrder& order) override;

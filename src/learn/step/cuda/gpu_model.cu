@@ -3,6 +3,7 @@
 #include <cassert>
 #include <utility>
 
+#include "learn/diff/cuda/compare.h"
 #include "learn/gradient/integer_sum.h"
 #include "learn/step/cuda/adam.cuh"
 #include "learn/step/cuda/codes.cuh"
@@ -98,6 +99,7 @@ struct GpuModel::State {
   DeviceBuffer<glm::vec3> target, d_color;
   DeviceBuffer<std::uint8_t> mask;  ///< the mask that compare() reads
   ErrorScratch errors;
+  DeviceBuffer<std::byte> quality;  ///< sums of sums_of()
   BackwardScratch backward;
   Gradients gradients;
   DeviceField field;
@@ -165,6 +167,18 @@ struct GpuModel::State {
       losses[comparisons % 2].begin(loss, 3 * static_cast<double>(pictures.counted), beside);
     });
     ++comparisons;
+  }
+
+  /// Waits.
+  diff::ComparisonSums sums_of(const Comparison& compared) {
+    const auto colors = [&](const glm::vec3* pixels) {
+      return diff::GivenPicture{pixels, std::ptrdiff_t{3} * compared.width, 3, 1, sizeof(float)};
+    };
+    const diff::GivenPictures pictures{
+        colors(compared.color), colors(compared.target), {compared.mask, compared.width, 1, 0, 1},
+        compared.width,         compared.height,         0};
+    quality.reserve("the quality", diff::bytes_to_compare(pictures));
+    return diff::compare(pictures, true, {stream, stop}, quality.data());
   }
 
   /// The photograph in the memory of the GPU.
@@ -342,12 +356,14 @@ void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std
 
 void GpuModel::forget_photographs() { gpu().free_photographs(); }
 
-Image GpuModel::picture() {
+qs::train::Quality GpuModel::quality(const qs::train::Photograph& photograph) {
   State& s = gpu();
-  Image image(s.camera.width, s.camera.height, 3);
-  const std::vector<glm::vec3> color = copied(s.frame.pixels.colors(), s.pixels(), s.stream);
-  std::copy_n(&color[0][0], image.values.size(), image.values.begin());
-  return image;
+  qs::train::Quality quality;
+  s.with_memory([&] {
+    const diff::ComparisonSums sums = s.sums_of(s.comparison(std::nullopt, photograph));
+    quality = {sums.psnr(), sums.mean_ssim()};
+  });
+  return quality;
 }
 
 void GpuModel::compare_with(std::optional<std::size_t> number,

@@ -55,7 +55,7 @@ class GpuModel final : public qs::train::TrainingModel {
 
   void forward(const Camera& camera, const RenderSettings& settings,
                std::stop_token stop = {}) override;
-  Image picture() override;
+  qs::train::Quality quality(const qs::train::Photograph& photograph) override;
   /// Keeps the photographs in the GPU's memory while they fill less than half of it.
   void compare_with(std::optional<std::size_t> number,
                     const qs::train::Photograph& photograph) override;

@@ -2,10 +2,13 @@
 // The loss, the optimizer and the density statistics on the GPU, compared with the CPU's.
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "learn/step/cpu/cpu_model.h"
 #include "learn/step/cpu/loss.h"
 #include "learn/step/cpu/passes.h"
 #include "learn/step/cuda/gpu_model.h"
+#include "raster/scene/image_metrics.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
 #include "support/train_scenes.h"
@@ -31,6 +34,14 @@ std::vector<glm::vec3> random_target(int width, int height, unsigned seed) {
   for (glm::vec3& pixel : target)
     pixel = glm::vec3(uniform(random), uniform(random), uniform(random));
   return target;
+}
+
+std::vector<std::uint8_t> random_bytes(std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_int_distribution<int> byte(0, 255);
+  std::vector<std::uint8_t> bytes(count);
+  for (std::uint8_t& value : bytes) value = static_cast<std::uint8_t>(byte(random));
+  return bytes;
 }
 
 std::vector<std::uint8_t> every_third_masked(std::size_t pixels) {
@@ -71,11 +82,7 @@ TEST_F(CudaTrainStep, the_loss_and_its_gradient_equal_those_of_the_cpu) {
 
 TEST_F(CudaTrainStep, photographs_on_the_gpu_are_compared_over_the_frames_background) {
   constexpr std::size_t kPixels = kWidth * kHeight;
-  std::mt19937 random(6);
-  std::uniform_int_distribution<int> byte(0, 255);
-  std::vector<std::uint8_t> rgb(3 * kPixels), alpha(kPixels);
-  for (std::uint8_t& value : rgb) value = static_cast<std::uint8_t>(byte(random));
-  for (std::uint8_t& value : alpha) value = static_cast<std::uint8_t>(byte(random));
+  const auto rgb = random_bytes(3 * kPixels, 6), alpha = random_bytes(kPixels, 7);
   GpuModel model;
   start(model, small_scene<float>(20, 14));
   draw(model);
@@ -120,6 +127,59 @@ TEST_F(CudaTrainStep,
       EXPECT_NE(model.loss().total, expected.total);
     }
   }
+}
+
+TEST_F(CudaTrainStep, the_quality_of_a_view_is_that_of_the_cpu_and_the_passes_do_not_notice) {
+  Scene scene = small_scene<float>(200, 1);
+  for (glm::vec3& value : scene.sh) value *= 3;  // values below 0 and above 1
+  GpuModel model;
+  start(model, scene);
+  const auto cpu = qs::train::make_training_model(Backend::cpu, test::pool());
+  start(*cpu, scene);
+  bool clamps = false;
+  for (const auto& [width, height] :
+       {std::pair{61, 47}, {5, 4}, {1, 30}, {30, 1}, {16, 16}, {33, 50}}) {
+    const auto pixels = static_cast<std::size_t>(width * height);
+    const auto alpha = random_bytes(pixels, 22);
+    std::vector<std::uint8_t> rgb = random_bytes(3 * pixels, 21);
+    for (std::size_t i = 0; i < rgb.size(); ++i)  // over black
+      rgb[i] = static_cast<std::uint8_t>(rgb[i] * alpha[i / 3] / 255);
+    std::vector<std::uint8_t> one_left(pixels, 0);
+    one_left[pixels / 2] = 1;
+    draw(model, width, height);
+    cpu->forward(test::front_camera(width, height), test::settings_of(default_mode(), false), {});
+    Image picture(width, height, 3), target(width, height, 3);
+    const auto color = model.pixels().color;
+    std::copy_n(&color[0][0], picture.values.size(), picture.values.begin());
+    clamps = clamps || std::ranges::any_of(picture.values, [](float v) { return v > 1; });
+    clamp_to_unit(picture);
+    for (const auto& mask : {std::vector<std::uint8_t>(), every_third_masked(pixels), one_left}) {
+      for (const bool has_alpha : {false, true}) {
+        SCOPED_TRACE(
+            fmt::format("{}x{}, {} masks, alpha {}", width, height, mask.size(), has_alpha));
+        const qs::train::Photograph photograph = has_alpha ? qs::train::Photograph{rgb, alpha, mask}
+                                                           : qs::train::Photograph{rgb, {}, mask};
+        const auto over = photograph.over(test::settings_of(default_mode(), false).background);
+        std::copy_n(&over[0][0], target.values.size(), target.values.begin());
+        model.compare_with(std::nullopt, photograph);
+        const auto gradient = model.pixel_gradients();
+        const Loss loss = model.loss();
+        const qs::train::Quality quality = model.quality(photograph);
+        EXPECT_NEAR(quality.psnr, psnr(picture, target, test::pool(), mask), 1e-9);
+        EXPECT_NEAR(quality.ssim, ssim(picture, target, test::pool(), SsimBorder::zeros, mask),
+                    1e-9);
+        const qs::train::Quality expected = cpu->quality(photograph),
+                                 again = model.quality(photograph);
+        EXPECT_NEAR(quality.psnr, expected.psnr, 1e-5);
+        EXPECT_NEAR(quality.ssim, expected.ssim, 1e-6);
+        EXPECT_EQ(quality.psnr, again.psnr);
+        EXPECT_EQ(quality.ssim, again.ssim);
+        EXPECT_EQ(model.loss().total, loss.total);
+        EXPECT_EQ(model.pixel_gradients(), gradient);
+      }
+    }
+  }
+  EXPECT_TRUE(clamps);
 }
 
 TEST_F(CudaTrainStep, adam_takes_the_steps_of_the_cpu_bit_for_bit) {

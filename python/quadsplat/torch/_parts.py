@@ -195,7 +195,7 @@ def add_noise(means: Tensor, rotations: Tensor, log_scales: Tensor, logits: Tens
                          stream=stream_of(means.get_device()) if means.is_cuda else None)
     for name, tensor in (("means", means), ("rotations", rotations), ("log_scales", log_scales),
                          ("opacity_logits", logits), ("normals", normals)):
-        put(noise, name, tensor.detach())
+        put(noise, name, tensor)
     with context_of(None, "noise", means)._use("noise") as pointer:
         call = _ffi.call_on_gpu if means.is_cuda else _ffi.call
         call("noise", "qs_noise", pointer, ctypes.byref(noise))

@@ -79,7 +79,7 @@ class Run {
         log_(std::move(checkpoint.log)),
         first_(model->iteration()),
         backend_(model->name()),
-        trainer_(settings_, data, std::move(model), pool),
+        trainer_(settings_, data, std::move(model), pool, log_.guard),
         pool_(pool),
         keeps_best_(options.keep_best.value_or(keeps_best_by_default(data))),
         eval_every_(options.eval_every > 0 || !keeps_best_ ? options.eval_every
@@ -96,6 +96,7 @@ class Run {
       while (trainer_.iteration() < settings_.iterations && !stopped && !quits()) {
         const StepResult step = trainer_.step();
         log_.add(step);
+        log_.guard = trainer_.guard().rows();
         const int iteration = trainer_.iteration();
         bar.relabel(fmt::format("loss {:.4f}, {:.1f} dB, {} Gaussians, {:.1f} it/s",
                                 step.loss.total, psnr_of(step.loss.squared_error),
@@ -126,6 +127,8 @@ class Run {
                              grouped(static_cast<std::uint64_t>(trainer_.iteration())),
                              log_.seconds));
     print_best();
+    if (const std::string verdict = trainer_.guard().verdict(); finished && !verdict.empty())
+      text_.result(verdict);
     return finished ? RunEnd::finished : RunEnd::interrupted;
   }
 

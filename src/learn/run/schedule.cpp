@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kFirstMeanRate = 1.6e-4, kLastMeanRate = 1.6e-6;
 constexpr int kMeanRateIterations = 30'000;
-constexpr int kShDegreeIterations = 1000;
 
 constexpr double kMostScale = 8, kLeastSpectrum = 0.25;
 constexpr int kLevels = 32;  // factors from the first to 1
@@ -48,8 +47,8 @@ Rates rates_at(int iteration, double extent, double opacity_rate, MeanRateStart 
           .sh_rest = 2.5e-3 / 20};
 }
 
-int sh_degree_at(int iteration, int most) {
-  return std::min(most, iteration / kShDegreeIterations);
+int sh_degree_at(int iteration, int most, int interval) {
+  return std::min(most, iteration / interval);
 }
 
 std::size_t ViewOrder::at(int iteration) {
@@ -118,6 +117,13 @@ ResolutionSchedule::ResolutionSchedule(const PhotographSpectra& spectra, int end
   }
   scales_.push_back(1);
   begins_.push_back(end);
+}
+
+ResolutionSchedule ResolutionSchedule::halved_until(int end) {
+  ResolutionSchedule schedule;
+  schedule.scales_ = {2, 2, 1};
+  schedule.begins_ = {0, end - 1, end};
+  return schedule;
 }
 
 int ResolutionSchedule::factor_at(int iteration) const {

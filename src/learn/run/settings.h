@@ -46,7 +46,9 @@ struct TrainSettings {
   /// The iteration from which the resolution schedule has full size.
   int reduced_until() const { return static_cast<int>(9L * iterations / 10); }
 
-  bool depends_on_end() const { return reduced_photographs || strategy == "dash"; }
+  bool depends_on_end() const {
+    return reduced_photographs || strategy == "dash" || strategy == "budget";
+  }
 
   bool white() const { return !random_background && background == glm::vec3(1); }
 };

@@ -85,12 +85,17 @@ ordered_json log_json(const TrainLog& log) {
   ordered_json stages;
   for (std::size_t i = 0; i < kTrainPasses.size(); ++i)
     stages[kTrainPasses[i]] = log.stage_seconds[i];
-  return {{"seconds", log.seconds},
-          {"stage_seconds", stages},
-          {"evaluation_seconds", log.evaluation_seconds},
-          {"loss_sum", log.loss_sum},
-          {"loss_count", log.loss_count},
-          {"rows", rows}};
+  ordered_json json = {{"seconds", log.seconds},
+                       {"stage_seconds", stages},
+                       {"evaluation_seconds", log.evaluation_seconds},
+                       {"loss_sum", log.loss_sum},
+                       {"loss_count", log.loss_count},
+                       {"rows", rows}};
+  for (const GuardRow& row : log.guard)
+    json["guard"].push_back({{"iteration", row.iteration},
+                             {"reserved_psnr", row.reserved},
+                             {"trained_psnr", row.trained}});
+  return json;
 }
 
 TrainLog log_of(const ordered_json& json) {
@@ -116,6 +121,11 @@ TrainLog log_of(const ordered_json& json) {
       row.gpu_memory_bytes = json_value<std::uint64_t>(object.at("gpu_memory_bytes"));
     log.rows.push_back(row);
   }
+  if (json.contains("guard"))
+    for (const ordered_json& object : json.at("guard"))
+      log.guard.push_back({json_value<int>(object.at("iteration")),
+                           json_value<double>(object.at("reserved_psnr")),
+                           json_value<double>(object.at("trained_psnr"))});
   return log;
 }
 

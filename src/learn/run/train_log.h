@@ -34,6 +34,7 @@ struct TrainLog {
   int loss_count = 0;
   std::array<double, kTrainPasses.size()> stage_seconds = {};
   double evaluation_seconds = 0;  ///< not part of `seconds`
+  std::vector<GuardRow> guard;    ///< all measurements
 
   /// Also adds the step's time to `seconds`.
   void add(const StepResult& step);

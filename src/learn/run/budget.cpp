@@ -13,6 +13,7 @@
 #include "learn/gradient/activation.h"
 #include "learn/run/budget_keys.h"
 #include "learn/run/density_rules.h"
+#include "learn/run/schedule.h"
 
 namespace qs::train {
 namespace {
@@ -184,10 +185,46 @@ std::size_t target_of(const IterationContext& context) {
   return static_cast<std::size_t>(static_cast<double>(context.run.pixels) / budget_keys().divisor);
 }
 
+// base=few: strategy fastgs, with its 30,000 iterations scaled to the run.
+
+int published_iteration(const TrainSettings& settings, int iteration) {
+  return static_cast<int>(30'000L * iteration / settings.iterations);
+}
+
+// The published iteration, a multiple of `step`, that this one stands for; 0: none.
+int published_multiple(const TrainSettings& settings, int iteration, int step) {
+  const int now = published_iteration(settings, iteration) / step;
+  return now > published_iteration(settings, iteration - 1) / step ? now * step : 0;
+}
+
+struct FewEvents {
+  int change, reset, final_prune;
+
+  static FewEvents after(const TrainSettings& settings, int iteration) {
+    const int change = published_multiple(settings, iteration, 500);
+    const int later = published_multiple(settings, iteration, 3000);
+    return {change >= 1000 && change < kDensityEnd ? change : 0, later < kDensityEnd ? later : 0,
+            final_prune_after(later, kDensityEnd) ? later : 0};
+  }
+};
+
+void few_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
+  const FewEvents events = FewEvents::after(context.settings, context.iteration - 1);
+  IterationContext published = context;
+  published.iteration = events.change + 1;
+  if (events.change > 0) fastgs_change(published, facts, plan);
+  if (events.reset > 0) limit_opacities(kResetOpacity, plan);
+  if (events.final_prune > 0) remove_faint(kFinalOpacity, plan);
+}
+
 }  // namespace
 
 bool budget_changes_after(const TrainSettings& settings, const RunFacts& run, int iteration) {
   if (run.stopped_after > 0) return iteration == run.stopped_after;
+  if (budget_keys().base == "few") {
+    const FewEvents events = FewEvents::after(settings, iteration);
+    return events.change + events.reset + events.final_prune > 0;
+  }
   return GrowthTimes::of(settings, run).change_after(iteration) > 0;
 }
 
@@ -197,6 +234,7 @@ void budget_change(const IterationContext& context, const GaussianFacts& facts, 
     return clear_moments(plan);
   }
   const BudgetKeys& keys = budget_keys();
+  if (keys.base == "few") return few_change(context, facts, plan);
   const GrowthTimes times = GrowthTimes::of(context.settings, context.run);
   const int change = times.change_after(context.iteration - 1);
   if (plan.growth.initial == 0) plan.growth = {facts.size(), target_of(context)};
@@ -234,6 +272,11 @@ void budget_step(const IterationContext& context, StepOrder& order) {
   order.rates = rates;
   order.counts_density = (keys.score == "gradient" || keys.score == "share") && stopped == 0 &&
                          context.iteration <= GrowthTimes::of(context.settings, context.run).end();
+  if (keys.base == "few") {
+    const int published = published_iteration(context.settings, context.iteration);
+    rates = order.rates = rates_at(published, context.extent, context.rates.opacity);
+    order.counts_density = published < kDensityEnd;
+  }
   mcmc_step(here, order);
   const int sums = t > kGrowthEnd ? static_cast<int>(keys.sums) : 0;
   if (sums > 1) {

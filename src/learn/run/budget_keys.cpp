@@ -42,7 +42,7 @@ BudgetKeys parsed_keys(const std::string& text) {
     else
       fail(ErrorKind::usage, "QUADSPLAT_BUDGET: {}: there is no such key", item);
   }
-  const bool adc = keys.base == "adc";
+  const bool adc = keys.base != "mcmc";
   if (keys.noise < 0) keys.noise = adc ? 0 : 1;
   if (keys.penalty < 0) keys.penalty = adc ? 0 : 1;
   if (keys.score.empty()) keys.score = adc ? "gradient" : "opacity";
@@ -59,14 +59,15 @@ BudgetKeys parsed_keys(const std::string& text) {
       if (value == each) return;
     fail(ErrorKind::usage, "QUADSPLAT_BUDGET: {}={}: there is no such value", name, value);
   };
-  require("base", keys.base, {"mcmc", "adc"});
+  require("base", keys.base, {"mcmc", "adc", "few"});
   require("score", keys.score, {"opacity", "gradient", "flagged", "share"});
   require("child", keys.child, {"relocate", "beside", "long"});
   require("decay", keys.decay, {"none", "half", "mild", "minus", "clamp", "reset"});
   require("clear", keys.clear, {"all", "opacity", "none"});
   require("prune", keys.prune, {"opacity", "unseen"});
   if (keys.count < 0)
-    keys.count = keys.prune == "unseen"                             ? 1e9
+    keys.count = keys.base == "few"                                 ? 10
+                 : keys.prune == "unseen"                           ? 1e9
                  : keys.score == "flagged" || keys.score == "share" ? 10
                                                                     : 0;
   return keys;
@@ -95,7 +96,8 @@ const Strategy& budget_with_keys(const Strategy& row) {
   const auto [found, is_new] = rows.try_emplace(keys_text(), row);
   if (is_new) {
     Strategy& changed_row = found->second;
-    if (keys.base == "adc") {
+    if (keys.base == "few") changed_row.sh_steps = 30;
+    if (keys.base != "mcmc") {
       changed_row.initial_opacity = 0.1;
       changed_row.initial_scale = 1;
     }

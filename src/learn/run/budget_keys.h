@@ -11,7 +11,8 @@
 namespace qs::train {
 
 struct BudgetKeys {
-  std::string base = "mcmc";      ///< mcmc, adc
+  std::string base =
+      "mcmc";  ///< mcmc, adc, few (strategy fastgs, with a schedule that follows the run)
   std::string score = "";         ///< opacity, gradient, flagged, share (flagged share x gradient)
   std::string child = "";         ///< relocate, beside, long
   std::string decay = "";         ///< none, half, mild:X, minus:X, clamp, reset

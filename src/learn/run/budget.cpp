@@ -27,25 +27,23 @@ constexpr double kLeastDecayed = 1.0 / 128, kPruned = 1.0 / 255;
 constexpr double kLongOffset = 1.35, kLongScale = 0.55, kLongOthers = 0.893, kLongOpacity = 0.6;
 constexpr double kRecovered = 0.2;
 
-/// The iterations after which the number of Gaussians changes.
-struct GrowthTimes {
-  int begin, interval, changes;
+/// The changes of the number of Gaussians: equal steps of the time of growth.
+struct Growth {
+  const Pace& pace;
+  int changes;
 
-  static GrowthTimes of(const TrainSettings& settings, const RunFacts& run) {
-    const double n = settings.iterations;
-    const int begin = static_cast<int>(kGrowthBegin * n);
-    const int length = static_cast<int>(kGrowthEnd * n) - begin;
-    const int interval = std::max(
-        {kLeastInterval, (length + kMostChanges - 1) / kMostChanges, static_cast<int>(run.views)});
-    return {begin, interval, length / interval};
+  static Growth of(const RunFacts& run) {
+    const double length = (kGrowthEnd - kGrowthBegin) * run.pace.iterations_at(kGrowthBegin);
+    const double interval = std::max<double>(kLeastInterval, static_cast<double>(run.views));
+    return {run.pace, std::clamp(static_cast<int>(length / interval), 1, kMostChanges)};
   }
-  /// The number, from 1, of the change after an iteration; 0: there is none.
-  int change_after(int iteration) const {
-    const int behind = iteration - begin;
-    return behind > 0 && behind % interval == 0 && behind / interval <= changes ? behind / interval
-                                                                                : 0;
+  /// The changes until after an iteration.
+  int changes_until(int iteration) const {
+    return pace.steps(iteration, kGrowthBegin, kGrowthEnd, changes);
   }
-  int end() const { return begin + interval * changes; }
+  bool changes_after(int iteration) const {
+    return changes_until(iteration) > changes_until(iteration - 1);
+  }
   /// The decays of opacities until a change, of 9 equal steps.
   int decays(int change) const { return change <= 0 ? 0 : kDecays * change / changes; }
 };
@@ -161,11 +159,11 @@ void remove_lowest(Plan& plan) {
   plan.keep_if([&](std::size_t i) { return !goes[i]; });
 }
 
-void decay(const IterationContext& context, const GrowthTimes& times, int change, Plan& plan) {
+void decay(const IterationContext& context, const Growth& times, int change, Plan& plan) {
   const BudgetKeys& keys = budget_keys();
-  const double t = static_cast<double>(context.iteration - 1) / context.settings.iterations;
+  const double t = context.run.pace.time(context.iteration - 1);
   const bool is_step = times.decays(change) > times.decays(change - 1);
-  const double before = t - static_cast<double>(times.interval) / context.settings.iterations;
+  const double step = (kGrowthEnd - kGrowthBegin) / times.changes, before = t - step;
   const bool is_reset = std::floor(10 * t) > std::floor(10 * before) && t < 0.5;
   if (keys.decay == "none" || (keys.decay == "half" && !is_step) ||
       (keys.decay == "reset" && !is_reset))
@@ -173,8 +171,9 @@ void decay(const IterationContext& context, const GrowthTimes& times, int change
   if (keys.decay == "half") halve_opacities(plan);
   if (keys.decay == "mild") change_opacities(plan, [&](double o) { return o * keys.amount; });
   if (keys.decay == "minus")
-    change_opacities(plan,
-                     [&](double o) { return o - keys.amount * (1 - t) * times.interval / 200; });
+    change_opacities(plan, [&](double o) {
+      return o - keys.amount * (1 - t) * step * context.settings.iterations / 200;
+    });
   if (keys.decay == "clamp") limit_opacities(0.8, plan);
   if (keys.decay == "reset") limit_opacities(kResetOpacity, plan);
   clear_moments(plan);
@@ -225,7 +224,7 @@ bool budget_changes_after(const TrainSettings& settings, const RunFacts& run, in
     const FewEvents events = FewEvents::after(settings, iteration);
     return events.change + events.reset + events.final_prune > 0;
   }
-  return GrowthTimes::of(settings, run).change_after(iteration) > 0;
+  return Growth::of(run).changes_after(iteration);
 }
 
 void budget_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
@@ -235,8 +234,8 @@ void budget_change(const IterationContext& context, const GaussianFacts& facts, 
   }
   const BudgetKeys& keys = budget_keys();
   if (keys.base == "few") return few_change(context, facts, plan);
-  const GrowthTimes times = GrowthTimes::of(context.settings, context.run);
-  const int change = times.change_after(context.iteration - 1);
+  const Growth times = Growth::of(context.run);
+  const int change = times.changes_until(context.iteration - 1);
   if (plan.growth.initial == 0) plan.growth = {facts.size(), target_of(context)};
   const int decays = times.decays(change - 1);
   if (keys.recover != 0 && decays > times.decays(change - 2) && (decays == 3 || decays == 6))
@@ -256,13 +255,14 @@ void budget_change(const IterationContext& context, const GaussianFacts& facts, 
 
 void budget_step(const IterationContext& context, StepOrder& order) {
   const BudgetKeys& keys = budget_keys();
-  const double n = context.settings.iterations, t = context.iteration / n;
+  const Pace& pace = context.run.pace;
+  const double t = pace.time(context.iteration);
   const int stopped = context.run.stopped_after;
   IterationContext here = context;
   Rates& rates = here.rates;
-  double falls_from = (1 - keys.fall) * n;
-  if (stopped > 0) falls_from = std::min<double>(falls_from, stopped);
-  const double fallen = (context.iteration - falls_from) / std::max(1.0, n - falls_from);
+  double falls_from = 1 - keys.fall;
+  if (stopped > 0) falls_from = std::min(falls_from, pace.time(stopped));
+  const double fallen = (t - falls_from) / (1 - falls_from);
   const double factor = fallen > 0 ? std::pow(kFallenRates, fallen) : 1;
   rates.sh_rest = keys.rest;
   for (double* rate :
@@ -270,8 +270,8 @@ void budget_step(const IterationContext& context, StepOrder& order) {
     *rate *= factor;
   rates.mean = kFirstRate * std::pow(keys.mean_end / kFirstRate, t) * context.extent;
   order.rates = rates;
-  order.counts_density = (keys.score == "gradient" || keys.score == "share") && stopped == 0 &&
-                         context.iteration <= GrowthTimes::of(context.settings, context.run).end();
+  order.counts_density =
+      (keys.score == "gradient" || keys.score == "share") && stopped == 0 && t <= kGrowthEnd;
   if (keys.base == "few") {
     const int published = published_iteration(context.settings, context.iteration);
     rates = order.rates = rates_at(published, context.extent, context.rates.opacity);

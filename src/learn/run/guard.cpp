@@ -16,13 +16,11 @@ constexpr std::size_t kLeastReserved = 3, kViewsPerReserved = 20, kViewsOfMost =
 constexpr int kMeasurements = 40, kAveraged = 3;
 constexpr double kTolerance = 0.1;  // dB
 
-/// Tenths of the run: photographs may be reduced before the first; see trains_all().
-constexpr std::int64_t kMeasuresFrom = 1, kReleasesAfter = 8;
+constexpr double kMeasuresFrom = 0.1, kReleasesAfter = 0.8;  // times of the schedule
 
 }  // namespace
 
-Guard::Guard(std::size_t views, std::uint64_t seed, int iterations, std::vector<GuardRow> rows)
-    : iterations_(iterations) {
+Guard::Guard(std::size_t views, std::uint64_t seed, std::vector<GuardRow> rows) {
   const std::size_t count =
       std::min(std::max(kLeastReserved, views / kViewsPerReserved), views / kViewsOfMost);
   const double shift = Random::of(seed, RandomUse::views, ~std::uint64_t{0}).uniform(0);
@@ -41,10 +39,11 @@ std::vector<std::size_t> Guard::neighbours() const {
   return result;
 }
 
-bool Guard::due(int iteration) const {
-  const std::int64_t i = iteration, n = iterations_;
-  if (reserved_.empty() || 10 * i <= kMeasuresFrom * n || trains_all(iteration)) return false;
-  const bool is_mark = kMeasurements * i / n > kMeasurements * (i - 1) / n;
+bool Guard::due(const Pace& pace, int iteration) const {
+  if (reserved_.empty() || pace.time(iteration) <= kMeasuresFrom || trains_all(pace, iteration))
+    return false;
+  const bool is_mark =
+      pace.steps(iteration, 0, 1, kMeasurements) > pace.steps(iteration - 1, 0, 1, kMeasurements);
   return is_mark && (rows_.empty() || rows_.back().iteration < iteration);
 }
 
@@ -65,9 +64,8 @@ void Guard::add(const GuardRow& row) {
   }
 }
 
-bool Guard::trains_all(int iteration) const {
-  return reserved_.empty() ||
-         (stopped_after_ == 0 && 10 * std::int64_t{iteration} > kReleasesAfter * iterations_);
+bool Guard::trains_all(const Pace& pace, int iteration) const {
+  return reserved_.empty() || (stopped_after_ == 0 && pace.time(iteration) > kReleasesAfter);
 }
 
 std::string Guard::verdict() const {

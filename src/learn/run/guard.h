@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "learn/run/pace.h"
+
 namespace qs::train {
 
 /// Mean PSNR after an iteration, in dB.
@@ -25,8 +27,8 @@ class Guard {
   /// Reserves no view.
   Guard() = default;
   /// Reserves max(3, views / 20) views, but at most a quarter, evenly over the views' order: no two
-  /// are neighbours. `rows` are the measurements so far. The run has `iterations`.
-  Guard(std::size_t views, std::uint64_t seed, int iterations, std::vector<GuardRow> rows);
+  /// are neighbours. `rows` are the measurements so far.
+  Guard(std::size_t views, std::uint64_t seed, std::vector<GuardRow> rows);
 
   /// Views by their numbers, ascending.
   const std::vector<std::size_t>& reserved() const { return reserved_; }
@@ -36,7 +38,7 @@ class Guard {
 
   /// True if a measurement after this iteration is missing: it is due every fortieth of the run,
   /// after the first tenth, while views are reserved.
-  bool due(int iteration) const;
+  bool due(const Pace& pace, int iteration) const;
   void add(const GuardRow& row);
   const std::vector<GuardRow>& rows() const { return rows_; }
 
@@ -45,14 +47,13 @@ class Guard {
   /// 0.1 dB better than then.
   int stopped_after() const { return stopped_after_; }
   /// True if this iteration may train the reserved views.
-  bool trains_all(int iteration) const;
+  bool trains_all(const Pace& pace, int iteration) const;
 
   /// The verdict, a sentence; "" without reserved views.
   std::string verdict() const;
 
  private:
   std::vector<std::size_t> reserved_, trained_;
-  int iterations_ = 0;
   std::vector<GuardRow> rows_;
   int stopped_after_ = 0, best_after_ = 0;
   double best_ = 0, best_trained_ = 0;  // means of three measurements

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kFirstMeanRate = 1.6e-4, kLastMeanRate = 1.6e-6;
 constexpr int kMeanRateIterations = 30'000;
+constexpr int kShDegreeIterations = 1000;
 
 constexpr double kMostScale = 8, kLeastSpectrum = 0.25;
 constexpr int kLevels = 32;  // factors from the first to 1
@@ -47,8 +48,8 @@ Rates rates_at(int iteration, double extent, double opacity_rate, MeanRateStart 
           .sh_rest = 2.5e-3 / 20};
 }
 
-int sh_degree_at(int iteration, int most, int interval) {
-  return std::min(most, iteration / interval);
+int sh_degree_at(int iteration, int most) {
+  return std::min(most, iteration / kShDegreeIterations);
 }
 
 std::size_t ViewOrder::at(int iteration) {

@@ -23,8 +23,8 @@ struct MeanRateStart {
 /// independent of the number of iterations that are run. `opacity_rate` is the strategy's.
 Rates rates_at(int iteration, double extent, double opacity_rate, MeanRateStart start = {});
 
-/// Starts at 0 and grows by 1 every `interval` iterations, up to `most`.
-int sh_degree_at(int iteration, int most, int interval = 1000);
+/// Starts at 0 and grows by 1 every 1,000 iterations, up to `most`.
+int sh_degree_at(int iteration, int most);
 
 /// All views in random order, then all views again in another order, and so on.
 class ViewOrder {

@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 
+#include "learn/run/pace.h"
 #include "learn/run/settings.h"
 #include "learn/step/training_model.h"
 #include "raster/kernel/random.h"
@@ -20,6 +21,7 @@ inline constexpr int kDensityEnd = 15'000;  ///< the usual Strategy::end
 struct RunFacts {
   std::size_t views = 1;     ///< training views
   std::uint64_t pixels = 0;  ///< of all training photographs
+  Pace pace{30'000};
   /// The iteration after which the guard stopped growth (guard.h); 0: it did not.
   int stopped_after = 0;
 };
@@ -69,7 +71,8 @@ struct Strategy {
   /// are masked out are removed at every change, and every 1,000 iterations after `end`.
   bool has_masks = false;
   bool has_guard = false;  ///< some training views are reserved at first, see guard.h
-  int sh_steps = 0;        ///< the SH degree grows every iterations / sh_steps; 0: every 1,000
+  int sh_steps = 0;  ///< the SH degree grows in every of so many parts of the run; 0: every 1,000
+                     ///< iterations
 
   /// True if Gaussians are added, moved or removed after this iteration; null: by `first_change`,
   /// `interval` and `end`.

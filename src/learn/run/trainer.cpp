@@ -46,8 +46,8 @@ class StageClock {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-RunFacts run_facts_of(const DataSet& data) {
-  RunFacts facts{data.training.size()};
+RunFacts run_facts_of(const DataSet& data, const Pace& pace) {
+  RunFacts facts{.views = data.training.size(), .pace = pace};
   for (const PhotographView& view : data.training)
     facts.pixels += std::uint64_t{1} * static_cast<unsigned>(view.camera.width) *
                     static_cast<unsigned>(view.camera.height);
@@ -69,28 +69,29 @@ Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings
 
 Trainer::Trainer(const TrainSettings& settings, const DataSet& data,
                  std::unique_ptr<TrainingModel> model, ThreadPool& pool,
-                 std::vector<GuardRow> measured)
+                 std::vector<GuardRow> measured, const Pace* pace)
     : settings_(settings),
       data_(data),
       strategy_(find_strategy(settings.strategy)),
       extent_(data.extent()),
       pool_(pool),
       model_(std::move(model)),
-      facts_(run_facts_of(data)),
-      guard_(strategy_.has_guard ? Guard(data.training.size(), settings.seed, settings.iterations,
-                                         std::move(measured))
+      run_(run_facts_of(data, pace != nullptr ? *pace : Pace(settings.iterations))),
+      guard_(strategy_.has_guard ? Guard(data.training.size(), settings.seed, std::move(measured))
                                  : Guard()),
       views_(data.training.size(), settings.seed),
       trained_views_(guard_.trained().size(), settings.seed),
       photographs_(data),
       reduced_(data.training.size(),
                settings.dash_of_paper ? ReductionFilter::lanczos2 : ReductionFilter::triangle,
-               pool) {}
+               pool) {
+  run_.stopped_after = guard_.stopped_after();
+}
 
 void Trainer::prepare(const Progress& progress) {
   if (schedule_) return;
   if (strategy_.name == std::string_view("budget") && budget_keys().half != 0) {
-    schedule_ = ResolutionSchedule::halved_until(std::max(2, settings_.iterations / 10));
+    schedule_ = ResolutionSchedule::halved_until(std::max(2, run_.pace.iteration_at(0.1)));
     return;
   }
   if (!settings_.reduced_photographs) {
@@ -117,14 +118,15 @@ IterationContext Trainer::context_of(int iteration) const {
           extent_,
           rates_at(iteration, extent_, opacity_rate, start),
           schedule_->factor_in(iteration - 1),
-          {facts_.views, facts_.pixels, guard_.stopped_after()}};
+          run_};
 }
 
 RenderSettings Trainer::render_settings(int iteration) const {
-  const int sh_interval =
-      strategy_.sh_steps > 0 ? std::max(1, settings_.iterations / strategy_.sh_steps) : 1000;
+  const int steps = strategy_.sh_steps;
   return {.mode = settings_.mode,
-          .sh_degree = sh_degree_at(iteration, settings_.sh_degree, sh_interval),
+          .sh_degree = steps > 0
+                           ? std::min(settings_.sh_degree, run_.pace.steps(iteration, 0, 1, steps))
+                           : sh_degree_at(iteration, settings_.sh_degree),
           .background = settings_.random_background ? glm::vec3(0) : settings_.background,
           .antialiased = settings_.antialiased};
 }
@@ -138,8 +140,8 @@ StepOrder Trainer::step_order(const IterationContext& context) const {
 
 // The number of the view that an iteration trains.
 std::size_t Trainer::view_at(int iteration) {
-  return guard_.trains_all(iteration) ? views_.at(iteration)
-                                      : guard_.trained()[trained_views_.at(iteration)];
+  return guard_.trains_all(run_.pace, iteration) ? views_.at(iteration)
+                                                 : guard_.trained()[trained_views_.at(iteration)];
 }
 
 const PhotographView& Trainer::view_of(int iteration) {
@@ -157,7 +159,7 @@ std::optional<std::size_t> Trainer::number_of(std::size_t view) const {
 }
 
 void Trainer::count_errors(int iteration, int views) {
-  const bool all = guard_.trains_all(iteration);
+  const bool all = guard_.trains_all(run_.pace, iteration);
   std::vector<std::size_t> drawn =
       drawn_views(all ? data_.training.size() : guard_.trained().size(),
                   static_cast<std::size_t>(views), settings_.seed, iteration);
@@ -191,9 +193,10 @@ double Trainer::mean_psnr(std::span<const std::size_t> views) {
 }
 
 void Trainer::measure_if_due() {
-  if (!guard_.due(iteration())) return;
+  if (!guard_.due(run_.pace, iteration())) return;
   const double reserved = mean_psnr(guard_.reserved());
   guard_.add({iteration(), reserved, mean_psnr(guard_.neighbours())});
+  run_.stopped_after = guard_.stopped_after();
   measured_ = true;
 }
 

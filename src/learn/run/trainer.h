@@ -43,9 +43,10 @@ Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings
 class Trainer {
  public:
   /// `model` holds the state to start from, and `measured` the guard's measurements until then.
+  /// `pace`: null: of TrainSettings::iterations.
   /// `data` and `pool` must outlive the trainer.
   Trainer(const TrainSettings& settings, const DataSet& data, std::unique_ptr<TrainingModel> model,
-          ThreadPool& pool, std::vector<GuardRow> measured = {});
+          ThreadPool& pool, std::vector<GuardRow> measured = {}, const Pace* pace = nullptr);
 
   /// Computes the resolution schedule, if the settings ask for one and it was not computed before.
   /// Throws Error(input) and Cancelled. step() calls it too.
@@ -65,6 +66,7 @@ class Trainer {
   }
   std::optional<std::uint64_t> gpu_memory_bytes() const { return model_->gpu_memory_bytes(); }
   const Guard& guard() const { return guard_; }
+  Pace& pace() { return run_.pace; }
   /// A reference to the model or to a copy of it, until the next call.
   const ModelState& model() const { return model_->state(); }
   /// The Gaussians as renderers have them. On CUDA this copies them from the GPU.
@@ -88,7 +90,7 @@ class Trainer {
   const double extent_;
   ThreadPool& pool_;
   std::unique_ptr<TrainingModel> model_;
-  const RunFacts facts_;
+  RunFacts run_;
   Guard guard_;
   ViewOrder views_, trained_views_;  ///< all, and without the reserved ones
   PhotographCache photographs_;

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "learn/run/pace.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace qs::train {
+namespace {
+
+constexpr double kRounding = 1e-9;            // of times
+constexpr double kBetweenCorrections = 0.02;  // of the seconds
+constexpr double kGrown = 1.1;  // more Gaussians than at first: their share of the time is known
+constexpr double kMostIterations = 10'000'000;
+
+}  // namespace
+
+double Pace::time(int iteration) const {
+  double time = 0;
+  for (std::size_t i = 0; i < rows_.size() && rows_[i].from < iteration; ++i) {
+    const int to = i + 1 < rows_.size() ? std::min(iteration, rows_[i + 1].from) : iteration;
+    time += static_cast<double>(to - rows_[i].from) / rows_[i].iterations;
+  }
+  return time;
+}
+
+int Pace::iteration_at(double time) const {
+  double before = 0;
+  for (std::size_t i = 0;; ++i) {
+    const double length = (time - before) * rows_[i].iterations;
+    const int reached =
+        rows_[i].from + static_cast<int>(std::ceil(length - kRounding * rows_[i].iterations));
+    if (i + 1 == rows_.size() || reached <= rows_[i + 1].from)
+      return std::max(reached, rows_[i].from);
+    before = this->time(rows_[i + 1].from);
+  }
+}
+
+int Pace::steps(int iteration, double begin, double end, int count) const {
+  const double share = (time(iteration) - begin) / (end - begin);
+  return std::clamp(static_cast<int>(std::floor(count * share + kRounding)), 0, count);
+}
+
+void Pace::correct(int from, int iterations) {
+  if (rows_.back().from == from) rows_.pop_back();
+  rows_.push_back({from, iterations});
+}
+
+int Pace::iterations_at(double time) const {
+  return row_of(std::max(1, iteration_at(time))).iterations;
+}
+
+const Pace::Row& Pace::row_of(int iteration) const {
+  auto row = rows_.rbegin();
+  while (row->from >= iteration && row + 1 != rows_.rend()) ++row;
+  return *row;
+}
+
+void PaceControl::correct(double elapsed, int iteration, double gaussians, double target,
+                          double growth_end, Pace& pace) {
+  const double passed = elapsed - last_.elapsed;
+  const int made = iteration - last_.iteration;
+  if (made <= 0 || passed < kBetweenCorrections * seconds_) return;
+  const bool is_start = last_.iteration == 0;  // a device may be slow at first
+  last_ = {elapsed, iteration};
+  const double time = pace.time(iteration);
+  if (is_start && passed < 2 * kBetweenCorrections * seconds_) return;
+  const double speed = passed / made;
+  if (first_speed_ == 0) {
+    first_speed_ = speed;
+    first_gaussians_ = gaussians;
+  }
+  if (time >= 1) return;
+  // The mean number of Gaussians in the rest of the run, and the time that they will take more.
+  double mean = gaussians;
+  if (time < growth_end && target > gaussians)
+    mean =
+        ((gaussians + target) / 2 * (growth_end - time) + target * (1 - growth_end)) / (1 - time);
+  double expected = speed;
+  if (gaussians > kGrown * first_gaussians_)
+    expected +=
+        std::max(0.0, speed - first_speed_) / (gaussians - first_gaussians_) * (mean - gaussians);
+  const double left = std::max(1.0, (seconds_ - elapsed) / expected);
+  pace.correct(iteration, static_cast<int>(std::clamp(left / (1 - time), 1.0, kMostIterations)));
+}
+
+}  // namespace qs::train

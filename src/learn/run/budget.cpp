@@ -35,7 +35,7 @@ struct Growth {
   static Growth of(const RunFacts& run) {
     const double length = (kGrowthEnd - kGrowthBegin) * run.pace.iterations_at(kGrowthBegin);
     const double interval = std::max<double>(kLeastInterval, static_cast<double>(run.views));
-    return {run.pace, std::clamp(static_cast<int>(length / interval), 1, kMostChanges)};
+    return {run.pace, std::clamp(static_cast<int>(length / interval + 1e-6), 1, kMostChanges)};
   }
   /// The changes until after an iteration.
   int changes_until(int iteration) const {

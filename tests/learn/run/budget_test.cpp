@@ -271,7 +271,7 @@ TEST(Guard, stops_the_growth_of_a_run_that_remembers_its_few_photographs) {
 /// guard between the parts.
 ModelState trained_in_parts(const DataSet& data, const TrainSettings& settings,
                             const std::vector<int>& parts, int threads) {
-  ModelState state = ModelState::starting_with(test::ball_of_gaussians(40, 2));
+  ModelState state = ModelState::starting_with(test::ball_of_gaussians(40, 1));
   TrainLog log;
   for (const int until : parts) {
     ThreadPool own(threads);

@@ -18,8 +18,10 @@
 namespace qs::train {
 namespace {
 
-constexpr double kGrowthBegin = 0.05, kGrowthEnd = 0.7;  // times the iterations
+constexpr double kGrowthBegin = 0.05, kGrowthEnd = kBudgetGrowthEnd;  // times of the run
 constexpr int kLeastInterval = 100, kMostChanges = 60, kDecays = 9;
+constexpr double kLastInterval = 0.75;  // at least, times the usual one
+constexpr double kRounding = 1e-6;
 constexpr double kFirstRate = 1.6e-4;  // of the means, times the extent
 constexpr double kFallenRates = 0.1;
 constexpr double kBesideScale = 0.01;  // times the extent: smaller ones are copied
@@ -27,25 +29,47 @@ constexpr double kLeastDecayed = 1.0 / 128, kPruned = 1.0 / 255;
 constexpr double kLongOffset = 1.35, kLongScale = 0.55, kLongOthers = 0.893, kLongOpacity = 0.6;
 constexpr double kRecovered = 0.2;
 
-/// The changes of the number of Gaussians: equal steps of the time of growth.
+/// The changes of the number of Gaussians. The last one is at the end of growth.
 struct Growth {
-  const Pace& pace;
-  int changes;
+  const RunFacts& run;
 
-  static Growth of(const RunFacts& run) {
-    const double length = (kGrowthEnd - kGrowthBegin) * run.pace.iterations_at(kGrowthBegin);
-    const double interval = std::max<double>(kLeastInterval, static_cast<double>(run.views));
-    return {run.pace, std::clamp(static_cast<int>(length / interval + 1e-6), 1, kMostChanges)};
+  /// Iterations between changes in a run of so many.
+  double interval(int iterations) const {
+    return std::max({static_cast<double>(kLeastInterval), static_cast<double>(run.views),
+                     (kGrowthEnd - kGrowthBegin) * iterations / kMostChanges});
   }
-  /// The changes until after an iteration.
-  int changes_until(int iteration) const {
-    return pace.steps(iteration, kGrowthBegin, kGrowthEnd, changes);
+  /// The share of growth that is over after an iteration, 0..1.
+  double share(int iteration) const {
+    const double share = (run.pace.time(iteration) - kGrowthBegin) / (kGrowthEnd - kGrowthBegin);
+    return std::clamp(share + kRounding, 0.0, 1.0);
+  }
+  /// The intervals between the beginning and an iteration.
+  int intervals(int iteration) const {
+    const int begin = run.pace.iteration_at(kGrowthBegin);
+    double sum = 0;
+    const auto& rows = run.pace.rows();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const int from = std::max(begin, rows[i].from);
+      const int to = i + 1 < rows.size() ? std::min(iteration, rows[i + 1].from) : iteration;
+      sum += std::max(0, to - from) / interval(rows[i].iterations);
+    }
+    return static_cast<int>(sum + kRounding);
   }
   bool changes_after(int iteration) const {
-    return changes_until(iteration) > changes_until(iteration - 1);
+    const double time = run.pace.time(iteration);
+    if (share(iteration) == 1) return share(iteration - 1) < 1;
+    if (intervals(iteration) == intervals(iteration - 1)) return false;
+    const int iterations = run.pace.iterations_in(iteration);
+    return (kGrowthEnd - time) * iterations > kLastInterval * interval(iterations);
   }
-  /// The decays of opacities until a change, of 9 equal steps.
-  int decays(int change) const { return change <= 0 ? 0 : kDecays * change / changes; }
+  int change_before(int iteration) const {
+    while (--iteration > 0 && !changes_after(iteration)) continue;
+    return iteration;
+  }
+  /// The decays of opacities until after an iteration, of 9 equal steps.
+  int decays(int iteration) const {
+    return static_cast<int>(kDecays * share(iteration) + kRounding);
+  }
 };
 
 template <class NewOpacity>
@@ -159,11 +183,12 @@ void remove_lowest(Plan& plan) {
   plan.keep_if([&](std::size_t i) { return !goes[i]; });
 }
 
-void decay(const IterationContext& context, const Growth& times, int change, Plan& plan) {
+void decay(const IterationContext& context, const Growth& growth, Plan& plan) {
   const BudgetKeys& keys = budget_keys();
   const double t = context.run.pace.time(context.iteration - 1);
-  const bool is_step = times.decays(change) > times.decays(change - 1);
-  const double step = (kGrowthEnd - kGrowthBegin) / times.changes, before = t - step;
+  const int last = growth.change_before(context.iteration - 1);
+  const bool is_step = growth.decays(context.iteration - 1) > growth.decays(last);
+  const double before = context.run.pace.time(last), step = t - before;
   const bool is_reset = std::floor(10 * t) > std::floor(10 * before) && t < 0.5;
   if (keys.decay == "none" || (keys.decay == "half" && !is_step) ||
       (keys.decay == "reset" && !is_reset))
@@ -177,11 +202,6 @@ void decay(const IterationContext& context, const Growth& times, int change, Pla
   if (keys.decay == "clamp") limit_opacities(0.8, plan);
   if (keys.decay == "reset") limit_opacities(kResetOpacity, plan);
   clear_moments(plan);
-}
-
-std::size_t target_of(const IterationContext& context) {
-  if (context.settings.max_gaussians > 0) return context.settings.max_gaussians;
-  return static_cast<std::size_t>(static_cast<double>(context.run.pixels) / budget_keys().divisor);
 }
 
 // base=few: strategy fastgs, with its 30,000 iterations scaled to the run.
@@ -218,13 +238,18 @@ void few_change(const IterationContext& context, const GaussianFacts& facts, Pla
 
 }  // namespace
 
+std::size_t budget_target(const TrainSettings& settings, const RunFacts& run) {
+  if (settings.max_gaussians > 0) return settings.max_gaussians;
+  return static_cast<std::size_t>(static_cast<double>(run.pixels) / budget_keys().divisor);
+}
+
 bool budget_changes_after(const TrainSettings& settings, const RunFacts& run, int iteration) {
   if (run.stopped_after > 0) return iteration == run.stopped_after;
   if (budget_keys().base == "few") {
     const FewEvents events = FewEvents::after(settings, iteration);
     return events.change + events.reset + events.final_prune > 0;
   }
-  return Growth::of(run).changes_after(iteration);
+  return Growth{run}.changes_after(iteration);
 }
 
 void budget_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
@@ -234,11 +259,13 @@ void budget_change(const IterationContext& context, const GaussianFacts& facts, 
   }
   const BudgetKeys& keys = budget_keys();
   if (keys.base == "few") return few_change(context, facts, plan);
-  const Growth times = Growth::of(context.run);
-  const int change = times.changes_until(context.iteration - 1);
-  if (plan.growth.initial == 0) plan.growth = {facts.size(), target_of(context)};
-  const int decays = times.decays(change - 1);
-  if (keys.recover != 0 && decays > times.decays(change - 2) && (decays == 3 || decays == 6))
+  const Growth growth{context.run};
+  const int over = context.iteration - 1, last = growth.change_before(over);
+  if (plan.growth.initial == 0)
+    plan.growth = {facts.size(), budget_target(context.settings, context.run)};
+  const int decays = growth.decays(last);
+  if (keys.recover != 0 && decays > growth.decays(growth.change_before(last)) &&
+      (decays == 3 || decays == 6))
     remove_lowest(plan);
   if (keys.base == "mcmc")
     relocate_dead(context, plan);
@@ -246,11 +273,11 @@ void budget_change(const IterationContext& context, const GaussianFacts& facts, 
     prune_unneeded(facts, plan);
   const auto [initial, target] = plan.growth;
   if (target > initial) {
-    const std::size_t wanted = initial + (target - initial) * static_cast<std::size_t>(change) /
-                                             static_cast<std::size_t>(times.changes);
+    const double added = static_cast<double>(target - initial) * growth.share(over);
+    const std::size_t wanted = initial + static_cast<std::size_t>(added + kRounding);
     if (wanted > plan.size() && plan.size() > 0) add(context, facts, wanted - plan.size(), plan);
   }
-  decay(context, times, change, plan);
+  decay(context, growth, plan);
 }
 
 void budget_step(const IterationContext& context, StepOrder& order) {

@@ -45,14 +45,10 @@ void Pace::correct(int from, int iterations) {
   rows_.push_back({from, iterations});
 }
 
-int Pace::iterations_at(double time) const {
-  return row_of(std::max(1, iteration_at(time))).iterations;
-}
-
-const Pace::Row& Pace::row_of(int iteration) const {
+int Pace::iterations_in(int iteration) const {
   auto row = rows_.rbegin();
   while (row->from >= iteration && row + 1 != rows_.rend()) ++row;
-  return *row;
+  return row->iterations;
 }
 
 void PaceControl::correct(double elapsed, int iteration, double gaussians, double target,

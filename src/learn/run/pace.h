@@ -36,19 +36,19 @@ class Pace {
   void correct(int from, int iterations);
 
   const std::vector<Row>& rows() const { return rows_; }
-  /// The number of iterations of a whole run at the pace of this time.
-  int iterations_at(double time) const;
+  /// The number of iterations of a whole run at the pace of this iteration.
+  int iterations_in(int iteration) const;
 
  private:
-  const Row& row_of(int iteration) const;  ///< the row that an iteration belongs to
-
   std::vector<Row> rows_;
 };
 
 /// Corrects a pace so that a run ends after a number of seconds.
 class PaceControl {
  public:
-  explicit PaceControl(double seconds) : seconds_(seconds) {}
+  /// The run has taken `elapsed` seconds until `iteration`.
+  explicit PaceControl(double seconds, double elapsed = 0, int iteration = 0)
+      : seconds_(seconds), last_{elapsed, iteration} {}
 
   /// Corrects `pace` after an iteration, if some time has passed since the last correction.
   /// `elapsed` are the seconds so far, and the number of Gaussians is expected to grow from

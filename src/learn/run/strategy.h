@@ -124,6 +124,9 @@ void budget_step(const IterationContext& context, StepOrder& order);
 void fastgs_step(const IterationContext& context, StepOrder& order);
 void mask_step(const IterationContext& context, StepOrder& order);
 void mcmc_step(const IterationContext& context, StepOrder& order);
+inline constexpr double kBudgetGrowthEnd = 0.7;  ///< time of the run, see Pace
+/// The number of Gaussians at the end of growth.
+std::size_t budget_target(const TrainSettings& settings, const RunFacts& run);
 bool budget_changes_after(const TrainSettings& settings, const RunFacts& run, int iteration);
 
 }  // namespace qs::train

@@ -57,11 +57,18 @@ std::optional<std::uint64_t> most_gpu_memory(const TrainLog& log) {
 }
 
 std::string format_train_csv(const TrainLog& log) {
-  std::string text = "iteration,seconds,loss,gaussians,test_psnr,test_ssim\n";
+  const bool guarded = !log.guard.empty();
+  std::string text = fmt::format("iteration,seconds,loss,gaussians,test_psnr,test_ssim{}\n",
+                                 guarded ? ",reserved_psnr" : "");
+  auto measured = log.guard.begin();
   for (const LogRow& row : log.rows) {
     text +=
         fmt::format("{},{:.3f},{:.6f},{},", row.iteration, row.seconds, row.loss, row.gaussians);
-    text += row.test ? fmt::format("{:.4f},{:.5f}\n", row.test->psnr, row.test->ssim) : ",\n";
+    text += row.test ? fmt::format("{:.4f},{:.5f}", row.test->psnr, row.test->ssim) : ",";
+    std::string reserved;
+    for (; measured != log.guard.end() && measured->iteration <= row.iteration; ++measured)
+      reserved = fmt::format("{:.4f}", measured->reserved);
+    text += guarded ? "," + reserved + "\n" : "\n";
   }
   return text;
 }
@@ -95,6 +102,8 @@ ordered_json log_json(const TrainLog& log) {
     json["guard"].push_back({{"iteration", row.iteration},
                              {"reserved_psnr", row.reserved},
                              {"trained_psnr", row.trained}});
+  if (!log.verdict.empty()) json["verdict"] = log.verdict;
+  if (!log.pace.empty()) json["pace"] = pace_json(log.pace);
   return json;
 }
 
@@ -126,6 +135,8 @@ TrainLog log_of(const ordered_json& json) {
       log.guard.push_back({json_value<int>(object.at("iteration")),
                            json_value<double>(object.at("reserved_psnr")),
                            json_value<double>(object.at("trained_psnr"))});
+  if (json.contains("verdict")) json_value(json.at("verdict"), log.verdict);
+  if (json.contains("pace")) log.pace = pace_of(json.at("pace"));
   return log;
 }
 

@@ -69,14 +69,14 @@ Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings
 
 Trainer::Trainer(const TrainSettings& settings, const DataSet& data,
                  std::unique_ptr<TrainingModel> model, ThreadPool& pool,
-                 std::vector<GuardRow> measured, const Pace* pace)
+                 std::vector<GuardRow> measured, std::vector<Pace::Row> pace)
     : settings_(settings),
       data_(data),
       strategy_(find_strategy(settings.strategy)),
       extent_(data.extent()),
       pool_(pool),
       model_(std::move(model)),
-      run_(run_facts_of(data, pace != nullptr ? *pace : Pace(settings.iterations))),
+      run_(run_facts_of(data, pace.empty() ? settings.given_pace() : Pace(std::move(pace)))),
       guard_(strategy_.has_guard ? Guard(data.training.size(), settings.seed, std::move(measured))
                                  : Guard()),
       views_(data.training.size(), settings.seed),
@@ -190,6 +190,13 @@ double Trainer::mean_psnr(std::span<const std::size_t> views) {
     sum += std::min(psnr_of(model_->recent_loss().squared_error), 100.0);
   }
   return sum / static_cast<double>(views.size());
+}
+
+void Trainer::correct_pace(double elapsed, PaceControl& control) {
+  const double number = static_cast<double>(gaussians());
+  const double target =
+      run_.stopped_after > 0 ? number : static_cast<double>(budget_target(settings_, run_));
+  control.correct(elapsed, iteration(), number, target, kBudgetGrowthEnd, run_.pace);
 }
 
 void Trainer::measure_if_due() {

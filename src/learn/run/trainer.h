@@ -43,10 +43,10 @@ Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings
 class Trainer {
  public:
   /// `model` holds the state to start from, and `measured` the guard's measurements until then.
-  /// `pace`: null: of TrainSettings::iterations.
+  /// `pace` is empty, or a corrected pace that replaces the settings' pace.
   /// `data` and `pool` must outlive the trainer.
   Trainer(const TrainSettings& settings, const DataSet& data, std::unique_ptr<TrainingModel> model,
-          ThreadPool& pool, std::vector<GuardRow> measured = {}, const Pace* pace = nullptr);
+          ThreadPool& pool, std::vector<GuardRow> measured = {}, std::vector<Pace::Row> pace = {});
 
   /// Computes the resolution schedule, if the settings ask for one and it was not computed before.
   /// Throws Error(input) and Cancelled. step() calls it too.
@@ -66,7 +66,11 @@ class Trainer {
   }
   std::optional<std::uint64_t> gpu_memory_bytes() const { return model_->gpu_memory_bytes(); }
   const Guard& guard() const { return guard_; }
-  Pace& pace() { return run_.pace; }
+  /// The number of iterations of the run, at the current pace.
+  int last_iteration() const { return run_.pace.end(); }
+  const Pace& pace() const { return run_.pace; }
+  /// Corrects the pace after `elapsed` seconds.
+  void correct_pace(double elapsed, PaceControl& control);
   /// A reference to the model or to a copy of it, until the next call.
   const ModelState& model() const { return model_->state(); }
   /// The Gaussians as renderers have them. On CUDA this copies them from the GPU.

@@ -17,7 +17,7 @@ TEST(Pace, every_iteration_is_an_equal_share_of_the_run) {
     EXPECT_EQ(pace.end(), iterations);
     EXPECT_EQ(pace.steps(iterations, 0.05, 0.7, 60), 60) << iterations;
     EXPECT_EQ(pace.steps(0, 0.05, 0.7, 60), 0) << iterations;
-    EXPECT_EQ(pace.iterations_at(0.3), iterations);
+    EXPECT_EQ(pace.iterations_in(iterations), iterations);
   }
   const Pace pace(1000);
   EXPECT_EQ(pace.iteration_at(0.7), 700);
@@ -35,8 +35,8 @@ TEST(Pace, a_correction_changes_the_share_of_later_iterations_only) {
   EXPECT_EQ(pace.end(), 800);
   EXPECT_EQ(pace.iteration_at(0.5), 300);
   EXPECT_EQ(pace.iteration_at(0.3), 200);
-  EXPECT_EQ(pace.iterations_at(0.05), 1000);
-  EXPECT_EQ(pace.iterations_at(0.3), 500);
+  EXPECT_EQ(pace.iterations_in(100), 1000);
+  EXPECT_EQ(pace.iterations_in(101), 500);
   EXPECT_EQ(Pace(pace.rows()).time(777), pace.time(777)) << "from its record";
   double before = 0;
   for (int i = 1; i <= 800; ++i) {

@@ -115,6 +115,8 @@ void read_schedule(TrainOptions& options) {
     if (given != nullptr) first = given;
   }
   settings.iterations = options.iterations.value_or(settings.iterations);
+  if (settings.reduced_photographs && (settings.seconds > 0 || options.pace))
+    fail(ErrorKind::usage, "--resolution-schedule dash: contradicts {}", first);
   if (options.pace) settings.pace = read_pace(*options.pace);
 }
 

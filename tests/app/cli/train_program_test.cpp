@@ -323,6 +323,19 @@ TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
     EXPECT_FALSE(std::filesystem::exists(model("model")));
   };
   expect_refused({"--gaussians", "few"}, "--gaussians: is for --strategy fastgs, not adc");
+  expect_refused({"--gaussians", "900"}, "--gaussians N: is for --strategy budget, not adc");
+  expect_refused({"--strategy", "budget", "--gaussians", "many"},
+                 "--gaussians: is for --strategy fastgs, not budget");
+  expect_refused({"--gaussians", "some"}, "--gaussians: 'some' is not a whole number from 1 to");
+  expect_refused({"--strategy", "fastgs", "--seconds", "5"},
+                 "--seconds: is for --strategy budget, not fastgs");
+  expect_refused({"--pace", "train.json"}, "--pace: is for --strategy budget, not adc");
+  expect_refused({"--strategy", "budget", "--seconds", "5", "--pace", "train.json"},
+                 "--pace: contradicts --seconds");
+  expect_refused({"--strategy", "budget", "--seconds", "5", "--resolution-schedule", "dash"},
+                 "--resolution-schedule dash: contradicts --seconds");
+  expect_refused({"--strategy", "budget", "--gaussians", "5", "--max-gaussians", "6"},
+                 "--max-gaussians: contradicts --gaussians 5");
   expect_refused({"--strategy", "mcmc", "--absolute-gradients"},
                  "--absolute-gradients: is for --strategy adc, not mcmc");
   expect_refused({"--strategy", "fastgs", "--final-prunes"},

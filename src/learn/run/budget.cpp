@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 #include "learn/gradient/activation.h"
 #include "learn/run/budget_keys.h"

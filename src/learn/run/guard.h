@@ -6,8 +6,8 @@
 // growth. Otherwise the reserved views are trained too at the end.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 

@@ -6,7 +6,7 @@
 // with the same record gives the same model.
 #pragma once
 
-#include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace qs::train {

@@ -8,6 +8,8 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "base/progress.h"
 #include "learn/run/data_set.h"

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Strategy budget: the number of Gaussians, the schedule, and the guard of reserved views.
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <set>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -2,7 +2,7 @@
 // The time of schedules that follow the run, and its corrections by measured speed.
 #include "learn/run/pace.h"
 
-#include <cmath>
+#include <algorithm>
 
 #include <gtest/gtest.h>
 

@@ -15,25 +15,22 @@ constexpr double kMostIterations = 10'000'000;
 
 }  // namespace
 
+std::size_t Pace::row_of(int iteration) const {
+  std::size_t row = rows_.size() - 1;
+  while (row > 0 && rows_[row].from >= iteration) --row;
+  return row;
+}
+
 double Pace::time(int iteration) const {
-  double time = 0;
-  for (std::size_t i = 0; i < rows_.size() && rows_[i].from < iteration; ++i) {
-    const int to = i + 1 < rows_.size() ? std::min(iteration, rows_[i + 1].from) : iteration;
-    time += static_cast<double>(to - rows_[i].from) / rows_[i].iterations;
-  }
-  return time;
+  const std::size_t row = row_of(iteration);
+  return starts_[row] + static_cast<double>(iteration - rows_[row].from) / rows_[row].iterations;
 }
 
 int Pace::iteration_at(double time) const {
-  double before = 0;
-  for (std::size_t i = 0;; ++i) {
-    const double length = (time - before) * rows_[i].iterations;
-    const int reached =
-        rows_[i].from + static_cast<int>(std::ceil(length - kRounding * rows_[i].iterations));
-    if (i + 1 == rows_.size() || reached <= rows_[i + 1].from)
-      return std::max(reached, rows_[i].from);
-    before = this->time(rows_[i + 1].from);
-  }
+  std::size_t row = rows_.size() - 1;
+  while (row > 0 && starts_[row] >= time) --row;
+  const double length = (time - starts_[row] - kRounding) * rows_[row].iterations;
+  return rows_[row].from + std::max(0, static_cast<int>(std::ceil(length)));
 }
 
 int Pace::steps(int iteration, double begin, double end, int count) const {
@@ -42,14 +39,8 @@ int Pace::steps(int iteration, double begin, double end, int count) const {
 }
 
 void Pace::correct(int from, int iterations) {
-  if (rows_.back().from == from) rows_.pop_back();
+  starts_.push_back(rows_.empty() ? 0 : time(from));
   rows_.push_back({from, iterations});
-}
-
-int Pace::iterations_in(int iteration) const {
-  auto row = rows_.rbegin();
-  while (row->from >= iteration && row + 1 != rows_.rend()) ++row;
-  return row->iterations;
 }
 
 void PaceControl::correct(double elapsed, int iteration, double gaussians, double target,

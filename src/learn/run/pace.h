@@ -6,7 +6,7 @@
 // with the same record gives the same model.
 #pragma once
 
-#include <utility>
+#include <cstddef>
 #include <vector>
 
 namespace qs::train {
@@ -19,9 +19,11 @@ class Pace {
     bool operator==(const Row&) const = default;
   };
 
-  explicit Pace(int iterations = 1) : rows_{{0, iterations}} {}
+  explicit Pace(int iterations = 1) { correct(0, iterations); }
   /// The rows ascend from 0.
-  explicit Pace(std::vector<Row> rows) : rows_(std::move(rows)) {}
+  explicit Pace(const std::vector<Row>& rows) {
+    for (const Row& row : rows) correct(row.from, row.iterations);
+  }
 
   /// The time after an iteration, 0 before the first; 1 at the end.
   double time(int iteration) const;
@@ -32,15 +34,18 @@ class Pace {
   /// iteration.
   int steps(int iteration, double begin, double end, int count) const;
 
-  /// Sets the share of the iterations after `from`, which is above 0 and not before the last row.
+  /// Sets the share of the iterations after `from`, which is not before the last row.
   void correct(int from, int iterations);
 
   const std::vector<Row>& rows() const { return rows_; }
   /// The number of iterations of a whole run at the pace of this iteration.
-  int iterations_in(int iteration) const;
+  int iterations_in(int iteration) const { return rows_[row_of(iteration)].iterations; }
 
  private:
+  std::size_t row_of(int iteration) const;  ///< an index into rows_
+
   std::vector<Row> rows_;
+  std::vector<double> starts_;  ///< of every row: the time after iteration `from`
 };
 
 /// Corrects a pace so that a run ends after a number of seconds.

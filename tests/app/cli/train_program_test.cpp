@@ -366,6 +366,36 @@ TEST_F(TrainProgram, fastgs_trains_and_resumes_with_the_same_choice_of_gaussians
   EXPECT_THAT(other.err, HasSubstr("the run was started with other settings: gaussians"));
 }
 
+TEST_F(TrainProgram, a_run_of_given_seconds_is_repeated_by_its_recorded_pace) {
+  const std::vector<std::string> words = {"--random-points", "200", "--strategy", "budget",
+                                          "--gaussians",     "500", "--keep-last"};
+  const auto run_with = [&](const std::string& name, const std::string& option,
+                            const std::string& value) {
+    std::vector<std::string> all = words;
+    all.insert(all.end(), {option, value});
+    const ProgramRun run = train(name, all);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return parse_json(bytes_of(model(name) / "train.json"), "test")["result"];
+  };
+  const auto timed = run_with("timed", "--seconds", "2");
+  EXPECT_NEAR(timed["seconds"].get<double>(), 2, 1) << "a busy machine may miss a tenth";
+  EXPECT_GT(timed["pace"].size(), 3u);
+  EXPECT_EQ(timed["gaussians"], 500);
+  const std::string record = (model("timed") / "train.json").string();
+  const auto repeated = run_with("repeated", "--pace", record);
+  EXPECT_EQ(repeated["iteration"], timed["iteration"]);
+  EXPECT_EQ(repeated["guard"], timed["guard"]);
+  const int last = timed["iteration"].get<int>();
+  EXPECT_EQ(gaussians("repeated", last), gaussians("timed", last));
+  EXPECT_THAT(train("again",
+                    {"--strategy", "budget", "--pace", (model("repeated") / "train.json").string()})
+                  .err,
+              HasSubstr("its run had no --seconds, so there is no pace to repeat"));
+  EXPECT_THAT(
+      train("again", {"--strategy", "budget", "--pace", (data() / "cameras.json").string()}).err,
+      HasSubstr("is no train.json of a model"));
+}
+
 TEST_F(TrainProgram, dash_reduces_photographs_unless_told_otherwise_and_ends_where_it_began) {
   const auto schedule_of = [&](const char* name, std::vector<std::string> words) {
     words.insert(words.end(), {"--iterations", "3", "--random-points", "500", "--keep-checkpoint"});

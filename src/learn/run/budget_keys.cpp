@@ -21,7 +21,8 @@ BudgetKeys parsed_keys(const std::string& text) {
       {"mean_end", &keys.mean_end}, {"fall", &keys.fall},       {"rest", &keys.rest},
       {"divisor", &keys.divisor},   {"recover", &keys.recover}, {"half", &keys.half},
       {"guard", &keys.guard},       {"sums", &keys.sums},       {"replace", &keys.replace},
-      {"count", &keys.count},       {"noise", &keys.noise},     {"penalty", &keys.penalty}};
+      {"count", &keys.count},       {"release", &keys.release}, {"noise", &keys.noise},
+      {"penalty", &keys.penalty}};
   keys.noise = keys.penalty = -1;
   const auto number_of = [](const std::string& item, const std::string& value) {
     char* end = nullptr;

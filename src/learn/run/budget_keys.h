@@ -21,6 +21,8 @@ struct BudgetKeys {
   double amount = 0;              ///< X of `decay`
   double mean_end = 1.6e-5, fall = 0.3, rest = 1.25e-4, divisor = 200;
   double noise = 1, penalty = 1, recover = 0, half = 0, guard = 1, sums = 0;
+  double release =
+      0;  ///< reserved views are trained from 0.8 also after the guard has stopped growth
   double replace = 1;  ///< score=opacity draws with replacement
   double count = -1;   ///< counted views before a change; -1: as score and prune need
 };

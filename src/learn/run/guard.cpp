@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "learn/run/budget_keys.h"
 #include "raster/kernel/random.h"
 
 namespace qs::train {
@@ -65,7 +66,8 @@ void Guard::add(const GuardRow& row) {
 }
 
 bool Guard::trains_all(const Pace& pace, int iteration) const {
-  return reserved_.empty() || (stopped_after_ == 0 && pace.time(iteration) > kReleasesAfter);
+  const bool may = stopped_after_ == 0 || budget_keys().release != 0;
+  return reserved_.empty() || (may && pace.time(iteration) > kReleasesAfter);
 }
 
 std::string Guard::verdict() const {

@@ -1,35 +1,35 @@
 // SPDX-License-Identifier: MIT
 //
 // A budget of Gaussians: their number grows on a straight line from the start's to the target, and
-// reaches it exactly at the end of growth. Everything follows the number N of iterations: growth
-// lasts from 0.05 N to 0.7 N, with at most 60 changes, each after at least one pass over the
-// training views. The rate of the means falls exponentially until N, the other rates in the last
-// part. As in 3DGS-MCMC, nearly transparent Gaussians move, noise moves means, and opacities and
-// scales have weights in the loss.
+// reaches it exactly at the end of growth. Everything follows the time of the run, which goes from
+// 0 to 1: growth lasts from 0.05 to 0.7, with at most 60 changes, each after at least one pass over
+// the training views. The rate of the means falls exponentially until the end, the other rates in
+// the last part.
+//
+// The choices are from published trainers, one by one by experiment (docs/log/training.md): the
+// line, the halved opacities and the cleared moments from LiteGS (its code), the split along the
+// long axis from Improved-GS (arXiv 2508.12313), the draw without replacement from Taming 3DGS
+// (arXiv 2406.15643), here by the absolute gradients of AbsGS.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
-#include <vector>
 
 #include "learn/gradient/activation.h"
-#include "learn/run/budget_keys.h"
 #include "learn/run/density_rules.h"
-#include "learn/run/schedule.h"
 
 namespace qs::train {
 namespace {
 
-constexpr double kGrowthBegin = 0.05, kGrowthEnd = kBudgetGrowthEnd;  // times of the run
+constexpr double kGrowthBegin = 0.05, kGrowthEnd = kBudgetGrowthEnd;
 constexpr int kLeastInterval = 100, kMostChanges = 60, kDecays = 9;
 constexpr double kLastInterval = 0.75;  // at least, times the usual one
+constexpr double kPixelsPerGaussian = 200;
 constexpr double kRounding = 1e-6;
-constexpr double kFirstRate = 1.6e-4;  // of the means, times the extent
-constexpr double kFallenRates = 0.1;
-constexpr double kBesideScale = 0.01;  // times the extent: smaller ones are copied
+constexpr double kFirstMeanRate = 1.6e-4, kLastMeanRate = 1.6e-5;  // times the extent
+constexpr double kRatesFallFrom = 0.7, kFallenRates = 0.1;
 constexpr double kLeastDecayed = 1.0 / 128, kPruned = 1.0 / 255;
-constexpr double kLongOffset = 1.35, kLongScale = 0.55, kLongOthers = 0.893, kLongOpacity = 0.6;
-constexpr double kRecovered = 0.2;
+// A child of a split, times the values of its parent; the offset in standard deviations.
+constexpr double kSplitOffset = 1.35, kSplitScale = 0.55, kSplitOthers = 0.893, kSplitOpacity = 0.6;
 
 /// The changes of the number of Gaussians. The last one is at the end of growth.
 struct Growth {
@@ -64,31 +64,25 @@ struct Growth {
     const int iterations = run.pace.iterations_in(iteration);
     return (kGrowthEnd - time) * iterations > kLastInterval * interval(iterations);
   }
-  int change_before(int iteration) const {
-    while (--iteration > 0 && !changes_after(iteration)) continue;
-    return iteration;
-  }
-  /// The decays of opacities until after an iteration, of 9 equal steps.
-  int decays(int iteration) const {
-    return static_cast<int>(kDecays * share(iteration) + kRounding);
+  /// True if opacities are halved at the change after this iteration: at 9 equal steps of growth.
+  bool halves_after(int iteration) const {
+    int last = iteration - 1;
+    while (last > 0 && !changes_after(last)) --last;
+    const auto steps = [&](int at) { return static_cast<int>(kDecays * share(at) + kRounding); };
+    return steps(iteration) > steps(last);
   }
 };
 
-template <class NewOpacity>
-void change_opacities(Plan& plan, const NewOpacity& changed_opacity) {
-  for (std::size_t i = 0; i < plan.size(); ++i) {
-    const double next = std::clamp(changed_opacity(opacity(plan, i)), 1e-6, 1 - 1e-6);
-    plan.opacity_logits[i] = static_cast<float>(std::log(next / (1 - next)));
-  }
+void set_opacity(Plan& plan, std::size_t i, double value) {
+  plan.opacity_logits[i] = static_cast<float>(std::log(value / (1 - value)));
 }
 
+// Halves all opacities, and begins again with moments of 0: a step of Adam is then several times as
+// large for about 500 iterations.
 void halve_opacities(Plan& plan) {
-  change_opacities(plan, [](double o) { return std::max(o / 2, kLeastDecayed); });
-}
-
-void clear_moments(Plan& plan) {
-  if (budget_keys().clear == "all") std::ranges::fill(plan.moment_sources, Plan::kZeros);
-  if (budget_keys().clear == "opacity") plan.clears_opacity_moments = true;
+  for (std::size_t i = 0; i < plan.size(); ++i)
+    set_opacity(plan, i, std::max(opacity(plan, i) / 2, kLeastDecayed));
+  std::ranges::fill(plan.moment_sources, Plan::kZeros);
 }
 
 // The weighted draw of `count` of weights.size() numbers, each of them once: the smallest
@@ -112,210 +106,78 @@ std::vector<std::uint32_t> drawn_once(const std::vector<double>& weights, std::s
   return result;
 }
 
+// The mean absolute gradients; equal weights if all are 0.
 std::vector<double> weights_of(const GaussianFacts& facts, const Plan& plan) {
-  const std::string& score = budget_keys().score;
-  std::vector<double> weights(plan.size());
-  for (std::size_t i = 0; i < plan.size(); ++i) {
-    const std::uint32_t from = plan.sources[i];
-    const double gradient = facts.density.mean_absolute(from);
-    if (score == "opacity") weights[i] = opacity(plan, i);
-    if (score == "gradient") weights[i] = gradient;
-    if (score == "share") weights[i] = gradient * facts.counts.flagged_share(from);
-    if (score == "flagged" && !facts.counts.flagged.empty())
-      weights[i] = opacity(plan, i) * facts.counts.flagged[from];
-  }
+  std::vector<double> weights;
+  for (const std::uint32_t from : plan.sources)
+    weights.push_back(facts.density.mean_absolute(from));
   if (std::ranges::none_of(weights, [](double weight) { return weight > 0; }))
     std::ranges::fill(weights, 1.0);
   return weights;
 }
 
-// Two children at +-1.35 standard deviations of the long axis replace the Gaussian.
+// Two children on the long axis replace the Gaussian.
 void split_long(Plan& plan, std::size_t i, const glm::quat& rotation) {
   const glm::dmat3 axes = glm::mat3_cast(unit_rotation(glm::dquat(rotation)));
   const glm::vec3 s = plan.log_scales[i];
   const int axis = s.x >= s.y && s.x >= s.z ? 0 : s.y >= s.z ? 1 : 2;
-  const glm::vec3 offset(axes[axis] * (kLongOffset * std::exp(static_cast<double>(s[axis]))));
+  const glm::vec3 offset(axes[axis] * (kSplitOffset * std::exp(static_cast<double>(s[axis]))));
   for (int k = 0; k < 3; ++k)
-    plan.log_scales[i][k] += static_cast<float>(std::log(k == axis ? kLongScale : kLongOthers));
-  const double kept = kLongOpacity * opacity(plan, i);
-  plan.opacity_logits[i] = static_cast<float>(std::log(kept / (1 - kept)));
+    plan.log_scales[i][k] += static_cast<float>(std::log(k == axis ? kSplitScale : kSplitOthers));
+  set_opacity(plan, i, kSplitOpacity * opacity(plan, i));
   plan.moment_sources[i] = Plan::kZeros;
   plan.add_copy_of(i);
   plan.means[i] += offset;
   plan.means.back() -= offset;
 }
 
-void add(const IterationContext& context, const GaussianFacts& facts, std::size_t count,
-         Plan& plan) {
-  const BudgetKeys& keys = budget_keys();
-  const auto sources =
-      keys.score == "opacity" && keys.replace != 0
-          ? sources_of_growth(context, plan, count)
-          : drawn_once(weights_of(facts, plan), count, context.random(RandomUse::add));
-  if (keys.child == "relocate") return add_sharing(sources, plan);
-  const Random random = context.random(RandomUse::split);
-  for (std::size_t n = 0; n < sources.size(); ++n) {
-    const std::uint32_t i = sources[n];
-    const glm::quat& rotation = facts.rotations[plan.sources[i]];
-    if (keys.child == "long") {
-      split_long(plan, i, rotation);
-      continue;
-    }
-    const bool large = largest_scale(plan, i) > kBesideScale * context.extent;
-    plan.add_copy_of(i);
-    if (large) shrink_child(plan, plan.size() - 1, rotation, random.normal3(n));
-  }
-}
-
-void prune_unneeded(const GaussianFacts& facts, Plan& plan) {
-  if (budget_keys().prune == "unseen" && !facts.counts.blended.empty())
-    plan.keep_if([&](std::size_t i) { return facts.counts.blended[plan.sources[i]] > 0; });
-  else
-    remove_faint(kPruned, plan);
-}
-
-// Removes the lowest fifth by opacity, ties by index.
-void remove_lowest(Plan& plan) {
-  std::vector<std::uint32_t> order(plan.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return plan.opacity_logits[i]; });
-  std::vector<bool> goes(plan.size());
-  const auto removed = static_cast<std::size_t>(kRecovered * static_cast<double>(plan.size()));
-  for (std::size_t n = 0; n < removed; ++n) goes[order[n]] = true;
-  plan.keep_if([&](std::size_t i) { return !goes[i]; });
-}
-
-void decay(const IterationContext& context, const Growth& growth, Plan& plan) {
-  const BudgetKeys& keys = budget_keys();
-  const double t = context.run.pace.time(context.iteration - 1);
-  const int last = growth.change_before(context.iteration - 1);
-  const bool is_step = growth.decays(context.iteration - 1) > growth.decays(last);
-  const double before = context.run.pace.time(last), step = t - before;
-  const bool is_reset = std::floor(10 * t) > std::floor(10 * before) && t < 0.5;
-  if (keys.decay == "none" || (keys.decay == "half" && !is_step) ||
-      (keys.decay == "reset" && !is_reset))
-    return;
-  if (keys.decay == "half") halve_opacities(plan);
-  if (keys.decay == "mild") change_opacities(plan, [&](double o) { return o * keys.amount; });
-  if (keys.decay == "minus")
-    change_opacities(plan, [&](double o) {
-      return o - keys.amount * (1 - t) * step * context.settings.iterations / 200;
-    });
-  if (keys.decay == "clamp") limit_opacities(0.8, plan);
-  if (keys.decay == "reset") limit_opacities(kResetOpacity, plan);
-  clear_moments(plan);
-}
-
-// base=few: strategy fastgs, with its 30,000 iterations scaled to the run.
-
-int published_iteration(const TrainSettings& settings, int iteration) {
-  return static_cast<int>(30'000L * iteration / settings.iterations);
-}
-
-// The published iteration, a multiple of `step`, that this one stands for; 0: none.
-int published_multiple(const TrainSettings& settings, int iteration, int step) {
-  const int now = published_iteration(settings, iteration) / step;
-  return now > published_iteration(settings, iteration - 1) / step ? now * step : 0;
-}
-
-struct FewEvents {
-  int change, reset, final_prune;
-
-  static FewEvents after(const TrainSettings& settings, int iteration) {
-    const int change = published_multiple(settings, iteration, 500);
-    const int later = published_multiple(settings, iteration, 3000);
-    return {change >= 1000 && change < kDensityEnd ? change : 0, later < kDensityEnd ? later : 0,
-            final_prune_after(later, kDensityEnd) ? later : 0};
-  }
-};
-
-void few_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
-  const FewEvents events = FewEvents::after(context.settings, context.iteration - 1);
-  IterationContext published = context;
-  published.iteration = events.change + 1;
-  if (events.change > 0) fastgs_change(published, facts, plan);
-  if (events.reset > 0) limit_opacities(kResetOpacity, plan);
-  if (events.final_prune > 0) remove_faint(kFinalOpacity, plan);
-}
-
 }  // namespace
 
 std::size_t budget_target(const TrainSettings& settings, const RunFacts& run) {
   if (settings.max_gaussians > 0) return settings.max_gaussians;
-  return static_cast<std::size_t>(static_cast<double>(run.pixels) / budget_keys().divisor);
+  return static_cast<std::size_t>(static_cast<double>(run.pixels) / kPixelsPerGaussian);
 }
 
-bool budget_changes_after(const TrainSettings& settings, const RunFacts& run, int iteration) {
+bool budget_changes_after(const TrainSettings& /*settings*/, const RunFacts& run, int iteration) {
   if (run.stopped_after > 0) return iteration == run.stopped_after;
-  if (budget_keys().base == "few") {
-    const FewEvents events = FewEvents::after(settings, iteration);
-    return events.change + events.reset + events.final_prune > 0;
-  }
   return Growth{run}.changes_after(iteration);
 }
 
 void budget_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
   if (context.run.stopped_after > 0) {
     halve_opacities(plan);
-    return clear_moments(plan);
+    return;
   }
-  const BudgetKeys& keys = budget_keys();
-  if (keys.base == "few") return few_change(context, facts, plan);
   const Growth growth{context.run};
-  const int over = context.iteration - 1, last = growth.change_before(over);
+  const int over = context.iteration - 1;
   if (plan.growth.initial == 0)
     plan.growth = {facts.size(), budget_target(context.settings, context.run)};
-  const int decays = growth.decays(last);
-  if (keys.recover != 0 && decays > growth.decays(growth.change_before(last)) &&
-      (decays == 3 || decays == 6))
-    remove_lowest(plan);
-  if (keys.base == "mcmc")
-    relocate_dead(context, plan);
-  else
-    prune_unneeded(facts, plan);
+  remove_faint(kPruned, plan);
   const auto [initial, target] = plan.growth;
-  if (target > initial) {
+  if (target > initial && plan.size() > 0) {
     const double added = static_cast<double>(target - initial) * growth.share(over);
     const std::size_t wanted = initial + static_cast<std::size_t>(added + kRounding);
-    if (wanted > plan.size() && plan.size() > 0) add(context, facts, wanted - plan.size(), plan);
+    if (wanted > plan.size())
+      for (const std::uint32_t i : drawn_once(weights_of(facts, plan), wanted - plan.size(),
+                                              context.random(RandomUse::add)))
+        split_long(plan, i, facts.rotations[plan.sources[i]]);
   }
-  decay(context, growth, plan);
+  if (growth.halves_after(over)) halve_opacities(plan);
 }
 
 void budget_step(const IterationContext& context, StepOrder& order) {
-  const BudgetKeys& keys = budget_keys();
-  const Pace& pace = context.run.pace;
-  const double t = pace.time(context.iteration);
+  const double t = context.run.pace.time(context.iteration);
   const int stopped = context.run.stopped_after;
-  IterationContext here = context;
-  Rates& rates = here.rates;
-  double falls_from = 1 - keys.fall;
-  if (stopped > 0) falls_from = std::min(falls_from, pace.time(stopped));
+  double falls_from = kRatesFallFrom;
+  if (stopped > 0) falls_from = std::min(falls_from, context.run.pace.time(stopped));
   const double fallen = (t - falls_from) / (1 - falls_from);
   const double factor = fallen > 0 ? std::pow(kFallenRates, fallen) : 1;
-  rates.sh_rest = keys.rest;
+  Rates& rates = order.rates;
   for (double* rate :
        {&rates.log_scale, &rates.rotation, &rates.opacity, &rates.sh_dc, &rates.sh_rest})
     *rate *= factor;
-  rates.mean = kFirstRate * std::pow(keys.mean_end / kFirstRate, t) * context.extent;
-  order.rates = rates;
-  order.counts_density =
-      (keys.score == "gradient" || keys.score == "share") && stopped == 0 && t <= kGrowthEnd;
-  if (keys.base == "few") {
-    const int published = published_iteration(context.settings, context.iteration);
-    rates = order.rates = rates_at(published, context.extent, context.rates.opacity);
-    order.counts_density = published < kDensityEnd;
-  }
-  mcmc_step(here, order);
-  const int sums = t > kGrowthEnd ? static_cast<int>(keys.sums) : 0;
-  if (sums > 1) {
-    order.sums = true;
-    order.moves = order.moves && context.iteration % sums == 0;
-    order.sparsity->opacity_weight *= sums;
-    order.sparsity->scale_weight *= sums;
-  }
-  if (keys.penalty == 0) order.sparsity.reset();
-  if (keys.noise == 0 || (sums > 1 && !order.moves)) order.noise.reset();
+  rates.mean = kFirstMeanRate * std::pow(kLastMeanRate / kFirstMeanRate, t) * context.extent;
+  order.counts_density = stopped == 0 && t <= kGrowthEnd;
 }
 
 }  // namespace qs::train

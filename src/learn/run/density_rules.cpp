@@ -18,8 +18,7 @@ constexpr int kFirstFinalPrune = 18'000, kLastFinalPrune = 27'000, kFinalPruneIn
 
 double logit_of(double opacity) { return std::log(opacity / (1 - opacity)); }
 
-}  // namespace
-
+// Replaces Gaussian `child` of the plan, a copy, by a smaller one at a point drawn from it.
 void shrink_child(Plan& plan, std::size_t child, const glm::quat& rotation,
                   const glm::dvec3& normal) {
   const glm::dmat3 axes = glm::mat3_cast(unit_rotation(glm::dquat(rotation)));
@@ -27,6 +26,8 @@ void shrink_child(Plan& plan, std::size_t child, const glm::quat& rotation,
   plan.means[child] += glm::vec3(axes * (scale * normal));
   plan.log_scales[child] -= static_cast<float>(std::log(kSplitShrink));
 }
+
+}  // namespace
 
 std::vector<Candidate> find_candidates(const IterationContext& context, const GaussianFacts& facts,
                                        const CandidateRule& rule) {

@@ -49,20 +49,6 @@ void remove_faint(double least_opacity, Plan& plan);
 /// No opacity is above `most`, 0..1, afterwards. The moments of all opacities become 0.
 void limit_opacities(double most, Plan& plan);
 
-/// Replaces Gaussian `child` of the plan, a copy, by one smaller by 1.6 at a point drawn from it.
-void shrink_child(Plan& plan, std::size_t child, const glm::quat& rotation,
-                  const glm::dvec3& normal);
-
-// Relocation, see mcmc.cpp.
-
-/// Nearly transparent Gaussians become copies of others, drawn by opacity.
-void relocate_dead(const IterationContext& context, Plan& plan);
-/// Draws `count` Gaussians of the plan by opacity, with replacement.
-std::vector<std::uint32_t> sources_of_growth(const IterationContext& context, const Plan& plan,
-                                             std::size_t count);
-/// Adds a copy of every source. Sources and copies share their place, and have no moments.
-void add_sharing(const std::vector<std::uint32_t>& sources, Plan& plan);
-
 /// True if opacities are reset between this iteration and the next: every 3,000 iterations before
 /// `end`, and with a white background also after 500.
 bool resets_after(const TrainSettings& settings, int iteration, int end);

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
-#include "learn/run/budget_keys.h"
 #include "raster/kernel/random.h"
 
 namespace qs::train {
@@ -66,8 +65,7 @@ void Guard::add(const GuardRow& row) {
 }
 
 bool Guard::trains_all(const Pace& pace, int iteration) const {
-  const bool may = stopped_after_ == 0 || budget_keys().release != 0;
-  return reserved_.empty() || (may && pace.time(iteration) > kReleasesAfter);
+  return reserved_.empty() || pace.time(iteration) > kReleasesAfter;
 }
 
 std::string Guard::verdict() const {
@@ -76,9 +74,7 @@ std::string Guard::verdict() const {
   const std::string views = fmt::format("{} reserved views", reserved_.size());
   const std::string last = fmt::format("{} dB after iteration {}", decibels(rows_.back().reserved),
                                        number(rows_.back().iteration));
-  if (stopped_after_ == 0)
-    return fmt::format("guard: the {} did not get worse: {}; they were trained after that", views,
-                       last);
+  if (stopped_after_ == 0) return fmt::format("guard: the {} did not get worse: {}", views, last);
   return fmt::format(
       "guard: growth stopped after iteration {}, because the {} got worse since iteration {} ({} "
       "dB); {}",

@@ -3,7 +3,7 @@
 // The guard against overfitting: a few training views are reserved until 0.8 of the run. They are
 // compared with the model from time to time, beside as many trained views. If they get worse while
 // the trained views get better, the model has begun to remember its photographs: the strategy stops
-// growth. Otherwise the reserved views are trained too at the end.
+// growth. At the end the reserved views are trained too.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,8 @@ class Guard {
   /// Reserves no view.
   Guard() = default;
   /// Reserves max(3, views / 20) views, but at most a quarter, evenly over the views' order: no two
-  /// are neighbours. `rows` are the measurements so far.
+  /// are neighbours. `rows`
+  /// are the measurements so far.
   Guard(std::size_t views, std::uint64_t seed, std::vector<GuardRow> rows);
 
   /// Views by their numbers, ascending.

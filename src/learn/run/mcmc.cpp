@@ -8,7 +8,6 @@
 // Gaussians in large worlds.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "learn/gradient/relocation.h"
 #include "learn/run/density_rules.h"
@@ -29,9 +28,8 @@ void share(Plan& p, std::size_t i, int copies) {
 }
 
 // Draws `count` candidates by opacity, with replacement.
-std::vector<std::uint32_t> drawn_by_opacity(const Plan& p,
-                                            const std::vector<std::uint32_t>& candidates,
-                                            std::size_t count, const Random& random) {
+std::vector<std::uint32_t> drawn(const Plan& p, const std::vector<std::uint32_t>& candidates,
+                                 std::size_t count, const Random& random) {
   std::vector<double> sums;
   double sum = 0;
   for (const std::uint32_t i : candidates) sums.push_back(sum += opacity(p, i));
@@ -55,37 +53,32 @@ void share_sources(Plan& plan, const std::vector<std::uint32_t>& sources) {
   }
 }
 
-}  // namespace
-
 void relocate_dead(const IterationContext& context, Plan& plan) {
   std::vector<std::uint32_t> dead, alive;
   for (std::uint32_t i = 0; i < plan.size(); ++i)
     (opacity(plan, i) <= kDeadOpacity ? dead : alive).push_back(i);
   if (dead.empty() || alive.empty()) return;
-  const auto sources =
-      drawn_by_opacity(plan, alive, dead.size(), context.random(RandomUse::relocate));
+  const auto sources = drawn(plan, alive, dead.size(), context.random(RandomUse::relocate));
   share_sources(plan, sources);
   for (std::size_t k = 0; k < dead.size(); ++k) plan.replace(dead[k], sources[k]);
 }
 
-std::vector<std::uint32_t> sources_of_growth(const IterationContext& context, const Plan& plan,
-                                             std::size_t count) {
+void grow(const IterationContext& context, Plan& plan) {
+  const auto wanted = static_cast<std::size_t>(kGrowth * static_cast<double>(plan.size()));
+  const std::size_t target = std::min(context.max_gaussians(), wanted);
+  if (target <= plan.size()) return;
   std::vector<std::uint32_t> all(plan.size());
-  std::iota(all.begin(), all.end(), 0u);
-  return drawn_by_opacity(plan, all, count, context.random(RandomUse::add));
-}
-
-void add_sharing(const std::vector<std::uint32_t>& sources, Plan& plan) {
+  for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+  const auto sources = drawn(plan, all, target - plan.size(), context.random(RandomUse::add));
   share_sources(plan, sources);
   for (const std::uint32_t i : sources) plan.add_copy_of(i);
 }
 
+}  // namespace
+
 void mcmc_change(const IterationContext& context, const GaussianFacts& /*facts*/, Plan& plan) {
   relocate_dead(context, plan);
-  const auto wanted = static_cast<std::size_t>(kGrowth * static_cast<double>(plan.size()));
-  const std::size_t target = std::min(context.max_gaussians(), wanted);
-  if (target > plan.size())
-    add_sharing(sources_of_growth(context, plan, target - plan.size()), plan);
+  grow(context, plan);
 }
 
 void mcmc_step(const IterationContext& context, StepOrder& order) {

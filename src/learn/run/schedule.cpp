@@ -120,13 +120,6 @@ ResolutionSchedule::ResolutionSchedule(const PhotographSpectra& spectra, int end
   begins_.push_back(end);
 }
 
-ResolutionSchedule ResolutionSchedule::halved_until(int end) {
-  ResolutionSchedule schedule;
-  schedule.scales_ = {2, 2, 1};
-  schedule.begins_ = {0, end - 1, end};
-  return schedule;
-}
-
 int ResolutionSchedule::factor_at(int iteration) const {
   const auto next = std::ranges::upper_bound(begins_, iteration);
   if (next == begins_.end()) return 1;

@@ -73,9 +73,6 @@ class ResolutionSchedule {
   /// Reduced until iteration `end`.
   ResolutionSchedule(const PhotographSpectra& spectra, int end);
 
-  /// Half of the size until iteration `end`.
-  static ResolutionSchedule halved_until(int end);
-
   /// The factor that an iteration asks for, at least 1.
   int factor_at(int iteration) const;
   /// The factor that an iteration uses. As published, it is renewed when Gaussians may be added:

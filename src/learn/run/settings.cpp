@@ -62,6 +62,7 @@ void visit(JsonFields fields, TrainSettings& s) {
   fields("opacity_rate", s.opacity_rate);
   if (fields.from != nullptr ? fields.from->contains("seconds") : s.seconds > 0)
     fields("seconds", s.seconds);
+  if (fields.from != nullptr ? fields.from->contains("guard") : s.guard) fields("guard", s.guard);
   if (fields.to != nullptr && !s.pace.empty()) (*fields.to)["pace"] = pace_json(s.pace);
   if (fields.from != nullptr && fields.from->contains("pace"))
     s.pace = pace_of(fields.from->at("pace"));

@@ -45,6 +45,7 @@ struct TrainSettings {
   bool published_extent = false;     ///< see DataSet::published_extent
   double opacity_rate = 0;           ///< learning rate of opacity logits; 0: the strategy's own
   double seconds = 0;           ///< `budget`: the time of the run, which corrects its pace; 0: none
+  bool guard = false;           ///< `budget`: some training views are reserved, see guard.h
   std::vector<Pace::Row> pace;  ///< `budget`: of another run; empty: of `iterations`
 
   /// The iteration from which the resolution schedule has full size.

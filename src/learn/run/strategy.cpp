@@ -5,7 +5,6 @@
 #include <array>
 
 #include "base/fail.h"
-#include "learn/run/budget_keys.h"
 #include "learn/run/density_rules.h"
 #include "learn/run/field_model.h"
 
@@ -50,13 +49,10 @@ constexpr std::array kStrategies = {
              .change = adc_change,
              .adjust_step = mask_step},
     Strategy{.name = "budget",
-             .summary = "reaches a number of Gaussians on a schedule that follows --iterations",
-             .initial_opacity = 0.5,
-             .initial_scale = 0.1,
+             .summary = "reaches a number of Gaussians on a schedule that follows the run",
              .resets_opacities = false,
              .counts_density = false,
              .needs_absolute_gradients = true,
-             .has_guard = true,
              .sh_steps = 25,
              .changes_after = budget_changes_after,
              .change = budget_change,
@@ -124,7 +120,7 @@ std::span<const Strategy> strategies() { return kStrategies; }
 const Strategy& find_strategy(std::string_view name) {
   const auto found = std::ranges::find(kStrategies, name, &Strategy::name);
   if (found == kStrategies.end()) fail(ErrorKind::usage, "--strategy: '{}' is no strategy", name);
-  return found->name == std::string_view("budget") ? budget_with_keys(*found) : *found;
+  return *found;
 }
 
 // Learned masks (Compact 3D Gaussian Representation, Lee et al., CVPR 2024, arXiv 2311.13681, with

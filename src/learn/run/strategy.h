@@ -70,7 +70,6 @@ struct Strategy {
   /// True if every Gaussian has a mask that is trained, see kernel/gradient/mask.h. Gaussians that
   /// are masked out are removed at every change, and every 1,000 iterations after `end`.
   bool has_masks = false;
-  bool has_guard = false;  ///< some training views are reserved at first, see guard.h
   int sh_steps = 0;  ///< the SH degree grows in every of so many parts of the run; 0: every 1,000
                      ///< iterations
 

@@ -95,6 +95,7 @@ void check_strategy(const TrainOptions& options) {
   require(options.gaussians.has_value(), "--gaussians N", {"budget"});
   require(settings.seconds > 0, "--seconds", {"budget"});
   require(options.pace.has_value(), "--pace", {"budget"});
+  require(settings.guard, "--guard", {"budget"});
   require(settings.sum_gradients, "--sum-gradients", {"fastgs"});
   require(settings.absolute_gradients, "--absolute-gradients", {"adc"});
   require(settings.final_prunes, "--final-prunes", {"adc", "mcmc"});
@@ -184,6 +185,9 @@ void declare_strategy_options(OptionTable& table, TrainOptions& options) {
       "the scene's extent, the unit of the steps of means: without cameras far away from all "
       "others, "
       "or of all cameras as published (default: robust)");
+  table.flag("--guard", settings.guard,
+             "with strategy budget: reserves a twentieth of the training views at first, and stops "
+             "growth if they get worse");
   table.flag("--step-before-densify", settings.step_before_densify,
              "also takes the optimizer's step in iterations after which Gaussians are added, as "
              "QuadBox's code; 3DGS leaves it out");

@@ -8,13 +8,14 @@
 #include <utility>
 
 #include "base/fail.h"
-#include "learn/run/budget_keys.h"
 #include "learn/run/field_model.h"
 #include "learn/run/initial.h"
 #include "raster/kernel/random.h"
 
 namespace qs::train {
 namespace {
+
+constexpr double kMostPsnr = 100;  // of equal pictures, so that means are finite
 
 // Measures the stages one after another.
 class StageClock {
@@ -76,8 +77,8 @@ Trainer::Trainer(const TrainSettings& settings, const DataSet& data,
       pool_(pool),
       model_(std::move(model)),
       run_(run_facts_of(data, pace.empty() ? settings.given_pace() : Pace(std::move(pace)))),
-      guard_(strategy_.has_guard ? Guard(data.training.size(), settings.seed, std::move(measured))
-                                 : Guard()),
+      guard_(settings.guard ? Guard(data.training.size(), settings.seed, std::move(measured))
+                            : Guard()),
       views_(data.training.size(), settings.seed),
       trained_views_(guard_.trained().size(), settings.seed),
       photographs_(data),
@@ -89,10 +90,6 @@ Trainer::Trainer(const TrainSettings& settings, const DataSet& data,
 
 void Trainer::prepare(const Progress& progress) {
   if (schedule_) return;
-  if (strategy_.name == std::string_view("budget") && budget_keys().half != 0) {
-    schedule_ = ResolutionSchedule::halved_until(std::max(2, run_.pace.iteration_at(0.1)));
-    return;
-  }
   if (!settings_.reduced_photographs) {
     schedule_.emplace();
     return;
@@ -175,22 +172,6 @@ void Trainer::count_errors(int iteration, int views) {
   }
 }
 
-// A GPU returns the loss of the comparison before, so every comparison is repeated.
-double Trainer::mean_psnr(std::span<const std::size_t> views) {
-  const RenderSettings render = render_settings(iteration());
-  double sum = 0;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const PhotographView* const next = &data_.training[views[(i + 1) % views.size()]];
-    const PhotographView& full = photographs_.view(data_.training[views[i]], {&next, 1});
-    const PhotographView& view = reduced_.view(views[i], full, !data_.on_disk());
-    model_->forward(view.camera, render);
-    for (int repeat = 0; repeat < 2; ++repeat)
-      model_->compare_with(number_of(views[i]), view.photograph());
-    sum += std::min(psnr_of(model_->recent_loss().squared_error), 100.0);
-  }
-  return sum / static_cast<double>(views.size());
-}
-
 void Trainer::correct_pace(double elapsed, PaceControl& control) {
   const double number = static_cast<double>(gaussians());
   const double target =
@@ -200,10 +181,13 @@ void Trainer::correct_pace(double elapsed, PaceControl& control) {
 
 void Trainer::measure_if_due() {
   if (!guard_.due(run_.pace, iteration())) return;
-  const double reserved = mean_psnr(guard_.reserved());
-  guard_.add({iteration(), reserved, mean_psnr(guard_.neighbours())});
+  const auto psnr_of_views = [&](const std::vector<std::size_t>& numbers) {
+    std::vector<const PhotographView*> views;
+    for (const std::size_t number : numbers) views.push_back(&data_.training[number]);
+    return std::min(mean_quality(views).psnr, kMostPsnr);
+  };
+  guard_.add({iteration(), psnr_of_views(guard_.reserved()), psnr_of_views(guard_.neighbours())});
   run_.stopped_after = guard_.stopped_after();
-  measured_ = true;
 }
 
 void Trainer::require_codes() {
@@ -248,8 +232,6 @@ StepResult Trainer::step() {
   model_->forward(view.camera, render);
   clock.next();
   model_->compare_with(number_of(view_at(iteration)), view.photograph());
-  if (std::exchange(measured_, false))  // else recent_loss() may be the guard's
-    model_->compare_with(number_of(view_at(iteration)), view.photograph());
   clock.next();
   const StepOrder order = step_order(context);
   model_->backward({.absolute = order.counts_density && strategy_.absolute_gradients(settings_)});
@@ -262,21 +244,27 @@ StepResult Trainer::step() {
   return result;
 }
 
-std::optional<Quality> Trainer::test_quality(const Progress& progress) {
-  if (data_.test.empty()) return std::nullopt;
+Quality Trainer::mean_quality(std::span<const PhotographView* const> views,
+                              const Progress& progress) {
   const RenderSettings render = render_settings(iteration());
-  Quality sum;
-  for (std::size_t i = 0; i < data_.test.size(); ++i) {
-    const PhotographView* const next = &data_.test[(i + 1) % data_.test.size()];
-    const PhotographView& view = photographs_.view(data_.test[i], {&next, 1});
+  const auto count = static_cast<double>(views.size());
+  Quality mean;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const PhotographView& view = photographs_.view(*views[i], {&views[(i + 1) % views.size()], 1});
     model_->forward(view.camera, render);
     const Quality quality = model_->quality(view.photograph());
-    sum.psnr += quality.psnr;
-    sum.ssim += quality.ssim;
-    progress.update(static_cast<float>(i + 1) / static_cast<float>(data_.test.size()));
+    mean.psnr += quality.psnr / count;
+    mean.ssim += quality.ssim / count;
+    progress.update(static_cast<float>(i + 1) / static_cast<float>(views.size()));
   }
-  const auto count = static_cast<double>(data_.test.size());
-  return Quality{sum.psnr / count, sum.ssim / count};
+  return mean;
+}
+
+std::optional<Quality> Trainer::test_quality(const Progress& progress) {
+  if (data_.test.empty()) return std::nullopt;
+  std::vector<const PhotographView*> views;
+  for (const PhotographView& view : data_.test) views.push_back(&view);
+  return mean_quality(views, progress);
 }
 
 GaussianCloud Trainer::cloud() const {

@@ -81,7 +81,8 @@ class Trainer {
   std::optional<std::size_t> number_of(std::size_t view) const;
   std::size_t view_at(int iteration);
   void count_errors(int iteration, int views);
-  double mean_psnr(std::span<const std::size_t> views);
+  /// Means over views of the data set.
+  Quality mean_quality(std::span<const PhotographView* const> views, const Progress& progress = {});
   void measure_if_due();
   void require_codes();  ///< draws the codes of shapes if the model has none
 
@@ -98,7 +99,6 @@ class Trainer {
   ReducedPhotographs reduced_;
   std::optional<ResolutionSchedule> schedule_;  ///< set by prepare()
   Plan plan_;                                   ///< the plan of the last change
-  bool measured_ = false;                       ///< the last comparison was the guard's
   bool has_codes_ = false;                      ///< the model is known to have codes of shapes
 };
 

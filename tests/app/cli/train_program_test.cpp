@@ -329,6 +329,7 @@ TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
   expect_refused({"--gaussians", "some"}, "--gaussians: 'some' is not a whole number from 1 to");
   expect_refused({"--strategy", "fastgs", "--seconds", "5"},
                  "--seconds: is for --strategy budget, not fastgs");
+  expect_refused({"--guard"}, "--guard: is for --strategy budget, not adc");
   expect_refused({"--pace", "train.json"}, "--pace: is for --strategy budget, not adc");
   expect_refused({"--strategy", "budget", "--seconds", "5", "--pace", "train.json"},
                  "--pace: contradicts --seconds");
@@ -368,7 +369,7 @@ TEST_F(TrainProgram, fastgs_trains_and_resumes_with_the_same_choice_of_gaussians
 
 TEST_F(TrainProgram, a_run_of_given_seconds_is_repeated_by_its_recorded_pace) {
   const std::vector<std::string> words = {"--random-points", "200", "--strategy", "budget",
-                                          "--gaussians",     "500", "--keep-last"};
+                                          "--gaussians",     "500", "--keep-last", "--guard"};
   const auto run_with = [&](const std::string& name, const std::string& option,
                             const std::string& value) {
     std::vector<std::string> all = words;

@@ -143,9 +143,9 @@ class CudaTrainBudget : public test::GpuTest {};
 
 // Through the first change, a decay that clears all moments, and a measurement of the guard.
 TEST_F(CudaTrainBudget, a_resumed_run_and_another_run_give_the_same_bits) {
-  setenv("QUADSPLAT_BUDGET", "base=adc", 1);
   TrainSettings settings = settings_of("budget");
   settings.iterations = 400;
+  settings.guard = true;
   settings.max_gaussians = 75;
   const auto trained = [&](std::initializer_list<int> parts) {
     ModelState state = perturbed_state(115);
@@ -164,7 +164,6 @@ TEST_F(CudaTrainBudget, a_resumed_run_and_another_run_give_the_same_bits) {
   const ModelState whole = trained({124});
   EXPECT_EQ(whole.size(), 65u) << "5/13 of the way";
   expect_same(trained({119, 120, 121, 124}), whole);
-  unsetenv("QUADSPLAT_BUDGET");
 }
 
 class CudaTrainFieldRun : public test::GpuTest {

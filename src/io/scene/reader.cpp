@@ -25,6 +25,7 @@
 #include "io/scene/compact/compact.h"
 #include "io/scene/gltf/gltf.h"
 #include "io/scene/ply/ply.h"
+#include "io/scene/rad/rad.h"
 #include "io/scene/sog/sog.h"
 #include "io/scene/splat/splat.h"
 #include "io/scene/spz/spz.h"
@@ -63,6 +64,8 @@ constexpr std::array kReaders = {
     ReaderRow{"gltf", ".glb .gltf", "KHR_gaussian_splatting, also its draft and compressed as spz",
               "LUF", "0-4", "buffers inside, in base64 or in its folder", recognises_gltf,
               read_gltf},
+    ReaderRow{"rad", ".rad .radc", "Spark's levels of detail: their leaves", "RDF", "0-3",
+              "version 1; at most 1032 times its size unpacked", recognises_rad, read_rad},
     ReaderRow{"usd", ".usda .usdz .usd .usdc", "OpenUSD's ParticleField3DGaussianSplat, text",
               "RUB, or RFU with Z up", "0-4", "no .usdc; no references, variants and time samples",
               recognises_usd, read_usd},

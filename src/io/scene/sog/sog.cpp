@@ -104,10 +104,7 @@ class Tree {
   }
 
   std::uint64_t number(const json& level, const char* key) const {
-    const double value = JsonEntry{level, source_}.number(level.value(key, json()), key);
-    if (!(value >= 0 && value <= 1e12 && value == std::floor(value)))
-      fail("{}: {} is {}, but must be a whole number from 0 up", source_, key, value);
-    return static_cast<std::uint64_t>(value);
+    return JsonEntry{level, source_}.whole(level.value(key, json()), key);
   }
 
   // parse_json() limits the depth.

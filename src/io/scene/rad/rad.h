@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // RAD (Spark): a tree of levels of detail in chunks of 65,536 nodes, beside each other in a .rad
-// file or in files of their own (.radc). The leaves are read. A chunk is a description in JSON and
-// one plane of values per property, each perhaps deflated. Source: rust/spark-lib/src/rad.rs of
-// sparkjsdev/spark; the code is our own. To add a property or an encoding, add its row in rad.cpp.
+// file or in files of their own (.radc). The leaves are read. Source: rust/spark-lib/src/rad.rs of
+// sparkjsdev/spark; the code is our own.
 #pragma once
 
 #include "io/cloud/scene.h"

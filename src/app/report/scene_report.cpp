@@ -116,10 +116,10 @@ nlohmann::ordered_json report_json(const Scene& scene, const SceneReport& report
   if (const glm::dvec3& origin = scene.cloud.origin; origin != glm::dvec3(0))
     json["counts_from"] = {origin.x, origin.y, origin.z};
   if (scene.levels)
-    json["levels"] = {{"levels", scene.levels->levels},
-                      {"nodes", scene.levels->nodes},
-                      {"leaves", scene.levels->leaves},
-                      {"merged", scene.levels->merged}};
+    json["tree"] = {{"levels", scene.levels->levels},
+                    {"nodes", scene.levels->nodes},
+                    {"leaves", scene.levels->leaves},
+                    {"merged", scene.levels->merged}};
   for (const FilePart& part : scene.parts)
     json["parts"].push_back(
         {{"name", part.name}, {"bytes", part.bytes}, {"content", part.content}});

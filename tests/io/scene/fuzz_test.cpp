@@ -57,7 +57,7 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "preferences",  "transforms_json",
                                           "usd",          "zipped_ply",
                                           "exif",         "points3D_ply",
-                                          "rad"};
+                                          "rad",          "hier"};
   EXPECT_EQ(names, expected);
 }
 

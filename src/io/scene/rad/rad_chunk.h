@@ -23,7 +23,7 @@ namespace qs {
 
 inline constexpr std::string_view kRadChunkMagic = "RADC";
 
-/// The properties of a node. The three of kRadSh are the degrees 1 to 3; those of kRadCodes are
+/// The properties of a node. The three of kRadSh are the degrees 1 to 3; the three of kRadCodes are
 /// tables, of which kRadLabel chooses a row.
 enum RadKind : std::size_t {
   kRadCenter,

@@ -66,7 +66,7 @@ constexpr std::array kReaders = {
               "LUF", "0-4", "buffers inside, in base64 or in its folder", recognises_gltf,
               read_gltf},
     ReaderRow{"rad", ".rad .radc", "Spark's levels of detail: their leaves", "RDF", "0-3",
-              "version 1; at most 1032 times its size unpacked", recognises_rad, read_rad},
+              "version 1; at most 8 nodes per byte", recognises_rad, read_rad},
     ReaderRow{"hier", ".hier", "hierarchical-3d-gaussians, floats or halves: its leaves", "RDF",
               "3", "no sky box and exposures, which are other files", recognises_hier, read_hier},
     ReaderRow{"usd", ".usda .usdz .usd .usdc", "OpenUSD's ParticleField3DGaussianSplat, text",

@@ -12,6 +12,9 @@
 namespace qs {
 namespace {
 
+// Deflate alone would permit a thousand, which fill a machine's memory with a small file.
+constexpr std::uint64_t kMaxRowsPerByte = 8;
+
 struct CodingRow {
   std::string_view name;
   std::uint64_t bytes;  // per value
@@ -72,8 +75,7 @@ RadProperty parse_property(const JsonEntry& entry, const PropertyRow& row, ByteS
   if (property.deflated && entry.text("compression") != "gz")
     fail("{}: the compression '{}' is not known", entry.where,
          printable(entry.text("compression")));
-  if (property.deflated ? property.needed > bytes.size() * kMaxInflation
-                        : property.needed != bytes.size())
+  if (!property.deflated && property.needed != bytes.size())
     fail("{}: {} bytes for {} values, which take {}", entry.where, bytes.size(), row.values * rows,
          property.needed);
   return property;
@@ -151,8 +153,10 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
     const auto kind = static_cast<std::size_t>(row - kProperties.begin());
     if (chunk.properties[kind]) fail("{}: is there twice", stored.where);
     const bool is_table = kind >= kRadCodes && kind < kRadLabel;
-    chunk.properties[kind] = parse_property(
-        stored, *row, part, is_table ? code_count.value_or(chunk.count) : chunk.count);
+    const std::uint64_t rows = is_table ? code_count.value_or(chunk.count) : chunk.count;
+    if (rows > kMaxRowsPerByte * content.size())
+      fail("{}: {} rows, but the chunk has only {} bytes", stored.where, rows, content.size());
+    chunk.properties[kind] = parse_property(stored, *row, part, rows);
   }
   chunk.ignored_bytes =
       payload.size() - std::min<std::uint64_t>(end, payload.size()) + cursor.left();

@@ -368,7 +368,7 @@ TEST_F(TrainProgram, fastgs_trains_and_resumes_with_the_same_choice_of_gaussians
 }
 
 TEST_F(TrainProgram, a_run_of_given_seconds_is_repeated_by_its_recorded_pace) {
-  const std::vector<std::string> words = {"--random-points", "200", "--strategy", "budget",
+  const std::vector<std::string> words = {"--random-points", "200", "--strategy",  "budget",
                                           "--gaussians",     "500", "--keep-last", "--guard"};
   const auto run_with = [&](const std::string& name, const std::string& option,
                             const std::string& value) {

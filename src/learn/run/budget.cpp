@@ -74,7 +74,7 @@ struct Growth {
 };
 
 void set_opacity(Plan& plan, std::size_t i, double value) {
-  plan.opacity_logits[i] = static_cast<float>(std::log(value / (1 - value)));
+  plan.opacity_logits[i] = static_cast<float>(logit_of(value));
 }
 
 // Halves all opacities, and begins again with moments of 0: a step of Adam is then several times as
@@ -138,7 +138,7 @@ std::size_t budget_target(const TrainSettings& settings, const RunFacts& run) {
   return static_cast<std::size_t>(static_cast<double>(run.pixels) / kPixelsPerGaussian);
 }
 
-bool budget_changes_after(const TrainSettings& /*settings*/, const RunFacts& run, int iteration) {
+bool budget_changes_after(const RunFacts& run, int iteration) {
   if (run.stopped_after > 0) return iteration == run.stopped_after;
   return Growth{run}.changes_after(iteration);
 }

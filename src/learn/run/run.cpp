@@ -193,7 +193,7 @@ class Run {
     }
     if (settings_.seconds == 0) return;
     trainer_.correct_pace(log_.seconds, control_);
-    log_.pace = trainer_.pace().rows();
+    if (trainer_.pace().rows().size() != log_.pace.size()) log_.pace = trainer_.pace().rows();
   }
 
   bool is_evaluated() const {

@@ -75,7 +75,7 @@ Strategy::Events Strategy::events_after(const TrainSettings& settings, int itera
   const int reset_end =
       follows_run ? static_cast<int>(4L * settings.iterations / 5) + 1 : kDensityEnd;
   const bool usual = iteration >= first_change && iteration < last && iteration % interval == 0;
-  return {.change = changes_after != nullptr ? changes_after(settings, run, iteration) : usual,
+  return {.change = changes_after != nullptr ? changes_after(run, iteration) : usual,
           .final_prune =
               (always_prunes_at_end || settings.final_prunes) && final_prune_after(iteration, last),
           .mask_prune = has_masks && iteration >= last && iteration % kMaskInterval == 0,

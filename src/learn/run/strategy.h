@@ -75,8 +75,7 @@ struct Strategy {
 
   /// True if Gaussians are added, moved or removed after this iteration; null: by `first_change`,
   /// `interval` and `end`.
-  bool (*changes_after)(const TrainSettings& settings, const RunFacts& run,
-                        int iteration) = nullptr;
+  bool (*changes_after)(const RunFacts& run, int iteration) = nullptr;
   /// Adds, moves and removes Gaussians in a plan that keeps all.
   void (*change)(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
   /// Changes the usual order of the optimizer's step; null: it stays.
@@ -126,6 +125,6 @@ void mcmc_step(const IterationContext& context, StepOrder& order);
 inline constexpr double kBudgetGrowthEnd = 0.7;  ///< time of the run, see Pace
 /// The number of Gaussians at the end of growth.
 std::size_t budget_target(const TrainSettings& settings, const RunFacts& run);
-bool budget_changes_after(const TrainSettings& settings, const RunFacts& run, int iteration);
+bool budget_changes_after(const RunFacts& run, int iteration);
 
 }  // namespace qs::train

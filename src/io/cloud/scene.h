@@ -46,6 +46,7 @@ struct LevelsOfDetail {
   std::uint64_t nodes = 0;   ///< of the tree
   std::uint64_t leaves = 0;  ///< Gaussians that were read
   std::uint64_t merged = 0;  ///< Gaussians of coarser levels, which were left out
+  bool operator==(const LevelsOfDetail&) const = default;
 };
 
 /// A cloud and the facts its file states about it.

@@ -106,11 +106,7 @@ TEST(Hier, leaves_are_read_in_both_layouts) {
     EXPECT_EQ(cloud.sh[15], glm::vec3(22.5f, 23, 23.5f));
     EXPECT_EQ(scene.format, halves ? "hier, halves" : "hier, floats");
     EXPECT_THAT(scene.warnings, IsEmpty());
-    ASSERT_TRUE(scene.levels);
-    EXPECT_EQ(scene.levels->levels, 3u);
-    EXPECT_EQ(scene.levels->nodes, 5u);
-    EXPECT_EQ(scene.levels->leaves, 3u);
-    EXPECT_EQ(scene.levels->merged, 2u);
+    EXPECT_EQ(scene.levels, (LevelsOfDetail{.levels = 3, .nodes = 5, .leaves = 3, .merged = 2}));
   }
 }
 

@@ -321,11 +321,7 @@ std::vector<float> places(const Scene& scene) {
 TEST(Rad, leaves_of_a_tree_are_read) {
   const Scene scene = read(tree_file({}));
   EXPECT_THAT(places(scene), ElementsAre(3, 4, 5, 6));
-  ASSERT_TRUE(scene.levels);
-  EXPECT_EQ(scene.levels->levels, 3u);
-  EXPECT_EQ(scene.levels->nodes, 7u);
-  EXPECT_EQ(scene.levels->leaves, 4u);
-  EXPECT_EQ(scene.levels->merged, 3u);
+  EXPECT_EQ(scene.levels, (LevelsOfDetail{.levels = 3, .nodes = 7, .leaves = 4, .merged = 3}));
   EXPECT_EQ(scene.format, "rad");
   EXPECT_THAT(scene.warnings, IsEmpty());
 }

@@ -257,11 +257,7 @@ TEST(Sog, the_finest_level_of_a_tree_has_the_lowest_number) {
   save(folder / "lod-meta.json", tree);
   const Scene scene = read_scene(folder / "lod-meta.json");
   EXPECT_EQ(scene.cloud.size(), 7u);
-  ASSERT_TRUE(scene.levels);
-  EXPECT_EQ(scene.levels->levels, 6u);
-  EXPECT_EQ(scene.levels->nodes, 3u);
-  EXPECT_EQ(scene.levels->leaves, 7u);
-  EXPECT_EQ(scene.levels->merged, 6u);
+  EXPECT_EQ(scene.levels, (LevelsOfDetail{.levels = 6, .nodes = 3, .leaves = 7, .merged = 6}));
 }
 
 TEST(Sog, version_3_is_refused_by_name) {

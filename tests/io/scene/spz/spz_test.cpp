@@ -145,11 +145,7 @@ TEST(Spz, leaves_of_a_tree_are_read) {
     EXPECT_FLOAT_EQ(cloud.opacity_logits[0], std::log(128 / 127.f));
     EXPECT_EQ(cloud.opacity_logits[1], INFINITY);
     EXPECT_FLOAT_EQ(cloud.opacity_logits[2], std::log(254 / 1.f));
-    ASSERT_TRUE(scene.levels);
-    EXPECT_EQ(scene.levels->levels, 3u);
-    EXPECT_EQ(scene.levels->nodes, 5u);
-    EXPECT_EQ(scene.levels->leaves, 3u);
-    EXPECT_EQ(scene.levels->merged, 2u);
+    EXPECT_EQ(scene.levels, (LevelsOfDetail{.levels = 3, .nodes = 5, .leaves = 3, .merged = 2}));
     EXPECT_THAT(scene.warnings, IsEmpty());
   }
 }

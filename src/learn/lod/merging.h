@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+//
+// The mathematics of levels of detail: one Gaussian in the place of a pair, and the closed form of
+// the difference of their pictures.
+//
+// The *mass* of a Gaussian is its opacity times the area of its ellipsoid, which is four times the
+// mean area of its projections. A merged Gaussian has the mean and the covariance of the mixture,
+// weighted by mass. m = mass / area is its opacity; if m is above 1, it stands for m coincident
+// opaque Gaussians: it becomes opaque, and its covariance grows by the harmonic number H_m, because
+// the integral of 1 - (1 - exp(-r^2/2))^m over the plane is 2 pi H_m.
+//
+// Renderers widen every Gaussian by a low-pass filter of the variance v and keep its opacity, so
+// many small Gaussians together cover more than their mass. With the sum of the leaves' opacities a
+// node's mass at v is mass + 4 pi v * sum, and its area is the area of its widened ellipsoid.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include <glm/vec3.hpp>
+
+namespace qs {
+
+/// xx, xy, xz, yy, yz, zz; world units^2.
+using LodCovariance = std::array<float, 6>;
+
+/// RGB of the mean over all directions minus 0.5, then the coefficients of SH degree 1, times the
+/// constant of degree 0: a product of two of these is the mean product over all directions.
+inline constexpr std::size_t kLodColors = 12;
+
+struct LodGaussian {
+  glm::vec3 mean{0};           ///< world units
+  LodCovariance covariance{};  ///< of the mixture
+  float mass = 0;              ///< sum of opacity times area over its leaves, world units^2
+  float opacities = 0;         ///< sum of the leaves' opacities
+  bool is_leaf = true;
+  std::array<float, kLodColors> color{};
+};
+
+/// A Gaussian as it is drawn.
+struct DrawnLod {
+  float opacity = 0;  ///< 0..1
+  LodCovariance covariance{};
+};
+
+/// Area of the ellipsoid of one standard deviation, within 2 % for every ratio of its axes.
+float ellipsoid_area(const LodCovariance& covariance);
+
+/// H_m = psi(m + 1) + Euler's constant within 0.2 %, for real m >= 1.
+float harmonic_number(float m);
+
+/// Sets the mass and the opacities of a leaf that has its mean and covariance.
+void set_opacity(LodGaussian& leaf, float opacity);
+
+/// The share of `a` in merged(a, b), 0..1.
+float share_of(const LodGaussian& a, const LodGaussian& b);
+
+/// The node in the place of both.
+LodGaussian merged(const LodGaussian& a, const LodGaussian& b);
+
+/// How renderers whose filter has the variance `v`, world units^2, draw the Gaussian. Leaves are
+/// drawn as they are. v = 0: for viewers that know nothing of filters, and for filters that keep
+/// the light of each Gaussian.
+DrawnLod drawn(const LodGaussian& gaussian, float v);
+
+/// The integral of the squared difference between the pictures of `node` and of `a` with `b`: mean
+/// over three directions of sight and over grey backgrounds, sum over RGB; colour^2 times world
+/// units^2. `v`: variance of the renderer's filter, 0.3 h^2 for pixels of the side h.
+/// `antialiased`: the filter keeps the light of each Gaussian. Overlapping Gaussians add up, so
+/// this estimates and does not bound the difference where Gaussians hide each other.
+float merging_error(const LodGaussian& a, const LodGaussian& b, const LodGaussian& node, float v,
+                    bool antialiased);
+
+}  // namespace qs

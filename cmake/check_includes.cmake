@@ -19,7 +19,7 @@ endfunction()
 # ---- rooms: a room, then the rooms that it includes, top floor first
 room(app app/cli base)
 room(app/cli app/conformance app/plugin app/serve app/viewer app/viewer/render app/report app/remote app/film
-     app/measure app/session app/framing app/inspect app/picture learn/lpips learn/run learn/step io/camera io/scene
+     app/measure app/session app/framing app/inspect app/picture learn/lod learn/lpips learn/run learn/step io/camera io/scene
      io/cloud io/picture io/bytes raster/api raster/scene options base)
 room(app/conformance app/report app/picture io/camera io/scene io/picture io/bytes raster/api raster/scene
      raster/kernel base)
@@ -64,7 +64,7 @@ room(learn/diff/cuda learn/diff learn/gradient raster/cuda/common raster/kernel/
 room(learn/step/cpu learn/diff/cpu learn/step learn/field learn/gradient raster/scene raster/kernel base)
 room(learn/diff/cpu learn/diff learn/gradient raster/cpu/common raster/kernel/cull raster/scene raster/kernel base)
 room(learn/diff learn/gradient raster/kernel/cull raster/scene raster/kernel base)
-room(learn/lod)
+room(learn/lod io/scene io/scene/rad io/cloud io/bytes raster/scene raster/kernel base)
 room(learn/lpips io/tensor raster/api raster/scene base)
 room(learn/run learn/step learn/field learn/gradient io/camera io/scene io/scene/compact io/picture io/bytes
      raster/field raster/api raster/kernel/cull raster/scene raster/kernel options base)

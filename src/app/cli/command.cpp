@@ -40,7 +40,8 @@
   ROW(paper, "makes the paper's tables: trains and measures data sets")       \
   ROW(conformance, "writes scenes that test renderers, and judges them")      \
   ROW(info, "prints format, size and value ranges of scene files")            \
-  ROW(convert, "writes a scene in another format")
+  ROW(convert, "writes a scene in another format")                            \
+  ROW(lod, "writes huge scenes as a tree of levels of detail")
 
 namespace qs {
 

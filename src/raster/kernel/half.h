@@ -32,6 +32,15 @@ QS_HD bool to_half(float value, std::uint16_t& half) {
   return float_of_half(half) == value;
 }
 
+/// The nearest half of a finite value; beyond the largest half, that one.
+QS_HD std::uint16_t nearest_half(float value) {
+  constexpr float kScale = 0x1p-112f, kLargest = 65504;
+  const float inside = value < -kLargest ? -kLargest : value > kLargest ? kLargest : value;
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(inside * kScale) + 0x0fffu +
+                             (std::bit_cast<std::uint32_t>(inside * kScale) >> kHalfShift & 1u);
+  return static_cast<std::uint16_t>((bits >> 16 & 0x8000u) | (bits >> kHalfShift & 0x7fffu));
+}
+
 /// As float_of_half(), also for infinities and NaN.
 QS_HD float float_of_any_half(std::uint16_t half) {
   const float value = float_of_half(half);

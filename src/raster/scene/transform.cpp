@@ -47,13 +47,14 @@ glm::dmat3 orthogonal_part(const glm::dmat3& m) {
   return q;
 }
 
-// Eigenvectors (columns of `axes`) and eigenvalues of a symmetric matrix by Jacobi rotations.
+}  // namespace
+
 void diagonalise(glm::dmat3 m, glm::dmat3& axes, glm::dvec3& values) {
   axes = glm::dmat3(1);
   for (int sweep = 0; sweep < 12; ++sweep) {
     for (int p = 0; p < 2; ++p) {
       for (int q = p + 1; q < 3; ++q) {
-        if (m[p][q] == 0) continue;
+        if (std::abs(m[p][q]) <= 1e-18 * (std::abs(m[p][p]) + std::abs(m[q][q]))) continue;
         const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
         const double t = std::copysign(1 / (std::abs(theta) + std::hypot(theta, 1.0)), theta);
         const double c = 1 / std::hypot(t, 1.0), s = t * c;
@@ -70,8 +71,6 @@ void diagonalise(glm::dmat3 m, glm::dmat3& axes, glm::dvec3& values) {
   }
   values = {m[0][0], m[1][1], m[2][2]};
 }
-
-}  // namespace
 
 bool Transform::is_invertible(const glm::dmat4& matrix) {
   const glm::dmat3 linear(matrix);

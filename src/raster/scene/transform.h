@@ -17,6 +17,9 @@
 
 namespace qs {
 
+/// Eigenvectors (columns of `axes`) and eigenvalues of a symmetric matrix by Jacobi rotations.
+void diagonalise(glm::dmat3 matrix, glm::dmat3& axes, glm::dvec3& values);
+
 class Transform {
  public:
   /// The last row of `matrix` must be 0 0 0 1, and is_invertible(matrix) must hold.

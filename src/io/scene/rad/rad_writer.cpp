@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/rad/rad_writer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ostream>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+#include <zlib.h>
+
+#include "io/bytes/byte_cursor.h"
+#include "io/bytes/inflate.h"
+#include "io/bytes/json_text.h"
+#include "io/scene/rad/rad_chunk.h"
+#include "raster/kernel/constants.h"
+#include "raster/kernel/half.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string deflated(const std::string& plain) {
+  constexpr int kLevel = 2, kMemory = 8;
+  std::string packed;
+  Deflater deflater(DeflateForm::deflate, kLevel, kMemory,
+                    [&](std::string_view part) { packed += part; });
+  deflater.write(plain);
+  deflater.finish();
+  return packed;
+}
+
+void pad(std::string& bytes) { bytes.resize((bytes.size() + 7) / 8 * 8); }
+
+// -65504 stands for a value of 0.
+std::uint16_t half_log2(float value) { return nearest_half(std::log2(value)); }
+
+std::string described(std::string_view magic, const std::string& json) {
+  std::string bytes(magic);
+  put_values(bytes, static_cast<std::uint32_t>(json.size()));
+  bytes += json;
+  pad(bytes);
+  return bytes;
+}
+
+class ChunkEncoder {
+ public:
+  ChunkEncoder(const RadNodes& chunk, const RadPlan& plan) : chunk_(chunk), plan_(plan) {}
+
+  std::string encode(std::uint64_t base) {
+    add_property<float>("center", "f32_lebytes", 3,
+                        [](const LodNode& n, std::size_t k) { return n.center[int(k)]; });
+    add_property<std::uint16_t>(
+        "alpha", "f16", 1, [](const LodNode& n, std::size_t) { return nearest_half(n.alpha); });
+    add_sh("rgb", "f16", 0);
+    add_property<std::uint16_t>("scales", "ln_f16", 3, [](const LodNode& n, std::size_t k) {
+      return nearest_half(std::log(n.scales[int(k)]));
+    });
+    add_property<std::uint16_t>("orientation", "f16", 3, [](const LodNode& n, std::size_t k) {
+      const float sign = n.rotation.w < 0 ? -1 : 1;
+      return nearest_half(sign * (k == 0 ? n.rotation.x : k == 1 ? n.rotation.y : n.rotation.z));
+    });
+    constexpr std::array kNames = {"sh1", "sh2", "sh3"};
+    for (std::size_t degree = 1; degree <= static_cast<std::size_t>(plan_.sh_degree); ++degree)
+      add_sh(kNames[degree - 1], "s8", degree);
+    add_property<std::uint16_t>("child_count", "u16", 1,
+                                [](const LodNode& n, std::size_t) { return n.child_count; });
+    add_property<std::uint32_t>("child_start", "u32", 1,
+                                [](const LodNode& n, std::size_t) { return n.first_child; });
+    const std::string block = deflated(own_block());
+    const auto crc =
+        crc32(0, reinterpret_cast<const Bytef*>(block.data()), static_cast<uInt>(block.size()));
+    const ordered_json own = {{"offset", payload_.size()}, {"bytes", block.size()}, {"crc32", crc}};
+    payload_ += block;
+    pad(payload_);
+    const ordered_json json = {{"version", 1},
+                               {"base", base},
+                               {"count", chunk_.nodes.size()},
+                               {"payloadBytes", payload_.size()},
+                               {"maxSh", plan_.sh_degree},
+                               {"lodTree", true},
+                               {"properties", properties_},
+                               {"quadsplat", own}};
+    std::string bytes = described(kRadChunkMagic, json_line(json));
+    put_values(bytes, std::uint64_t{payload_.size()});
+    return bytes + payload_;
+  }
+
+ private:
+  // value(node, k): value k of a node. Bytes of f32_lebytes are planes.
+  template <class T, class Value>
+  std::string plane(std::size_t values, const Value& value) const {
+    std::string bytes;
+    for (std::size_t k = 0; k < values; ++k)
+      for (const LodNode& node : chunk_.nodes) put_values(bytes, static_cast<T>(value(node, k)));
+    return bytes;
+  }
+
+  void add(const char* name, const char* encoding, const std::string& plain,
+           ordered_json more = ordered_json::object()) {
+    const std::string packed = deflated(plain);
+    ordered_json property = {{"offset", payload_.size()},
+                             {"bytes", packed.size()},
+                             {"property", name},
+                             {"encoding", encoding},
+                             {"compression", "gz"}};
+    property.update(more);
+    properties_.push_back(std::move(property));
+    payload_ += packed;
+    pad(payload_);
+  }
+
+  template <class T, class Value>
+  void add_property(const char* name, const char* encoding, std::size_t values,
+                    const Value& value) {
+    std::string bytes = plane<T>(values, value);
+    if (encoding == std::string_view("f32_lebytes")) {
+      std::string planes;
+      for (std::size_t b = 0; b < sizeof(T); ++b)
+        for (std::size_t i = b; i < bytes.size(); i += sizeof(T)) planes += bytes[i];
+      bytes = std::move(planes);
+    }
+    add(name, encoding, bytes);
+  }
+
+  // SH of a degree; degree 0 as colours.
+  void add_sh(const char* name, const char* encoding, std::size_t degree) {
+    const std::size_t first = 3 * degree * degree,
+                      stride = 3 * static_cast<std::size_t>((plan_.sh_degree + 1) *
+                                                            (plan_.sh_degree + 1));
+    const std::size_t values = 3 * (2 * degree + 1), rows = chunk_.nodes.size();
+    const auto at = [&](std::size_t k, std::size_t row) {
+      return float_of_half(chunk_.sh[row * stride + first + k]);
+    };
+    std::string bytes;
+    if (degree == 0) {
+      for (std::size_t k = 0; k < values; ++k)
+        for (std::size_t row = 0; row < rows; ++row)
+          put_values(bytes, nearest_half(0.5f + static_cast<float>(kSh0) * at(k, row)));
+      return add(name, encoding, bytes);
+    }
+    float max = 1e-6f;
+    for (std::size_t k = 0; k < values; ++k)
+      for (std::size_t row = 0; row < rows; ++row) max = std::max(max, std::abs(at(k, row)));
+    for (std::size_t k = 0; k < values; ++k)
+      for (std::size_t row = 0; row < rows; ++row)
+        put_values(bytes, static_cast<std::int8_t>(std::lround(at(k, row) / max * 127)));
+    add(name, encoding, bytes, {{"min", -max}, {"max", max}});
+  }
+
+  std::string own_block() const {
+    std::string bytes = plane<std::uint8_t>(
+        kLodFootprints, [](const LodNode& n, std::size_t k) { return n.gains[k]; });
+    bytes += plane<std::uint8_t>(kLodFootprints,
+                                 [](const LodNode& n, std::size_t k) { return n.errors[k]; });
+    bytes += plane<std::uint16_t>(3, [](const LodNode& n, std::size_t k) {
+      return half_log2(k == 0 ? n.layers : k == 1 ? n.opacities : n.radius);
+    });
+    return bytes + plane<std::uint32_t>(1, [](const LodNode& n, std::size_t) { return n.parent; });
+  }
+
+  const RadNodes& chunk_;
+  const RadPlan& plan_;
+  std::string payload_;
+  ordered_json properties_ = ordered_json::array();
+};
+
+}  // namespace
+
+RadWriter::RadWriter(std::ostream& stream, const RadPlan& plan, ThreadPool& pool)
+    : stream_(stream), plan_(plan), pool_(pool) {
+  header_bytes_ = header(false).size();
+  stream_ << std::string(header_bytes_, '\0');
+}
+
+void RadWriter::write(std::span<const RadNodes> chunks) {
+  std::vector<std::string> encoded(chunks.size());
+  pool_.for_each(chunks.size(), 1, [&](std::size_t i) {
+    encoded[i] = ChunkEncoder(chunks[i], plan_).encode(next_ + i * kChunk);
+  });
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    next_ += chunks[i].nodes.size();
+    chunk_bytes_.push_back(encoded[i].size());
+    stream_ << encoded[i];
+  }
+}
+
+void RadWriter::finish() {
+  stream_.seekp(0);
+  stream_ << header(true);
+}
+
+// The largest header if the sizes of the chunks are not known.
+std::string RadWriter::header(bool is_final) const {
+  constexpr std::uint64_t kMostChunkBytes = 99'999'999, kMostBytes = 99'999'999'999'999;
+  ordered_json chunks = ordered_json::array();
+  std::uint64_t offset = 0;
+  for (std::uint64_t i = 0; i < (plan_.nodes + kChunk - 1) / kChunk; ++i) {
+    const std::uint64_t bytes = is_final ? chunk_bytes_[i] : kMostChunkBytes;
+    chunks.push_back({{"offset", is_final ? offset : kMostBytes}, {"bytes", bytes}});
+    offset += bytes;
+  }
+  const ordered_json json = {
+      {"version", 1},
+      {"type", "gsplat"},
+      {"count", plan_.nodes},
+      {"maxSh", plan_.sh_degree},
+      {"lodTree", true},
+      {"chunkSize", kChunk},
+      {"allChunkBytes", is_final ? offset : kMostBytes},
+      {"chunks", std::move(chunks)},
+      {"splatEncoding",
+       {{"rgbMin", 0.0},
+        {"rgbMax", 1.0},
+        {"lnScaleMin", -12.0},
+        {"lnScaleMax", 9.0},
+        {"sh1Max", 1.0},
+        {"sh2Max", 1.0},
+        {"sh3Max", 1.0},
+        {"lodOpacity", false}}},
+      {"quadsplat", {{"footprint", plan_.footprint}, {"antialiased", plan_.antialiased}}}};
+  std::string text = json_line(json);
+  if (is_final) text.resize(header_bytes_ - 8, ' ');  // JSON may end with spaces
+  return described("RAD0", text);
+}
+
+}  // namespace qs

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: MIT
+#include "learn/lod/build.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <mutex>
+#include <semaphore>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "base/fail.h"
+#include "base/path_kind.h"
+#include "base/progress_bar.h"
+#include "io/bytes/json_text.h"
+#include "io/bytes/replace_file.h"
+#include "io/scene/reader.h"
+#include "learn/lod/bucket_files.h"
+#include "learn/lod/section.h"
+#include "raster/scene/place.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr float kRead = 0.1f, kSorted = 0.2f, kBuilt = 0.85f;  // of the progress
+constexpr std::uint64_t kBytesOfLeaf = 1500;    // of memory while its bucket is worked on
+constexpr std::uint64_t kMostLeaves = 262'144;  // of a bucket
+constexpr std::size_t kLeavesOfRoot = 256;
+
+// What the first reading finds. The journal keeps it.
+struct Survey {
+  std::uint64_t leaves = 0;
+  int sh_degree = 0;
+  float footprint = 1;  // the smallest one
+  bool antialiased = false;
+  BucketRanges ranges;
+};
+
+ordered_json json_of_survey(const Survey& s) {
+  ordered_json splits = ordered_json::array();
+  for (const BucketKey& key : s.ranges.splits) splits.push_back({key.code, key.index});
+  const glm::vec3& low = s.ranges.low;
+  return {{"leaves", s.leaves},
+          {"sh_degree", s.sh_degree},
+          {"footprint", s.footprint},
+          {"antialiased", s.antialiased},
+          {"low", {low.x, low.y, low.z}},
+          {"side", s.ranges.side},
+          {"splits", splits}};
+}
+
+Survey survey_of(const ordered_json& json) {
+  Survey s;
+  json.at("leaves").get_to(s.leaves);
+  json.at("sh_degree").get_to(s.sh_degree);
+  json.at("footprint").get_to(s.footprint);
+  json.at("antialiased").get_to(s.antialiased);
+  for (int axis = 0; axis < 3; ++axis)
+    s.ranges.low[axis] = json.at("low").at(static_cast<std::size_t>(axis)).get<float>();
+  json.at("side").get_to(s.ranges.side);
+  for (const auto& key : json.at("splits"))
+    s.ranges.splits.push_back({key.at(0).get<std::uint64_t>(), key.at(1).get<std::uint64_t>()});
+  return s;
+}
+
+class Builder {
+ public:
+  Builder(const LodBuild& build, ThreadPool& pool)
+      : build_(build), pool_(pool), folder_(build.output.string() + ".unfinished") {}
+
+  LodReport run() {
+    for (const fs::path& input : build_.inputs) inputs_.push_back(find_scene_file(input));
+    make_folder(folder_);
+    const FolderLock lock(folder_, "another program builds this file");
+    if (!go_on()) {
+      survey();
+      sort();
+      write_text(journal(), json_file_text({{"job", job()}, {"survey", json_of_survey(survey_)}}));
+    }
+    make_sections();
+    const LodReport report = write();
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+    return report;
+  }
+
+ private:
+  fs::path journal() const { return folder_ / "journal.json"; }
+  fs::path bucket(std::size_t i) const { return folder_ / fmt::format("bucket_{:06}", i); }
+  fs::path section(std::size_t i) const { return folder_ / fmt::format("section_{:06}", i); }
+  std::size_t buckets() const { return survey_.ranges.splits.size() + 1; }
+  std::uint64_t leaves_of_bucket() const {
+    return std::clamp<std::uint64_t>(build_.memory / (2 * kBytesOfLeaf), 1024, kMostLeaves);
+  }
+  SectionOptions options() const { return {survey_.footprint, survey_.antialiased}; }
+
+  // A bucket that was built by another job must not be used.
+  ordered_json job() const {
+    ordered_json files = ordered_json::array();
+    for (const fs::path& path : inputs_) {
+      std::error_code error;
+      files.push_back({path.string(), fs::file_size(path, error),
+                       fs::last_write_time(path, error).time_since_epoch().count()});
+    }
+    return {{"version", 1},
+            {"inputs", files},
+            {"axes", build_.axes},
+            {"leaves_of_bucket", leaves_of_bucket()}};
+  }
+
+  // True if the folder has the sorted buckets of this job. Deletes everything of another job.
+  bool go_on() {
+    if (is_file(journal())) try {
+        const ordered_json json = parse_own_json(read_text_file(journal(), std::size_t{1} << 28));
+        if (json.at("job") == job()) {
+          survey_ = survey_of(json.at("survey"));
+          build_.warn(
+              fmt::format("{}: going on with the work of an earlier call", folder_.string()));
+          return true;
+        }
+      } catch (const nlohmann::json::exception&) {
+        // An unreadable journal is that of another job.
+      }
+    for (const auto& entry : fs::directory_iterator(folder_)) fs::remove_all(entry.path());
+    return false;
+  }
+
+  // Reads an input, or returns the only one again.
+  const GaussianCloud& read(std::size_t i, float begin, float end, bool warns) {
+    if (cloud_ && inputs_.size() == 1) return *cloud_;
+    cloud_.reset();
+    const auto at = [&](std::size_t k) {
+      return begin + (end - begin) * static_cast<float>(k) / static_cast<float>(inputs_.size());
+    };
+    ReadOptions options;
+    options.axes = build_.axes;
+    options.progress = part_of(build_.progress, at(i), at(i + 1));
+    Scene scene = read_scene(inputs_[i], pool_, options);
+    if (warns)
+      for (const std::string& sentence : scene.warnings)
+        build_.warn(fmt::format("{}: {}", inputs_[i].string(), sentence));
+    cloud_ = std::make_unique<GaussianCloud>(std::move(scene.cloud));
+    if (i == 0 && warns) origin_ = cloud_->origin;
+    if (cloud_->origin != origin_) place(*cloud_, origin_);
+    return *cloud_;
+  }
+
+  void survey() {
+    CloudSample sample;
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      const GaussianCloud& cloud = read(i, 0, kRead, true);
+      if (i == 0) survey_.antialiased = cloud.antialiased;
+      if (cloud.antialiased != survey_.antialiased)
+        build_.warn(
+            fmt::format("{}: was trained {} antialiasing, but {} the first scene was not: it is "
+                        "treated as the first one",
+                        inputs_[i].string(), cloud.antialiased ? "with" : "without", ""));
+      survey_.sh_degree = std::max(survey_.sh_degree, cloud.sh_degree);
+      sample.add(cloud, survey_.leaves);
+      survey_.leaves += cloud.size();
+    }
+    constexpr std::uint64_t kMostNodes = 0xffffffff / 2;
+    if (survey_.leaves > kMostNodes)
+      fail("{}: {} Gaussians, but a .rad file has at most {}", build_.output.string(),
+           survey_.leaves, kMostNodes);
+    survey_.ranges = sample.ranges((survey_.leaves + leaves_of_bucket() - 1) / leaves_of_bucket());
+    survey_.footprint = sample.footprint();
+  }
+
+  void sort() {
+    BucketWriter writer(survey_.ranges, survey_.sh_degree,
+                        [&](std::size_t i) { return bucket(i); });
+    std::uint64_t done = 0;
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      const GaussianCloud& cloud = read(i, kRead, kSorted, false);
+      writer.add(cloud, done, pool_);
+      done += cloud.size();
+    }
+    writer.finish();
+    cloud_.reset();
+  }
+
+  void make_sections() {
+    // So many buckets fit into the memory.
+    std::counting_semaphore<> places(static_cast<std::ptrdiff_t>(
+        std::max<std::uint64_t>(1, build_.memory / (leaves_of_bucket() * kBytesOfLeaf))));
+    std::size_t done = 0;
+    std::mutex mutex;
+    build_.progress.update(kSorted);
+    pool_.for_chunks(buckets(), 1, [&](std::size_t i, std::size_t, int worker) {
+      if (!is_file(section(i))) {
+        places.acquire();
+        try {
+          LodItems items = read_bucket(bucket(i), survey_.sh_degree);
+          const std::size_t roots = (items.size() + kLeavesOfRoot - 1) / kLeavesOfRoot;
+          write_section(section(i), make_section(std::move(items), roots, options()));
+        } catch (...) {
+          places.release();
+          throw;
+        }
+        places.release();
+      }
+      std::error_code ignored;
+      fs::remove(bucket(i), ignored);
+      const std::lock_guard lock(mutex);
+      ++done;
+      if (worker == 0)
+        build_.progress.update(kSorted + (kBuilt - kSorted) * static_cast<float>(done) /
+                                             static_cast<float>(buckets()));
+    });
+  }
+
+  LodReport write() {
+    LodItems all;
+    std::vector<std::uint64_t> first_root(buckets() + 1), nodes_below(buckets());
+    for (std::size_t b = 0; b < buckets(); ++b) {
+      const LodSection part = read_section(section(b), true);
+      first_root[b + 1] = first_root[b] + part.roots.size();
+      all.append(part.roots);
+    }
+    const std::uint64_t roots = all.size();
+    for (std::size_t b = 0; b < buckets(); ++b)
+      nodes_below[b] = section_nodes(section(b)) - (first_root[b + 1] - first_root[b]);
+    LodSection upper = make_section(std::move(all), 1, options());
+    std::vector<std::uint32_t> place(roots);  // of a bucket's root in the file
+    for (std::uint32_t i = 0; i < upper.items.size(); ++i)
+      if (upper.items[i] != ~0u) place[upper.items[i]] = i;
+    LodReport report{survey_.leaves, upper.tree.nodes.size(), buckets(), survey_.sh_degree};
+    std::vector<std::uint64_t> base(buckets());  // of the nodes below the roots
+    for (std::size_t b = 0; b < buckets(); ++b) {
+      base[b] = report.nodes;
+      report.nodes += nodes_below[b];
+      for (std::uint64_t r = first_root[b]; r < first_root[b + 1]; ++r)
+        if (LodNode& root = upper.tree.nodes[place[r]]; root.child_count > 0)
+          root.first_child = static_cast<std::uint32_t>(
+              root.first_child - (first_root[b + 1] - first_root[b]) + base[b]);
+    }
+    replace_file(build_.output, [&](const fs::path& temporary) {
+      std::ofstream stream(temporary, std::ios::binary);
+      RadWriter writer(
+          stream, {report.nodes, survey_.sh_degree, survey_.footprint, survey_.antialiased}, pool_);
+      std::vector<RadNodes> chunks(1);
+      const std::size_t values = upper.tree.sh.size() / upper.tree.nodes.size();
+      const auto flush = [&](bool is_last) {
+        const bool full = chunks.back().nodes.size() == RadWriter::kChunk;
+        if (!is_last && !full) return;
+        if (full && !is_last && chunks.size() < 2 * static_cast<std::size_t>(pool_.size())) {
+          chunks.emplace_back();
+          return;
+        }
+        if (chunks.back().nodes.empty()) chunks.pop_back();
+        writer.write(chunks);
+        if (!stream) fail_to_write(build_.output, temporary);
+        chunks.assign(1, {});
+      };
+      const auto add = [&](const LodNode& node, std::span<const std::uint16_t> sh) {
+        chunks.back().nodes.push_back(node);
+        chunks.back().sh.insert(chunks.back().sh.end(), sh.begin(), sh.end());
+        flush(false);
+      };
+      const auto sh_of_node = [&](const RadNodes& from, std::size_t i) {
+        return std::span(from.sh).subspan(i * values, values);
+      };
+      for (std::size_t i = 0; i < upper.tree.nodes.size(); ++i)
+        add(upper.tree.nodes[i], sh_of_node(upper.tree, i));
+      for (std::size_t b = 0; b < buckets(); ++b) {
+        const RadNodes tree = read_section(section(b), false).tree;
+        const std::uint64_t count = first_root[b + 1] - first_root[b];
+        for (std::size_t i = count; i < tree.nodes.size(); ++i) {
+          LodNode node = tree.nodes[i];
+          if (node.child_count > 0)
+            node.first_child = static_cast<std::uint32_t>(node.first_child - count + base[b]);
+          node.parent = node.parent < count
+                            ? place[first_root[b] + node.parent]
+                            : static_cast<std::uint32_t>(node.parent - count + base[b]);
+          add(node, sh_of_node(tree, i));
+        }
+        build_.progress.update(kBuilt + (1 - kBuilt) * static_cast<float>(b + 1) /
+                                            static_cast<float>(buckets()));
+      }
+      flush(true);
+      writer.finish();
+      stream.close();
+      if (!stream) fail_to_write(build_.output, temporary);
+    });
+    return report;
+  }
+
+  const LodBuild& build_;
+  ThreadPool& pool_;
+  fs::path folder_;
+  std::vector<fs::path> inputs_;
+  std::unique_ptr<GaussianCloud> cloud_;
+  glm::dvec3 origin_{0};
+  Survey survey_;
+};
+
+}  // namespace
+
+LodReport build_lod(const LodBuild& build, ThreadPool& pool) { return Builder(build, pool).run(); }
+
+}  // namespace qs

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+//
+// Builds a tree with levels of detail of scenes that need not fit into memory:
+//   1. reads the scenes: bounds, and a sample of the centres
+//   2. reads them again and sorts the Gaussians into buckets on the disk, ranges of a Morton curve
+//   3. makes the trees of each bucket, several buckets at a time
+//   4. makes the tree over the roots of the buckets
+//   5. writes the .rad file
+// A folder beside the output keeps the finished buckets, so that the same call after an
+// interruption goes on. The result depends on the inputs and the options, never on threads.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/parallel.h"
+#include "base/progress.h"
+
+namespace qs {
+
+struct LodBuild {
+  std::vector<std::filesystem::path> inputs;  ///< each must fit into memory
+  std::filesystem::path output;
+  std::uint64_t memory =
+      4'000'000'000;  ///< bytes for the buckets that are worked on, at least 64 MB
+  std::string axes;   ///< as ReadOptions::axes
+  Progress progress;
+  /// Receives warnings of the readers, and a sentence if the call goes on with an interrupted one.
+  std::function<void(const std::string& sentence)> warn;
+};
+
+struct LodReport {
+  std::uint64_t leaves = 0, nodes = 0;
+  std::size_t buckets = 0;
+  int sh_degree = 0;
+};
+
+/// Throws Error(input) if a scene cannot be read or the disk is full, Cancelled, and as
+/// replace_file().
+LodReport build_lod(const LodBuild& build, ThreadPool& pool);
+
+}  // namespace qs

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+#include "learn/lod/pair_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "base/morton.h"
+#include "base/rank.h"
+
+namespace qs {
+namespace {
+
+constexpr std::size_t kWindow = 4;       // neighbours on either side in an order
+constexpr float kMergedInARound = 0.1f;  // of the nodes: the cheapest pairs
+constexpr float kPixelOfSize = 0.3f;     // the footprint at which a pair is judged
+constexpr float kDilationPx = 0.3f;      // variance of the filter, px^2
+constexpr std::uint32_t kNone = ~0u;
+
+// Middle 98 % of the coordinates, as one cube, so that far Gaussians do not make the cells coarse.
+struct Cube {
+  glm::vec3 low{0};
+  float side = 1;
+};
+
+Cube cube_around(const std::vector<LodGaussian>& nodes) {
+  Cube cube{{}, 0};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<float> values;
+    for (const LodGaussian& node : nodes) values.push_back(node.mean[axis]);
+    cube.low[axis] = quantile(values, 0.01);
+    cube.side = std::max(cube.side, quantile(values, 0.99) - cube.low[axis]);
+  }
+  cube.side = std::max(cube.side, 1e-20f);
+  return cube;
+}
+
+using Places = std::vector<std::pair<std::uint64_t, std::uint32_t>>;  // Morton code, place
+
+// Places of the nodes along a Morton curve that is moved by a fraction of the cube.
+void sort_places(const std::vector<LodGaussian>& nodes, const std::vector<std::uint32_t>& active,
+                 const Cube& cube, glm::vec3 shift, Places& places) {
+  places.resize(active.size());
+  for (std::uint32_t i = 0; i < active.size(); ++i) {
+    const glm::vec3 at = ((nodes[active[i]].mean - cube.low) / cube.side + 0.5f + shift) / 3.0f;
+    const auto cell = [&](int axis) {
+      return static_cast<std::uint64_t>(std::clamp(at[axis], 0.0f, 1.0f) * 2097151.0f);
+    };
+    places[i] = {morton_code(cell(0), cell(1), cell(2)), i};
+  }
+  std::ranges::sort(places);
+}
+
+struct Nearest {
+  float error = std::numeric_limits<float>::infinity();
+  std::uint32_t place = kNone;
+  float relative = 0;  // the error per square of the footprint
+
+  void offer(float other_error, std::uint32_t other, float other_relative) {
+    if (other_error < error || (other_error == error && other < place))
+      *this = {other_error, other, other_relative};
+  }
+};
+
+}  // namespace
+
+PairForest merge_pairs(std::vector<LodGaussian> items, std::size_t roots, bool antialiased) {
+  PairForest forest{std::move(items), 0, {}, {}};
+  auto& nodes = forest.nodes;
+  forest.items = nodes.size();
+  nodes.reserve(2 * nodes.size());
+  auto& active = forest.roots;
+  active.resize(nodes.size());
+  for (std::uint32_t i = 0; i < active.size(); ++i) active[i] = i;
+  const Cube cube = cube_around(nodes);
+  Places places;
+  std::vector<Nearest> nearest;
+  std::vector<LodGaussian> in_order;
+  for (int round = 0; active.size() > std::max<std::size_t>(roots, 1); ++round) {
+    const std::size_t count = active.size();
+    nearest.assign(count, {});
+    in_order.resize(count);
+    for (int order = 0; order < 2; ++order) {
+      const auto fraction = [&](float step) {
+        const float shift = step * static_cast<float>(2 * round + order);
+        return shift - std::floor(shift);
+      };
+      sort_places(nodes, active, cube, {fraction(0.382f), fraction(0.649f), fraction(0.878f)},
+                  places);
+      for (std::size_t i = 0; i < count; ++i) in_order[i] = nodes[active[places[i].second]];
+      for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t k = i + 1; k < std::min(count, i + 1 + kWindow); ++k) {
+          const LodGaussian &a = in_order[i], &b = in_order[k], node = merged(a, b);
+          const float square = kPixelOfSize * kPixelOfSize * ellipsoid_area(node.covariance) /
+                               (4 * std::numbers::pi_v<float>)+1e-30f;
+          const float error = merging_error(a, b, node, kDilationPx * square, antialiased);
+          const std::uint32_t x = places[i].second, y = places[k].second;
+          nearest[x].offer(error, y, error / square);
+          nearest[y].offer(error, x, error / square);
+        }
+    }
+    std::vector<std::pair<float, std::uint32_t>> pairs;
+    for (std::uint32_t i = 0; i < count; ++i)
+      if (const std::uint32_t k = nearest[i].place; k != kNone && i < k && nearest[k].place == i)
+        pairs.emplace_back(nearest[i].relative, i);
+    const auto most = static_cast<std::size_t>(kMergedInARound * static_cast<float>(count)) + 1;
+    if (const std::size_t kept = std::min(most, count - std::max<std::size_t>(roots, 1));
+        kept < pairs.size()) {
+      std::ranges::nth_element(pairs, pairs.begin() + static_cast<std::ptrdiff_t>(kept));
+      pairs.resize(kept);
+    }
+    std::ranges::sort(pairs, {}, &std::pair<float, std::uint32_t>::second);
+    for (const auto& [relative, i] : pairs) {
+      std::uint32_t& second = active[nearest[i].place];
+      forest.children.push_back({active[i], second});
+      nodes.push_back(merged(nodes[active[i]], nodes[second]));
+      active[i] = static_cast<std::uint32_t>(nodes.size() - 1);
+      second = kNone;
+    }
+    std::erase(active, kNone);
+  }
+  sort_places(nodes, active, cube, {}, places);
+  std::vector<std::uint32_t> sorted;
+  for (const auto& [code, i] : places) sorted.push_back(active[i]);
+  active = std::move(sorted);
+  return forest;
+}
+
+namespace {
+
+// Heaps of blocks by gain, the largest first (leftist heaps, Crane 1972).
+struct Blocks {
+  std::vector<std::uint32_t> left, right, count;
+  std::vector<std::uint8_t> depth;
+  std::vector<float> error, gain;
+
+  explicit Blocks(std::size_t nodes)
+      : left(nodes, kNone),
+        right(nodes, kNone),
+        count(nodes),
+        depth(nodes),
+        error(nodes),
+        gain(nodes) {}
+
+  std::uint32_t joined(std::uint32_t a, std::uint32_t b) {
+    if (a == kNone) return b;
+    if (b == kNone) return a;
+    if (gain[b] > gain[a] || (gain[b] == gain[a] && b < a)) std::swap(a, b);
+    right[a] = joined(right[a], b);
+    const auto depth_of = [&](std::uint32_t i) { return i == kNone ? 0 : depth[i] + 1; };
+    if (depth_of(left[a]) < depth_of(right[a])) std::swap(left[a], right[a]);
+    depth[a] = static_cast<std::uint8_t>(depth_of(right[a]));
+    return a;
+  }
+};
+
+}  // namespace
+
+std::vector<NodeLevels> levels_of(const PairForest& forest, std::vector<NodeLevels> levels,
+                                  float footprint, bool antialiased) {
+  const std::size_t items = forest.items, count = forest.nodes.size();
+  levels.resize(count);
+  for (std::size_t i = items; i < count; ++i)
+    for (const std::uint32_t child : forest.children[i - items])
+      levels[i].radius =
+          std::max(levels[i].radius, glm::length(forest.nodes[child].mean - forest.nodes[i].mean) +
+                                         levels[child].radius);
+  // The gain of a merge is its error per Gaussian saved. If the merge above is cheaper, both become
+  // a block with their mean, which is the order of the best cuts (Chou, Lookabaugh, Gray 1989).
+  Blocks blocks(count);
+  for (std::size_t k = 0; k < kLodFootprints; ++k) {
+    const float side = lod_footprint(footprint, k);
+    for (std::size_t i = items; i < count; ++i) {
+      const auto [a, b] = forest.children[i - items];
+      const float own = merging_error(forest.nodes[a], forest.nodes[b], forest.nodes[i],
+                                      kDilationPx * side * side, antialiased);
+      levels[i].errors[k] = levels[a].errors[k] + levels[b].errors[k] + own;
+      const auto heap_of = [&](std::uint32_t child) { return child < items ? kNone : child; };
+      std::uint32_t below = blocks.joined(heap_of(a), heap_of(b));
+      blocks.error[i] = own;
+      blocks.count[i] = 1;
+      while (below != kNone &&
+             blocks.gain[below] * static_cast<float>(blocks.count[i]) > blocks.error[i]) {
+        blocks.error[i] += blocks.error[below];
+        blocks.count[i] += blocks.count[below];
+        below = blocks.joined(blocks.left[below], blocks.right[below]);
+      }
+      blocks.gain[i] = blocks.error[i] / static_cast<float>(blocks.count[i]);
+      blocks.left[i] = below;
+      blocks.right[i] = kNone;
+      blocks.depth[i] = 0;
+    }
+    for (std::size_t i = count; i-- > items;)
+      for (const std::uint32_t child : forest.children[i - items])
+        if (child >= items) blocks.gain[child] = std::min(blocks.gain[child], blocks.gain[i]);
+    for (std::size_t i = items; i < count; ++i) {
+      // In h^2 the gain falls; parents gain at least as much as their children.
+      std::uint8_t& step = levels[i].gains[k];
+      step = lod_step(blocks.gain[i], footprint);
+      if (k > 0)
+        step = static_cast<std::uint8_t>(
+            std::min<int>(step, levels[i].gains[k - 1] + kLodStepsOfFootprint));
+      for (const std::uint32_t child : forest.children[i - items])
+        step = std::max(step, levels[child].gains[k]);
+    }
+  }
+  return levels;
+}
+
+FlatForest flattened(const PairForest& forest, const std::vector<NodeLevels>& levels) {
+  constexpr int kSameGain = 2;  // steps
+  constexpr std::size_t kMostChildren = 64;
+  FlatForest flat;
+  auto& nodes = flat.nodes;
+  for (std::uint32_t i = 0; i < forest.roots.size(); ++i) nodes.push_back({forest.roots[i], i});
+  std::vector<std::uint32_t> below, next;
+  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+    const std::uint32_t number = nodes[i].number;
+    if (number < forest.items) continue;
+    const auto is_shown = [&](std::uint32_t child) {
+      if (child < forest.items) return true;
+      for (std::size_t k = 0; k < kLodFootprints; ++k)
+        if (levels[number].gains[k] - levels[child].gains[k] > kSameGain) return true;
+      return false;
+    };
+    const auto& pair = forest.children[number - forest.items];
+    below.assign(pair.begin(), pair.end());
+    for (bool opened = true; opened && below.size() < kMostChildren;) {
+      opened = false;
+      next.clear();
+      for (const std::uint32_t child : below) {
+        if (is_shown(child)) {
+          next.push_back(child);
+          continue;
+        }
+        opened = true;
+        for (const std::uint32_t each : forest.children[child - forest.items]) next.push_back(each);
+      }
+      below.swap(next);
+    }
+    nodes[i].first_child = static_cast<std::uint32_t>(nodes.size());
+    nodes[i].child_count = static_cast<std::uint32_t>(below.size());
+    for (const std::uint32_t child : below) nodes.push_back({child, i});
+  }
+  return flat;
+}
+
+}  // namespace qs

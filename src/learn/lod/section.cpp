@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#include "learn/lod/section.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <utility>
+
+#include "base/fail.h"
+#include "io/bytes/replace_file.h"
+#include "raster/kernel/half.h"
+#include "raster/scene/transform.h"
+
+namespace qs {
+namespace {
+
+// How viewers without filters draw a merged node.
+void draw(const LodGaussian& gaussian, const NodeLevels& levels, float footprint, LodNode& node) {
+  const DrawnLod shown = drawn(gaussian, 0);
+  const LodCovariance& c = shown.covariance;
+  glm::dmat3 axes;
+  glm::dvec3 variances;
+  diagonalise(glm::dmat3(c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5]), axes, variances);
+  if (glm::determinant(axes) < 0) axes[0] = -axes[0];
+  node.center = gaussian.mean;
+  node.rotation = glm::quat(glm::normalize(glm::quat_cast(axes)));
+  node.scales = glm::sqrt(glm::max(variances, glm::dvec3(0)));
+  node.alpha = shown.opacity;
+  const float area = ellipsoid_area(gaussian.covariance);
+  node.layers = area > 0 ? gaussian.mass / area : 0;
+  node.opacities = gaussian.opacities;
+  node.radius = levels.radius;
+  node.gains = levels.gains;
+  for (std::size_t k = 0; k < kLodFootprints; ++k)
+    node.errors[k] = lod_step(levels.errors[k], footprint);
+}
+
+template <class T>
+void put(std::ostream& stream, const std::vector<T>& values) {
+  const std::uint64_t count = values.size();
+  stream.write(reinterpret_cast<const char*>(&count), sizeof count);
+  stream.write(reinterpret_cast<const char*>(values.data()),
+               static_cast<std::streamsize>(count * sizeof(T)));
+}
+
+template <class T>
+void get(std::istream& stream, std::vector<T>& values) {
+  std::uint64_t count = 0;
+  stream.read(reinterpret_cast<char*>(&count), sizeof count);
+  values.resize(stream ? count : 0);
+  stream.read(reinterpret_cast<char*>(values.data()),
+              static_cast<std::streamsize>(count * sizeof(T)));
+}
+
+}  // namespace
+
+void LodItems::append(const LodItems& other) {
+  const auto add = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  add(gaussians, other.gaussians);
+  add(levels, other.levels);
+  add(drawn.nodes, other.drawn.nodes);
+  add(drawn.sh, other.drawn.sh);
+}
+
+LodSection make_section(LodItems items, std::size_t roots, const SectionOptions& options) {
+  const std::size_t count = items.size(), values = items.drawn.sh.size() / count;
+  const PairForest forest = merge_pairs(std::move(items.gaussians), roots, options.antialiased);
+  const std::vector<NodeLevels> levels =
+      levels_of(forest, std::move(items.levels), options.footprint, options.antialiased);
+  const FlatForest flat = flattened(forest, levels);
+  // SH of the merged nodes, by the shares of their pairs.
+  std::vector<float> merged_sh((forest.nodes.size() - count) * values);
+  const auto value_of = [&](std::uint32_t node, std::size_t k) {
+    return node < count ? float_of_half(items.drawn.sh[node * values + k])
+                        : merged_sh[(node - count) * values + k];
+  };
+  for (std::size_t i = 0; i < forest.children.size(); ++i) {
+    const auto [a, b] = forest.children[i];
+    const float p = share_of(forest.nodes[a], forest.nodes[b]);
+    for (std::size_t k = 0; k < values; ++k)
+      merged_sh[i * values + k] = p * value_of(a, k) + (1 - p) * value_of(b, k);
+  }
+  LodSection section;
+  RadNodes& tree = section.tree;
+  tree.nodes.resize(flat.nodes.size());
+  tree.sh.resize(flat.nodes.size() * values);
+  section.items.resize(flat.nodes.size(), ~0u);
+  for (std::size_t i = 0; i < flat.nodes.size(); ++i) {
+    const FlatForest::Node& from = flat.nodes[i];
+    LodNode& node = tree.nodes[i];
+    if (from.number < count) {
+      node = items.drawn.nodes[from.number];
+      section.items[i] = from.number;
+    } else {
+      draw(forest.nodes[from.number], levels[from.number], options.footprint, node);
+      node.first_child = from.first_child;
+      node.child_count = static_cast<std::uint16_t>(from.child_count);
+    }
+    node.parent = from.parent;
+    for (std::size_t k = 0; k < values; ++k)
+      tree.sh[i * values + k] = nearest_half(value_of(from.number, k));
+    if (i >= forest.roots.size()) continue;
+    section.roots.gaussians.push_back(forest.nodes[from.number]);
+    section.roots.levels.push_back(levels[from.number]);
+  }
+  section.roots.drawn.nodes.assign(
+      tree.nodes.begin(), tree.nodes.begin() + static_cast<std::ptrdiff_t>(forest.roots.size()));
+  section.roots.drawn.sh.assign(
+      tree.sh.begin(), tree.sh.begin() + static_cast<std::ptrdiff_t>(forest.roots.size() * values));
+  return section;
+}
+
+void write_section(const std::filesystem::path& path, const LodSection& section) {
+  write_file(path, [&](std::ostream& stream) {
+    const std::uint64_t nodes = section.tree.nodes.size();
+    stream.write(reinterpret_cast<const char*>(&nodes), sizeof nodes);
+    const LodItems& roots = section.roots;
+    put(stream, roots.gaussians);
+    put(stream, roots.levels);
+    put(stream, roots.drawn.nodes);
+    put(stream, roots.drawn.sh);
+    put(stream, section.tree.nodes);
+    put(stream, section.tree.sh);
+  });
+}
+
+std::uint64_t section_nodes(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::uint64_t nodes = 0;
+  stream.read(reinterpret_cast<char*>(&nodes), sizeof nodes);
+  return nodes;
+}
+
+LodSection read_section(const std::filesystem::path& path, bool roots_only) {
+  std::ifstream stream(path, std::ios::binary);
+  stream.seekg(sizeof(std::uint64_t));
+  LodSection section;
+  get(stream, section.roots.gaussians);
+  get(stream, section.roots.levels);
+  get(stream, section.roots.drawn.nodes);
+  get(stream, section.roots.drawn.sh);
+  if (!roots_only) {
+    get(stream, section.tree.nodes);
+    get(stream, section.tree.sh);
+  }
+  if (!stream) fail("{}: cannot be read: it was cut off or removed during the work", path.string());
+  return section;
+}
+
+}  // namespace qs

@@ -14,7 +14,7 @@ namespace qs {
 namespace {
 
 constexpr std::size_t kWindow = 4;       // neighbours on either side in an order
-constexpr float kMergedInARound = 0.1f;  // of the nodes: the cheapest pairs
+constexpr float kMergedInARound = 0.25f;  // of the nodes: the cheapest pairs
 constexpr float kPixelOfSize = 0.3f;     // the footprint at which a pair is judged
 constexpr float kDilationPx = 0.3f;      // variance of the filter, px^2
 constexpr std::uint32_t kNone = ~0u;
@@ -210,7 +210,7 @@ std::vector<NodeLevels> levels_of(const PairForest& forest, std::vector<NodeLeve
 }
 
 FlatForest flattened(const PairForest& forest, const std::vector<NodeLevels>& levels) {
-  constexpr int kSameGain = 2;  // steps
+  constexpr int kSameGain = 4;  // steps
   constexpr std::size_t kMostChildren = 64;
   FlatForest flat;
   auto& nodes = flat.nodes;

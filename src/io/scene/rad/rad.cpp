@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -70,6 +71,26 @@ class RadFile {
 
   std::size_t leaf_count() const { return has_tree_ ? tree_.leaves.size() : count_; }
   std::size_t chunk_count() const { return chunks_.size(); }
+
+  // From now on all nodes count as leaves.
+  RadLevels open_levels() {
+    if (is_part_ || !has_tree_ || !(footprint_ > 0 && footprint_ < 1e30))
+      fail("{}: quadsplat lod did not write it: it has no errors", path_);
+    RadLevels levels{{}, static_cast<float>(footprint_)};
+    for (const RadChunk& chunk : chunks_)
+      std::ranges::copy(rad_own_values(chunk), std::back_inserter(levels.nodes));
+    for (std::size_t i = 0; i < levels.nodes.size(); ++i) {
+      const LodNode& node = levels.nodes[i];
+      for (std::uint64_t child = node.first_child;
+           child < node.first_child + std::uint64_t{node.child_count}; ++child)
+        if (levels.nodes[child].parent != i)
+          fail("{}: node {} names node {} as its parent, but is a child of node {}", path_, child,
+               levels.nodes[child].parent, i);
+    }
+    tree_.leaves.resize(count_);
+    std::iota(tree_.leaves.begin(), tree_.leaves.end(), 0u);
+    return levels;
+  }
 
   int sh_degree() const {
     std::size_t degree = 0;
@@ -176,6 +197,11 @@ class RadFile {
     if (size == 0 || count_ >> 32 != 0 || list.size() != (count_ + size - 1) / size)
       fail("{}: {} nodes in {} chunks of {}", path_, count_, list.size(), size);
     has_tree_ = entry.has("lodTree") && entry.get("lodTree") == true;
+    if (entry.has("quadsplat")) {
+      const JsonEntry own{entry.get("quadsplat"), path_ + ": quadsplat"};
+      footprint_ = own.number("footprint");
+      scene.cloud.antialiased = own.has("antialiased") && own.get("antialiased") == true;
+    }
     std::optional<std::uint64_t> codes;
     if (entry.has("shCodeCount")) codes = entry.whole("shCodeCount");
     const ByteSpan body = cursor.take(cursor.left(), "the chunks");
@@ -233,6 +259,7 @@ class RadFile {
   std::array<std::vector<float>, 3> codes_;  // of SH, by band
   std::size_t code_rows_ = 0;
   std::atomic<std::size_t> unlabelled_ = 0;
+  double footprint_ = 0;  // 0: quadsplat did not write the file
 };
 
 }  // namespace
@@ -242,11 +269,12 @@ bool recognises_rad(ByteSpan content, const std::filesystem::path&) {
   return text.starts_with(kFileMagic) || text.starts_with(kRadChunkMagic);
 }
 
-void read_rad(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-              const ReadOptions& options, Scene& scene) {
+namespace {
+void fill_leaves(RadFile& file, ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   constexpr float kDecoded = 0.9f;  // share of the progress
-  RadFile file(content, path, scene);
+  const bool antialiased = scene.cloud.antialiased;
   scene.cloud = make_cloud(file.leaf_count(), file.sh_degree());
+  scene.cloud.antialiased = antialiased;
   LinearValues linear;
   pool.for_chunks(file.chunk_count(), 1, [&](std::size_t chunk, std::size_t, int worker) {
     if (worker == 0)
@@ -257,6 +285,24 @@ void read_rad(ByteSpan content, const std::filesystem::path& path, ThreadPool& p
   fill_cloud(scene, pool, options.progress, kDecoded, [](std::size_t, std::size_t) {});
   linear.warn(scene);
   file.describe(scene);
+}
+}  // namespace
+
+void read_rad(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+              const ReadOptions& options, Scene& scene) {
+  RadFile file(content, path, scene);
+  fill_leaves(file, pool, options, scene);
+}
+
+RadLevels read_rad_levels(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                          Scene& scene) {
+  RadFile file(content, path, scene);
+  RadLevels levels = file.open_levels();
+  fill_leaves(file, pool, {}, scene);
+  if (scene.cloud.size() != levels.nodes.size())
+    fail("{}: {} of its nodes cannot be drawn", path.string(),
+         levels.nodes.size() - scene.cloud.size());
+  return levels;
 }
 
 }  // namespace qs

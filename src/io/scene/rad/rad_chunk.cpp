@@ -5,9 +5,11 @@
 #include <limits>
 
 #include <glm/gtc/packing.hpp>
+#include <zlib.h>
 
 #include "base/text.h"
 #include "io/bytes/inflate.h"
+#include "raster/kernel/half.h"
 
 namespace qs {
 namespace {
@@ -158,6 +160,17 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
       fail("{}: {} rows, but the chunk has only {} bytes", stored.where, rows, content.size());
     chunk.properties[kind] = parse_property(stored, *row, part, rows);
   }
+  if (entry.has("quadsplat")) {
+    const JsonEntry own{entry.get("quadsplat"), source + ": quadsplat"};
+    const std::uint64_t offset = own.whole("offset"), bytes = own.whole("bytes");
+    if (offset != end || end > payload.size() || bytes > payload.size() - end)
+      fail("{}: {} bytes at offset {} of {}", own.where, bytes, offset, payload.size());
+    chunk.own = payload.subspan(end, bytes);
+    const auto crc = crc32(0, reinterpret_cast<const Bytef*>(chunk.own.data()),
+                           static_cast<uInt>(chunk.own.size()));
+    if (crc != own.whole("crc32")) fail("{}: damaged: its checksum is wrong", own.where);
+    end += (bytes + 7) / 8 * 8;
+  }
   chunk.ignored_bytes =
       payload.size() - std::min<std::uint64_t>(end, payload.size()) + cursor.left();
   for (std::size_t kind = 0; kind < kRadSh; ++kind) chunk.get(kind);  // these must be there
@@ -206,6 +219,39 @@ std::vector<float> rad_values(const RadChunk& chunk, std::size_t kind) {
     values[i] = static_cast<float>(value(i));
   }
   return values;
+}
+
+std::vector<LodNode> rad_own_values(const RadChunk& chunk) {
+  constexpr std::size_t kBytes =
+      2 * kLodFootprints + 3 * sizeof(std::uint16_t) + sizeof(std::uint32_t);
+  const std::size_t rows = chunk.count;
+  if (chunk.own.empty()) fail("{}: quadsplat lod did not write it: it has no errors", chunk.source);
+  Array<std::byte> bytes(kBytes * rows + 1);  // one more than allowed detects excess
+  if (Inflater(chunk.own, chunk.source + ": quadsplat", DeflateForm::deflate).read(bytes) !=
+      kBytes * rows)
+    fail("{}: quadsplat: not {} bytes for {} nodes", chunk.source, kBytes * rows, rows);
+  const auto counts = rad_integers(chunk, kRadChildCount),
+             starts = rad_integers(chunk, kRadChildStart);
+  std::vector<LodNode> nodes(rows);
+  const std::byte* const halves = &bytes[2 * kLodFootprints * rows];
+  const std::byte* const parents = halves + 3 * rows * sizeof(std::uint16_t);
+  for (std::size_t i = 0; i < rows; ++i) {
+    LodNode& node = nodes[i];
+    for (std::size_t k = 0; k < kLodFootprints; ++k) {
+      node.gains[k] = static_cast<std::uint8_t>(bytes[k * rows + i]);
+      node.errors[k] = static_cast<std::uint8_t>(bytes[(kLodFootprints + k) * rows + i]);
+    }
+    const auto power = [&](std::size_t plane) {
+      return std::exp2(float_of_any_half(load<std::uint16_t>(halves + 2 * (plane * rows + i))));
+    };
+    node.layers = power(0);
+    node.opacities = power(1);
+    node.radius = power(2);
+    node.parent = load<std::uint32_t>(parents + 4 * i);
+    node.child_count = static_cast<std::uint16_t>(counts[i]);
+    node.first_child = starts[i];
+  }
+  return nodes;
 }
 
 std::vector<std::uint32_t> rad_integers(const RadChunk& chunk, std::size_t kind) {

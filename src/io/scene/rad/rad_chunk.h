@@ -17,6 +17,7 @@
 
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/json_value.h"
+#include "io/scene/rad/lod_node.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -69,6 +70,7 @@ struct RadChunk {
   Array<std::byte> loaded;            ///< content of a file of its own, else empty
   std::uint64_t base = 0, count = 0;  ///< nodes
   std::array<std::optional<RadProperty>, kRadKinds> properties;
+  ByteSpan own;                      ///< the block of rad_writer.h, deflated; else empty
   std::uint64_t ignored_bytes = 0;   ///< after the properties
   std::vector<std::string> unknown;  ///< names of properties
 
@@ -91,6 +93,10 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
 /// Value k of row i is at k * rows + i. Scales with a coding ln_... stay logarithms; oct88r8 gives
 /// its bytes, 0..255.
 std::vector<float> rad_values(const RadChunk& chunk, std::size_t kind);
+
+/// The block of rad_writer.h for all nodes of a chunk: gains to radius and the parent, with
+/// children. Throws Error(input) if it is damaged or not there.
+std::vector<LodNode> rad_own_values(const RadChunk& chunk);
 
 /// Values of kRadLabel, kRadChildCount or kRadChildStart.
 std::vector<std::uint32_t> rad_integers(const RadChunk& chunk, std::size_t kind);

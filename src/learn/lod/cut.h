@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+//
+// A cut of a tree: the nodes that are drawn in the place of all leaves. A node is in the cut if its
+// gain is at most a limit and its parent's gain is above; the limit follows from the budget.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "io/scene/rad/rad.h"
+#include "raster/scene/camera.h"
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+/// The footprint of every node, world units, and its gain, colour^2 times square pixels. Both do
+/// not grow from a parent to its child.
+struct LodGains {
+  std::vector<float> footprints, gains;
+};
+
+/// The same footprint for all nodes.
+LodGains gains_at(const RadLevels& levels, float footprint);
+
+/// For the pictures of these cameras: the sum of the gains. A node outside of a picture gains
+/// `outside` of its gain at its distance; its footprint is the smallest among the pictures.
+LodGains gains_in(const RadLevels& levels, const GaussianCloud& nodes,
+                  std::span<const Camera> cameras, float outside);
+
+/// The best cut with at most `budget` nodes, or the root alone. Ascending.
+std::vector<std::uint32_t> choose_cut(const RadLevels& levels, const LodGains& gains,
+                                      std::size_t budget);
+
+/// The Gaussians of a cut, with merged ones as they are drawn at their footprints.
+GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
+                        std::span<const std::uint32_t> cut, const LodGains& gains);
+
+}  // namespace qs

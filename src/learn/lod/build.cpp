@@ -78,6 +78,7 @@ class Builder {
 
   LodReport run() {
     for (const fs::path& input : build_.inputs) inputs_.push_back(find_scene_file(input));
+    check_targets({build_.output});
     make_folder(folder_);
     const FolderLock lock(folder_, "another program builds this file");
     if (!go_on()) {
@@ -160,9 +161,9 @@ class Builder {
       if (i == 0) survey_.antialiased = cloud.antialiased;
       if (cloud.antialiased != survey_.antialiased)
         build_.warn(
-            fmt::format("{}: was trained {} antialiasing, but {} the first scene was not: it is "
-                        "treated as the first one",
-                        inputs_[i].string(), cloud.antialiased ? "with" : "without", ""));
+            fmt::format("{}: was trained {} antialiasing, unlike the first scene, whose "
+                        "setting holds for the tree",
+                        inputs_[i].string(), cloud.antialiased ? "with" : "without"));
       survey_.sh_degree = std::max(survey_.sh_degree, cloud.sh_degree);
       sample.add(cloud, survey_.leaves);
       survey_.leaves += cloud.size();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace qs {
@@ -137,7 +138,9 @@ float merging_error(const LodGaussian& a, const LodGaussian& b, const LodGaussia
                   light[2] * light[2] * nn * root[2]) +
            ab * both(0, 1, to_b) - an * both(0, 2, a_to_node) - bn * both(1, 2, b_to_node);
   }
-  return std::max(sum / 3, 0.0f);
+  // Gaussians far apart or huge can exceed the range of floats.
+  constexpr float kMost = std::numeric_limits<float>::max() / 1024;
+  return sum / 3 < kMost ? std::max(sum / 3, 0.0f) : kMost;
 }
 
 }  // namespace qs

@@ -13,10 +13,10 @@
 namespace qs {
 namespace {
 
-constexpr std::size_t kWindow = 4;       // neighbours on either side in an order
+constexpr std::size_t kWindow = 4;        // neighbours on either side in an order
 constexpr float kMergedInARound = 0.25f;  // of the nodes: the cheapest pairs
-constexpr float kPixelOfSize = 0.3f;     // the footprint at which a pair is judged
-constexpr float kDilationPx = 0.3f;      // variance of the filter, px^2
+constexpr float kPixelOfSize = 0.3f;      // the footprint at which a pair is judged
+constexpr float kDilationPx = 0.3f;       // variance of the filter, px^2
 constexpr std::uint32_t kNone = ~0u;
 
 // Middle 98 % of the coordinates, as one cube, so that far Gaussians do not make the cells coarse.
@@ -56,11 +56,10 @@ void sort_places(const std::vector<LodGaussian>& nodes, const std::vector<std::u
 struct Nearest {
   float error = std::numeric_limits<float>::infinity();
   std::uint32_t place = kNone;
-  float relative = 0;  // the error per square of the footprint
 
-  void offer(float other_error, std::uint32_t other, float other_relative) {
+  void offer(float other_error, std::uint32_t other) {
     if (other_error < error || (other_error == error && other < place))
-      *this = {other_error, other, other_relative};
+      *this = {other_error, other};
   }
 };
 
@@ -97,14 +96,14 @@ PairForest merge_pairs(std::vector<LodGaussian> items, std::size_t roots, bool a
                                (4 * std::numbers::pi_v<float>)+1e-30f;
           const float error = merging_error(a, b, node, kDilationPx * square, antialiased);
           const std::uint32_t x = places[i].second, y = places[k].second;
-          nearest[x].offer(error, y, error / square);
-          nearest[y].offer(error, x, error / square);
+          nearest[x].offer(error, y);
+          nearest[y].offer(error, x);
         }
     }
     std::vector<std::pair<float, std::uint32_t>> pairs;
     for (std::uint32_t i = 0; i < count; ++i)
       if (const std::uint32_t k = nearest[i].place; k != kNone && i < k && nearest[k].place == i)
-        pairs.emplace_back(nearest[i].relative, i);
+        pairs.emplace_back(nearest[i].error, i);
     const auto most = static_cast<std::size_t>(kMergedInARound * static_cast<float>(count)) + 1;
     if (const std::size_t kept = std::min(most, count - std::max<std::size_t>(roots, 1));
         kept < pairs.size()) {
@@ -112,7 +111,7 @@ PairForest merge_pairs(std::vector<LodGaussian> items, std::size_t roots, bool a
       pairs.resize(kept);
     }
     std::ranges::sort(pairs, {}, &std::pair<float, std::uint32_t>::second);
-    for (const auto& [relative, i] : pairs) {
+    for (const auto& [error, i] : pairs) {
       std::uint32_t& second = active[nearest[i].place];
       forest.children.push_back({active[i], second});
       nodes.push_back(merged(nodes[active[i]], nodes[second]));

@@ -106,6 +106,15 @@ TEST(Merging, gaussians_that_show_nothing_merge_without_nan) {
       }
 }
 
+TEST(Merging, gaussians_far_apart_or_huge_have_a_finite_error) {
+  const LodGaussian a = lod_ball({0, 0, 0}, 1, 0.5f);
+  for (const LodGaussian& b :
+       {lod_ball({1e18f, 0, 0}, 1, 0.5f), lod_ball({0, 0, 0}, 1e16f, 0.5f),
+        lod_ball({1e18f, -1e18f, 0}, 1e18f, 1), lod_ball({0, 0, 0}, 1e-18f, 1)})
+    for (const float v : {0.0f, 1e-20f, 1e10f})
+      EXPECT_TRUE(std::isfinite(merging_error(a, b, merged(a, b), v, false)));
+}
+
 TEST(Merging, leaves_are_drawn_as_they_are) {
   const LodGaussian a = lod_ball({0, 0, 0}, 1, 0.7f);
   for (const float v : {0.0f, 0.3f, 1e6f}) {

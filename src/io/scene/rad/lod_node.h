@@ -36,7 +36,7 @@ inline float lod_footprint(float smallest, std::size_t k) {
 inline std::uint8_t lod_step(float value, float smallest) {
   const float unit = smallest * smallest * 0x1p-28f;
   if (!(value > unit)) return 0;
-  return static_cast<std::uint8_t>(std::min(std::lround(4 * std::log2(value / unit)), 255L));
+  return static_cast<std::uint8_t>(std::lround(std::min(4 * std::log2(value / unit), 255.0f)));
 }
 inline float lod_value(std::uint8_t step, float smallest) {
   return step == 0 ? 0 : smallest * smallest * std::exp2(static_cast<float>(step) / 4 - 28);

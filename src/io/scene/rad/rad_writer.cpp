@@ -45,6 +45,20 @@ std::string described(std::string_view magic, const std::string& json) {
   return bytes;
 }
 
+// x, y, z of a rotation whose w is the largest component and positive, so that it follows from
+// halves of the others. Half a turn about an axis of the ellipsoid changes nothing and exchanges
+// components.
+std::array<float, 3> stored_rotation(const glm::quat& q) {
+  const std::array<std::array<float, 4>, 4> turned = {{{q.w, q.x, q.y, q.z},
+                                                       {-q.x, q.w, q.z, -q.y},
+                                                       {-q.y, -q.z, q.w, q.x},
+                                                       {-q.z, q.y, -q.x, q.w}}};
+  const auto& best = *std::ranges::max_element(
+      turned, {}, [](const std::array<float, 4>& r) { return std::abs(r[0]); });
+  const float sign = best[0] < 0 ? -1 : 1;
+  return {sign * best[1], sign * best[2], sign * best[3]};
+}
+
 class ChunkEncoder {
  public:
   ChunkEncoder(const RadNodes& chunk, const RadPlan& plan) : chunk_(chunk), plan_(plan) {}
@@ -59,8 +73,7 @@ class ChunkEncoder {
       return nearest_half(std::log(n.scales[int(k)]));
     });
     add_property<std::uint16_t>("orientation", "f16", 3, [](const LodNode& n, std::size_t k) {
-      const float sign = n.rotation.w < 0 ? -1 : 1;
-      return nearest_half(sign * (k == 0 ? n.rotation.x : k == 1 ? n.rotation.y : n.rotation.z));
+      return nearest_half(stored_rotation(n.rotation)[k]);
     });
     constexpr std::array kNames = {"sh1", "sh2", "sh3"};
     for (std::size_t degree = 1; degree <= static_cast<std::size_t>(plan_.sh_degree); ++degree)

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: MIT
+//
+// Trees of scenes: their leaves are the scene's Gaussians, their bytes depend on nothing but the
+// input and the options, and an interrupted call goes on.
+#include "learn/lod/build.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <numeric>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include "io/bytes/mapped_file.h"
+#include "io/scene/rad/rad.h"
+#include "io/scene/reader.h"
+#include "io/scene/writer.h"
+#include "learn/lod/cut.h"
+#include "raster/api/renderer.h"
+#include "raster/scene/activated_cloud.h"
+#include "raster/scene/image_metrics.h"
+#include "support/error_of.h"
+#include "support/paths.h"
+#include "support/pool.h"
+#include "support/temporary_folder.h"
+
+namespace qs::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// Reproducible Gaussians on two walls.
+GaussianCloud walls(std::size_t count, int degree) {
+  GaussianCloud cloud;
+  cloud.resize(count, degree);
+  std::uint32_t state = 12345;
+  const auto uniform = [&](float low, float high) {
+    state = state * 1664525 + 1013904223;
+    return low + (high - low) * static_cast<float>(state >> 8) / 16777216.0f;
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    cloud.positions[i] = {uniform(-2, 2), uniform(-1, 1), i % 2 == 0 ? 3.0f : 5.0f};
+    for (int axis = 0; axis < 3; ++axis) cloud.log_scales[i][axis] = uniform(-5, -3);
+    cloud.rotations[i] =
+        glm::normalize(glm::quat(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)));
+    cloud.opacity_logits[i] = uniform(-2, 4);
+  }
+  for (glm::vec3& sh : cloud.sh) sh = {uniform(-0.4f, 0.4f), uniform(-0.4f, 0.4f), 0.25f};
+  return cloud;
+}
+
+class LodBuilding : public testing::Test {
+ protected:
+  std::filesystem::path write(const GaussianCloud& cloud, const std::string& name = "in.ply") {
+    write_scene(cloud, folder_ / name, pool());
+    return folder_ / name;
+  }
+
+  LodBuild job(const std::filesystem::path& input, const std::string& output = "out.rad") {
+    LodBuild build;
+    build.inputs = {input};
+    build.output = folder_ / output;
+    build.warn = [this](const std::string& sentence) { warnings_.push_back(sentence); };
+    return build;
+  }
+
+  std::string bytes(const std::string& name) {
+    std::ifstream file(folder_ / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+  bool is_clean() { return !std::filesystem::exists(folder_ / "out.rad.unfinished"); }
+
+  TemporaryFolder folder_;
+  std::vector<std::string> warnings_;
+};
+
+std::vector<std::size_t> by_position(const GaussianCloud& cloud) {
+  std::vector<std::size_t> order(cloud.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, [&](std::size_t a, std::size_t b) {
+    const glm::vec3 &p = cloud.positions[a], &q = cloud.positions[b];
+    return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
+  });
+  return order;
+}
+
+// Positions are exact; other values are halves, and SH have 254 steps.
+void expect_same_gaussians(const GaussianCloud& expected, const GaussianCloud& got) {
+  ASSERT_EQ(expected.size(), got.size());
+  ASSERT_EQ(expected.sh_degree, got.sh_degree);
+  const auto from = by_position(expected), to = by_position(got);
+  const std::size_t stride = expected.sh.size() / expected.size();
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const std::size_t a = from[i], b = to[i];
+    ASSERT_EQ(expected.positions[a], got.positions[b]);
+    // The rotation may be turned by half a turn about an axis of the ellipsoid.
+    const auto c = world_covariance(expected, a), d = world_covariance(got, b);
+    const double size = c.xx + c.yy + c.zz;
+    for (const double difference :
+         {c.xx - d.xx, c.xy - d.xy, c.xz - d.xz, c.yy - d.yy, c.yz - d.yz, c.zz - d.zz})
+      EXPECT_LT(std::abs(difference), 0.01 * size);
+    const auto opacity = [](float logit) { return 1 / (1 + std::exp(-logit)); };
+    EXPECT_NEAR(opacity(expected.opacity_logits[a]), opacity(got.opacity_logits[b]), 5e-4f);
+    for (std::size_t k = 0; k < stride; ++k)
+      EXPECT_LT(glm::length(expected.sh[a * stride + k] - got.sh[b * stride + k]), 0.006f);
+  }
+}
+
+TEST_F(LodBuilding, the_leaves_are_the_gaussians_of_the_scene) {
+  for (const int degree : {0, 1, 2, 3}) {
+    const GaussianCloud cloud = walls(3000, degree);
+    LodBuild build =
+        job(write(cloud, fmt::format("{}.ply", degree)), fmt::format("{}.rad", degree));
+    const LodReport report = build_lod(build, pool());
+    EXPECT_EQ(report.leaves, 3000u);
+    EXPECT_EQ(report.sh_degree, degree);
+    const Scene scene = read_scene(build.output, pool());
+    EXPECT_THAT(scene.warnings, IsEmpty());
+    ASSERT_TRUE(scene.levels);
+    EXPECT_EQ(scene.levels->nodes, report.nodes);
+    EXPECT_EQ(scene.levels->leaves, 3000u);
+    expect_same_gaussians(cloud, scene.cloud);
+    EXPECT_THAT(warnings_, IsEmpty());
+  }
+}
+
+TEST_F(LodBuilding, many_buckets_hold_the_same_leaves) {
+  const GaussianCloud cloud = walls(9000, 1);
+  LodBuild build = job(write(cloud));
+  build.memory = 64'000'000 / 32;  // buckets have at least 1,024 Gaussians
+  const LodReport report = build_lod(build, pool());
+  EXPECT_EQ(report.buckets, 9u);
+  expect_same_gaussians(cloud, read_scene(build.output, pool()).cloud);
+  EXPECT_TRUE(is_clean());
+}
+
+TEST_F(LodBuilding, the_bytes_do_not_depend_on_threads) {
+  LodBuild build = job(write(walls(8000, 2)), "1.rad");
+  build.memory = 2'000'000;
+  build_lod(build, pool(1));
+  for (const int threads : {2, 3, 7}) {
+    build.output = folder_ / fmt::format("{}.rad", threads);
+    build_lod(build, pool(threads));
+    EXPECT_EQ(bytes("1.rad"), bytes(fmt::format("{}.rad", threads))) << threads;
+  }
+}
+
+TEST_F(LodBuilding, several_scenes_become_one_tree) {
+  GaussianCloud near = walls(700, 0), far = walls(900, 2);
+  for (glm::vec3& position : far.positions) position.x += 20;
+  LodBuild build = job(write(near, "near.ply"));
+  build.inputs.push_back(write(far, "far.ply"));
+  EXPECT_EQ(build_lod(build, pool()).leaves, 1600u);
+  const Scene scene = read_scene(build.output, pool());
+  EXPECT_EQ(scene.cloud.size(), 1600u);
+  EXPECT_EQ(scene.cloud.sh_degree, 2);
+}
+
+TEST_F(LodBuilding, small_and_odd_scenes_become_trees) {
+  struct Row {
+    std::string name;
+    GaussianCloud cloud;
+  };
+  std::vector<Row> rows = {{"one", walls(1, 3)}, {"two", walls(2, 0)}, {"three", walls(3, 1)}};
+  GaussianCloud same = walls(3000, 0);
+  std::ranges::fill(same.positions, glm::vec3(1, 2, 3));
+  rows.push_back({"one place", same});
+  GaussianCloud line = walls(500, 0);
+  for (glm::vec3& position : line.positions) position.y = position.z = 0;
+  rows.push_back({"a line", line});
+  GaussianCloud flat = walls(500, 0);
+  for (glm::vec3& scale : flat.log_scales) scale.z = -INFINITY;
+  rows.push_back({"flat", flat});
+  GaussianCloud clear = walls(500, 0), solid = walls(500, 0), far = walls(500, 0),
+                huge = walls(500, 0);
+  std::ranges::fill(clear.opacity_logits, -INFINITY);
+  std::ranges::fill(solid.opacity_logits, INFINITY);
+  far.positions[7] = glm::vec3(1e15f);
+  huge.log_scales[7] = glm::vec3(30);
+  rows.push_back({"clear", clear});
+  rows.push_back({"opaque", solid});
+  rows.push_back({"one far away", far});
+  rows.push_back({"one huge", huge});
+  for (const Row& row : rows) {
+    LodBuild build = job(write(row.cloud), "out.rad");
+    build.memory = 2'000'000;
+    EXPECT_EQ(build_lod(build, pool()).leaves, row.cloud.size()) << row.name;
+    Scene scene;
+    const MappedFile file(build.output);
+    const RadLevels levels = read_rad_levels(file.content(), build.output, pool(), scene);
+    EXPECT_EQ(std::ranges::count(levels.nodes, 0, &LodNode::child_count),
+              static_cast<std::ptrdiff_t>(row.cloud.size()))
+        << row.name;
+    EXPECT_EQ(choose_cut(levels, gains_at(levels, 0.01f), 1), std::vector<std::uint32_t>{0});
+    std::filesystem::remove(build.output);
+  }
+}
+
+TEST_F(LodBuilding, mip_splatting_is_kept) {
+  GaussianCloud cloud = walls(50, 0);
+  cloud.antialiased = true;
+  LodBuild build = job(write(cloud));
+  build_lod(build, pool());
+  EXPECT_TRUE(read_scene(build.output, pool()).cloud.antialiased);
+}
+
+TEST_F(LodBuilding, an_interrupted_call_goes_on) {
+  LodBuild build = job(write(walls(9000, 1)), "whole.rad");
+  build.memory = 2'000'000;
+  build_lod(build, pool());
+  build.output = folder_ / "out.rad";
+  for (const float stop_at : {0.05f, 0.15f, 0.25f, 0.5f, 0.8f, 0.95f}) {
+    warnings_.clear();
+    std::stop_source stop;
+    build.progress = {[&](float done) {
+                        if (done >= stop_at) stop.request_stop();
+                      },
+                      stop.get_token()};
+    EXPECT_THROW(build_lod(build, pool(1)), Cancelled) << stop_at;
+    EXPECT_FALSE(std::filesystem::exists(build.output));
+    EXPECT_FALSE(is_clean());
+  }
+  build.progress = {};
+  warnings_.clear();
+  build_lod(build, pool());
+  ASSERT_EQ(warnings_.size(), 1u);
+  EXPECT_THAT(warnings_[0], HasSubstr("going on with the work of an earlier call"));
+  EXPECT_EQ(bytes("out.rad"), bytes("whole.rad"));
+  EXPECT_TRUE(is_clean());
+}
+
+TEST_F(LodBuilding, work_of_another_input_is_not_used) {
+  LodBuild build = job(write(walls(3000, 0)));
+  std::stop_source stop;
+  build.progress = {[&](float done) {
+                      if (done >= 0.8f) stop.request_stop();
+                    },
+                    stop.get_token()};
+  EXPECT_THROW(build_lod(build, pool(1)), Cancelled);
+  build.progress = {};
+  const GaussianCloud other = walls(2000, 0);
+  write(other);
+  build_lod(build, pool());
+  EXPECT_THAT(warnings_, IsEmpty());
+  expect_same_gaussians(other, read_scene(build.output, pool()).cloud);
+}
+
+TEST_F(LodBuilding, a_damaged_journal_is_replaced) {
+  LodBuild build = job(write(walls(300, 0)));
+  for (const char* journal : {"", "{", "[]", "{\"job\": 1}", "null"}) {
+    std::filesystem::create_directories(folder_ / "out.rad.unfinished");
+    std::ofstream(folder_ / "out.rad.unfinished/journal.json") << journal;
+    EXPECT_EQ(build_lod(build, pool()).leaves, 300u) << journal;
+    std::filesystem::remove(build.output);
+  }
+}
+
+TEST_F(LodBuilding, errors_are_one_sentence) {
+  const auto error = [&](const LodBuild& build) {
+    return error_of([&] { build_lod(build, pool()); }, folder_.path());
+  };
+  EXPECT_EQ(error(job(folder_ / "none.ply")), "none.ply: does not exist");
+  std::ofstream(folder_ / "bad.ply") << "ply\nnonsense\n";
+  EXPECT_THAT(error(job(folder_ / "bad.ply")), HasSubstr("bad.ply: "));
+  LodBuild nowhere = job(write(walls(10, 0)), "none/out.rad");
+  EXPECT_THAT(error(nowhere), HasSubstr("none"));
+}
+
+TEST_F(LodBuilding, a_full_disk_is_one_sentence) {
+  LodBuild build = job(write(walls(20'000, 3)));
+  rlimit kept;
+  getrlimit(RLIMIT_FSIZE, &kept);
+  const auto ignored = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small = {100'000, kept.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  const std::string sentence = error_of([&] { build_lod(build, pool()); }, ErrorKind::input);
+  setrlimit(RLIMIT_FSIZE, &kept);
+  std::signal(SIGXFSZ, ignored);
+  EXPECT_THAT(sentence, HasSubstr("cannot be written: "));
+  EXPECT_FALSE(std::filesystem::exists(build.output));
+  build_lod(build, pool());
+  EXPECT_TRUE(std::filesystem::exists(build.output));
+}
+
+TEST_F(LodBuilding, cuts_keep_their_budget_and_cover_every_leaf) {
+  LodBuild build = job(source_path("assets/plush.ply"));
+  build_lod(build, pool());
+  Scene scene;
+  const MappedFile file(build.output);
+  const RadLevels levels = read_rad_levels(file.content(), build.output, pool(), scene);
+  const Scene leaves = read_scene(build.output, pool());
+  const std::size_t count = leaves.cloud.size();
+  const auto renderer = make_renderer(Backend::cpu, pool());
+  const Camera camera = look_at({0, 0, -4}, {0, 0, 0}, {0, -1, 0}, 0.8, 200, 150);
+  RenderSettings settings;
+  renderer->upload(leaves.cloud, {});
+  const Image full = renderer->render(camera, settings).color;
+  const float footprint = 4 / static_cast<float>(camera.focal_px.x);
+  double before = 0;
+  for (const double share : {0.02, 0.1, 0.3, 0.6, 1.0, 2.0}) {
+    const auto budget = static_cast<std::size_t>(share * static_cast<double>(count));
+    for (const bool sees : {false, true}) {
+      const LodGains gains =
+          sees ? gains_in(levels, scene.cloud, {{camera}}, 0.01f) : gains_at(levels, footprint);
+      const auto cut = choose_cut(levels, gains, budget);
+      EXPECT_LE(cut.size(), budget);
+      EXPECT_GT(cut.size() + 64, std::min(budget, count));
+      // Leaves below each node of the cut.
+      std::vector<int> covered(levels.nodes.size(), 0);
+      for (const std::uint32_t i : cut) covered[i] = 1;
+      for (std::size_t i = 1; i < levels.nodes.size(); ++i)
+        covered[i] += covered[levels.nodes[i].parent];
+      for (std::size_t i = 0; i < levels.nodes.size(); ++i)
+        if (levels.nodes[i].child_count == 0 && covered[i] != 1)
+          FAIL() << "leaf " << i << " is covered " << covered[i] << " times";
+      if (!sees) continue;
+      renderer->upload(cut_cloud(levels, scene.cloud, cut, gains), {});
+      const double quality = psnr(renderer->render(camera, settings).color, full, pool());
+      EXPECT_GE(quality, before - 0.5) << share;
+      before = quality;
+    }
+  }
+  EXPECT_EQ(before, INFINITY);  // all leaves
+}
+
+}  // namespace
+}  // namespace qs::test

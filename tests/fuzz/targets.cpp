@@ -18,6 +18,7 @@
 #include "io/picture/picture_formats.h"
 #include "io/picture/webp_image.h"
 #include "io/scene/compact/huffman.h"
+#include "io/scene/rad/rad.h"
 #include "io/scene/reader.h"
 #include "io/tensor/npy.h"
 #include "io/tensor/pickle.h"
@@ -103,6 +104,18 @@ void read_scene(const ReaderRow& reader, Bytes content) {
   expect_sentence_at_most(scene.path.string(), [&] {
     reader.read(content, scene.path, pool, {}, scene);
     check(scene.cloud);
+  });
+}
+
+// The nodes and the block of a tree that quadsplat lod wrote.
+void read_levels(Bytes content) {
+  static ThreadPool pool(1);
+  const fs::path path = kData / "corpus/valid/fuzzed";
+  expect_sentence_at_most(path.string(), [&] {
+    Scene scene;
+    const RadLevels levels = read_rad_levels(content, path, pool, scene);
+    check(scene.cloud);
+    demand(levels.nodes.size() == scene.cloud.size(), "every node has a Gaussian");
   });
 }
 
@@ -333,6 +346,7 @@ std::vector<FuzzTarget> fuzz_targets() {
   for (const char* file : {"points3D.bin", "points3D.txt", "points3D.ply"})
     targets.push_back(points_target(file));
   for (const PictureFormat& format : picture_formats()) targets.push_back(picture_target(format));
+  targets.push_back({"rad_levels", ".rad", read_levels});
   targets.push_back({"exif", ".jpg", read_exif});
   targets.push_back({"webp", ".webp", read_webp});
   targets.push_back({"safetensors", ".safetensors", read_tensors});

@@ -35,7 +35,7 @@ constexpr std::uint64_t kBytesOfLeaf = 1500;    // of memory while its bucket is
 constexpr std::uint64_t kMostLeaves = 262'144;  // of a bucket
 constexpr std::size_t kLeavesOfRoot = 256;
 
-// What the first reading finds. The journal keeps it.
+// The result of the first reading, which the journal keeps.
 struct Survey {
   std::uint64_t leaves = 0;
   int sh_degree = 0;
@@ -128,7 +128,7 @@ class Builder {
           return true;
         }
       } catch (const nlohmann::json::exception&) {
-        // An unreadable journal is that of another job.
+        // An unreadable journal belongs to another job.
       }
     for (const auto& entry : fs::directory_iterator(folder_)) fs::remove_all(entry.path());
     return false;

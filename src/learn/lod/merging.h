@@ -58,9 +58,9 @@ float share_of(const LodGaussian& a, const LodGaussian& b);
 /// The node in the place of both.
 LodGaussian merged(const LodGaussian& a, const LodGaussian& b);
 
-/// How renderers whose filter has the variance `v`, world units^2, draw the Gaussian. Leaves are
-/// drawn as they are. v = 0: for viewers that know nothing of filters, and for filters that keep
-/// the light of each Gaussian.
+/// The Gaussian as it is drawn by renderers whose filter has the variance `v`, world units^2.
+/// Leaves are drawn as they are. v = 0: for viewers whose filter is unknown, and for filters that
+/// keep the light of each Gaussian.
 DrawnLod drawn(const LodGaussian& gaussian, float v);
 
 /// The integral of the squared difference between the pictures of `node` and of `a` with `b`: mean

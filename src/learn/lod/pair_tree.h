@@ -33,13 +33,13 @@ struct NodeLevels {
   float radius = 0;                            ///< of the ball around the centres of the leaves
 };
 
-/// The levels of all nodes. `items` has those of the items. `footprint`: the smallest one, world
-/// units.
+/// The levels of all nodes. `items` has the levels of the items. `footprint`: the smallest one,
+/// world units.
 std::vector<NodeLevels> levels_of(const PairForest& forest, std::vector<NodeLevels> items,
                                   float footprint, bool antialiased);
 
-/// The forest without the nodes that no cut would show: their gains are nearly those of their
-/// parents. In order of breadth, the roots first.
+/// The forest without the nodes that no cut would show: their gains are nearly their
+/// parents' gains. In order of breadth, the roots first.
 struct FlatForest {
   struct Node {
     std::uint32_t number, parent;  ///< of the PairForest; of this forest, its own for roots

@@ -14,7 +14,7 @@
 namespace qs {
 namespace {
 
-// How viewers without filters draw a merged node.
+// Sets a merged node's Gaussian as viewers without filters draw it, and its facts.
 void draw(const LodGaussian& gaussian, const NodeLevels& levels, float footprint, LodNode& node) {
   const DrawnLod shown = drawn(gaussian, 0);
   const LodCovariance& c = shown.covariance;

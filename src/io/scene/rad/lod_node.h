@@ -18,7 +18,7 @@
 namespace qs {
 
 inline constexpr std::size_t kLodFootprints = 8;
-/// Each footprint is so many times the one before.
+/// Each footprint is so many times the footprint before it.
 inline constexpr float kLodFootprintRatio = 4;
 /// The squares of neighbouring footprints differ by this number of steps.
 inline constexpr int kLodStepsOfFootprint = 16;

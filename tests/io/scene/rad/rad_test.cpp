@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "base/parallel.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/inflate.h"
+#include "io/scene/rad/rad_writer.h"
 #include "io/scene/reader.h"
 #include "io/support/limits.h"
 #include "raster/kernel/constants.h"
@@ -552,6 +554,134 @@ TEST(Rad, changed_bytes_are_survived) {
       });
     }
   }
+}
+
+// ---- quadsplat's own block ----------------------------------------------------------------------
+
+// A root and two leaves as the writer writes them.
+RadNodes small_tree() {
+  RadNodes tree;
+  tree.nodes.resize(3);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    LodNode& node = tree.nodes[i];
+    node.center = {static_cast<float>(i), 0.1f, -2};
+    node.scales = {0.5f, 0.25f, 0};
+    node.rotation = glm::normalize(glm::quat(0.1f, -0.9f, 0.2f, static_cast<float>(i)));
+    node.alpha = 0.5f;
+  }
+  LodNode& root = tree.nodes[0];
+  root.first_child = 1;
+  root.child_count = 2;
+  root.gains = {255, 200, 0, 1, 2, 3, 4, 5};
+  root.errors = {9, 8, 7, 6, 5, 4, 3, 2};
+  root.layers = 4;
+  root.opacities = 0.5f;
+  root.radius = 2;
+  tree.sh.assign(3 * 12, 0x3800);  // 0.5
+  return tree;
+}
+
+std::string written_tree(const RadNodes& tree, std::uint64_t nodes = 3) {
+  std::ostringstream stream;
+  ThreadPool pool(2);
+  RadWriter writer(stream, {nodes, 1, 0.125f, true}, pool);
+  writer.write({&tree, 1});
+  writer.finish();
+  return stream.str();
+}
+
+RadLevels read_levels(const std::string& text, Scene& scene) {
+  ThreadPool pool(2);
+  return read_rad_levels(to_bytes(text), "test.rad", pool, scene);
+}
+
+TEST(RadWriter, its_files_have_the_values_that_were_written) {
+  const RadNodes tree = small_tree();
+  const std::string text = written_tree(tree);
+  const Scene leaves = read(text);
+  EXPECT_THAT(leaves.warnings, IsEmpty());
+  EXPECT_EQ(leaves.cloud.size(), 2u);
+  EXPECT_TRUE(leaves.cloud.antialiased);
+  Scene scene;
+  const RadLevels levels = read_levels(text, scene);
+  EXPECT_EQ(levels.footprint, 0.125f);
+  ASSERT_EQ(levels.nodes.size(), 3u);
+  EXPECT_EQ(levels.nodes[0].gains, tree.nodes[0].gains);
+  EXPECT_EQ(levels.nodes[0].errors, tree.nodes[0].errors);
+  EXPECT_EQ(levels.nodes[0].layers, 4);
+  EXPECT_EQ(levels.nodes[0].opacities, 0.5f);
+  EXPECT_EQ(levels.nodes[0].radius, 2);
+  EXPECT_EQ(levels.nodes[1].radius, 0);
+  EXPECT_EQ(levels.nodes[1].layers, 0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(scene.cloud.positions[i], tree.nodes[i].center);
+    EXPECT_NEAR(scene.cloud.log_scales[i].x, std::log(0.5f), 1e-3);
+    EXPECT_LT(scene.cloud.log_scales[i].z, -1000);
+    EXPECT_NEAR(scene.cloud.opacity_logits[i], 0, 1e-3);
+    EXPECT_NEAR(scene.cloud.sh[4 * i].x, 0.5f, 2e-3);
+    EXPECT_NEAR(scene.cloud.sh[4 * i + 1].y, 0.5f, 4e-3);
+    // w is the largest component, and half a turn about an axis of the ellipsoid changes nothing.
+    const glm::quat q = scene.cloud.rotations[i];
+    EXPECT_GE(q.w, 0.4999f);
+    const glm::mat3 a = glm::mat3_cast(q), b = glm::mat3_cast(tree.nodes[i].rotation);
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(std::abs(glm::dot(a[axis], b[axis])), 1, 1e-5);
+  }
+}
+
+TEST(RadWriter, chunks_have_65536_nodes_and_the_header_has_their_bytes) {
+  RadNodes full, rest;
+  full.nodes.resize(RadWriter::kChunk);
+  full.sh.assign(RadWriter::kChunk * 3, 0);
+  rest.nodes.resize(5);
+  rest.sh.assign(15, 0);
+  // The root has all nodes but itself as children, in groups of a chain.
+  for (RadNodes* part : {&full, &rest})
+    for (LodNode& node : part->nodes) node.scales = {1, 1, 1};
+  for (std::uint32_t i = 0; i + 1 < RadWriter::kChunk; ++i) {
+    full.nodes[i].first_child = i + 1;
+    full.nodes[i].child_count = 1;
+  }
+  full.nodes.back().first_child = RadWriter::kChunk;
+  full.nodes.back().child_count = 5;
+  std::ostringstream stream;
+  ThreadPool pool(2);
+  RadWriter writer(stream, {RadWriter::kChunk + 5, 0, 1, false}, pool);
+  const std::vector<RadNodes> chunks = {full, rest};
+  writer.write(chunks);
+  writer.finish();
+  EXPECT_EQ(read(stream.str()).cloud.size(), 5u);
+  EXPECT_EQ(read(stream.str()).levels->nodes, RadWriter::kChunk + 5);
+}
+
+TEST(RadWriter, damage_of_its_block_is_one_sentence) {
+  const std::string text = written_tree(small_tree());
+  Scene scene;
+  const auto sentence = [&](const std::string& damaged) {
+    return error_of([&] { read_levels(damaged, scene); });
+  };
+  // The block is at the end; its padding is not checked.
+  std::string changed = text;
+  changed[text.size() - 20] ^= 1;
+  EXPECT_THAT(sentence(changed), HasSubstr("quadsplat: damaged: its checksum is wrong"));
+  EXPECT_THAT(error_of([&] { read(changed); }), HasSubstr("checksum is wrong"));
+  const auto replaced = [&](const std::string& from, const std::string& to) {
+    std::string result = text;
+    const std::size_t at = result.rfind(from);
+    EXPECT_NE(at, result.npos) << from;
+    return result.replace(at, from.size(), to);
+  };
+  EXPECT_THAT(sentence(replaced("\"quadsplat\":{\"offset", "\"quadspla_\":{\"offset")),
+              HasSubstr("quadsplat lod did not write it"));
+  EXPECT_THAT(sentence(replaced("\"quadsplat\":{\"footprint\":0.125",
+                                "\"quadsplat\":{\"footprint\":-.125")),
+              StartsWith("test.rad"));
+  EXPECT_THAT(sentence(replaced("\"crc32\":", "\"crc_2\":")), HasSubstr("crc32"));
+  RadNodes wrong = small_tree();
+  wrong.nodes[2].parent = 1;
+  EXPECT_THAT(sentence(written_tree(wrong)),
+              HasSubstr("node 2 names node 1 as its parent, but is a child of node 0"));
+  const std::string foreign = file_of(1, 65536, {chunk_of(0, 1, one_gaussian(), false)});
+  EXPECT_THAT(sentence(foreign), HasSubstr("quadsplat lod did not write it"));
 }
 
 }  // namespace

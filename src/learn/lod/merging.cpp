@@ -10,11 +10,6 @@ namespace qs {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-// Weight of the opacity among the colours: black Gaussians hide other ones too. The mean square
-// over grey backgrounds would be 0.25; 0.1 gives better pictures.
-constexpr float kBackground = 0.1f;
-constexpr float kLeastMass = 1e-30f;  // keeps shares defined for Gaussians that show nothing
-
 // A covariance in the plane of two axes.
 struct Flat {
   float xx, xy, yy;
@@ -38,7 +33,7 @@ float overlap(const Flat& a, const Flat& b, float roots, float dx, float dy) {
 }
 
 float product(const LodGaussian& a, const LodGaussian& b) {
-  float sum = kBackground;
+  float sum = kLodBackground;
   for (std::size_t i = 0; i < kLodColors; ++i) sum += a.color[i] * b.color[i];
   return sum;
 }
@@ -77,7 +72,7 @@ void set_opacity(LodGaussian& leaf, float opacity) {
 }
 
 float share_of(const LodGaussian& a, const LodGaussian& b) {
-  return (a.mass + kLeastMass) / (a.mass + b.mass + 2 * kLeastMass);
+  return (a.mass + kLeastLodMass) / (a.mass + b.mass + 2 * kLeastLodMass);
 }
 
 LodGaussian merged(const LodGaussian& a, const LodGaussian& b) {

@@ -28,6 +28,12 @@ using LodCovariance = std::array<float, 6>;
 /// constant of degree 0: a product of two of these is the mean product over all directions.
 inline constexpr std::size_t kLodColors = 12;
 
+/// Weight of the opacity among the colours: black Gaussians hide other ones too. The mean square
+/// over grey backgrounds would be 0.25; 0.1 gives better pictures.
+inline constexpr float kLodBackground = 0.1f;
+/// Keeps shares defined for Gaussians that show nothing.
+inline constexpr float kLeastLodMass = 1e-30f;
+
 struct LodGaussian {
   glm::vec3 mean{0};           ///< world units
   LodCovariance covariance{};  ///< of the mixture

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include "base/morton.h"
 #include "base/rank.h"
+#include "learn/lod/pair_errors.h"
 
 namespace qs {
 namespace {
@@ -76,7 +76,9 @@ PairForest merge_pairs(std::vector<LodGaussian> items, std::size_t roots, bool a
   const Cube cube = cube_around(nodes);
   Places places;
   std::vector<Nearest> nearest;
-  std::vector<LodGaussian> in_order;
+  LodPlanes in_order;
+  std::vector<float> errors;
+  const PairFilter filter{0, kDilationPx * kPixelOfSize * kPixelOfSize, antialiased};
   for (int round = 0; active.size() > std::max<std::size_t>(roots, 1); ++round) {
     const std::size_t count = active.size();
     nearest.assign(count, {});
@@ -88,17 +90,16 @@ PairForest merge_pairs(std::vector<LodGaussian> items, std::size_t roots, bool a
       };
       sort_places(nodes, active, cube, {fraction(0.382f), fraction(0.649f), fraction(0.878f)},
                   places);
-      for (std::size_t i = 0; i < count; ++i) in_order[i] = nodes[active[places[i].second]];
-      for (std::size_t i = 0; i < count; ++i)
-        for (std::size_t k = i + 1; k < std::min(count, i + 1 + kWindow); ++k) {
-          const LodGaussian &a = in_order[i], &b = in_order[k], node = merged(a, b);
-          const float square = kPixelOfSize * kPixelOfSize * ellipsoid_area(node.covariance) /
-                               (4 * std::numbers::pi_v<float>)+1e-30f;
-          const float error = merging_error(a, b, node, kDilationPx * square, antialiased);
-          const std::uint32_t x = places[i].second, y = places[k].second;
-          nearest[x].offer(error, y);
-          nearest[y].offer(error, x);
+      for (std::size_t i = 0; i < count; ++i) in_order.set(i, nodes[active[places[i].second]]);
+      for (std::size_t step = 1; step < std::min(kWindow, count); ++step) {
+        errors.resize(count - step);
+        pair_errors(in_order, 0, in_order, step, count - step, filter, errors.data());
+        for (std::size_t i = 0; i + step < count; ++i) {
+          const std::uint32_t x = places[i].second, y = places[i + step].second;
+          nearest[x].offer(errors[i], y);
+          nearest[y].offer(errors[i], x);
         }
+      }
     }
     std::vector<std::pair<float, std::uint32_t>> pairs;
     for (std::uint32_t i = 0; i < count; ++i)
@@ -169,12 +170,21 @@ std::vector<NodeLevels> levels_of(const PairForest& forest, std::vector<NodeLeve
   // The gain of a merge is its error per Gaussian saved. If the merge above is cheaper, both become
   // a block with their mean, which is the order of the best cuts (Chou, Lookabaugh, Gray 1989).
   Blocks blocks(count);
+  LodPlanes first, second;
+  first.resize(count - items);
+  second.resize(count - items);
+  for (std::size_t i = 0; i < count - items; ++i) {
+    first.set(i, forest.nodes[forest.children[i][0]]);
+    second.set(i, forest.nodes[forest.children[i][1]]);
+  }
+  std::vector<float> own_errors(count - items);
   for (std::size_t k = 0; k < kLodFootprints; ++k) {
     const float side = lod_footprint(footprint, k);
+    pair_errors(first, 0, second, 0, count - items, {kDilationPx * side * side, 0, antialiased},
+                own_errors.data());
     for (std::size_t i = items; i < count; ++i) {
       const auto [a, b] = forest.children[i - items];
-      const float own = merging_error(forest.nodes[a], forest.nodes[b], forest.nodes[i],
-                                      kDilationPx * side * side, antialiased);
+      const float own = own_errors[i - items];
       levels[i].errors[k] = levels[a].errors[k] + levels[b].errors[k] + own;
       const auto heap_of = [&](std::uint32_t child) { return child < items ? kNone : child; };
       std::uint32_t below = blocks.joined(heap_of(a), heap_of(b));

@@ -25,15 +25,17 @@ namespace {
 constexpr std::uint64_t kLeastMemory = 64'000'000;
 
 struct LodCommand {
-  std::vector<std::filesystem::path> files;  // inputs, then the output
+  std::filesystem::path input;
+  std::vector<std::filesystem::path> others;  // inputs, then the output
   std::uint64_t memory = 4'000'000'000;
   std::string axes;
 };
 
 int run(const LodCommand& command) {
   LodBuild build;
-  build.inputs.assign(command.files.begin(), command.files.end() - 1);
-  build.output = command.files.back();
+  build.inputs = {command.input};
+  build.inputs.insert(build.inputs.end(), command.others.begin(), command.others.end() - 1);
+  build.output = command.others.back();
   build.memory = command.memory;
   build.axes = command.axes;
   build.warn = [](const std::string& sentence) { warn(sentence); };
@@ -59,9 +61,9 @@ int run(const LodCommand& command) {
 
 CommandAction lod_command(Options& options) {
   const auto command = std::make_shared<LodCommand>();
-  options.positionals("FILE", command->files, 2,
-                      "splat files or model folders, and at last the .rad file to write",
-                      kSceneSamples);
+  options.positional("IN", command->input, kSceneHelp, kSceneSamples);
+  options.positionals("OUT", command->others, 1,
+                      "further scenes, and at last the .rad file to write", {"out.rad", "out.ply"});
   options.converted("--memory", "SIZE", command->memory,
                     [](const std::string& option, const std::string& words) {
                       const std::uint64_t bytes = parse_bytes(option, words);

@@ -71,8 +71,8 @@ CommandAction lod_command(Options& options) {
                         fail(ErrorKind::usage, "{}: '{}' is less than 64 MB", option, words);
                       return bytes;
                     },
-                    "memory for the parts that are built at a time, such as 512M; each scene must "
-                    "fit beside it (default: 4G)",
+                    "memory for the parts that are built at a time, such as 512M; scenes that are "
+                    "no binary .ply must fit beside it (default: 4G)",
                     {"64M", "2G"});
   declare_axes_option(options, command->axes);
   options.overwrite();

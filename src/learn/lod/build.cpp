@@ -17,8 +17,11 @@
 #include "base/fail.h"
 #include "base/path_kind.h"
 #include "base/progress_bar.h"
+#include "base/text.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/mapped_file.h"
 #include "io/bytes/replace_file.h"
+#include "io/scene/ply/ply.h"
 #include "io/scene/reader.h"
 #include "learn/lod/bucket_files.h"
 #include "learn/lod/section.h"
@@ -71,6 +74,12 @@ Survey survey_of(const ordered_json& json) {
   return s;
 }
 
+// A scene file, or the rows [begin, end) of a .ply if `end` is not 0.
+struct Part {
+  fs::path path;
+  std::uint64_t begin = 0, end = 0;
+};
+
 class Builder {
  public:
   Builder(const LodBuild& build, ThreadPool& pool)
@@ -81,6 +90,7 @@ class Builder {
     check_targets({build_.output});
     make_folder(folder_);
     const FolderLock lock(folder_, "another program builds this file");
+    divide_inputs();
     if (!go_on()) {
       survey();
       sort();
@@ -134,20 +144,43 @@ class Builder {
     return false;
   }
 
-  // Reads an input, or returns the only one again.
+  // Binary .ply files are read in parts.
+  void divide_inputs() {
+    const std::uint64_t rows = std::clamp<std::uint64_t>(build_.memory / 2000, 1024, 1 << 22);
+    for (const fs::path& path : inputs_) {
+      const std::uint64_t all = divisible_rows(MappedFile(path).content(), path);
+      if (all <= rows) parts_.push_back({path});
+      for (std::uint64_t begin = 0; all > rows && begin < all; begin += rows)
+        parts_.push_back({path, begin, std::min(all, begin + rows)});
+    }
+  }
+
+  Scene read_part(const Part& part, const ReadOptions& options) {
+    if (part.end == 0) return read_scene(part.path, pool_, options);
+    const MappedFile file(part.path);
+    const std::string rows = ply_part(file.content(), part.path, part.begin, part.end);
+    Scene scene;
+    scene.path = part.path;
+    read_ply(std::as_bytes(std::span(rows)), part.path, pool_, options, scene);
+    move_near_origin(scene.cloud);
+    if (!options.axes.empty()) assume_axes(scene, options.axes);
+    return scene;
+  }
+
+  // Reads a part of the inputs, or returns the only one again.
   const GaussianCloud& read(std::size_t i, float begin, float end, bool warns) {
-    if (cloud_ && inputs_.size() == 1) return *cloud_;
+    if (cloud_ && parts_.size() == 1) return *cloud_;
     cloud_.reset();
     const auto at = [&](std::size_t k) {
-      return begin + (end - begin) * static_cast<float>(k) / static_cast<float>(inputs_.size());
+      return begin + (end - begin) * static_cast<float>(k) / static_cast<float>(parts_.size());
     };
     ReadOptions options;
     options.axes = build_.axes;
     options.progress = part_of(build_.progress, at(i), at(i + 1));
-    Scene scene = read_scene(inputs_[i], pool_, options);
+    Scene scene = read_part(parts_[i], options);
     if (warns)
       for (const std::string& sentence : scene.warnings)
-        build_.warn(fmt::format("{}: {}", inputs_[i].string(), sentence));
+        add_new(warnings_, fmt::format("{}: {}", parts_[i].path.string(), sentence));
     cloud_ = std::make_unique<GaussianCloud>(std::move(scene.cloud));
     if (i == 0 && warns) origin_ = cloud_->origin;
     if (cloud_->origin != origin_) place(*cloud_, origin_);
@@ -156,18 +189,23 @@ class Builder {
 
   void survey() {
     CloudSample sample;
-    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
       const GaussianCloud& cloud = read(i, 0, kRead, true);
       if (i == 0) survey_.antialiased = cloud.antialiased;
       if (cloud.antialiased != survey_.antialiased)
         build_.warn(
             fmt::format("{}: was trained {} antialiasing, unlike the first scene, whose "
                         "setting holds for the tree",
-                        inputs_[i].string(), cloud.antialiased ? "with" : "without"));
+                        parts_[i].path.string(), cloud.antialiased ? "with" : "without"));
       survey_.sh_degree = std::max(survey_.sh_degree, cloud.sh_degree);
       sample.add(cloud, survey_.leaves);
       survey_.leaves += cloud.size();
     }
+    if (origin_ != glm::dvec3(0))
+      add_new(warnings_,
+              fmt::format("{}: its positions count from {}, because the format has no doubles",
+                          build_.output.string(), format_origin(origin_)));
+    for (const std::string& sentence : warnings_) build_.warn(sentence);
     constexpr std::uint64_t kMostNodes = 0xffffffff / 2;
     if (survey_.leaves > kMostNodes)
       fail("{}: {} Gaussians, but a .rad file has at most {}", build_.output.string(),
@@ -180,7 +218,7 @@ class Builder {
     BucketWriter writer(survey_.ranges, survey_.sh_degree,
                         [&](std::size_t i) { return bucket(i); });
     std::uint64_t done = 0;
-    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
       const GaussianCloud& cloud = read(i, kRead, kSorted, false);
       writer.add(cloud, done, pool_);
       done += cloud.size();
@@ -299,6 +337,8 @@ class Builder {
   ThreadPool& pool_;
   fs::path folder_;
   std::vector<fs::path> inputs_;
+  std::vector<Part> parts_;
+  std::vector<std::string> warnings_;
   std::unique_ptr<GaussianCloud> cloud_;
   glm::dvec3 origin_{0};
   Survey survey_;

@@ -22,7 +22,8 @@
 namespace qs {
 
 struct LodBuild {
-  std::vector<std::filesystem::path> inputs;  ///< each must fit into memory
+  /// Each must fit into memory, except binary .ply files, which are read in parts.
+  std::vector<std::filesystem::path> inputs;
   std::filesystem::path output;
   std::uint64_t memory =
       4'000'000'000;  ///< bytes for the buckets that are worked on, at least 64 MB

@@ -21,7 +21,7 @@ using I = hn::RebindToSigned<D>;
 using M = hn::Mask<D>;
 using V = hn::Vec<D>;
 
-/// A float per lane. The formulas are those of merging.cpp.
+/// A float per lane. merging.cpp has the same formulas.
 struct F {
   V v;
   F() = default;

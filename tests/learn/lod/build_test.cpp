@@ -164,6 +164,28 @@ TEST_F(LodBuilding, several_scenes_become_one_tree) {
   EXPECT_EQ(scene.cloud.sh_degree, 2);
 }
 
+TEST_F(LodBuilding, a_ply_file_in_parts_gives_the_same_bytes) {
+  const GaussianCloud cloud = walls(6000, 2);
+  LodBuild build = job(write(cloud), "parts.rad");
+  build.memory = 2'000'000;  // parts have 1,024 rows, and so have buckets
+  build_lod(build, pool());
+  // .spz is read whole; here a .glb, which has all floats.
+  build.inputs = {write(cloud, "in.glb")};
+  build.output = folder_ / "whole.rad";
+  build_lod(build, pool());
+  const Scene parts = read_scene(folder_ / "parts.rad", pool()),
+              whole = read_scene(build.output, pool());
+  expect_same_gaussians(cloud, parts.cloud);
+  EXPECT_EQ(parts.levels, whole.levels);
+}
+
+TEST_F(LodBuilding, a_ply_file_that_is_cut_off_is_one_sentence) {
+  const std::filesystem::path path = write(walls(3000, 0));
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) - 10);
+  EXPECT_THAT(error_of([&] { build_lod(job(path), pool()); }, folder_.path()),
+              HasSubstr("in.ply: cut off: "));
+}
+
 TEST_F(LodBuilding, small_and_odd_scenes_become_trees) {
   struct Row {
     std::string name;
@@ -210,6 +232,16 @@ TEST_F(LodBuilding, mip_splatting_is_kept) {
   LodBuild build = job(write(cloud));
   build_lod(build, pool());
   EXPECT_TRUE(read_scene(build.output, pool()).cloud.antialiased);
+}
+
+TEST_F(LodBuilding, georeferenced_scenes_have_one_origin) {
+  GaussianCloud cloud = walls(5000, 0);
+  cloud.origin = {500'000, 4'650'000, 200};
+  LodBuild build = job(write(cloud));
+  build.memory = 2'000'000;  // the file is read in parts
+  build_lod(build, pool());
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("its positions count from 500000 4650000 ")));
+  EXPECT_EQ(read_scene(build.output, pool()).cloud.size(), 5000u);
 }
 
 TEST_F(LodBuilding, an_interrupted_call_goes_on) {

@@ -306,6 +306,40 @@ bool recognises_ply(ByteSpan content, const std::filesystem::path& path) {
          !is_ply_without_colors(content);
 }
 
+std::uint64_t divisible_rows(ByteSpan content, const std::filesystem::path& path) {
+  if (!recognises_ply(content, path)) return 0;
+  const PlyHeader header = parse_ply_header(content, path);
+  const bool is_binary = header.format != PlyFormat::ascii;
+  if (!is_binary || header.elements.empty() || header.elements[0].name != "vertex") return 0;
+  const PlyElement& vertices = header.elements[0];
+  const std::uint64_t left = content.size() - header.body_offset;
+  if (vertices.has_list || vertices.row_bytes == 0) return 0;
+  if (!fits(vertices.count, vertices.row_bytes, left))
+    fail("{}: cut off: {} vertices need {} bytes each, {} bytes are left", path.string(),
+         vertices.count, vertices.row_bytes, left);
+  return vertices.count;
+}
+
+std::string ply_part(ByteSpan content, const std::filesystem::path& path, std::uint64_t begin,
+                     std::uint64_t end) {
+  const PlyHeader header = parse_ply_header(content, path);
+  const std::uint64_t row_bytes = header.elements[0].row_bytes;
+  std::string part(text_of(content.first(header.body_offset)));
+  // The line "element vertex COUNT" and the lines of other elements, which have no rows here.
+  std::size_t line = 0;
+  for (std::size_t element = 0; line < part.size(); line = part.find('\n', line) + 1) {
+    if (part.compare(line, 8, "element ") != 0) continue;
+    const std::size_t stop = part.find_first_of("\r\n", line);
+    const std::string count = element == 0 ? fmt::format("{}", end - begin) : "0";
+    part.replace(line, stop - line,
+                 fmt::format("element {} {}", header.elements[element].name, count));
+    ++element;
+  }
+  part +=
+      text_of(content.subspan(header.body_offset + begin * row_bytes, (end - begin) * row_bytes));
+  return part;
+}
+
 void read_ply(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
               const ReadOptions& options, Scene& scene) {
   PlyHeader header = parse_ply_header(content, path);

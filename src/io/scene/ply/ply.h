@@ -31,6 +31,15 @@ namespace qs {
 /// True for Gaussians without colours, as Compact-3DGS saves them. Point clouds and meshes are not.
 bool is_ply_without_colors(ByteSpan content);
 
+/// The number of Gaussians of a .ply whose rows can be read in parts: binary, without lists and
+/// before all other elements. 0 for other files. Throws Error(input) if the header is damaged or
+/// the rows are cut off.
+std::uint64_t divisible_rows(ByteSpan content, const std::filesystem::path& path);
+
+/// The rows [begin, end) of such a file as a file of its own.
+std::string ply_part(ByteSpan content, const std::filesystem::path& path, std::uint64_t begin,
+                     std::uint64_t end);
+
 RecogniseScene recognises_ply, recognises_compressed_ply, recognises_zipped_ply;
 ReadScene read_ply, read_compressed_ply, read_zipped_ply;
 

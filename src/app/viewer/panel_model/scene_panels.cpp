@@ -175,9 +175,9 @@ Blocks training_blocks(const Viewer& v) {
   Blocks blocks = {block::Progress{"Iterations done", share},
                    in_line({{"Pause training"}, {"Step"}, {"Save the model"}, {"Stop training"}}),
                    block::Local::test_view, block::Facts{training_facts(v)}};
-  if (v.training->losses.size() > 1) blocks.emplace_back(loss_curve(v));
   if (progress.test_psnrs.size() > 1 || progress.reserved_psnrs.size() > 1)
     blocks.emplace_back(psnr_curves(progress));
+  if (v.training->losses.size() > 1) blocks.emplace_back(loss_curve(v));
   return blocks;
 }
 

@@ -104,11 +104,12 @@ TEST(Cases, photographs_in_subfolders_are_those_that_the_file_names) {
   EXPECT_THAT(run.out, HasSubstr("27.99")) << "dB, the mean";
 }
 
-TEST(Cases, a_fisheye_lens_is_refused) {
+TEST(Cases, photographs_of_a_fisheye_lens_are_undistorted) {
   QS_NEEDS_SHARED("cases/03_is_fisheye");
   const ProgramRun run = eval_of("03_is_fisheye");
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, HasSubstr("is_fisheye is true: no pinhole camera; undistort"));
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("(OPENCV_FISHEYE, undistorted, "));
+  EXPECT_THAT(run.out, HasSubstr("28.43")) << "dB, the mean; 17.8 as pinhole pictures";
 }
 
 }  // namespace

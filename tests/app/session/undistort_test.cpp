@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Undistorted photographs, compared with pictures whose value is known for every direction.
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -15,27 +16,19 @@ float value_at(glm::dvec2 slope) {
   return static_cast<float>(0.5 + 0.25 * std::sin(7 * slope.x) + 0.2 * std::cos(9 * slope.y));
 }
 
-// The direction that a lens shows at a distorted direction, by fixed-point iteration.
-glm::dvec2 inverse(const Lens& lens, glm::dvec2 distorted) {
-  glm::dvec2 slope = distorted;
-  for (int i = 0; i < 200; ++i) slope += distorted - lens.distort(slope);
-  return slope;
-}
-
 TEST(Undistort, shows_every_direction_where_the_pinhole_camera_does) {
-  const Lens lens{{160, 164}, {99, 72}, -0.12, 0.03, 0.004, -0.003};
-  Camera size;
-  size.width = 200;
-  size.height = 150;
-  const LensCamera camera = undistorted_camera(size, lens, "test");
+  const Lens lens = checked_lens(
+      {find_lens_model("OPENCV"), {200, 150}, {160, 164}, {99, 72}, {-0.12, 0.03, 0.004, -0.003}},
+      "test");
+  const LensCamera camera = undistorted_camera(lens, "test");
   // A photograph of twice the camera's size.
   const LensCamera twice = camera.scaled(400, 300);
   Image photograph(400, 300, 3);
   for (int y = 0; y < 300; ++y) {
     for (int x = 0; x < 400; ++x) {
-      const glm::dvec2 d = (glm::dvec2(x, y) - twice.lens->center_px) / twice.lens->focal_px;
+      const glm::dvec3 seen = twice.lens->direction({x, y}).value();
       for (int c = 0; c < 3; ++c)
-        photograph.at(x, y, c) = value_at(inverse(lens, d)) + 0.1f * float(c);
+        photograph.at(x, y, c) = value_at(glm::dvec2(seen) / seen.z) + 0.1f * float(c);
     }
   }
   const Image image = undistorted(photograph, camera, test::pool());
@@ -58,6 +51,66 @@ TEST(Undistort, leaves_photographs_of_pinhole_cameras_alone) {
   Image photograph(3, 2, 1);
   photograph.values = {1, 2, 3, 4, 5, 6};
   EXPECT_EQ(undistorted(photograph, {}, test::pool()).values, photograph.values);
+}
+
+// A smooth value for every direction, up to 1.
+float value_around(glm::dvec3 direction) {
+  const glm::dvec3 d = glm::normalize(direction);
+  return static_cast<float>(0.5 + 0.2 * std::sin(3 * d.x) + 0.15 * std::cos(4 * d.y) +
+                            0.1 * std::sin(5 * d.z));
+}
+
+TEST(Undistort, divides_wide_photographs_into_faces_with_masks) {
+  struct Row {
+    Lens lens;
+    std::size_t faces;
+    double counted;  // share of all pixels of the faces, from the formulas in Python
+  };
+  const Row rows[] = {
+      {{find_lens_model("EQUIRECTANGULAR"), {600, 300}}, 6, 1},
+      {{find_lens_model("FISHEYE"), {400, 400}, {127.3, 127.3}, {199.5, 199.5}}, 5, 0.737},
+      {{find_lens_model("OPENCV_FISHEYE"),
+        {400, 400},
+        {125, 127},
+        {198, 201},
+        {0.02, -0.005, 0.001, -0.0002}},
+       5,
+       0.737},
+      {{find_lens_model("EUCM"), {400, 300}, {120, 121}, {199, 150}, {0.6, 1.1}}, 5, 0.633},
+  };
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.lens.model->name);
+    const LensCamera camera = lens_camera(row.lens, "test");
+    const Lens& lens = *camera.lens;
+    const auto sides = glm::ivec2(lens.size_px);
+    Image photograph(sides.x, sides.y, 1);
+    for (int y = 0; y < sides.y; ++y)
+      for (int x = 0; x < sides.x; ++x)
+        if (const auto seen = lens.direction({x, y})) photograph.at(x, y, 0) = value_around(*seen);
+    const std::vector<LensCamera> views = views_of(camera);
+    EXPECT_EQ(views.size(), row.faces);
+    double counted = 0, all = 0, largest = 0;
+    for (const LensCamera& view : views) {
+      const Image image = undistorted(photograph, view, test::pool());
+      ASSERT_EQ(image.width, view.camera.width);
+      const auto mask = lens_mask(view, image.width, image.height, test::pool());
+      for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+          ++all;
+          if (!mask.empty() && mask[static_cast<std::size_t>(y * image.width + x)] == 0) continue;
+          ++counted;
+          // The face's axes in the world: the lens is not turned.
+          const glm::dvec2 slope =
+              (glm::dvec2(x, y) - view.camera.center_px) / view.camera.focal_px;
+          const glm::dvec3 world =
+              glm::transpose(glm::dmat3(view.camera.view_from_world)) * glm::dvec3(slope, 1);
+          largest = std::max(largest, std::abs(double(image.at(x, y, 0)) - value_around(world)));
+        }
+      }
+    }
+    EXPECT_LT(largest, 3e-3) << "bilinear interpolation of this picture";
+    EXPECT_NEAR(counted / all, row.counted, 0.01);
+  }
 }
 
 }  // namespace

@@ -464,8 +464,8 @@ TEST_F(TrainData, blender_s_files_name_training_and_test_views) {
 }
 
 TEST_F(TrainData, photographs_of_lenses_that_distort_are_undistorted) {
-  LensCamera camera{test::front_camera(40, 30), Lens{{35, 35}, {20, 14}, -0.1, 0.05, 0, 0}, {}};
-  camera = undistorted_camera(camera.camera, *camera.lens, "test");
+  LensCamera camera = lens_camera(
+      {find_lens_model("OPENCV"), {40, 30}, {35, 35}, {20, 14}, {-0.1, 0.05, 0, 0}}, "test");
   camera.camera.name = "a";
   std::ofstream(folder_ / "cameras.json") << format_cameras({camera});
   Image ramp(40, 30, 3);  // the value is the column, so it identifies the source of a pixel
@@ -479,7 +479,7 @@ TEST_F(TrainData, photographs_of_lenses_that_distort_are_undistorted) {
   const PhotographView view = read().training.front();
   for (const auto& [x, y] : {std::pair{20, 14}, {3, 4}, {36, 27}}) {
     const glm::dvec2 slope = (glm::dvec2(x, y) - camera.camera.center_px) / camera.camera.focal_px;
-    const double column = 35 * camera.lens->distort(slope).x + 20;
+    const double column = camera.lens->project({slope, 1}).value().x;
     EXPECT_NEAR(view.rgb[static_cast<std::size_t>(3 * (40 * y + x))], 5 * column, 0.51);
   }
   EXPECT_EQ(view.camera.focal_px, camera.camera.focal_px);

@@ -98,6 +98,15 @@ Views choose_views(const EvalCommand& command) {
   return views;
 }
 
+// Pixels that the photograph does not show are equal in both pictures, also for LPIPS.
+void black_out(Image& image, const std::vector<std::uint8_t>& mask) {
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (mask[i] == 0)
+      for (int c = 0; c < image.channels; ++c)
+        image.values[i * static_cast<std::size_t>(image.channels) + static_cast<std::size_t>(c)] =
+            0;
+}
+
 class EvalRun {
  public:
   explicit EvalRun(const EvalCommand& command) : command_(command) {}
@@ -153,8 +162,8 @@ class EvalRun {
   }
 
   void one_view(const EvalView& view, std::size_t number) {
-    const Image photograph = read_photograph(view.photograph, session_.settings.background,
-                                             command_.images_scale, *session_.pool, view.taken);
+    Image photograph = read_photograph(view.photograph, session_.settings.background,
+                                       command_.images_scale, *session_.pool, view.taken);
     require_same_shape(photograph, view.photograph, {view.camera.width, view.camera.height});
     const std::vector<std::uint8_t> mask =
         lens_mask(view.taken, photograph.width, photograph.height, *session_.pool);
@@ -166,6 +175,7 @@ class EvalRun {
     }
     if (network_ != nullptr) require_size(photograph, view);
     save(photograph, view, "photograph");
+    black_out(photograph, mask);
     std::vector<ComparedImage> compared;
     for (const CullMode mode : command_.frame.modes) {
       session_.settings.mode = mode;
@@ -173,6 +183,7 @@ class EvalRun {
       save(image, view, mode_name(mode));
       clamp_to_unit(image);
       image = area_average(image, photograph.width, photograph.height, *session_.pool);
+      black_out(image, mask);
       report_.rows.push_back({view.camera, view.photograph, photograph.width, photograph.height,
                               mode, psnr(image, photograph, *session_.pool, mask),
                               ssim(image, photograph, *session_.pool, command_.ssim_border, mask),

@@ -300,9 +300,13 @@ double used_share(const LensCamera& camera) {
 }
 
 void sort_by_name(std::vector<LensCamera>& cameras) {
-  std::ranges::stable_sort(cameras, [](const LensCamera& a, const LensCamera& b) {
-    return a.camera.name < b.camera.name;
-  });
+  const auto name_of = [](const LensCamera& camera) {
+    std::string_view name = camera.camera.name;
+    const std::string ending = camera.is_face() ? "_" + std::string(camera.lens->face) : "";
+    if (name.ends_with(ending)) name.remove_suffix(ending.size());
+    return name;
+  };
+  std::ranges::stable_sort(cameras, {}, name_of);
 }
 
 std::vector<Camera> pinhole_cameras(const std::vector<LensCamera>& cameras) {

@@ -109,7 +109,8 @@ bool is_next_face(const std::vector<LensCamera>& cameras, std::size_t i);
 /// pixels.
 double used_share(const LensCamera& camera);
 
-/// Cameras of equal names keep their order.
+/// Cameras of equal names keep their order. The faces of a photograph are one after another: their
+/// names count without the face.
 void sort_by_name(std::vector<LensCamera>& cameras);
 
 /// The cameras without their lenses.

@@ -161,6 +161,22 @@ TEST(Lens, of_any_model_becomes_one_pinhole_camera_or_faces) {
   }
 }
 
+TEST(Lens, of_faces_stay_together_if_names_of_other_photographs_fall_between_theirs) {
+  std::vector<LensCamera> cameras;
+  for (const char* name : {"a_c", "b", "a"}) {
+    LensCamera camera = colmap_camera_of("SIMPLE_FISHEYE 100 100 31.83 50 50");
+    camera.camera.name = camera.photograph = name;
+    for (const LensCamera& view : views_of(camera)) cameras.push_back(view);
+  }
+  std::ranges::reverse(cameras);
+  sort_by_name(cameras);
+  std::vector<std::size_t> first;
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (!is_next_face(cameras, i)) first.push_back(i);
+  EXPECT_THAT(first, testing::ElementsAre(0, 5, 10));
+  EXPECT_EQ(cameras[5].photograph, "a_c");
+}
+
 TEST(Lens, of_a_face_survives_cameras_json) {
   const TemporaryFolder folder;
   const std::vector<LensCamera> views =

@@ -2,11 +2,16 @@
 // Undistorted photographs, compared with pictures whose value is known for every direction.
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include <gtest/gtest.h>
 
+#include "app/session/placed_cameras.h"
 #include "io/camera/photographs.h"
+#include "support/error_of.h"
 #include "support/pool.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
@@ -111,6 +116,21 @@ TEST(Undistort, divides_wide_photographs_into_faces_with_masks) {
     EXPECT_LT(largest, 3e-3) << "bilinear interpolation of this picture";
     EXPECT_NEAR(counted / all, row.counted, 0.01);
   }
+}
+
+TEST(Undistort, a_command_without_photographs_names_the_front_faces_that_it_uses) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "cameras.txt") << "1 SIMPLE_FISHEYE 60 60 19.1 30 30\n"
+                                           "2 SIMPLE_FISHEYE 60 60 99 30 30\n";
+  std::ofstream(folder / "images.txt") << "1 1 0 0 0 0 0 3 1 a.png\n\n2 1 0 0 0 0 0 3 2 b.png\n\n";
+  Scene scene;
+  scene.cloud = test::random_cloud(100, 0, 5);
+  const PlacedCameras placed = placed_cameras(folder / "images.txt", scene, true);
+  EXPECT_EQ(placed.cameras.size(), 2u);
+  ASSERT_EQ(placed.warnings.size(), 1u);
+  EXPECT_EQ(test::without_folder(placed.warnings[0], folder.path()),
+            "images.txt: 1 of 2 cameras have lenses too wide for a pinhole camera: their front "
+            "faces are used");
 }
 
 }  // namespace

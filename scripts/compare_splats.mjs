@@ -28,6 +28,8 @@ const FORMATS = {
   ply: EXACT, glb: EXACT, spz: SPZ, 'spz-v4': SPZ,
   splat: { ...EXACT, angle: radians(1 + 0.9), opacity: BYTE, dc: BYTE / C0, sh: Infinity,
            range: { dc: 0.5 / C0, sh: Infinity } },
+  // The precision in which Spark keeps what it read: halves, 10 bits of an axis, and 7, 8 and 6 bits of SH of degrees 1 to 3.
+  rad: { position: 0, scale: 2 ** -8, angle: radians(0.3), opacity: 2 ** -11, dc: 2 ** -11 / C0, sh: 0.5 / 31 },
   // Positions are 16 bits of a logarithm. A table has 256 values for the scales, colours or SH of the scene; the palette
   // of SH is exact, because the scene has fewer Gaussians than it has entries.
   sog: { position: 2e-4, scale: 0.03, angle: radians(1), opacity: BYTE, dc: 0.02, sh: 0.02 },

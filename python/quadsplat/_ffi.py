@@ -2,8 +2,8 @@
 """The functions and structs of quadsplat.h by ctypes. The structs are described there.
 
 The library is the file that the environment variable QUADSPLAT_LIBRARY names, or else
-libquadsplat.so beside this module, or else the system's libquadsplat.so.1. Calls release the GIL,
-but call_on_gpu() holds it.
+libquadsplat.so beside this module, or else the system's libquadsplat.so.1. Calls release the GIL
+unless they enqueue work on a GPU.
 """
 from __future__ import annotations
 
@@ -370,23 +370,14 @@ _PLACE = re.compile(r"^qs_\w+: (\w+(\[\d+\])?\.)?")
 _Message = c_char * MESSAGE_BYTES
 
 
-def call(who: str, function: str, *arguments: Any) -> None:
-    """Calls a function of FUNCTIONS. Raises quadsplat.Error, with `who` in the place of its name."""
-    _checked(who, getattr(library, function), arguments)
+def call(who: str, function: str, *arguments: Any, on_gpu: bool = False) -> None:
+    """Calls a function of FUNCTIONS. Raises quadsplat.Error, with `who` in the place of its name.
 
-
-def call_on_gpu(who: str, function: str, *arguments: Any) -> None:
-    """call() of a function that enqueues work on a GPU.
-
-    It is short, and its callbacks need the GIL again and again. A program with other threads would
-    wait for the GIL each time.
+    on_gpu: the function enqueues work on a GPU, so the call is short and holds the GIL. Its
+        callbacks would wait for the GIL each time if another thread runs.
     """
-    _checked(who, getattr(_holding, function), arguments)
-
-
-def _checked(who: str, function: Any, arguments: Tuple[Any, ...]) -> None:
     message = _Message()
-    code = function(*arguments, message)
+    code = getattr(_holding if on_gpu else library, function)(*arguments, message)
     if code != 0:
         sentence = message.value.decode(errors="replace") or "not enough memory"
         raise OF_RESULT.get(code, DeviceError)(_PLACE.sub(f"{who}: ", sentence, count=1))

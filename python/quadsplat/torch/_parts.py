@@ -65,15 +65,17 @@ def _run_similarity(function: str, a: Tensor, b: Tensor, padding: int,
     given = _ffi.QsSimilarity(border=padding)
     for name, tensor in dict(arrays, a=a, b=b).items():
         put(given, name, tensor)
-    context = context_of(None, "ssim", a)
+
+    def run() -> None:
+        with context_of(None, "ssim", a)._use("ssim") as pointer:
+            _ffi.call("ssim", function, pointer, ctypes.byref(given), on_gpu=a.is_cuda)
+
     if not a.is_cuda:
-        with context._use("ssim") as pointer:
-            _ffi.call("ssim", function, pointer, ctypes.byref(given))
+        run()
         return
     with Call(a.device) as call:
         given.stream, given.temporary = call.stream, call.memory
-        with context._use("ssim") as pointer:
-            _ffi.call_on_gpu("ssim", function, pointer, ctypes.byref(given))
+        run()
 
 
 def ssim(a: Tensor, b: Tensor, padding: str = "same") -> Tensor:
@@ -145,8 +147,7 @@ def adam(steps: Sequence[Step], visible: Optional[Tensor]) -> None:
         if rows is not None:
             put(struct, "visible", rows)
     with context_of(None, "adam", steps[0].param)._use("adam") as pointer:
-        call = _ffi.call if stream is None else _ffi.call_on_gpu
-        call("adam", "qs_adam_all", pointer, given, len(steps))
+        _ffi.call("adam", "qs_adam_all", pointer, given, len(steps), on_gpu=stream is not None)
     for step in steps:
         for changed in (step.param, step.first, step.second):
             mark_changed(changed)
@@ -197,8 +198,7 @@ def add_noise(means: Tensor, rotations: Tensor, log_scales: Tensor, logits: Tens
                          ("opacity_logits", logits), ("normals", normals)):
         put(noise, name, tensor)
     with context_of(None, "noise", means)._use("noise") as pointer:
-        call = _ffi.call_on_gpu if means.is_cuda else _ffi.call
-        call("noise", "qs_noise", pointer, ctypes.byref(noise))
+        _ffi.call("noise", "qs_noise", pointer, ctypes.byref(noise), on_gpu=means.is_cuda)
     mark_changed(means)
 
 
@@ -220,11 +220,12 @@ def _run_on_gpu(who: str, function: str, *tensors: Tensor) -> None:
 
 def _run_in_stream(who: str, function: str, tensor: Tensor, *arguments: Any) -> None:
     """Calls a function that works where the tensor is, on a GPU in the stream of the context."""
-    call = _ffi.call_on_gpu if tensor.is_cuda else _ffi.call
+    on_gpu = tensor.is_cuda
     with context_of(None, who, tensor)._use(who) as pointer:
-        if tensor.is_cuda:
-            call(who, "qs_context_stream", pointer, stream_of(tensor.get_device()))
-        call(who, function, pointer, *arguments)
+        if on_gpu:
+            _ffi.call(who, "qs_context_stream", pointer, stream_of(tensor.get_device()),
+                      on_gpu=True)
+        _ffi.call(who, function, pointer, *arguments, on_gpu=on_gpu)
 
 
 class SparseAdam(torch.optim.Adam):

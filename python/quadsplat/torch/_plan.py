@@ -72,18 +72,18 @@ class Plan:
             given.position = _host_numbers(self.position)
         means = _means(inputs)
         if not means.is_cuda:
-            self._run(_ffi.call, function, given, arguments)
+            self._run(function, given, arguments, False)
             return
         with Call(means.device) as call:
             given.stream = call.stream
             given.temporary = call.memory
-            self._run(_ffi.call_on_gpu, function, given, arguments)
+            self._run(function, given, arguments, True)
 
-    def _run(self, call: Any, function: str, given: _ffi.QsInputs,
-             arguments: Iterable[Any]) -> None:
+    def _run(self, function: str, given: _ffi.QsInputs, arguments: Iterable[Any],
+             on_gpu: bool) -> None:
         with self.context._use(self.who) as pointer:
-            call(self.who, function, pointer, _byref(given), _byref(self.camera),
-                 _byref(self.rules), *arguments)
+            _ffi.call(self.who, function, pointer, _byref(given), _byref(self.camera),
+                      _byref(self.rules), *arguments, on_gpu=on_gpu)
 
     def count_pixels(self, inputs: Tensors, frame: _ffi.QsStageFrame) -> Optional[Tensor]:
         """The number of pixels of every Gaussian, if it is wanted, beside the Gaussians."""
@@ -133,13 +133,13 @@ def _host_numbers(numbers: Any) -> _ffi.QsArray:
 def camera_of(who: str, names: Dict[str, str], context: Context, camera: _ffi.QsCamera,
               matrices: _ffi.QsMatrices, device: torch.device) -> None:
     """Sets the camera's pose and lens from matrices. names: of their members, for sentences."""
-    call = _ffi.call
-    if device.type == "cuda":
+    on_gpu = device.type == "cuda"
+    if on_gpu:
         matrices.stream = stream_of(device.index)
-        call = _ffi.call_on_gpu
     try:
         with context._use(who) as pointer:
-            call(who, "qs_camera_of_matrices", pointer, _byref(matrices), _byref(camera))
+            _ffi.call(who, "qs_camera_of_matrices", pointer, _byref(matrices), _byref(camera),
+                      on_gpu=on_gpu)
     except UsageError as error:
         sentence = str(error)
         for member, name in names.items():

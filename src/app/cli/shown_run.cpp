@@ -11,10 +11,9 @@
 namespace qs {
 namespace {
 
-TrainingProgress progress_of(const train::RunStatus& status, int iterations,
-                             const std::filesystem::path& folder) {
+TrainingProgress progress_of(const train::RunStatus& status, const std::filesystem::path& folder) {
   TrainingProgress progress{.iteration = status.trainer.iteration(),
-                            .iterations = iterations,
+                            .iterations = status.trainer.last_iteration(),
                             .loss = status.loss,
                             .gaussians = status.trainer.gaussians()};
   const auto& rows = status.log.rows;
@@ -58,7 +57,7 @@ std::string ShownRun::train(TrainingThread& thread) try {
   thread.began(run.out_dir, prepared_.data.folder, views_for_panel(settings, prepared_.data));
   run.text.note = [&thread](const std::string& sentence) { thread.tell(sentence); };
   run.watch = [&](const train::RunStatus& status) {
-    return thread.after_iteration(progress_of(status, settings.iterations, run.out_dir),
+    return thread.after_iteration(progress_of(status, run.out_dir),
                                   [&] { return status.trainer.cloud(); });
   };
   end_ = train::run_training(settings, prepared_.data, run, std::move(prepared_.model), pool_);

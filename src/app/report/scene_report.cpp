@@ -73,6 +73,12 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
   }
   if (!scene.parts.empty()) line("", fmt::format("{:>13}  names and headers", grouped(rest)));
   line("Gaussians", grouped(scene.cloud.size()));
+  if (scene.levels)
+    line("levels",
+         fmt::format("{}, in a tree of {} nodes: {} leaves were read, {} merged Gaussians "
+                     "were left out",
+                     scene.levels->levels, grouped(scene.levels->nodes),
+                     grouped(scene.levels->leaves), grouped(scene.levels->merged)));
   line("SH degree", fmt::format("{}", scene.cloud.sh_degree));
   line("axes", scene.axes);
   line("antialiased", scene.cloud.antialiased ? "yes" : "no");
@@ -109,6 +115,11 @@ nlohmann::ordered_json report_json(const Scene& scene, const SceneReport& report
       {"warnings", scene.warnings}};
   if (const glm::dvec3& origin = scene.cloud.origin; origin != glm::dvec3(0))
     json["counts_from"] = {origin.x, origin.y, origin.z};
+  if (scene.levels)
+    json["tree"] = {{"levels", scene.levels->levels},
+                    {"nodes", scene.levels->nodes},
+                    {"leaves", scene.levels->leaves},
+                    {"merged", scene.levels->merged}};
   for (const FilePart& part : scene.parts)
     json["parts"].push_back(
         {{"name", part.name}, {"bytes", part.bytes}, {"content", part.content}});

@@ -70,6 +70,15 @@ struct JsonEntry {
 
   double number(const char* key) const { return number(get(key), key); }
 
+  /// A whole number from 0 to 1e12: sums of many stay below 2^64.
+  std::uint64_t whole(const json& value, const char* key) const {
+    const double result = number(value, key);
+    if (!(result >= 0 && result <= 1e12 && result == std::floor(result)))
+      fail("{}: {} is {}, but must be a whole number from 0 up", where, key, result);
+    return static_cast<std::uint64_t>(result);
+  }
+  std::uint64_t whole(const char* key) const { return whole(get(key), key); }
+
   double positive(const char* key) const {
     const double value = number(key);
     if (!(value > 0)) fail("{}: {} is {}, but must be above 0", where, key, value);

@@ -247,4 +247,10 @@ void warn_of_missing_rotations(Scene& scene, std::size_t count) {
              scene.cloud.size());
 }
 
+void warn_of_missing_sh(Scene& scene, std::size_t count) {
+  scene.warn(
+      "{} Gaussians have only their base colour: their spherical harmonics are not in the palette.",
+      count);
+}
+
 }  // namespace qs

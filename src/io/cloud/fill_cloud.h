@@ -34,6 +34,9 @@ std::vector<std::size_t> fill_drawable(GaussianCloud& cloud, ThreadPool& pool,
 /// Adds a warning that `count` Gaussians have no valid rotation and got the identity.
 void warn_of_missing_rotations(Scene& scene, std::size_t count);
 
+/// Adds a warning that the labels of `count` Gaussians are not in the file's palette of SH.
+void warn_of_missing_sh(Scene& scene, std::size_t count);
+
 // A cloud assembled from consecutive parts (sections, files, meshes).
 
 class CloudParts {

@@ -16,9 +16,10 @@
 
 namespace qs {
 
-/// Logit of an opacity stored as 0..255 for 0..1; 0 and 255 give -inf and +inf.
-inline float logit_of_byte(std::uint8_t byte) {
-  return static_cast<float>(std::log(byte / (255.0 - byte)));
+/// Logit of an opacity stored as 0..`highest` for 0..1: 0 and all from `highest` on give -inf and
+/// +inf.
+inline float logit_of_byte(std::uint8_t byte, double highest = 255) {
+  return static_cast<float>(std::log(byte / std::max(highest - byte, 0.0)));
 }
 
 /// A unit quaternion without its largest component.

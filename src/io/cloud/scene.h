@@ -40,10 +40,20 @@ struct NetworkColors {
   double rms_of_99 = 0;  ///< 99 % of the Gaussians have at most this rms
 };
 
+/// The levels of detail of a file. Its leaves, the finest Gaussians, are in the cloud.
+struct LevelsOfDetail {
+  std::uint64_t levels = 0;
+  std::uint64_t nodes = 0;   ///< of the tree
+  std::uint64_t leaves = 0;  ///< Gaussians that were read
+  std::uint64_t merged = 0;  ///< Gaussians of coarser levels, which were left out
+  bool operator==(const LevelsOfDetail&) const = default;
+};
+
 /// A cloud and the facts its file states about it.
 struct Scene {
   GaussianCloud cloud;
   std::optional<NetworkColors> network;
+  std::optional<LevelsOfDetail> levels;  ///< unset: the file has no levels
   std::filesystem::path path;  ///< the file that was read (of a model directory: the chosen file)
   std::string format;  ///< name of the reader's row, with a variant: "ply, binary little endian"
   std::vector<std::string> warnings;  ///< one sentence each: values that were dropped or assumed

@@ -24,7 +24,9 @@
 #include "io/cloud/scene.h"
 #include "io/scene/compact/compact.h"
 #include "io/scene/gltf/gltf.h"
+#include "io/scene/hier/hier.h"
 #include "io/scene/ply/ply.h"
+#include "io/scene/rad/rad.h"
 #include "io/scene/sog/sog.h"
 #include "io/scene/splat/splat.h"
 #include "io/scene/spz/spz.h"
@@ -49,8 +51,8 @@ constexpr std::array kReaders = {
               "RDF", "3, fitted", "colours of the network only with --exact-color",
               recognises_compact, read_compact},
     ReaderRow{"spz", ".spz", "Niantic, versions 1 to 4", "RUB, or as its extension says", "0-4",
-              "no level-of-detail trees; at most 1032 times its size unpacked", recognises_spz,
-              read_spz},
+              "leaves of Spark's trees of levels; at most 1032 times its size unpacked",
+              recognises_spz, read_spz},
     ReaderRow{"splat", ".splat", "antimatter15", "RDF", "0", "opacity and colour in 8 bits",
               recognises_splat, read_splat},
     ReaderRow{"ksplat", ".ksplat", "GaussianSplats3D, version 0.1, levels 0 to 2", "RDF", "0-2",
@@ -63,6 +65,10 @@ constexpr std::array kReaders = {
     ReaderRow{"gltf", ".glb .gltf", "KHR_gaussian_splatting, also its draft and compressed as spz",
               "LUF", "0-4", "buffers inside, in base64 or in its folder", recognises_gltf,
               read_gltf},
+    ReaderRow{"rad", ".rad .radc", "Spark's levels of detail: their leaves", "RDF", "0-3",
+              "version 1; at most 8 nodes per byte", recognises_rad, read_rad},
+    ReaderRow{"hier", ".hier", "hierarchical-3d-gaussians, floats or halves: its leaves", "RDF",
+              "3", "no sky box and exposures, which are other files", recognises_hier, read_hier},
     ReaderRow{"usd", ".usda .usdz .usd .usdc", "OpenUSD's ParticleField3DGaussianSplat, text",
               "RUB, or RFU with Z up", "0-4", "no .usdc; no references, variants and time samples",
               recognises_usd, read_usd},

@@ -16,8 +16,6 @@ constexpr double kHuge = 0.1;  // times the extent
 constexpr int kResetInterval = 3000, kWhiteReset = 500;
 constexpr int kFirstFinalPrune = 18'000, kLastFinalPrune = 27'000, kFinalPruneInterval = 3000;
 
-double logit_of(double opacity) { return std::log(opacity / (1 - opacity)); }
-
 // Replaces Gaussian `child` of the plan, a copy, by a smaller one at a point drawn from it.
 void shrink_child(Plan& plan, std::size_t child, const glm::quat& rotation,
                   const glm::dvec3& normal) {

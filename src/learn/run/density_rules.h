@@ -4,6 +4,7 @@
 // cloned and split, and which ones are removed.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -14,6 +15,8 @@ namespace qs::train {
 
 inline constexpr double kLeastOpacity = 0.005, kResetOpacity = 0.01;
 inline constexpr double kFinalOpacity = 0.1;  ///< final prunes remove lower opacities
+
+inline double logit_of(double opacity) { return std::log(opacity / (1 - opacity)); }
 
 /// A Gaussian that a strategy wants to clone or to split in two.
 struct Candidate {

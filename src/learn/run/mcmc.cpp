@@ -23,7 +23,7 @@ constexpr double kOpacityWeight = 0.01, kScaleWeight = 0.01;
 void share(Plan& p, std::size_t i, int copies) {
   const Relocation shared = relocated(opacity(p, i), copies);
   const double kept = std::clamp(shared.opacity, kDeadOpacity, 1 - 1e-7);
-  p.opacity_logits[i] = static_cast<float>(std::log(kept / (1 - kept)));
+  p.opacity_logits[i] = static_cast<float>(logit_of(kept));
   p.log_scales[i] += glm::vec3(static_cast<float>(std::log(shared.scale_factor)));
 }
 

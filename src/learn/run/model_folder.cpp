@@ -91,6 +91,8 @@ ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data,
     result["test_psnr"] = row["test_psnr"];
     result["test_ssim"] = row["test_ssim"];
   }
+  for (const char* name : {"guard", "verdict", "pace"})
+    if (log.contains(name)) result[name] = log[name];
   if (const LogRow* best = best_row(checkpoint.log)) result["best_iteration"] = best->iteration;
   return {{"settings", settings_json(checkpoint.settings)},
           {"data",
@@ -116,6 +118,7 @@ ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data,
 }
 
 constexpr std::string_view kMagic = "QSTRAIN6";
+constexpr std::size_t kMaxTrainJson = std::size_t{1} << 28;
 
 // Calls visit(array) for every array of the state, which all have their sizes.
 template <class State, class Visit>
@@ -321,6 +324,19 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& folder) {
 
 std::filesystem::path gaussians_path(const std::filesystem::path& folder, int iteration) {
   return folder / "point_cloud" / fmt::format("iteration_{}", iteration) / "point_cloud.ply";
+}
+
+std::vector<Pace::Row> read_pace(const std::filesystem::path& train_json) {
+  const std::string where = train_json.string();
+  const std::string text = read_text_file(train_json, kMaxTrainJson);
+  try {
+    const ordered_json json = parse_own_json(text);
+    if (!json.at("result").contains("pace"))
+      fail("{}: its run had no --seconds, so there is no pace to repeat", where);
+    return pace_of(json.at("result").at("pace"));
+  } catch (const nlohmann::json::exception& error) {
+    fail("{}: is no train.json of a model: {}", where, error.what());
+  }
 }
 
 void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,

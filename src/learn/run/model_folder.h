@@ -49,6 +49,9 @@ Checkpoint read_checkpoint(const std::filesystem::path& path);
 /// Removes the file if it is a checkpoint.
 void remove_checkpoint(const std::filesystem::path& path);
 
+/// The pace that a run with TrainSettings::seconds recorded in its train.json. Throws Error(input).
+std::vector<Pace::Row> read_pace(const std::filesystem::path& train_json);
+
 /// Creates the folder with cameras.json, cfg_args and input.ply. Throws Error(input).
 void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,
                        const DataSet& data);

@@ -60,11 +60,12 @@ void remove_earlier_iterations(const TrainSettings& settings, const RunOptions& 
   if (!removed.empty())
     tell(fmt::format("removed {} saved iteration{} of an earlier run: {}", removed.size(),
                      removed.size() == 1 ? "" : "s", fmt::join(removed, ", ")));
-  if (!foreign.empty() && foreign.back() > settings.iterations)
+  const int last = settings.given_pace().end();
+  if (!foreign.empty() && foreign.back() > last)
     tell(fmt::format(
         "{}: iteration {} does not say that quadsplat trained it, so it stays: commands open it "
         "without --iteration {}",
-        options.out_dir.string(), foreign.back(), settings.iterations));
+        options.out_dir.string(), foreign.back(), last));
 }
 
 class Run {
@@ -79,7 +80,8 @@ class Run {
         log_(std::move(checkpoint.log)),
         first_(model->iteration()),
         backend_(model->name()),
-        trainer_(settings_, data, std::move(model), pool),
+        trainer_(settings_, data, std::move(model), pool, log_.guard, log_.pace),
+        control_(settings_.seconds, log_.seconds, first_),
         pool_(pool),
         keeps_best_(options.keep_best.value_or(keeps_best_by_default(data))),
         eval_every_(options.eval_every > 0 || !keeps_best_ ? options.eval_every
@@ -93,18 +95,19 @@ class Run {
     const Clock::time_point begin = Clock::now();
     bool stopped = !prepared() || !goes_on(0);
     try {
-      while (trainer_.iteration() < settings_.iterations && !stopped && !quits()) {
+      while (trainer_.iteration() < trainer_.last_iteration() && !stopped && !quits()) {
         const StepResult step = trainer_.step();
         log_.add(step);
+        note_guard_and_pace();
         const int iteration = trainer_.iteration();
         bar.relabel(fmt::format("loss {:.4f}, {:.1f} dB, {} Gaussians, {:.1f} it/s",
                                 step.loss.total, psnr_of(step.loss.squared_error),
                                 grouped(trainer_.gaussians()),
                                 (iteration - first_) / seconds_since(begin)));
         progress.update(static_cast<float>(iteration - first_) /
-                        static_cast<float>(settings_.iterations - first_));
+                        static_cast<float>(trainer_.last_iteration() - first_));
         after(iteration, bar);
-        stopped = iteration < settings_.iterations && !goes_on(step.loss.total);
+        stopped = iteration < trainer_.last_iteration() && !goes_on(step.loss.total);
       }
     } catch (const std::bad_alloc&) {
       fail_after_saving("not enough memory");
@@ -113,7 +116,7 @@ class Run {
       fail_after_saving(error.what());
     }
     bar.hide();
-    const bool finished = trainer_.iteration() >= settings_.iterations;
+    const bool finished = trainer_.iteration() >= trainer_.last_iteration();
     if (finished && !is_evaluated()) evaluate();
     if (finished) goes_on(log_.rows.empty() ? 0 : log_.rows.back().loss);
     const auto file = save(finished && !options_.keep_checkpoint);
@@ -126,6 +129,7 @@ class Run {
                              grouped(static_cast<std::uint64_t>(trainer_.iteration())),
                              log_.seconds));
     print_best();
+    if (finished && !log_.verdict.empty()) text_.result(log_.verdict);
     return finished ? RunEnd::finished : RunEnd::interrupted;
   }
 
@@ -176,10 +180,20 @@ class Run {
     if (due(iteration, eval_every_)) {
       bar.hide();
       evaluate();
-    } else if (due(iteration, kLogInterval) && iteration < settings_.iterations) {
+    } else if (due(iteration, kLogInterval) && iteration < trainer_.last_iteration()) {
       log_.close_row(trainer_, {});
     }
-    if (due(iteration, options_.save_every) && iteration < settings_.iterations) save();
+    if (due(iteration, options_.save_every) && iteration < trainer_.last_iteration()) save();
+  }
+
+  void note_guard_and_pace() {
+    if (trainer_.guard().rows().size() != log_.guard.size()) {
+      log_.guard = trainer_.guard().rows();
+      log_.verdict = trainer_.guard().verdict();
+    }
+    if (settings_.seconds == 0) return;
+    trainer_.correct_pace(log_.seconds, control_);
+    if (trainer_.pace().rows().size() != log_.pace.size()) log_.pace = trainer_.pace().rows();
   }
 
   bool is_evaluated() const {
@@ -236,6 +250,7 @@ class Run {
   const int first_;  // iterations of earlier runs
   const std::string backend_;
   Trainer trainer_;
+  PaceControl control_;
   ThreadPool& pool_;
   const bool keeps_best_;
   const int eval_every_;

@@ -75,7 +75,7 @@ struct RunOptions {
 
 enum class RunEnd { finished, interrupted };
 
-/// `model` is new; its backend trains. Trains until settings.iterations, or until a signal arrives
+/// `model` is new; its backend trains. Trains until the end of the pace, or until a signal arrives
 /// (quit_signals.h) or the run is stopped, and saves the model in all cases. Throws Error. If
 /// memory or a device is lacking, the model is first saved if possible.
 RunEnd run_training(const TrainSettings& settings, const DataSet& data, const RunOptions& options,

@@ -60,6 +60,12 @@ void visit(JsonFields fields, TrainSettings& s) {
   fields.choice("count_views", kCountViewsNames[0], kCountViewsNames[1], counts_by_mode);
   fields("step_before_densify", s.step_before_densify);
   fields("opacity_rate", s.opacity_rate);
+  if (fields.from != nullptr ? fields.from->contains("seconds") : s.seconds > 0)
+    fields("seconds", s.seconds);
+  if (fields.from != nullptr ? fields.from->contains("guard") : s.guard) fields("guard", s.guard);
+  if (fields.to != nullptr && !s.pace.empty()) (*fields.to)["pace"] = pace_json(s.pace);
+  if (fields.from != nullptr && fields.from->contains("pace"))
+    s.pace = pace_of(fields.from->at("pace"));
   // Older runs do not name it, and had the published one.
   if (fields.from != nullptr && !fields.from->contains("extent"))
     s.published_extent = true;
@@ -84,13 +90,32 @@ TrainSettings settings_of(const ordered_json& json) {
   return settings;
 }
 
+ordered_json pace_json(const std::vector<Pace::Row>& rows) {
+  ordered_json json = ordered_json::array();
+  for (const Pace::Row& row : rows) json.push_back({row.from, row.iterations});
+  return json;
+}
+
+std::vector<Pace::Row> pace_of(const ordered_json& json) {
+  std::vector<Pace::Row> rows;
+  for (const ordered_json& pair : json) {
+    rows.push_back({json_value<int>(pair.at(0)), json_value<int>(pair.at(1))});
+    const bool ascends =
+        rows.size() == 1 ? rows[0].from == 0 : rows.back().from > rows[rows.size() - 2].from;
+    if (!ascends || rows.back().iterations < 1) fail("pace: {}: is no pace", pair.dump());
+  }
+  if (rows.empty()) fail("pace: has no rows");
+  return rows;
+}
+
 std::string differences_of(const TrainSettings& a, const TrainSettings& b) {
   const ordered_json left = settings_json(a), right = settings_json(b);
   std::vector<std::string> names;
-  for (const auto& [name, value] : left.items()) {
+  for (const auto& [name, value] : (left.size() > right.size() ? left : right).items()) {
     const bool may_differ = (name == "iterations" && !a.depends_on_end() && !b.depends_on_end()) ||
-                            name == "max_gaussians";
-    if (!may_differ && value != right.at(name)) names.push_back(name);
+                            (name == "max_gaussians" && a.strategy != "budget");
+    const bool both = left.contains(name) && right.contains(name);
+    if (!may_differ && (!both || left.at(name) != right.at(name))) names.push_back(name);
   }
   return joined(names, ", ");
 }

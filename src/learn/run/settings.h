@@ -6,10 +6,12 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <glm/vec3.hpp>
 #include <nlohmann/json_fwd.hpp>
 
+#include "learn/run/pace.h"
 #include "raster/kernel/cull/mode.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -42,11 +44,18 @@ struct TrainSettings {
   bool step_before_densify = false;  ///< the step before Gaussians are added is taken
   bool published_extent = false;     ///< see DataSet::published_extent
   double opacity_rate = 0;           ///< learning rate of opacity logits; 0: the strategy's own
+  double seconds = 0;           ///< `budget`: the time of the run, which corrects its pace; 0: none
+  bool guard = false;           ///< `budget`: some training views are reserved, see guard.h
+  std::vector<Pace::Row> pace;  ///< `budget`: of another run; empty: of `iterations`
 
   /// The iteration from which the resolution schedule has full size.
   int reduced_until() const { return static_cast<int>(9L * iterations / 10); }
 
-  bool depends_on_end() const { return reduced_photographs || strategy == "dash"; }
+  bool depends_on_end() const {
+    return reduced_photographs || strategy == "dash" || strategy == "budget";
+  }
+
+  Pace given_pace() const { return pace.empty() ? Pace(iterations) : Pace(pace); }
 
   bool white() const { return !random_background && background == glm::vec3(1); }
 };
@@ -55,8 +64,13 @@ struct TrainSettings {
 nlohmann::ordered_json settings_json(TrainSettings settings);
 TrainSettings settings_of(const nlohmann::ordered_json& json);
 
+/// Rows of a pace as pairs [from, iterations], and back. pace_of() throws
+/// nlohmann::json::exception, and Error(input) for rows that are no pace.
+nlohmann::ordered_json pace_json(const std::vector<Pace::Row>& rows);
+std::vector<Pace::Row> pace_of(const nlohmann::ordered_json& json);
+
 /// The names of the settings that differ, except `iterations` and `max_gaussians`: a resumed run
-/// may end later unless its schedules depend on the end, and may have less memory.
+/// may end later, and may have less memory, unless its schedules depend on that.
 std::string differences_of(const TrainSettings& a, const TrainSettings& b);
 
 }  // namespace qs::train

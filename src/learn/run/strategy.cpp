@@ -48,6 +48,15 @@ constexpr std::array kStrategies = {
              .has_masks = true,
              .change = adc_change,
              .adjust_step = mask_step},
+    Strategy{.name = "budget",
+             .summary = "reaches a number of Gaussians on a schedule that follows the run",
+             .resets_opacities = false,
+             .counts_density = false,
+             .needs_absolute_gradients = true,
+             .sh_steps = 25,
+             .changes_after = budget_changes_after,
+             .change = budget_change,
+             .adjust_step = budget_step},
 };
 
 constexpr double kMaskRate = 0.01, kMaskWeight = 5e-4;
@@ -59,29 +68,33 @@ std::size_t IterationContext::max_gaussians() const {
                                     : find_strategy(settings.strategy).default_max_gaussians;
 }
 
-Strategy::Events Strategy::events_after(const TrainSettings& settings, int iteration) const {
+Strategy::Events Strategy::events_after(const TrainSettings& settings, int iteration,
+                                        const RunFacts& run) const {
   const int last = end_in(settings);
   // Published up to 24,000 of 30,000 iterations.
   const int reset_end =
       follows_run ? static_cast<int>(4L * settings.iterations / 5) + 1 : kDensityEnd;
-  return {.change = iteration >= first_change && iteration < last && iteration % interval == 0,
+  const bool usual = iteration >= first_change && iteration < last && iteration % interval == 0;
+  return {.change = changes_after != nullptr ? changes_after(run, iteration) : usual,
           .final_prune =
               (always_prunes_at_end || settings.final_prunes) && final_prune_after(iteration, last),
           .mask_prune = has_masks && iteration >= last && iteration % kMaskInterval == 0,
           .opacity_reset = resets_opacities && resets_after(settings, iteration, reset_end)};
 }
 
-bool Strategy::changes_before(const TrainSettings& settings, int iteration) const {
-  const Events events = events_after(settings, iteration - 1);
+bool Strategy::changes_before(const TrainSettings& settings, int iteration,
+                              const RunFacts& run) const {
+  const Events events = events_after(settings, iteration - 1, run);
   return events.change_the_set() || events.opacity_reset;
 }
 
-int Strategy::scored_views(const TrainSettings& settings, int iteration) const {
-  return events_after(settings, iteration - 1).change ? counted_views : 0;
+int Strategy::scored_views(const TrainSettings& settings, int iteration,
+                           const RunFacts& run) const {
+  return events_after(settings, iteration - 1, run).change ? counted_views : 0;
 }
 
 void Strategy::plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) const {
-  const Events events = events_after(context.settings, context.iteration - 1);
+  const Events events = events_after(context.settings, context.iteration - 1, context.run);
   plan.keep_all(facts, context.iteration);
   plan.resets_statistics = events.change_the_set();
   if (events.change) change(context, facts, plan);
@@ -97,7 +110,7 @@ StepOrder Strategy::step(const IterationContext& context) const {
   order.iteration = context.iteration;
   order.rates = context.rates;
   order.counts_density = counts_density && context.iteration < end_in(context.settings);
-  order.moves = !events_after(context.settings, context.iteration).change_the_set();
+  order.moves = !events_after(context.settings, context.iteration, context.run).change_the_set();
   if (adjust_step != nullptr) adjust_step(context, order);
   return order;
 }

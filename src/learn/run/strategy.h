@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 
+#include "learn/run/pace.h"
 #include "learn/run/settings.h"
 #include "learn/step/training_model.h"
 #include "raster/kernel/random.h"
@@ -16,6 +17,15 @@ namespace qs::train {
 
 inline constexpr int kDensityEnd = 15'000;  ///< the usual Strategy::end
 
+/// The facts of a run that strategies need beside its settings.
+struct RunFacts {
+  std::size_t views = 1;     ///< training views
+  std::uint64_t pixels = 0;  ///< of all training photographs
+  Pace pace{30'000};
+  /// The iteration after which the guard stopped growth (guard.h); 0: it did not.
+  int stopped_after = 0;
+};
+
 /// An iteration, which counts from 1.
 struct IterationContext {
   const TrainSettings& settings;
@@ -23,6 +33,7 @@ struct IterationContext {
   double extent;  ///< world units, see DataSet::extent()
   Rates rates;
   int last_factor = 1;  ///< the reduction of the last iteration's photograph
+  RunFacts run = {};
 
   /// The random numbers of one purpose in this iteration.
   Random random(RandomUse use) const {
@@ -59,7 +70,12 @@ struct Strategy {
   /// True if every Gaussian has a mask that is trained, see kernel/gradient/mask.h. Gaussians that
   /// are masked out are removed at every change, and every 1,000 iterations after `end`.
   bool has_masks = false;
+  int sh_steps = 0;  ///< the SH degree grows in every of so many parts of the run; 0: every 1,000
+                     ///< iterations
 
+  /// True if Gaussians are added, moved or removed after this iteration; null: by `first_change`,
+  /// `interval` and `end`.
+  bool (*changes_after)(const RunFacts& run, int iteration) = nullptr;
   /// Adds, moves and removes Gaussians in a plan that keeps all.
   void (*change)(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
   /// Changes the usual order of the optimizer's step; null: it stays.
@@ -71,9 +87,9 @@ struct Strategy {
   }
   /// True if the plan changes the set of Gaussians before the iteration starts. The model is saved
   /// and evaluated before the change, as in the published code.
-  bool changes_before(const TrainSettings& settings, int iteration) const;
+  bool changes_before(const TrainSettings& settings, int iteration, const RunFacts& run = {}) const;
   /// The number of views to count before the plan for this iteration; 0: none.
-  int scored_views(const TrainSettings& settings, int iteration) const;
+  int scored_views(const TrainSettings& settings, int iteration, const RunFacts& run = {}) const;
   /// Sets `plan`. Its memory is used again.
   void plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) const;
   /// The optimizer's step. In an iteration that is followed by a change of Gaussians no step is
@@ -86,7 +102,7 @@ struct Strategy {
     bool change, final_prune, mask_prune, opacity_reset;
     bool change_the_set() const { return change || final_prune || mask_prune; }
   };
-  Events events_after(const TrainSettings& settings, int iteration) const;
+  Events events_after(const TrainSettings& settings, int iteration, const RunFacts& run) const;
   int end_in(const TrainSettings& settings) const {
     return follows_run ? settings.reduced_until() : end;
   }
@@ -98,11 +114,17 @@ std::span<const Strategy> strategies();
 const Strategy& find_strategy(std::string_view name);
 
 void adc_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
+void budget_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 void dash_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 void fastgs_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 void mcmc_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
+void budget_step(const IterationContext& context, StepOrder& order);
 void fastgs_step(const IterationContext& context, StepOrder& order);
 void mask_step(const IterationContext& context, StepOrder& order);
 void mcmc_step(const IterationContext& context, StepOrder& order);
+inline constexpr double kBudgetGrowthEnd = 0.7;  ///< time of the run, see Pace
+/// The number of Gaussians at the end of growth.
+std::size_t budget_target(const TrainSettings& settings, const RunFacts& run);
+bool budget_changes_after(const RunFacts& run, int iteration);
 
 }  // namespace qs::train

@@ -58,11 +58,18 @@ std::optional<std::uint64_t> most_gpu_memory(const TrainLog& log) {
 }
 
 std::string format_train_csv(const TrainLog& log) {
-  std::string text = "iteration,seconds,loss,gaussians,test_psnr,test_ssim\n";
+  const bool guarded = !log.guard.empty();
+  std::string text = fmt::format("iteration,seconds,loss,gaussians,test_psnr,test_ssim{}\n",
+                                 guarded ? ",reserved_psnr" : "");
+  auto measured = log.guard.begin();
   for (const LogRow& row : log.rows) {
     text +=
         fmt::format("{},{:.3f},{:.6f},{},", row.iteration, row.seconds, row.loss, row.gaussians);
-    text += row.test ? fmt::format("{:.4f},{:.5f}\n", row.test->psnr, row.test->ssim) : ",\n";
+    text += row.test ? fmt::format("{:.4f},{:.5f}", row.test->psnr, row.test->ssim) : ",";
+    std::string reserved;
+    for (; measured != log.guard.end() && measured->iteration <= row.iteration; ++measured)
+      reserved = fmt::format("{:.4f}", measured->reserved);
+    text += guarded ? "," + reserved + "\n" : "\n";
   }
   return text;
 }
@@ -86,12 +93,19 @@ ordered_json log_json(const TrainLog& log) {
   ordered_json stages;
   for (std::size_t i = 0; i < kTrainPasses.size(); ++i)
     stages[kTrainPasses[i]] = log.stage_seconds[i];
-  return {{"seconds", log.seconds},
-          {"stage_seconds", stages},
-          {"evaluation_seconds", log.evaluation_seconds},
-          {"loss_sum", log.loss_sum},
-          {"loss_count", log.loss_count},
-          {"rows", rows}};
+  ordered_json json = {{"seconds", log.seconds},
+                       {"stage_seconds", stages},
+                       {"evaluation_seconds", log.evaluation_seconds},
+                       {"loss_sum", log.loss_sum},
+                       {"loss_count", log.loss_count},
+                       {"rows", rows}};
+  for (const GuardRow& row : log.guard)
+    json["guard"].push_back({{"iteration", row.iteration},
+                             {"reserved_psnr", row.reserved},
+                             {"trained_psnr", row.trained}});
+  if (!log.verdict.empty()) json["verdict"] = log.verdict;
+  if (!log.pace.empty()) json["pace"] = pace_json(log.pace);
+  return json;
 }
 
 TrainLog log_of(const ordered_json& json) {
@@ -117,6 +131,13 @@ TrainLog log_of(const ordered_json& json) {
       row.gpu_memory_bytes = json_value<std::uint64_t>(object.at("gpu_memory_bytes"));
     log.rows.push_back(row);
   }
+  if (json.contains("guard"))
+    for (const ordered_json& object : json.at("guard"))
+      log.guard.push_back({json_value<int>(object.at("iteration")),
+                           json_value<double>(object.at("reserved_psnr")),
+                           json_value<double>(object.at("trained_psnr"))});
+  if (json.contains("verdict")) json_value(json.at("verdict"), log.verdict);
+  if (json.contains("pace")) log.pace = pace_of(json.at("pace"));
   return log;
 }
 

@@ -34,6 +34,9 @@ struct TrainLog {
   int loss_count = 0;
   std::array<double, kTrainPasses.size()> stage_seconds = {};
   double evaluation_seconds = 0;  ///< not part of `seconds`
+  std::vector<GuardRow> guard;    ///< all measurements
+  std::string verdict;            ///< of the guard, see Guard::verdict()
+  std::vector<Pace::Row> pace;    ///< the corrected pace of a run of given seconds; else empty
 
   /// Also adds the step's time to `seconds`.
   void add(const StepResult& step);
@@ -48,7 +51,8 @@ const LogRow* best_row(const TrainLog& log);
 /// The most memory of the GPU in any row; unset if no row has it.
 std::optional<std::uint64_t> most_gpu_memory(const TrainLog& log);
 
-/// "iteration,seconds,loss,gaussians,test_psnr,test_ssim" and the rows.
+/// "iteration,seconds,loss,gaussians,test_psnr,test_ssim" and the rows. If the guard has measured,
+/// a column "reserved_psnr" has its last value since the row before.
 std::string format_train_csv(const TrainLog& log);
 
 /// The log as a JSON object, and back. log_of() throws nlohmann::json::exception.

@@ -92,11 +92,33 @@ void check_strategy(const TrainOptions& options) {
            strategy);
   };
   require(options.many_gaussians.has_value(), "--gaussians", {"fastgs"});
+  require(options.gaussians.has_value(), "--gaussians N", {"budget"});
+  require(settings.seconds > 0, "--seconds", {"budget"});
+  require(options.pace.has_value(), "--pace", {"budget"});
+  require(settings.guard, "--guard", {"budget"});
   require(settings.sum_gradients, "--sum-gradients", {"fastgs"});
   require(settings.absolute_gradients, "--absolute-gradients", {"adc"});
   require(settings.final_prunes, "--final-prunes", {"adc", "mcmc"});
   require(options.dash_of_paper.has_value(), "--dash-variant", {"dash"});
   require(settings.color_field, "--color-field", {"mask"});
+}
+
+// A run has one of three lengths: iterations, seconds, or the pace of another run.
+void read_schedule(TrainOptions& options) {
+  TrainSettings& settings = options.settings;
+  const char* const others[] = {options.iterations ? "--iterations" : nullptr,
+                                settings.seconds > 0 ? "--seconds" : nullptr,
+                                options.pace ? "--pace" : nullptr};
+  const char* first = nullptr;
+  for (const char* const given : others) {
+    if (given != nullptr && first != nullptr)
+      fail(ErrorKind::usage, "{}: contradicts {}", given, first);
+    if (given != nullptr) first = given;
+  }
+  settings.iterations = options.iterations.value_or(settings.iterations);
+  if (settings.reduced_photographs && (settings.seconds > 0 || options.pace))
+    fail(ErrorKind::usage, "--resolution-schedule dash: contradicts {}", first);
+  if (options.pace) settings.pace = read_pace(*options.pace);
 }
 
 void declare_data_options(OptionTable& table, TrainOptions& options) {
@@ -123,9 +145,18 @@ void declare_strategy_options(OptionTable& table, TrainOptions& options) {
   TrainSettings& settings = options.settings;
   table.named("--strategy", list_of<std::string>(strategies(), &Strategy::name), settings.strategy,
               "how Gaussians are added and removed (default: adc, as published with 3DGS)");
-  table.enumerated(
-      "--gaussians", std::array{"few", "many"}, options.many_gaussians,
-      "with strategy fastgs: few Gaussians, or more of them for quality (default: few)");
+  table.value(
+      "--gaussians", "few|many|N",
+      "with strategy fastgs: few Gaussians, or many of them for quality (default: few); with "
+      "strategy budget: their number at the end (default: a Gaussian for every 200 pixels of "
+      "the training photographs)",
+      {"few", "20000"}, [&options](const std::string& given) {
+        if (given == "few" || given == "many")
+          options.many_gaussians = given == "many";
+        else
+          options.gaussians = parse_integer("--gaussians", given, 1, 100'000'000);
+      });
+  table.offers({"few", "many"});
   table.enumerated("--dash-variant", std::array{"current", "2025-06"}, options.dash_of_paper,
                    "with strategy dash: as published now, or in June 2025 (default: current)");
   table.enumerated(
@@ -154,6 +185,9 @@ void declare_strategy_options(OptionTable& table, TrainOptions& options) {
       "the scene's extent, the unit of the steps of means: without cameras far away from all "
       "others, "
       "or of all cameras as published (default: robust)");
+  table.flag("--guard", settings.guard,
+             "with strategy budget: reserves a twentieth of the training views at first, and stops "
+             "growth if they get worse");
   table.flag("--step-before-densify", settings.step_before_densify,
              "also takes the optimizer's step in iterations after which Gaussians are added, as "
              "QuadBox's code; 3DGS leaves it out");
@@ -176,8 +210,16 @@ void declare_model_options(OptionTable& table, TrainOptions& options) {
       "--antialiased", {"on", "off"},
       [&settings](int chosen) { settings.antialiased = chosen == 0; },
       "trains with the opacity compensation of Mip-Splatting (default: off)");
-  table.integer("--iterations", "N", 1, 10'000'000, settings.iterations,
+  table.integer("--iterations", "N", 1, 10'000'000, options.iterations,
                 "training steps (default: 30000)");
+  table.real("--seconds", "S", 0.1, 1e6, settings.seconds,
+             "with strategy budget: trains for S seconds, without evaluations; the number of "
+             "iterations follows from the measured speed");
+  table.text(
+      "--pace", "FILE", options.pace,
+      "with strategy budget: repeats the schedule of a run with --seconds, and with the same "
+      "other options its model, from its train.json",
+      {"train.json", "missing.json"});
   table.integer("--seed", "N", 0, 2'147'483'647, settings.seed,
                 "of all random numbers (default: 0)");
 }
@@ -227,10 +269,14 @@ PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPo
   settings.dash_of_paper = options.dash_of_paper.value_or(false);
   settings.reduced_photographs =
       options.reduces_photographs.value_or(find_strategy(settings.strategy).reduces_photographs);
+  read_schedule(options);
   if (options.keep_best && options.keep_last)
     fail(ErrorKind::usage, "--keep-last: contradicts --keep-best");
   if (options.keep_best || options.keep_last) options.run.keep_best = options.keep_best;
-  settings.max_gaussians = static_cast<std::size_t>(options.max_gaussians);
+  if (options.gaussians && options.max_gaussians > 0)
+    fail(ErrorKind::usage, "--max-gaussians: contradicts --gaussians {}", *options.gaussians);
+  settings.max_gaussians =
+      static_cast<std::size_t>(options.gaussians.value_or(options.max_gaussians));
   settings.random_points = static_cast<std::size_t>(options.random_points);
   options.data.background = settings.background;
   options.data.keep_alpha = settings.random_background;

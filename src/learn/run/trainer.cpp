@@ -15,6 +15,8 @@
 namespace qs::train {
 namespace {
 
+constexpr double kMostPsnr = 100;  // of equal pictures, so that means are finite
+
 // Measures the stages one after another.
 class StageClock {
  public:
@@ -44,6 +46,14 @@ class StageClock {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
+RunFacts run_facts_of(const DataSet& data, const Pace& pace) {
+  RunFacts facts{.views = data.training.size(), .pace = pace};
+  for (const PhotographView& view : data.training)
+    facts.pixels += std::uint64_t{1} * static_cast<unsigned>(view.camera.width) *
+                    static_cast<unsigned>(view.camera.height);
+  return facts;
+}
+
 }  // namespace
 
 Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings,
@@ -58,18 +68,25 @@ Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings
 }
 
 Trainer::Trainer(const TrainSettings& settings, const DataSet& data,
-                 std::unique_ptr<TrainingModel> model, ThreadPool& pool)
+                 std::unique_ptr<TrainingModel> model, ThreadPool& pool,
+                 std::vector<GuardRow> measured, std::vector<Pace::Row> pace)
     : settings_(settings),
       data_(data),
       strategy_(find_strategy(settings.strategy)),
       extent_(data.extent()),
       pool_(pool),
       model_(std::move(model)),
+      run_(run_facts_of(data, pace.empty() ? settings.given_pace() : Pace(std::move(pace)))),
+      guard_(settings.guard ? Guard(data.training.size(), settings.seed, std::move(measured))
+                            : Guard()),
       views_(data.training.size(), settings.seed),
+      trained_views_(guard_.trained().size(), settings.seed),
       photographs_(data),
       reduced_(data.training.size(),
                settings.dash_of_paper ? ReductionFilter::lanczos2 : ReductionFilter::triangle,
-               pool) {}
+               pool) {
+  run_.stopped_after = guard_.stopped_after();
+}
 
 void Trainer::prepare(const Progress& progress) {
   if (schedule_) return;
@@ -92,13 +109,20 @@ IterationContext Trainer::context_of(int iteration) const {
   if (strategy_.reduces_photographs) start = {schedule_->details_from(), !settings_.dash_of_paper};
   const double opacity_rate =
       settings_.opacity_rate > 0 ? settings_.opacity_rate : strategy_.opacity_rate;
-  return {settings_, iteration, extent_, rates_at(iteration, extent_, opacity_rate, start),
-          schedule_->factor_in(iteration - 1)};
+  return {settings_,
+          iteration,
+          extent_,
+          rates_at(iteration, extent_, opacity_rate, start),
+          schedule_->factor_in(iteration - 1),
+          run_};
 }
 
 RenderSettings Trainer::render_settings(int iteration) const {
+  const int steps = strategy_.sh_steps;
   return {.mode = settings_.mode,
-          .sh_degree = sh_degree_at(iteration, settings_.sh_degree),
+          .sh_degree = steps > 0
+                           ? std::min(settings_.sh_degree, run_.pace.steps(iteration, 0, 1, steps))
+                           : sh_degree_at(iteration, settings_.sh_degree),
           .background = settings_.random_background ? glm::vec3(0) : settings_.background,
           .antialiased = settings_.antialiased};
 }
@@ -110,12 +134,18 @@ StepOrder Trainer::step_order(const IterationContext& context) const {
   return order;
 }
 
+// The number of the view that an iteration trains.
+std::size_t Trainer::view_at(int iteration) {
+  return guard_.trains_all(run_.pace, iteration) ? views_.at(iteration)
+                                                 : guard_.trained()[trained_views_.at(iteration)];
+}
+
 const PhotographView& Trainer::view_of(int iteration) {
-  const PhotographView& view = data_.training[views_.at(iteration)];
+  const PhotographView& view = data_.training[view_at(iteration)];
   if (!data_.on_disk()) return view;
   std::array<const PhotographView*, 2 * PhotographCache::kMostThreads> next{};
   for (std::size_t i = 0; i < next.size(); ++i)
-    next[i] = &data_.training[views_.at(iteration + 1 + static_cast<int>(i))];
+    next[i] = &data_.training[view_at(iteration + 1 + static_cast<int>(i))];
   return photographs_.view(view, next);
 }
 
@@ -125,17 +155,39 @@ std::optional<std::size_t> Trainer::number_of(std::size_t view) const {
 }
 
 void Trainer::count_errors(int iteration, int views) {
-  const std::vector<std::size_t> drawn = drawn_views(
-      data_.training.size(), static_cast<std::size_t>(views), settings_.seed, iteration);
+  const bool all = guard_.trains_all(run_.pace, iteration);
+  std::vector<std::size_t> drawn =
+      drawn_views(all ? data_.training.size() : guard_.trained().size(),
+                  static_cast<std::size_t>(views), settings_.seed, iteration);
+  if (!all)
+    for (std::size_t& view : drawn) view = guard_.trained()[view];
   const RenderSettings render = render_settings(iteration);
   for (std::size_t i = 0; i < drawn.size(); ++i) {
     const PhotographView* const next =
-        &data_.training[i + 1 < drawn.size() ? drawn[i + 1] : views_.at(iteration)];
+        &data_.training[i + 1 < drawn.size() ? drawn[i + 1] : view_at(iteration)];
     const PhotographView& full = photographs_.view(data_.training[drawn[i]], {&next, 1});
     const PhotographView& view = reduced_.view(drawn[i], full, !data_.on_disk());
     model_->forward(view.camera, render);
     model_->count_errors(number_of(drawn[i]), view.photograph());
   }
+}
+
+void Trainer::correct_pace(double elapsed, PaceControl& control) {
+  const double number = static_cast<double>(gaussians());
+  const double target =
+      run_.stopped_after > 0 ? number : static_cast<double>(budget_target(settings_, run_));
+  control.correct(elapsed, iteration(), number, target, kBudgetGrowthEnd, run_.pace);
+}
+
+void Trainer::measure_if_due() {
+  if (!guard_.due(run_.pace, iteration())) return;
+  const auto psnr_of_views = [&](const std::vector<std::size_t>& numbers) {
+    std::vector<const PhotographView*> views;
+    for (const std::size_t number : numbers) views.push_back(&data_.training[number]);
+    return std::min(mean_quality(views).psnr, kMostPsnr);
+  };
+  guard_.add({iteration(), psnr_of_views(guard_.reserved()), psnr_of_views(guard_.neighbours())});
+  run_.stopped_after = guard_.stopped_after();
 }
 
 void Trainer::require_codes() {
@@ -153,12 +205,14 @@ StepResult Trainer::step() {
   StageClock clock;
   const int iteration = model_->iteration() + 1;
   prepare();
+  measure_if_due();  // an error may have prevented it behind the last step
   if (reduced_.set_factor(schedule_->factor_in(iteration))) model_->forget_photographs();
   if (settings_.color_field && iteration > kCodesAfter) require_codes();
   const IterationContext context = context_of(iteration);
   // The change was already made if an earlier attempt at this iteration ran out of memory after it.
-  if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration) {
-    count_errors(iteration, strategy_.scored_views(settings_, iteration));
+  if (strategy_.changes_before(settings_, iteration, context.run) &&
+      model_->changed_before() != iteration) {
+    count_errors(iteration, strategy_.scored_views(settings_, iteration, context.run));
     strategy_.plan(context, model_->facts(), plan_);
     model_->apply(plan_);
   }
@@ -168,7 +222,7 @@ StepResult Trainer::step() {
          settings_.color_field ? "all are masked out: train with --strategy adc"
                                : "the photographs do not fit their cameras");
   const PhotographView& view =
-      reduced_.view(views_.at(iteration), view_of(iteration), !data_.on_disk());
+      reduced_.view(view_at(iteration), view_of(iteration), !data_.on_disk());
   RenderSettings render = render_settings(iteration);
   if (settings_.random_background) {
     const Random random =
@@ -177,7 +231,7 @@ StepResult Trainer::step() {
   }
   model_->forward(view.camera, render);
   clock.next();
-  model_->compare_with(number_of(views_.at(iteration)), view.photograph());
+  model_->compare_with(number_of(view_at(iteration)), view.photograph());
   clock.next();
   const StepOrder order = step_order(context);
   model_->backward({.absolute = order.counts_density && strategy_.absolute_gradients(settings_)});
@@ -185,25 +239,32 @@ StepResult Trainer::step() {
   model_->step(order);
   clock.next();
   result.loss = model_->recent_loss();
+  measure_if_due();
   result.seconds = clock.finish(model_->pass_seconds());
   return result;
 }
 
-std::optional<Quality> Trainer::test_quality(const Progress& progress) {
-  if (data_.test.empty()) return std::nullopt;
+Quality Trainer::mean_quality(std::span<const PhotographView* const> views,
+                              const Progress& progress) {
   const RenderSettings render = render_settings(iteration());
-  Quality sum;
-  for (std::size_t i = 0; i < data_.test.size(); ++i) {
-    const PhotographView* const next = &data_.test[(i + 1) % data_.test.size()];
-    const PhotographView& view = photographs_.view(data_.test[i], {&next, 1});
+  const auto count = static_cast<double>(views.size());
+  Quality mean;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const PhotographView& view = photographs_.view(*views[i], {&views[(i + 1) % views.size()], 1});
     model_->forward(view.camera, render);
     const Quality quality = model_->quality(view.photograph());
-    sum.psnr += quality.psnr;
-    sum.ssim += quality.ssim;
-    progress.update(static_cast<float>(i + 1) / static_cast<float>(data_.test.size()));
+    mean.psnr += quality.psnr / count;
+    mean.ssim += quality.ssim / count;
+    progress.update(static_cast<float>(i + 1) / static_cast<float>(views.size()));
   }
-  const auto count = static_cast<double>(data_.test.size());
-  return Quality{sum.psnr / count, sum.ssim / count};
+  return mean;
+}
+
+std::optional<Quality> Trainer::test_quality(const Progress& progress) {
+  if (data_.test.empty()) return std::nullopt;
+  std::vector<const PhotographView*> views;
+  for (const PhotographView& view : data_.test) views.push_back(&view);
+  return mean_quality(views, progress);
 }
 
 GaussianCloud Trainer::cloud() const {

@@ -8,9 +8,12 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "base/progress.h"
 #include "learn/run/data_set.h"
+#include "learn/run/guard.h"
 #include "learn/run/photograph_cache.h"
 #include "learn/run/schedule.h"
 #include "learn/run/settings.h"
@@ -36,9 +39,11 @@ Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings
 
 class Trainer {
  public:
-  /// `model` holds the state to start from. `data` and `pool` must outlive the trainer.
+  /// `model` holds the state to start from, and `measured` the guard's measurements until then.
+  /// `pace` is empty, or a corrected pace that replaces the settings' pace.
+  /// `data` and `pool` must outlive the trainer.
   Trainer(const TrainSettings& settings, const DataSet& data, std::unique_ptr<TrainingModel> model,
-          ThreadPool& pool);
+          ThreadPool& pool, std::vector<GuardRow> measured = {}, std::vector<Pace::Row> pace = {});
 
   /// Computes the resolution schedule, if the settings ask for one and it was not computed before.
   /// Throws Error(input) and Cancelled. step() calls it too.
@@ -57,6 +62,12 @@ class Trainer {
     return strategy_.has_masks ? count_existing(model_->parameters()) : model_->size();
   }
   std::optional<std::uint64_t> gpu_memory_bytes() const { return model_->gpu_memory_bytes(); }
+  const Guard& guard() const { return guard_; }
+  /// The number of iterations of the run, at the current pace.
+  int last_iteration() const { return run_.pace.end(); }
+  const Pace& pace() const { return run_.pace; }
+  /// Corrects the pace after `elapsed` seconds.
+  void correct_pace(double elapsed, PaceControl& control);
   /// A reference to the model or to a copy of it, until the next call.
   const ModelState& model() const { return model_->state(); }
   /// The Gaussians as renderers have them. On CUDA this copies them from the GPU.
@@ -68,7 +79,11 @@ class Trainer {
   const PhotographView& view_of(int iteration);
   IterationContext context_of(int iteration) const;
   std::optional<std::size_t> number_of(std::size_t view) const;
+  std::size_t view_at(int iteration);
   void count_errors(int iteration, int views);
+  /// Means over views of the data set.
+  Quality mean_quality(std::span<const PhotographView* const> views, const Progress& progress = {});
+  void measure_if_due();
   void require_codes();  ///< draws the codes of shapes if the model has none
 
   const TrainSettings settings_;
@@ -77,7 +92,9 @@ class Trainer {
   const double extent_;
   ThreadPool& pool_;
   std::unique_ptr<TrainingModel> model_;
-  ViewOrder views_;
+  RunFacts run_;
+  Guard guard_;
+  ViewOrder views_, trained_views_;  ///< all, and without the reserved ones
   PhotographCache photographs_;
   ReducedPhotographs reduced_;
   std::optional<ResolutionSchedule> schedule_;  ///< set by prepare()

@@ -70,11 +70,11 @@ void accept_options(const OptionTable& table, const QsTraining& training) {
   }
 }
 
-QsTrainingState state_of(const train::RunStatus& status, int iterations) {
+QsTrainingState state_of(const train::RunStatus& status) {
   QsTrainingState state{};
   state.size = sizeof(state);
   state.iteration = status.trainer.iteration();
-  state.iterations = iterations;
+  state.iterations = status.trainer.last_iteration();
   state.gaussians = status.trainer.gaussians();
   state.loss = status.loss;
   state.seconds = status.log.seconds;
@@ -120,7 +120,7 @@ int32_t qs_train(QsContext* context, const QsTraining* training, QsTrainingState
     options.run.text = text_of(given);
     options.run.stop = use.stop();
     options.run.watch = [&](const train::RunStatus& status) {
-      last = state_of(status, options.settings.iterations);
+      last = state_of(status);
       const bool ends = given.progress != nullptr && given.progress(given.user, &last) != 0;
       return ends || use.stop().stop_requested() ? TrainingCommand::stop : TrainingCommand::go_on;
     };

@@ -71,6 +71,24 @@ TEST(Formats, convert_writes_every_format_and_keeps_the_largest) {
   }
 }
 
+TEST(Formats, info_prints_the_levels_of_a_file_and_convert_takes_its_leaves) {
+  const TemporaryFolder folder;
+  for (const char* name : {"lod_tree.rad", "lod_tree.spz", "lod_tree.hier", "lod_halves.hier"}) {
+    SCOPED_TRACE(name);
+    const auto input = (committed_corpus() / "valid" / name).string();
+    EXPECT_THAT(
+        run_quadsplat({"info", input}).out,
+        HasSubstr("  levels         3, in a tree of 21 nodes: 16 leaves were read, 5 merged "
+                  "Gaussians were left out\n"));
+    EXPECT_THAT(run_quadsplat({"info", "--json", "-", input}).out, HasSubstr("\"merged\": 5"));
+    const auto output = folder / (std::string(name) + ".ply");
+    EXPECT_EQ(run_quadsplat({"convert", input, output.string()}).exit_code, 0);
+    EXPECT_EQ(test::read_scene(output).cloud.size(), 16u);
+  }
+  const auto plain = (committed_corpus() / "valid/spz_v3_sh1.spz").string();
+  EXPECT_THAT(run_quadsplat({"info", plain}).out, testing::Not(HasSubstr("levels")));
+}
+
 // `compare` measures the loss of a format, and `convert` prints it.
 TEST(Formats, compare_shows_the_loss_of_each_written_format) {
   struct Loss {

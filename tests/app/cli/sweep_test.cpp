@@ -152,7 +152,8 @@ class Sweep : public testing::TestWithParam<Command> {
       if (option.name == "--warmup") words.insert(words.end(), {"--warmup", "0", "--frames", "1"});
       if (option.name == "--iterations") words.insert(words.end(), {"--iterations", "2"});
       if (option.name == "--random-points") words.insert(words.end(), {"--random-points", "50"});
-      if (option.name == "--seconds") words.insert(words.end(), {"--seconds", "0.1"});
+      if (option.name == "--seconds" && GetParam().name != std::string("train"))
+        words.insert(words.end(), {"--seconds", "0.1"});
       if (option.name == "--overwrite") words.emplace_back("--overwrite");
       if (option.name == "--steps") words.insert(words.end(), {"--steps", "2"});
     }

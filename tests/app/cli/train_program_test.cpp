@@ -323,6 +323,20 @@ TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
     EXPECT_FALSE(std::filesystem::exists(model("model")));
   };
   expect_refused({"--gaussians", "few"}, "--gaussians: is for --strategy fastgs, not adc");
+  expect_refused({"--gaussians", "900"}, "--gaussians N: is for --strategy budget, not adc");
+  expect_refused({"--strategy", "budget", "--gaussians", "many"},
+                 "--gaussians: is for --strategy fastgs, not budget");
+  expect_refused({"--gaussians", "some"}, "--gaussians: 'some' is not a whole number from 1 to");
+  expect_refused({"--strategy", "fastgs", "--seconds", "5"},
+                 "--seconds: is for --strategy budget, not fastgs");
+  expect_refused({"--guard"}, "--guard: is for --strategy budget, not adc");
+  expect_refused({"--pace", "train.json"}, "--pace: is for --strategy budget, not adc");
+  expect_refused({"--strategy", "budget", "--seconds", "5", "--pace", "train.json"},
+                 "--pace: contradicts --seconds");
+  expect_refused({"--strategy", "budget", "--seconds", "5", "--resolution-schedule", "dash"},
+                 "--resolution-schedule dash: contradicts --seconds");
+  expect_refused({"--strategy", "budget", "--gaussians", "5", "--max-gaussians", "6"},
+                 "--max-gaussians: contradicts --gaussians 5");
   expect_refused({"--strategy", "mcmc", "--absolute-gradients"},
                  "--absolute-gradients: is for --strategy adc, not mcmc");
   expect_refused({"--strategy", "fastgs", "--final-prunes"},
@@ -351,6 +365,39 @@ TEST_F(TrainProgram, fastgs_trains_and_resumes_with_the_same_choice_of_gaussians
       train("model", {"--iterations", "4", "--random-points", "500", "--strategy", "fastgs",
                       "--gaussians", "few", "--resume"});
   EXPECT_THAT(other.err, HasSubstr("the run was started with other settings: gaussians"));
+}
+
+TEST_F(TrainProgram, a_run_of_given_seconds_is_repeated_by_its_recorded_pace) {
+  const auto run_with = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"--random-points", "200", "--strategy", "budget",
+                                      "--gaussians",     "500", "--keep-last"};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProgramRun run = train(name, words);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return parse_json(bytes_of(model(name) / "train.json"), "test")["result"];
+  };
+  const auto timed = run_with("timed", {"--seconds", "2"});
+  EXPECT_NEAR(timed["seconds"].get<double>(), 2, 1) << "a busy machine may miss a tenth";
+  EXPECT_GT(timed["pace"].size(), 3u);
+  EXPECT_EQ(timed["gaussians"], 500) << timed.dump();
+  const std::string record = (model("timed") / "train.json").string();
+  const auto repeated = run_with("repeated", {"--pace", record});
+  EXPECT_EQ(repeated["iteration"], timed["iteration"]);
+  const int last = timed["iteration"].get<int>();
+  EXPECT_EQ(gaussians("repeated", last), gaussians("timed", last));
+  // With the guard, which may stop growth before 500.
+  const auto guarded = run_with("guarded", {"--pace", record, "--guard"});
+  const auto again = run_with("guarded_again", {"--pace", record, "--guard"});
+  EXPECT_GT(guarded["guard"].size(), 0u);
+  EXPECT_EQ(again["guard"], guarded["guard"]);
+  EXPECT_EQ(gaussians("guarded_again", last), gaussians("guarded", last));
+  EXPECT_THAT(train("again",
+                    {"--strategy", "budget", "--pace", (model("repeated") / "train.json").string()})
+                  .err,
+              HasSubstr("its run had no --seconds, so there is no pace to repeat"));
+  EXPECT_THAT(
+      train("again", {"--strategy", "budget", "--pace", (data() / "cameras.json").string()}).err,
+      HasSubstr("is no train.json of a model"));
 }
 
 TEST_F(TrainProgram, dash_reduces_photographs_unless_told_otherwise_and_ends_where_it_began) {

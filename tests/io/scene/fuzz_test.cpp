@@ -56,7 +56,8 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "sibr_request", "sibr_answer",
                                           "preferences",  "transforms_json",
                                           "usd",          "zipped_ply",
-                                          "exif",         "points3D_ply"};
+                                          "exif",         "points3D_ply",
+                                          "rad",          "hier"};
   EXPECT_EQ(names, expected);
 }
 

@@ -600,7 +600,9 @@ TEST(ReaderLimits, spz_has_24_bits_and_four_degrees) {
   EXPECT_EQ(message(header(3, 1, 5, 12, 0), row + 105), "a: SH degree 5 does not exist");
   EXPECT_EQ(message(header(3, 0, 0, 12, 0), row), "a: holds no Gaussians");
   EXPECT_EQ(message(header(3, 1, 0, 12, 0x80), row),
-            "a: a level-of-detail tree of Spark, which cannot be read");
+            "a: cut off: too few bytes for its 1 Gaussians");
+  EXPECT_EQ(message(header(3, 1, 0, 12, 0x80), row + 6),
+            "a: node 0 has 32639 children from node 2139062143 on, but its tree has 1 nodes");
   EXPECT_EQ(message(header(3, 2, 0, 12, 0), row), "a: cut off: too few bytes for its 2 Gaussians");
   EXPECT_EQ(message(header(3, 1, 0, 12, 0), row + 1),
             "a: holds more data than its 1 Gaussians need");

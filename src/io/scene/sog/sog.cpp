@@ -49,11 +49,7 @@ void fill_from(const std::vector<Part>& parts, Scene& scene, ThreadPool& pool,
 
 void add_warnings(const SogDecoder& decoder, Scene& scene) {
   if (decoder.unrotated() > 0) warn_of_missing_rotations(scene, decoder.unrotated());
-  if (decoder.unlabelled() > 0)
-    scene.warn(
-        "{} Gaussians have only their base colour: their spherical harmonics are not in the "
-        "palette.",
-        decoder.unlabelled());
+  if (decoder.unlabelled() > 0) warn_of_missing_sh(scene, decoder.unlabelled());
 }
 
 // Applies the models of all parts, a word each, with which splat-transform names their training.
@@ -96,6 +92,9 @@ class Tree {
   std::vector<std::string> files;
   std::string environment, model;
   std::vector<Leaf> leaves;
+  std::uint64_t nodes = 0, merged = 0;  // merged: Gaussians that no leaf names in its finest level
+
+  std::size_t level_count() const { return totals_.size(); }
 
  private:
   const json& object(const json& value) const {
@@ -104,14 +103,12 @@ class Tree {
   }
 
   std::uint64_t number(const json& level, const char* key) const {
-    const double value = JsonEntry{level, source_}.number(level.value(key, json()), key);
-    if (!(value >= 0 && value <= 1e12 && value == std::floor(value)))
-      fail("{}: {} is {}, but must be a whole number from 0 up", source_, key, value);
-    return static_cast<std::uint64_t>(value);
+    return JsonEntry{level, source_}.whole(level.value(key, json()), key);
   }
 
   // parse_json() limits the depth.
   void visit(const json& node) {
+    ++nodes;
     const JsonEntry entry{object(node), source_};
     if (entry.has("children")) {
       if (!node["children"].is_array()) fail("{}: children is not a list", source_);
@@ -120,11 +117,18 @@ class Tree {
     if (!entry.has("lods")) return;
     const json& levels = object(node["lods"]);
     if (levels.empty()) return;
-    for (const auto& [level, part] : levels.items())
-      totals_[level] += number(object(part), "count");
-    // Keys are sorted; the first key is the finest level, usually 0.
-    const json& finest = object(levels.begin().value());
+    // The finest level has the lowest number. Keys are sorted as texts, so it is the first one of
+    // the shortest keys.
+    std::string lowest = levels.begin().key();
+    for (const auto& [level, part] : levels.items()) {
+      const std::uint64_t count = number(object(part), "count");
+      totals_[level] += count;
+      merged += count;
+      if (level.size() < lowest.size()) lowest = level;
+    }
+    const json& finest = levels[lowest];
     leaves.push_back({number(finest, "file"), number(finest, "offset"), number(finest, "count")});
+    merged -= leaves.back().count;
     if (leaves.back().file >= files.size())
       fail("{}: file {} is not in the list of files", source_, leaves.back().file);
   }
@@ -236,6 +240,9 @@ void read_streamed_sog(ByteSpan content, const std::filesystem::path& path, Thre
 
   scene.format = "streamed sog, finest level";
   fill_from(parts, scene, pool, options.progress);
+  std::uint64_t leaves = 0;
+  for (const Part& part : parts) leaves += part.count;
+  scene.levels = {tree.level_count(), tree.nodes, leaves, tree.merged};
   std::set<std::string> models;
   for (const auto& [name, decoder] : decoders) {
     add_warnings(*decoder, scene);

@@ -22,6 +22,7 @@
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
+#include "io/cloud/lod_tree.h"
 #include "io/cloud/quantised.h"
 #include "io/cloud/scene.h"
 #include "io/scene/ply/ply.h"
@@ -83,14 +84,29 @@ glm::quat rotation_of_bits(std::uint32_t bits) {
   return make_quat(q[3], q[0], q[1], q[2]);
 }
 
+// In a tree of levels of detail 255 stands for an opacity of 2. The opacity 1 is rounded up to 128.
+constexpr double kOneInTree = 127.5;
+constexpr std::byte kRoundedOne{128};
+
+bool has_tree(const SpzHeader& header) { return (header.flags & SpzHeader::kLodTree) != 0; }
+
+LodTree read_tree(const SpzContent& content, const std::string& path) {
+  const ByteSpan counts = content.blocks[kSpzChildCounts], starts = content.blocks[kSpzChildStarts];
+  const auto children_of = [&](std::size_t i) {
+    return LodChildren{load<std::uint32_t>(&starts[4 * i]), load<std::uint16_t>(&counts[2 * i])};
+  };
+  return read_lod_tree(content.header.count, children_of, path);
+}
+
 // The decoded value of each byte.
 struct ByteTables {
   std::array<float, 256> logit, dc, log_scale, sh;
 
-  ByteTables() {
+  // `highest_opacity`: the byte that stands for 1.
+  explicit ByteTables(double highest_opacity) {
     for (std::size_t i = 0; i < 256; ++i) {
       const auto byte = static_cast<double>(i);
-      logit[i] = logit_of_byte(static_cast<std::uint8_t>(i));
+      logit[i] = logit_of_byte(static_cast<std::uint8_t>(i), highest_opacity);
       dc[i] = static_cast<float>((byte / 255 - 0.5) / 0.15);
       log_scale[i] = static_cast<float>(byte / 16 - 10);
       sh[i] = static_cast<float>((byte - 128) / 128);
@@ -104,7 +120,8 @@ class SpzDecoder {
       : content_(content),
         cloud_(cloud),
         row_bytes_(spz_row_bytes(content.header)),
-        step_(std::ldexp(1.0f, -content.header.fractional_bits)) {}
+        step_(std::ldexp(1.0f, -content.header.fractional_bits)),
+        tables_(has_tree(content.header) ? kOneInTree : 255) {}
 
   /// Decodes Gaussian `i` of the file. `k`: its index in the cloud.
   void fill(std::size_t i, std::size_t k) const {
@@ -149,7 +166,8 @@ class SpzDecoder {
 
 void describe(const SpzHeader& header, std::size_t frame, Scene& scene) {
   scene.axes = kAxes[frame];
-  scene.format = fmt::format("spz, version {}", header.version);
+  scene.format = fmt::format("spz, version {}{}", header.version,
+                             has_tree(header) ? ", levels of detail" : "");
   scene.cloud.antialiased = (header.flags & SpzHeader::kAntialiased) != 0;
 }
 
@@ -168,7 +186,7 @@ SceneSample sample_of(const SpzContent& content, const Scene& scene, ThreadPool&
 }
 
 using Bytes = std::vector<std::uint8_t>;
-using Blocks = std::array<Bytes, kSpzBlocks>;
+using Blocks = std::array<Bytes, kSpzSh + 1>;
 
 constexpr int kMaxFixedPoint = (1 << 23) - 1;
 
@@ -268,8 +286,8 @@ void read_spz(ByteSpan content, const std::filesystem::path& path, ThreadPool& p
               const ReadOptions& options, Scene& scene) {
   constexpr float kUnpacked = 0.5f;  // share of the progress
   const auto take_sample = [&](const SpzContent& base) {
-    // Extensions, which may declare other axes, come last.
-    const bool is_sound = (base.header.flags & SpzHeader::kExtensions) == 0;
+    // Extensions, which may declare other axes, come last, and so do trees.
+    const bool is_sound = (base.header.flags & (SpzHeader::kExtensions | SpzHeader::kLodTree)) == 0;
     if (!is_sound || !is_sampled(base.header.count, options.sampling)) return;
     try {
       options.sampling.take(sample_of(base, scene, pool, options.sampling));
@@ -282,13 +300,25 @@ void read_spz(ByteSpan content, const std::filesystem::path& path, ThreadPool& p
   const AxisSigns signs = signs_to_rdf(frame);
   scene.warnings = std::move(spz.warnings);
 
-  scene.cloud = make_cloud(spz.header.count,
+  LodTree tree;
+  const bool is_tree = has_tree(spz.header);
+  if (is_tree) {
+    tree = read_tree(spz, path.string());
+    scene.levels = {tree.levels, spz.header.count, tree.leaves.size(),
+                    spz.header.count - tree.leaves.size()};
+    const auto above_1 = std::ranges::count_if(tree.leaves, [&](std::uint32_t leaf) {
+      return spz.blocks[kSpzAlphas][leaf] > kRoundedOne;
+    });
+    if (above_1 > 0) scene.warn("{} leaves have an opacity above 1, which was clamped.", above_1);
+  }
+
+  scene.cloud = make_cloud(is_tree ? tree.leaves.size() : spz.header.count,
                            kept_sh_degree(sh_coefficient_count(spz.header.sh_degree) - 1, scene));
   describe(spz.header, frame, scene);
 
   const SpzDecoder decoder(spz, scene.cloud);
   fill_cloud(scene, pool, options.progress, kUnpacked, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) decoder.fill(i, i);
+    for (std::size_t i = begin; i < end; ++i) decoder.fill(is_tree ? tree.leaves[i] : i, i);
     flip_axes(scene.cloud, begin, end, signs);
   });
 }
@@ -333,7 +363,7 @@ void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path,
   constexpr int kLevel = 9;
   const int bits = fractional_bits(cloud, path.string());
   const Blocks blocks = make_blocks(cloud, bits, progress);
-  const std::size_t streams = cloud.sh_degree == 0 ? kSpzSh : kSpzBlocks;
+  const std::size_t streams = cloud.sh_degree == 0 ? blocks.size() - 1 : blocks.size();
   std::string header = start_of_header(cloud, 4, bits);
   // The offset of the table of streams follows their number.
   put_values(header, static_cast<std::uint8_t>(streams), kSpzHeaderBytes);

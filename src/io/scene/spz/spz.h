@@ -2,8 +2,9 @@
 //
 // .spz (Niantic), versions 1 to 4: quantised attributes in six blocks, compressed as one gzip
 // member (1-3) or one zstd frame per block (4). Files store RUB axes unless an extension names
-// another frame; files that store RDF without declaring it cannot be detected. Source: README.md
-// and load-spz.cc of nianticlabs/spz; the code is our own.
+// another frame; files that store RDF without declaring it cannot be detected. Of Spark's trees of
+// levels of detail the leaves are read. Source: README.md and load-spz.cc of nianticlabs/spz,
+// rust/spark-lib/src/spz.rs of sparkjsdev/spark; the code is our own.
 #pragma once
 
 #include <cstddef>

@@ -36,8 +36,9 @@ void check(const SpzHeader& header, const std::string& path) {
   if (header.sh_degree > 4) fail("{}: SH degree {} does not exist", path, header.sh_degree);
   if (header.version > 1 && header.fractional_bits > 24)
     fail("{}: {} fractional bits in 24-bit positions", path, header.fractional_bits);
-  if ((header.flags & SpzHeader::kLodTree) != 0)
-    fail("{}: a level-of-detail tree of Spark, which cannot be read", path);
+  if ((header.flags & SpzHeader::kLodTree) != 0 && header.version > 3)
+    fail("{}: a tree of levels of detail in version {}; they exist in 1 to 3", path,
+         header.version);
 }
 
 // Sizes `content.bytes` for the header and cuts it into blocks.
@@ -85,7 +86,8 @@ SpzContent unpack_gzip(ByteSpan file, const std::string& path, const Progress& p
   if (version < 1 || version > 3) fail("{}: .spz version {} in gzip, 1 to 3 exist", path, version);
   check(content.header, path);
   make_blocks(content, file.size(), path);
-  const std::size_t base_bytes = content.bytes.size() - content.blocks[kSpzSh].size();
+  std::size_t base_bytes = 0;
+  for (std::size_t i = 0; i < kSpzSh; ++i) base_bytes += content.blocks[i].size();
   std::size_t filled = inflate_into(content.bytes, 0, base_bytes, inflater, progress, end);
   if (filled == base_bytes) base_is_there(content);
   filled = inflate_into(content.bytes, filled, content.bytes.size(), inflater, progress, end);
@@ -176,7 +178,8 @@ std::array<std::uint64_t, kSpzBlocks> spz_row_bytes(const SpzHeader& header) {
   const std::uint64_t position = header.version == 1 ? 6 : 9;
   const std::uint64_t rotation = header.version <= 2 ? 3 : 4;
   const std::uint64_t degree = header.sh_degree;
-  return {position, 1, 3, 3, rotation, 3 * ((degree + 1) * (degree + 1) - 1)};
+  const std::uint64_t tree = (header.flags & SpzHeader::kLodTree) != 0 ? 1 : 0;
+  return {position, 1, 3, 3, rotation, 3 * ((degree + 1) * (degree + 1) - 1), 2 * tree, 4 * tree};
 }
 
 bool is_spz(ByteSpan content) {

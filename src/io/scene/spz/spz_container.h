@@ -41,6 +41,8 @@ enum SpzBlock {
   kSpzScales,
   kSpzRotations,
   kSpzSh,
+  kSpzChildCounts,  ///< 16 bits, of a tree of levels of detail
+  kSpzChildStarts,  ///< 32 bits
   kSpzBlocks
 };
 
@@ -61,7 +63,7 @@ bool is_spz(ByteSpan content);
 using UseSpz = std::function<void(const SpzContent& content)>;
 
 /// Reports progress from 0 to `end`. Data in gzip is unpacked in the order of its blocks:
-/// `base_is_there` is called once all blocks but the last, kSpzSh, are unpacked. Throws
+/// `base_is_there` is called once all blocks before kSpzSh are unpacked. Throws
 /// Error(input), Cancelled.
 SpzContent unpack_spz(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
                       const Progress& progress, float end, const UseSpz& base_is_there);

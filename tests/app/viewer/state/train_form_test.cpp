@@ -52,7 +52,7 @@ TEST(TrainForm, offers_the_strategies_of_the_command_line) {
       offered.push_back(options.back());
     }
   }
-  EXPECT_THAT(offered, ElementsAre("the default", "mcmc", "dash", "fastgs", "mask"));
+  EXPECT_THAT(offered, ElementsAre("the default", "mcmc", "dash", "fastgs", "mask", "budget"));
 }
 
 TEST(TrainForm, quotes_keep_blanks_and_a_backslash_keeps_a_quote) {

@@ -241,6 +241,25 @@ TEST(Sog, the_model_of_a_tree_holds_for_parts_without_one) {
   }
 }
 
+// Ten and more levels: as texts, "10" comes before "9".
+TEST(Sog, the_finest_level_of_a_tree_has_the_lowest_number) {
+  const TemporaryFolder folder;
+  save(folder / "0/meta.json", make_scene(folder / "0", 2, 0));
+  const auto part = [](int offset, int count) {
+    return json{{"file", 0}, {"offset", offset}, {"count", count}};
+  };
+  const json tree = {
+      {"filenames", {"0/meta.json"}},
+      {"tree",
+       {{"children",
+         {{{"lods", {{"9", part(0, 4)}, {"10", part(4, 2)}, {"11", part(6, 1)}}}},
+          {{"lods", {{"0", part(7, 3)}, {"1", part(10, 2)}, {"12", part(12, 1)}}}}}}}}};
+  save(folder / "lod-meta.json", tree);
+  const Scene scene = read_scene(folder / "lod-meta.json");
+  EXPECT_EQ(scene.cloud.size(), 7u);
+  EXPECT_EQ(scene.levels, (LevelsOfDetail{.levels = 6, .nodes = 3, .leaves = 7, .merged = 6}));
+}
+
 TEST(Sog, version_3_is_refused_by_name) {
   const TemporaryFolder folder;
   for (json meta : {json{{"version", 3}}, json{{"version", 3}, {"means", {}}, {"quats", {}}}}) {

@@ -139,6 +139,33 @@ INSTANTIATE_TEST_SUITE_P(CudaTrain, CudaTrainFit,
                          testing::Values("adc", "mcmc", "dash", "fastgs", "mask"),
                          [](const auto& row) { return std::string(row.param); });
 
+class CudaTrainBudget : public test::GpuTest {};
+
+// Through the first change, a decay that clears all moments, and a measurement of the guard.
+TEST_F(CudaTrainBudget, a_resumed_run_and_another_run_give_the_same_bits) {
+  TrainSettings settings = settings_of("budget");
+  settings.iterations = 400;
+  settings.guard = true;
+  settings.max_gaussians = 75;
+  const auto trained = [&](std::initializer_list<int> parts) {
+    ModelState state = perturbed_state(115);
+    std::vector<GuardRow> measured;
+    for (const int until : parts) {
+      auto model = make_training_model(Backend::cuda, test::pool());
+      model->set_state(std::move(state));
+      Trainer trainer(settings, synthetic(), std::move(model), test::pool(), measured);
+      train_until(trainer, until);
+      state = trainer.model();
+      measured = trainer.guard().rows();
+    }
+    EXPECT_EQ(measured.size(), 1u);
+    return state;
+  };
+  const ModelState whole = trained({124});
+  EXPECT_EQ(whole.size(), 65u) << "5/13 of the way";
+  expect_same(trained({119, 120, 121, 124}), whole);
+}
+
 class CudaTrainFieldRun : public test::GpuTest {
  protected:
   static TrainSettings field_settings() {

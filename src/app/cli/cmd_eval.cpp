@@ -100,11 +100,9 @@ Views choose_views(const EvalCommand& command) {
 
 // Pixels that the photograph does not show are equal in both pictures, also for LPIPS.
 void black_out(Image& image, const std::vector<std::uint8_t>& mask) {
+  const auto channels = static_cast<std::size_t>(image.channels);
   for (std::size_t i = 0; i < mask.size(); ++i)
-    if (mask[i] == 0)
-      for (int c = 0; c < image.channels; ++c)
-        image.values[i * static_cast<std::size_t>(image.channels) + static_cast<std::size_t>(c)] =
-            0;
+    if (mask[i] == 0) std::fill_n(&image.values[i * channels], channels, 0.0f);
 }
 
 class EvalRun {
@@ -165,6 +163,7 @@ class EvalRun {
     Image photograph = read_photograph(view.photograph, session_.settings.background,
                                        command_.images_scale, *session_.pool, view.taken);
     require_same_shape(photograph, view.photograph, {view.camera.width, view.camera.height});
+    if (view.taken.is_face()) clamp_to_unit(photograph);  // bicubic interpolation overshoots
     const std::vector<std::uint8_t> mask =
         lens_mask(view.taken, photograph.width, photograph.height, *session_.pool);
     if (command_.ssim_border == SsimBorder::crop &&

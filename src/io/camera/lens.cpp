@@ -16,8 +16,8 @@ namespace {
 constexpr double kHalfTurn = std::numbers::pi;
 constexpr double kLeastFactor = 0.5, kMostFactor = 2;
 constexpr int kBorderPoints = 64;  // per side
-constexpr double kWidestPinhole =
-    kHalfTurn * 100 / 180;  // wider photographs are divided into faces
+// Wider photographs are divided into faces.
+constexpr double kWidestPinhole = kHalfTurn * 100 / 180;
 constexpr double kHalfFace = kHalfTurn * 48 / 180;
 constexpr double kLeastShare = 0.1;  // of a face's pixels
 
@@ -189,10 +189,10 @@ std::optional<glm::dvec3> Lens::direction(glm::dvec2 pixel) const {
   return from_plane(model->plane, at);
 }
 
-bool Lens::has_pixel(glm::dvec2 pixel) const {
+bool Lens::has_pixel(glm::dvec2 pixel, double margin) const {
   constexpr double kRounding = 1e-9;
-  return pixel.x >= -0.5 - kRounding && pixel.y >= -0.5 - kRounding &&
-         pixel.x <= size_px.x - 0.5 + kRounding && pixel.y <= size_px.y - 0.5 + kRounding;
+  const glm::dvec2 low(margin - 0.5 - kRounding), high = size_px - 1.0 - low;
+  return pixel.x >= low.x && pixel.y >= low.y && pixel.x <= high.x && pixel.y <= high.y;
 }
 
 Lens Lens::scaled(glm::dvec2 factor) const {
@@ -218,19 +218,22 @@ LensCamera LensCamera::scaled(int width, int height) const {
 glm::dvec2 LensCamera::photograph_size() const { return lens ? lens->size_px : size_of(camera); }
 
 std::optional<glm::dvec2> LensCamera::source_of(glm::dvec2 pixel) const {
+  constexpr double kMargin = 1.5;  // bicubic interpolation needs two pixels on each side
   glm::dvec3 direction((pixel - camera.center_px) / camera.focal_px, 1);
-  if (const Face* const face = find_face(lens->face)) direction = face->lens_from_face * direction;
+  const Face* const face = find_face(lens->face);
+  if (face != nullptr) direction = face->lens_from_face * direction;
   const std::optional<glm::dvec2> source = lens->project(direction);
-  return source && lens->has_pixel(*source) ? source : std::nullopt;
+  const bool ends = face != nullptr && lens->model->plane != LensPlane::panorama;
+  return source && lens->has_pixel(*source, ends ? kMargin : 0) ? source : std::nullopt;
 }
 
 Lens checked_lens(Lens lens, const std::string& where) {
   const LensModel& model = *lens.model;
   if (model.plane == LensPlane::panorama) set_panorama(lens, where);
   const glm::dvec2 focal = lens.focal_px, center = lens.center_px;
-  for (const double value : {focal.x, focal.y, center.x, center.y})
-    if (!std::isfinite(value)) fail_not_finite("{}: a parameter is not finite", where);
-  if (!std::ranges::all_of(lens.coefficients, [](double value) { return std::isfinite(value); }))
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  if (!std::ranges::all_of(std::array{focal.x, focal.y, center.x, center.y}, is_finite) ||
+      !std::ranges::all_of(lens.coefficients, is_finite))
     fail_not_finite("{}: a parameter is not finite", where);
   if (!(focal.x > 0 && focal.y > 0)) fail("{}: the focal length is not above 0", where);
   for (int i = 0; i < model.coefficients(); ++i)

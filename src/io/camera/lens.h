@@ -43,8 +43,8 @@ struct Lens {
   /// if no direction within the limit is shown there.
   std::optional<glm::dvec3> direction(glm::dvec2 pixel) const;
 
-  /// True if the photograph has the pixel.
-  bool has_pixel(glm::dvec2 pixel) const;
+  /// True if the photograph has the point, at least `margin` pixels from its edge.
+  bool has_pixel(glm::dvec2 pixel, double margin = 0) const;
 
   /// The lens for the photograph in another resolution.
   Lens scaled(glm::dvec2 factor) const;
@@ -78,8 +78,9 @@ struct LensCamera {
   /// Pixels of the photograph to which the intrinsics refer.
   glm::dvec2 photograph_size() const;
 
-  /// The photograph's pixel at a pixel of the camera. Unset if the lens does not show the direction
-  /// or the photograph ends before it.
+  /// The photograph's pixel at a pixel of the camera. Unset if the lens does not show the
+  /// direction, or if the photograph ends before it or, of a face, before a pixel from which it is
+  /// interpolated.
   std::optional<glm::dvec2> source_of(glm::dvec2 pixel) const;
 };
 

@@ -2,7 +2,11 @@
 #include "io/camera/photographs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "base/fail.h"
 #include "io/picture/image_file.h"
@@ -32,6 +36,76 @@ void for_each_pixel(int width, int height, ThreadPool& pool, const Visit& visit)
                     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
                       for (int x = 0; x < width; ++x) visit(x, y);
                   });
+}
+
+// The pixels around a position along one axis, and their weights: two pixels, or four by
+// Catmull-Rom.
+struct Taps {
+  int first, count;
+  float weights[4];
+};
+
+Taps taps_at(double position, bool is_cubic) {
+  const int pixel = static_cast<int>(std::floor(position));
+  const auto t = static_cast<float>(position - pixel);
+  if (!is_cubic) return {pixel, 2, {1 - t, t}};
+  return {pixel - 1,
+          4,
+          {t * (t * (1 - 0.5f * t) - 0.5f), 1 + t * t * (1.5f * t - 2.5f),
+           t * (0.5f + t * (2 - 1.5f * t)), t * t * (0.5f * t - 0.5f)}};
+}
+
+// A photograph between its pixels.
+struct Sampler {
+  const Image& photograph;
+  bool is_cubic, is_panorama;
+
+  const float* pixel(int x, int y) const {
+    const int width = photograph.width, height = photograph.height;
+    if (is_panorama) {  // the other side of a pole is half a turn away
+      const int row = y < 0 ? -1 - y : y < height ? y : 2 * height - 1 - y;
+      x = (x + width + (row == y ? 0 : width / 2)) % width;
+      y = row;
+    }
+    return photograph.row(std::clamp(y, 0, height - 1)) +
+           std::clamp(x, 0, width - 1) * photograph.channels;
+  }
+
+  // Adds the values of all channels.
+  void add(glm::dvec2 at, float* values) const {
+    if (!is_panorama)
+      at = glm::clamp(at, glm::dvec2(0.0), glm::dvec2(photograph.width - 1, photograph.height - 1));
+    const Taps across = taps_at(at.x, is_cubic), down = taps_at(at.y, is_cubic);
+    std::array<const float*, 16> pixels;
+    for (int i = 0; i < across.count * down.count; ++i)
+      pixels[static_cast<std::size_t>(i)] =
+          pixel(across.first + i % across.count, down.first + i / across.count);
+    for (int c = 0; c < photograph.channels; ++c) {
+      float sum = 0;
+      const float* const* next = pixels.data();
+      for (int j = 0; j < down.count; ++j) {
+        float row = 0;
+        for (int i = 0; i < across.count; ++i) row += across.weights[i] * (*next++)[c];
+        sum += down.weights[j] * row;
+      }
+      values[c] += sum;
+    }
+  }
+};
+
+// Samples of a face's pixel along its axes, one per pixel of the photograph that it covers there,
+// as next to the poles of a panorama.
+glm::ivec2 samples_of(const LensCamera& view, glm::dvec2 pixel) {
+  if (!view.is_face()) return {1, 1};
+  constexpr double kMost = 16;
+  const auto along = [&](glm::dvec2 half) {
+    const auto low = view.source_of(pixel - half), high = view.source_of(pixel + half);
+    if (!low || !high) return 1;
+    glm::dvec2 covered = *high - *low;
+    covered.x = std::remainder(covered.x, view.lens->size_px.x);  // a panorama goes around
+    return static_cast<int>(std::lround(std::clamp(glm::length(covered), 1.0, kMost)));
+  };
+  return {along({0.5, 0}), along({0, 0.5})};
 }
 
 }  // namespace
@@ -81,25 +155,21 @@ Image undistorted(const Image& photograph, const LensCamera& camera, ThreadPool&
                                   scaled_side(camera.camera.height, factor.y));
   view.lens = camera.lens->scaled(factor);
   Image result(view.camera.width, view.camera.height, photograph.channels);
-  const bool goes_around = view.lens->model->plane == LensPlane::panorama;
-  const int last_x = photograph.width - 1, last_y = photograph.height - 1;
+  const Sampler sampler{photograph, view.is_face(), view.lens->model->plane == LensPlane::panorama};
   for_each_pixel(result.width, result.height, pool, [&](int x, int y) {
-    const std::optional<glm::dvec2> source = view.source_of({x, y});
-    if (!source) return;
-    const glm::dvec2 at(goes_around ? source->x : std::clamp(source->x, 0.0, double(last_x)),
-                        std::clamp(source->y, 0.0, double(last_y)));
-    int x0 = static_cast<int>(std::floor(at.x)), x1 = std::min(x0 + 1, last_x);
-    const int y0 = static_cast<int>(at.y), y1 = std::min(y0 + 1, last_y);
-    const auto fx = static_cast<float>(at.x - x0), fy = static_cast<float>(at.y - y0);
-    if (goes_around) {
-      x1 = (x0 + 1) % photograph.width;
-      x0 = (x0 + photograph.width) % photograph.width;
+    const glm::dvec2 pixel(x, y);
+    const glm::ivec2 samples = samples_of(view, pixel);
+    float* const values = &result.at(x, y, 0);
+    int count = 0;
+    for (int i = 0; i < samples.x * samples.y; ++i) {
+      const glm::dvec2 cell(i % samples.x, i / samples.x);
+      const auto source = view.source_of(pixel + (cell + 0.5) / glm::dvec2(samples) - 0.5);
+      if (!source) continue;
+      sampler.add(*source, values);
+      ++count;
     }
-    for (int c = 0; c < result.channels; ++c) {
-      const float top = (1 - fx) * photograph.at(x0, y0, c) + fx * photograph.at(x1, y0, c);
-      const float bottom = (1 - fx) * photograph.at(x0, y1, c) + fx * photograph.at(x1, y1, c);
-      result.at(x, y, c) = (1 - fy) * top + fy * bottom;
-    }
+    if (count > 1)
+      for (int c = 0; c < result.channels; ++c) values[c] /= static_cast<float>(count);
   });
   return result;
 }

@@ -80,11 +80,6 @@ Image read_checked(const PhotographSource& source, glm::vec3 background) {
   return photograph;
 }
 
-Image undistorted_and_reduced(const Image& taken, const PhotographSource& source,
-                              ThreadPool& pool) {
-  return reduced(undistorted(taken, source.taken, pool), source.resolution_scale, pool);
-}
-
 // 1 where the mask is black or transparent.
 Image masked_out(const Image& mask) {
   Image out(mask.width, mask.height, 1);
@@ -105,8 +100,11 @@ std::vector<std::uint8_t> read_mask(const PhotographSource& source, const Image&
   if (mask.width != photograph.width || mask.height != photograph.height)
     fail("{}: a mask of {} x {} pixels, but its photograph {} has {} x {}", source.mask.string(),
          mask.width, mask.height, source.file.string(), photograph.width, photograph.height);
-  // The sums of zeros are exact, so a pixel counts only if no part of it is masked out.
-  const Image out = undistorted_and_reduced(masked_out(mask), source, pool);
+  // The sums of zeros are exact, so a pixel counts only if no part of it is masked out. Weights can
+  // be negative.
+  Image parts = undistorted(masked_out(mask), source.taken, pool);
+  for (float& value : parts.values) value = std::abs(value);
+  const Image out = reduced(parts, source.resolution_scale, pool);
   std::vector<std::uint8_t> counts = lens_mask(source.taken, out.width, out.height, pool);
   if (counts.empty()) counts.assign(out.values.size(), 1);
   for (std::size_t i = 0; i < counts.size(); ++i)
@@ -144,7 +142,10 @@ std::uint64_t PhotographView::bytes() const {
 PhotographView read_view(const PhotographSource& source, ThreadPool& pool) {
   const glm::vec3 background = source.keep_alpha ? glm::vec3(0) : source.background;
   const Image photograph = read_checked(source, background);
-  const Image image = undistorted_and_reduced(photograph, source, pool);
+  const auto as_view = [&](const Image& taken) {
+    return reduced(undistorted(taken, source.taken, pool), source.resolution_scale, pool);
+  };
+  const Image image = as_view(photograph);
   const LensCamera camera = source.taken.scaled(image.width, image.height);
   PhotographView view{camera.camera, camera.lens, source, {}, {}, {}};
   view.rgb.resize(image.values.size());
@@ -153,7 +154,7 @@ PhotographView read_view(const PhotographSource& source, ThreadPool& pool) {
                                   : read_mask(source, photograph, pool);
   if (!source.keep_alpha) return view;
   // Over white, a pixel is brighter than over black by 1 - alpha.
-  const Image white = undistorted_and_reduced(read_checked(source, glm::vec3(1)), source, pool);
+  const Image white = as_view(read_checked(source, glm::vec3(1)));
   for (std::size_t i = 0; i < image.values.size(); i += 3)
     view.alpha.push_back(to_8bit(1 - (white.values[i] - image.values[i])));
   if (std::ranges::all_of(view.alpha, [](auto alpha) { return alpha == 255; })) view.alpha.clear();

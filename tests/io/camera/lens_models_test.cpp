@@ -87,6 +87,7 @@ std::vector<Golden> golden_points() {
        {23.024, 456.000},
        {365.290, 519.000}},
       {"RAD_TAN_THIN_PRISM_FISHEYE", aria, rad_tan[0], rad_tan[1], rad_tan[2]},
+      // The formula of Project Aria's documentation gives the same: tests/golden/lenses.py.
       {"FISHEYE624", aria, rad_tan[0], rad_tan[1], rad_tan[2]},
       {"SIMPLE_DIVISION", {-0.1}, simple(division[0]), simple(division[1]), simple(division[2])},
       {"DIVISION", {-0.1}, division[0], division[1], division[2]},
@@ -100,12 +101,12 @@ std::vector<Golden> golden_points() {
        {470.341, 139.773},
        {-42.964, 499.207},
        {370.333, 545.699}},
-      // kTangential1 and kTangential2 exchanged; without kGolden3, kGolden4 and skew it is OPENCV.
+      // From tests/golden/lenses.py: f = 510, b1 = -10, b2 = 3, and Metashape's order of p1 and p2.
       {"METASHAPE",
-       {kGolden1, kGolden2, 0, 0, kTangential2, kTangential1, 0},
-       {470.339, 137.769},
-       {-42.397, 503.978},
-       {370.323, 551.751}},
+       {kGolden1, kGolden2, kGolden3, kGolden4, kTangential1, kTangential2, 3.0 / 500},
+       {470.809, 136.927},
+       {-35.283, 499.368},
+       {372.827, 549.334}},
   };
 }
 

@@ -109,7 +109,10 @@ TEST(Cases, photographs_of_a_fisheye_lens_are_undistorted) {
   const ProgramRun run = eval_of("03_is_fisheye");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("(OPENCV_FISHEYE, undistorted, "));
-  EXPECT_THAT(run.out, HasSubstr("28.43")) << "dB, the mean; 17.8 as pinhole pictures";
+  // CASE.md: about 28 dB, and 17.83 dB as pinhole pictures.
+  const std::size_t at = run.out.rfind("quadbox");
+  ASSERT_NE(at, run.out.npos) << run.out;
+  EXPECT_NEAR(std::strtod(run.out.c_str() + at + 7, nullptr), 28, 0.5) << run.out;
 }
 
 }  // namespace

@@ -41,9 +41,9 @@ double focal_px(const FrameEntry& frame, const char* length, const char* angle, 
 }
 
 // Keys whose data would change the result, but which are not used.
-constexpr const char* kUnusedKeys[] = {"train_filenames", "val_filenames",   "test_filenames",
-                                       "depth_file_path", "rolling_shutter", "camera_type",
-                                       "distortion"};
+constexpr const char* kUnusedKeys[] = {"train_filenames", "val_filenames",      "test_filenames",
+                                       "depth_file_path", "rolling_shutter",    "camera_type",
+                                       "distortion",      "fisheye_crop_radius"};
 
 // Sentences about data of the file that is not used.
 void warn_of_unused(const json& file, const std::string& source, CameraSet& set) {

@@ -266,10 +266,12 @@ TEST_F(CameraSets, data_that_is_not_used_is_named) {
   json file = transforms();
   file["train_filenames"] = {"images/0.jpg"};
   file["frames"][1]["depth_file_path"] = "depth/1.png";
+  file["fisheye_crop_radius"] = 707.5;
   write("transforms.json", file.dump());
   EXPECT_THAT(sentences(read("transforms.json")),
               ElementsAre("transforms.json: train_filenames is not used",
-                          "transforms.json: depth_file_path is not used"));
+                          "transforms.json: depth_file_path is not used",
+                          "transforms.json: fisheye_crop_radius is not used"));
 }
 
 TEST_F(CameraSets, odd_numbers_are_told_and_wrong_ones_refused) {

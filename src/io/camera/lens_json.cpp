@@ -48,15 +48,11 @@ std::string shown(const FrameEntry& frame, const char* key) {
   return printable(json_line(frame.with(key).get(key)), 40);
 }
 
-std::string upper_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return text;
-}
-
 const LensModel* model_named(const FrameEntry& frame) {
   if (!frame.has("camera_model")) return nullptr;
   const std::string& named = frame.with("camera_model").text("camera_model");
-  const std::string name = upper_case(named);
+  std::string name = named;
+  for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   const LensModel* const model = find_lens_model(name == "PERSPECTIVE" ? "OPENCV" : name);
   if (model == nullptr)
     fail("{}: camera_model {} is no lens that is known; undistort the photographs first",

@@ -30,22 +30,12 @@ glm::dvec2 tangential(glm::dvec2 p, double p1, double p2) {
           2 * p2 * p.x * p.y + p1 * (r2 + 2 * p.y * p.y)};
 }
 
+// A model with fewer coefficients has zeros in their places: Lens has twelve.
+
 glm::dvec2 unbent(glm::dvec2 p, const double*) { return p; }
 
-glm::dvec2 radial_1(glm::dvec2 p, const double* c) {
-  return p * (1 + series(glm::dot(p, p), {c[0]}));
-}
-
-glm::dvec2 radial_2(glm::dvec2 p, const double* c) {
-  return p * (1 + series(glm::dot(p, p), {c[0], c[1]}));
-}
-
-glm::dvec2 radial_4(glm::dvec2 p, const double* c) {
+glm::dvec2 radial(glm::dvec2 p, const double* c) {
   return p * (1 + series(glm::dot(p, p), {c[0], c[1], c[2], c[3]}));
-}
-
-glm::dvec2 opencv(glm::dvec2 p, const double* c) {
-  return radial_2(p, c) + tangential(p, c[2], c[3]);
 }
 
 glm::dvec2 full_opencv(glm::dvec2 p, const double* c) {
@@ -60,7 +50,7 @@ glm::dvec2 brown_conrady(glm::dvec2 p, const double* c) {
 
 // Metashape exchanges p1 and p2. Its b2 is `skew` times the focal length fx.
 glm::dvec2 metashape(glm::dvec2 p, const double* c) {
-  const glm::dvec2 bent = radial_4(p, c) + tangential(p, c[5], c[4]);
+  const glm::dvec2 bent = radial(p, c) + tangential(p, c[5], c[4]);
   return {bent.x + c[6] * bent.y, bent.y};
 }
 
@@ -112,14 +102,14 @@ constexpr const char* kFull = "k1 k2 p1 p2 k3 k4 k5 k6";
 constexpr std::array kLensModels = {
     LensModel{0, "SIMPLE_PINHOLE", 1, "", true, perspective, kAhead, unbent},
     LensModel{1, "PINHOLE", 2, "", true, perspective, kAhead, unbent},
-    LensModel{2, "SIMPLE_RADIAL", 1, "k1", true, perspective, kAhead, radial_1},
-    LensModel{3, "RADIAL", 1, "k1 k2", true, perspective, kAhead, radial_2},
-    LensModel{4, "OPENCV", 2, "k1 k2 p1 p2", true, perspective, kAhead, opencv},
-    LensModel{5, "OPENCV_FISHEYE", 2, "k1 k2 k3 k4", false, equidistant, kAround, radial_4},
+    LensModel{2, "SIMPLE_RADIAL", 1, "k1", true, perspective, kAhead, radial},
+    LensModel{3, "RADIAL", 1, "k1 k2", true, perspective, kAhead, radial},
+    LensModel{4, "OPENCV", 2, "k1 k2 p1 p2", true, perspective, kAhead, full_opencv},
+    LensModel{5, "OPENCV_FISHEYE", 2, "k1 k2 k3 k4", false, equidistant, kAround, radial},
     LensModel{6, "FULL_OPENCV", 2, kFull, true, perspective, kAhead, full_opencv},
     LensModel{7, "FOV", 2, "omega", false, equidistant, kAhead, field_of_view},
-    LensModel{8, "SIMPLE_RADIAL_FISHEYE", 1, "k1", false, equidistant, kAround, radial_1},
-    LensModel{9, "RADIAL_FISHEYE", 1, "k1 k2", false, equidistant, kAround, radial_2},
+    LensModel{8, "SIMPLE_RADIAL_FISHEYE", 1, "k1", false, equidistant, kAround, radial},
+    LensModel{9, "RADIAL_FISHEYE", 1, "k1 k2", false, equidistant, kAround, radial},
     LensModel{10, "THIN_PRISM_FISHEYE", 2, "k1 k2 p1 p2 k3 k4 sx1 sy1", false, equidistant, kAround,
               thin_prism},
     LensModel{11, "RAD_TAN_THIN_PRISM_FISHEYE", 2, kRadTan, false, equidistant, kAround,
@@ -136,12 +126,6 @@ constexpr std::array kLensModels = {
     LensModel{-1, "BROWN_CONRADY", 1, "k1 k2 k3 p1 p2", true, perspective, kAhead, brown_conrady},
     LensModel{-1, "METASHAPE", 2, "k1 k2 k3 k4 p1 p2 skew", true, perspective, kAhead, metashape},
 };
-
-template <class F>
-const LensModel* first_model(const F& is_wanted) {
-  const auto found = std::ranges::find_if(kLensModels, is_wanted);
-  return found == kLensModels.end() ? nullptr : &*found;
-}
 
 }  // namespace
 
@@ -160,11 +144,13 @@ std::string_view LensModel::coefficient(int i) const {
 std::span<const LensModel> lens_models() { return kLensModels; }
 
 const LensModel* find_lens_model(int id) {
-  return first_model([&](const LensModel& model) { return id >= 0 && model.id == id; });
+  const auto* const found = std::ranges::find(kLensModels, id, &LensModel::id);
+  return id < 0 || found == kLensModels.end() ? nullptr : found;
 }
 
 const LensModel* find_lens_model(std::string_view name) {
-  return first_model([&](const LensModel& model) { return model.name == name; });
+  const auto* const found = std::ranges::find(kLensModels, name, &LensModel::name);
+  return found == kLensModels.end() ? nullptr : found;
 }
 
 glm::dvec2 to_plane(LensPlane plane, glm::dvec3 direction) {

@@ -95,6 +95,9 @@ std::vector<std::string> photograph_names(const std::vector<LensCamera>& cameras
 
 // One line names the data that a command uses.
 
+/// "9 cameras in transforms.json (pinhole)".
+std::string cameras_sentence(const CameraSet& set);
+
 /// "8 of 9 cameras in transforms.json (pinhole), photographs in images".
 std::string used_sentence(const CameraSet& set, std::size_t used,
                           const std::filesystem::path& photographs);
@@ -135,13 +138,16 @@ Image divided(const Image& photograph, int divisor, ThreadPool& pool);
 void require_same_shape(const Image& photograph, const std::filesystem::path& path,
                         glm::dvec2 camera_size);
 
-/// The photograph without the distortion of its lens: every pixel is interpolated from the four
-/// pixels around the point at which the lens shows its direction, and is 0 if there is none. The
+/// The photograph without the distortion of its lens: every pixel is interpolated at the point at
+/// which the lens shows its direction, and is 0 if there is none. Interpolation is linear, and in
+/// faces bicubic (Catmull-Rom), so that values can exceed the photograph's range by a little; a
+/// pixel of a face that covers several pixels of the photograph is the mean of several points. The
 /// size is the camera's, scaled as the photograph is to the lens's size.
 Image undistorted(const Image& photograph, const LensCamera& camera, ThreadPool& pool);
 
 /// A value per pixel of the undistorted photograph at this size, row by row: 1 if the photograph
-/// shows the whole pixel, else 0; empty if it shows all pixels.
+/// shows the whole pixel, with all pixels from which a face is interpolated, else 0; empty if it
+/// shows all pixels.
 std::vector<std::uint8_t> lens_mask(const LensCamera& camera, int width, int height,
                                     ThreadPool& pool);
 

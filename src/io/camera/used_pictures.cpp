@@ -52,9 +52,9 @@ std::string lenses_of(const std::vector<LensCamera>& cameras) {
   }
   std::vector<std::string> parts;
   for (auto& [name, count, first] : kinds) {
-    const std::size_t views = views_of(*first).size();
     if (first->lens && first->lens->face == kAllFaces)
-      name = fmt::format("{}, {} each", first->lens->model->name, counted(views, "face"));
+      name = fmt::format("{}, {} each", first->lens->model->name,
+                         counted(views_of(*first).size(), "face"));
     if (first->lens && !first->is_face())
       name += fmt::format(", {:.0f} % of a photograph used", 100 * used_share(*first));
     parts.push_back(kinds.size() > 1 ? fmt::format("{} {}", count, name) : name);
@@ -64,10 +64,14 @@ std::string lenses_of(const std::vector<LensCamera>& cameras) {
 
 }  // namespace
 
+std::string cameras_sentence(const CameraSet& set) {
+  return fmt::format("{} in {} ({})", counted(set.cameras.size() + set.left_out.size(), "camera"),
+                     set.file.string(), lenses_of(set.cameras));
+}
+
 std::string used_sentence(const CameraSet& set, std::size_t used, const fs::path& photographs) {
-  return fmt::format("{} of {} in {} ({}), photographs in {}", used,
-                     counted(set.cameras.size() + set.left_out.size(), "camera"), set.file.string(),
-                     lenses_of(set.cameras), photographs.string());
+  return fmt::format("{} of {}, photographs in {}", used, cameras_sentence(set),
+                     photographs.string());
 }
 
 std::vector<std::string> left_out_of(const CameraSet& set, const std::vector<fs::path>& used,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
@@ -47,15 +48,17 @@ void for_each_border_point(glm::dvec2 size, const Visit& visit) {
   }
 }
 
-// The share of a grid of points in the middles of kGrid x kGrid cells for which test(pixel) holds.
+// The share of points of the picture for which test(pixel) holds. They are a Fibonacci lattice,
+// because rows and columns of a grid would be in or out as a whole.
 template <class Test>
 double share_of(glm::dvec2 size, const Test& test) {
-  constexpr int kGrid = 48;
+  constexpr int kPoints = 2584;
   int count = 0;
-  for (int y = 0; y < kGrid; ++y)
-    for (int x = 0; x < kGrid; ++x)
-      count += test((glm::dvec2(x, y) + 0.5) * size / double(kGrid) - 0.5) ? 1 : 0;
-  return static_cast<double>(count) / (kGrid * kGrid);
+  for (int i = 0; i < kPoints; ++i) {
+    const glm::dvec2 place((i + 0.5) / kPoints, glm::fract(i / std::numbers::phi));
+    count += test(place * size - 0.5) ? 1 : 0;
+  }
+  return static_cast<double>(count) / kPoints;
 }
 
 glm::dvec2 size_of(const Camera& camera) { return {camera.width, camera.height}; }

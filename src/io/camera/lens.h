@@ -106,8 +106,8 @@ std::vector<LensCamera> views_of(const LensCamera& camera);
 /// True if camera i and the camera before it are faces of one photograph.
 bool is_next_face(const std::vector<LensCamera>& cameras, std::size_t i);
 
-/// The share of the photograph's pixels that views_of() show, 0 to 1, from a grid of 48 x 48
-/// pixels.
+/// The share of the photograph's area that views_of() show, 0 to 1, from points all over the
+/// photograph: within 0.005.
 double used_share(const LensCamera& camera);
 
 /// Cameras of equal names keep their order. The faces of a photograph are one after another: their

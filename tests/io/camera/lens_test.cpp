@@ -64,7 +64,7 @@ TEST(Lens, that_folds_inside_the_photograph_keeps_the_face_that_it_shows) {
   const std::vector<LensCamera> views = views_of(camera);
   ASSERT_EQ(views.size(), 1u);
   EXPECT_EQ(views[0].lens->face, "front");
-  // It folds at 1 / sqrt(1.5), which it shows at 2/3 of that: an ellipse. 48 x 48 points find it.
+  // It folds at 1 / sqrt(1.5), which it shows at 2/3 of that: an ellipse.
   const double radius = 2.0 / 3 / std::sqrt(1.5);
   EXPECT_NEAR(used_share(camera), 3.1416 * (28 * radius) * (28.7 * radius) / 7500, 0.003);
   EXPECT_THAT(test::error_of([] { undistorted_camera(phone(-200), "here"); }),
@@ -159,7 +159,7 @@ TEST(Lens, of_any_model_becomes_one_pinhole_camera_or_faces) {
       EXPECT_EQ(view.photograph, "a.jpg");
     }
     EXPECT_EQ(names, row.names);
-    EXPECT_NEAR(used_share(camera), row.used, 0.015);
+    EXPECT_NEAR(used_share(camera), row.used, 0.005);
   }
 }
 

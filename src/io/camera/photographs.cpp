@@ -94,16 +94,15 @@ struct Sampler {
 };
 
 // Samples of a face's pixel along its axes, one per pixel of the photograph that it covers there,
-// as next to the poles of a panorama.
+// up to 16, as next to the poles of a panorama.
 glm::ivec2 samples_of(const LensCamera& view, glm::dvec2 pixel) {
   if (!view.is_face()) return {1, 1};
-  constexpr double kMost = 16;
   const auto along = [&](glm::dvec2 half) {
     const auto low = view.source_of(pixel - half), high = view.source_of(pixel + half);
     if (!low || !high) return 1;
     glm::dvec2 covered = *high - *low;
     covered.x = std::remainder(covered.x, view.lens->size_px.x);  // a panorama goes around
-    return static_cast<int>(std::lround(std::clamp(glm::length(covered), 1.0, kMost)));
+    return static_cast<int>(std::lround(std::clamp(glm::length(covered), 1.0, 16.0)));
   };
   return {along({0.5, 0}), along({0, 0.5})};
 }

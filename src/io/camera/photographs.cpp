@@ -183,8 +183,8 @@ std::vector<std::uint8_t> lens_mask(const LensCamera& camera, int width, int hei
   constexpr double kCorner = 0.45;
   for_each_pixel(width, height, pool, [&](int x, int y) {
     bool is_shown = true;
-    for (const glm::dvec2 corner : {glm::dvec2(-1, -1), {1, -1}, {-1, 1}, {1, 1}})
-      is_shown = is_shown && view.source_of(glm::dvec2(x, y) + kCorner * corner);
+    for (const glm::dvec2 at : {glm::dvec2(0), {-1, -1}, {1, -1}, {-1, 1}, {1, 1}})
+      is_shown = is_shown && view.source_of(glm::dvec2(x, y) + kCorner * at);
     mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
          static_cast<std::size_t>(x)] = is_shown ? 1 : 0;
   });

@@ -161,6 +161,23 @@ TEST(Undistort, interpolates_faces_by_cubics_and_single_photographs_linearly) {
   }
 }
 
+TEST(Undistort, counts_only_pixels_whose_middle_is_shown) {
+  // Straight back is shown on a circle, of which only a part is in the photograph.
+  const Lens lens{
+      find_lens_model("SIMPLE_RADIAL_FISHEYE"), {40, 30}, {0.7, 0.714}, {19.5, 14.5}, {0.9}};
+  Image photograph(40, 30, 1);
+  std::ranges::fill(photograph.values, 1.0f);
+  for (const LensCamera& view : views_of(lens_camera(lens, "test"))) {
+    SCOPED_TRACE(view.lens->face);
+    const Image image = undistorted(photograph, view, test::pool());
+    const auto mask = lens_mask(view, image.width, image.height, test::pool());
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+      if (mask.empty() || mask[i] == 1) {
+        EXPECT_NEAR(image.values[i], 1, 1e-5) << i;
+      }
+  }
+}
+
 TEST(Undistort, averages_the_pixels_of_a_panorama_at_its_poles) {
   // Columns alternate between 0 and 1, and rows next to the poles cover many of them.
   Image stripes(600, 300, 1);

@@ -74,9 +74,9 @@ std::string Guard::verdict() const {
   const std::string views = fmt::format("{} reserved views", reserved_.size());
   const std::string last = fmt::format("{} dB after iteration {}", decibels(rows_.back().reserved),
                                        number(rows_.back().iteration));
-  if (stopped_after_ == 0) return fmt::format("guard: the {} did not get worse: {}", views, last);
+  if (stopped_after_ == 0) return fmt::format("the {} did not get worse: {}", views, last);
   return fmt::format(
-      "guard: growth stopped after iteration {}, because the {} got worse since iteration {} ({} "
+      "growth stopped after iteration {}, because the {} got worse since iteration {} ({} "
       "dB); {}",
       number(stopped_after_), views, number(best_after_), decibels(best_), last);
 }

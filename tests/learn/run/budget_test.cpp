@@ -123,6 +123,14 @@ TEST(Budget, the_target_is_a_gaussian_for_every_200_pixels_of_the_photographs) {
   EXPECT_EQ(plan.growth.budget, 100u);
 }
 
+TEST(Budget, a_run_has_120_iterations_for_each_view_between_two_limits) {
+  const std::pair<std::size_t, int> rows[] = {{0, 7000},     {1, 7000},        {58, 7000},
+                                              {59, 7080},    {84, 10'080},     {250, 30'000},
+                                              {251, 30'000}, {100'000, 30'000}};
+  for (const auto& [views, iterations] : rows) EXPECT_EQ(budget_iterations(views), iterations);
+  EXPECT_STREQ(default_strategy().name, "budget");
+}
+
 TEST(Budget, rates_follow_the_run_and_fall_at_its_end) {
   for (const int n : {100, 1000, 30'000}) {
     const TrainSettings settings = budget_settings(n);

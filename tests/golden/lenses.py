@@ -3,7 +3,7 @@
 """Numbers of tests of lenses, independently of the program: golden points, and shares of pictures.
 
 Usage: lenses.py   (only Python; run from anywhere; prints one line per number)
-Written from the formulas of COLMAP's src/colmap/sensor/models, of appendix "Camera models" of Metashape's manual 2.3, and of
+Written from the formulas of COLMAP's src/colmap/sensor/models, of nerfstudio's pull request 3779 (it cites Metashape's manual 2.3), and of
 FisheyeRadTanThinPrism in Project Aria's documentation; shares no code with src/. Pixels count from the picture's corner here.
 tests/io/camera and tests/app/session/undistort_test.cpp have the values.
 """

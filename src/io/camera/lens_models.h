@@ -4,7 +4,7 @@
 // other programs by name. A lens projects a direction in two steps: a plane holds directions as
 // points, and bend() moves the points. To add a model: add a row, and its golden points to
 // tests/io/camera/lens_models_test.cpp. Sources of the formulas: COLMAP's
-// src/colmap/sensor/models; for METASHAPE the appendix "Camera models" of Metashape's manual; for
+// src/colmap/sensor/models; for METASHAPE nerfstudio's pull request 3779 and Agisoft's forum; for
 // FISHEYE624 camera_utils.py of nerfstudio and "The FisheyeRadTanThinPrism model" of Project Aria's
 // documentation, which has coefficients in the same order.
 #pragma once

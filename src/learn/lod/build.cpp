@@ -40,39 +40,11 @@ constexpr std::size_t kLeavesOfRoot = 256;
 
 // The result of the first reading, which the journal keeps.
 struct Survey {
-  std::uint64_t leaves = 0;
+  std::uint64_t leaves = 0, buckets = 0;
   int sh_degree = 0;
   float footprint = 1;  // the smallest one
   bool antialiased = false;
-  BucketRanges ranges;
 };
-
-ordered_json json_of_survey(const Survey& s) {
-  ordered_json splits = ordered_json::array();
-  for (const BucketKey& key : s.ranges.splits) splits.push_back({key.code, key.index});
-  const glm::vec3& low = s.ranges.low;
-  return {{"leaves", s.leaves},
-          {"sh_degree", s.sh_degree},
-          {"footprint", s.footprint},
-          {"antialiased", s.antialiased},
-          {"low", {low.x, low.y, low.z}},
-          {"side", s.ranges.side},
-          {"splits", splits}};
-}
-
-Survey survey_of(const ordered_json& json) {
-  Survey s;
-  json.at("leaves").get_to(s.leaves);
-  json.at("sh_degree").get_to(s.sh_degree);
-  json.at("footprint").get_to(s.footprint);
-  json.at("antialiased").get_to(s.antialiased);
-  for (int axis = 0; axis < 3; ++axis)
-    s.ranges.low[axis] = json.at("low").at(static_cast<std::size_t>(axis)).get<float>();
-  json.at("side").get_to(s.ranges.side);
-  for (const auto& key : json.at("splits"))
-    s.ranges.splits.push_back({key.at(0).get<std::uint64_t>(), key.at(1).get<std::uint64_t>()});
-  return s;
-}
 
 // A scene file, or the rows [begin, end) of a .ply if `end` is not 0.
 struct Part {
@@ -94,7 +66,12 @@ class Builder {
     if (!go_on()) {
       survey();
       sort();
-      write_text(journal(), json_file_text({{"job", job()}, {"survey", json_of_survey(survey_)}}));
+      write_text(journal(), json_file_text({{"job", job()},
+                                            {"leaves", survey_.leaves},
+                                            {"buckets", survey_.buckets},
+                                            {"sh_degree", survey_.sh_degree},
+                                            {"footprint", survey_.footprint},
+                                            {"antialiased", survey_.antialiased}}));
     }
     make_sections();
     const LodReport report = write();
@@ -107,7 +84,7 @@ class Builder {
   fs::path journal() const { return folder_ / "journal.json"; }
   fs::path bucket(std::size_t i) const { return folder_ / fmt::format("bucket_{:06}", i); }
   fs::path section(std::size_t i) const { return folder_ / fmt::format("section_{:06}", i); }
-  std::size_t buckets() const { return survey_.ranges.splits.size() + 1; }
+  std::size_t buckets() const { return survey_.buckets; }
   std::uint64_t leaves_of_bucket() const {
     return std::clamp<std::uint64_t>(build_.memory / (2 * kBytesOfLeaf), 1024, kMostLeaves);
   }
@@ -132,7 +109,8 @@ class Builder {
     if (is_file(journal())) try {
         const ordered_json json = parse_own_json(read_text_file(journal(), std::size_t{1} << 28));
         if (json.at("job") == job()) {
-          survey_ = survey_of(json.at("survey"));
+          survey_ = {json.at("leaves"), json.at("buckets"), json.at("sh_degree"),
+                     json.at("footprint"), json.at("antialiased")};
           build_.warn(
               fmt::format("{}: going on with the work of an earlier call", folder_.string()));
           return true;
@@ -193,10 +171,10 @@ class Builder {
       const GaussianCloud& cloud = read(i, 0, kRead, true);
       if (i == 0) survey_.antialiased = cloud.antialiased;
       if (cloud.antialiased != survey_.antialiased)
-        build_.warn(
-            fmt::format("{}: was trained {} antialiasing, unlike the first scene, whose "
-                        "setting holds for the tree",
-                        parts_[i].path.string(), cloud.antialiased ? "with" : "without"));
+        add_new(warnings_,
+                fmt::format("{}: was trained {} antialiasing, unlike the first scene, whose "
+                            "setting holds for the tree",
+                            parts_[i].path.string(), cloud.antialiased ? "with" : "without"));
       survey_.sh_degree = std::max(survey_.sh_degree, cloud.sh_degree);
       sample.add(cloud, survey_.leaves);
       survey_.leaves += cloud.size();
@@ -210,13 +188,13 @@ class Builder {
     if (survey_.leaves > kMostNodes)
       fail("{}: {} Gaussians, but a .rad file has at most {}", build_.output.string(),
            survey_.leaves, kMostNodes);
-    survey_.ranges = sample.ranges((survey_.leaves + leaves_of_bucket() - 1) / leaves_of_bucket());
+    ranges_ = sample.ranges((survey_.leaves + leaves_of_bucket() - 1) / leaves_of_bucket());
+    survey_.buckets = ranges_.splits.size() + 1;
     survey_.footprint = sample.footprint();
   }
 
   void sort() {
-    BucketWriter writer(survey_.ranges, survey_.sh_degree,
-                        [&](std::size_t i) { return bucket(i); });
+    BucketWriter writer(ranges_, survey_.sh_degree, [&](std::size_t i) { return bucket(i); });
     std::uint64_t done = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const GaussianCloud& cloud = read(i, kRead, kSorted, false);
@@ -287,6 +265,7 @@ class Builder {
       RadWriter writer(
           stream, {report.nodes, survey_.sh_degree, survey_.footprint, survey_.antialiased}, pool_);
       std::vector<RadNodes> chunks(1);
+      std::uint64_t leaves = 0;
       const std::size_t values = upper.tree.sh.size() / upper.tree.nodes.size();
       const auto flush = [&](bool is_last) {
         const bool full = chunks.back().nodes.size() == RadWriter::kChunk;
@@ -313,6 +292,7 @@ class Builder {
       for (std::size_t b = 0; b < buckets(); ++b) {
         const RadNodes tree = read_section(section(b), false).tree;
         const std::uint64_t count = first_root[b + 1] - first_root[b];
+        for (const LodNode& node : tree.nodes) leaves += node.child_count == 0 ? 1 : 0;
         for (std::size_t i = count; i < tree.nodes.size(); ++i) {
           LodNode node = tree.nodes[i];
           if (node.child_count > 0)
@@ -325,6 +305,10 @@ class Builder {
         build_.progress.update(kBuilt + (1 - kBuilt) * static_cast<float>(b + 1) /
                                             static_cast<float>(buckets()));
       }
+      // The computer may have lost its power while they were written.
+      if (leaves != survey_.leaves)
+        fail("{}: damaged: {} of {} Gaussians are left; delete this folder and try again",
+             folder_.string(), leaves, survey_.leaves);
       flush(true);
       writer.finish();
       stream.close();
@@ -342,6 +326,7 @@ class Builder {
   std::unique_ptr<GaussianCloud> cloud_;
   glm::dvec3 origin_{0};
   Survey survey_;
+  BucketRanges ranges_;  // for sorting
 };
 
 }  // namespace

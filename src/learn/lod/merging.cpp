@@ -3,41 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace qs {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-// A covariance in the plane of two axes.
-struct Flat {
-  float xx, xy, yy;
-  float determinant() const { return std::max(xx * yy - xy * xy, 1e-36f); }
-};
-
-// Seen along axis 0, 1 or 2.
-Flat seen_along(int axis, const LodCovariance& c) {
-  return axis == 0   ? Flat{c[3], c[4], c[5]}
-         : axis == 1 ? Flat{c[0], c[2], c[5]}
-                     : Flat{c[0], c[1], c[3]};
-}
-
-// Integral of the product of two Gaussians of peak 1 at the distance (dx, dy). `roots`: product of
-// the roots of their determinants.
-float overlap(const Flat& a, const Flat& b, float roots, float dx, float dy) {
-  const Flat sum{a.xx + b.xx, a.xy + b.xy, a.yy + b.yy};
-  const float determinant = sum.determinant();
-  const float q = (sum.yy * dx * dx - 2 * sum.xy * dx * dy + sum.xx * dy * dy) / determinant;
-  return 2 * kPi * roots / std::sqrt(determinant) * std::exp(-0.5f * q);
-}
-
-float product(const LodGaussian& a, const LodGaussian& b) {
-  float sum = kLodBackground;
-  for (std::size_t i = 0; i < kLodColors; ++i) sum += a.color[i] * b.color[i];
-  return sum;
-}
-
 LodCovariance widened(LodCovariance c, float v) {
   for (const std::size_t i : {0, 3, 5}) c[i] += v;
   return c;
@@ -102,40 +73,6 @@ DrawnLod drawn(const LodGaussian& g, float v) {
   for (float& value : grown.covariance) value *= growth;
   grown.covariance = widened(grown.covariance, (growth - 1) * v);
   return grown;
-}
-
-float merging_error(const LodGaussian& a, const LodGaussian& b, const LodGaussian& node, float v,
-                    bool antialiased) {
-  // The node's colour is p a + q b, so its products follow from theirs.
-  const float aa = product(a, a), bb = product(b, b), ab = product(a, b);
-  const float p = share_of(a, b), q = 1 - p;
-  const float an = p * aa + q * ab, bn = p * ab + q * bb, nn = p * an + q * bn;
-  const glm::vec3 to_b = b.mean - a.mean, a_to_node = node.mean - a.mean,
-                  b_to_node = node.mean - b.mean;
-  const float fitted = antialiased ? 0 : v;
-  const std::array<DrawnLod, 3> shown{drawn(a, fitted), drawn(b, fitted), drawn(node, fitted)};
-  float sum = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int x = axis == 0 ? 1 : 0, y = axis == 2 ? 1 : 2;
-    std::array<Flat, 3> flat;
-    std::array<float, 3> root, light;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Flat sharp = seen_along(axis, shown[k].covariance);
-      flat[k] = {sharp.xx + v, sharp.xy, sharp.yy + v};
-      root[k] = std::sqrt(flat[k].determinant());
-      light[k] = shown[k].opacity;
-      if (antialiased) light[k] *= std::sqrt(sharp.determinant()) / root[k];
-    }
-    const auto both = [&](std::size_t i, std::size_t k, const glm::vec3& d) {
-      return 2 * light[i] * light[k] * overlap(flat[i], flat[k], root[i] * root[k], d[x], d[y]);
-    };
-    sum += kPi * (light[0] * light[0] * aa * root[0] + light[1] * light[1] * bb * root[1] +
-                  light[2] * light[2] * nn * root[2]) +
-           ab * both(0, 1, to_b) - an * both(0, 2, a_to_node) - bn * both(1, 2, b_to_node);
-  }
-  // Gaussians far apart or huge can exceed the range of floats.
-  constexpr float kMost = std::numeric_limits<float>::max() / 1024;
-  return sum / 3 < kMost ? std::max(sum / 3, 0.0f) : kMost;
 }
 
 }  // namespace qs

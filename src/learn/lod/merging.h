@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The mathematics of levels of detail: one Gaussian in the place of a pair, and the closed form of
-// the difference of their pictures.
+// The mathematics of levels of detail: one Gaussian in the place of a pair. pair_errors.h has the
+// difference of their pictures.
 //
 // The *mass* of a Gaussian is its opacity times the area of its ellipsoid, which is four times the
 // mean area of its projections. A merged Gaussian has the mean and the covariance of the mixture,
@@ -28,9 +28,6 @@ using LodCovariance = std::array<float, 6>;
 /// constant of degree 0: a product of two of these is the mean product over all directions.
 inline constexpr std::size_t kLodColors = 12;
 
-/// Weight of the opacity among the colours: black Gaussians hide other ones too. The mean square
-/// over grey backgrounds would be 0.25; 0.1 gives better pictures.
-inline constexpr float kLodBackground = 0.1f;
 /// Keeps shares defined for Gaussians that show nothing.
 inline constexpr float kLeastLodMass = 1e-30f;
 
@@ -68,13 +65,5 @@ LodGaussian merged(const LodGaussian& a, const LodGaussian& b);
 /// Leaves are drawn as they are. v = 0: for viewers whose filter is unknown, and for filters that
 /// keep the light of each Gaussian.
 DrawnLod drawn(const LodGaussian& gaussian, float v);
-
-/// The integral of the squared difference between the pictures of `node` and of `a` with `b`: mean
-/// over three directions of sight and over grey backgrounds, sum over RGB; colour^2 times world
-/// units^2. `v`: variance of the renderer's filter, 0.3 h^2 for pixels of the side h.
-/// `antialiased`: the filter keeps the light of each Gaussian. Overlapping Gaussians add up, so
-/// this estimates and does not bound the difference where Gaussians hide each other.
-float merging_error(const LodGaussian& a, const LodGaussian& b, const LodGaussian& node, float v,
-                    bool antialiased);
 
 }  // namespace qs

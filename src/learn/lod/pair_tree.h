@@ -28,7 +28,7 @@ PairForest merge_pairs(std::vector<LodGaussian> items, std::size_t roots, bool a
 
 /// An item's levels, or the levels of a node.
 struct NodeLevels {
-  std::array<float, kLodFootprints> errors{};  ///< as merging_error(), against the leaves
+  std::array<float, kLodFootprints> errors{};  ///< as pair_errors(), against the leaves
   LodSteps gains{};                            ///< see LodNode
   float radius = 0;                            ///< of the ball around the centres of the leaves
 };

@@ -20,11 +20,11 @@
 #include "io/scene/rad/rad.h"
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
-#include "learn/lod/cut.h"
 #include "raster/api/renderer.h"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/image_metrics.h"
 #include "support/error_of.h"
+#include "support/lod_cut.h"
 #include "support/paths.h"
 #include "support/pool.h"
 #include "support/temporary_folder.h"
@@ -267,6 +267,24 @@ TEST_F(LodBuilding, an_interrupted_call_goes_on) {
   EXPECT_THAT(warnings_[0], HasSubstr("going on with the work of an earlier call"));
   EXPECT_EQ(bytes("out.rad"), bytes("whole.rad"));
   EXPECT_TRUE(is_clean());
+}
+
+TEST_F(LodBuilding, damaged_work_of_an_earlier_call_is_one_sentence) {
+  LodBuild build = job(write(walls(5000, 0)));
+  build.memory = 2'000'000;
+  std::stop_source stop;
+  build.progress = {[&](float done) {
+                      if (done >= 0.2f) stop.request_stop();
+                    },
+                    stop.get_token()};
+  EXPECT_THROW(build_lod(build, pool(1)), Cancelled);
+  build.progress = {};
+  const std::filesystem::path bucket = folder_ / "out.rad.unfinished/bucket_000003";
+  std::filesystem::resize_file(bucket, std::filesystem::file_size(bucket) / 2);
+  const std::string sentence = error_of([&] { build_lod(build, pool()); }, folder_.path());
+  EXPECT_THAT(sentence, HasSubstr("out.rad.unfinished: damaged: "));
+  EXPECT_THAT(sentence, HasSubstr("of 5000 Gaussians are left"));
+  EXPECT_FALSE(std::filesystem::exists(build.output));
 }
 
 TEST_F(LodBuilding, work_of_another_input_is_not_used) {

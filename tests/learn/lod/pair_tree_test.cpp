@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "learn/lod/cut.h"
+#include "support/lod_errors.h"
 
 namespace qs::test {
 namespace {
@@ -131,8 +131,8 @@ TEST(PairTree, cuts_by_gain_are_on_the_lower_hull_of_all_cuts) {
     std::vector<double> own(forest.nodes.size());
     for (std::size_t i = kItems; i < own.size(); ++i) {
       const auto [a, b] = forest.children[i - kItems];
-      own[i] = static_cast<double>(merging_error(forest.nodes[a], forest.nodes[b], forest.nodes[i],
-                                                 0.3f * kFootprint * kFootprint, false));
+      own[i] = static_cast<double>(
+          merging_error(forest.nodes[a], forest.nodes[b], 0.3f * kFootprint * kFootprint, false));
     }
     const Cuts best = all_cuts(forest, own, forest.roots[0]);
     std::set<int> limits;

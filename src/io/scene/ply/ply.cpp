@@ -326,14 +326,16 @@ std::string ply_part(ByteSpan content, const std::filesystem::path& path, std::u
   const std::uint64_t row_bytes = header.elements[0].row_bytes;
   std::string part(text_of(content.first(header.body_offset)));
   // The line "element vertex COUNT" and the lines of other elements, which have no rows here.
-  std::size_t line = 0;
-  for (std::size_t element = 0; line < part.size(); line = part.find('\n', line) + 1) {
-    if (part.compare(line, 8, "element ") != 0) continue;
-    const std::size_t stop = part.find_first_of("\r\n", line);
-    const std::string count = element == 0 ? fmt::format("{}", end - begin) : "0";
-    part.replace(line, stop - line,
-                 fmt::format("element {} {}", header.elements[element].name, count));
-    ++element;
+  std::size_t element = 0;
+  for (std::size_t line = 0; line < part.size();) {
+    std::size_t stop = std::min(part.find_first_of("\r\n", line), part.size());
+    if (part.compare(line, 8, "element ") == 0) {
+      const std::uint64_t count = element == 0 ? end - begin : 0;
+      const std::string text = fmt::format("element {} {}", header.elements[element++].name, count);
+      part.replace(line, stop - line, text);
+      stop = line + text.size();
+    }
+    line = std::min(part.find_first_not_of("\r\n", stop), part.size());
   }
   part +=
       text_of(content.subspan(header.body_offset + begin * row_bytes, (end - begin) * row_bytes));

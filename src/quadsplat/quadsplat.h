@@ -283,8 +283,9 @@ typedef struct QsCamera {
 
 typedef struct QsCameras QsCameras;
 
-/* Reads the cameras of a cameras.json, a transforms.json, or a folder or file of COLMAP. After an
- * error *cameras is null. */
+/* Reads the cameras of a cameras.json, a transforms.json, or a folder or file of COLMAP. A lens
+ * that distorts gives the pinhole camera of its undistorted photograph, and a lens too wide for one
+ * gives a camera of 96 degrees that looks ahead. After an error *cameras is null. */
 QS_LIBRARY_FUNCTION int32_t qs_cameras_open(const char* path, QsCameras** cameras, uint64_t* count,
                                             char* message);
 

@@ -45,7 +45,7 @@ void connect(ViewCommand& command) {
   view.connect = resolve(*command.connect, "view: --connect");
   if (view.frame.cameras) {
     const CameraSet set = read_camera_set(*view.frame.cameras);
-    for (const std::string& sentence : set.sentences()) warn(sentence);
+    for (const std::string& sentence : set.pinhole_sentences()) warn(sentence);
     view.remote_cameras = pinhole_cameras(set.cameras);
   }
 }

@@ -28,16 +28,8 @@ bool sees_scene(const std::vector<Camera>& cameras, const GaussianCloud& cloud) 
 
 PlacedCameras placed_cameras(const std::filesystem::path& file, const Scene& scene, bool is_named) {
   const CameraSet set = read_camera_set(file);
-  PlacedCameras placed{pinhole_cameras(set.cameras), set.sentences()};
+  PlacedCameras placed{pinhole_cameras(set.cameras), set.pinhole_sentences()};
   for (Camera& camera : placed.cameras) camera = camera.placed(scene.cloud.origin);
-  const auto wide = std::ranges::count_if(set.cameras, [](const LensCamera& camera) {
-    return camera.lens && camera.lens->face == kAllFaces;
-  });
-  if (wide > 0)
-    placed.warnings.push_back(
-        fmt::format("{}: {} of {} cameras have lenses too wide for a pinhole camera: their front "
-                    "faces are used",
-                    file.string(), wide, set.cameras.size()));
   if (placed.cameras.empty() || sees_scene(placed.cameras, scene.cloud)) return placed;
   placed.warnings.push_back(fmt::format(
       "{}: none of its cameras sees a Gaussian: they belong to another frame or another scene",

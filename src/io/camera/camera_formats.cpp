@@ -194,6 +194,19 @@ std::vector<std::string> CameraSet::sentences() const {
   return all;
 }
 
+std::vector<std::string> CameraSet::pinhole_sentences() const {
+  std::vector<std::string> all = sentences();
+  const auto wide = std::ranges::count_if(cameras, [](const LensCamera& camera) {
+    return camera.lens && camera.lens->face == kAllFaces;
+  });
+  if (wide > 0)
+    all.push_back(
+        fmt::format("{}: {} of {} cameras have lenses too wide for a pinhole camera: their front "
+                    "faces are used",
+                    file.string(), wide, cameras.size()));
+  return all;
+}
+
 CameraSet read_camera_set(const std::filesystem::path& path) {
   if (!is_there(path)) fail("{}: cannot be read: no such file", path.string());
   const CameraSet found = is_folder(path) ? file_in(path) : CameraSet{path};

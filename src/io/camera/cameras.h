@@ -39,6 +39,8 @@ struct CameraSet {
 
   /// `warnings`, and up to three of `left_out` with the number of the others.
   std::vector<std::string> sentences() const;
+  /// sentences(), and a sentence if pinhole_cameras() has front faces of wide lenses.
+  std::vector<std::string> pinhole_sentences() const;
 };
 
 /// As read_cameras(), with lenses and photographs. Of several COLMAP models in `sparse` the one

@@ -134,12 +134,23 @@ void follow_data(const TrainOptions& options, const DataSet& data, TrainSettings
     settings.max_gaussians =
         std::max<std::size_t>(1, *options.many_gaussians ? 2 * budget_target(settings, facts)
                                                          : budget_target(settings, facts) / 2);
-  const std::string length = settings.seconds > 0
-                                 ? fmt::format("{:g} seconds", settings.seconds)
-                                 : counted(static_cast<std::size_t>(facts.pace.end()), "iteration");
+}
+
+// "budget: 10,080 iterations, 201,600 Gaussians"; a start that has more keeps its number.
+void tell_budget(const TrainOptions& options, const DataSet& data) {
+  const TrainSettings& settings = options.settings;
+  const RunFacts facts = run_facts_of(data, settings.given_pace());
+  const std::size_t target = budget_target(settings, facts);
+  const std::size_t start = options.run.initial   ? options.run.initial->size()
+                            : data.points.empty() ? settings.random_points
+                                                  : data.points.size();
+  const bool grows = options.run.resume || start < target;
+  const std::string length =
+      settings.seconds > 0 ? fmt::format("{:g} s", settings.seconds)
+                           : counted(static_cast<std::uint64_t>(facts.pace.end()), "iteration");
   options.run.text.result(fmt::format("budget: {}, {}{}", length,
-                                      counted(budget_target(settings, facts), "Gaussian"),
-                                      has_length ? "" : "; --iterations or --seconds change that"));
+                                      counted(grows ? target : start, "Gaussian"),
+                                      grows ? "" : ", as at the start"));
 }
 
 void declare_data_options(OptionTable& table, TrainOptions& options) {
@@ -331,6 +342,7 @@ PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPo
   if (options.init && !options.run.resume)
     options.run.initial = read_initial(*options.init, settings.sh_degree, pool,
                                        prepared.data.origin, progress, options.run.text);
+  if (settings.strategy == "budget") tell_budget(options, prepared.data);
   return prepared;
 }
 

@@ -371,14 +371,15 @@ TEST_F(TrainProgram, budget_is_the_default_and_takes_its_length_and_number_from_
   const auto report = parse_json(bytes_of(model("usual") / "train.json"), "test");
   EXPECT_EQ(report["settings"]["strategy"], "budget");
   std::smatch numbers;
-  ASSERT_TRUE(
-      std::regex_search(usual, numbers, std::regex("budget: 0.1 seconds, (\\d+) Gaussians")));
+  ASSERT_TRUE(std::regex_search(usual, numbers, std::regex("budget: 0.1 s, (\\d+) Gaussians\n")));
   const int number = std::stoi(numbers[1]);
   EXPECT_GT(number, 20);
   EXPECT_THAT(run_with("few", {"--gaussians", "few"}),
-              HasSubstr(fmt::format("seconds, {} Gaussians", number / 2)));
+              HasSubstr(fmt::format("s, {} Gaussians\n", number / 2)));
   EXPECT_THAT(run_with("many", {"--gaussians", "many"}),
-              HasSubstr(fmt::format("seconds, {} Gaussians", 2 * number)));
+              HasSubstr(fmt::format("s, {} Gaussians\n", 2 * number)));
+  EXPECT_THAT(run_with("less", {"--gaussians", "5"}),
+              HasSubstr("s, 20 Gaussians, as at the start\n"));
 }
 
 TEST_F(TrainProgram, fastgs_trains_and_resumes_with_the_same_choice_of_gaussians_only) {

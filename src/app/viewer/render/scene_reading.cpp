@@ -131,7 +131,7 @@ ReadingReport read_any(const OpenRequest& request, int threads, Sampling samplin
     std::vector<Camera> cameras = pinhole_cameras(set.cameras);
     auto photographs = find_photographs(path, cameras);
     return OpenedCameras{std::move(cameras), path, std::move(photographs),
-                         joined(set.sentences(), "; ")};
+                         joined(set.pinhole_sentences(), "; ")};
   }
   ReadOptions options;
   options.iteration = request.iteration;

@@ -72,7 +72,7 @@ room(learn/field learn/gradient raster/field raster/kernel base)
 room(learn/gradient raster/kernel)
 room(io/camera io/scene/ply io/picture io/bytes raster/scene base)
 room(io/scene io/scene/usd io/scene/rad io/scene/hier io/scene/sog io/scene/compact io/scene/splat io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes
-     raster/scene base)
+     raster/scene raster/kernel base)
 room(io/scene/usd io/scene/ply io/cloud io/bytes raster/scene base)
 room(io/scene/hier io/cloud io/bytes)
 room(io/scene/rad io/cloud io/bytes raster/scene raster/kernel base)

@@ -47,7 +47,7 @@ std::vector<double> pixel_sizes(const NodeTree& tree, std::span<const Camera> ca
 
 /// The cut by a threshold: going down from the root, the first nodes whose error is at most that.
 /// The threshold is the least for which at most `budget` nodes of the cut count; `counts` has a
-/// value per node, and all count if it is empty. Returns those that count, in increasing order.
+/// value per node, and all count if it is empty. Returns the nodes that count, in increasing order.
 std::vector<std::uint32_t> cut_of(const NodeTree& tree, std::span<const double> errors,
                                   std::size_t budget, const std::vector<bool>& counts = {});
 

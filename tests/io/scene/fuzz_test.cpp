@@ -57,7 +57,8 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "preferences",  "transforms_json",
                                           "usd",          "zipped_ply",
                                           "exif",         "points3D_ply",
-                                          "rad",          "hier"};
+                                          "rad",          "hier",
+                                          "instances"};
   EXPECT_EQ(names, expected);
 }
 

@@ -19,6 +19,7 @@
 #include "io/cloud/cloud_memory.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/writer.h"
+#include "support/instances_text.h"
 
 namespace qs {
 namespace {
@@ -76,7 +77,8 @@ void make_copies(const HugeCommand& command) {
     std::filesystem::path source = cameras_of(command.output);
     source.replace_filename(command.output.stem().stem().string() + "_source.ply");
     write_scene(one, source, pool);
-    write_text(command.output, format_instances(source.filename().string(), copies.instances));
+    write_text(command.output,
+               test::format_instances(source.filename().string(), copies.instances));
   } else {
     ProgressBar bar("copies");
     const Progress progress = bar.progress();

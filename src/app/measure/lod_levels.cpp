@@ -71,11 +71,9 @@ class OctreeBuilder {
         active.push_back(waiting[next++]);
       merge_level(step, active);
     }
-    NodeTree tree(nodes_, std::move(parents_));
-    tree.order.resize(nodes_->size());
-    for (std::size_t i = sizes_.size() - merged_; i < sizes_.size(); ++i)
-      tree.order[i] = static_cast<double>(i);
-    return tree;
+    std::vector<double> order(nodes_->size(), 0);
+    std::iota(order.begin() + static_cast<std::ptrdiff_t>(waiting.size()), order.end(), 1);
+    return {nodes_, std::move(parents_), std::move(order)};
   }
 
  private:
@@ -131,7 +129,6 @@ class OctreeBuilder {
       for (const Member& member : groups[order[k]]) parents_[member.node] = node;
       active.push_back(node);
     }
-    merged_ += groups.size();
   }
 
   // Fills Gaussian k of `made`. Returns its weight, and the weight times the trace of the spread.
@@ -169,7 +166,6 @@ class OctreeBuilder {
   std::shared_ptr<GaussianCloud> nodes_;
   std::vector<std::uint32_t> parents_;
   std::vector<double> sizes_, weights_;  // longest axis; opacity x area without a limit
-  std::size_t merged_ = 0;
   glm::dvec3 origin_{0};
 };
 
@@ -193,25 +189,19 @@ GaussianCloud uniform_sample(const GaussianCloud& cloud, std::size_t count) {
   return sample;
 }
 
-NodeTree::NodeTree(std::shared_ptr<const GaussianCloud> all, std::vector<std::uint32_t> parents_of)
-    : nodes(std::move(all)), parents(std::move(parents_of)), leaves_(parents.size(), true) {
-  for (const std::uint32_t parent : parents)
-    if (parent != kNoParent) leaves_[parent] = false;
-}
-
 NodeTree octree_of(const GaussianCloud& leaves, ThreadPool& pool) {
   return OctreeBuilder(leaves, pool).build();
 }
 
 std::vector<double> pixel_sizes(const NodeTree& tree, std::span<const Camera> cameras) {
   std::vector<double> sizes(tree.parents.size(), 0);
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    if (tree.is_leaf(i)) continue;
+  for (const std::uint32_t node : tree.parents) {
+    if (node == kNoParent || sizes[node] > 0) continue;
     for (const Camera& camera : cameras) {
       const double distance =
-          glm::distance(camera.position(), glm::dvec3(tree.nodes->positions[i]));
-      sizes[i] = std::max(sizes[i], camera.focal_px.y * longest_axis(*tree.nodes, i) /
-                                        std::max(distance, camera.near_depth));
+          glm::distance(camera.position(), glm::dvec3(tree.nodes->positions[node]));
+      sizes[node] = std::max(sizes[node], camera.focal_px.y * longest_axis(*tree.nodes, node) /
+                                              std::max(distance, camera.near_depth));
     }
   }
   return sizes;

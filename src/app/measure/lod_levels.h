@@ -24,14 +24,7 @@ GaussianCloud uniform_sample(const GaussianCloud& cloud, std::size_t count);
 struct NodeTree {
   std::shared_ptr<const GaussianCloud> nodes;
   std::vector<std::uint32_t> parents;  ///< by node; kNoParent for the root
-  std::vector<double> order;  ///< by node: see octree_of(); empty for trees of other origin
-  bool is_leaf(std::size_t node) const { return leaves_[node]; }
-
-  NodeTree() = default;
-  NodeTree(std::shared_ptr<const GaussianCloud> all, std::vector<std::uint32_t> parents_of);
-
- private:
-  std::vector<bool> leaves_;
+  std::vector<double> order = {};  ///< by node: see octree_of(); empty for trees of other origin
 };
 
 /// The octree of a scene, built from below. The leaves come first, in their order. On each level

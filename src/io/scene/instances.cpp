@@ -117,16 +117,6 @@ void place_instance(const GaussianCloud& source, const Instance& instance, Gauss
   });
 }
 
-std::string format_instances(const std::string& scene, const std::vector<Instance>& instances) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const auto& [p, q, scale, tint] : instances)
-    list.push_back({{"position", {p.x, p.y, p.z}},
-                    {"rotation", {q.w, q.x, q.y, q.z}},
-                    {"scale", scale},
-                    {"tint", {tint.r, tint.g, tint.b}}});
-  return json_file_text({{"version", 1}, {"scene", scene}, {"instances", list}});
-}
-
 bool recognises_instances(ByteSpan content, const std::filesystem::path&) {
   return json_kind(text_of(content)) == JsonKind::instances;
 }

@@ -30,9 +30,6 @@ struct Instance {
 void place_instance(const GaussianCloud& source, const Instance& instance, GaussianCloud& cloud,
                     std::size_t first, ThreadPool& pool);
 
-/// The text of a file of instances. `scene`: a name in the folder of the file.
-std::string format_instances(const std::string& scene, const std::vector<Instance>& instances);
-
 RecogniseScene recognises_instances;
 /// Reads the scene and all of its instances into one cloud. Throws Error(device) if that takes more
 /// than half of the available memory, because a renderer keeps a copy.

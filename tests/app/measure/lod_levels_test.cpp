@@ -157,7 +157,7 @@ std::vector<int> covers(const NodeTree& tree, const std::vector<std::uint32_t>& 
   const std::set<std::uint32_t> drawn(cut.begin(), cut.end());
   std::vector<int> result;
   for (std::uint32_t i = 0; i < tree.parents.size(); ++i) {
-    if (!tree.is_leaf(i)) continue;
+    if (std::ranges::count(tree.parents, i) > 0) continue;
     result.push_back(0);
     for (std::uint32_t node = i; node != kNoParent; node = tree.parents[node])
       result.back() += static_cast<int>(drawn.count(node));

@@ -17,6 +17,7 @@
 #include "base/error.h"
 #include "io/cloud/cloud_memory.h"
 #include "support/error_of.h"
+#include "support/instances_text.h"
 #include "support/oracle.h"
 #include "support/pool.h"
 #include "support/scene_files.h"

@@ -27,12 +27,12 @@ def gaussians(model, iteration):
 
 def test_a_model_has_the_bytes_of_the_program(quadsplat, cpu, program, data, tmp_path, capfd):
     states, sentences = [], []
-    end = quadsplat.train(data, tmp_path / "own", iterations=12, eval_every=10, final_prunes=False,
+    end = quadsplat.train(data, tmp_path / "own", strategy="adc", iterations=12, eval_every=10, final_prunes=False,
                           step_before_densify=True, background=(0.5, 0, 1), antialiased=True,
                           opacity_rate=1e-3, seed=None, callback=states.append,
                           text=sentences.append, context=cpu, **SMALL)
     assert capfd.readouterr() == ("", "")
-    program("train", data, "--out-dir", tmp_path / "program", "--iterations", 12, "--eval-every", 10,
+    program("train", data, "--out-dir", tmp_path / "program", "--strategy", "adc", "--iterations", 12, "--eval-every", 10,
             "--step-before-densify", "--background", "0.5,0,1", "--antialiased", "on", "--backend",
             "cpu", "--opacity-rate", "0.001", "--random-points", 100, "--sh-degree", 0)
     assert gaussians(tmp_path / "own", 12) == gaussians(tmp_path / "program", 12)
@@ -170,11 +170,11 @@ def test_wrong_options_get_the_sentence_of_the_program(quadsplat, cpu, data, tmp
     assert refused(iteration=3) == ("train: options[0]: there is no option '--iteration'; did you "
                                     "mean '--iterations'?")
     assert refused(iterations=0) == "--iterations: '0' is not a whole number from 1 to 10000000"
-    assert refused(strategy="best").startswith("--strategy: 'best' is none of adc, ")
+    assert refused(strategy="best").startswith("--strategy: 'best' is none of budget, adc, ")
     assert refused(backend="cpu").endswith("--backend belongs to the context")
     assert refused(seed=object()).startswith("train: seed is <object")
     assert refused(seed=float("nan")) == "train: seed is nan instead of a text or numbers"
-    assert refused(color_field=True) == "--color-field: is for --strategy mask, not adc"
+    assert refused(color_field=True) == "--color-field: is for --strategy mask, not budget"
     missing = tmp_path / "missing"
     assert str(missing) in refused(quadsplat.InputError, missing)
     assert not (tmp_path / "model").exists()

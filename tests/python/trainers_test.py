@@ -73,7 +73,7 @@ def quaternion(view):
 def own(program, folder):
     """PSNR and Gaussians of `quadsplat train` at both iterations."""
     model = folder / "model"
-    program("train", folder, "--out-dir", model, "--iterations", AFTER, "--eval-every", BEFORE, "--sh-degree", 0,
+    program("train", folder, "--out-dir", model, "--strategy", "adc", "--iterations", AFTER, "--eval-every", BEFORE, "--sh-degree", 0,
             "--cull", "3dgs", "--count-views", "mode", "--backend", "cpu", "--keep-last")
     rows = json.loads((model / "train.json").read_text())["log"]
     return [{"psnr": row["test_psnr"], "gaussians": row["gaussians"]} for row in rows if "test_psnr" in row]

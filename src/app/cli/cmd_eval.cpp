@@ -67,7 +67,8 @@ Views choose_views(const EvalCommand& command) {
   std::vector<LensCamera>& cameras = set.cameras;
   sort_by_name(cameras);
   const Photographs photographs(command.images);
-  const auto found = find_pictures(photograph_names(cameras), {}, photographs);
+  const bool has_faces = std::ranges::any_of(cameras, &LensCamera::is_face);
+  const auto found = find_pictures(photograph_names(cameras), {}, photographs, has_faces);
   const auto step = static_cast<std::size_t>(std::max(1, command.holdout));
   Views views{*file, {}, 0, "", set.sentences()};
   views.warnings.push_back(orientation_sentence(cameras, found));
@@ -76,20 +77,32 @@ Views choose_views(const EvalCommand& command) {
       used_sentence(set, found.size() - static_cast<std::size_t>(missing), photographs.folder());
   const std::vector<std::string> left_out = left_out_of(set, found, photographs);
   if (!left_out.empty()) views.used += "; left out: " + joined(left_out, ", ");
-  for (std::size_t i = 0; i < cameras.size(); i += step) {
-    Camera camera = cameras[i].camera;
-    if (frame.size) camera = camera.resized(frame.size->x, frame.size->y);
-    if (!found[i].empty()) {
-      note_input(found[i]);  // some are read after pictures are written
-      views.list.push_back({camera, cameras[i], found[i]});
-    } else {
+  std::size_t number = 0;  // of photographs; one may be divided into several cameras
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    if (i > 0 && !is_next_face(cameras, i)) ++number;
+    if (number % step != 0) continue;
+    if (found[i].empty()) {
       ++views.skipped;
+      continue;
+    }
+    note_input(found[i]);  // some are read after pictures are written
+    for (const LensCamera& taken : views_of(cameras[i])) {
+      Camera camera = taken.camera;
+      if (frame.size) camera = camera.resized(frame.size->x, frame.size->y);
+      views.list.push_back({camera, taken, found[i]});
     }
   }
   if (views.list.empty())
     fail("{}: holds no photograph named like one of the {} views of {}", command.images.string(),
          views.skipped, file->string());
   return views;
+}
+
+// Pixels that the photograph does not show are equal in both pictures, also for LPIPS.
+void black_out(Image& image, const std::vector<std::uint8_t>& mask) {
+  const auto channels = static_cast<std::size_t>(image.channels);
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (mask[i] == 0) std::fill_n(&image.values[i * channels], channels, 0.0f);
 }
 
 class EvalRun {
@@ -147,9 +160,12 @@ class EvalRun {
   }
 
   void one_view(const EvalView& view, std::size_t number) {
-    const Image photograph = read_photograph(view.photograph, session_.settings.background,
-                                             command_.images_scale, *session_.pool, view.taken);
-    require_same_shape(photograph, view.photograph, view.camera);
+    Image photograph = read_photograph(view.photograph, session_.settings.background,
+                                       command_.images_scale, *session_.pool, view.taken);
+    require_same_shape(photograph, view.photograph, {view.camera.width, view.camera.height});
+    if (view.taken.is_face()) clamp_to_unit(photograph);  // bicubic interpolation overshoots
+    const std::vector<std::uint8_t> mask =
+        lens_mask(view.taken, photograph.width, photograph.height, *session_.pool);
     if (command_.ssim_border == SsimBorder::crop &&
         std::min(photograph.width, photograph.height) <= 2 * kSsimRadius) {
       fail(ErrorKind::usage,
@@ -158,6 +174,7 @@ class EvalRun {
     }
     if (network_ != nullptr) require_size(photograph, view);
     save(photograph, view, "photograph");
+    black_out(photograph, mask);
     std::vector<ComparedImage> compared;
     for (const CullMode mode : command_.frame.modes) {
       session_.settings.mode = mode;
@@ -165,10 +182,11 @@ class EvalRun {
       save(image, view, mode_name(mode));
       clamp_to_unit(image);
       image = area_average(image, photograph.width, photograph.height, *session_.pool);
+      black_out(image, mask);
       report_.rows.push_back({view.camera, view.photograph, photograph.width, photograph.height,
-                              mode, psnr(image, photograph, *session_.pool),
-                              ssim(image, photograph, *session_.pool, command_.ssim_border), number,
-                              lpips_of(image, photograph, compared)});
+                              mode, psnr(image, photograph, *session_.pool, mask),
+                              ssim(image, photograph, *session_.pool, command_.ssim_border, mask),
+                              number, lpips_of(image, photograph, compared)});
       if (network_ != nullptr) compared.push_back({std::move(image), *report_.rows.back().lpips});
     }
   }

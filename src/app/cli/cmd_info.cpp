@@ -9,9 +9,12 @@
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/report/scene_report.h"
+#include "base/error.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
+#include "io/camera/cameras.h"
+#include "io/camera/photographs.h"
 
 namespace qs {
 namespace {
@@ -22,6 +25,16 @@ struct InfoCommand {
   std::optional<std::filesystem::path> json;
 };
 
+// Their lenses, or the reason why they cannot be read: `info` is about the scene.
+std::string cameras_beside(const Scene& scene) {
+  const auto file = find_cameras_file(scene.path);
+  try {
+    return file ? cameras_sentence(read_camera_set(*file)) : "";
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
 int run(const InfoCommand& command) {
   if (command.json) {
     for (const std::filesystem::path& file : command.files) note_input(find_scene_file(file));
@@ -31,7 +44,8 @@ int run(const InfoCommand& command) {
   ThreadPool pool(0);
   for (const std::filesystem::path& file : command.files) {
     const Scene scene = load_scene(file, pool, -1, command.axes);
-    const SceneReport report = make_report(scene.cloud);
+    SceneReport report = make_report(scene.cloud);
+    report.cameras = cameras_beside(scene);
     if (command.json) list.push_back(report_json(scene, report));
     if (command.json != "-") fmt::print("{}", report_text(scene, report));
   }

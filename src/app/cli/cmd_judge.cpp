@@ -174,7 +174,7 @@ class Judging {
 
   // A camera in the size of the other side's picture.
   static Camera fitted(const Camera& camera, const Image& picture, const File& file) {
-    require_same_shape(picture, *file, camera);
+    require_same_shape(picture, *file, {camera.width, camera.height});
     return camera.resized(picture.width, picture.height);
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/cli/shown_run.h"
 
+#include <cmath>
 #include <utility>
 
 #include "app/viewer/render/training_thread.h"
@@ -24,6 +25,12 @@ TrainingProgress progress_of(const train::RunStatus& status, const std::filesyst
     progress.evaluated = row->iteration;
   }
   progress.overfitting = train::overfitting_sentence(status.log, folder);
+  for (const train::LogRow& row : rows)
+    if (row.test && std::isfinite(row.test->psnr))
+      progress.test_psnrs.push_back({row.iteration, row.test->psnr});
+  for (const train::GuardRow& row : status.log.guard)
+    progress.reserved_psnrs.push_back({row.iteration, row.reserved});
+  progress.guard = status.log.verdict;
   return progress;
 }
 

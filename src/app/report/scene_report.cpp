@@ -93,6 +93,7 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
     line("SH fit", fmt::format("differs by {:.2g} rms, in 99 % of the Gaussians by at most {:.2g}",
                                scene.network->rms, scene.network->rms_of_99));
   if (report.huge > 0) line("too large", huge_text(report.huge));
+  if (!report.cameras.empty()) line("cameras", report.cameras);
   for (const std::string& warning : scene.warnings) line("warning", warning);
   return text;
 }
@@ -112,6 +113,7 @@ nlohmann::ordered_json report_json(const Scene& scene, const SceneReport& report
       {"larger_than_the_scene", report.huge},
       {"opacity", {{"low", report.opacity.low}, {"high", report.opacity.high}}},
       {"scale", {{"low", report.scale.low}, {"high", report.scale.high}}},
+      {"cameras", report.cameras},
       {"warnings", scene.warnings}};
   if (const glm::dvec3& origin = scene.cloud.origin; origin != glm::dvec3(0))
     json["counts_from"] = {origin.x, origin.y, origin.z};

@@ -17,10 +17,11 @@ struct Range {
 };
 
 struct SceneReport {
-  SceneBox all, core;  ///< boxes of the centres; core: 5th to 95th percentile of each axis
-  Range opacity;       ///< 0..1
-  Range scale;         ///< standard deviations, world units
-  std::size_t huge;    ///< count_huge()
+  SceneBox all, core;        ///< boxes of the centres; core: 5th to 95th percentile of each axis
+  Range opacity;             ///< 0..1
+  Range scale;               ///< standard deviations, world units
+  std::size_t huge;          ///< count_huge()
+  std::string cameras = {};  ///< one line on the cameras beside the scene; empty: there are none
 };
 
 SceneReport make_report(const GaussianCloud& cloud);

@@ -34,7 +34,9 @@ std::vector<std::vector<std::string>> evaluations(const TrainLog& log) {
 std::vector<Plot> train_plots(const TrainLog& log, const std::string& caption) {
   if (log.rows.empty()) return {};
   // Columns: iteration, loss, Gaussians, in thousands.
-  std::vector<std::string> rows, tests;
+  std::vector<std::string> rows, tests, reserved;
+  for (const GuardRow& row : log.guard)
+    reserved.push_back(fmt::format("{} {}", row.iteration, row.reserved));
   for (const LogRow& row : log.rows) {
     rows.push_back(fmt::format("{} {} {}", row.iteration, row.loss,
                                static_cast<double>(row.gaussians) / 1000));
@@ -49,9 +51,14 @@ std::vector<Plot> train_plots(const TrainLog& log, const std::string& caption) {
   };
   std::vector<Plot> plots = {plot("loss", "Training loss (mean since the row before)", "loss",
                                   "0:*", rows, "using 1:2 with lines linewidth 2")};
-  if (!tests.empty())
-    plots.push_back(plot("psnr", "PSNR on the test views", "PSNR (dB)", "*:*", tests,
-                         "using 1:2 with linespoints linewidth 2 pointtype 7 pointsize 1.3"));
+  const auto add_psnr = [&](const char* name, const char* title,
+                            const std::vector<std::string>& data) {
+    if (!data.empty())
+      plots.push_back(plot(name, title, "PSNR (dB)", "*:*", data,
+                           "using 1:2 with linespoints linewidth 2 pointtype 7 pointsize 1.3"));
+  };
+  add_psnr("psnr", "PSNR on the test views", tests);
+  add_psnr("reserved", "PSNR on the reserved training views", reserved);
   plots.push_back(plot("gaussians", "Number of Gaussians", "Gaussians (thousands)", "0:*", rows,
                        "using 1:3 with lines linewidth 2"));
   return plots;
@@ -72,6 +79,7 @@ std::string write_train_page(const std::filesystem::path& folder, const TrainSet
   page.paragraph(caption + ".");
   if (const std::string sentence = overfitting_sentence(log, folder); !sentence.empty())
     page.paragraph(sentence + ".");
+  if (!log.verdict.empty()) page.paragraph("Guard: " + log.verdict + ".");
   if (problem.empty()) {
     for (const Plot& plot : plots) page.drawing(place / (plot.name + ".svg"), plot.title);
   } else {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/session/placed_cameras.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -29,6 +30,14 @@ PlacedCameras placed_cameras(const std::filesystem::path& file, const Scene& sce
   const CameraSet set = read_camera_set(file);
   PlacedCameras placed{pinhole_cameras(set.cameras), set.sentences()};
   for (Camera& camera : placed.cameras) camera = camera.placed(scene.cloud.origin);
+  const auto wide = std::ranges::count_if(set.cameras, [](const LensCamera& camera) {
+    return camera.lens && camera.lens->face == kAllFaces;
+  });
+  if (wide > 0)
+    placed.warnings.push_back(
+        fmt::format("{}: {} of {} cameras have lenses too wide for a pinhole camera: their front "
+                    "faces are used",
+                    file.string(), wide, set.cameras.size()));
   if (placed.cameras.empty() || sees_scene(placed.cameras, scene.cloud)) return placed;
   placed.warnings.push_back(fmt::format(
       "{}: none of its cameras sees a Gaussian: they belong to another frame or another scene",

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,12 +19,11 @@
 
 #include "base/error.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"
 #include "io/camera/lens.h"
 
 namespace qs {
-
-struct JsonEntry;
 
 struct CameraFormat {
   const char* name;
@@ -68,9 +68,27 @@ void add_camera(CameraSet& set, const std::string& photograph, const Make& make)
   }
 }
 
-/// Refuses lenses of JSON files that Lens is not: throws Error(input) if one of the keys of other
-/// lenses is set in the object, or in `defaults` where the object does not have it.
-void require_known_lens(const JsonEntry& object, const JsonEntry& defaults);
+// Lenses in JSON files; lens_json.cpp has the keys.
+
+/// A frame's values, with the file's values as defaults.
+struct FrameEntry {
+  const JsonEntry frame, file;
+
+  const JsonEntry& with(const char* key) const { return frame.has(key) ? frame : file; }
+  bool has(const char* key) const { return with(key).has(key); }
+  double number(const char* key) const { return with(key).number(key); }
+};
+
+/// The model and the coefficients of a frame of transforms.json. Throws Error(input) for lenses
+/// that are not known, and for keys that contradict each other.
+Lens lens_of_transforms(const FrameEntry& frame);
+
+/// The lens of a camera of cameras.json, for a camera of this size in pixels; unset: it has none.
+/// Throws Error(input).
+std::optional<Lens> lens_of_cameras_json(const JsonEntry& camera, glm::dvec2 size);
+
+/// The object that lens_of_cameras_json() reads; `camera` has a lens.
+nlohmann::json lens_json(const LensCamera& camera);
 
 /// The name without its extension if the extension is a picture format's, else the whole name.
 std::string photograph_name(const std::string& file_name);

@@ -74,17 +74,6 @@ Camera checked_camera(const json& object, const std::string& where) {
   return camera;
 }
 
-std::optional<Lens> parse_lens(const json& object, const std::string& where) {
-  if (!object.contains("lens")) return std::nullopt;
-  if (!object["lens"].is_object()) fail("{}: lens is not an object", where);
-  const JsonEntry entry{object["lens"], where};
-  require_known_lens(entry, entry);
-  Lens lens{{entry.positive("fx"), entry.positive("fy")},
-            {entry.number("cx") - 0.5, entry.number("cy") - 0.5}};
-  for (const auto& [key, member] : kDistortion) lens.*member = entry.number(key);
-  return lens;
-}
-
 json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 
 // A camera of a model that counts from an origin says so: "offset". It is at position + offset.
@@ -124,10 +113,13 @@ CameraSet read_cameras_json(const std::filesystem::path& path) {
     const std::string where = fmt::format("{}: camera {}", source, i);
     if (!object.is_object()) fail("{}: not a JSON object", where);
     const JsonEntry entry{object, where};
-    require_known_lens(entry, entry);
     const std::string name = entry.has("img_name") ? entry.text("img_name") : "";
     add_camera(set, name, [&] {
-      return LensCamera{parse_object(object, where), parse_lens(object, where), name};
+      LensCamera camera{parse_object(object, where), std::nullopt, name};
+      camera.lens = lens_of_cameras_json(entry, {camera.camera.width, camera.camera.height});
+      if (camera.lens && !camera.lens->face.empty())
+        camera.photograph = entry.child("lens").text("photograph");
+      return camera;
     });
   }
   return set;
@@ -141,15 +133,9 @@ std::string format_camera(const Camera& camera) { return json_line(object_of(cam
 
 std::string format_cameras(const std::vector<LensCamera>& cameras) {
   std::string text;
-  for (const auto& [camera, lens, photograph, mask] : cameras) {
-    json object = object_of(camera);
-    if (lens) {
-      object["lens"] = {{"fx", lens->focal_px.x},
-                        {"fy", lens->focal_px.y},
-                        {"cx", lens->center_px.x + 0.5},
-                        {"cy", lens->center_px.y + 0.5}};
-      for (const auto& [key, member] : kDistortion) object["lens"][key] = (*lens).*member;
-    }
+  for (const LensCamera& camera : cameras) {
+    json object = object_of(camera.camera);
+    if (camera.lens) object["lens"] = lens_json(camera);
     text += (text.empty() ? "[\n" : ",\n") + json_line(object);
   }
   return text.empty() ? "[]\n" : text + "\n]\n";

@@ -26,8 +26,7 @@ namespace qs {
 /// COLMAP cameras are sorted by name. Throws Error(input) naming file, camera and field.
 std::vector<Camera> read_cameras(const std::filesystem::path& path);
 
-/// The cameras of a file. cameras.json has lenses as objects "lens" with fx, fy, cx, cy, k1, k2,
-/// p1, p2.
+/// The cameras of a file. cameras.json has lenses as objects "lens", see lens_json.cpp.
 struct CameraSet {
   std::filesystem::path file;  ///< that was read
   std::vector<LensCamera> cameras = {};

@@ -35,35 +35,7 @@
 namespace qs {
 namespace {
 
-constexpr std::array kModels = {
-    ColmapModel{0, "SIMPLE_PINHOLE", 3, 1, true, 0},
-    ColmapModel{1, "PINHOLE", 4, 2, true, 0},
-    ColmapModel{2, "SIMPLE_RADIAL", 4, 1, true, 1},
-    ColmapModel{3, "RADIAL", 5, 1, true, 2},
-    ColmapModel{4, "OPENCV", 8, 2, true, 4},
-    ColmapModel{5, "OPENCV_FISHEYE", 8, 2, false, 0},
-    ColmapModel{6, "FULL_OPENCV", 12, 2, true, 4},
-    ColmapModel{7, "FOV", 5, 2, false, 0},
-    ColmapModel{8, "SIMPLE_RADIAL_FISHEYE", 4, 1, false, 0},
-    ColmapModel{9, "RADIAL_FISHEYE", 5, 1, false, 0},
-    ColmapModel{10, "THIN_PRISM_FISHEYE", 12, 2, false, 0},
-    ColmapModel{11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 2, false, 0},
-    ColmapModel{12, "SIMPLE_DIVISION", 4, 1, true, 0},
-    ColmapModel{13, "DIVISION", 5, 2, true, 0},
-    ColmapModel{14, "SIMPLE_FISHEYE", 3, 1, false, 0},
-    ColmapModel{15, "FISHEYE", 4, 2, false, 0},
-    ColmapModel{16, "EUCM", 6, 2, false, 0},
-    ColmapModel{17, "EQUIRECTANGULAR", 2, 0, false, 0},  // its parameters are the picture's sides
-};
-
 constexpr std::uint64_t kMaxSide = 65535;
-
-// The first model for which `is_wanted` is true; nullptr if there is none.
-template <class F>
-const ColmapModel* find_model(const F& is_wanted) {
-  const auto found = std::ranges::find_if(kModels, is_wanted);
-  return found == kModels.end() ? nullptr : &*found;
-}
 
 constexpr std::string_view kSpace = " \t\r";
 
@@ -98,9 +70,9 @@ class Line {
     return value;
   }
 
-  const ColmapModel& model() {
+  const LensModel& model() {
     const std::string_view name = word("the model");
-    const ColmapModel* const found = find_colmap_model(name);
+    const LensModel* const found = find_lens_model(name);
     if (found == nullptr) fail("{}: there is no camera model '{}'", where(), name.substr(0, 40));
     return *found;
   }
@@ -168,9 +140,9 @@ class Record : NotCopied {
     return cursor_.read<T>(what);
   }
 
-  const ColmapModel& model() {
+  const LensModel& model() {
     const auto id = read<std::int32_t>("the model");
-    const ColmapModel* const found = find_colmap_model(id);
+    const LensModel* const found = find_lens_model(id);
     if (found == nullptr) fail("{}: there is no camera model {}", where(), id);
     return *found;
   }
@@ -209,46 +181,23 @@ void for_each_record(const std::filesystem::path& path, const char* kind, F read
 
 }  // namespace
 
-const ColmapModel* find_colmap_model(int id) {
-  return find_model([&](const ColmapModel& model) { return model.id == id; });
-}
-
-const ColmapModel* find_colmap_model(std::string_view name) {
-  return find_model([&](const ColmapModel& model) { return model.name == name; });
-}
-
 LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where) {
   const auto& [model, width, height, parameters] = stored;
   if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
     fail("{}: a picture of {} x {} pixels is not between 1 x 1 and {} x {}", where, width, height,
          kMaxSide, kMaxSide);
-  for (const double value : parameters)
-    if (!std::isfinite(value)) fail_not_finite("{}: a parameter is not finite", where);
-  // The parameters are focal lengths, the principal point and the distortion.
+  Lens lens{&model, {width, height}};
+  if (model.focal_lengths == 0) {  // a panorama, whose parameters are its sides
+    if (parameters[0] != lens.size_px.x || parameters[1] != lens.size_px.y)
+      fail("{}: the parameters of {} are {} x {}, but its picture has {} x {} pixels", where,
+           model.name, parameters[0], parameters[1], width, height);
+    return lens_camera(lens, where);
+  }
   const auto focal_lengths = static_cast<std::size_t>(model.focal_lengths);
-  const auto distortion = std::span(parameters).subspan(focal_lengths + 2);
-  const auto bends = [](double value) { return std::abs(value) > kNoDistortion; };
-  const bool distorts = std::ranges::any_of(distortion, bends);
-  const auto known = distortion.first(static_cast<std::size_t>(model.known));
-  if (!model.pinhole || std::ranges::any_of(distortion.subspan(known.size()), bends))
-    fail("{}: a {} lens that distorts; undistort the photographs first (colmap image_undistorter)",
-         where, model.name);
-  Lens lens;
   lens.focal_px = {parameters[0], parameters[focal_lengths - 1]};
   lens.center_px = {parameters[focal_lengths] - 0.5, parameters[focal_lengths + 1] - 0.5};
-  if (!(lens.focal_px.x > 0 && lens.focal_px.y > 0))
-    fail("{}: the focal length is not above 0", where);
-  Camera size;
-  size.width = static_cast<int>(width);
-  size.height = static_cast<int>(height);
-  LensCamera camera{size, std::nullopt, {}};
-  camera.camera.focal_px = lens.focal_px;
-  camera.camera.center_px = lens.center_px;
-  if (distorts) {
-    for (std::size_t i = 0; i < known.size(); ++i) lens.*kDistortion[i].second = known[i];
-    camera = undistorted_camera(size, lens, where);
-  }
-  return camera;
+  std::ranges::copy(std::span(parameters).subspan(focal_lengths + 2), lens.coefficients.begin());
+  return lens_camera(lens, where);
 }
 
 LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,

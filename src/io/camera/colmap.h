@@ -21,20 +21,6 @@
 
 namespace qs {
 
-/// One of COLMAP's projections. The parameters begin with one or two focal lengths and the
-/// principal point; the rest is distortion.
-struct ColmapModel {
-  int id;
-  const char* name;
-  int parameters, focal_lengths;
-  bool pinhole;  ///< when its distortion is 0
-  int known;     ///< the first parameters of its distortion that are k1, k2, p1, p2 of Lens
-};
-
-/// nullptr if there is no such model.
-const ColmapModel* find_colmap_model(int id);
-const ColmapModel* find_colmap_model(std::string_view name);
-
 /// A lens: of the camera only size and intrinsics are set.
 struct ColmapLensCamera {
   LensCamera camera;
@@ -46,13 +32,12 @@ using ColmapLenses = std::map<std::uint32_t, ColmapLensCamera>;
 
 /// A lens as the file stores it.
 struct ColmapLens {
-  const ColmapModel& model;
+  const LensModel& model;
   std::uint64_t width, height;     ///< pixels
-  std::vector<double> parameters;  ///< model.parameters of them
+  std::vector<double> parameters;  ///< model.parameters() of them
 };
 
-/// `where` names file and record. Throws Error(input) for sizes and numbers out of range and
-/// distortion that Lens lacks, and NotFinite.
+/// `where` names file and record. Throws Error(input) for sizes out of range, and as lens_camera().
 LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where);
 
 /// Adds the lens that make() returns. Its Error is kept for the images that use the lens.
@@ -89,7 +74,7 @@ ColmapLens read_colmap_lens(Source& source) {
   ColmapLens lens{source.model(), 0, 0, {}};
   lens.width = source.template read<std::uint64_t>("the width");
   lens.height = source.template read<std::uint64_t>("the height");
-  for (int i = 0; i < lens.model.parameters; ++i)
+  for (int i = 0; i < lens.model.parameters(); ++i)
     lens.parameters.push_back(source.template read<double>("a parameter"));
   return lens;
 }

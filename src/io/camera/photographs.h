@@ -5,6 +5,7 @@
 // find_pictures() or Photographs::match().
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -13,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "base/parallel.h"
@@ -93,6 +95,9 @@ std::vector<std::string> photograph_names(const std::vector<LensCamera>& cameras
 
 // One line names the data that a command uses.
 
+/// "9 cameras in transforms.json (pinhole)".
+std::string cameras_sentence(const CameraSet& set);
+
 /// "8 of 9 cameras in transforms.json (pinhole), photographs in images".
 std::string used_sentence(const CameraSet& set, std::size_t used,
                           const std::filesystem::path& photographs);
@@ -115,8 +120,13 @@ std::string orientation_sentence(const std::vector<LensCamera>& cameras,
 /// "3 views without a photograph are left out".
 std::string skipped_sentence(std::size_t views);
 
-/// Reads a photograph as RGB, blended over the background where it is transparent, undistorted if
-/// `taken` has a lens, and area-averaged to 1 / `divisor` of its size, rounded. Throws Error.
+/// Reads a photograph as RGB, blended over the background where it is transparent. It has the shape
+/// of its camera's image if the camera has a size. Throws Error(input).
+Image read_as_taken(const std::filesystem::path& path, glm::vec3 background,
+                    const LensCamera& taken);
+
+/// read_as_taken(), undistorted if `taken` has a lens, and area-averaged to 1 / `divisor` of its
+/// size, rounded. Throws Error.
 Image read_photograph(const std::filesystem::path& path, glm::vec3 background, int divisor,
                       ThreadPool& pool, const LensCamera& taken = {});
 
@@ -126,10 +136,19 @@ Image divided(const Image& photograph, int divisor, ThreadPool& pool);
 /// A photograph may be smaller or larger than its camera's image, but must have its aspect ratio,
 /// up to rounded sizes. Otherwise it was cropped or rotated: throws Error(input) naming `path`.
 void require_same_shape(const Image& photograph, const std::filesystem::path& path,
-                        const Camera& camera);
+                        glm::dvec2 camera_size);
 
-/// The photograph without the distortion of its lens, in the same size: every pixel is interpolated
-/// from the four pixels around the point at which the lens shows its direction.
+/// The photograph without the distortion of its lens: every pixel is interpolated at the point at
+/// which the lens shows its direction, and is 0 if there is none. Interpolation is linear, and in
+/// faces bicubic (Catmull-Rom), so that values can exceed the photograph's range by a little; a
+/// pixel of a face that covers several pixels of the photograph is the mean of several points. The
+/// size is the camera's, scaled as the photograph is to the lens's size.
 Image undistorted(const Image& photograph, const LensCamera& camera, ThreadPool& pool);
+
+/// A value per pixel of the undistorted photograph at this size, row by row: 1 if the photograph
+/// shows the whole pixel, with all pixels from which a face is interpolated, else 0; empty if it
+/// shows all pixels.
+std::vector<std::uint8_t> lens_mask(const LensCamera& camera, int width, int height,
+                                    ThreadPool& pool);
 
 }  // namespace qs

@@ -4,11 +4,10 @@
 // transform_matrix is world_from_view by rows, with OpenGL's view axes (x right, y up, z back).
 // Intrinsics are given for the file or, with precedence, for the frame: fl_x, fl_y or
 // camera_angle_x, _y; cx, cy from pixel corners; w, h, or else the size of the first frame's
-// photograph. Distortion k1, k2, p1, p2 is defined as in Lens; keys of other lenses are refused. A
+// photograph. lens_json.cpp has the keys of lenses. A
 // frame's mask_path names its mask, and the file's ply_file_path its points. A camera is named as
 // its photograph, without the folders that all photographs share.
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <span>
 #include <string>
@@ -23,7 +22,6 @@
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/camera/camera_formats.h"
-#include "io/camera/colmap.h"
 #include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
 
@@ -34,15 +32,6 @@ using nlohmann::json;
 
 constexpr double kMaxAngle = 3.1;  // just below pi
 
-// A frame's values, with the file's values as defaults.
-struct FrameEntry {
-  const JsonEntry frame, file;
-
-  const JsonEntry& with(const char* key) const { return frame.has(key) ? frame : file; }
-  bool has(const char* key) const { return with(key).has(key); }
-  double number(const char* key) const { return with(key).number(key); }
-};
-
 double focal_px(const FrameEntry& frame, const char* length, const char* angle, int side) {
   if (frame.has(length)) return frame.with(length).positive(length);
   const double radians = frame.with(angle).positive(angle);
@@ -51,40 +40,10 @@ double focal_px(const FrameEntry& frame, const char* length, const char* angle, 
   return 0.5 * side / std::tan(0.5 * radians);
 }
 
-// Coefficients of lenses that Lens is not.
-constexpr const char* kUnknownCoefficients[] = {"k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"};
-// Keys with which instant-ngp and nerfstudio mark other projections.
-constexpr const char* kUnknownLenses[] = {"is_fisheye", "ftheta_p0",    "ftheta_p1",
-                                          "ftheta_p2",  "latlong",      "equirectangular",
-                                          "ortho",      "orthographic", "distortion_params"};
 // Keys whose data would change the result, but which are not used.
-constexpr const char* kUnusedKeys[] = {"train_filenames", "val_filenames",   "test_filenames",
-                                       "depth_file_path", "rolling_shutter", "camera_type",
-                                       "distortion"};
-
-// True unless the value is absent, false, 0, or a list of such values.
-bool is_set(const json& value) {
-  if (value.is_array()) return std::ranges::any_of(value, is_set);
-  if (value.is_string()) {
-    const std::string word = lower_case(value.get<std::string>());
-    return !word.empty() && word != "false" && word != "0";
-  }
-  if (value.is_number()) return !(std::abs(value.get<double>()) <= kNoDistortion);
-  return !value.is_null() && value != json(false);
-}
-
-// COLMAP's models by name, and nerfstudio's PERSPECTIVE, a pinhole camera.
-void require_known_model(const JsonEntry& entry) {
-  const std::string& named = entry.text("camera_model");
-  std::string model = named;
-  for (char& c : model) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  const ColmapModel* const known = find_colmap_model(model);
-  const bool is_lens = known != nullptr && known->known > 0;
-  const bool is_pinhole = model == "PINHOLE" || model == "SIMPLE_PINHOLE" || model == "PERSPECTIVE";
-  if (is_lens || is_pinhole) return;
-  fail("{}: camera_model {} is no pinhole camera that is known; undistort the photographs first",
-       entry.where, named.substr(0, 40));
-}
+constexpr const char* kUnusedKeys[] = {"train_filenames", "val_filenames",      "test_filenames",
+                                       "depth_file_path", "rolling_shutter",    "camera_type",
+                                       "distortion",      "fisheye_crop_radius"};
 
 // Sentences about data of the file that is not used.
 void warn_of_unused(const json& file, const std::string& source, CameraSet& set) {
@@ -97,18 +56,6 @@ void warn_of_unused(const json& file, const std::string& source, CameraSet& set)
   }
   if (file.contains("mask_path"))
     set.warnings.push_back(fmt::format("{}: mask_path is not used outside frames", source));
-}
-
-// The camera with the frame's distortion; `camera` has the intrinsics of the photograph.
-LensCamera with_lens(const Camera& camera, const FrameEntry& frame) {
-  Lens lens{camera.focal_px, camera.center_px};
-  bool distorts = false;
-  for (const auto& [key, member] : kDistortion) {
-    if (frame.has(key)) lens.*member = frame.number(key);
-    distorts = distorts || std::abs(lens.*member) > kNoDistortion;
-  }
-  return distorts ? undistorted_camera(camera, lens, frame.frame.where)
-                  : LensCamera{camera, std::nullopt, {}};
 }
 
 glm::dmat4x3 view_from_world(const JsonEntry& frame) {
@@ -181,30 +128,24 @@ LensCamera camera_of_frame(const FrameEntry& frame, const std::filesystem::path&
     camera.width = frame.with("w").side("w");
     camera.height = frame.with("h").side("h");
   }
-  camera.focal_px.x = focal_px(frame, "fl_x", "camera_angle_x", camera.width);
-  const bool own_height = frame.has("fl_y") || (!frame.has("fl_x") && frame.has("camera_angle_y"));
-  camera.focal_px.y =
-      own_height ? focal_px(frame, "fl_y", "camera_angle_y", camera.height) : camera.focal_px.x;
-  camera.center_px = 0.5 * glm::dvec2(camera.width - 1, camera.height - 1);
-  if (frame.has("cx")) camera.center_px.x = frame.number("cx") - 0.5;
-  if (frame.has("cy")) camera.center_px.y = frame.number("cy") - 0.5;
-  return with_lens(camera, frame);
+  Lens lens = lens_of_transforms(frame);
+  lens.size_px = {camera.width, camera.height};
+  if (lens.model->focal_lengths > 0) {
+    lens.focal_px.x = focal_px(frame, "fl_x", "camera_angle_x", camera.width);
+    const bool own_height =
+        frame.has("fl_y") || (!frame.has("fl_x") && frame.has("camera_angle_y"));
+    lens.focal_px.y =
+        own_height ? focal_px(frame, "fl_y", "camera_angle_y", camera.height) : lens.focal_px.x;
+  }
+  lens.center_px = 0.5 * (lens.size_px - 1.0);
+  if (frame.has("cx")) lens.center_px.x = frame.number("cx") - 0.5;
+  if (frame.has("cy")) lens.center_px.y = frame.number("cy") - 0.5;
+  LensCamera result = lens_camera(lens, frame.frame.where);
+  result.camera.view_from_world = camera.view_from_world;
+  return result;
 }
 
 }  // namespace
-
-void require_known_lens(const JsonEntry& object, const JsonEntry& defaults) {
-  const FrameEntry entry{object, defaults};
-  for (const char* key : kUnknownCoefficients)
-    if (entry.has(key) && std::abs(entry.number(key)) > kNoDistortion)
-      fail("{}: {} is not 0: the lens distorts; undistort the photographs first", object.where,
-           key);
-  for (const char* key : kUnknownLenses)
-    if (entry.has(key) && is_set(entry.with(key).get(key)))
-      fail("{}: {} is {}: no pinhole camera; undistort the photographs first", object.where, key,
-           printable(json_line(entry.with(key).get(key)), 40));
-  if (entry.has("camera_model")) require_known_model(entry.with("camera_model"));
-}
 
 CameraSet read_transforms_json(const std::filesystem::path& path) {
   const std::string source = path.string();
@@ -223,7 +164,6 @@ CameraSet read_transforms_json(const std::filesystem::path& path) {
     };
     const std::string photograph = text("file_path"), mask = text("mask_path");
     add_camera(set, photograph, [&] {
-      require_known_lens(frame.frame, frame.file);
       LensCamera camera = camera_of_frame(frame, path, size);
       camera.photograph = photograph;
       camera.mask = mask;

@@ -26,21 +26,52 @@ std::string counted_names(const std::vector<std::string>& names, const char* thi
                      names.size() > shown ? ", .." : "");
 }
 
+// "FOV, undistorted": the lens of a camera, and the views that replace it.
+std::string kind_of(const LensCamera& camera) {
+  if (!camera.lens) return "pinhole";
+  const std::string model(camera.lens->model->name);
+  if (camera.is_face()) return "faces of " + model;
+  return model + (camera.lens->face == kAllFaces ? ", divided into faces" : ", undistorted");
+}
+
+// "2 pinhole; 3 FOV, undistorted, 97 % of a photograph used": the share is the first camera's.
 std::string lenses_of(const std::vector<LensCamera>& cameras) {
-  const auto lenses = static_cast<std::size_t>(std::ranges::count_if(
-      cameras, [](const LensCamera& camera) { return camera.lens.has_value(); }));
-  if (lenses == 0) return "pinhole";
-  return lenses == cameras.size()
-             ? "undistorted"
-             : fmt::format("{} pinhole, {} undistorted", cameras.size() - lenses, lenses);
+  struct Kind {
+    std::string name;
+    std::size_t count;
+    const LensCamera* first;
+  };
+  std::vector<Kind> kinds;
+  for (const LensCamera& camera : cameras) {
+    const std::string name = kind_of(camera);
+    const auto known = std::ranges::find(kinds, name, &Kind::name);
+    if (known == kinds.end())
+      kinds.push_back({name, 1, &camera});
+    else
+      ++known->count;
+  }
+  std::vector<std::string> parts;
+  for (auto& [name, count, first] : kinds) {
+    if (first->lens && first->lens->face == kAllFaces)
+      name = fmt::format("{}, {} each", first->lens->model->name,
+                         counted(views_of(*first).size(), "face"));
+    if (first->lens && !first->is_face())
+      name += fmt::format(", {:.0f} % of a photograph used", 100 * used_share(*first));
+    parts.push_back(kinds.size() > 1 ? fmt::format("{} {}", count, name) : name);
+  }
+  return joined(parts, "; ");
 }
 
 }  // namespace
 
+std::string cameras_sentence(const CameraSet& set) {
+  return fmt::format("{} in {} ({})", counted(set.cameras.size() + set.left_out.size(), "camera"),
+                     set.file.string(), lenses_of(set.cameras));
+}
+
 std::string used_sentence(const CameraSet& set, std::size_t used, const fs::path& photographs) {
-  return fmt::format("{} of {} in {} ({}), photographs in {}", used,
-                     counted(set.cameras.size() + set.left_out.size(), "camera"), set.file.string(),
-                     lenses_of(set.cameras), photographs.string());
+  return fmt::format("{} of {}, photographs in {}", used, cameras_sentence(set),
+                     photographs.string());
 }
 
 std::vector<std::string> left_out_of(const CameraSet& set, const std::vector<fs::path>& used,

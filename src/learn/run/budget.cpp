@@ -24,6 +24,7 @@ constexpr double kGrowthBegin = 0.05, kGrowthEnd = kBudgetGrowthEnd;
 constexpr int kLeastInterval = 100, kMostChanges = 60, kDecays = 9;
 constexpr double kLastInterval = 0.75;  // at least, times the usual one
 constexpr double kPixelsPerGaussian = 200;
+constexpr std::size_t kIterationsPerView = 120, kLeastIterations = 7'000, kMostIterations = 30'000;
 constexpr double kRounding = 1e-6;
 constexpr double kFirstMeanRate = 1.6e-4, kLastMeanRate = 1.6e-5;  // times the extent
 constexpr double kRatesFallFrom = 0.7, kFallenRates = 0.1;
@@ -136,6 +137,11 @@ void split_long(Plan& plan, std::size_t i, const glm::quat& rotation) {
 std::size_t budget_target(const TrainSettings& settings, const RunFacts& run) {
   if (settings.max_gaussians > 0) return settings.max_gaussians;
   return static_cast<std::size_t>(static_cast<double>(run.pixels) / kPixelsPerGaussian);
+}
+
+int budget_iterations(std::size_t views) {
+  return static_cast<int>(
+      std::clamp(kIterationsPerView * views, kLeastIterations, kMostIterations));
 }
 
 bool budget_changes_after(const RunFacts& run, int iteration) {

@@ -83,7 +83,8 @@ void find_photographs_of(const fs::path& images, DataFiles& files) {
   const Photographs pictures(folder);
   fs::path from;  // a folder that the user names has all photographs
   if (images.empty()) from = names_photographs_by_path(set) ? set.folder() : folder;
-  files.photographs = find_pictures(names, from, pictures);
+  const bool has_faces = std::ranges::any_of(set.cameras, &LensCamera::is_face);
+  files.photographs = find_pictures(names, from, pictures, has_faces);
   if (none_exists(files.photographs)) {
     const std::vector<fs::path> others = pictures.files();
     fail(

@@ -71,10 +71,9 @@ Image reduced(const Image& photograph, std::optional<int> scale, ThreadPool& poo
                       std::max(1, static_cast<int>(std::lround(height * factor))), pool);
 }
 
-// In its full size, undistorted.
-Image read_checked(const PhotographSource& source, glm::vec3 background, ThreadPool& pool) {
-  Image photograph = read_photograph(source.file, background, 1, pool, source.taken);
-  require_same_shape(photograph, source.file, source.taken.camera);
+// In its full size, as the lens took it.
+Image read_checked(const PhotographSource& source, glm::vec3 background) {
+  Image photograph = read_as_taken(source.file, background, source.taken);
   const std::vector<float>& values = photograph.values;
   if (!std::ranges::all_of(values, [](float value) { return std::isfinite(value); }))
     fail("{}: holds values that are not finite numbers", source.file.string());
@@ -101,12 +100,15 @@ std::vector<std::uint8_t> read_mask(const PhotographSource& source, const Image&
   if (mask.width != photograph.width || mask.height != photograph.height)
     fail("{}: a mask of {} x {} pixels, but its photograph {} has {} x {}", source.mask.string(),
          mask.width, mask.height, source.file.string(), photograph.width, photograph.height);
-  // The sums of zeros are exact, so a pixel counts only if no part of it is masked out.
-  const Image out =
-      reduced(undistorted(masked_out(mask), source.taken, pool), source.resolution_scale, pool);
-  std::vector<std::uint8_t> counts(out.values.size());
-  std::ranges::transform(out.values, counts.begin(),
-                         [](float value) { return static_cast<std::uint8_t>(value > 0 ? 0 : 1); });
+  // The sums of zeros are exact, so a pixel counts only if no part of it is masked out. Weights can
+  // be negative.
+  Image parts = undistorted(masked_out(mask), source.taken, pool);
+  for (float& value : parts.values) value = std::abs(value);
+  const Image out = reduced(parts, source.resolution_scale, pool);
+  std::vector<std::uint8_t> counts = lens_mask(source.taken, out.width, out.height, pool);
+  if (counts.empty()) counts.assign(out.values.size(), 1);
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    if (out.values[i] > 0) counts[i] = 0;
   if (std::ranges::count(counts, std::uint8_t{0}) == 0) return {};
   return counts;
 }
@@ -139,17 +141,20 @@ std::uint64_t PhotographView::bytes() const {
 
 PhotographView read_view(const PhotographSource& source, ThreadPool& pool) {
   const glm::vec3 background = source.keep_alpha ? glm::vec3(0) : source.background;
-  const Image photograph = read_checked(source, background, pool);
-  const Image image = reduced(photograph, source.resolution_scale, pool);
+  const Image photograph = read_checked(source, background);
+  const auto as_view = [&](const Image& taken) {
+    return reduced(undistorted(taken, source.taken, pool), source.resolution_scale, pool);
+  };
+  const Image image = as_view(photograph);
   const LensCamera camera = source.taken.scaled(image.width, image.height);
   PhotographView view{camera.camera, camera.lens, source, {}, {}, {}};
   view.rgb.resize(image.values.size());
   std::ranges::transform(image.values, view.rgb.begin(), to_8bit);
-  if (!source.mask.empty()) view.mask = read_mask(source, photograph, pool);
+  view.mask = source.mask.empty() ? lens_mask(source.taken, image.width, image.height, pool)
+                                  : read_mask(source, photograph, pool);
   if (!source.keep_alpha) return view;
   // Over white, a pixel is brighter than over black by 1 - alpha.
-  const Image white =
-      reduced(read_checked(source, glm::vec3(1), pool), source.resolution_scale, pool);
+  const Image white = as_view(read_checked(source, glm::vec3(1)));
   for (std::size_t i = 0; i < image.values.size(); i += 3)
     view.alpha.push_back(to_8bit(1 - (white.values[i] - image.values[i])));
   if (std::ranges::all_of(view.alpha, [](auto alpha) { return alpha == 255; })) view.alpha.clear();
@@ -164,7 +169,8 @@ std::uint64_t half_of_memory() {
 std::vector<LensCamera> DataSet::cameras() const {
   std::vector<LensCamera> all;
   for (const auto* views : {&training, &test})
-    for (const PhotographView& view : *views) all.push_back({view.camera, view.lens, {}});
+    for (const PhotographView& view : *views)
+      all.push_back({view.camera, view.lens, view.source.taken.photograph});
   sort_by_name(all);
   return all;
 }
@@ -212,26 +218,27 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     progress.update(static_cast<float>(i) / static_cast<float>(cameras.size()));
     if (files.photographs[i].empty()) continue;
+    if (!is_next_face(cameras, i)) ++number;
     const bool test =
         files.first_test
             ? i >= *files.first_test
-            : options.holdout > 0 && number % static_cast<std::size_t>(options.holdout) == 0;
-    ++number;
-    const PhotographSource source{cameras[i],         files.photographs[i],
-                                  files.masks[i],     options.resolution_scale,
-                                  options.background, options.keep_alpha};
-    PhotographView view = read_view(source, pool);
-    if (!view.mask.empty() && std::ranges::count(view.mask, 1) == 0) {
-      if (++masked_out == 1)
-        data.warnings.push_back(
-            fmt::format("{}: masks out every pixel of {}; such photographs are left out",
-                        source.mask.string(), source.file.string()));
-      continue;
-    }
+            : options.holdout > 0 && (number - 1) % static_cast<std::size_t>(options.holdout) == 0;
     auto& views = test ? data.test : data.training;
-    views.push_back(std::move(view));
-    bytes += views.back().bytes();
-    if (bytes > data.photo_memory) data.release_pixels();
+    const std::size_t earlier = views.size();
+    for (const LensCamera& taken : views_of(cameras[i])) {
+      PhotographView view =
+          read_view({taken, files.photographs[i], files.masks[i], options.resolution_scale,
+                     options.background, options.keep_alpha},
+                    pool);
+      if (!view.mask.empty() && std::ranges::count(view.mask, 1) == 0) continue;
+      views.push_back(std::move(view));
+      bytes += views.back().bytes();
+      if (bytes > data.photo_memory) data.release_pixels();
+    }
+    if (views.size() == earlier && ++masked_out == 1)
+      data.warnings.push_back(
+          fmt::format("{}: masks out every pixel of {}; such photographs are left out",
+                      files.masks[i].string(), files.photographs[i].string()));
   }
   // Refuse data from which nothing can be trained.
   if (data.training.empty() && masked_out > 0)

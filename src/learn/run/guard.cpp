@@ -13,7 +13,7 @@ namespace qs::train {
 namespace {
 
 constexpr std::size_t kLeastReserved = 3, kViewsPerReserved = 20, kViewsOfMost = 4;
-constexpr int kMeasurements = 40, kAveraged = 3;
+constexpr int kMeasurements = 40, kCompared = 3;
 constexpr double kTolerance = 0.1;  // dB
 
 constexpr double kMeasuresFrom = 0.1, kReleasesAfter = 0.8;  // times of the schedule
@@ -49,11 +49,12 @@ bool Guard::due(const Pace& pace, int iteration) const {
 
 void Guard::add(const GuardRow& row) {
   rows_.push_back(row);
-  if (rows_.size() < kAveraged || stopped_after_ > 0) return;
-  double reserved = 0, trained = 0;
-  for (auto i = rows_.end() - kAveraged; i != rows_.end(); ++i) {
-    reserved += i->reserved / kAveraged;
-    trained += i->trained / kAveraged;
+  if (rows_.size() < kCompared || stopped_after_ > 0) return;
+  // The best of each, because a measurement behind a halving of opacities is lower.
+  double reserved = row.reserved, trained = row.trained;
+  for (auto i = rows_.end() - kCompared; i != rows_.end(); ++i) {
+    reserved = std::max(reserved, i->reserved);
+    trained = std::max(trained, i->trained);
   }
   if (best_after_ == 0 || reserved > best_) {
     best_ = reserved;
@@ -74,9 +75,9 @@ std::string Guard::verdict() const {
   const std::string views = fmt::format("{} reserved views", reserved_.size());
   const std::string last = fmt::format("{} dB after iteration {}", decibels(rows_.back().reserved),
                                        number(rows_.back().iteration));
-  if (stopped_after_ == 0) return fmt::format("guard: the {} did not get worse: {}", views, last);
+  if (stopped_after_ == 0) return fmt::format("the {} did not get worse: {}", views, last);
   return fmt::format(
-      "guard: growth stopped after iteration {}, because the {} got worse since iteration {} ({} "
+      "growth stopped after iteration {}, because the {} got worse since iteration {} ({} "
       "dB); {}",
       number(stopped_after_), views, number(best_after_), decibels(best_), last);
 }

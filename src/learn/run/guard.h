@@ -43,9 +43,9 @@ class Guard {
   void add(const GuardRow& row);
   const std::vector<GuardRow>& rows() const { return rows_; }
 
-  /// The iteration after which growth stops; 0: it does not. That is when the mean of three
-  /// measurements of the reserved views is 0.1 dB below the best one, while the trained views are
-  /// 0.1 dB better than then.
+  /// The iteration after which growth stops; 0: it does not. That is when the last three
+  /// measurements of the reserved views are 0.1 dB below the best one, while one of the trained
+  /// views is 0.1 dB better than then.
   int stopped_after() const { return stopped_after_; }
   /// True if this iteration may train the reserved views.
   bool trains_all(const Pace& pace, int iteration) const;
@@ -57,7 +57,7 @@ class Guard {
   std::vector<std::size_t> reserved_, trained_;
   std::vector<GuardRow> rows_;
   int stopped_after_ = 0, best_after_ = 0;
-  double best_ = 0, best_trained_ = 0;  // means of three measurements
+  double best_ = 0, best_trained_ = 0;  // of the last three measurements, at the best time
 };
 
 }  // namespace qs::train

@@ -129,7 +129,7 @@ class Run {
                              grouped(static_cast<std::uint64_t>(trainer_.iteration())),
                              log_.seconds));
     print_best();
-    if (finished && !log_.verdict.empty()) text_.result(log_.verdict);
+    if (finished && !log_.verdict.empty()) text_.result("guard: " + log_.verdict);
     return finished ? RunEnd::finished : RunEnd::interrupted;
   }
 

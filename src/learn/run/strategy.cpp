@@ -14,6 +14,16 @@ namespace {
 constexpr int kMaskInterval = 1000;
 
 constexpr std::array kStrategies = {
+    Strategy{.name = "budget",
+             .summary = "reaches a number of Gaussians on a schedule that follows the run",
+             .resets_opacities = false,
+             .counts_density = false,
+             .needs_absolute_gradients = true,
+             .usual_iterations = budget_iterations,
+             .sh_steps = 25,
+             .changes_after = budget_changes_after,
+             .change = budget_change,
+             .adjust_step = budget_step},
     Strategy{.name = "adc",
              .summary = "adaptive density control, as published with 3DGS",
              .change = adc_change},
@@ -48,15 +58,6 @@ constexpr std::array kStrategies = {
              .has_masks = true,
              .change = adc_change,
              .adjust_step = mask_step},
-    Strategy{.name = "budget",
-             .summary = "reaches a number of Gaussians on a schedule that follows the run",
-             .resets_opacities = false,
-             .counts_density = false,
-             .needs_absolute_gradients = true,
-             .sh_steps = 25,
-             .changes_after = budget_changes_after,
-             .change = budget_change,
-             .adjust_step = budget_step},
 };
 
 constexpr double kMaskRate = 0.01, kMaskWeight = 5e-4;
@@ -116,6 +117,8 @@ StepOrder Strategy::step(const IterationContext& context) const {
 }
 
 std::span<const Strategy> strategies() { return kStrategies; }
+
+const Strategy& default_strategy() { return kStrategies.front(); }
 
 const Strategy& find_strategy(std::string_view name) {
   const auto found = std::ranges::find(kStrategies, name, &Strategy::name);

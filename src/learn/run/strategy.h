@@ -70,6 +70,8 @@ struct Strategy {
   /// True if every Gaussian has a mask that is trained, see kernel/gradient/mask.h. Gaussians that
   /// are masked out are removed at every change, and every 1,000 iterations after `end`.
   bool has_masks = false;
+  /// The iterations of a run without a given length; null: as TrainSettings has them.
+  int (*usual_iterations)(std::size_t views) = nullptr;
   int sh_steps = 0;  ///< the SH degree grows in every of so many parts of the run; 0: every 1,000
                      ///< iterations
 
@@ -109,6 +111,8 @@ struct Strategy {
 };
 
 std::span<const Strategy> strategies();
+/// The strategy of `train` unless another is named.
+const Strategy& default_strategy();
 
 /// The strategy of this name. Throws Error(usage) if there is none.
 const Strategy& find_strategy(std::string_view name);
@@ -126,5 +130,7 @@ inline constexpr double kBudgetGrowthEnd = 0.7;  ///< time of the run, see Pace
 /// The number of Gaussians at the end of growth.
 std::size_t budget_target(const TrainSettings& settings, const RunFacts& run);
 bool budget_changes_after(const RunFacts& run, int iteration);
+/// 120 for each training view, from 7,000 to 30,000.
+int budget_iterations(std::size_t views);
 
 }  // namespace qs::train

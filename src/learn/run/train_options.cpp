@@ -91,7 +91,7 @@ void check_strategy(const TrainOptions& options) {
       fail(ErrorKind::usage, "{}: is for --strategy {}, not {}", option, joined(readers, " or "),
            strategy);
   };
-  require(options.many_gaussians.has_value(), "--gaussians", {"fastgs"});
+  require(options.many_gaussians.has_value(), "--gaussians", {"budget", "fastgs"});
   require(options.gaussians.has_value(), "--gaussians N", {"budget"});
   require(settings.seconds > 0, "--seconds", {"budget"});
   require(options.pace.has_value(), "--pace", {"budget"});
@@ -121,6 +121,27 @@ void read_schedule(TrainOptions& options) {
   if (options.pace) settings.pace = read_pace(*options.pace);
 }
 
+// Sets the length of a run and the number of Gaussians of `budget` from the data, unless they were
+// given.
+void follow_data(const TrainOptions& options, const DataSet& data, TrainSettings& settings) {
+  const Strategy& strategy = find_strategy(settings.strategy);
+  const bool has_length = options.iterations || settings.seconds > 0 || options.pace;
+  if (!has_length && strategy.usual_iterations != nullptr)
+    settings.iterations = strategy.usual_iterations(data.training.size());
+  if (settings.strategy != "budget") return;
+  const RunFacts facts = run_facts_of(data, settings.given_pace());
+  if (options.many_gaussians)
+    settings.max_gaussians =
+        std::max<std::size_t>(1, *options.many_gaussians ? 2 * budget_target(settings, facts)
+                                                         : budget_target(settings, facts) / 2);
+  const std::string length = settings.seconds > 0
+                                 ? fmt::format("{:g} seconds", settings.seconds)
+                                 : counted(static_cast<std::size_t>(facts.pace.end()), "iteration");
+  options.run.text.result(fmt::format("budget: {}, {}{}", length,
+                                      counted(budget_target(settings, facts), "Gaussian"),
+                                      has_length ? "" : "; --iterations or --seconds change that"));
+}
+
 void declare_data_options(OptionTable& table, TrainOptions& options) {
   table.positional(kDataOption, options.data.data,
                    "data set: a COLMAP folder, or one with transforms.json or cameras.json",
@@ -143,13 +164,14 @@ void declare_data_options(OptionTable& table, TrainOptions& options) {
 
 void declare_strategy_options(OptionTable& table, TrainOptions& options) {
   TrainSettings& settings = options.settings;
+  settings.strategy = default_strategy().name;
   table.named("--strategy", list_of<std::string>(strategies(), &Strategy::name), settings.strategy,
-              "how Gaussians are added and removed (default: adc, as published with 3DGS)");
+              "how Gaussians are added and removed (default: budget)");
   table.value(
       "--gaussians", "few|many|N",
-      "with strategy fastgs: few Gaussians, or many of them for quality (default: few); with "
-      "strategy budget: their number at the end (default: a Gaussian for every 200 pixels of "
-      "the training photographs)",
+      "number of Gaussians at the end, with strategy budget; few is half of the default, a "
+      "Gaussian for every 200 pixels of the training photographs, many is twice as many; with "
+      "strategy fastgs few, or many for quality (default: few)",
       {"few", "20000"}, [&options](const std::string& given) {
         if (given == "few" || given == "many")
           options.many_gaussians = given == "many";
@@ -210,8 +232,10 @@ void declare_model_options(OptionTable& table, TrainOptions& options) {
       "--antialiased", {"on", "off"},
       [&settings](int chosen) { settings.antialiased = chosen == 0; },
       "trains with the opacity compensation of Mip-Splatting (default: off)");
-  table.integer("--iterations", "N", 1, 10'000'000, options.iterations,
-                "training steps (default: 30000)");
+  table.integer(
+      "--iterations", "N", 1, 10'000'000, options.iterations,
+      "training steps (default: with strategy budget 120 for each training view, from 7000 to "
+      "30000; else 30000)");
   table.real("--seconds", "S", 0.1, 1e6, settings.seconds,
              "with strategy budget: trains for S seconds, without evaluations; the number of "
              "iterations follows from the measured speed");
@@ -265,7 +289,7 @@ PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPo
                     const Progress& progress) {
   check_strategy(options);
   TrainSettings& settings = options.settings;
-  settings.many_gaussians = options.many_gaussians.value_or(false);
+  settings.many_gaussians = options.many_gaussians.value_or(false) && settings.strategy == "fastgs";
   settings.dash_of_paper = options.dash_of_paper.value_or(false);
   settings.reduced_photographs =
       options.reduces_photographs.value_or(find_strategy(settings.strategy).reduces_photographs);
@@ -303,6 +327,7 @@ PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPo
   PreparedRun prepared;
   prepared.model = make_training_model(backend, pool, device);
   prepared.data = read_data(options, pool, progress);
+  follow_data(options, prepared.data, settings);
   if (options.init && !options.run.resume)
     options.run.initial = read_initial(*options.init, settings.sh_degree, pool,
                                        prepared.data.origin, progress, options.run.text);

@@ -46,6 +46,8 @@ class StageClock {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
+}  // namespace
+
 RunFacts run_facts_of(const DataSet& data, const Pace& pace) {
   RunFacts facts{.views = data.training.size(), .pace = pace};
   for (const PhotographView& view : data.training)
@@ -53,8 +55,6 @@ RunFacts run_facts_of(const DataSet& data, const Pace& pace) {
                     static_cast<unsigned>(view.camera.height);
   return facts;
 }
-
-}  // namespace
 
 Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings,
                               ThreadPool& pool) {

@@ -34,6 +34,8 @@ struct StepResult {
   std::array<double, kTrainPasses.size()> seconds = {};
 };
 
+RunFacts run_facts_of(const DataSet& data, const Pace& pace);
+
 /// The Gaussians that a run starts from: the data set's points, or random points; without masks.
 Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings, ThreadPool& pool);
 

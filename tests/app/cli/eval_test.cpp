@@ -320,5 +320,35 @@ TEST(Photographs, are_rgb_with_the_background_behind_them) {
   EXPECT_NEAR(image.at(1, 1, 2), 1, 1e-6);
 }
 
+// A row of numbers for every face of a black photograph.
+TEST_F(Eval, photographs_of_wide_lenses_are_compared_face_by_face) {
+  struct Row {
+    const char* lens;
+    int width, height;
+    std::size_t faces;
+    const char* used;
+  };
+  const Row rows[] = {
+      {"SIMPLE_FISHEYE 60 60 19.1 30 30", 60, 60, 5, "(SIMPLE_FISHEYE, 5 faces each, 100 % of"},
+      {"EQUIRECTANGULAR 120 60 120 60", 120, 60, 6, "(EQUIRECTANGULAR, 6 faces each, 100 % of"},
+      {"EUCM 60 60 20 20 30 30 0.6 1.1", 60, 60, 5, "(EUCM, 5 faces each, "},
+      {"FOV 60 40 50 50 30 20 0.9", 60, 40, 1, "(FOV, undistorted, "},
+  };
+  const auto folder = folder_ / "wide";
+  std::filesystem::create_directories(folder / "images");
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.lens);
+    std::ofstream(folder / "cameras.txt") << "1 " << row.lens << "\n";
+    std::ofstream(folder / "images.txt") << "1 1 0 0 0 0 0 3 1 a.pfm\n\n";
+    write_image(Image(row.width, row.height, 3), folder / "images/a.pfm");
+    const ProgramRun run = run_quadsplat({"eval", (folder_ / "scene.ply").string(), "--backend",
+                                          "cpu", "--cull", "quadbox", "--cameras", folder.string(),
+                                          "--images", (folder / "images").string(), "--csv", "-"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.err, HasSubstr(row.used));
+    EXPECT_EQ(std::ranges::count(run.out, '\n'), static_cast<long>(row.faces) + 1) << run.out;
+  }
+}
+
 }  // namespace
 }  // namespace qs

@@ -422,6 +422,35 @@ TEST_F(Program, info_tells_facts_as_text_and_json) {
   EXPECT_LE(facts[0]["extents"]["low"][0], facts[0]["extents_5_95"]["low"][0]);
 }
 
+TEST_F(Program, info_says_lens_faces_and_used_share_of_cameras_beside_a_scene) {
+  EXPECT_THAT(run_quadsplat({"info", scene_}).out, HasSubstr("cameras.json (pinhole)"));
+  const std::filesystem::path folder = folder_ / "wide", scene = folder / "scene.ply";
+  const std::filesystem::path model = folder / "sparse/0";
+  std::filesystem::remove(folder_ / "cameras.json");  // it would be preferred
+  std::filesystem::create_directories(model);
+  std::filesystem::copy_file(scene_, scene);
+  std::ofstream(model / "images.txt") << "1 1 0 0 0 0 0 3 1 a.jpg\n\n2 1 0 0 0 0 0 4 1 b.jpg\n\n";
+  struct Row {
+    const char *lens, *line;
+  };
+  // The shares are from tests/golden/lenses.py.
+  const Row rows[] = {
+      {"PINHOLE 100 75 80 80 50 37", "wide/sparse/0/images.txt (pinhole)"},
+      {"SIMPLE_FISHEYE 100 75 80 50 37.5",
+       "(SIMPLE_FISHEYE, undistorted, 90 % of a photograph used)"},
+      {"SIMPLE_FISHEYE 100 100 31.83 50 50",
+       "(SIMPLE_FISHEYE, 5 faces each, 100 % of a photograph used)"},
+      {"BOX 100 75 80", "cameras.txt: line 1: there is no camera model 'BOX'"},
+  };
+  for (const Row& row : rows) {
+    std::ofstream(model / "cameras.txt") << "1 " << row.lens << "\n";
+    const ProgramRun run = run_quadsplat({"info", scene.string()});
+    EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("  cameras        ")) << row.lens;
+    EXPECT_THAT(run.out, HasSubstr(row.line)) << row.lens;
+  }
+}
+
 TEST_F(Program, convert_writes_a_scene_of_the_degree_asked_for) {
   const ProgramRun run = run_quadsplat({"convert", scene_, path("small.ply"), "--sh-degree", "1"});
   EXPECT_EQ(run.exit_code, kExitOk) << run.err;

@@ -3,8 +3,10 @@
 #include <chrono>
 #include <csignal>
 #include <fstream>
+#include <regex>
 #include <thread>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -39,6 +41,8 @@ class TrainProgram : public testing::Test {
                    const std::function<void(pid_t)>& meanwhile = {}) const {
     std::vector<std::string> words = {
         "train", data().string(), "--out-dir", model(name).string(), "--holdout", "4"};
+    if (!strategy_.empty() && std::ranges::find(more, "--strategy") == more.end())
+      words.insert(words.end(), {"--strategy", strategy_});
     words.insert(words.end(), more.begin(), more.end());
     return run_quadsplat(words, meanwhile);
   }
@@ -54,6 +58,7 @@ class TrainProgram : public testing::Test {
   }
 
   TemporaryFolder folder_;
+  std::string strategy_ = "adc";  ///< of runs that name none; "": the default
 };
 
 TEST_F(TrainProgram, a_model_is_not_written_into_its_data_set) {
@@ -322,10 +327,11 @@ TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
     EXPECT_THAT(run.err, HasSubstr(sentence));
     EXPECT_FALSE(std::filesystem::exists(model("model")));
   };
-  expect_refused({"--gaussians", "few"}, "--gaussians: is for --strategy fastgs, not adc");
+  expect_refused({"--gaussians", "few"},
+                 "--gaussians: is for --strategy budget or fastgs, not adc");
   expect_refused({"--gaussians", "900"}, "--gaussians N: is for --strategy budget, not adc");
-  expect_refused({"--strategy", "budget", "--gaussians", "many"},
-                 "--gaussians: is for --strategy fastgs, not budget");
+  expect_refused({"--strategy", "mcmc", "--gaussians", "many"},
+                 "--gaussians: is for --strategy budget or fastgs, not mcmc");
   expect_refused({"--gaussians", "some"}, "--gaussians: 'some' is not a whole number from 1 to");
   expect_refused({"--strategy", "fastgs", "--seconds", "5"},
                  "--seconds: is for --strategy budget, not fastgs");
@@ -351,6 +357,28 @@ TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
                  "--color-field: its files do not hold --antialiased");
   expect_refused({"--dash-variant", "current"}, "--dash-variant: is for --strategy dash, not adc");
   expect_refused({"--keep-best", "--keep-last"}, "--keep-last: contradicts --keep-best");
+}
+
+TEST_F(TrainProgram, budget_is_the_default_and_takes_its_length_and_number_from_the_data) {
+  strategy_.clear();
+  const auto run_with = [&](const std::string& name, std::vector<std::string> more) {
+    more.insert(more.end(), {"--random-points", "20", "--seconds", "0.1"});
+    const ProgramRun run = train(name, more);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run.out;
+  };
+  const std::string usual = run_with("usual", {});
+  const auto report = parse_json(bytes_of(model("usual") / "train.json"), "test");
+  EXPECT_EQ(report["settings"]["strategy"], "budget");
+  std::smatch numbers;
+  ASSERT_TRUE(
+      std::regex_search(usual, numbers, std::regex("budget: 0.1 seconds, (\\d+) Gaussians")));
+  const int number = std::stoi(numbers[1]);
+  EXPECT_GT(number, 20);
+  EXPECT_THAT(run_with("few", {"--gaussians", "few"}),
+              HasSubstr(fmt::format("seconds, {} Gaussians", number / 2)));
+  EXPECT_THAT(run_with("many", {"--gaussians", "many"}),
+              HasSubstr(fmt::format("seconds, {} Gaussians", 2 * number)));
 }
 
 TEST_F(TrainProgram, fastgs_trains_and_resumes_with_the_same_choice_of_gaussians_only) {

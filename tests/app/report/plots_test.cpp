@@ -514,6 +514,10 @@ TEST(TrainPlots, curves_come_from_the_log_and_only_finite_evaluations_have_a_psn
               ElementsAre(ElementsAre(200, 400), ElementsAre(20, 24.5)));
   EXPECT_THAT(Script(named(plots, "gaussians")).curves[0].columns,
               ElementsAre(ElementsAre(100, 200, 300, 400), ElementsAre(2, 3.5, 3.6, 3.7)));
+  log.guard = {{150, 21.5, 30}, {250, 22, 31}};
+  EXPECT_THAT(Script(named(train::train_plots(log, "caption"), "reserved")).curves[0].columns,
+              ElementsAre(ElementsAre(150, 250), ElementsAre(21.5, 22)));
+  log.guard.clear();
   log.rows.resize(1);
   EXPECT_EQ(train::train_plots(log, "").size(), 2u) << "nothing was evaluated";
   log.rows.clear();

@@ -14,6 +14,7 @@
 #include "app/support/driven_viewer.h"
 #include "app/support/program_in_window.h"
 #include "app/support/training.h"
+#include "app/viewer/panel_model/panel_model.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/training_thread.h"
 #include "app/viewer/state/hud_text.h"
@@ -161,6 +162,19 @@ TEST(TrainingState, the_panel_says_how_far_training_is) {
   driven.apply(action::training_progressed, progress);
   EXPECT_THAT(training_facts(driven.viewer),
               testing::Contains(testing::Field(&Fact::value, progress.overfitting)));
+  progress.guard = "the 3 reserved views did not get worse";
+  progress.test_psnrs = {{500, 22.5}, {1400, 24.5}};
+  progress.reserved_psnrs = {{700, 21}, {1000, 22}};
+  driven.apply(action::training_progressed, progress);
+  EXPECT_THAT(training_facts(driven.viewer),
+              testing::Contains(testing::Field(&Fact::value, progress.guard)));
+  const Blocks blocks = training_blocks(driven.viewer);
+  const auto* const chart = std::get_if<block::Chart>(&blocks.back());
+  ASSERT_NE(chart, nullptr);
+  ASSERT_EQ(chart->curves.size(), 2u);
+  EXPECT_TRUE(chart->curves[0].is_dashed) << "reserved views";
+  EXPECT_EQ(chart->curves[0].points[0].y, 0) << "21 dB, the least";
+  EXPECT_NEAR(chart->curves[1].points[1].y, 3.5 / 4, 1e-9) << "of 21 to 25 dB";
   driven.apply(action::training_ended, std::string("no memory"), true);
   EXPECT_EQ(training_facts(driven.viewer)[0].value, "no memory");
   EXPECT_TRUE(driven.viewer.log.back().error);
@@ -440,7 +454,7 @@ TEST(TrainingWindow, starts_from_the_menu_s_dialog_and_says_what_is_wrong) {
   EXPECT_THAT(state("refused")["training"]["state"].get<std::string>(), HasSubstr("nothing"));
   const nlohmann::json training = state("paused")["training"];
   EXPECT_EQ(training["state"], "paused");
-  EXPECT_THAT(training["iteration"].get<std::string>(), HasSubstr(" of 30,000"));
+  EXPECT_THAT(training["iteration"].get<std::string>(), HasSubstr(" of 7,000"));
   EXPECT_EQ(training["model"], path("data_model"));
   EXPECT_EQ(state("paused")["scene"], "data_model");
   EXPECT_TRUE(std::filesystem::exists(folder / "data_model/checkpoint")) << "closing saves it";

@@ -217,11 +217,15 @@ TEST(CameraFormats, simple_lenses_have_one_focal_length) {
 TEST(CameraFormats, damaged_colmap_text_is_named_by_file_and_line) {
   const std::string lens = "1 PINHOLE 20 10 50 50 10 5\n", image = "1 1 0 0 0 0 0 0 1 a.jpg\n\n";
   const std::vector<std::array<std::string, 3>> cases = {
-      {"\n1 FULL_OPENCV 20 10 50 50 10 5 0 0 0 0 0 0 0 0.1\n", image,
-       "cameras.txt: line 2: a FULL_OPENCV lens that distorts; undistort"},
-      {"1 RADIAL 200 100 50 100 50 -0.5 0\n", image,
-       "cameras.txt: line 1: the lens distorts too strongly; undistort"},
-      {"1 FOV 20 10 50 50 10 5 0\n", image, "cameras.txt: line 1: a FOV lens that distorts"},
+      {"\n1 EUCM 20 10 50 50 10 5 2 1\n", image,
+       "cameras.txt: line 2: alpha is 2, but must be from 0 to 1"},
+      {"1 RADIAL 200 100 50 100 50 -500 0\n", image,
+       "cameras.txt: line 1: the lens distorts too strongly"},
+      {"1 FOV 20 10 50 50 10 5 0\n", image,
+       "cameras.txt: line 1: omega is 0, but must be between 0 and pi"},
+      {"1 EQUIRECTANGULAR 20 10 40 20\n", image,
+       "line 1: the parameters of EQUIRECTANGULAR are 40 x 20, but its picture has 20 x 10 pixels"},
+      {"1 EQUIRECTANGULAR 20 12 20 12\n", image, "line 1: a panorama of 20 x 12 pixels"},
       {"1 BOX 20 10 50 50 10 5\n", image, "cameras.txt: line 1: there is no camera model 'BOX'"},
       {"1 PINHOLE 0 10 50 50 10 5\n", image, "line 1: a picture of 0 x 10 pixels"},
       {"1 PINHOLE 99999999999 10 50 50 10 5\n", image, "line 1: a picture of 99999999999 x 10"},
@@ -249,7 +253,7 @@ TEST(CameraFormats, damaged_colmap_text_is_named_by_file_and_line) {
   for (const char* unused :
        {"2 FOV 20 10 50 50 10 5 0\n", "2 OPENCV_FISHEYE 20 10 50 50 10 5 0.1 0 0 0\n", "2 BOX 20\n",
         "2 PINHOLE 0 10 50 50 10 5\n", "2 PINHOLE 20 10 nan 50 10 5\n",
-        "2 RADIAL 200 100 50 100 50 -0.5 0\n", "2 BOX 2\n2 PINHOLE 20 10 50 50 10 5\n"}) {
+        "2 RADIAL 200 100 50 100 50 -500 0\n", "2 BOX 2\n2 PINHOLE 20 10 50 50 10 5\n"}) {
     write(folder / "cameras.txt", unused + lens);
     EXPECT_EQ(read_cameras(folder.path()).size(), 1u) << unused;
   }
@@ -321,8 +325,8 @@ TEST(CameraFormats, damaged_transforms_are_named_by_file_and_frame) {
       {[](json& f) { f["frames"][1]["file_path"] = 5; }, "frame 1: file_path is not a string"},
       {[](json& f) { f.erase("h"); }, "frame 0: h is missing"},
       {[](json& f) { f["w"] = 1e12; }, "frame 0: w is"},
-      {[](json& f) { f["k3"] = 0.1; }, "frame 0: k3 is not 0: the lens distorts; undistort"},
-      {[](json& f) { f["camera_model"] = "OPENCV_FISHEYE"; }, "is no pinhole camera"},
+      {[](json& f) { f["k4"] = 0.1; }, "frame 0: k4 is 0.1, which a lens OPENCV does not have"},
+      {[](json& f) { f["camera_model"] = "ORTHOPHOTO"; }, "is no lens that is known"},
       {[](json& f) {
          f["frames"][0].erase("fl_x");
          f.erase("fl_x");

@@ -166,34 +166,42 @@ TEST_F(CameraSets, lenses_that_are_not_known_are_refused_and_others_read) {
     const char* sentence;  // "" if it is read
   };
   const Row rows[] = {
-      {"is_fisheye", true, "is_fisheye is true: no pinhole camera; undistort the photographs"},
-      {"is_fisheye", 1, "is_fisheye is 1: no pinhole camera"},
-      {"is_fisheye", "true", "is_fisheye is \"true\": no pinhole camera"},
+      {"is_fisheye", true, ""},
+      {"is_fisheye", 1, ""},
+      {"is_fisheye", "true", ""},
       {"is_fisheye", false, ""},
       {"is_fisheye", 0, ""},
       {"is_fisheye", "false", ""},
       {"is_fisheye", nullptr, ""},
-      {"ftheta_p0", 0.1, "ftheta_p0 is 0.1: no pinhole camera"},
-      {"latlong", true, "latlong is true: no pinhole camera"},
+      {"ftheta_p0", 0.1, "ftheta_p0 is 0.1: no lens that is known; undistort the photographs"},
+      {"ortho", true, "ortho is true: no lens that is known"},
+      {"latlong", true, ""},
+      {"equirectangular", true, ""},
       {"distortion_params", {0, 0, 0.1, 0, 0, 0}, "distortion_params is"},
       {"distortion_params", {0, 0, 0, 0, 0, 0}, ""},
       {"k1", 0.01, ""},
       {"k3", 0, ""},
-      {"k3", 0.01, "k3 is not 0: the lens distorts; undistort the photographs first"},
-      {"k4", -0.01, "k4 is not 0"},
-      {"k5", 0.01, "k5 is not 0"},
-      {"k6", 0.01, "k6 is not 0"},
-      {"s1", 0.01, "s1 is not 0"},
+      {"k3", 0.01, ""},
+      {"k4", -0.01, "k4 is -0.01, which a lens OPENCV does not have; undistort the photographs"},
+      {"k5", 0.01, "k5 is 0.01"},
+      {"k6", 0.01, "k6 is 0.01"},
+      {"s1", 0.01, "s1 is 0.01"},
       {"camera_model", "OPENCV", ""},
       {"camera_model", "PINHOLE", ""},
       {"camera_model", "SIMPLE_RADIAL", ""},
       {"camera_model", "PERSPECTIVE", ""},
       {"camera_model", "pinhole", ""},
-      {"camera_model", "OPENCV_FISHEYE", "camera_model OPENCV_FISHEYE is no pinhole camera"},
-      {"camera_model", "EQUIRECTANGULAR", "camera_model EQUIRECTANGULAR is no pinhole camera"},
-      {"camera_model", "ORTHOPHOTO", "camera_model ORTHOPHOTO is no pinhole camera"},
-      {"camera_model", "RAD_TAN_THIN_PRISM_FISHEYE", "is no pinhole camera"},
-      {"camera_model", "", "camera_model  is no pinhole camera"},
+      {"camera_model", "FULL_OPENCV", ""},
+      {"camera_model", "OPENCV_FISHEYE", ""},
+      {"camera_model", "RAD_TAN_THIN_PRISM_FISHEYE", ""},
+      {"camera_model", "FISHEYE624", ""},
+      {"camera_model", "SIMPLE_DIVISION", ""},
+      {"camera_model", "FOV", "omega is 0, but must be between 0 and pi"},
+      {"camera_model", "EQUIRECTANGULAR", ""},
+      {"w", 30, ""},
+      {"camera_model", "ORTHOPHOTO", "camera_model ORTHOPHOTO is no lens that is known"},
+      {"camera_model", "VR180_L", "camera_model VR180_L is no lens that is known"},
+      {"camera_model", "", "camera_model  is no lens that is known"},
       {"camera_model", 4, "camera_model is not a string"},
   };
   for (const Row& row : rows) {
@@ -208,28 +216,62 @@ TEST_F(CameraSets, lenses_that_are_not_known_are_refused_and_others_read) {
   }
 }
 
-TEST_F(CameraSets, colmap_s_newer_models_are_refused_by_name_and_number) {
-  for (const char* name :
-       {"FOV", "THIN_PRISM_FISHEYE", "RAD_TAN_THIN_PRISM_FISHEYE", "SIMPLE_DIVISION", "DIVISION",
-        "SIMPLE_FISHEYE", "FISHEYE", "EUCM", "EQUIRECTANGULAR"}) {
-    write_model("m", 1);
-    std::string parameters;
-    for (int i = 0; i < 16; ++i) parameters += i < 4 ? " 50" : " 0.1";
-    write("m/cameras.txt", fmt::format("1 {} 20 10{}\n", name, parameters));
-    EXPECT_THAT(error("m"), HasSubstr(name)) << name;
+TEST_F(CameraSets, keys_of_lenses_that_contradict_each_other_are_refused) {
+  struct Row {
+    json keys;
+    const char* model;     // "": it is refused
+    const char* sentence;  // of the refusal
+  };
+  const json params = {0.01, 0, 0, 0, 0, 0, 0.001, 0, 0, 0, 0, 0};
+  const Row rows[] = {
+      {{{"is_fisheye", true}}, "OPENCV_FISHEYE", ""},
+      {{{"is_fisheye", true}, {"k1", 0.01}, {"k4", 0.001}}, "OPENCV_FISHEYE", ""},
+      {{{"is_fisheye", true}, {"camera_model", "OPENCV_FISHEYE"}}, "OPENCV_FISHEYE", ""},
+      {{{"is_fisheye", true}, {"camera_model", "EUCM"}, {"alpha", 0.5}, {"beta", 1}}, "EUCM", ""},
+      {{{"is_fisheye", true}, {"camera_model", "OPENCV"}},
+       "",
+       "is_fisheye is true, but its lens is OPENCV"},
+      {{{"is_fisheye", true}, {"latlong", true}},
+       "",
+       "latlong is true, but its lens is OPENCV_FISHEYE"},
+      {{{"is_fisheye", true}, {"p1", 0.01}}, "", "p1 is 0.01, which a lens OPENCV_FISHEYE"},
+      {{{"latlong", true}}, "EQUIRECTANGULAR", ""},
+      {{{"camera_model", "EQUIRECTANGULAR"}}, "EQUIRECTANGULAR", ""},
+      {{{"latlong", true}, {"w", 30}},
+       "",
+       "frame 0: a panorama of 30 x 10 pixels is not twice as wide as high"},
+      {{{"k1", 0.01}, {"p2", 0.001}}, "OPENCV", ""},
+      {{{"k1", 0.01}, {"k3", 0.001}}, "FULL_OPENCV", ""},
+      {{{"k1", 0.01}, {"k3", 0.001}, {"k4", 0.01}}, "", "k4 is 0.01, but a lens with k3 has it as"},
+      {{{"camera_model", "FULL_OPENCV"}, {"k1", 0.01}, {"k4", 0.01}}, "FULL_OPENCV", ""},
+      {{{"camera_model", "METASHAPE"}, {"k1", 0.01}, {"k4", 0.01}}, "METASHAPE", ""},
+      {{{"camera_model", "FISHEYE624"}, {"distortion_params", params}}, "FISHEYE624", ""},
+      {{{"camera_model", "OPENCV"}, {"distortion_params", params}}, "", "for FISHEYE624 alone"},
+  };
+  for (const Row& row : rows) {
+    json file = transforms();
+    file.update(row.keys);
+    write("transforms.json", file.dump());
+    if (std::string_view(row.model).empty()) {
+      EXPECT_THAT(error("transforms.json"), HasSubstr(row.sentence)) << row.keys;
+      continue;
+    }
+    const auto cameras = read("transforms.json").cameras;
+    ASSERT_TRUE(cameras[0].lens) << row.keys;
+    EXPECT_EQ(cameras[0].lens->model->name, row.model) << row.keys;
   }
-  write("m/cameras.txt", "1 FULL_OPENCV 20 10 50 50 10 5 -0.1 0 0 0 0 0 0 0\n");
-  EXPECT_TRUE(read("m").cameras[0].lens) << "the coefficients that are known";
 }
 
 TEST_F(CameraSets, data_that_is_not_used_is_named) {
   json file = transforms();
   file["train_filenames"] = {"images/0.jpg"};
   file["frames"][1]["depth_file_path"] = "depth/1.png";
+  file["fisheye_crop_radius"] = 707.5;
   write("transforms.json", file.dump());
   EXPECT_THAT(sentences(read("transforms.json")),
               ElementsAre("transforms.json: train_filenames is not used",
-                          "transforms.json: depth_file_path is not used"));
+                          "transforms.json: depth_file_path is not used",
+                          "transforms.json: fisheye_crop_radius is not used"));
 }
 
 TEST_F(CameraSets, odd_numbers_are_told_and_wrong_ones_refused) {

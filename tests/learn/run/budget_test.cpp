@@ -123,6 +123,14 @@ TEST(Budget, the_target_is_a_gaussian_for_every_200_pixels_of_the_photographs) {
   EXPECT_EQ(plan.growth.budget, 100u);
 }
 
+TEST(Budget, a_run_has_120_iterations_for_each_view_between_two_limits) {
+  const std::pair<std::size_t, int> rows[] = {{0, 7000},     {1, 7000},        {58, 7000},
+                                              {59, 7080},    {84, 10'080},     {250, 30'000},
+                                              {251, 30'000}, {100'000, 30'000}};
+  for (const auto& [views, iterations] : rows) EXPECT_EQ(budget_iterations(views), iterations);
+  EXPECT_STREQ(default_strategy().name, "budget");
+}
+
 TEST(Budget, rates_follow_the_run_and_fall_at_its_end) {
   for (const int n : {100, 1000, 30'000}) {
     const TrainSettings settings = budget_settings(n);
@@ -163,11 +171,12 @@ TEST(Guard, stops_growth_if_the_reserved_views_get_worse_while_others_get_better
   } cases[] = {
       {"better", {20, 21, 22, 23, 24, 25, 26, 27}, up, 0},
       {"a little worse", {20, 21, 22, 22, 22, 21.91, 21.9, 21.9}, up, 0},
-      {"worse", {20, 21, 22, 22, 22, 21, 21, 21}, up, 150},
+      {"worse", {20, 21, 22, 22, 22, 21, 21, 21}, up, 200},
       {"worse only once", {20, 21, 22, 22, 22, 21.8, 22, 22}, up, 0},
-      {"worse later", {20, 21, 22, 22, 22, 21.9, 21.8, 21.7}, up, 200},
+      {"worse twice", {20, 21, 22, 22, 22, 22, 21, 21}, up, 0},
+      {"lower behind halvings", {20, 21, 18, 22, 18, 18, 22.5, 18}, up, 0},
       {"all are worse", {20, 21, 22, 22, 22, 21, 21, 21}, {20, 21, 22, 22, 22, 21, 21, 21}, 0},
-      {"better again", {20, 20, 20, 19, 19, 25, 26, 27}, up, 100},
+      {"better again", {20, 20, 20, 19, 19, 19, 26, 27}, up, 150},
       {"two measurements", {20, 10}, {20, 30}, 0},
       {"worse from the start", {20, 19, 18, 17, 16, 15, 14, 13}, up, 100},
       {"the trained stay", {20, 21, 22, 22, 22, 21, 21, 21}, flat, 0},

@@ -41,7 +41,8 @@ TEST(Overfitting, evaluations_are_as_far_apart_as_their_number_of_test_views_nee
   EXPECT_EQ(evaluation_interval(data_with(1, 1), "cpu"), 1000);
   EXPECT_EQ(evaluation_interval(data_with(84, 13), "cpu"), 1000);
   EXPECT_EQ(evaluation_interval(data_with(500, 100), "cpu"), 2000);
-  EXPECT_EQ(evaluation_interval(data_with(84, 13), "cuda, GPU"), 11'000);
+  EXPECT_EQ(evaluation_interval(data_with(84, 13), "cuda, GPU"), 1000);
+  EXPECT_EQ(evaluation_interval(data_with(500, 100), "cuda, GPU"), 3000);
   EXPECT_EQ(evaluation_interval(data_with(9, 0), "cuda, GPU"), 1000);
 }
 

@@ -464,8 +464,8 @@ TEST_F(TrainData, blender_s_files_name_training_and_test_views) {
 }
 
 TEST_F(TrainData, photographs_of_lenses_that_distort_are_undistorted) {
-  LensCamera camera{test::front_camera(40, 30), Lens{{35, 35}, {20, 14}, -0.1, 0.05, 0, 0}, {}};
-  camera = undistorted_camera(camera.camera, *camera.lens, "test");
+  LensCamera camera = lens_camera(
+      {find_lens_model("OPENCV"), {40, 30}, {35, 35}, {20, 14}, {-0.1, 0.05, 0, 0}}, "test");
   camera.camera.name = "a";
   std::ofstream(folder_ / "cameras.json") << format_cameras({camera});
   Image ramp(40, 30, 3);  // the value is the column, so it identifies the source of a pixel
@@ -479,7 +479,7 @@ TEST_F(TrainData, photographs_of_lenses_that_distort_are_undistorted) {
   const PhotographView view = read().training.front();
   for (const auto& [x, y] : {std::pair{20, 14}, {3, 4}, {36, 27}}) {
     const glm::dvec2 slope = (glm::dvec2(x, y) - camera.camera.center_px) / camera.camera.focal_px;
-    const double column = 35 * camera.lens->distort(slope).x + 20;
+    const double column = camera.lens->project({slope, 1}).value().x;
     EXPECT_NEAR(view.rgb[static_cast<std::size_t>(3 * (40 * y + x))], 5 * column, 0.51);
   }
   EXPECT_EQ(view.camera.focal_px, camera.camera.focal_px);
@@ -488,6 +488,112 @@ TEST_F(TrainData, photographs_of_lenses_that_distort_are_undistorted) {
   ASSERT_TRUE(half.lens);
   EXPECT_DOUBLE_EQ(half.lens->focal_px.x, 17.5);
   EXPECT_DOUBLE_EQ(half.lens->center_px.x, 9.75);
+}
+
+// Three photographs of 40 x 40 pixels, a fisheye of 180 degrees from side to side.
+class TrainWide : public TrainData {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(folder_ / "images");
+    nlohmann::json file = {{"w", 40},
+                           {"h", 40},
+                           {"fl_x", 12.73},
+                           {"is_fisheye", true},
+                           {"frames", nlohmann::json::array()}};
+    for (int i = 0; i < 3; ++i) {
+      const std::string name(1, static_cast<char>('a' + i));
+      write_photograph(name, 40, 40, static_cast<float>(i) / 5);
+      file["frames"].push_back(
+          {{"file_path", "images/" + name + ".pfm"},
+           {"transform_matrix", {{1, 0, 0, i}, {0, 1, 0, 0}, {0, 0, 1, 4}, {0, 0, 0, 1}}}});
+    }
+    std::ofstream(folder_ / "transforms.json") << file;
+    options_.data = folder_.path();
+    options_.holdout = 3;
+  }
+};
+
+const auto counted_share = [](const PhotographView& view) {
+  return view.mask.empty() ? 1.0
+                           : static_cast<double>(std::ranges::count(view.mask, 1)) /
+                                 static_cast<double>(view.mask.size());
+};
+
+TEST_F(TrainWide, photographs_are_divided_into_faces_and_held_out_as_a_whole) {
+  const DataSet data = read();
+  EXPECT_THAT(names(data.test), ElementsAre("a_front", "a_right", "a_left", "a_up", "a_down"));
+  ASSERT_EQ(data.training.size(), 10u);
+  EXPECT_EQ(names(data.training)[5], "c_front");
+  EXPECT_EQ(test::without_folder(data.used, folder_.path()),
+            "3 of 3 cameras in transforms.json (OPENCV_FISHEYE, 5 faces each, 100 % of a "
+            "photograph used), photographs in images, no masks");
+  for (const PhotographView& view : data.training) {
+    SCOPED_TRACE(view.camera.name);
+    EXPECT_EQ(view.camera.width, 29) << "2 x 12.73 tan 48 degrees";
+    EXPECT_NEAR(counted_share(view), view.lens->face == "front" ? 1.0 : 0.565, 0.001)
+        << "from tests/golden/lenses.py";
+    const int value = view.camera.name[0] == 'b' ? 51 : 102;
+    for (std::size_t i = 0; i < view.rgb.size(); ++i)
+      if (view.mask.empty() || view.mask[i / 3] != 0) {
+        EXPECT_EQ(view.rgb[i], value) << i;
+      }
+  }
+  // Left is the side to which x falls.
+  const Camera& left = data.training[2].camera;
+  EXPECT_NEAR((left.view_from_world * glm::dvec4(-99, 0, 4, 1)).z, 100, 1e-9);
+}
+
+TEST_F(TrainWide, masks_and_sizes_of_photographs_hold_for_their_faces) {
+  std::filesystem::create_directories(folder_ / "masks");
+  Image mask(40, 40, 1);  // the left half is masked out
+  for (int y = 0; y < 40; ++y)
+    for (int x = 20; x < 40; ++x) mask.at(x, y, 0) = 1;
+  write_image(mask, folder_ / "masks/b.png");
+  options_.resolution_scale = 2;
+  const DataSet data = read();
+  EXPECT_THAT(data.used, HasSubstr("masks of 1 of 3 photographs"));
+  ASSERT_EQ(data.training.size(), 9u) << "nothing of b_left counts";
+  EXPECT_EQ(data.training[0].camera.width, 15);
+  // Pixel 16 of 29 is the first that no masked pixel reaches by cubics: 12.73 atan(2 / 13.06)
+  // + 19.5 is above 21. Of 15 columns, column 9 is the first without an earlier pixel.
+  EXPECT_NEAR(counted_share(data.training[0]), 6.0 / 15, 1e-9);
+  EXPECT_EQ(names(data.training)[2], "b_up");
+  EXPECT_NEAR(data.training[0].lens->size_px.x, 20, 0.7);
+  write_photograph("c", 40, 30, 0);
+  EXPECT_EQ(error(),
+            "images/c.pfm: 40 x 30 pixels do not have the aspect ratio of its camera, "
+            "40 x 40");
+}
+
+TEST_F(TrainWide, a_masked_pixel_masks_all_pixels_that_are_interpolated_from_it) {
+  std::filesystem::create_directories(folder_ / "masks");
+  Image mask(40, 40, 1);
+  std::ranges::fill(mask.values, 1.0f);
+  mask.at(22, 17, 0) = 0;
+  write_image(mask, folder_ / "masks/b.png");
+  const DataSet data = read();
+  const PhotographView& front = data.training[0];
+  ASSERT_EQ(front.camera.name, "b_front");
+  ASSERT_FALSE(front.mask.empty());
+  const LensCamera camera{front.camera, front.lens};
+  for (std::size_t i = 0; i < front.mask.size(); ++i) {
+    const glm::dvec2 source = camera.source_of({i % 29, i / 29}).value();
+    const bool is_used = std::abs(source.x - 22) < 2 && std::abs(source.y - 17) < 2;
+    EXPECT_EQ(front.mask[i], is_used ? 0 : 1) << i;
+  }
+}
+
+TEST_F(TrainWide, faces_are_read_again_from_cameras_json) {
+  const DataSet data = read();
+  std::ofstream(folder_ / "cameras.json") << format_cameras(data.cameras());
+  const DataSet again = read();
+  EXPECT_EQ(again.test.size(), 5u);
+  EXPECT_EQ(again.training.size(), 10u);
+  EXPECT_THAT(again.used, HasSubstr("(faces of OPENCV_FISHEYE)"));
+  std::uint64_t first = 0, second = 0;
+  for (const PhotographView& view : data.training) first += view.content_hash();
+  for (const PhotographView& view : again.training) second += view.content_hash();
+  EXPECT_EQ(first, second) << "the same pixels and masks";
 }
 
 TEST_F(TrainData, extent_is_a_tenth_more_than_the_largest_distance_from_the_middle) {

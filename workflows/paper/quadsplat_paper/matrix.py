@@ -27,8 +27,12 @@ class Model:
     command: Optional[list[str]] = None   # a training program of its own instead of `train`
     plugin: Optional[str] = None          # a renderer that `bench` measures on this model
 
+    def __post_init__(self) -> None:
+        if self.command is None and "--strategy" not in self.options:
+            self.options = ["--strategy", "adc", *self.options]  # the paper's, not the default of `train`
+
     def strategy(self) -> str:
-        return self.options[self.options.index("--strategy") + 1] if "--strategy" in self.options else "adc"
+        return self.options[self.options.index("--strategy") + 1]
 
 
 @dataclasses.dataclass

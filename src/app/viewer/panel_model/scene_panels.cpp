@@ -95,6 +95,32 @@ block::Chart loss_curve(const Viewer& v) {
   return chart;
 }
 
+block::Chart psnr_curves(const TrainingProgress& progress) {
+  std::vector<PsnrPoint> all = progress.test_psnrs;
+  all.insert(all.end(), progress.reserved_psnrs.begin(), progress.reserved_psnrs.end());
+  const PsnrChart from = psnr_chart(all);
+  const auto share = [&](double psnr) { return (psnr - from.least) / (from.most - from.least); };
+  block::Chart chart{.title = progress.reserved_psnrs.empty()
+                                  ? "PSNR on the test views, dB"
+                                  : "PSNR, dB: test views; dashed: reserved views",
+                     .axis = kIterationTitle,
+                     .letters = 10};
+  for (const AxisTick& tick : from.iteration_ticks)
+    chart.across.push_back({static_cast<float>(tick.value / from.most_iteration), tick.text});
+  for (const AxisTick& tick : from.psnr_ticks)
+    chart.up.push_back({static_cast<float>(share(tick.value)), tick.text});
+  for (const std::vector<PsnrPoint>* points : {&progress.reserved_psnrs, &progress.test_psnrs}) {
+    block::Curve curve{.ink = {kSkyBlue, kBlue},
+                       .is_dashed = points == &progress.reserved_psnrs,
+                       .is_marked = false,
+                       .width = 1.5f};
+    for (const PsnrPoint& point : *points)
+      curve.points.push_back({point.iteration / from.most_iteration, share(point.psnr)});
+    chart.curves.push_back(std::move(curve));
+  }
+  return chart;
+}
+
 }  // namespace
 
 Blocks camera_blocks(const Viewer& v) {
@@ -149,6 +175,8 @@ Blocks training_blocks(const Viewer& v) {
   Blocks blocks = {block::Progress{"Iterations done", share},
                    in_line({{"Pause training"}, {"Step"}, {"Save the model"}, {"Stop training"}}),
                    block::Local::test_view, block::Facts{training_facts(v)}};
+  if (progress.test_psnrs.size() > 1 || progress.reserved_psnrs.size() > 1)
+    blocks.emplace_back(psnr_curves(progress));
   if (v.training->losses.size() > 1) blocks.emplace_back(loss_curve(v));
   return blocks;
 }

@@ -53,8 +53,8 @@ void choose(const char* title, std::span<const Row> rows, std::size_t& chosen,
 
 void draw_choices(TrainForm& form) {
   ImGui::SetNextItemWidth(19 * ImGui::GetFontSize());
-  ImGui::InputInt("iterations", &form.iterations, 1000, 10000);
-  form.iterations = std::max(form.iterations, 1);
+  ImGui::InputInt("iterations; 0: as the photographs need", &form.iterations, 1000, 10000);
+  form.iterations = std::max(form.iterations, 0);
   choose(
       "size of the photographs", std::span<const TrainChoice>(kTrainSizes), form.size,
       [](const TrainChoice& row) { return row.words; },

@@ -163,7 +163,7 @@ Job compare_photograph(const Viewer& viewer) {
     const Session& session = context.session;
     const Image& image = *photograph.image;
     try {
-      require_same_shape(image, photograph.path, camera);
+      require_same_shape(image, photograph.path, {camera.width, camera.height});
       Image picture =
           session.renderer->render(camera, settings, {}, HostImage{}, context.stop).color;
       clamp_to_unit(picture);

@@ -86,6 +86,14 @@ std::string value_text(double value) {
   return fmt::format("{:.{}f}", value, value >= 100 ? 0 : value >= 10 ? 1 : 2);
 }
 
+std::vector<AxisTick> iteration_ticks(int most) {
+  std::vector<AxisTick> ticks = round_ticks(std::max(most, 1));
+  // An iteration is a whole number.
+  std::erase_if(ticks, [](const AxisTick& tick) { return tick.value != std::floor(tick.value); });
+  for (AxisTick& tick : ticks) tick.text = grouped(static_cast<std::uint64_t>(tick.value));
+  return ticks;
+}
+
 }  // namespace
 
 glm::dvec2 ZoomChart::place(double zoom, double value) const {
@@ -129,12 +137,30 @@ LossChart loss_chart(const std::vector<LossPoint>& losses) {
   LossChart chart;
   chart.loss_ticks = round_ticks(most > 0 ? most : 1);
   chart.most_loss = chart.loss_ticks.back().value;
-  chart.iteration_ticks = round_ticks(std::max(losses.empty() ? 1 : losses.back().iteration, 1));
-  // An iteration is a whole number.
-  std::erase_if(chart.iteration_ticks,
-                [](const AxisTick& tick) { return tick.value != std::floor(tick.value); });
-  for (AxisTick& tick : chart.iteration_ticks)
-    tick.text = grouped(static_cast<std::uint64_t>(tick.value));
+  chart.iteration_ticks = iteration_ticks(losses.empty() ? 1 : losses.back().iteration);
+  chart.most_iteration = chart.iteration_ticks.back().value;
+  return chart;
+}
+
+PsnrChart psnr_chart(const std::vector<PsnrPoint>& points) {
+  PsnrChart chart;
+  if (points.empty()) return chart;
+  int last = 1;
+  double most = points.front().psnr;
+  chart.least = most;
+  for (const PsnrPoint& point : points) {
+    last = std::max(last, point.iteration);
+    most = std::max(most, point.psnr);
+    chart.least = std::min(chart.least, point.psnr);
+  }
+  chart.least = std::floor(chart.least);
+  chart.psnr_ticks = round_ticks(std::max(most - chart.least, 1.0));
+  for (AxisTick& tick : chart.psnr_ticks) {
+    tick.value += chart.least;
+    tick.text = fmt::format("{:g}", tick.value);
+  }
+  chart.most = chart.psnr_ticks.back().value;
+  chart.iteration_ticks = iteration_ticks(last);
   chart.most_iteration = chart.iteration_ticks.back().value;
   return chart;
 }

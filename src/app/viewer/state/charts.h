@@ -73,6 +73,14 @@ struct LossChart {
 
 LossChart loss_chart(const std::vector<LossPoint>& losses);
 
+struct PsnrChart {
+  double most_iteration = 1, least = 0, most = 1;  ///< ends of the axes; iterations begin at 0
+  std::vector<AxisTick> iteration_ticks, psnr_ticks;
+};
+
+/// The axes of the points of all curves.
+PsnrChart psnr_chart(const std::vector<PsnrPoint>& points);
+
 /// The loss whose iteration is nearest to `iteration`. `losses` must not be empty.
 const LossPoint& loss_near(const std::vector<LossPoint>& losses, double iteration);
 

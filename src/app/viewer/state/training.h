@@ -78,6 +78,12 @@ struct TrainingRequest {
   bool operator==(const TrainingRequest&) const = default;
 };
 
+/// Mean PSNR of several views after an iteration.
+struct PsnrPoint {
+  int iteration = 0;
+  double psnr = 0;  ///< dB, finite
+};
+
 struct TrainingProgress {
   int iteration = 0, iterations = 0;  ///< done, planned
   double loss = 0;                    ///< of the last iterations
@@ -86,6 +92,8 @@ struct TrainingProgress {
   std::optional<double> test_psnr = {}, test_ssim = {};  ///< of the last evaluation
   int evaluated = 0;                                     ///< iteration of the last evaluation
   std::string overfitting{};  ///< a sentence if the test views got worse, or ""
+  std::vector<PsnrPoint> test_psnrs{}, reserved_psnrs{};  ///< of all evaluations; of the guard
+  std::string guard{};                                    ///< the guard's verdict so far, or ""
 };
 
 /// Keeps drawing within a share of the time. Every piece of work, a frame or an upload, is followed
@@ -146,11 +154,9 @@ inline constexpr TrainChoice kTrainSizes[] = {{"at most 1600 pixels wide", nullp
                                               {"1/4", "4"},
                                               {"1/8", "8"}};
 
-inline constexpr int kTrainIterations = 30000;  ///< the default of `train`
-
 struct TrainForm {
-  std::string data, model;  ///< folders; an empty `model`: usual_model()
-  int iterations = kTrainIterations;
+  std::string data, model;             ///< folders; an empty `model`: usual_model()
+  int iterations = 0;                  ///< 0: the default of `train`
   std::size_t size = 0, strategy = 0;  ///< indices into kTrainSizes and train::strategies()
   std::string more;                    ///< further options, as on the command line
   bool operator==(const TrainForm&) const = default;

@@ -84,11 +84,11 @@ TrainingRequest request_of(const TrainForm& form) {
   const auto add = [&](const char* name, const char* value) {
     if (value != nullptr) options.insert(options.end(), {name, value});
   };
-  if (form.iterations != kTrainIterations)
+  if (form.iterations > 0)
     options.insert(options.end(), {"--iterations", fmt::format("{}", form.iterations)});
   add("--resolution-scale", kTrainSizes[form.size].value);
-  const char* const strategy = train::strategies()[form.strategy].name;
-  add("--strategy", strategy == train::TrainSettings{}.strategy ? nullptr : strategy);
+  const train::Strategy& strategy = train::strategies()[form.strategy];
+  add("--strategy", &strategy == &train::default_strategy() ? nullptr : strategy.name);
   for (std::string& word : words_of(form.more)) options.push_back(std::move(word));
   return request;
 }
@@ -151,6 +151,7 @@ std::vector<Fact> training_facts(const Viewer& viewer) {
                          progress.test_ssim.value_or(0), count(progress.evaluated))
            : "-"});
   if (!progress.overfitting.empty()) facts.push_back({"test views", progress.overfitting});
+  if (!progress.guard.empty()) facts.push_back({"guard", progress.guard});
   facts.push_back({"Gaussians", grouped(progress.gaussians)});
   facts.push_back({"speed", progress.iterations_per_second > 0
                                 ? fmt::format("{:.1f} iterations/s", progress.iterations_per_second)

@@ -31,7 +31,7 @@ TEST(TrainForm, gives_the_options_of_its_fields_and_then_the_typed_ones) {
   form.model = "my model";
   form.iterations = 7000;
   form.size = 2;
-  form.strategy = 1;
+  form.strategy = 2;
   form.more = "--masks \"my masks\"  --eval-every 5000";
   const TrainingRequest request = request_of(form);
   EXPECT_EQ(request.model, "my model");
@@ -52,7 +52,7 @@ TEST(TrainForm, offers_the_strategies_of_the_command_line) {
       offered.push_back(options.back());
     }
   }
-  EXPECT_THAT(offered, ElementsAre("the default", "mcmc", "dash", "fastgs", "mask", "budget"));
+  EXPECT_THAT(offered, ElementsAre("the default", "adc", "mcmc", "dash", "fastgs", "mask"));
 }
 
 TEST(TrainForm, quotes_keep_blanks_and_a_backslash_keeps_a_quote) {

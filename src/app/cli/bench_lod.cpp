@@ -28,6 +28,10 @@
 namespace qs {
 namespace {
 
+const std::string kCsvHeader =
+    "scene,camera,distance,share_of,budget_percent,method,gaussians,width,height,psnr,ssim,flip,"
+    "worst_block_psnr,ms";
+
 struct Distance {
   const char* name;
   double factor;  // on the median depth of the picture's centre
@@ -106,11 +110,8 @@ class LodRun {
         kBackendNames[static_cast<int>(session_.backend)], altered_clause(session_), table());
     fmt::print("{}", text);
     if (!bench_.out_dir) return;
-    const std::string header =
-        "scene,camera,distance,share_of,budget_percent,method,gaussians,width,height,psnr,ssim,"
-        "flip,worst_block_psnr,ms";
     replace_folder(*bench_.out_dir, [&](const std::filesystem::path& hidden) {
-      write_text(hidden / "lod.csv", header + (altered_.empty() ? "\n" : ",altered\n") + csv_);
+      write_text(hidden / "lod.csv", kCsvHeader + (altered_.empty() ? "\n" : ",altered\n") + csv_);
       write_text(hidden / "lod.md", "<!-- written by quadsplat bench -->\n" + text);
     });
     fmt::print(stderr, "wrote {}\n", bench_.out_dir->string());
@@ -119,7 +120,6 @@ class LodRun {
  private:
   // Distance, budget, method; and the pictures for shares of all leaves, and of the leaves in view.
   using Key = std::tuple<std::size_t, double, std::size_t>;
-  using Cells = std::array<LodCell, 2>;
 
   const GaussianCloud& leaves() const { return session_.scene->cloud; }
 
@@ -276,7 +276,7 @@ class LodRun {
   std::vector<std::unique_ptr<const NodeTree>> trees_;
   std::vector<LodMethod> methods_;
   std::vector<LodView> views_;
-  std::map<Key, Cells> cells_;
+  std::map<Key, std::array<LodCell, 2>> cells_;
   std::string csv_;           // its rows
   std::size_t distance_ = 0;  // of the pictures that are drawn
   ProgressBar bar_{"levels"};

@@ -241,27 +241,26 @@ void check_bench(const BenchCommand& command) {
 }
 
 int run_lod(const BenchCommand& command, Arguments arguments) {
-  static constexpr const char* kOthers[] = {
-      "--rounds", "--baseline",       "--load",      "--psnr",    "--exact-color",
-      "--plugin", "--plugin-timeout", "--replicate", "--scaling", "--shard"};
-  if (const char* const other = given_option(arguments, kOthers))
+  const auto given = [&](std::initializer_list<const char*> names) {
+    return given_option(arguments, {names.begin(), names.size()});
+  };
+  if (const char* const other =
+          given({"--rounds", "--baseline", "--load", "--psnr", "--exact-color", "--plugin",
+                 "--plugin-timeout", "--replicate", "--scaling", "--shard"}))
     fail(ErrorKind::usage, "bench: --lod measures levels of detail: it excludes {}", other);
   LodBench bench;
   bench.frame = command.frame;
   bench.cameras = command.cameras;
   bench.frame.scene = command.scenes.front();
   bench.others.assign(command.scenes.begin() + 1, command.scenes.end());
-  for (const std::filesystem::path& other : bench.others) note_input(find_scene_file(other));
-  static constexpr const char* kModes[] = {"--cull"};
-  if (!given_option(arguments, kModes)) bench.frame.modes = {default_mode()};
+  if (!given({"--cull"})) bench.frame.modes = {default_mode()};
   if (bench.frame.modes.size() > 1)
     fail(ErrorKind::usage, "bench: --lod draws in one mode: choose one with --cull");
   note_inputs(bench.frame);
   bench.budgets = command.budgets;
   if (bench.budgets.empty()) bench.budgets = {5, 10, 25, 50};
-  static constexpr const char *kFrames[] = {"--frames"}, *kWarmup[] = {"--warmup"};
-  if (given_option(arguments, kFrames)) bench.frames = command.plan.frames;
-  if (given_option(arguments, kWarmup)) bench.warmup = command.plan.warmup;
+  if (given({"--frames"})) bench.frames = command.plan.frames;
+  if (given({"--warmup"})) bench.warmup = command.plan.warmup;
   bench.out_dir = command.out_dir;
   check_report(bench.out_dir, kLodFiles);
   run_lod_bench(bench);

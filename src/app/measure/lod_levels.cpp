@@ -22,7 +22,6 @@ namespace qs {
 namespace {
 
 constexpr double kOpaque = 0.99;  // opacity of merged Gaussians, at most
-constexpr std::size_t kMergedPerChunk = 256;
 
 // Surface of the ellipsoid of one standard deviation (Thomsen's formula): four times the mean of
 // its projections.
@@ -47,10 +46,8 @@ class OctreeBuilder {
       : pool_(pool),
         nodes_(std::make_shared<GaussianCloud>(leaves)),
         parents_(leaves.size(), kNoParent),
-        sizes_(leaves.size()),
         weights_(leaves.size()) {
     pool_.for_each(leaves.size(), 4096, [&](std::size_t i) {
-      sizes_[i] = longest_axis(leaves, i);
       weights_[i] =
           opacity_of_logit(leaves.opacity_logits[i]) * ellipsoid_area(leaves.log_scales[i]) + 1e-30;
     });
@@ -63,11 +60,11 @@ class OctreeBuilder {
   NodeTree build() {
     std::vector<std::uint32_t> waiting(nodes_->size());  // leaves, the smallest first
     std::iota(waiting.begin(), waiting.end(), 0u);
-    std::ranges::stable_sort(waiting, {}, [&](std::uint32_t i) { return sizes_[i]; });
-    double step = std::exp2(std::floor(std::log2(std::max(sizes_[waiting[0]], 1e-6))));
+    std::ranges::stable_sort(waiting, {}, [&](std::uint32_t i) { return size(i); });
+    double step = std::exp2(std::floor(std::log2(std::max(size(waiting[0]), 1e-6))));
     std::vector<std::uint32_t> active;
     for (std::size_t next = 0; next < waiting.size() || active.size() > 1; step *= 2) {
-      while (next < waiting.size() && sizes_[waiting[next]] <= step)
+      while (next < waiting.size() && size(waiting[next]) <= step)
         active.push_back(waiting[next++]);
       merge_level(step, active);
     }
@@ -77,6 +74,8 @@ class OctreeBuilder {
   }
 
  private:
+  double size(std::uint32_t node) const { return longest_axis(*nodes_, node); }
+
   struct Member {
     glm::dvec3 cell;
     std::uint32_t node;
@@ -88,7 +87,7 @@ class OctreeBuilder {
     std::vector<std::uint32_t> left;
     for (const std::uint32_t node : active) {
       const glm::dvec3 cell = glm::floor((glm::dvec3(nodes_->positions[node]) - origin_) / step);
-      sizes_[node] <= step ? ready.push_back({cell, node}) : left.push_back(node);
+      size(node) <= step ? ready.push_back({cell, node}) : left.push_back(node);
     }
     const auto key = [](const Member& m) {
       return std::tuple(m.cell.z, m.cell.y, m.cell.x, m.node);
@@ -112,7 +111,7 @@ class OctreeBuilder {
     GaussianCloud made;
     made.resize(groups.size(), nodes_->sh_degree);
     std::vector<double> weights(groups.size()), costs(groups.size());
-    pool_.for_each(groups.size(), kMergedPerChunk, [&](std::size_t i) {
+    pool_.for_each(groups.size(), 256, [&](std::size_t i) {
       std::tie(weights[i], costs[i]) = merge(groups[i], made, i);
     });
     std::vector<std::size_t> order(groups.size());
@@ -124,7 +123,6 @@ class OctreeBuilder {
       const auto node = static_cast<std::uint32_t>(first + k);
       copy_gaussian(made, order[k], *nodes_, node);
       weights_.push_back(weights[order[k]]);
-      sizes_.push_back(longest_axis(*nodes_, node));
       parents_.push_back(kNoParent);
       for (const Member& member : groups[order[k]]) parents_[member.node] = node;
       active.push_back(node);
@@ -165,7 +163,7 @@ class OctreeBuilder {
   ThreadPool& pool_;
   std::shared_ptr<GaussianCloud> nodes_;
   std::vector<std::uint32_t> parents_;
-  std::vector<double> sizes_, weights_;  // longest axis; opacity x area without a limit
+  std::vector<double> weights_;  // opacity x area, without a limit
   glm::dvec3 origin_{0};
 };
 
@@ -229,9 +227,8 @@ std::vector<std::uint32_t> cut_of(const NodeTree& tree, std::span<const double> 
     for (std::size_t i = 0; i < parents.size(); ++i) count += in_cut(i, threshold) ? 1 : 0;
     return count <= budget;
   };
-  const auto found =
-      std::ranges::partition_point(thresholds, [&](double threshold) { return !fits(threshold); });
-  const double threshold = found == thresholds.end() ? thresholds.back() : *found;
+  const double threshold = *std::partition_point(thresholds.begin(), thresholds.end() - 1,
+                                                 [&](double at) { return !fits(at); });
   std::vector<std::uint32_t> cut;
   for (std::size_t i = 0; i < parents.size(); ++i)
     if (in_cut(i, threshold)) cut.push_back(static_cast<std::uint32_t>(i));

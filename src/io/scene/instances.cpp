@@ -25,10 +25,6 @@
 namespace qs {
 namespace {
 
-constexpr double kMaxInstanceScale = 1e9;
-constexpr double kMaxTint = 1000;
-constexpr std::uint64_t kMaxGaussians = 0x7fffffff;
-
 glm::dmat4 matrix_of(const Instance& instance) {
   return glm::translate(glm::dmat4(1), instance.position) * glm::mat4_cast(instance.rotation) *
          glm::scale(glm::dmat4(1), glm::dvec3(instance.scale));
@@ -44,13 +40,12 @@ Instance parse_instance(const JsonEntry& entry) {
     instance.rotation = glm::normalize(glm::dquat(q.x, q.y, q.z, q.w));
   }
   if (entry.has("scale")) instance.scale = entry.number("scale");
-  if (!(instance.scale >= 1 / kMaxInstanceScale && instance.scale <= kMaxInstanceScale))
+  if (!(instance.scale >= 1e-9 && instance.scale <= 1e9))
     fail("{}: scale is {}, but must be within 1e-9 and 1e9", entry.where, instance.scale);
   if (entry.has("tint")) instance.tint = entry.vector<3>("tint");
   for (int channel = 0; channel < 3; ++channel)
-    if (!(instance.tint[channel] >= 0 && instance.tint[channel] <= kMaxTint))
-      fail("{}: tint is {}, but must be within 0 and {}", entry.where, instance.tint[channel],
-           kMaxTint);
+    if (!(instance.tint[channel] >= 0 && instance.tint[channel] <= 1000))
+      fail("{}: tint is {}, but must be within 0 and 1000", entry.where, instance.tint[channel]);
   return instance;
 }
 
@@ -70,11 +65,6 @@ std::vector<Instance> parse_instances(const nlohmann::json& list, const std::str
   return instances;
 }
 
-std::uint64_t bytes_of_gaussian(const GaussianCloud& cloud) {
-  return sizeof cloud.positions[0] + sizeof cloud.log_scales[0] + sizeof cloud.rotations[0] +
-         sizeof cloud.opacity_logits[0] + sh_count(cloud) * sizeof cloud.sh[0];
-}
-
 // The scene, which is no file of instances itself.
 Scene read_source(const std::string& name, const std::string& source, ThreadPool& pool,
                   const ReadOptions& options) {
@@ -89,15 +79,16 @@ Scene read_source(const std::string& name, const std::string& source, ThreadPool
 }
 
 void require_memory(const Scene& one, std::size_t instances, const std::string& source) {
-  const std::uint64_t count = instances * one.cloud.size();  // below 2^25 * 2^32
-  const std::uint64_t bytes = 2 * count * bytes_of_gaussian(one.cloud);
+  const std::uint64_t count = instances * one.cloud.size();   // below 2^25 * 2^32
+  const std::uint64_t floats = 11 + 3 * sh_count(one.cloud);  // of a Gaussian
+  const std::uint64_t bytes = 2 * count * floats * sizeof(float);
   const std::string what =
       fmt::format("{}: {} of {} are {}", source, counted(instances, "instance"),
                   one.path.filename().string(), counted(count, "Gaussian"));
   if (const std::uint64_t free = available_memory(); bytes > free)
     fail(ErrorKind::device, "{}, which take {} to draw; {} of memory are available", what,
          bytes_text(bytes), bytes_text(free));
-  if (count > kMaxGaussians) fail(ErrorKind::device, "{}, more than 2^31 - 1", what);
+  if (count > 0x7fffffff) fail(ErrorKind::device, "{}, more than 2^31 - 1", what);
 }
 
 }  // namespace

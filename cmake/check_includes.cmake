@@ -43,7 +43,7 @@ room(app/report app/measure app/session app/framing app/inspect app/picture lear
      io/bytes raster/clock raster/api raster/kernel/cull raster/scene base)
 room(app/remote raster/scene base)
 room(app/film app/measure app/framing app/inspect app/picture io/picture io/bytes raster/api raster/scene base)
-room(app/measure app/session app/framing io/camera io/scene io/bytes raster/clock raster/api raster/scene base)
+room(app/measure app/session app/framing io/camera io/scene io/cloud io/bytes raster/clock raster/api raster/scene base)
 room(app/session app/framing io/camera io/scene io/scene/compact io/cloud io/picture raster/field raster/api
      raster/scene base)
 room(app/framing io/scene raster/api raster/scene raster/kernel base)
@@ -73,7 +73,7 @@ room(learn/field learn/gradient raster/field raster/kernel base)
 room(learn/gradient raster/kernel)
 room(io/camera io/scene/ply io/picture io/bytes raster/scene base)
 room(io/scene io/scene/usd io/scene/rad io/scene/hier io/scene/sog io/scene/compact io/scene/splat io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes
-     raster/scene base)
+     raster/scene raster/kernel base)
 room(io/scene/usd io/scene/ply io/cloud io/bytes raster/scene base)
 room(io/scene/hier io/cloud io/bytes)
 room(io/scene/rad io/cloud io/bytes raster/scene raster/kernel base)

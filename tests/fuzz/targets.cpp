@@ -97,13 +97,17 @@ void check(const GaussianCloud& cloud) {
   }
 }
 
-void read_scene(const ReaderRow& reader, Bytes content) {
+void read_scene(const ReaderRow& reader, Bytes content, bool keeps_nodes = false) {
   static ThreadPool pool(1);
+  ReadOptions options;
+  options.keeps_nodes = keeps_nodes;
   Scene scene;
   scene.path = path_for(reader.name);
   expect_sentence_at_most(scene.path.string(), [&] {
-    reader.read(content, scene.path, pool, {}, scene);
+    reader.read(content, scene.path, pool, options, scene);
     check(scene.cloud);
+    demand(scene.parents.empty() || scene.parents.size() == scene.cloud.size(),
+           "every node has a parent");
   });
 }
 
@@ -126,6 +130,7 @@ FuzzTarget scene_target(const ReaderRow& reader) {
             // Changed bytes would rarely pass the checksum of gzip.
             if (reader.name == std::string_view("spz"))
               read_scene(reader, gzip(std::vector(content.begin(), content.end()), 1));
+            if (reader.name == std::string_view("rad")) read_scene(reader, content, true);
           }};
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // quadsplat bench: scenes x views x culling modes -> a table, CSV, JSON, Markdown and plots.
+// bench_lod.h measures levels of detail instead.
 #include <algorithm>
 #include <cstdio>
 #include <memory>
 
+#include "app/cli/bench_lod.h"
 #include "app/cli/bench_plugins.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
@@ -35,7 +37,8 @@ struct BenchCommand {
   std::optional<glm::ivec2> replicate;
   int scaling = 0;
   Shard shard;
-  bool psnr = false, load = false, exact_color = false;
+  bool psnr = false, load = false, lod = false, exact_color = false;
+  std::vector<double> budgets;  // of --lod, per cent
   std::vector<std::filesystem::path> plugins;
   int plugin_timeout = 60;  // s
 
@@ -233,11 +236,40 @@ void check_bench(const BenchCommand& command) {
             (!command.plugins.empty() || chooses || cameras.holdout > 0 || command.out_dir),
         "--load measures reading alone: it excludes --plugin, --camera-index, --camera-path, "
         "--holdout and --out-dir"},
-       {cameras.steps && !cameras.path, "--path-steps needs a --camera-path"}});
+       {cameras.steps && !cameras.path, "--path-steps needs a --camera-path"},
+       {!command.budgets.empty() && !command.lod, "--budgets needs --lod"}});
+}
+
+int run_lod(const BenchCommand& command, Arguments arguments) {
+  const auto given = [&](std::initializer_list<const char*> names) {
+    return given_option(arguments, {names.begin(), names.size()});
+  };
+  if (const char* const other =
+          given({"--rounds", "--baseline", "--load", "--psnr", "--exact-color", "--plugin",
+                 "--plugin-timeout", "--replicate", "--scaling", "--shard"}))
+    fail(ErrorKind::usage, "bench: --lod measures levels of detail: it excludes {}", other);
+  LodBench bench;
+  bench.frame = command.frame;
+  bench.cameras = command.cameras;
+  bench.frame.scene = command.scenes.front();
+  bench.others.assign(command.scenes.begin() + 1, command.scenes.end());
+  if (!given({"--cull"})) bench.frame.modes = {default_mode()};
+  if (bench.frame.modes.size() > 1)
+    fail(ErrorKind::usage, "bench: --lod draws in one mode: choose one with --cull");
+  note_inputs(bench.frame);
+  bench.budgets = command.budgets;
+  if (bench.budgets.empty()) bench.budgets = {5, 10, 25, 50};
+  if (given({"--frames"})) bench.frames = command.plan.frames;
+  if (given({"--warmup"})) bench.warmup = command.plan.warmup;
+  bench.out_dir = command.out_dir;
+  check_report(bench.out_dir, kLodFiles);
+  run_lod_bench(bench);
+  return kExitOk;
 }
 
 int run(const BenchCommand& command, Arguments arguments) {
   check_bench(command);
+  if (command.lod) return run_lod(command, arguments);
   for (const std::filesystem::path& library : command.plugins) note_input(library);
   for (const std::filesystem::path& scene : command.scenes) {
     FrameOptions frame = command.frame;
@@ -298,6 +330,17 @@ void declare_copies(Options& options, BenchCommand* c) {
       "time against size");
 }
 
+void declare_lod(Options& options, BenchCommand* c) {
+  options.flag("--lod", c->lod,
+               "measures levels of detail of the first scene instead: a uniform sample, an octree, "
+               "a rule of distance, and every other file, whose tree is cut if it is a .rad file");
+  const auto budget = [](const std::string& word, const std::string&) {
+    return parse_real("--budgets", word, 1e-6, 100);
+  };
+  options.list("--budgets", "P,..", c->budgets, budget,
+               "of --lod: per cent of the Gaussians (default: 5,10,25,50)", {"20", "50,10"});
+}
+
 void add_examples(Options& options) {
   options.example("quadsplat bench plush.spz --size 1600x1200 --out-dir results",
                   "all modes on every camera of a scene");
@@ -309,6 +352,8 @@ void add_examples(Options& options) {
                   "how many times as fast as adr quadbox is on every camera");
   options.example("quadsplat bench plush.spz --plugin ./libtheirs.so --rounds 5",
                   "another renderer beside the modes, in turns with them");
+  options.example("quadsplat bench --lod plush.spz plush.rad theirs_10.ply --out-dir results",
+                  "levels of detail: baselines, a tree, and a level of another tool");
 }
 
 }  // namespace
@@ -323,6 +368,7 @@ CommandAction bench_command(Options& options) {
   declare_measuring(options, c);
   declare_plugins(options, c);
   declare_copies(options, c);
+  declare_lod(options, c);
   declare_shard_option(options, c->shard, "measures every N-th view, from the I-th");
   options.text("--out-dir", "DIR", c->out_dir,
                "folder of bench.csv, ratios.csv, bench.json, bench.md and plots", {"out"});

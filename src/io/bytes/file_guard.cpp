@@ -92,6 +92,7 @@ constexpr FileMark kFileMarks[] = {
     {".csv", "scene,camera,mode,pipeline,"sv},
     {".csv", "scene,camera,mode,backend,gaussians,"sv},
     {".csv", "truth,judged,view,width,height,psnr,"sv},
+    {".csv", "scene,camera,distance,share_of,"sv},
 };
 
 bool holds(const fs::path& path, const std::string& ending) {

@@ -76,10 +76,10 @@ struct KindRow {
   JsonKind kind;
   std::string_view first, second;
 };
-constexpr std::array kObjectKinds = {KindRow{JsonKind::transforms, "frames", "frames"},
-                                     KindRow{JsonKind::sog, "means", "quats"},
-                                     KindRow{JsonKind::streamed_sog, "filenames", "tree"},
-                                     KindRow{JsonKind::gltf, "asset", "meshes"}};
+constexpr std::array kObjectKinds = {
+    KindRow{JsonKind::transforms, "frames", "frames"}, KindRow{JsonKind::sog, "means", "quats"},
+    KindRow{JsonKind::streamed_sog, "filenames", "tree"},
+    KindRow{JsonKind::gltf, "asset", "meshes"}, KindRow{JsonKind::instances, "scene", "instances"}};
 
 constexpr std::string_view kJsonBlanks = " \t\r\n";
 

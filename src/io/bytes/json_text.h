@@ -53,7 +53,8 @@ enum class JsonKind {
   transforms,    ///< an object with "frames": transforms.json
   sog,           ///< an object with "means" and "quats"
   streamed_sog,  ///< an object with "filenames" and "tree"
-  gltf           ///< an object with "asset" and "meshes"
+  gltf,          ///< an object with "asset" and "meshes"
+  instances      ///< an object with "scene" and "instances"
 };
 
 /// The text may be the beginning of a file. Values, nested keys and keys in strings do not count.

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <fstream>
+#include <limits>
+#include <string>
 #include <utility>
 
 #include <sys/mman.h>
@@ -15,6 +18,14 @@ void prefer_huge_pages(void* memory, std::size_t bytes) {
   const auto begin = (reinterpret_cast<std::uintptr_t>(memory) + kPage - 1) / kPage * kPage;
   const auto end = (reinterpret_cast<std::uintptr_t>(memory) + bytes) / kPage * kPage;
   madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+}
+
+std::uint64_t available_memory() {
+  std::ifstream facts("/proc/meminfo");
+  std::string name, unit;
+  for (std::uint64_t kibibytes = 0; facts >> name >> kibibytes && std::getline(facts, unit);)
+    if (name == "MemAvailable:") return kibibytes << 10;
+  return std::numeric_limits<std::uint64_t>::max();
 }
 
 GaussianCloud make_cloud(std::size_t count, int sh_degree) {

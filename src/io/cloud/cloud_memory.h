@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 
 #include "raster/scene/gaussian_cloud.h"
 
@@ -13,6 +14,9 @@ namespace qs {
 
 /// Advises the kernel to use huge pages for memory that was not touched yet. Nothing depends on it.
 void prefer_huge_pages(void* memory, std::size_t bytes);
+
+/// Bytes of memory that the system can give without swapping; 2^64 - 1 if it does not say.
+std::uint64_t available_memory();
 
 /// A cloud of `count` uninitialised Gaussians. The caller has checked `count` against the file's
 /// size.

@@ -49,9 +49,14 @@ struct LevelsOfDetail {
   bool operator==(const LevelsOfDetail&) const = default;
 };
 
+inline constexpr std::uint32_t kNoParent = 0xffffffff;  ///< in Scene::parents: of the root
+
 /// A cloud and the facts its file states about it.
 struct Scene {
   GaussianCloud cloud;
+  /// By Gaussian: the index of the node above it, which comes before it. Empty unless
+  /// ReadOptions::keeps_nodes found a tree.
+  std::vector<std::uint32_t> parents;
   std::optional<NetworkColors> network;
   std::optional<LevelsOfDetail> levels;  ///< unset: the file has no levels
   std::filesystem::path path;  ///< the file that was read (of a model directory: the chosen file)
@@ -100,6 +105,8 @@ struct ReadOptions {
   std::string axes = {};
   /// Positions stay where the file has them, rounded to single precision.
   bool keeps_place = false;
+  /// The cloud has all nodes of a .rad file's tree, not only its leaves.
+  bool keeps_nodes = false;
   Progress progress = {};
   Sampling sampling = {};
 };

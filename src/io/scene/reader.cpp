@@ -25,6 +25,7 @@
 #include "io/scene/compact/compact.h"
 #include "io/scene/gltf/gltf.h"
 #include "io/scene/hier/hier.h"
+#include "io/scene/instances.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/rad/rad.h"
 #include "io/scene/sog/sog.h"
@@ -69,6 +70,9 @@ constexpr std::array kReaders = {
               "version 1; at most 8 nodes per byte", recognises_rad, read_rad},
     ReaderRow{"hier", ".hier", "hierarchical-3d-gaussians, floats or halves: its leaves", "RDF",
               "3", "no sky box and exposures, which are other files", recognises_hier, read_hier},
+    ReaderRow{"instances", ".instances.json", "similarity transforms of a scene beside it", "RDF",
+              "as the scene's", "as many Gaussians as half of the memory holds",
+              recognises_instances, read_instances},
     ReaderRow{"usd", ".usda .usdz .usd .usdc", "OpenUSD's ParticleField3DGaussianSplat, text",
               "RUB, or RFU with Z up", "0-4", "no .usdc; no references, variants and time samples",
               recognises_usd, read_usd},

@@ -25,6 +25,10 @@ double psnr_of(double mean_squared_error, double peak = 1);
 double psnr(const Image& a, const Image& b, ThreadPool& pool,
             std::span<const std::uint8_t> mask = {});
 
+/// The least psnr_of() of a block of `side` x `side` pixels, and of the smaller blocks at the right
+/// and lower borders.
+double worst_block_psnr(const Image& a, const Image& b, int side = 64);
+
 /// The weights of the window along one axis, sigma 1.5. Their sum is 1.
 std::array<double, kSsimSize> ssim_window();
 

@@ -118,25 +118,29 @@ void Transform::turn_sh(glm::vec3* sh, int degree) const {
 
 void Transform::apply(GaussianCloud& cloud, std::size_t i) const {
   cloud.positions[i] = glm::vec3(matrix_ * glm::dvec4(glm::dvec3(cloud.positions[i]), 1));
-  glm::quat& rotation = cloud.rotations[i];
-  glm::vec3& log_scale = cloud.log_scales[i];
+  const glm::quat rotation = cloud.rotations[i];
+  const glm::vec3 log_scale = cloud.log_scales[i];
   if (is_similarity_) {
-    rotation = glm::quat(rotation_ * glm::dquat(rotation));
-    log_scale += log_scale_;
+    cloud.rotations[i] = glm::quat(rotation_ * glm::dquat(rotation));
+    cloud.log_scales[i] = log_scale + log_scale_;
   } else {
     glm::dmat3 half = linear_ * glm::mat3_cast(glm::normalize(glm::dquat(rotation)));
     for (int axis = 0; axis < 3; ++axis)
       half[axis] *= std::exp(static_cast<double>(log_scale[axis]));
-    glm::dmat3 axes;
-    glm::dvec3 variances;
-    diagonalise(half * glm::transpose(half), axes, variances);
-    if (glm::determinant(axes) < 0) axes[0] = -axes[0];
-    rotation = glm::quat(glm::normalize(glm::quat_cast(axes)));
-    for (int axis = 0; axis < 3; ++axis)
-      log_scale[axis] = static_cast<float>(0.5 * std::log(std::max(variances[axis], 0.0)));
+    set_covariance(cloud, i, half * glm::transpose(half));
   }
   turn_sh(&cloud.sh[i * static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree))],
           cloud.sh_degree);
+}
+
+void set_covariance(GaussianCloud& cloud, std::size_t i, const glm::dmat3& covariance) {
+  glm::dmat3 axes;
+  glm::dvec3 variances;
+  diagonalise(covariance, axes, variances);
+  if (glm::determinant(axes) < 0) axes[0] = -axes[0];
+  cloud.rotations[i] = glm::quat(glm::normalize(glm::quat_cast(axes)));
+  for (int axis = 0; axis < 3; ++axis)
+    cloud.log_scales[i][axis] = static_cast<float>(0.5 * std::log(std::max(variances[axis], 0.0)));
 }
 
 }  // namespace qs

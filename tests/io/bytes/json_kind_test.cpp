@@ -19,6 +19,7 @@ TEST(JsonKind, is_decided_by_the_outermost_keys) {
   EXPECT_EQ(json_kind(R"({"means": {"files": []}, "quats": {}})"), JsonKind::sog);
   EXPECT_EQ(json_kind(R"({"tree": {"lods": {}}, "filenames": []})"), JsonKind::streamed_sog);
   EXPECT_EQ(json_kind(R"({"asset": {}, "meshes": []})"), JsonKind::gltf);
+  EXPECT_EQ(json_kind(R"({"version": 1, "instances": [{}], "scene": ""})"), JsonKind::instances);
   EXPECT_EQ(json_kind(R"({"a": 1})"), JsonKind::other);
   EXPECT_EQ(json_kind("  "), JsonKind::none);
   EXPECT_EQ(json_kind("ply\n"), JsonKind::none);

@@ -58,7 +58,7 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "usd",          "zipped_ply",
                                           "exif",         "points3D_ply",
                                           "rad",          "hier",
-                                          "rad_levels"};
+                                          "rad_levels",   "instances"};
   EXPECT_EQ(names, expected);
 }
 

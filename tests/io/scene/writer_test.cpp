@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <numeric>
 #include <random>
 #include <stop_token>
 #include <string>
@@ -16,6 +17,7 @@
 
 #include "base/error.h"
 #include "io/cloud/cloud_memory.h"
+#include "io/scene/ply/ply.h"
 #include "io/scene/reader.h"
 #include "raster/scene/cloud_order.h"
 #include "support/corpus.h"
@@ -65,6 +67,23 @@ TEST(Writer, reading_again_gives_the_same_bits_in_every_degree) {
     expect_same(scene.cloud, cloud);
   }
   EXPECT_EQ(entries(folder.path()), 1);
+}
+
+TEST(Writer, a_ply_in_parts_has_the_bytes_of_the_whole) {
+  const TemporaryFolder folder;
+  for (const int degree : {0, 1, 3}) {
+    GaussianCloud cloud = random_cloud(1000, degree, 5);
+    cloud.antialiased = degree == 1;
+    write_scene(cloud, folder / "whole.ply");
+    std::size_t begin = 0;
+    write_ply_parts({1000, degree, cloud.antialiased}, folder / "parts.ply", pool(), [&] {
+      std::vector<std::uint32_t> numbers(std::min<std::size_t>(300, 1000 - begin));
+      std::iota(numbers.begin(), numbers.end(), static_cast<std::uint32_t>(begin));
+      begin += numbers.size();
+      return select(cloud, numbers);
+    });
+    EXPECT_EQ(file_bytes(folder / "parts.ply"), file_bytes(folder / "whole.ply"));
+  }
 }
 
 TEST(Writer, every_row_of_the_table_writes_a_file_that_is_read_again) {

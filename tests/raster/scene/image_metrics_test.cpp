@@ -3,6 +3,7 @@
 #include "raster/scene/image_metrics.h"
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -74,6 +75,18 @@ double mean_of_area(const Image& image, int x, int y, int c, int width, int heig
     }
   }
   return sum / (static_cast<double>(image.width) * image.height);
+}
+
+TEST(WorstBlock, is_the_block_with_the_largest_error) {
+  Image a(150, 70, 3), b = a;  // blocks of 64 and 64 and 22 columns, 64 and 6 rows
+  EXPECT_EQ(worst_block_psnr(a, b), std::numeric_limits<double>::infinity());
+  b.at(10, 10, 0) = 0.9f;   // 0.81 / (64 * 64 * 3)
+  b.at(149, 69, 2) = 0.5f;  // 0.25 / (22 * 6 * 3)
+  EXPECT_NEAR(worst_block_psnr(a, b), -10 * std::log10(0.25 / (22 * 6 * 3)), 1e-5);
+  b.at(149, 69, 2) = 0;
+  EXPECT_NEAR(worst_block_psnr(a, b), -10 * std::log10(0.81 / (64 * 64 * 3)), 1e-5);
+  EXPECT_NEAR(worst_block_psnr(a, b, 1), -10 * std::log10(0.81 / 3), 1e-5);
+  EXPECT_NEAR(worst_block_psnr(a, b, 1000), -10 * std::log10(0.81 / (150 * 70 * 3)), 1e-5);
 }
 
 TEST(ImageMetrics, psnr_is_the_logarithm_of_the_mean_squared_error) {

@@ -41,6 +41,22 @@ void expect_moved(const glm::dmat4& matrix, const glm::dmat3& turn) {
 
 const glm::dvec3 kAxis = glm::normalize(glm::dvec3(1, -2, 0.5));
 
+TEST(Covariance, is_the_one_that_was_set) {
+  const GaussianCloud cloud = random_cloud(50, 0, 12);
+  GaussianCloud set = cloud;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const glm::dmat3 expected = covariance(cloud, i);
+    set_covariance(set, i, expected);
+    const glm::dmat3 actual = covariance(set, i);
+    const double largest = std::max({expected[0][0], expected[1][1], expected[2][2]});
+    for (int c = 0; c < 3; ++c) EXPECT_LT(glm::distance(actual[c], expected[c]), 1e-5 * largest);
+  }
+  set_covariance(set, 0, glm::dmat3(4, 0, 0, 0, 0, 0, 0, 0, -1e-9));
+  EXPECT_NEAR(set.log_scales[0].x, std::log(2.0), 1e-6);
+  EXPECT_EQ(set.log_scales[0].y, -INFINITY);
+  EXPECT_EQ(set.log_scales[0].z, -INFINITY);
+}
+
 TEST(Transform, turned_and_scaled_scene_looks_the_same_from_the_turned_side) {
   const glm::dmat4 turn = glm::rotate(glm::dmat4(1), 1.1, kAxis);
   const glm::dmat4 matrix = glm::translate(glm::dmat4(1), glm::dvec3(3, -4, 5)) * turn *

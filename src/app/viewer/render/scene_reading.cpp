@@ -34,6 +34,7 @@ JsonKind kind_of_cameras(const fs::path& path) {
   // The name of an unknown object decides which reader names its defect.
   const bool is_scene =
       kind == JsonKind::sog || kind == JsonKind::streamed_sog || kind == JsonKind::gltf ||
+      kind == JsonKind::instances ||
       (kind == JsonKind::other && path.filename().string().ends_with("meta.json"));
   return is_scene ? JsonKind::none : kind;
 }

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -70,6 +71,18 @@ WriteScene write_ply;
 /// positions stay floats that count from the origin of a second comment, for other programs.
 void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
                        ThreadPool& pool);
+
+/// A file whose Gaussians come in parts.
+struct PlyContent {
+  std::size_t count = 0;
+  int sh_degree = 0;
+  bool antialiased = false;
+};
+
+/// As write_ply(), for scenes larger than the memory: next_part() returns at least one Gaussian of
+/// that degree, and is called until all `count` have come. Positions are floats.
+void write_ply_parts(const PlyContent& content, const std::filesystem::path& path, ThreadPool& pool,
+                     const std::function<GaussianCloud()>& next_part);
 
 /// The lines of properties of one type.
 template <class Names>

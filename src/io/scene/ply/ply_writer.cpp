@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <fstream>
 #include <ostream>
@@ -21,18 +22,18 @@ namespace {
 // Values of a row besides f_rest.
 constexpr std::size_t kFixedValues = 17;
 
-std::string header_of(const GaussianCloud& cloud, std::size_t rest, bool doubles,
-                      const std::string& comment) {
+std::string header_of(const PlyContent& content, bool doubles, const std::string& comment) {
+  const auto rest = static_cast<std::size_t>(sh_coefficient_count(content.sh_degree) - 1);
   std::vector<std::string> names = {"nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"};
   for (std::string& name : ply_rest_names(3 * rest)) names.push_back(std::move(name));
   for (const char* name :
        {"opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
     names.emplace_back(name);
   // INRIA's viewer expects the element in the third line, so comments come after it.
-  std::string header = kPlyStart + fmt::format("element vertex {}\n", cloud.size());
+  std::string header = kPlyStart + fmt::format("element vertex {}\n", content.count);
   header += ply_properties(doubles ? "double" : "float", std::array{"x", "y", "z"});
   header += ply_properties("float", names) + comment;
-  if (cloud.antialiased) header += "comment SplatRenderMode: mip\n";
+  if (content.antialiased) header += "comment SplatRenderMode: mip\n";
   return header + "end_header\n";
 }
 
@@ -68,15 +69,13 @@ std::string with_doubles(const GaussianCloud& cloud, std::size_t first, std::spa
   return bytes;
 }
 
-// `comment`: lines of the header, or empty. `doubles`: positions are doubles in the world.
-void write_rows(const GaussianCloud& cloud, bool doubles, const std::string& comment,
-                ThreadPool& pool, const Progress& progress, std::ostream& file) {
+// `doubles`: positions are doubles in the world.
+void write_rows(const GaussianCloud& cloud, bool doubles, ThreadPool& pool,
+                const Progress& progress, std::ostream& file) {
   constexpr std::size_t kRowsPerWrite = 1 << 15;  // 8 MB with SH degree 3
   constexpr std::size_t kRowsPerChunk = 1 << 10;
   const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);
   const std::size_t values = kFixedValues + 3 * rest;
-  file << header_of(cloud, rest, doubles, comment);
-
   Array<float> buffer(std::min(kRowsPerWrite, cloud.size()) * values);
   for (std::size_t first = 0; first < cloud.size() && file; first += kRowsPerWrite) {
     progress.update(static_cast<float>(first) / static_cast<float>(cloud.size()));
@@ -90,6 +89,15 @@ void write_rows(const GaussianCloud& cloud, bool doubles, const std::string& com
   progress.update(1);
 }
 
+// `comment`: lines of the header, or empty.
+void write_whole(const GaussianCloud& cloud, bool doubles, const std::string& comment,
+                 const std::filesystem::path& path, ThreadPool& pool, const Progress& progress) {
+  write_file(path, [&](std::ostream& file) {
+    file << header_of({cloud.size(), cloud.sh_degree, cloud.antialiased}, doubles, comment);
+    write_rows(cloud, doubles, pool, progress, file);
+  });
+}
+
 }  // namespace
 
 std::vector<std::string> ply_rest_names(std::size_t count) {
@@ -100,9 +108,7 @@ std::vector<std::string> ply_rest_names(std::size_t count) {
 
 void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress) {
-  const bool doubles = cloud.origin != glm::dvec3(0);
-  write_file(path,
-             [&](std::ostream& file) { write_rows(cloud, doubles, "", pool, progress, file); });
+  write_whole(cloud, cloud.origin != glm::dvec3(0), "", path, pool, progress);
 }
 
 void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
@@ -110,7 +116,20 @@ void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& 
   std::string comment = kTrainedComment;
   if (cloud.origin != glm::dvec3(0))
     comment += fmt::format("comment {}{}\n", kOriginComment, format_origin(cloud.origin));
-  write_file(path, [&](std::ostream& file) { write_rows(cloud, false, comment, pool, {}, file); });
+  write_whole(cloud, false, comment, path, pool, {});
+}
+
+void write_ply_parts(const PlyContent& content, const std::filesystem::path& path, ThreadPool& pool,
+                     const std::function<GaussianCloud()>& next_part) {
+  write_file(path, [&](std::ostream& file) {
+    file << header_of(content, false, "");
+    for (std::size_t written = 0; written < content.count && file;) {
+      const GaussianCloud part = next_part();
+      written += part.size();
+      assert(part.sh_degree == content.sh_degree && !part.empty() && written <= content.count);
+      write_rows(part, false, pool, {}, file);
+    }
+  });
 }
 
 bool is_trained_ply(const std::filesystem::path& path) {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -49,7 +48,7 @@ void put_band(std::size_t degree, glm::vec3* sh, const Value& value) {
 
 class RadFile {
  public:
-  RadFile(ByteSpan content, const std::filesystem::path& path, Scene& scene)
+  RadFile(ByteSpan content, const std::filesystem::path& path, bool keeps_nodes, Scene& scene)
       : path_(path.string()), is_part_(text_of(content).starts_with(kRadChunkMagic)) {
     if (is_part_) {
       chunks_.push_back(parse_rad_chunk(content, path_, {}));
@@ -60,7 +59,8 @@ class RadFile {
     }
     if (count_ == 0) fail("{}: holds no Gaussians", path_);
     has_tree_ = has_tree_ || chunks_[0].properties[kRadChildCount];
-    if (has_tree_) read_tree();
+    if (has_tree_) read_tree(keeps_nodes && !is_part_ ? &scene.parents : nullptr);
+    reads_all_ = !has_tree_ || !scene.parents.empty();
     for (std::size_t band = 0; band < 3; ++band) {
       const auto& table = chunks_[0].properties[kRadCodes + band];
       if (!table) continue;
@@ -69,11 +69,11 @@ class RadFile {
     }
   }
 
-  std::size_t leaf_count() const { return has_tree_ ? tree_.leaves.size() : count_; }
+  // The Gaussians that are read: the leaves, or all nodes.
+  std::size_t read_count() const { return reads_all_ ? count_ : tree_.leaves.size(); }
   std::size_t chunk_count() const { return chunks_.size(); }
 
-  // From now on all nodes count as leaves.
-  RadLevels open_levels() {
+  RadLevels levels() const {
     if (is_part_ || !has_tree_ || !(footprint_ > 0 && footprint_ < 1e30))
       fail("{}: quadsplat lod did not write it: it has no errors", path_);
     RadLevels levels{{}, static_cast<float>(footprint_)};
@@ -87,8 +87,6 @@ class RadFile {
           fail("{}: node {} names node {} as its parent, but is a child of node {}", path_, child,
                levels.nodes[child].parent, i);
     }
-    tree_.leaves.resize(count_);
-    std::iota(tree_.leaves.begin(), tree_.leaves.end(), 0u);
     return levels;
   }
 
@@ -101,20 +99,20 @@ class RadFile {
     return static_cast<int>(degree);
   }
 
-  // Fills the leaves of one chunk. May be called from several threads for different chunks.
+  // Fills the Gaussians of one chunk. May be called from several threads for different chunks.
   void fill(std::size_t number, GaussianCloud& cloud, LinearValues& linear) {
     const RadChunk& chunk = chunks_[number];
-    const std::size_t begin = leaves_before(chunk.base);
-    const std::size_t end = leaves_before(chunk.base + chunk.count);
-    // Calls use(k, row) for leaf k of the cloud and its row of the chunk.
-    const auto for_leaves = [&](const auto& use) {
+    const std::size_t begin = read_before(chunk.base);
+    const std::size_t end = read_before(chunk.base + chunk.count);
+    // Calls use(k, row) for Gaussian k of the cloud and its row of the chunk.
+    const auto for_read = [&](const auto& use) {
       for (std::size_t k = begin; k < end; ++k)
-        use(k, static_cast<std::size_t>((has_tree_ ? tree_.leaves[k] : k) - chunk.base));
+        use(k, static_cast<std::size_t>((reads_all_ ? k : tree_.leaves[k]) - chunk.base));
     };
-    // Calls use(k, v) for leaf k and its values v(0), v(1) ... of a property.
+    // Calls use(k, v) for Gaussian k and its values v(0), v(1) ... of a property.
     const auto fill_from = [&](std::size_t kind, const auto& use) {
       const std::vector<float> values = rad_values(chunk, kind);
-      for_leaves([&](std::size_t k, std::size_t row) {
+      for_read([&](std::size_t k, std::size_t row) {
         use(k, [&](std::size_t i) { return values[i * chunk.count + row]; });
       });
     };
@@ -147,7 +145,7 @@ class RadFile {
     }
     if (!chunk.properties[kRadLabel]) return;
     const std::vector<std::uint32_t> labels = rad_integers(chunk, kRadLabel);
-    for_leaves([&](std::size_t k, std::size_t row) {
+    for_read([&](std::size_t k, std::size_t row) {
       const std::size_t label = labels[row];
       unlabelled_ += label >= code_rows_ ? 1 : 0;
       for (std::size_t degree = 1; label < code_rows_ && degree <= 3; ++degree) {
@@ -162,9 +160,11 @@ class RadFile {
   void describe(Scene& scene) const {
     scene.format = is_part_ ? "rad, one chunk" : has_tree_ ? "rad" : "rad, without levels";
     if (is_part_)
-      scene.warn("A part of a .rad file: {} leaves of {} nodes were read.", leaf_count(), count_);
+      scene.warn("A part of a .rad file: {} leaves of {} nodes were read.", read_count(), count_);
     else if (has_tree_)
-      scene.levels = {tree_.levels, count_, leaf_count(), count_ - leaf_count()};
+      scene.levels = {tree_.levels, count_, tree_.leaves.size(), count_ - tree_.leaves.size()};
+    if (!scene.parents.empty() && scene.cloud.size() != count_)
+      fail("{}: {} nodes of its tree cannot be drawn", path_, count_ - scene.cloud.size());
     std::uint64_t ignored = ignored_bytes_;
     for (const RadChunk& chunk : chunks_) {
       ignored += chunk.ignored_bytes;
@@ -178,8 +178,8 @@ class RadFile {
   }
 
  private:
-  std::size_t leaves_before(std::uint64_t node) const {
-    if (!has_tree_) return node;
+  std::size_t read_before(std::uint64_t node) const {
+    if (reads_all_) return node;
     return static_cast<std::size_t>(std::ranges::lower_bound(tree_.leaves, node) -
                                     tree_.leaves.begin());
   }
@@ -232,7 +232,8 @@ class RadFile {
     ignored_bytes_ = body.size() - used;
   }
 
-  void read_tree() {
+  // Sets `parents`, if it is given.
+  void read_tree(std::vector<std::uint32_t>* parents) {
     const auto all = [&](RadKind kind) {
       std::vector<std::uint32_t> values;
       for (const RadChunk& chunk : chunks_)
@@ -243,6 +244,11 @@ class RadFile {
     if (!is_part_) {
       const auto children_of = [&](std::size_t i) { return LodChildren{starts[i], counts[i]}; };
       tree_ = read_lod_tree(counts.size(), children_of, path_);
+      if (parents == nullptr) return;
+      parents->assign(counts.size(), kNoParent);
+      for (std::size_t i = 0; i < counts.size(); ++i)
+        for (std::uint32_t child = 0; child < counts[i]; ++child)
+          (*parents)[starts[i] + child] = static_cast<std::uint32_t>(i);
       return;
     }
     // The tree of a chunk alone lies in other chunks too.
@@ -252,7 +258,7 @@ class RadFile {
   }
 
   std::string path_;
-  bool is_part_, has_tree_ = false;
+  bool is_part_, has_tree_ = false, reads_all_ = false;
   std::vector<RadChunk> chunks_;
   std::uint64_t count_ = 0, ignored_bytes_ = 0;
   LodTree tree_;
@@ -273,7 +279,7 @@ namespace {
 void fill_leaves(RadFile& file, ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   constexpr float kDecoded = 0.9f;  // share of the progress
   const bool antialiased = scene.cloud.antialiased;
-  scene.cloud = make_cloud(file.leaf_count(), file.sh_degree());
+  scene.cloud = make_cloud(file.read_count(), file.sh_degree());
   scene.cloud.antialiased = antialiased;
   LinearValues linear;
   pool.for_chunks(file.chunk_count(), 1, [&](std::size_t chunk, std::size_t, int worker) {
@@ -290,14 +296,14 @@ void fill_leaves(RadFile& file, ThreadPool& pool, const ReadOptions& options, Sc
 
 void read_rad(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
               const ReadOptions& options, Scene& scene) {
-  RadFile file(content, path, scene);
+  RadFile file(content, path, options.keeps_nodes, scene);
   fill_leaves(file, pool, options, scene);
 }
 
 RadLevels read_rad_levels(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
                           Scene& scene) {
-  RadFile file(content, path, scene);
-  RadLevels levels = file.open_levels();
+  RadFile file(content, path, true, scene);
+  RadLevels levels = file.levels();
   fill_leaves(file, pool, {}, scene);
   if (scene.cloud.size() != levels.nodes.size())
     fail("{}: {} of its nodes cannot be drawn", path.string(),

@@ -109,11 +109,12 @@ std::string file_of(int count, int size, const std::vector<std::string>& chunks,
   return block("RAD0", description.dump()) + body;
 }
 
-Scene read(const std::string& text, const std::filesystem::path& path = "test.rad") {
+Scene read(const std::string& text, const std::filesystem::path& path = "test.rad",
+           const ReadOptions& options = {}) {
   Scene scene;
   scene.path = path;
   ThreadPool pool(2);
-  read_rad(to_bytes(text), scene.path, pool, {}, scene);
+  read_rad(to_bytes(text), scene.path, pool, options, scene);
   return scene;
 }
 
@@ -336,6 +337,25 @@ TEST(Rad, leaves_keep_their_order_across_chunks) {
       chunks.push_back(chunk_of_tree(tree, base, std::min(size, 6 - base)));
     EXPECT_THAT(places(read(file_of(6, size, chunks))), ElementsAre(1, 3, 4, 5)) << size;
   }
+}
+
+TEST(Rad, all_nodes_are_read_with_their_parents_if_they_are_asked_for) {
+  ReadOptions options;
+  options.keeps_nodes = true;
+  const Tree tree{{3, 0, 2, 0, 0, 0}, {1, 77, 4, 0, 0, 0}};  // the start of a leaf means nothing
+  for (const int size : {1, 4, 6}) {
+    std::vector<std::string> chunks;
+    for (int base = 0; base < 6; base += size)
+      chunks.push_back(chunk_of_tree(tree, base, std::min(size, 6 - base)));
+    const Scene scene = read(file_of(6, size, chunks), "test.rad", options);
+    EXPECT_THAT(places(scene), ElementsAre(0, 1, 2, 3, 4, 5)) << size;
+    EXPECT_THAT(scene.parents, ElementsAre(kNoParent, 0, 0, 0, 2, 2));
+    EXPECT_EQ(scene.levels, (LevelsOfDetail{.levels = 3, .nodes = 6, .leaves = 4, .merged = 2}));
+  }
+  EXPECT_THAT(read(tree_file({})).parents, IsEmpty());
+  EXPECT_THAT(read(chunk_of_tree({}, 2, 3), "test.radc", options).parents, IsEmpty());
+  EXPECT_THAT(read(with({"alpha", "f32", bytes_of({0.5f})}), "test.rad", options).parents,
+              IsEmpty());
 }
 
 TEST(Rad, a_chunk_alone_gives_its_leaves) {

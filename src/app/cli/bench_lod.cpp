@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: MIT
+#include "app/cli/bench_lod.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <string>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "app/inspect/picture_pair.h"
+#include "app/measure/lod_levels.h"
+#include "app/measure/scene_facts.h"
+#include "app/measure/statistics.h"
+#include "app/session/alterations.h"
+#include "base/fail.h"
+#include "base/progress_bar.h"
+#include "base/text.h"
+#include "io/bytes/replace_file.h"
+#include "raster/scene/cloud_order.h"
+#include "raster/scene/image_metrics.h"
+#include "raster/scene/place.h"
+
+namespace qs {
+namespace {
+
+const std::string kCsvHeader =
+    "scene,camera,distance,share_of,budget_percent,method,gaussians,width,height,psnr,ssim,flip,"
+    "worst_block_psnr,ms";
+
+struct Distance {
+  const char* name;
+  double factor;  // on the median depth of the picture's centre
+};
+constexpr std::array<Distance, 3> kDistances = {{{"near", 1}, {"middle", 4}, {"far", 16}}};
+
+// A uniform sample, or the cuts of a tree by one rule, or a level that another tool made.
+struct LodMethod {
+  std::string name;
+  const NodeTree* tree = nullptr;
+  bool by_distance = false;  // else by the tree's own order
+  std::shared_ptr<const GaussianCloud> level = {};
+};
+
+struct LodView {
+  Shot shot;
+  double depth = 0;    // median in the picture's centre
+  Camera camera = {};  // of the current distance
+  Image truth = {};
+  std::vector<std::uint32_t> leaves = {};  // that it shows
+  std::map<const NodeTree*, std::vector<bool>> nodes =
+      {};  // of each tree: true if it shows the node
+};
+
+// The pictures of a cell of the table.
+struct LodCell {
+  std::vector<PictureQuality> views;
+  double worst_block = std::numeric_limits<double>::infinity();  // dB
+  double gaussians = 0, ms = 0;                                  // sums
+
+  std::string text() const {
+    if (views.empty()) return " - | - | - | - | - | - |";
+    const PictureQuality mean = mean_quality(views);
+    const auto count = static_cast<double>(views.size());
+    return fmt::format(" {} | {} | {:.4f} | {:.4f} | {} | {:.1f} |",
+                       grouped(static_cast<std::uint64_t>(std::llround(gaussians / count))),
+                       decibels(mean.psnr), mean.ssim, mean.flip, decibels(worst_block),
+                       ms / count);
+  }
+};
+
+// The median of the positive values in the picture's centre; 0 if it has none.
+double median_depth(const std::vector<float>& depths, const Camera& camera) {
+  std::vector<double> values;
+  for (int y = camera.height / 3; y < 2 * camera.height / 3; ++y)
+    for (int x = camera.width / 3; x < 2 * camera.width / 3; ++x)
+      if (const float depth = depths[static_cast<std::size_t>(y * camera.width + x)]; depth > 0)
+        values.push_back(static_cast<double>(depth));
+  return values.empty() ? 0 : median(values);
+}
+
+class LodRun {
+ public:
+  explicit LodRun(const LodBench& bench)
+      : bench_(bench),
+        session_(open_session(bench.frame)),
+        octree_(octree_of(session_.scene->cloud, *session_.pool)),
+        methods_{{"uniform"}, {"octree", &octree_}, {"distance", &octree_, true}} {
+    if (session_.scene->levels) open(session_.scene->path, true);
+    for (const std::filesystem::path& other : bench.others) open(other, false);
+    for (const Shot& shot : choose_shots_or_all(bench.cameras, bench.frame, session_))
+      views_.push_back({shot});
+  }
+
+  void run() {
+    find_depths();
+    for (std::size_t i = 0; i < kDistances.size(); ++i) {
+      distance_ = i;
+      progress_ = step_of(bar_.progress(), i, kDistances.size());
+      one_distance();
+    }
+    bar_.hide();
+    const std::string text = fmt::format(
+        "# Levels of detail: {}, {}, {}, backend {}{}\n\n{}", markdown_text(scene_),
+        counted(leaves().size(), "Gaussian"), counted(views_.size(), "view"),
+        kBackendNames[static_cast<int>(session_.backend)], altered_clause(session_), table());
+    fmt::print("{}", text);
+    if (!bench_.out_dir) return;
+    replace_folder(*bench_.out_dir, [&](const std::filesystem::path& hidden) {
+      write_text(hidden / "lod.csv", kCsvHeader + (altered_.empty() ? "\n" : ",altered\n") + csv_);
+      write_text(hidden / "lod.md", "<!-- written by quadsplat bench -->\n" + text);
+    });
+    fmt::print(stderr, "wrote {}\n", bench_.out_dir->string());
+  }
+
+ private:
+  // Distance, budget, method; and the pictures for shares of all leaves, and of the leaves in view.
+  using Key = std::tuple<std::size_t, double, std::size_t>;
+
+  const GaussianCloud& leaves() const { return session_.scene->cloud; }
+
+  // A file is a level, unless all nodes of its tree can be read. `is_scene`: its warnings were
+  // printed.
+  void open(const std::filesystem::path& path, bool is_scene) {
+    ReadOptions options;
+    options.axes = bench_.frame.axes;
+    options.keeps_nodes = true;
+    Scene scene = read_scene(path, *session_.pool, options);
+    if (is_scene && scene.parents.empty()) return;
+    for (const std::string& warning : scene.warnings)
+      if (!is_scene) warn("warning: " + warning);
+    place(scene.cloud, leaves().origin);
+    const auto cloud = std::make_shared<const GaussianCloud>(std::move(scene.cloud));
+    if (scene.parents.empty()) return methods_.push_back({path.string(), nullptr, false, cloud});
+    if (!is_scene && scene.levels->leaves != leaves().size())
+      warn(fmt::format("{}: it has {} leaves, and the scene {}", path.string(),
+                       grouped(scene.levels->leaves), grouped(leaves().size())));
+    trees_.push_back(std::make_unique<const NodeTree>(NodeTree{cloud, std::move(scene.parents)}));
+    methods_.push_back({path.string(), trees_.back().get(), true});
+  }
+
+  void find_depths() {
+    Outputs outputs;
+    outputs.color = false;
+    outputs.depth = true;
+    for (LodView& view : views_) {
+      const Frame& frame = session_.renderer->render(view.shot.camera, session_.settings, outputs);
+      view.depth = median_depth(frame.depth.median, view.shot.camera);
+      if (view.depth == 0)
+        fail(ErrorKind::usage, "bench: --lod: {}: the middle of its picture has no depth",
+             view.shot.origin);
+    }
+  }
+
+  void one_distance() {
+    std::vector<Camera> cameras;
+    for (LodView& view : views_) {
+      view.camera = view.shot.camera;
+      view.camera.view_from_world[3].z += view.depth * (kDistances[distance_].factor - 1);
+      cameras.push_back(view.camera);
+    }
+    look();
+    for (std::size_t i = 0; i < methods_.size(); ++i) {
+      progress_.update(static_cast<float>(i) / static_cast<float>(methods_.size()));
+      const LodMethod& method = methods_[i];
+      if (method.level) {
+        const auto size = static_cast<double>(method.level->size());
+        draw({distance_, 100 * size / static_cast<double>(leaves().size()), i}, false, method.level,
+             views_);
+        continue;
+      }
+      for (const double budget : bench_.budgets) {
+        const Key key{distance_, budget, i};
+        draw(key, false, level_of(method, budget, cameras, nullptr), views_);
+        for (LodView& view : views_)
+          if (!view.leaves.empty())  // else no level differs
+            draw(key, true, level_of(method, budget, {&view.camera, 1}, &view), {&view, 1});
+      }
+    }
+  }
+
+  // Draws the true pictures, and finds the leaves and nodes that each view shows.
+  void look() {
+    Outputs outputs;
+    outputs.trace = true;
+    session_.renderer->upload(cloud_of(session_.scene), {});
+    for (LodView& view : views_) {
+      const Frame& frame = session_.renderer->render(view.camera, session_.settings, outputs);
+      view.truth = frame.color;
+      view.leaves = frame.trace.gaussians;
+      view.nodes.clear();
+    }
+    outputs.color = false;
+    for (const LodMethod& method : methods_) {
+      if (!method.tree || views_[0].nodes.contains(method.tree)) continue;
+      session_.renderer->upload(method.tree->nodes, {});
+      for (LodView& view : views_) {
+        std::vector<bool>& nodes = view.nodes[method.tree];
+        nodes.resize(method.tree->parents.size());
+        const Frame& frame = session_.renderer->render(view.camera, session_.settings, outputs);
+        for (const std::uint32_t node : frame.trace.gaussians) nodes[node] = true;
+      }
+    }
+  }
+
+  // `view`: the budget is a share of the leaves that it shows; null: of all leaves.
+  std::shared_ptr<const GaussianCloud> level_of(const LodMethod& method, double budget,
+                                                std::span<const Camera> cameras,
+                                                const LodView* view) const {
+    const std::size_t all = view ? view->leaves.size() : leaves().size();
+    const auto share =
+        static_cast<std::size_t>(std::llround(static_cast<double>(all) * budget / 100));
+    const std::size_t count = std::clamp<std::size_t>(share, 1, all);
+    if (!method.tree)
+      return std::make_shared<const GaussianCloud>(
+          uniform_sample(view ? select(leaves(), view->leaves) : leaves(), count));
+    const std::vector<double> errors =
+        method.by_distance ? pixel_sizes(*method.tree, cameras) : method.tree->order;
+    const auto counts = view ? view->nodes.at(method.tree) : std::vector<bool>();
+    return std::make_shared<const GaussianCloud>(
+        select(*method.tree->nodes, cut_of(*method.tree, errors, count, counts)));
+  }
+
+  void draw(const Key& key, bool in_view, const std::shared_ptr<const GaussianCloud>& level,
+            std::span<const LodView> views) {
+    session_.renderer->upload(level, {});
+    for (const LodView& view : views) {
+      std::vector<double> times;
+      Image image;
+      for (int i = -bench_.warmup; i < bench_.frames; ++i) {
+        const Frame& frame = session_.renderer->render(view.camera, session_.settings);
+        if (i >= 0) times.push_back(static_cast<double>(frame.stats.frame_ms));
+        if (i == bench_.frames - 1) image = frame.color;
+      }
+      const std::string name =
+          view.shot.number < 0 ? view.shot.origin : fmt::format("{}", view.shot.number);
+      const PicturePair pair = judge_pictures(name, view.truth, std::move(image), *session_.pool);
+      const PictureQuality& q = pair.quality;
+      const double worst = worst_block_psnr(pair.truth, pair.judged), ms = median(times);
+      LodCell& cell = cells_[key][in_view ? 1 : 0];
+      cell.views.push_back(q);
+      cell.worst_block = std::min(cell.worst_block, worst);
+      cell.gaussians += static_cast<double>(level->size());
+      cell.ms += ms;
+      csv_ += fmt::format("{},{},{},{},{:.4g},{},{},{},{},{:.4f},{:.6f},{:.6f},{:.4f},{:.3f}",
+                          csv_field(scene_), csv_field(name), kDistances[distance_].name,
+                          in_view ? "in view" : "all", std::get<double>(key),
+                          csv_field(methods_[std::get<2>(key)].name), level->size(), q.width,
+                          q.height, q.psnr, q.ssim, q.flip, worst, ms);
+      csv_ += altered_.empty() ? "\n" : "," + csv_field(altered_) + "\n";
+    }
+  }
+
+  std::string table() const {
+    std::string text =
+        "| distance | budget | method | Gaussians | PSNR dB | SSIM | FLIP | worst block dB | ms | "
+        "in view: Gaussians | PSNR dB | SSIM | FLIP | worst block dB | ms |\n"
+        "|---|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n";
+    for (const auto& [key, cells] : cells_) {
+      const auto& [distance, budget, method] = key;
+      text += fmt::format("| {} | {:.3g} % | {} |{}{}\n", kDistances[distance].name, budget,
+                          markdown_text(methods_[method].name), cells[0].text(), cells[1].text());
+    }
+    return text;
+  }
+
+  const LodBench& bench_;
+  Session session_;
+  const std::string scene_ = scene_name(session_.scene->path);
+  const std::string altered_ = alterations_of(session_).text;
+  const NodeTree octree_;
+  std::vector<std::unique_ptr<const NodeTree>> trees_;
+  std::vector<LodMethod> methods_;
+  std::vector<LodView> views_;
+  std::map<Key, std::array<LodCell, 2>> cells_;
+  std::string csv_;           // its rows
+  std::size_t distance_ = 0;  // of the pictures that are drawn
+  ProgressBar bar_{"levels"};
+  Progress progress_;
+};
+
+}  // namespace
+
+void run_lod_bench(const LodBench& bench) { LodRun(bench).run(); }
+
+}  // namespace qs

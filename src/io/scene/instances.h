@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+//
+// Instances of a scene: a small JSON file that names a scene beside it and lists similarity
+// transforms in RDF axes.
+//   {"version": 1, "scene": "plush.spz", "instances": [
+//     {"position": [0, 0, 4], "rotation": [1, 0, 0, 0], "scale": 1.5, "tint": [1, 0.9, 0.8]}]}
+// A point p of the scene is at position + scale * rotation(p); `rotation` is w, x, y, z. `tint`
+// multiplies the colours. Members of an instance may be missing.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec3.hpp>
+
+#include "io/cloud/scene.h"
+
+namespace qs {
+
+struct Instance {
+  glm::dvec3 position{0};           ///< world units
+  glm::dquat rotation{1, 0, 0, 0};  ///< unit length
+  double scale = 1;                 ///< 1e-9 to 1e9
+  glm::vec3 tint{1};                ///< factors of the colours, 0 to 1000
+};
+
+/// Writes the Gaussians of `source`, transformed by `instance`, to `cloud` from place `first` on.
+/// Both have the same SH degree; positions of `cloud` count from its own origin.
+void place_instance(const GaussianCloud& source, const Instance& instance, GaussianCloud& cloud,
+                    std::size_t first, ThreadPool& pool);
+
+RecogniseScene recognises_instances;
+/// Reads the scene and all of its instances into one cloud. Throws Error(device) if that takes more
+/// than half of the available memory, because a renderer keeps a copy.
+ReadScene read_instances;
+
+}  // namespace qs

@@ -20,7 +20,9 @@
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
+#include "io/bytes/mapped_file.h"
 #include "io/bytes/replace_file.h"
+#include "learn/lod/cut.h"
 #include "raster/scene/cloud_order.h"
 #include "raster/scene/image_metrics.h"
 #include "raster/scene/place.h"
@@ -38,11 +40,15 @@ struct Distance {
 };
 constexpr std::array<Distance, 3> kDistances = {{{"near", 1}, {"middle", 4}, {"far", 16}}};
 
+// A node outside of a picture gains this share of its gain at its distance (docs/lod.md).
+constexpr float kOutside = 1e-4f;
+
 // A uniform sample, or the cuts of a tree by one rule, or a level that another tool made.
 struct LodMethod {
   std::string name;
   const NodeTree* tree = nullptr;
-  bool by_distance = false;  // else by the tree's own order
+  bool by_distance = false;                      // else by errors, or by the tree's own order
+  std::shared_ptr<const RadLevels> errors = {};  // of quadsplat lod
   std::shared_ptr<const GaussianCloud> level = {};
 };
 
@@ -135,12 +141,21 @@ class LodRun {
       if (!is_scene) warn("warning: " + warning);
     place(scene.cloud, leaves().origin);
     const auto cloud = std::make_shared<const GaussianCloud>(std::move(scene.cloud));
-    if (scene.parents.empty()) return methods_.push_back({path.string(), nullptr, false, cloud});
+    if (scene.parents.empty())
+      return methods_.push_back({path.string(), nullptr, false, {}, cloud});
     if (!is_scene && scene.levels->leaves != leaves().size())
       warn(fmt::format("{}: it has {} leaves, and the scene {}", path.string(),
                        grouped(scene.levels->leaves), grouped(leaves().size())));
     trees_.push_back(std::make_unique<const NodeTree>(NodeTree{cloud, std::move(scene.parents)}));
-    methods_.push_back({path.string(), trees_.back().get(), true});
+    const NodeTree* const tree = trees_.back().get();
+    if (scene.levels->has_errors) {
+      Scene again;
+      const MappedFile file(path);
+      methods_.push_back({path.string() + " by its errors", tree, false,
+                          std::make_shared<const RadLevels>(
+                              read_rad_levels(file.content(), path, *session_.pool, again))});
+    }
+    methods_.push_back({path.string(), tree, true});
   }
 
   void find_depths() {
@@ -218,9 +233,16 @@ class LodRun {
     if (!method.tree)
       return std::make_shared<const GaussianCloud>(
           uniform_sample(view ? select(leaves(), view->leaves) : leaves(), count));
+    const auto counts = view ? view->nodes.at(method.tree) : std::vector<bool>();
+    if (method.errors) {
+      const GaussianCloud& nodes = *method.tree->nodes;
+      const LodGains gains = gains_in(*method.errors, nodes, cameras, kOutside);
+      const std::vector<double> by_gain(gains.gains.begin(), gains.gains.end());
+      const auto cut = cut_of(*method.tree, by_gain, count, counts);
+      return std::make_shared<const GaussianCloud>(cut_cloud(*method.errors, nodes, cut, gains));
+    }
     const std::vector<double> errors =
         method.by_distance ? pixel_sizes(*method.tree, cameras) : method.tree->order;
-    const auto counts = view ? view->nodes.at(method.tree) : std::vector<bool>();
     return std::make_shared<const GaussianCloud>(
         select(*method.tree->nodes, cut_of(*method.tree, errors, count, counts)));
   }

@@ -46,6 +46,7 @@ struct LevelsOfDetail {
   std::uint64_t nodes = 0;   ///< of the tree
   std::uint64_t leaves = 0;  ///< Gaussians that were read
   std::uint64_t merged = 0;  ///< Gaussians of coarser levels, which were left out
+  bool has_errors = false;   ///< quadsplat lod wrote the file: read_rad_levels() reads its errors
   bool operator==(const LevelsOfDetail&) const = default;
 };
 

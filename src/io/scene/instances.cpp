@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+// Compiled alone: tests/new_format replaces the tables of readers and writers, and their unit with
+// them.
 #include "io/scene/instances.h"
 
 #include <algorithm>

@@ -141,6 +141,19 @@ TEST_F(LodProgram, a_tree_is_cut_and_its_leaves_can_be_the_scene) {
               HasSubstr("it has 16 leaves, and the scene 600"));
 }
 
+TEST_F(LodProgram, a_tree_of_quadsplat_is_cut_by_its_errors_too) {
+  const std::string tree = (test::committed_corpus() / "valid/lod_own.rad").string();
+  Camera camera = test::front_camera(80, 60);
+  camera.view_from_world[3].z = 6;
+  test::write_cameras({camera}, path("cameras.json"));
+  const ProgramRun run = lod(
+      {tree, "--cameras", path("cameras.json"), "--budgets", "1,100", "--out-dir", path("out")});
+  ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("| far | 1 % | " + tree + " by its errors | 1 |"));
+  EXPECT_THAT(run.out, HasSubstr("| far | 100 % | " + tree + " by its errors | 24 | inf |"));
+  EXPECT_THAT(run.out, HasSubstr("| far | 100 % | " + tree + " | 24 | inf |"));
+}
+
 TEST_F(LodProgram, georeferenced_scenes_and_levels_are_in_one_place) {
   cloud_.origin = {500000, 4650000, 200};
   test::write_scene(cloud_, path("world.ply"));

@@ -15,9 +15,9 @@
 #include "io/bytes/mapped_file.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
+#include "learn/lod/cut.h"
 #include "raster/api/renderer.h"
 #include "raster/scene/image_metrics.h"
-#include "support/lod_cut.h"
 #include "support/pool.h"
 #include "support/shared.h"
 

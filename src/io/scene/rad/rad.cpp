@@ -162,7 +162,8 @@ class RadFile {
     if (is_part_)
       scene.warn("A part of a .rad file: {} leaves of {} nodes were read.", read_count(), count_);
     else if (has_tree_)
-      scene.levels = {tree_.levels, count_, tree_.leaves.size(), count_ - tree_.leaves.size()};
+      scene.levels = {tree_.levels, count_, tree_.leaves.size(), count_ - tree_.leaves.size(),
+                      footprint_ > 0};
     if (!scene.parents.empty() && scene.cloud.size() != count_)
       fail("{}: {} nodes of its tree cannot be drawn", path_, count_ - scene.cloud.size());
     std::uint64_t ignored = ignored_bytes_;

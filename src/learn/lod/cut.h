@@ -13,7 +13,7 @@
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
 
-namespace qs::test {
+namespace qs {
 
 /// The footprint of every node, world units, and its gain, colour^2 times square pixels. Both do
 /// not grow from a parent to its child.
@@ -37,4 +37,4 @@ std::vector<std::uint32_t> choose_cut(const RadLevels& levels, const LodGains& g
 GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
                         std::span<const std::uint32_t> cut, const LodGains& gains);
 
-}  // namespace qs::test
+}  // namespace qs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "support/lod_cut.h"
+#include "learn/lod/cut.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/transform.h"
 
-namespace qs::test {
+namespace qs {
 namespace {
 
 constexpr float kSmallestDepth = 1e-3f;  // of a ball around a camera, in depths of its near plane
@@ -128,4 +128,4 @@ GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
   return cloud;
 }
 
-}  // namespace qs::test
+}  // namespace qs

@@ -21,12 +21,12 @@ namespace qs::train {
 namespace {
 
 constexpr double kGrowthBegin = 0.05, kGrowthEnd = kBudgetGrowthEnd;
-constexpr int kLeastInterval = 100, kMostChanges = 60, kDecays = 9;
+constexpr int kLeastChangeInterval = 100, kMostChanges = 60, kDecays = 9;
 constexpr double kLastInterval = 0.75;  // at least, times the usual one
 constexpr double kPixelsPerGaussian = 200;
 constexpr std::size_t kIterationsPerView = 120, kLeastIterations = 7'000, kMostIterations = 30'000;
 constexpr double kRounding = 1e-6;
-constexpr double kFirstMeanRate = 1.6e-4, kLastMeanRate = 1.6e-5;  // times the extent
+constexpr double kFirstBudgetMeanRate = 1.6e-4, kLastBudgetMeanRate = 1.6e-5;  // times the extent
 constexpr double kRatesFallFrom = 0.7, kFallenRates = 0.1;
 constexpr double kLeastDecayed = 1.0 / 128, kPruned = 1.0 / 255;
 // A child of a split, times the values of its parent; the offset in standard deviations.
@@ -38,7 +38,7 @@ struct Growth {
 
   /// Iterations between changes in a run of so many.
   double interval(int iterations) const {
-    return std::max({static_cast<double>(kLeastInterval), static_cast<double>(run.views),
+    return std::max({static_cast<double>(kLeastChangeInterval), static_cast<double>(run.views),
                      (kGrowthEnd - kGrowthBegin) * iterations / kMostChanges});
   }
   /// The share of growth that is over after an iteration, 0..1.
@@ -182,7 +182,8 @@ void budget_step(const IterationContext& context, StepOrder& order) {
   for (double* rate :
        {&rates.log_scale, &rates.rotation, &rates.opacity, &rates.sh_dc, &rates.sh_rest})
     *rate *= factor;
-  rates.mean = kFirstMeanRate * std::pow(kLastMeanRate / kFirstMeanRate, t) * context.extent;
+  rates.mean = kFirstBudgetMeanRate * std::pow(kLastBudgetMeanRate / kFirstBudgetMeanRate, t) *
+               context.extent;
   order.counts_density = stopped == 0 && t <= kGrowthEnd;
 }
 

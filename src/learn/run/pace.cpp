@@ -8,10 +8,10 @@
 namespace qs::train {
 namespace {
 
-constexpr double kRounding = 1e-9;            // of times
+constexpr double kTimeRounding = 1e-9;        // of times
 constexpr double kBetweenCorrections = 0.02;  // of the seconds
 constexpr double kGrown = 1.1;  // more Gaussians than at first: their share of the time is known
-constexpr double kMostIterations = 10'000'000;
+constexpr double kMostPaceIterations = 10'000'000;
 
 }  // namespace
 
@@ -29,13 +29,13 @@ double Pace::time(int iteration) const {
 int Pace::iteration_at(double time) const {
   std::size_t row = rows_.size() - 1;
   while (row > 0 && starts_[row] >= time) --row;
-  const double length = (time - starts_[row] - kRounding) * rows_[row].iterations;
+  const double length = (time - starts_[row] - kTimeRounding) * rows_[row].iterations;
   return rows_[row].from + std::max(0, static_cast<int>(std::ceil(length)));
 }
 
 int Pace::steps(int iteration, double begin, double end, int count) const {
   const double share = (time(iteration) - begin) / (end - begin);
-  return std::clamp(static_cast<int>(std::floor(count * share + kRounding)), 0, count);
+  return std::clamp(static_cast<int>(std::floor(count * share + kTimeRounding)), 0, count);
 }
 
 void Pace::correct(int from, int iterations) {
@@ -68,7 +68,8 @@ void PaceControl::correct(double elapsed, int iteration, double gaussians, doubl
     expected +=
         std::max(0.0, speed - first_speed_) / (gaussians - first_gaussians_) * (mean - gaussians);
   const double left = std::max(1.0, (seconds_ - elapsed) / expected);
-  pace.correct(iteration, static_cast<int>(std::clamp(left / (1 - time), 1.0, kMostIterations)));
+  pace.correct(iteration,
+               static_cast<int>(std::clamp(left / (1 - time), 1.0, kMostPaceIterations)));
 }
 
 }  // namespace qs::train

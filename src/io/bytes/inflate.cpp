@@ -92,6 +92,16 @@ void Deflater::run(int flush) {
   } while (stream_.avail_out == 0);
 }
 
+std::string deflated(std::string_view content, int level) {
+  constexpr int kMemory = 8;
+  std::string packed;
+  Deflater deflater(DeflateForm::deflate, level, kMemory,
+                    [&](std::string_view part) { packed += part; });
+  deflater.write(content);
+  deflater.finish();
+  return packed;
+}
+
 bool is_gzip(ByteSpan content) {
   return content.size() >= 2 && content[0] == std::byte{0x1f} && content[1] == std::byte{0x8b};
 }

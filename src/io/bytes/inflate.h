@@ -68,6 +68,9 @@ class Deflater : NotCopied {
   std::function<void(std::string_view packed)> take_;
 };
 
+/// The content, compressed as one piece without a header. `level` as in zlib.
+std::string deflated(std::string_view content, int level);
+
 bool is_gzip(ByteSpan content);
 
 }  // namespace qs

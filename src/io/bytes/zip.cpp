@@ -178,16 +178,6 @@ constexpr std::uint16_t kDate = 1 << 5 | 1;  // 1980-01-01
 constexpr std::uint16_t kNameIsUtf8 = 1 << 11;
 constexpr std::uint16_t kVersion = 20, kVersion64 = 45;  // the format's version that a reader needs
 
-std::string deflated_bytes(std::string_view content) {
-  constexpr int kMemory = 8;
-  std::string packed;
-  Deflater deflater(DeflateForm::deflate, Z_BEST_COMPRESSION, kMemory,
-                    [&](std::string_view bytes) { packed += bytes; });
-  deflater.write(content);
-  deflater.finish();
-  return packed;
-}
-
 /// A size or offset of 32 bits, which is added to the 64-bit extra field if it does not fit.
 std::uint32_t short_value(std::uint64_t value, std::string& extra) {
   if (value < kIn64Bits) return static_cast<std::uint32_t>(value);
@@ -219,9 +209,9 @@ class Archive {
   explicit Archive(std::ostream& stream) : stream_(stream) {}
 
   void add(const ZipEntry& entry, ZipForm form) {
-    const bool deflated = form == ZipForm::deflated;
-    const std::string packed = deflated ? deflated_bytes(entry.content) : std::string();
-    const std::string& stored = deflated ? packed : entry.content;
+    const bool packs = form == ZipForm::deflated;
+    const std::string packed = packs ? deflated(entry.content, Z_BEST_COMPRESSION) : std::string();
+    const std::string& stored = packs ? packed : entry.content;
     const auto checksum = static_cast<std::uint32_t>(
         crc32_z(0, reinterpret_cast<const Bytef*>(entry.content.data()), entry.content.size()));
     const bool is_ascii = std::ranges::all_of(
@@ -232,7 +222,7 @@ class Archive {
     std::string common, values;  // the part that both headers have
     put_values(common, is_long || offset_ >= kIn64Bits ? kVersion64 : kVersion,
                is_ascii ? std::uint16_t{0} : kNameIsUtf8,
-               static_cast<std::uint16_t>(deflated ? 8 : 0), std::uint16_t{0}, kDate, checksum);
+               static_cast<std::uint16_t>(packs ? 8 : 0), std::uint16_t{0}, kDate, checksum);
     if (is_long) {
       put_values(common, kIn64Bits, kIn64Bits);
       put_values(values, std::uint64_t{entry.content.size()}, std::uint64_t{stored.size()});

@@ -118,12 +118,7 @@ GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
     cloud.opacity_logits[k] = std::log(shown.opacity / (1 - shown.opacity));
     if (node.layers <= 1 && shown.opacity < 1) continue;
     const auto& s = shown.covariance;
-    glm::dmat3 axes;
-    glm::dvec3 variances;
-    diagonalise(glm::dmat3(s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]), axes, variances);
-    if (glm::determinant(axes) < 0) axes[0] = -axes[0];
-    cloud.rotations[k] = glm::quat(glm::normalize(glm::quat_cast(axes)));
-    cloud.log_scales[k] = 0.5 * glm::log(glm::max(variances, glm::dvec3(0)));
+    set_covariance(cloud, k, glm::dmat3(s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]));
   }
   return cloud;
 }

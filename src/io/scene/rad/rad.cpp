@@ -269,14 +269,6 @@ class RadFile {
   double footprint_ = 0;  // 0: quadsplat did not write the file
 };
 
-}  // namespace
-
-bool recognises_rad(ByteSpan content, const std::filesystem::path&) {
-  const std::string_view text = text_of(content);
-  return text.starts_with(kFileMagic) || text.starts_with(kRadChunkMagic);
-}
-
-namespace {
 void fill_leaves(RadFile& file, ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   constexpr float kDecoded = 0.9f;  // share of the progress
   const bool antialiased = scene.cloud.antialiased;
@@ -293,7 +285,13 @@ void fill_leaves(RadFile& file, ThreadPool& pool, const ReadOptions& options, Sc
   linear.warn(scene);
   file.describe(scene);
 }
+
 }  // namespace
+
+bool recognises_rad(ByteSpan content, const std::filesystem::path&) {
+  const std::string_view text = text_of(content);
+  return text.starts_with(kFileMagic) || text.starts_with(kRadChunkMagic);
+}
 
 void read_rad(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
               const ReadOptions& options, Scene& scene) {
@@ -306,9 +304,6 @@ RadLevels read_rad_levels(ByteSpan content, const std::filesystem::path& path, T
   RadFile file(content, path, true, scene);
   RadLevels levels = file.levels();
   fill_leaves(file, pool, {}, scene);
-  if (scene.cloud.size() != levels.nodes.size())
-    fail("{}: {} of its nodes cannot be drawn", path.string(),
-         levels.nodes.size() - scene.cloud.size());
   return levels;
 }
 

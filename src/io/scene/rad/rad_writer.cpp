@@ -22,15 +22,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string deflated(const std::string& plain) {
-  constexpr int kLevel = 2, kMemory = 8;
-  std::string packed;
-  Deflater deflater(DeflateForm::deflate, kLevel, kMemory,
-                    [&](std::string_view part) { packed += part; });
-  deflater.write(plain);
-  deflater.finish();
-  return packed;
-}
+constexpr int kDeflateLevel = 2;
 
 void pad(std::string& bytes) { bytes.resize((bytes.size() + 7) / 8 * 8); }
 
@@ -82,7 +74,7 @@ class ChunkEncoder {
                                 [](const LodNode& n, std::size_t) { return n.child_count; });
     add_property<std::uint32_t>("child_start", "u32", 1,
                                 [](const LodNode& n, std::size_t) { return n.first_child; });
-    const std::string block = deflated(own_block());
+    const std::string block = deflated(own_block(), kDeflateLevel);
     const auto crc =
         crc32(0, reinterpret_cast<const Bytef*>(block.data()), static_cast<uInt>(block.size()));
     const ordered_json own = {{"offset", payload_.size()}, {"bytes", block.size()}, {"crc32", crc}};
@@ -113,7 +105,7 @@ class ChunkEncoder {
 
   void add(const char* name, const char* encoding, const std::string& plain,
            ordered_json more = ordered_json::object()) {
-    const std::string packed = deflated(plain);
+    const std::string packed = deflated(plain, kDeflateLevel);
     ordered_json property = {{"offset", payload_.size()},
                              {"bytes", packed.size()},
                              {"property", name},

@@ -221,8 +221,8 @@ class Archive {
     const bool is_long = entry.content.size() >= kIn64Bits || stored.size() >= kIn64Bits;
     std::string common, values;  // the part that both headers have
     put_values(common, is_long || offset_ >= kIn64Bits ? kVersion64 : kVersion,
-               is_ascii ? std::uint16_t{0} : kNameIsUtf8,
-               static_cast<std::uint16_t>(packs ? 8 : 0), std::uint16_t{0}, kDate, checksum);
+               is_ascii ? std::uint16_t{0} : kNameIsUtf8, static_cast<std::uint16_t>(packs ? 8 : 0),
+               std::uint16_t{0}, kDate, checksum);
     if (is_long) {
       put_values(common, kIn64Bits, kIn64Bits);
       put_values(values, std::uint64_t{entry.content.size()}, std::uint64_t{stored.size()});

@@ -20,7 +20,7 @@ endfunction()
 room(app app/cli base)
 room(app/cli app/conformance app/plugin app/serve app/viewer app/viewer/render app/report app/remote app/film
      app/measure app/session app/framing app/inspect app/picture learn/lod learn/lpips learn/run learn/step io/camera io/scene
-     io/cloud io/picture io/bytes raster/api raster/scene options base)
+     io/cloud io/picture io/bytes raster/lens raster/api raster/scene options base)
 room(app/conformance app/report app/picture io/camera io/scene io/picture io/bytes raster/api raster/scene
      raster/kernel base)
 room(app/plugin quadsplat raster/api raster/scene base)
@@ -44,7 +44,7 @@ room(app/report app/measure app/session app/framing app/inspect app/picture lear
 room(app/remote raster/scene base)
 room(app/film app/measure app/framing app/inspect app/picture io/picture io/bytes raster/api raster/scene base)
 room(app/measure app/session app/framing io/camera io/scene io/cloud io/bytes raster/clock raster/api raster/scene base)
-room(app/session app/framing io/camera io/scene io/scene/compact io/cloud io/picture raster/field raster/api
+room(app/session app/framing io/camera io/scene io/scene/compact io/cloud io/picture raster/field raster/lens raster/api
      raster/scene base)
 room(app/framing io/scene raster/api raster/scene raster/kernel base)
 room(app/inspect app/picture raster/api raster/kernel/cull raster/scene raster/kernel base)
@@ -71,7 +71,7 @@ room(learn/run learn/step learn/field learn/gradient io/camera io/scene io/scene
 room(learn/step learn/field learn/gradient raster/field raster/api raster/scene raster/kernel base)
 room(learn/field learn/gradient raster/field raster/kernel base)
 room(learn/gradient raster/kernel)
-room(io/camera io/scene/ply io/picture io/bytes raster/scene base)
+room(io/camera io/scene/ply io/picture io/bytes raster/lens raster/scene base)
 room(io/scene io/scene/usd io/scene/rad io/scene/hier io/scene/sog io/scene/compact io/scene/splat io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes
      raster/scene raster/kernel base)
 room(io/scene/usd io/scene/ply io/cloud io/bytes raster/scene base)
@@ -88,7 +88,8 @@ room(io/picture io/tensor io/picture/oiio io/bytes raster/scene base)
 room(io/tensor io/bytes raster/kernel base)
 room(io/picture/oiio raster/scene)
 room(io/bytes raster/scene base)
-room(raster raster/cuda raster/cpu raster/cuda/common raster/clock raster/api base)
+room(raster raster/lens raster/cuda raster/cpu raster/cuda/common raster/clock raster/api base)
+room(raster/lens raster/api raster/scene base)
 room(raster/cuda raster/cuda/fast raster/cuda/classic raster/cuda/common raster/api)
 room(raster/cuda/fast raster/cuda/common raster/kernel/cull raster/kernel)
 room(raster/cuda/classic raster/cuda/common raster/kernel/cull raster/kernel)

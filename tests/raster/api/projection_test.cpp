@@ -102,7 +102,7 @@ TEST(Face, cut_to_a_part_is_that_part_of_the_whole) {
 
 TEST(Orthographic, is_a_pinhole_camera_at_ten_thousand_times_the_distance) {
   GaussianCloud cloud = test::random_cloud(50, 3, 9);
-  // Depths that single precision tells apart at the far camera, too.
+  // Depths that differ in single precision at the far camera, too.
   for (std::size_t i = 0; i < cloud.size(); ++i) cloud.positions[i].z = 4 + static_cast<float>(i);
   constexpr double kFar = 1e4 * 500;
   Camera parallel = test::with_projection(test::front_camera(120, 90), Projection::orthographic);

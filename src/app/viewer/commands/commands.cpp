@@ -23,6 +23,7 @@
 #include "base/text.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
+#include "io/camera/lens_views.h"
 
 namespace qs {
 
@@ -111,6 +112,13 @@ void paste_camera(Viewer& v, Host& host) {
   set_camera(v, v.scene ? pasted.placed(v.scene->origin) : pasted);
 }
 
+void set_lens(Viewer& v, const std::shared_ptr<const LensView>& lens) {
+  v.settings.lens = lens;
+  if (lens && !lens->is_parallel() && (v.heatmap || v.shows_grid || v.panels.split))
+    notify(v, "heat maps, the split and all modes are drawn by a pinhole camera");
+  view_changed(v);
+}
+
 // Shows the pictures of all modes side by side, or the picture of one mode again.
 void toggle_grid(Viewer& v) {
   v.shows_grid = !v.shows_grid;
@@ -195,6 +203,17 @@ KeyCommand style_row(int key, const char* help, DrawStyle style) {
                             [style](const Viewer& v) { return v.settings.style == style; }));
 }
 
+// `view`: null for a pinhole camera.
+KeyCommand lens_row(int key, const char* help, std::shared_ptr<const LensView> view) {
+  return drawn_here(checked(row(key, kShift, Menu::lens, help, set_lens, view),
+                            [view](const Viewer& v) { return v.settings.lens == view; }));
+}
+
+// The height of an orthographic picture follows the camera, see full_frame().
+std::shared_ptr<const LensView> shared(LensView view) {
+  return std::make_shared<const LensView>(std::move(view));
+}
+
 std::vector<KeyCommand> make_commands() {
   using enum Menu;
   std::vector<KeyCommand> rows = {
@@ -272,6 +291,11 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_K, 0, camera, "Set a keyframe", add_keyframe),
       row(GLFW_KEY_SPACE, 0, camera, "Play the path", toggle_playback),
       row(GLFW_KEY_K, kCtrl, camera, "Film of the path, or round the scene", film),
+
+      lens_row(GLFW_KEY_5, "Pinhole camera", nullptr),
+      lens_row(GLFW_KEY_6, "Panorama of 360 degrees", shared(panorama_view(360))),
+      lens_row(GLFW_KEY_7, "Fisheye of 180 degrees", shared(fisheye_view(180))),
+      lens_row(GLFW_KEY_8, "Orthographic", shared(parallel_view(1))),
 
       drawn_here(held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode)),
       row(GLFW_KEY_COMMA, kShift, mode, "Mode before in the list", step_mode, -1),

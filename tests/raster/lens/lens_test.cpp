@@ -174,7 +174,7 @@ TEST(Lens, draws_what_rays_see) {
   }
 }
 
-/// The middle of the light in a picture, px; across the border of a panorama if it is there.
+/// The middle of the light in a picture, px; across the border of a panorama if its dot is at it.
 glm::dvec2 centroid(const Image& image, bool wraps, glm::dvec2 expected) {
   double sum = 0;
   glm::dvec2 place(0);

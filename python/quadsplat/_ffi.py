@@ -236,7 +236,8 @@ class QsTrainingState(_Sized):
     _fields_ = [("size", c_uint32), ("iteration", c_int32), ("iterations", c_int32),
                 ("evaluated", c_int32), ("gaussians", c_uint64), ("loss", c_double),
                 ("seconds", c_double), ("test_psnr", c_double), ("test_ssim", c_double),
-                ("reserved", c_uint64 * 3)]
+                ("guard_psnr", c_double), ("guarded", c_int32), ("growth_ended", c_int32),
+                ("reserved", c_uint64)]
 
 
 #: The callbacks of a training run.

@@ -912,7 +912,10 @@ typedef struct QsTrainingState {
   double seconds;       /* 32: of all iterations, also of earlier runs, without evaluations */
   double test_psnr;     /* 40: dB on the test views, NaN before an evaluation, as the next */
   double test_ssim;     /* 48 */
-  uint64_t reserved[3]; /* 56 */
+  double guard_psnr;    /* 56: dB on the views that the option "guard" reserves, NaN without */
+  int32_t guarded;      /* 64: the iteration of that measurement; 0: none yet */
+  int32_t growth_ended; /* 68: the iteration after which the guard ended growth; 0: it did not */
+  uint64_t reserved;    /* 72 */
 } QsTrainingState;
 
 /* A training run. Both callbacks run in the thread that called qs_train(). They must neither use

@@ -13,8 +13,10 @@
 #include "app/serve/message.h"
 #include "app/viewer/preferences.h"
 #include "base/error.h"
+#include "io/bytes/file_hash.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
+#include "io/edits/edits_file.h"
 #include "io/picture/picture_formats.h"
 #include "io/picture/webp_image.h"
 #include "io/scene/compact/huffman.h"
@@ -24,8 +26,10 @@
 #include "io/tensor/pickle.h"
 #include "io/tensor/tensor.h"
 #include "io/tensor/torch_tensor.h"
+#include "raster/select/editing.h"
 #include "support/gzip.h"
 #include "support/paths.h"
+#include "support/scenes.h"
 #include "support/temporary_folder.h"
 
 namespace qs::test {
@@ -261,6 +265,32 @@ void read_preferences_text(Bytes content) {
   demand(window_size.x >= 320 && window_size.y >= 240, "windows are visible");
 }
 
+// Edits that are read are carried out on a few Gaussians, and written and read again.
+void read_edits_file(Bytes content) {
+  static ThreadPool pool(1);
+  static const GaussianCloud cloud = random_cloud(20, 0, 1);
+  const fs::path path = input_file("fuzzed.edits.json", content);
+  expect_sentence_at_most(path.string(), [&] {
+    const EditsFile edits = read_edits(path, cloud.origin);
+    const std::string text = format_edits(edits, cloud.origin);
+    std::ofstream(path) << text;
+    demand(format_edits(read_edits(path, cloud.origin), cloud.origin) == text,
+           "edits survive writing");
+    EditState state(cloud.size());
+    const EditTools tools{cloud, pool,
+                          [](const GaussianSet& rest, const Camera&, const Shape& shape, float) {
+                            shape.pixels({64, 64});
+                            return rest;
+                          },
+                          [](const GaussianSet& set) { return bytes_hash(set.bytes()); }};
+    for (const EditStep& step : edits.steps) {
+      carry_out(step, tools, path.string(), state);
+      GaussianSet gone = state.selected;
+      demand((gone -= state.rest()).empty(), "selected Gaussians are there");
+    }
+  });
+}
+
 // ---- messages -----------------------------------------------------------------------------------
 
 void read_view(const message::ShowView& view) {
@@ -362,6 +392,7 @@ std::vector<FuzzTarget> fuzz_targets() {
   targets.push_back({"message", ".message", read_message});
   targets.push_back({"sibr_request", ".sibr_request", read_sibr_requests});
   targets.push_back({"sibr_answer", ".sibr_answer", read_sibr_answers});
+  targets.push_back({"edits", ".edits.json", read_edits_file});
   targets.push_back({"preferences", "/viewer.json", read_preferences_text});
   return targets;
 }

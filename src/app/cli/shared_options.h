@@ -45,6 +45,9 @@ void declare_common_options(Options& options, FrameOptions& frame);
 /// --axes.
 void declare_axes_option(Options& options, std::string& axes);
 
+/// --edits and --edits-anyway.
+void declare_edit_options(Options& options, EditOptions& edits);
+
 /// --picture, for commands in which it chooses the quantity of the pixels.
 void declare_quantity_option(Options& options, Quantity& quantity, const std::string& help);
 

@@ -20,7 +20,7 @@ endfunction()
 room(app app/cli base)
 room(app/cli app/conformance app/plugin app/serve app/viewer app/viewer/render app/report app/remote app/film
      app/measure app/session app/framing app/inspect app/picture learn/lod learn/lpips learn/run learn/step io/camera io/scene
-     io/cloud io/picture io/bytes raster/api raster/scene options base)
+     io/cloud io/picture io/bytes raster/api raster/scene raster/select options base)
 room(app/conformance app/report app/picture io/camera io/scene io/picture io/bytes raster/api raster/scene
      raster/kernel base)
 room(app/plugin quadsplat raster/api raster/scene base)

@@ -242,6 +242,12 @@ void declare_occlusion_option(Options& options, FrameOptions& frame) {
       "picture is the same (default: off)");
 }
 
+glm::ivec2 parse_pixel(const std::string& name, const std::string& text) {
+  const std::vector<std::string> words = separated(text);
+  if (words.size() != 2) fail(ErrorKind::usage, "{}: '{}' is not X,Y", name, text);
+  return {parse_integer(name, words[0], 0, 1'000'000), parse_integer(name, words[1], 0, 1'000'000)};
+}
+
 PixelRect parse_part(const std::string& text, const char* problem) {
   const std::vector<std::string> words = separated(text);
   if (words.size() != 4) fail(ErrorKind::usage, "--part: '{}' is {}", text, problem);

@@ -76,6 +76,9 @@ void declare_plan_options(Options& options, ViewPlan& plan, const std::string& p
 /// --settings and --input of commands that open the window. Sets view.settings to its default.
 void declare_window_options(Options& options, ViewOptions& view);
 
+/// X,Y from 0. Throws Error(usage) "NAME: ...".
+glm::ivec2 parse_pixel(const std::string& name, const std::string& text);
+
 /// The value X,Y,W,H of --part, in pixels. Throws Error(usage) "--part: 'TEXT' is PROBLEM".
 PixelRect parse_part(const std::string& text, const char* problem);
 

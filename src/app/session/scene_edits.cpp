@@ -41,11 +41,9 @@ std::string other_scene(const EditedScene& of, const EditedScene& scene) {
 
 // The results of steps do not fit another scene.
 void forget_results(EditsFile& file) {
-  const auto kept = std::ranges::remove_if(file.steps, is_of_picture);
-  if (!kept.empty())
+  if (const std::size_t left_out = std::erase_if(file.steps, is_of_picture); left_out > 0)
     warn(fmt::format("{} of visible or touching Gaussians left out, because the scene is another",
-                     counted(kept.size(), "selection")));
-  file.steps.erase(kept.begin(), kept.end());
+                     counted(left_out, "selection")));
   for (EditStep& step : file.steps) {
     step.select.count.reset();
     step.select.crc.clear();

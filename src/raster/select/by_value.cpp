@@ -29,7 +29,7 @@ struct Cells {
     for (const std::uint32_t i : numbers)
       if (const auto key = grid->key(cloud.positions[i])) keys.push_back(*key);
     std::ranges::sort(keys);
-    keys.erase(std::ranges::unique(keys).begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     pool.for_each(numbers.size(), 4096, [&](std::size_t k) {
       if (const auto key = grid->key(cloud.positions[numbers[k]]))
         cell_of[numbers[k]] = static_cast<std::uint32_t>(find(*key) - keys.begin());

@@ -118,7 +118,7 @@ TEST_F(EditsFiles, that_were_written_read_back_to_the_same_text) {
   EXPECT_EQ(edits.steps[16].rotation.w, 0.8);
   const std::string text = format_edits(edits, origin);
   EXPECT_EQ(format_edits(read(text, origin), origin), text);
-  // The same members as in the text above, but for those of a camera.
+  // The same members as in the file, but for the cameras.
   auto written = parse_own_json(text), given = parse_own_json(all_steps());
   for (auto* file : {&written, &given})
     for (auto& step : (*file)["steps"]) step.erase("camera");

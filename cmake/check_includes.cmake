@@ -50,8 +50,8 @@ room(app/framing io/scene raster/api raster/scene raster/kernel base)
 room(app/inspect app/picture raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(app/picture io/picture io/bytes raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(library/api library/check learn/diff/cuda learn/step/cpu learn/diff/cpu learn/lpips learn/run learn/diff learn/step
-     learn/gradient io/camera io/scene io/cloud io/picture io/bytes quadsplat raster/api raster/scene raster/kernel
-     options base)
+     learn/gradient io/edits io/camera io/scene io/cloud io/picture io/bytes quadsplat raster/api raster/select raster/scene
+     raster/kernel options base)
 room(library/check learn/diff/cuda learn/diff/cpu learn/diff io/camera io/bytes quadsplat raster/api raster/scene
      raster/kernel base)
 room(library)

@@ -29,7 +29,6 @@
 #include "raster/select/editing.h"
 #include "support/gzip.h"
 #include "support/paths.h"
-#include "support/scenes.h"
 #include "support/temporary_folder.h"
 
 namespace qs::test {
@@ -265,10 +264,25 @@ void read_preferences_text(Bytes content) {
   demand(window_size.x >= 320 && window_size.y >= 240, "windows are visible");
 }
 
+// Gaussians in a row.
+GaussianCloud few_gaussians() {
+  GaussianCloud cloud;
+  cloud.resize(20, 0);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const auto at = static_cast<float>(i);
+    cloud.positions[i] = {at, 0, 5};
+    cloud.log_scales[i] = glm::vec3(-0.1f * at);
+    cloud.rotations[i] = {1, 0, 0, 0};
+    cloud.opacity_logits[i] = at - 10;
+    cloud.sh[i] = glm::vec3(0.1f * at - 1);
+  }
+  return cloud;
+}
+
 // Edits that are read are carried out on a few Gaussians, and written and read again.
 void read_edits_file(Bytes content) {
   static ThreadPool pool(1);
-  static const GaussianCloud cloud = random_cloud(20, 0, 1);
+  static const GaussianCloud cloud = few_gaussians();
   const fs::path path = input_file("fuzzed.edits.json", content);
   expect_sentence_at_most(path.string(), [&] {
     const EditsFile edits = read_edits(path, cloud.origin);

@@ -175,7 +175,7 @@ class Measurement {
     steps_.push_back({{"step", "level"}, {"rotation", {turn.x, turn.y, turn.z, turn.w}}});
   }
 
-  // each(i, length, offset) of the points i and i + 1, if both are there.
+  // each(i, length, offset) of the points i and i + 1, if both pixels show a surface.
   template <class Each>
   void each_pair(const Each& each) const {
     for (std::size_t i = 0; i + 1 < points_.size(); ++i) {

@@ -249,8 +249,11 @@ void warn_unknown(const Reading& entry, std::vector<std::string>& warnings) {
 }  // namespace
 
 EditsFile read_edits(const std::filesystem::path& path, const glm::dvec3& origin) {
-  const std::string source = path.string();
-  const nlohmann::json json = parse_json(read_text_file(path, kMaxEditBytes), source);
+  return parse_edits(read_text_file(path, kMaxEditBytes), path.string(), origin);
+}
+
+EditsFile parse_edits(std::string_view text, const std::string& source, const glm::dvec3& origin) {
+  const nlohmann::json json = parse_json(text, source);
   if (!json.is_object()) fail("{}: is not a file of edits: it has no object", source);
   Reading file{{json, source}, origin};
   if (!file.reads("version") || !file.reads("steps"))

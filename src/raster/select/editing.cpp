@@ -146,27 +146,34 @@ Shape shape_of(const SelectStep& step) {
   return Shape::polygon(step.pixels);
 }
 
+GaussianSet seen_in_whole(Renderer& renderer, const GaussianCloud& cloud, const Camera& camera,
+                          const Shape& shape, float weight, ThreadPool& pool,
+                          std::stop_token stop) {
+  const Frame& frame = renderer.render(camera.placed(cloud.origin), {},
+                                       {.color = false, .trace = true}, HostImage{}, stop);
+  return gaussians_seen(frame, {camera.width, camera.height}, shape, weight, pool, stop);
+}
+
 SeenInPicture seen_with(Renderer& renderer, std::shared_ptr<const GaussianCloud> cloud,
                         ThreadPool& pool, std::stop_token stop) {
   struct Uploaded {
     GaussianSet rest;
     std::vector<std::uint32_t> numbers;  // in the whole cloud
   };
-  return
-      [&renderer, &pool, cloud = std::move(cloud), stop, uploaded = std::make_shared<Uploaded>()](
-          const GaussianSet& rest, const Camera& camera, const Shape& shape, float weight) {
-        if (rest.empty()) return GaussianSet(rest.size());
-        if (uploaded->rest != rest) {
-          *uploaded = {rest, rest.numbers()};
-          renderer.upload(select(*cloud, uploaded->numbers), {{}, stop});
-        }
-        const Frame& frame = renderer.render(camera.placed(cloud->origin), {},
-                                             {.color = false, .trace = true}, HostImage{}, stop);
-        GaussianSet seen(rest.size());
-        gaussians_seen(frame, {camera.width, camera.height}, shape, weight, pool, stop)
-            .for_each([&](std::size_t i) { seen.add(uploaded->numbers[i]); });
-        return seen;
-      };
+  return [&renderer, &pool, cloud = std::move(cloud), stop,
+          uploaded = std::make_shared<Uploaded>()](const GaussianSet& rest, const Camera& camera,
+                                                   const Shape& shape, float weight) {
+    if (rest.empty()) return GaussianSet(rest.size());
+    if (uploaded->rest != rest) {
+      *uploaded = {rest, rest.numbers()};
+      renderer.upload(select(*cloud, uploaded->numbers), {{}, stop});
+    }
+    GaussianSet seen(rest.size());
+    seen_in_whole(renderer, *cloud, camera, shape, weight, pool, stop).for_each([&](std::size_t i) {
+      seen.add(uploaded->numbers[i]);
+    });
+    return seen;
+  };
 }
 
 std::string carry_out(const EditStep& step, const EditTools& tools, const std::string& where,

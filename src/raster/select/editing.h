@@ -39,6 +39,10 @@ struct EditState {
 using SeenInPicture = std::function<GaussianSet(const GaussianSet& rest, const Camera& camera,
                                                 const Shape& shape, float weight)>;
 
+/// The Gaussians under a tool, if the renderer has the cloud and nothing is hidden or removed.
+GaussianSet seen_in_whole(Renderer& renderer, const GaussianCloud& cloud, const Camera& camera,
+                          const Shape& shape, float weight, ThreadPool& pool, std::stop_token stop);
+
 /// Draws with a renderer of its own, to which it uploads the rest of the cloud.
 SeenInPicture seen_with(Renderer& renderer, std::shared_ptr<const GaussianCloud> cloud,
                         ThreadPool& pool, std::stop_token stop = {});

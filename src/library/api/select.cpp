@@ -18,7 +18,7 @@ using namespace qs::library;
 
 namespace {
 
-/// The tools draw the whole scene with its renderer, and a rest with another one.
+/// The tools draw the whole scene with its renderer, and a rest with a renderer of its own.
 SeenInPicture seen_in(OpenScene& scene, const Use& use) {
   const std::shared_ptr<const GaussianCloud> cloud(std::shared_ptr<void>(), &scene.cloud());
   return [&scene, &use, cloud, rest_renderer = std::shared_ptr<Renderer>(),

@@ -37,11 +37,9 @@ struct Floaters {
   /// box that holds the middle 90 % of the centres per axis.
   float largest_size = 0.5f;
   /// Gaussians with fewer neighbours are removed. Neighbours are in the 27 cells around the centre.
-  /// The cells of a grid are kCellSigmas standard deviations of the median Gaussian long; larger
-  /// Gaussians use grids with cells 4, 16, ... times as long.
+  /// The cells of a CellGrid; larger Gaussians use grids with cells 4, 16, ... times as long.
   int fewest_neighbours = 8;
 
-  static constexpr float kCellSigmas = 4;
   bool operator==(const Floaters&) const = default;
 };
 

@@ -43,7 +43,7 @@ room(app/report app/measure app/session app/framing app/inspect app/picture lear
      io/bytes raster/clock raster/api raster/kernel/cull raster/scene base)
 room(app/remote raster/scene base)
 room(app/film app/measure app/framing app/inspect app/picture io/picture io/bytes raster/api raster/scene base)
-room(app/measure app/session app/framing io/camera io/scene io/cloud io/bytes raster/clock raster/api raster/scene base)
+room(app/measure app/session app/framing io/camera io/scene io/cloud io/bytes raster/clock raster/lens raster/api raster/scene base)
 room(app/session app/framing io/edits io/camera io/scene io/scene/compact io/cloud io/picture io/bytes raster/field raster/select raster/lens raster/api
      raster/scene base)
 room(app/framing io/scene raster/api raster/scene raster/kernel base)

@@ -71,8 +71,10 @@ Alterations alterations_of(const RenderSettings& settings, const SceneNature& sc
               fmt::format("tiles of {} pixels", settings.tile_px));
   add_setting(*scene.exact_colors != 0, "exact_colors", scene.exact_colors,
               fmt::format("exact colours: {}", scene.exact_colors));
-  if (settings.lens)
-    add_setting(true, "lens", lens_text(*settings.lens), lens_text(*settings.lens));
+  if (settings.lens) {
+    const std::string text = lens_text(*settings.lens);
+    add(true, "lens", text, text, "lens " + settings.lens->text);
+  }
   add_setting(settings.occlusion, "occlusion", true, "hidden Gaussians may be left out");
   if (!all.text.empty()) all.json["text"] = all.text;
   return all;

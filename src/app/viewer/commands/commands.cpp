@@ -209,7 +209,7 @@ KeyCommand lens_row(int key, const char* help, std::shared_ptr<const LensView> v
                             [view](const Viewer& v) { return v.settings.lens == view; }));
 }
 
-// The height of an orthographic picture follows the camera, see full_frame().
+// The height of an orthographic picture follows the camera, see shown_settings().
 std::shared_ptr<const LensView> shared(LensView view) {
   return std::make_shared<const LensView>(std::move(view));
 }

@@ -5,10 +5,9 @@
 #include <cmath>
 #include <memory>
 
-#include <glm/geometric.hpp>
-
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/camera/lens_views.h"
@@ -55,7 +54,7 @@ bool may_occlude(const Viewer& viewer, const FrameRequest& request) {
 
 FrameRequest full_frame(const Viewer& viewer) {
   FrameRequest request{.camera = viewer.camera,
-                       .settings = viewer.settings,
+                       .settings = shown_settings(viewer),
                        .heatmap = viewer.heatmap,
                        .baseline = viewer.baseline,
                        .heat_maximum = viewer.heat_view.maximum,
@@ -64,15 +63,6 @@ FrameRequest full_frame(const Viewer& viewer) {
                        .version = viewer.version,
                        .view_version = viewer.view_version,
                        .picture = viewer.version - viewer.mode_changes};
-  request.settings.mode = viewer.mode();
-  std::shared_ptr<const LensView>& lens = request.settings.lens;
-  if (lens && lens->is_parallel()) {
-    const double distance = glm::length(viewer.pivot - viewer.camera.position());
-    lens = std::make_shared<const LensView>(
-        parallel_view(viewer.camera.height * distance / viewer.camera.focal_px.y));
-  } else if (viewer.heatmap || viewer.panels.split || viewer.shows_grid) {
-    lens.reset();
-  }
   if (viewer.panels.split && !viewer.shows_grid) {
     request.beside = viewer.beside.has_value();
     request.other = request.beside ? viewer.variant() : viewer.split.other;

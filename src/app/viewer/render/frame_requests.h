@@ -10,8 +10,7 @@
 
 namespace qs {
 
-/// The view at full size. A picture with maps of tiles, or of several frames, has no lens of faces;
-/// an orthographic picture is as high as the view at the pivot.
+/// The view at full size, with shown_settings().
 FrameRequest full_frame(const Viewer& viewer);
 
 /// True if the table of modes is visible, is out of date and can be measured: the window draws on

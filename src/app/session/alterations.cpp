@@ -11,14 +11,14 @@
 namespace qs {
 namespace {
 
-// "lens fisheye of 180 degrees (numbers are sums over its faces, 24 all round)".
+// "fisheye of 180 degrees (numbers are sums over its faces, 24 all round)".
 std::string lens_text(const LensView& lens) {
   std::string text = lens.text;
   if (lens.eye_distance > 0) text += fmt::format(" for eyes {:g} apart", lens.eye_distance);
   if (lens.up) text += ", level";
   if (!lens.is_parallel())
     text += fmt::format(" (numbers are sums over its faces, {} all round)", lens.faces);
-  return "lens " + text;
+  return text;
 }
 
 }  // namespace
@@ -73,7 +73,7 @@ Alterations alterations_of(const RenderSettings& settings, const SceneNature& sc
               fmt::format("exact colours: {}", scene.exact_colors));
   if (settings.lens) {
     const std::string text = lens_text(*settings.lens);
-    add(true, "lens", text, text, "lens " + settings.lens->text);
+    add(true, "lens", text, "lens " + text, "lens " + settings.lens->text);
   }
   add_setting(settings.occlusion, "occlusion", true, "hidden Gaussians may be left out");
   if (!all.text.empty()) all.json["text"] = all.text;

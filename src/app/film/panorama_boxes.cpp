@@ -146,9 +146,12 @@ void add_panorama_boxes(const std::filesystem::path& file, const std::filesystem
   }
   if (find_box(bytes, {0, bytes.size()}, "mdat").begin > place.begin)
     shift_chunks(moov, tables(), moov.size() - (place.end - place.begin));
-  write_file(file, [&](std::ostream& out) {
+  // Beside the file, because a file that was mapped is an input and is not written onto.
+  const std::filesystem::path tagged = file.string() + ".tagged";
+  write_file(tagged, [&](std::ostream& out) {
     out << bytes.substr(0, place.begin) << moov << bytes.substr(place.end);
   });
+  std::filesystem::rename(tagged, file);
 }
 
 }  // namespace qs

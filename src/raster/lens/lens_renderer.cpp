@@ -206,10 +206,13 @@ class LensRenderer final : public Renderer {
       const Frame& frame = inner_->render(face.placed(camera), plain, outputs, HostImage{}, stop);
       add(result_.mode_pairs, frame.mode_pairs);
       const Clock::time_point begin = Clock::now();
+      const double processor_seconds = pool_.processor_seconds();
       combine(frame, face, map.nearest, static_cast<std::uint8_t>(i), offset, outputs);
       RenderStats stats = frame.stats;
       const float ms = std::chrono::duration<float, std::milli>(Clock::now() - begin).count();
       stats.frame_ms += ms;
+      if (stats.threads > 0)
+        stats.cpu_ms += static_cast<float>(1e3 * (pool_.processor_seconds() - processor_seconds));
       stats.stage_ms[static_cast<int>(Stage::blend)] += ms;
       add(result_.stats, stats);
     }

@@ -134,7 +134,7 @@ void add_panorama_boxes(const std::filesystem::path& file, const std::filesystem
   const Range entry =
       around.empty() ? Range{} : Range{around.back().begin + kOfList, around.back().end};
   const std::uint64_t size = number_at(moov, entry.begin, 4);
-  if (entry.is_empty() || size < kOfVideo || size > entry.end - entry.begin)
+  if (entry.begin >= entry.end || size < kOfVideo || size > entry.end - entry.begin)
     fail("{}: cannot be tagged as a panorama: its boxes are not those of a film", shown.string());
   around.push_back({entry.begin, entry.begin + size});
   const Range ratio = find_box(moov, {entry.begin + kOfVideo, around.back().end}, "pasp");

@@ -138,7 +138,11 @@ TEST(PanoramaBoxes, are_refused_by_files_that_are_no_films) {
        {std::string(), std::string("moov"), box("moov", ""), box("moov", box("trak", "")),
         box("ftyp", "isom"), good.substr(0, good.size() / 2), long_entry, short_entry,
         number_of(1) + "moov", number_of(0) + "moov", number_of(0xffffffff) + "moov" + "abc",
-        box("moov", box("trak", box("mdia", box("minf", box("stbl", box("stsd", ""))))))}) {
+        box("moov", box("trak", box("mdia", box("minf", box("stbl", box("stsd", "")))))),
+        box("moov",
+            box("trak",
+                box("mdia", box("minf", box("stbl", box("stsd", "") +
+                                                        box("free", std::string(999, 'x')))))))}) {
     const TemporaryFolder folder;
     const auto file = folder / "film.mp4";
     std::ofstream(file, std::ios::binary) << bytes;

@@ -49,6 +49,7 @@ constexpr ToolRow kTools[] = {{SelectTool::rectangle, kPicture, 2, 2},
                               {SelectTool::opacity, kRange},
                               {SelectTool::size, kRange},
                               {SelectTool::distance, kPoint | kNormal | kRange},
+                              {SelectTool::list, 0},
                               {SelectTool::flood, kTolerance},
                               {SelectTool::grow, kSteps},
                               {SelectTool::shrink, kSteps},
@@ -103,6 +104,7 @@ struct Reading : JsonEntry {
 };
 
 std::vector<GaussianRun> parse_members(Reading& entry) {
+  entry.known.insert("members");
   const nlohmann::json& list = entry.get("members");
   if (!list.is_array() || list.size() % 2 != 0)
     fail("{}: members is not a list of pairs", entry.where);
@@ -155,8 +157,24 @@ SelectStep parse_select(Reading& entry) {
     step.steps = static_cast<int>(entry.number_within("steps", 1, 1000));
   if (entry.reads("count")) step.count = entry.whole("count");
   if (entry.reads("crc")) step.crc = entry.text("crc");
-  if (entry.reads("members")) step.members = parse_members(entry);
+  if (step.tool == SelectTool::list || entry.reads("members")) step.members = parse_members(entry);
   return step;
+}
+
+// Criteria that are missing are off, unless all are.
+Floaters parse_floaters(Reading& entry) {
+  Floaters floaters;
+  const bool faint = entry.reads("opacity"), large = entry.reads("size");
+  const bool isolated = entry.reads("neighbours");
+  if (!faint && !large && !isolated) return floaters;
+  if (faint) floaters.least_opacity = static_cast<float>(entry.number_within("opacity", 0, 1));
+  if (large) floaters.largest_size = static_cast<float>(entry.number_within("size", 0, 1e9));
+  if (isolated)
+    floaters.fewest_neighbours = static_cast<int>(entry.number_within("neighbours", 0, 1e6));
+  floaters.faint = faint;
+  floaters.large = large;
+  floaters.isolated = isolated;
+  return floaters;
 }
 
 EditStep parse_step(Reading& entry) {
@@ -168,6 +186,9 @@ EditStep parse_step(Reading& entry) {
       break;
     case EditKind::crop:
       step.box = entry.box();
+      break;
+    case EditKind::floaters:
+      step.floaters = parse_floaters(entry);
       break;
     case EditKind::scale:
       step.factor = entry.number_within("factor", 1e-9, 1e9);
@@ -229,6 +250,12 @@ ordered_json step_json(const EditStep& step, const glm::dvec3& origin) {
   ordered_json json = {{"step", kEditKindNames[static_cast<std::size_t>(step.kind)]}};
   if (step.kind == EditKind::select) add_select(step.select, origin, json);
   if (step.kind == EditKind::crop) json["box"] = box_json(step.box, origin);
+  if (step.kind == EditKind::floaters) {
+    const Floaters& floaters = step.floaters;
+    if (floaters.faint) json["opacity"] = floaters.least_opacity;
+    if (floaters.large) json["size"] = floaters.largest_size;
+    if (floaters.isolated) json["neighbours"] = floaters.fewest_neighbours;
+  }
   if (step.kind == EditKind::scale) {
     json["factor"] = step.factor;
     if (!step.unit.empty()) json["unit"] = step.unit;

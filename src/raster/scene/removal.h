@@ -44,8 +44,8 @@ struct Floaters {
 };
 
 /// The reason why a Gaussian is removed: the first that applies.
-enum class Removed : std::uint8_t { no, outside, faint, large, isolated };
-inline constexpr std::size_t kRemovedReasons = 5;
+enum class Removed : std::uint8_t { no, outside, faint, large, isolated, selected };
+inline constexpr std::size_t kRemovedReasons = 6;
 
 struct RemovalCounts {
   std::array<std::size_t, kRemovedReasons> counts{};  ///< index = Removed
@@ -57,6 +57,14 @@ struct RemovalCounts {
 
 struct Removal : RemovalCounts {
   std::vector<Removed> marks;  ///< per Gaussian
+
+  /// Marks a Gaussian that stays as selected by the user.
+  void select(std::size_t i) {
+    if (marks[i] != Removed::no) return;
+    marks[i] = Removed::selected;
+    --counts[static_cast<std::size_t>(Removed::no)];
+    ++counts[static_cast<std::size_t>(Removed::selected)];
+  }
 };
 
 /// Floaters are searched among the Gaussians in the box, and sizes and neighbours refer to those

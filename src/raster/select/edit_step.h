@@ -33,6 +33,7 @@ enum class SelectTool : std::uint8_t {
   opacity,
   size,
   distance,
+  list,  ///< SelectStep::members
   flood,
   grow,
   shrink,
@@ -42,8 +43,8 @@ enum class SelectTool : std::uint8_t {
 };
 /// Index = SelectTool.
 inline constexpr const char* kSelectToolNames[] = {
-    "rectangle", "polygon",  "lasso", "brush", "sphere", "box",    "color", "opacity",
-    "size",      "distance", "flood", "grow",  "shrink", "invert", "all",   "none"};
+    "rectangle", "polygon", "lasso", "brush", "sphere", "box",    "color", "opacity", "size",
+    "distance",  "list",    "flood", "grow",  "shrink", "invert", "all",   "none"};
 
 constexpr bool draws_in_picture(SelectTool tool) { return tool <= SelectTool::brush; }
 /// True for tools that change the selection as it is, so that SelectHow does not matter.

@@ -21,9 +21,23 @@ GaussianSet met_in_picture(const SelectStep& step, const EditTools& tools,
                     step.kind == SelectKind::visible ? step.weight : 0.0f);
 }
 
+// The Gaussians of the step's list, which must be ascending runs of the scene.
+GaussianSet listed(const SelectStep& step, const std::string& where, std::size_t size) {
+  GaussianSet set(size);
+  std::uint64_t end = 0;
+  for (const GaussianRun& run : *step.members) {
+    if (run.count == 0 || run.first < end || run.count > size || run.first > size - run.count)
+      fail("{}: members {} + {} are no ascending run of {} Gaussians", where, run.first, run.count,
+           grouped(size));
+    end = run.first + run.count;
+    for (std::uint64_t i = run.first; i < end; ++i) set.add(static_cast<std::size_t>(i));
+  }
+  return set;
+}
+
 // The Gaussians that the tool finds; of tools that change the selection, the new selection.
-GaussianSet found(const SelectStep& step, const EditTools& tools, const GaussianSet& selected,
-                  const GaussianSet& rest) {
+GaussianSet found(const SelectStep& step, const EditTools& tools, const std::string& where,
+                  const GaussianSet& selected, const GaussianSet& rest) {
   const GaussianCloud& cloud = tools.cloud;
   ThreadPool& pool = tools.pool;
   switch (step.tool) {
@@ -45,6 +59,8 @@ GaussianSet found(const SelectStep& step, const EditTools& tools, const Gaussian
       return gaussians_of_size(cloud, step.range, pool);
     case SelectTool::distance:
       return gaussians_at_distance(cloud, step.point, step.normal, step.range, pool);
+    case SelectTool::list:
+      return listed(step, where, cloud.size());
     case SelectTool::flood:
       return flooded(cloud, selected, rest, step.tolerance, pool);
     case SelectTool::grow:
@@ -59,20 +75,6 @@ GaussianSet found(const SelectStep& step, const EditTools& tools, const Gaussian
       break;
   }
   return GaussianSet(cloud.size());
-}
-
-// The selection of the step's list, which must be ascending runs of the scene.
-GaussianSet listed(const SelectStep& step, const std::string& where, std::size_t size) {
-  GaussianSet set(size);
-  std::uint64_t end = 0;
-  for (const GaussianRun& run : *step.members) {
-    if (run.count == 0 || run.first < end || run.count > size || run.first > size - run.count)
-      fail("{}: members {} + {} are no ascending run of {} Gaussians", where, run.first, run.count,
-           grouped(size));
-    end = run.first + run.count;
-    for (std::uint64_t i = run.first; i < end; ++i) set.add(static_cast<std::size_t>(i));
-  }
-  return set;
 }
 
 // The difference between the step's count or hash and its selection; empty if they agree.
@@ -104,11 +106,12 @@ std::string select_by(const SelectStep& step, const EditTools& tools, const std:
                       EditState& state) {
   const GaussianSet rest = state.rest();
   const auto computed = [&] {
-    GaussianSet tool = found(step, tools, state.selected, rest);
+    GaussianSet tool = found(step, tools, where, state.selected, rest);
     return changes_selection(step.tool) ? tool : combined(step.how, state.selected, tool);
   };
+  const bool has_result = step.members && step.tool != SelectTool::list;
   GaussianSet selected =
-      step.members && !tools.recomputes ? listed(step, where, tools.cloud.size()) : computed();
+      has_result && !tools.recomputes ? listed(step, where, tools.cloud.size()) : computed();
   selected &= rest;
   const std::string differs = difference(step, selected, tools.hash);
   state.selected = std::move(selected);

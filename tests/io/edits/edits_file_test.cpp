@@ -111,11 +111,11 @@ TEST_F(EditsFiles, that_were_written_read_back_to_the_same_text) {
   const glm::dvec3 origin(100, 0, 0);
   const EditsFile edits = read(all_steps(), origin);
   EXPECT_THAT(edits.warnings, IsEmpty());
-  ASSERT_EQ(edits.steps.size(), 17u);
+  ASSERT_EQ(edits.steps.size(), 18u);
   EXPECT_THAT(*edits.steps[0].select.members, ElementsAre(GaussianRun{0, 2}, GaussianRun{4, 1}));
   EXPECT_EQ(edits.steps[3].select.point, glm::dvec3(1, 2, 3));
   EXPECT_EQ(edits.steps[5].select.box.low, glm::vec3(-0.5f, 0, 0));
-  EXPECT_EQ(edits.steps[16].rotation.w, 0.8);
+  EXPECT_EQ(edits.steps[17].rotation.w, 0.8);
   const std::string text = format_edits(edits, origin);
   EXPECT_EQ(format_edits(read(text, origin), origin), text);
   // The same members as in the file, but for the cameras.
@@ -142,7 +142,7 @@ TEST_F(EditsFiles, that_do_not_fit_are_refused_in_a_sentence) {
       {R"("step": "select")", "tool is missing"},
       {R"("step": "select", "tool": "wand")",
        "tool is 'wand', which is none of rectangle, polygon, lasso, brush, sphere, box, color, "
-       "opacity, size, distance, flood, grow, shrink, invert, all, none"},
+       "opacity, size, distance, list, flood, grow, shrink, invert, all, none"},
       {R"("step": "select", "tool": "rectangle")", "camera is missing"},
       {R"("step": "select", "tool": "rectangle", "pixels": [[1,2],[3,4]])", "camera is missing"},
       {R"("step": "select", "tool": "rectangle", "pixels": [[1,2]], )" + camera,

@@ -95,6 +95,8 @@ void scale_brush(Viewer& v, float factor) {
 
 void begin_shape(Viewer& v, glm::dvec2 pixel, SelectHow how) {
   if (!v.selecting.tool) return;
+  if (v.settings.lens)
+    return notify(v, "shapes select in the picture of a pinhole camera (Shift+5)");
   v.selecting.drawn = {pixel};
   v.selecting.how = how;
 }

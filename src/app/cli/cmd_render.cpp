@@ -249,6 +249,7 @@ class RenderRun {
 CommandAction render_command(Options& options) {
   const auto command = std::make_shared<RenderCommand>();
   declare_frame_options(options, command->frame);
+  declare_level_options(options, command->frame.levels);
   declare_camera_choice(options, command->cameras);
   options.text("--output", "FILE", command->output,
                "picture file OUT: .png, .ppm, .pfm, .npy, .exr, .jpg, ...; several pictures are "

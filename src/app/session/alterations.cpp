@@ -57,6 +57,7 @@ Alterations alterations_of(const RenderSettings& settings, const SceneNature& sc
               fmt::format("tiles of {} pixels", settings.tile_px));
   add_setting(*scene.exact_colors != 0, "exact_colors", scene.exact_colors,
               fmt::format("exact colours: {}", scene.exact_colors));
+  add_setting(!scene.levels.empty(), "levels", scene.levels, scene.levels);
   add_setting(settings.occlusion, "occlusion", true, "hidden Gaussians may be left out");
   if (!all.text.empty()) all.json["text"] = all.text;
   return all;
@@ -71,7 +72,8 @@ Alterations alterations_of(const Session& session) {
                                            scene.declared_axes, scene.edits,
                                            !exact                                     ? ""
                                            : session.network == NetworkUse::reference ? "reference"
-                                                                                      : "all"});
+                                                                                      : "all",
+                                           scene.stream ? session.levels.text() : ""});
 }
 
 std::string altered_clause(const Session& session) {

@@ -28,6 +28,7 @@ struct OpenRequest {
   std::optional<glm::dvec3> up = {};                       ///< FrameOptions::up
   bool keep_background = false;                            ///< settings_for()
   bool skip_huge = false;                                  ///< FrameOptions::skip_huge
+  StreamedTrees streams = StreamedTrees::none;             ///< ReadOptions::streams
   bool beside = false;                                     ///< beside the scene in the window
 };
 

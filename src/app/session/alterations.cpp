@@ -57,7 +57,7 @@ Alterations alterations_of(const RenderSettings& settings, const SceneNature& sc
               fmt::format("tiles of {} pixels", settings.tile_px));
   add_setting(*scene.exact_colors != 0, "exact_colors", scene.exact_colors,
               fmt::format("exact colours: {}", scene.exact_colors));
-  add_setting(!scene.levels.empty(), "levels", scene.levels, scene.levels);
+  add_setting(scene.levels, "levels", true, "levels of detail");
   add_setting(settings.occlusion, "occlusion", true, "hidden Gaussians may be left out");
   if (!all.text.empty()) all.json["text"] = all.text;
   return all;
@@ -73,7 +73,7 @@ Alterations alterations_of(const Session& session) {
                                            !exact                                     ? ""
                                            : session.network == NetworkUse::reference ? "reference"
                                                                                       : "all",
-                                           scene.stream ? session.levels.text() : ""});
+                                           scene.stream != nullptr});
 }
 
 std::string altered_clause(const Session& session) {

@@ -39,20 +39,18 @@ struct LevelView {
   double dilation = 0;  // px^2 of the renderer's filter; 0: antialiased
   LodLimit limit;
 
-  auto place() const {
-    return std::tuple(view.camera.view_from_world, view.camera.near_depth, limit.budget);
-  }
-  auto size() const {
-    const Camera& c = view.camera;
-    return std::tuple(c.width, c.height, c.focal_px, c.center_px, dilation);
-  }
-  // A reduced frame is served by the cut of the whole one, so that the two do not alternate.
+  // `smaller_ones`: a reduced frame is served by the cut of the whole one, so that the two do not
+  // alternate.
   bool serves(const LevelView& other, bool smaller_ones) const {
     const Camera &a = view.camera, &b = other.view.camera;
-    return place() == other.place() &&
-           (size() == other.size() ||
-            (smaller_ones && b.focal_px.y <= a.focal_px.y && b.width <= a.width &&
-             b.width * a.focal_px.x < 1.02 * a.width * b.focal_px.x));
+    const bool smaller = b.focal_px.y <= a.focal_px.y && b.width <= a.width &&
+                         b.width * a.focal_px.x < 1.02 * a.width * b.focal_px.x;
+    return a.view_from_world == b.view_from_world && a.near_depth == b.near_depth &&
+           limit.budget == other.limit.budget &&
+           (smaller_ones
+                ? smaller
+                : std::tie(a.width, a.height, a.focal_px, a.center_px, dilation) ==
+                      std::tie(b.width, b.height, b.focal_px, b.center_px, other.dilation));
   }
 };
 
@@ -93,7 +91,13 @@ class LevelRenderer final : public Renderer {
     inner_->upload(std::move(cloud), progress);
     if (!stream_ || !report_) return;
     stream_->report_pages_to([this] { note_news(); });
-    thread_ = std::jthread([this](const std::stop_token& stop) { make_cuts(stop); });
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      try {
+        make_cuts(stop);
+      } catch (const std::exception& error) {  // a damaged tree, or no memory
+        report_({.stream = stream_->facts(), .sentences = {error.what()}});
+      }
+    });
   }
 
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
@@ -149,13 +153,12 @@ class LevelRenderer final : public Renderer {
   }
 
   void follow_time(double ms) {
-    constexpr double kStep = 1.05, kClose = 1.1, kLeast = 1000;
-    const double wish = *budget_ms_ / std::max(ms, 1e-3);
-    const auto most = static_cast<double>(stream_->facts().nodes);
-    const double now = std::min(static_cast<double>(limit_.budget), most);
-    if (wish < 1 / kClose || wish > kClose)
-      limit_.budget = static_cast<std::size_t>(
-          std::clamp(now * std::clamp(wish, 1 / kStep, kStep), kLeast, std::max(most, kLeast)));
+    constexpr double kStep = 1.05, kLeast = 1000;
+    const auto most = std::max(static_cast<double>(stream_->facts().nodes), kLeast);
+    const double wish = std::clamp(*budget_ms_ / std::max(ms, 1e-3), 1 / kStep, kStep);
+    if (wish != 1 / kStep && wish != kStep) return;
+    limit_.budget = static_cast<std::size_t>(
+        std::clamp(static_cast<double>(limit_.budget) * wish, kLeast, most));
   }
 
   void make_cuts(const std::stop_token& stop) {
@@ -208,14 +211,6 @@ class LevelRenderer final : public Renderer {
 };
 
 }  // namespace
-
-std::string LevelOptions::text() const {
-  const LodLimit limit = limit_of(*this);
-  std::string text;
-  if (budget || !error) text = fmt::format(", at most {} nodes", grouped(limit.budget));
-  if (limit.gain > 0) text += fmt::format(", error {:.3g}", limit.gain);
-  return text.empty() ? text : "levels of detail" + text;
-}
 
 std::string LevelFacts::text() const {
   return fmt::format("{} of {} nodes, limit {:.3g}, {} read ({}), {} missing, {:.0f} ms",

@@ -36,8 +36,6 @@ struct LevelOptions {
   /// Also without these, trees that would take more than half of the memory are streamed.
   bool streams_large = false;
 
-  /// "levels of detail: at most 24,000 nodes, error 0.5"; empty if all leaves are drawn.
-  std::string text() const;
   bool given() const { return budget || error || budget_ms; }
   StreamedTrees streams() const {
     return given()         ? StreamedTrees::all

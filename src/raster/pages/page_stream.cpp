@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "base/fail.h"
+
 namespace qs {
 namespace {
 
@@ -20,7 +22,7 @@ constexpr std::size_t kBatch = 16;  // pages that are asked for before the cut i
 PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_bytes)
     : source_(std::move(source)), tree_(std::move(tree)), uses_(tree_.pages.size()) {
   tree_.dead.resize(tree_.pages.size());
-  facts_ = {tree_.count, tree_.pages.size(), 1, 0, 0, tree_.pages[0]->bytes(), most_bytes};
+  facts_ = {tree_.count, tree_.pages.size(), 1, 0, 0, 0, tree_.pages[0]->bytes(), most_bytes};
   for (int i = 0; i < kReaders; ++i)
     threads_.emplace_back([this](const std::stop_token& stop) { read_pages(stop); });
 }
@@ -30,7 +32,11 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
   std::unique_lock lock(mutex_);
   StreamedCut result{tree_, {}};
   lock.unlock();
-  result.cut = cut_of(result.tree, gain, limit, pool, guess);
+  try {
+    result.cut = cut_of(result.tree, gain, limit, pool, guess);
+  } catch (const Error& error) {
+    fail("{}: {}", source_.name, error.what());
+  }
   lock.lock();
   ++cuts_;
   const std::uint64_t page_bytes = tree_.pages[0]->bytes();
@@ -76,7 +82,9 @@ StreamedCut PageStream::await_cut(const LodGain& gain, const LodLimit& limit, Th
 
 StreamFacts PageStream::facts() const {
   const std::lock_guard lock(mutex_);
-  return facts_;
+  StreamFacts facts = facts_;
+  facts.reading = wanted_.size() + in_flight_.size();
+  return facts;
 }
 
 std::vector<std::string> PageStream::take_sentences() {

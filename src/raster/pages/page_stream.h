@@ -38,6 +38,7 @@ struct StreamFacts {
   std::uint64_t nodes = 0;                  ///< of the file
   std::size_t pages = 0, resident = 0;      ///< of the file, and in memory
   std::size_t read = 0;                     ///< pages that were read since the file was opened
+  std::size_t reading = 0;                  ///< pages that are wanted or being read
   std::uint64_t read_bytes = 0;             ///< of the file
   std::uint64_t bytes = 0, most_bytes = 0;  ///< of memory, now and at most
 };

@@ -50,7 +50,7 @@ Alterations alterations_of(const Viewer& viewer) {
   return alterations_of(viewer.settings,
                         {scene.sh_degree, scene.antialiased, scene.white_background,
                          scene.axes.empty() ? scene.declared_axes : scene.axes, scene.declared_axes,
-                         scene.edits, "", viewer.levels ? "levels of detail" : ""});
+                         scene.edits, "", viewer.levels.has_value()});
 }
 
 std::vector<Fact> scene_facts_of(const Viewer& viewer) {

@@ -120,6 +120,7 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
     fail(ErrorKind::usage, "--skip-huge: {} is a tree that is not read whole: leave it out",
          scene.path.string());
   print_warnings(scene, draws_network(session));
+  apply_edits(scene, frame.edits, *session.pool);
   look_for_huge(scene, frame.skip_huge);
   const bool needs_network =
       frame.network == NetworkUse::reference || frame.network == NetworkUse::always;

@@ -21,6 +21,7 @@
 #include "app/measure/shard.h"
 #include "app/measure/statistics.h"
 #include "base/error.h"
+#include "io/bytes/file_hash.h"
 #include "io/camera/cameras.h"
 #include "support/error_of.h"
 #include "support/pool.h"

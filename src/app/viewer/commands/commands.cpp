@@ -19,6 +19,7 @@
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/layout.h"
+#include "app/viewer/state/select_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "base/text.h"
 #include "io/bytes/replace_file.h"
@@ -223,6 +224,17 @@ std::vector<KeyCommand> make_commands() {
       panel(GLFW_KEY_R, 0, edit, "Crop and clean", &Panels::crop),
       checked(row(GLFW_KEY_R, kShift, edit, "Apply or undo the crop", toggle_crop),
               [](const Viewer& v) { return v.crop.applied; }),
+      row(GLFW_KEY_B, kShift, edit, "Select with the next tool", next_tool),
+      row(GLFW_KEY_ESCAPE, 0, edit, "Leave the selecting tool", cancel_tool),
+      row(GLFW_KEY_A, kCtrl, edit, "Select all", select_by, SelectTool::all),
+      row(GLFW_KEY_A, kCtrl | kShift, edit, "Select nothing", select_by, SelectTool::none),
+      row(GLFW_KEY_I, kCtrl, edit, "Invert the selection", select_by, SelectTool::invert),
+      row(GLFW_KEY_PERIOD, kCtrl, edit, "Grow the selection", select_by, SelectTool::grow),
+      row(GLFW_KEY_COMMA, kCtrl, edit, "Shrink the selection", select_by, SelectTool::shrink),
+      row(GLFW_KEY_PERIOD, 0, edit, "Larger brush", scale_brush, 1.25f),
+      row(GLFW_KEY_COMMA, 0, edit, "Smaller brush", scale_brush, 0.8f),
+      row(GLFW_KEY_DELETE, 0, edit, "Remove the selected Gaussians", apply_crop),
+      row(GLFW_KEY_S, kCtrl, edit, "Save the edits", save_edits),
       panel(GLFW_KEY_M, 0, window, "Messages", &Panels::messages),
       panel(GLFW_KEY_T, 0, train, "Training", &Panels::training),
       row(GLFW_KEY_T, kShift, train, "Pause or resume training", toggle_training),

@@ -78,11 +78,12 @@ class LevelRenderer final : public Renderer {
         pool_(pool),
         report_(std::move(report)) {}
 
+  ~LevelRenderer() override { leave_stream(); }
+
   void expect(std::shared_ptr<PageStream> stream) { expected_ = std::move(stream); }
 
   void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
-    thread_ = {};  // waits for its end
-    if (stream_) stream_->report_pages_to({});
+    leave_stream();
     stream_ = std::exchange(expected_, nullptr);
     wanted_.reset();
     ready_.reset();
@@ -125,6 +126,11 @@ class LevelRenderer final : public Renderer {
   }
 
  private:
+  void leave_stream() {
+    if (stream_) stream_->report_pages_to({});
+    thread_ = {};  // waits for its end
+  }
+
   void note_news() {
     const std::lock_guard lock(mutex_);
     has_news_ = true;

@@ -124,9 +124,7 @@ void PageStream::read_pages(const std::stop_token& stop) {
       store(page, std::move(got), problem);
     }
     arrived_.notify_all();
-    lock.unlock();
     if (report_) report_();
-    lock.lock();
   }
 }
 

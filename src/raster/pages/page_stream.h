@@ -62,8 +62,12 @@ class PageStream {
   /// Sentences about what went wrong since the last call, one per cause.
   std::vector<std::string> take_sentences();
 
-  /// Called on a reading thread after every page. Set it before the first cut.
-  void report_pages_to(std::function<void()> report) { report_ = std::move(report); }
+  /// Called on a reading thread after every page; it must not call the stream. When this returns,
+  /// the function before is not called any more.
+  void report_pages_to(std::function<void()> report) {
+    const std::lock_guard lock(mutex_);
+    report_ = std::move(report);
+  }
 
  private:
   void read_pages(const std::stop_token& stop);
@@ -72,8 +76,8 @@ class PageStream {
   bool make_room(std::uint64_t bytes);
 
   const PageSource source_;
-  std::function<void()> report_;
   mutable std::mutex mutex_;  // guards everything below
+  std::function<void()> report_;
   std::condition_variable_any wanted_changed_, arrived_;
   LodPages tree_;
   struct Use {

@@ -257,25 +257,23 @@ class LodRun {
     return level(select(*method.tree->nodes, cut_of(*method.tree, errors, count, counts)));
   }
 
-  // The estimated squared error of each block, by view; empty if the tree has no errors.
-  std::vector<std::vector<double>> estimates(const LodMethod& method, const LodLevel& level,
-                                             std::span<const LodView> views) {
-    std::vector<std::vector<double>> blocks;
-    if (level.cut.empty()) return blocks;
+  // Pictures of the roots of the estimated squared errors, by view; none for trees without errors.
+  std::vector<Image> estimates(const LodMethod& method, const LodLevel& level,
+                               std::span<const LodView> views) {
+    std::vector<Image> roots;
     RenderSettings settings = session_.settings;
     settings.background = {};
-    for (const LodView& view : views) {
-      session_.renderer->upload(error_cloud(*method.errors, level.cut, *level.drawn, view.camera),
-                                {});
-      Image roots = session_.renderer->render(view.camera, settings).color;
-      for (float& value : roots.values) value = std::sqrt(value / 3);
-      blocks.push_back(block_errors(roots, Image(roots.width, roots.height, roots.channels)));
+    for (std::size_t i = 0; i < views.size() && method.errors; ++i) {
+      const Camera& camera = views[i].camera;
+      session_.renderer->upload(error_cloud(*method.errors, level.cut, *level.drawn, camera), {});
+      roots.push_back(session_.renderer->render(camera, settings).color);
+      for (float& value : roots[i].values) value = std::sqrt(value / 3);
     }
-    return blocks;
+    return roots;
   }
 
   void draw(const Key& key, bool in_view, const LodLevel& level, std::span<const LodView> views) {
-    const auto estimated = estimates(methods_[std::get<2>(key)], level, views);
+    const std::vector<Image> estimated = estimates(methods_[std::get<2>(key)], level, views);
     session_.renderer->upload(level.drawn, {});
     for (const LodView& view : views) {
       std::vector<double> times;
@@ -297,13 +295,13 @@ class LodRun {
       cell.ms += ms;
       std::string comparison = ",";
       if (!estimated.empty()) {
-        std::vector<double> guess, error;  // of blocks that differ
-        const std::vector<double> all = block_errors(pair.truth, pair.judged);
-        for (std::size_t i = 0; i < all.size(); ++i)
-          if (all[i] > 0) {
-            guess.push_back(estimated[static_cast<std::size_t>(&view - views.data())][i]);
-            error.push_back(all[i]);
-          }
+        const Image& roots = estimated[static_cast<std::size_t>(&view - views.data())];
+        std::vector<double> guess = block_errors(roots, Image(q.width, q.height, 3)),
+                            error = block_errors(pair.truth, pair.judged);
+        for (std::size_t i = error.size(); i-- > 0;)  // blocks that are equal do not count
+          if (error[i] == 0)
+            for (auto* list : {&guess, &error})
+              list->erase(list->begin() + static_cast<std::ptrdiff_t>(i));
         if (const auto correlation = rank_correlation(guess, error)) {
           cell.correlations.push_back(*correlation);
           comparison = fmt::format("{:.4f},{:.4f}", *correlation,

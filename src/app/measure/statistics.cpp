@@ -84,11 +84,11 @@ std::optional<double> rank_correlation(std::span<const double> a, std::span<cons
     return result;
   };
   const std::vector<double> x = ranks(a), y = ranks(b);
-  const double xy = std::inner_product(x.begin(), x.end(), y.begin(), 0.0);
-  const double xx = std::inner_product(x.begin(), x.end(), x.begin(), 0.0);
-  const double yy = std::inner_product(y.begin(), y.end(), y.begin(), 0.0);
-  if (xx == 0 || yy == 0) return std::nullopt;
-  return xy / std::sqrt(xx * yy);
+  const auto product = [](const std::vector<double>& v, const std::vector<double>& w) {
+    return std::inner_product(v.begin(), v.end(), w.begin(), 0.0);
+  };
+  const double squares = product(x, x) * product(y, y);
+  return squares > 0 ? std::optional(product(x, y) / std::sqrt(squares)) : std::nullopt;
 }
 
 std::optional<double> quartile_spread(std::span<const double> values) {

@@ -106,30 +106,25 @@ double psnr(const Image& a, const Image& b, ThreadPool& pool, std::span<const st
 
 std::vector<double> block_errors(const Image& a, const Image& b, int side) {
   assert(same_shape(a, b));
-  std::vector<double> sums;
-  for (int top = 0; top < a.height; top += side)
+  std::vector<double> errors;
+  for (int top = 0; top < a.height; top += side) {
     for (int left = 0; left < a.width; left += side) {
+      const int right = std::min(left + side, a.width), bottom = std::min(top + side, a.height);
       double sum = 0;
-      for (int y = top; y < std::min(top + side, a.height); ++y)
-        for (int i = left * a.channels; i < std::min(left + side, a.width) * a.channels; ++i) {
+      for (int y = top; y < bottom; ++y)
+        for (int i = left * a.channels; i < right * a.channels; ++i) {
           const double difference =
               static_cast<double>(a.row(y)[i]) - static_cast<double>(b.row(y)[i]);
           sum += difference * difference;
         }
-      sums.push_back(sum);
+      errors.push_back(sum / ((right - left) * (bottom - top) * a.channels));
     }
-  return sums;
+  }
+  return errors;
 }
 
 double worst_block_psnr(const Image& a, const Image& b, int side) {
-  double worst = 0;  // the largest mean squared error
-  std::size_t i = 0;
-  const std::vector<double> sums = block_errors(a, b, side);
-  for (int top = 0; top < a.height; top += side)
-    for (int left = 0; left < a.width; left += side)
-      worst = std::max(worst, sums[i++] / (std::min(side, a.width - left) *
-                                           std::min(side, a.height - top) * a.channels));
-  return psnr_of(worst);
+  return psnr_of(std::ranges::max(block_errors(a, b, side)));
 }
 
 std::array<double, kSsimSize> ssim_window() {

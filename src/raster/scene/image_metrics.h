@@ -30,8 +30,7 @@ double psnr(const Image& a, const Image& b, ThreadPool& pool,
 /// at the right and lower borders may be smaller.
 std::vector<double> block_errors(const Image& a, const Image& b, int side = 64);
 
-/// The least psnr_of() of a block of `side` x `side` pixels, and of the smaller blocks at the right
-/// and lower borders.
+/// The least psnr_of() of the block_errors().
 double worst_block_psnr(const Image& a, const Image& b, int side = 64);
 
 /// The weights of the window along one axis, sigma 1.5. Their sum is 1.

@@ -26,8 +26,7 @@ class LeafDivider {
  public:
   using Members = std::vector<std::uint32_t>;
 
-  explicit LeafDivider(std::span<const GaussianCloud> levels)
-      : levels_(levels), open_(levels.size(), kNoFile) {}
+  explicit LeafDivider(std::span<const GaussianCloud> levels) : levels_(levels) {}
 
   struct File {
     std::size_t level;
@@ -46,8 +45,6 @@ class LeafDivider {
   }
 
  private:
-  static constexpr std::size_t kNoFile = ~std::size_t{0};
-
   // The subtree of these Gaussians of each level.
   ordered_json node(std::vector<Members> members) {
     glm::vec3 low(INFINITY), high(-INFINITY);
@@ -92,23 +89,23 @@ class LeafDivider {
 
   // Puts a leaf's Gaussians of a level into a file, along a Morton curve.
   ordered_json part(std::size_t level, const Members& members) {
-    if (open_[level] == kNoFile ||
-        files[open_[level]].members.size() + members.size() > kMostInFile) {
+    auto file = std::ranges::find_if(files, [&](const File& f) {
+      return f.level == level && f.members.size() + members.size() <= kMostInFile;
+    });
+    if (file == files.end()) {
       const auto number = std::ranges::count(files, level, &File::level);
-      open_[level] = files.size();
-      files.push_back({level, {}, fmt::format("{}_{}", level, number)});
+      file = files.insert(file, {level, {}, fmt::format("{}_{}", level, number)});
     }
-    Members& file = files[open_[level]].members;
-    const ordered_json place = {
-        {"file", open_[level]}, {"offset", file.size()}, {"count", members.size()}};
+    const ordered_json place = {{"file", file - files.begin()},
+                                {"offset", file->members.size()},
+                                {"count", members.size()}};
     if (!members.empty())
       for (const std::uint32_t i : morton_order(select(levels_[level], members)))
-        file.push_back(members[i]);
+        file->members.push_back(members[i]);
     return place;
   }
 
   std::span<const GaussianCloud> levels_;
-  std::vector<std::size_t> open_;  // the file of each level that has room
 };
 
 }  // namespace
@@ -119,27 +116,20 @@ void write_streamed_sog(std::span<const GaussianCloud> levels, const std::filesy
   const ordered_json tree = divider.all();
   std::size_t count = 0;
   ordered_json counts, names;
-  for (const GaussianCloud& level : levels) {
-    counts.push_back(level.size());
-    count += level.size();
-  }
+  for (const GaussianCloud& level : levels)
+    count += counts.emplace_back(level.size()).get<std::size_t>();
   for (const auto& file : divider.files) names.push_back(file.folder + "/meta.json");
   ordered_json description = {{"version", 1},       {"count", count},
                               {"counts", counts},   {"lodLevels", levels.size()},
                               {"filenames", names}, {"tree", tree}};
   if (levels[0].antialiased) description["model"] = "antialiased";
   replace_folder(folder, [&](const std::filesystem::path& hidden) {
-    std::size_t done = 0;
-    for (const auto& file : divider.files) {
-      const auto share = [&](std::size_t n) {
-        return static_cast<float>(n) / static_cast<float>(count);
-      };
-      const Progress part = part_of(progress, share(done), share(done + file.members.size()));
-      done += file.members.size();
-      make_folder(hidden / file.folder);
-      for (const ZipEntry& entry : sog_files(select(levels[file.level], file.members), pool, part))
-        write_file(hidden / file.folder / entry.name,
-                   [&](std::ostream& stream) { stream << entry.content; });
+    for (std::size_t i = 0; i < divider.files.size(); ++i) {
+      const auto& [level, members, name] = divider.files[i];
+      make_folder(hidden / name);
+      for (const ZipEntry& entry : sog_files(select(levels[level], members), pool,
+                                             step_of(progress, i, divider.files.size())))
+        write_text(hidden / name / entry.name, entry.content);
     }
     write_text(hidden / "lod-meta.json", json_line(description));
   });

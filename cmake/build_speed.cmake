@@ -30,7 +30,7 @@ if(NOT QUADSPLAT_STATIC)
 endif()
 
 # The files of a room are compiled together, at most this many of its .cpp at a time, so that headers are read once.
-# Names of unnamed namespaces are therefore unique within a room. Kernels, generated files, files that Highway compiles once per
+# Names of unnamed namespaces are therefore unique within a room (scripts/check_rooms). Kernels, generated files, files that Highway compiles once per
 # instruction set, and files with a line "// Compiled alone: REASON" are compiled alone.
 option(QUADSPLAT_UNITY "Compile the files of a room together: faster builds from nothing, slower ones after a change" OFF)
 option(QUADSPLAT_UNITY_KERNELS "CUDA sources too: without optimisation a third of the time" OFF)

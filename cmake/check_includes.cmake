@@ -20,7 +20,7 @@ endfunction()
 room(app app/cli base)
 room(app/cli app/conformance app/plugin app/serve app/viewer app/viewer/render app/report app/remote app/film
      app/measure app/session app/framing app/inspect app/picture learn/lod learn/lpips learn/run learn/step io/camera io/scene
-     io/cloud io/picture io/bytes raster/api raster/scene options base)
+     io/cloud io/picture io/bytes raster/lens raster/api raster/scene raster/select options base)
 room(app/conformance app/report app/picture io/camera io/scene io/picture io/bytes raster/api raster/scene
      raster/kernel base)
 room(app/plugin quadsplat raster/api raster/scene base)
@@ -34,24 +34,24 @@ room(app/viewer/panels app/viewer/panel_model app/viewer/commands app/viewer/sta
      io/scene base)
 room(app/viewer/panel_model app/viewer/commands app/viewer/state app/inspect app/picture)
 room(app/viewer/commands app/viewer/render app/viewer/state app/report app/film app/measure app/session app/inspect
-     app/picture io/camera io/scene io/picture io/bytes raster/scene base)
+     app/picture io/camera io/scene io/picture io/bytes raster/select raster/scene base)
 room(app/viewer/render app/viewer/state app/measure app/session app/framing app/inspect app/picture io/camera
      io/scene io/bytes raster/api raster/scene raster/kernel base)
 room(app/viewer/state app/report app/remote app/measure app/session app/framing app/inspect app/picture learn/run
-     io/camera io/cloud io/bytes raster/api raster/scene base)
+     io/camera io/cloud io/bytes raster/api raster/select raster/scene base)
 room(app/report app/measure app/session app/framing app/inspect app/picture learn/run io/camera io/scene io/picture
      io/bytes raster/clock raster/api raster/kernel/cull raster/scene base)
 room(app/remote raster/scene base)
 room(app/film app/measure app/framing app/inspect app/picture io/picture io/bytes raster/api raster/scene base)
-room(app/measure app/session app/framing io/camera io/scene io/cloud io/bytes raster/clock raster/api raster/scene base)
-room(app/session app/framing io/camera io/scene io/scene/compact io/cloud io/picture raster/field raster/api
+room(app/measure app/session app/framing io/camera io/scene io/cloud io/bytes raster/clock raster/lens raster/api raster/scene base)
+room(app/session app/framing io/edits io/camera io/scene io/scene/compact io/cloud io/picture io/bytes raster/field raster/select raster/lens raster/api
      raster/scene base)
 room(app/framing io/scene raster/api raster/scene raster/kernel base)
 room(app/inspect app/picture raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(app/picture io/picture io/bytes raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(library/api library/check learn/diff/cuda learn/step/cpu learn/diff/cpu learn/lpips learn/run learn/diff learn/step
-     learn/gradient io/camera io/scene io/cloud io/picture io/bytes quadsplat raster/api raster/scene raster/kernel
-     options base)
+     learn/gradient io/edits io/camera io/scene io/cloud io/picture io/bytes quadsplat raster/api raster/select raster/scene
+     raster/kernel options base)
 room(library/check learn/diff/cuda learn/diff/cpu learn/diff io/camera io/bytes quadsplat raster/api raster/scene
      raster/kernel base)
 room(library)
@@ -71,7 +71,8 @@ room(learn/run learn/step learn/field learn/gradient io/camera io/scene io/scene
 room(learn/step learn/field learn/gradient raster/field raster/api raster/scene raster/kernel base)
 room(learn/field learn/gradient raster/field raster/kernel base)
 room(learn/gradient raster/kernel)
-room(io/camera io/scene/ply io/picture io/bytes raster/scene base)
+room(io/edits io/camera io/bytes raster/select base)
+room(io/camera io/scene/ply io/picture io/bytes raster/lens raster/scene base)
 room(io/scene io/scene/usd io/scene/rad io/scene/hier io/scene/sog io/scene/compact io/scene/splat io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes
      raster/scene raster/kernel base)
 room(io/scene/usd io/scene/ply io/cloud io/bytes raster/scene base)
@@ -83,12 +84,13 @@ room(io/scene/splat io/cloud io/bytes raster/scene raster/kernel base)
 room(io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes raster/scene raster/kernel base)
 room(io/scene/spz io/scene/ply io/cloud io/bytes raster/scene base)
 room(io/scene/ply io/cloud io/bytes raster/scene raster/kernel base)
-room(io/cloud raster/field raster/scene base)
+room(io/cloud io/bytes raster/field raster/select raster/scene base)
 room(io/picture io/tensor io/picture/oiio io/bytes raster/scene base)
 room(io/tensor io/bytes raster/kernel base)
 room(io/picture/oiio raster/scene)
 room(io/bytes raster/scene base)
-room(raster raster/cuda raster/cpu raster/cuda/common raster/clock raster/api base)
+room(raster raster/lens raster/cuda raster/cpu raster/cuda/common raster/clock raster/api base)
+room(raster/lens raster/api raster/scene base)
 room(raster/cuda raster/cuda/fast raster/cuda/classic raster/cuda/common raster/api)
 room(raster/cuda/fast raster/cuda/common raster/kernel/cull raster/kernel)
 room(raster/cuda/classic raster/cuda/common raster/kernel/cull raster/kernel)
@@ -97,6 +99,7 @@ room(raster/cpu/fast raster/cpu/common raster/kernel/cull raster/scene raster/ke
 room(raster/cpu/classic raster/cpu/common raster/kernel/cull raster/scene raster/kernel)
 room(raster/cuda/common raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(raster/cpu/common raster/api raster/kernel/cull raster/scene raster/kernel base)
+room(raster/select raster/api raster/scene raster/kernel base)
 room(quadsplat)
 room(raster/field raster/kernel base)
 room(raster/clock base)

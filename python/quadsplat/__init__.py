@@ -21,7 +21,8 @@ from ._machine import Device, Mode, Report, devices, modes, report
 from ._parts import adam, neighbours, relocate, ssim, ssim_backward
 from ._picture import Counts, Picture
 from ._render import render
-from ._scene import Scene, SceneFacts, convert, load
+from ._scene import Edited, Scene, SceneFacts, convert, load
+from ._select import SurfacePoint, measure
 from ._settings import Settings
 from ._train import Training, train
 
@@ -33,6 +34,7 @@ __all__ = [
     "Counts",
     "Device",
     "DeviceError",
+    "Edited",
     "Error",
     "InputError",
     "Mode",
@@ -42,6 +44,7 @@ __all__ = [
     "Scene",
     "SceneFacts",
     "Settings",
+    "SurfacePoint",
     "TileLists",
     "Training",
     "UsageError",
@@ -52,6 +55,7 @@ __all__ = [
     "counts",
     "devices",
     "load",
+    "measure",
     "modes",
     "neighbours",
     "read_cameras",

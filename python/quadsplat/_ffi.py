@@ -96,6 +96,11 @@ class QsCamera(_Sized):
                 ("focal_px", c_double * 2), ("center_px", c_double * 2), ("near_depth", c_double)]
 
 
+class QsSurfacePoint(ctypes.Structure):
+    _fields_ = [("position", c_double * 3), ("direction", c_double * 3), ("distance", c_double),
+                ("along", c_double), ("across", c_double), ("to_next", c_double)]
+
+
 class QsSettings(_Sized):
     _fields_ = [("size", c_uint32), ("pipeline", c_uint32), ("cull", c_char_p),
                 ("background", c_float * 3), ("splat_scale", c_float), ("dilation_px2", c_double),
@@ -236,7 +241,8 @@ class QsTrainingState(_Sized):
     _fields_ = [("size", c_uint32), ("iteration", c_int32), ("iterations", c_int32),
                 ("evaluated", c_int32), ("gaussians", c_uint64), ("loss", c_double),
                 ("seconds", c_double), ("test_psnr", c_double), ("test_ssim", c_double),
-                ("reserved", c_uint64 * 3)]
+                ("guard_psnr", c_double), ("guarded", c_int32), ("growth_ended", c_int32),
+                ("reserved", c_uint64)]
 
 
 #: The callbacks of a training run.
@@ -257,7 +263,7 @@ STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians:
                 QsInputs: 904, QsRules: 120, QsMemory: 24, QsStageFrame: 80, QsBoundary: 536,
                 QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 496,
                 QsSimilarity: 728, QsMatrices: 304, QsNoise: 480,
-                QsOption: 16, QsTrainingState: 80, QsTraining: 64}
+                QsSurfacePoint: 80, QsOption: 16, QsTrainingState: 80, QsTraining: 64}
 
 _STAGE = [c_void_p, POINTER(QsInputs), POINTER(QsCamera), POINTER(QsRules)]
 
@@ -278,6 +284,8 @@ FUNCTIONS = {
     "qs_lists": [c_void_p, POINTER(QsCamera), POINTER(QsSettings), POINTER(QsLists)],
     "qs_count_modes": [c_void_p, POINTER(QsCamera), POINTER(QsSettings), c_void_p, c_uint64,
                        POINTER(c_uint64)],
+    "qs_select": [c_void_p, c_char_p, POINTER(QsArray), POINTER(QsArray)],
+    "qs_measure": [c_void_p, POINTER(QsCamera), POINTER(QsSettings), c_void_p, c_uint64, c_void_p],
     "qs_picture_open": [c_char_p, POINTER(c_void_p), POINTER(QsArray)],
     "qs_picture_save": [POINTER(QsArray), c_char_p, c_uint32],
     "qs_compare": [c_void_p, POINTER(QsArray), POINTER(QsArray), POINTER(QsComparison)],

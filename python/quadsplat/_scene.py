@@ -44,6 +44,13 @@ class SceneFacts(NamedTuple):
     warnings: Tuple[str, ...]  #: sentences about the file
 
 
+class Edited(NamedTuple):
+    """A scene after edits: True or False for each Gaussian."""
+
+    selected: np.ndarray  #: N, bool: selected at the end
+    left: np.ndarray  #: N, bool: neither hidden nor removed
+
+
 class Scene:
     """3D Gaussians in a context. load() and Scene.from_arrays() make scenes.
 
@@ -175,6 +182,31 @@ class Scene:
                 setattr(wanted, "colors" if name == "sh" else name, struct_of(array))
             _ffi.call(who, "qs_scene_gaussians", pointer, ctypes.byref(wanted))
         return arrays
+
+    def edit(self, edits: Any) -> Edited:
+        """Which Gaussians are selected at the end of edits, and which are left.
+
+        edits: a list of steps, mappings of the members of docs/formats.md, section Edits; or the path of a
+            file of edits. `camera` may be a Camera, and numbers may be arrays.
+
+        The scene stays as it is: the steps scale and level do nothing. Raises InputError for steps
+        that do not fit, UsageError, DeviceError, and Cancelled after Context.stop().
+        """
+        from ._select import edited  # which imports this module
+
+        return edited(self, edits, "Scene.edit")
+
+    def select(self, *steps: Any, **step: Any) -> np.ndarray:
+        """The selected Gaussians, N of True or False, after steps as for edit().
+
+            scene.select(tool="rectangle", camera=camera, pixels=[(10, 20), (90, 70)])
+            scene.select({"tool": "sphere", "point": (0, 1, 2), "radius": 0.5}, {"tool": "grow"})
+
+        step: the last step.
+        """
+        from ._select import edited, steps_of
+
+        return edited(self, steps_of(steps, step, "Scene.select"), "Scene.select").selected
 
     def close(self) -> None:
         """Frees the scene. It cannot be used afterwards."""

@@ -26,6 +26,9 @@ class Training(NamedTuple):
     evaluated: int  #: the iteration of the last evaluation; 0: none yet
     test_psnr: float  #: dB on the test views
     test_ssim: float
+    guard_psnr: float  #: dB on the views that `guard=True` reserves
+    guarded: int  #: the iteration of that measurement; 0: none yet
+    growth_ended: int  #: the iteration after which the guard ended growth; 0: it did not
 
     @property
     def finished(self) -> bool:
@@ -142,7 +145,8 @@ def _run(given: _ffi.QsTraining, calls: _Callbacks, context: Context, who: str) 
 
 def _state_of(state: _ffi.QsTrainingState) -> Training:
     return Training(state.iteration, state.iterations, state.gaussians, state.loss, state.seconds,
-                    state.evaluated, state.test_psnr, state.test_ssim)
+                    state.evaluated, state.test_psnr, state.test_ssim, state.guard_psnr,
+                    state.guarded, state.growth_ended)
 
 
 def _value(value: Any, where: str) -> bytes:

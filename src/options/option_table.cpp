@@ -47,6 +47,13 @@ void OptionTable::value(const std::string& name, const std::string& placeholder,
                       std::move(samples)});
 }
 
+void OptionTable::values(const std::string& name, const std::string& placeholder,
+                         const std::string& help, Samples samples,
+                         std::function<void(const std::vector<std::string>& texts)> accept) {
+  options_.push_back(
+      {name, placeholder + " ...", help, 1, -1, std::move(accept), std::move(samples)});
+}
+
 void OptionTable::choice(const std::string& name, const std::vector<std::string>& names,
                          const std::function<void(int index)>& chosen, const std::string& help) {
   value(name, joined(names, "|"), help, names, [=](const std::string& given) {

@@ -57,6 +57,10 @@ class OptionTable {
   void value(const std::string& name, const std::string& placeholder, const std::string& help,
              Samples samples, std::function<void(const std::string& text)> accept);
 
+  /// An option with one or more values.
+  void values(const std::string& name, const std::string& placeholder, const std::string& help,
+              Samples samples, std::function<void(const std::vector<std::string>& texts)> accept);
+
   /// The target of text(), integer() and real() is a variable or a std::optional. An empty text is
   /// an error.
   template <class T>

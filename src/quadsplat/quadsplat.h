@@ -428,6 +428,33 @@ QS_LIBRARY_FUNCTION int32_t qs_count_modes(QsSceneHandle* scene, const QsCamera*
                                            const QsSettings* settings, QsModeCounts* counts,
                                            uint64_t capacity, uint64_t* count, char* message);
 
+/* ---- selecting and measuring ----------------------------------------------------------------- */
+
+/* Carries out the steps of `edits`, the text of a file of edits (docs/formats.md, section Edits),
+ * and stores the selected Gaussians at the end, and those that are neither hidden nor removed, as 0
+ * or 1 in arrays of N of QS_UINT8; each may be null. N is QsSceneFacts.gaussians. The scene stays
+ * as it is: `scale` and `level` do nothing, and the hash of the edited file is not compared.
+ * Gaussians that are not drawn are in no array. QS_INPUT for edits that do not fit. */
+QS_LIBRARY_FUNCTION int32_t qs_select(QsSceneHandle* scene, const char* edits,
+                                      const QsArray* selected, const QsArray* left, char* message);
+
+/* The point of the surface that a pixel shows: where half of its light is stopped. All values are
+ * NaN if more than half of the light passes. 80 bytes; it does not grow. */
+typedef struct QsSurfacePoint {
+  double position[3];  /*  0: world */
+  double direction[3]; /* 24: from the eye, a unit vector */
+  double distance;     /* 48: from the eye, world units, as the next */
+  double along;        /* 56: standard deviation along the ray */
+  double across;       /* 64: and across it */
+  double to_next;      /* 72: standard deviation of the distance to the next pixel's point */
+} QsSurfacePoint;
+
+/* Measures the points of `count` pixels x, y of a view, counted from the top left. QS_USAGE for a
+ * pixel outside of the picture. */
+QS_LIBRARY_FUNCTION int32_t qs_measure(QsSceneHandle* scene, const QsCamera* camera,
+                                       const QsSettings* settings, const int32_t* pixels,
+                                       uint64_t count, QsSurfacePoint* points, char* message);
+
 /* ---- files of pictures ----------------------------------------------------------------------- */
 
 typedef struct QsPictureFile QsPictureFile;
@@ -912,7 +939,10 @@ typedef struct QsTrainingState {
   double seconds;       /* 32: of all iterations, also of earlier runs, without evaluations */
   double test_psnr;     /* 40: dB on the test views, NaN before an evaluation, as the next */
   double test_ssim;     /* 48 */
-  uint64_t reserved[3]; /* 56 */
+  double guard_psnr;    /* 56: dB on the views that the option "guard" reserves, NaN without */
+  int32_t guarded;      /* 64: the iteration of that measurement; 0: none yet */
+  int32_t growth_ended; /* 68: the iteration after which the guard ended growth; 0: it did not */
+  uint64_t reserved;    /* 72 */
 } QsTrainingState;
 
 /* A training run. Both callbacks run in the thread that called qs_train(). They must neither use

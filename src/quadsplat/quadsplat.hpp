@@ -150,6 +150,28 @@ class Scene {
     check(qs_count_modes, get(), &camera, &settings, counts.data(), count, &count);
     return counts;
   }
+  /// The selected Gaussians after edits, 0 or 1 for each; `left`, if given, those that are left. See
+  /// qs_select().
+  std::vector<std::uint8_t> select(const std::string& edits,
+                                   std::vector<std::uint8_t>* left = nullptr) {
+    const std::uint64_t count = facts().gaussians;
+    std::vector<std::uint8_t> selected(count), rest(left != nullptr ? count : 0);
+    const auto size = static_cast<std::int64_t>(count);
+    const QsArray of_selected = array_of(selected.data(), {size});
+    const QsArray of_rest = array_of(rest.data(), {size});
+    check(qs_select, get(), edits.c_str(), &of_selected, left != nullptr ? &of_rest : nullptr);
+    if (left != nullptr) *left = std::move(rest);
+    return selected;
+  }
+  /// The points under pixels x, y, x, y, ...; see qs_measure().
+  std::vector<QsSurfacePoint> measure(const QsCamera& camera,
+                                      const std::vector<std::int32_t>& pixels,
+                                      const QsSettings& settings = default_settings()) {
+    std::vector<QsSurfacePoint> points(pixels.size() / 2);
+    check(qs_measure, get(), &camera, &settings, pixels.data(), std::uint64_t{points.size()},
+          points.data());
+    return points;
+  }
   void convert(const std::string& path, const QsConversion& conversion = default_conversion()) {
     check(qs_convert, get(), path.c_str(), &conversion);
   }

@@ -6,6 +6,7 @@
 #include "base/fail.h"
 #include "raster/api/renderer.h"
 #include "raster/cpu/renderer.h"
+#include "raster/lens/lens_renderer.h"
 #ifdef QUADSPLAT_HAVE_CUDA
 #include "raster/cuda/common/gpu_info.h"
 #include "raster/cuda/renderer.h"
@@ -51,9 +52,9 @@ std::span<const Backend> available_backends() {
 
 std::unique_ptr<Renderer> make_renderer(Backend backend, ThreadPool& pool,
                                         [[maybe_unused]] int device) {
-  if (backend == Backend::cpu) return make_cpu_renderer(pool);
+  if (backend == Backend::cpu) return with_lenses(make_cpu_renderer(pool), pool);
 #ifdef QUADSPLAT_HAVE_CUDA
-  return make_cuda_renderer(pool, device == kFirstGpu ? first_gpu() : device);
+  return with_lenses(make_cuda_renderer(pool, device == kFirstGpu ? first_gpu() : device), pool);
 #else
   fail(ErrorKind::device, "backend cuda: {}", gpu_report().problem);
 #endif

@@ -13,8 +13,10 @@
 #include "app/serve/message.h"
 #include "app/viewer/preferences.h"
 #include "base/error.h"
+#include "io/bytes/file_hash.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
+#include "io/edits/edits_file.h"
 #include "io/picture/picture_formats.h"
 #include "io/picture/webp_image.h"
 #include "io/scene/compact/huffman.h"
@@ -24,6 +26,7 @@
 #include "io/tensor/pickle.h"
 #include "io/tensor/tensor.h"
 #include "io/tensor/torch_tensor.h"
+#include "raster/select/editing.h"
 #include "support/gzip.h"
 #include "support/paths.h"
 #include "support/temporary_folder.h"
@@ -261,6 +264,47 @@ void read_preferences_text(Bytes content) {
   demand(window_size.x >= 320 && window_size.y >= 240, "windows are visible");
 }
 
+// Gaussians in a row.
+GaussianCloud few_gaussians() {
+  GaussianCloud cloud;
+  cloud.resize(20, 0);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const auto at = static_cast<float>(i);
+    cloud.positions[i] = {at, 0, 5};
+    cloud.log_scales[i] = glm::vec3(-0.1f * at);
+    cloud.rotations[i] = {1, 0, 0, 0};
+    cloud.opacity_logits[i] = at - 10;
+    cloud.sh[i] = glm::vec3(0.1f * at - 1);
+  }
+  return cloud;
+}
+
+// Edits that are read are carried out on a few Gaussians, and written and read again.
+void read_edits_file(Bytes content) {
+  static ThreadPool pool(1);
+  static const GaussianCloud cloud = few_gaussians();
+  const fs::path path = input_file("fuzzed.edits.json", content);
+  expect_sentence_at_most(path.string(), [&] {
+    const EditsFile edits = read_edits(path, cloud.origin);
+    const std::string text = format_edits(edits, cloud.origin);
+    std::ofstream(path) << text;
+    demand(format_edits(read_edits(path, cloud.origin), cloud.origin) == text,
+           "edits survive writing");
+    EditState state(cloud.size());
+    const EditTools tools{cloud, pool,
+                          [](const GaussianSet& rest, const Camera&, const Shape& shape, float) {
+                            shape.pixels({64, 64});
+                            return rest;
+                          },
+                          [](const GaussianSet& set) { return bytes_hash(set.bytes()); }};
+    for (const EditStep& step : edits.steps) {
+      carry_out(step, tools, path.string(), state);
+      GaussianSet gone = state.selected;
+      demand((gone -= state.rest()).empty(), "selected Gaussians are there");
+    }
+  });
+}
+
 // ---- messages -----------------------------------------------------------------------------------
 
 void read_view(const message::ShowView& view) {
@@ -362,6 +406,7 @@ std::vector<FuzzTarget> fuzz_targets() {
   targets.push_back({"message", ".message", read_message});
   targets.push_back({"sibr_request", ".sibr_request", read_sibr_requests});
   targets.push_back({"sibr_answer", ".sibr_answer", read_sibr_answers});
+  targets.push_back({"edits", ".edits.json", read_edits_file});
   targets.push_back({"preferences", "/viewer.json", read_preferences_text});
   return targets;
 }

@@ -142,6 +142,18 @@ TEST_F(LibraryRefusals, of_null_pointers) {
          "qs_count_modes: scene: is null");
   expect(qs_count_modes(scene_.get(), &camera_, nullptr, nullptr, 1, &count, message),
          "qs_count_modes: counts: is null");
+  expect(qs_select(nullptr, "{}", nullptr, nullptr, message), "qs_select: scene: is null");
+  expect(qs_select(scene_.get(), nullptr, nullptr, nullptr, message), "qs_select: edits: is null");
+  const std::int32_t pixel[2] = {0, 0};
+  QsSurfacePoint point;
+  expect(qs_measure(nullptr, &camera_, nullptr, pixel, 1, &point, message),
+         "qs_measure: scene: is null");
+  expect(qs_measure(scene_.get(), nullptr, nullptr, pixel, 1, &point, message),
+         "qs_measure: camera: is null");
+  expect(qs_measure(scene_.get(), &camera_, nullptr, nullptr, 1, &point, message),
+         "qs_measure: pixels: is null");
+  expect(qs_measure(scene_.get(), &camera_, nullptr, pixel, 1, nullptr, message),
+         "qs_measure: points: is null");
   expect(qs_convert(nullptr, "a.ply", nullptr, message), "qs_convert: scene: is null");
   expect(qs_convert(scene_.get(), nullptr, nullptr, message), "qs_convert: path: is null");
   const QsArray none{};

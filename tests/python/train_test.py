@@ -44,6 +44,18 @@ def test_a_model_has_the_bytes_of_the_program(quadsplat, cpu, program, data, tmp
     assert len(quadsplat.load(tmp_path / "own", context=cpu)) == 100
 
 
+def test_the_state_has_the_curve_of_the_guard(quadsplat, cpu, data, tmp_path):
+    states = []
+    quadsplat.train(data, tmp_path / "model", guard=True, iterations=40, callback=states.append, context=cpu, **SMALL)
+    assert math.isnan(states[0].guard_psnr) and states[0].guarded == states[0].growth_ended == 0
+    curve = {state.guarded: state.guard_psnr for state in states if state.guarded}
+    # In the model's folder: the last value before each row.
+    rows = [line.split(",") for line in (tmp_path / "model" / "train.csv").read_text().splitlines()]
+    assert rows[0][-1] == "reserved_psnr" and len(curve) > 1 and 4 < min(curve) and max(curve) <= 40
+    assert float(rows[-1][-1]) == pytest.approx(curve[max(curve)], abs=1e-3)
+    assert not {state.growth_ended for state in states} - {0, *curve}
+
+
 def test_a_callback_ends_a_run_which_continues_to_the_same_bits(quadsplat, data, tmp_path):
     with quadsplat.Context("cpu", threads=1) as one, quadsplat.Context("cpu", threads=2) as two:
         quadsplat.train(data, tmp_path / "whole", iterations=9, context=one, **SMALL)

@@ -139,4 +139,10 @@ Camera front_camera(int width, int height) {
   return camera;
 }
 
+Camera with_projection(Camera camera, Projection projection, double depth) {
+  camera.projection = projection;
+  if (projection == Projection::orthographic) camera.focal_px /= depth;
+  return camera;
+}
+
 }  // namespace qs::test

@@ -38,4 +38,9 @@ GaussianCloud with_storage_noise(GaussianCloud cloud, unsigned seed);
 /// A camera at the origin looking along +z, horizontal field of view about 60 degrees.
 Camera front_camera(int width, int height);
 
+/// The camera with another projection; an orthographic one shows as much as before at `depth`.
+Camera with_projection(Camera camera, Projection projection, double depth = 5);
+
+inline constexpr Projection kOtherProjections[] = {Projection::face, Projection::orthographic};
+
 }  // namespace qs::test

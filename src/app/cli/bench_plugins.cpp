@@ -6,6 +6,7 @@
 #include "app/measure/scene_facts.h"
 #include "app/report/environment.h"
 #include "base/fail.h"
+#include "io/bytes/file_hash.h"
 
 namespace qs {
 

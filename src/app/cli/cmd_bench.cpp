@@ -10,6 +10,7 @@
 #include "app/cli/bench_plugins.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
+#include "app/cli/lens_options.h"
 #include "app/framing/up_axis.h"
 #include "app/measure/load_times.h"
 #include "app/measure/measure_view.h"
@@ -40,6 +41,7 @@ struct BenchCommand {
   bool psnr = false, load = false, lod = false, exact_color = false;
   std::vector<double> budgets;  // of --lod, per cent
   std::vector<std::filesystem::path> plugins;
+  LensOptions lens;
   int plugin_timeout = 60;  // s
 
   bool judges_images() const { return psnr || !plugins.empty(); }
@@ -95,6 +97,7 @@ class Bench {
       scene.cloud = replicate(scene.cloud, copies, world_up(scene.vertical_axis));
       scene.edits.copies = copies;
     });
+    set_lens(command_.lens, frame, session);
     if (report_.environment.is_null()) describe(session);
     std::string name = scene_name(session.scene->path);
     if (grid || command_.scaling > 0) name += fmt::format(" {}x{}", copies.x, copies.y);
@@ -237,6 +240,7 @@ void check_bench(const BenchCommand& command) {
         "--load measures reading alone: it excludes --plugin, --camera-index, --camera-path, "
         "--holdout and --out-dir"},
        {cameras.steps && !cameras.path, "--path-steps needs a --camera-path"},
+       {!command.plugins.empty() && command.lens.is_drawn(), "--plugin draws without a --lens"},
        {!command.budgets.empty() && !command.lod, "--budgets needs --lod"}});
 }
 
@@ -246,7 +250,7 @@ int run_lod(const BenchCommand& command, Arguments arguments) {
   };
   if (const char* const other =
           given({"--rounds", "--baseline", "--load", "--psnr", "--exact-color", "--plugin",
-                 "--plugin-timeout", "--replicate", "--scaling", "--shard"}))
+                 "--plugin-timeout", "--replicate", "--scaling", "--shard", "--lens"}))
     fail(ErrorKind::usage, "bench: --lod measures levels of detail: it excludes {}", other);
   LodBench bench;
   bench.frame = command.frame;
@@ -365,6 +369,7 @@ CommandAction bench_command(Options& options) {
   options.positionals("SCENE", c->scenes, 1, "splat files or model folders", kSceneSamples);
   declare_common_options(options, c->frame);
   declare_views(options, c);
+  declare_lens_options(options, c->lens);
   declare_measuring(options, c);
   declare_plugins(options, c);
   declare_copies(options, c);
@@ -374,7 +379,10 @@ CommandAction bench_command(Options& options) {
                "folder of bench.csv, ratios.csv, bench.json, bench.md and plots", {"out"});
   options.overwrite();
   add_examples(options);
-  return [command](Arguments arguments) { return run(*command, arguments); };
+  return [command](Arguments arguments) {
+    check_lens("bench", command->lens, command->frame);
+    return run(*command, arguments);
+  };
 }
 
 }  // namespace qs

@@ -15,6 +15,7 @@
 #include "app/cli/shared_options.h"
 #include "app/framing/scene_box.h"
 #include "app/session/removal_text.h"
+#include "app/session/scene_edits.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
@@ -29,6 +30,7 @@
 #include "raster/scene/cloud_order.h"
 #include "raster/scene/image_metrics.h"
 #include "raster/scene/place.h"
+#include "raster/scene/transform.h"
 
 namespace qs {
 namespace {
@@ -39,9 +41,28 @@ struct ConvertCommand {
   int degree = kMaxShDegree, largest = 0;
   std::optional<std::string> crop;  // words of parse_crop_box()
   bool drops_floaters = false;
+  EditOptions edits;
+  std::optional<std::string> part;  // "selected" or "rest"
 
   bool removes() const { return crop || drops_floaters; }
 };
+
+// The scene after the edits: the part that was asked for, scaled and level.
+void edit(const ConvertCommand& command, Scene& scene, ThreadPool& pool) {
+  const EditedCloud all = edited(scene, command.edits, pool);
+  GaussianSet kept = all.state.rest();
+  if (command.part == "selected") kept = all.state.selected;
+  if (command.part == "rest") kept -= all.state.selected;
+  if (kept.empty())
+    fail(ErrorKind::usage, "convert: {}: no Gaussian is left", command.edits.file->string());
+  keep_edited(scene, all, kept);
+  if (all.transform == glm::dmat4(1)) return;
+  if (const glm::dvec3 origin = std::exchange(scene.cloud.origin, {}); origin != glm::dvec3(0))
+    warn(fmt::format("the positions of the turned or scaled scene count from 0, not from {}",
+                     format_origin(origin)));
+  const Transform transform(all.transform);
+  for (std::size_t i = 0; i < scene.cloud.size(); ++i) transform.apply(scene.cloud, i);
+}
 
 GaussianCloud without_removed(const ConvertCommand& command, const GaussianCloud& cloud) {
   ProgressBar bar("looking for floaters");
@@ -107,10 +128,14 @@ std::string loss_text(const Scene& scene, const ConvertCommand& command, const W
 
 int run(const ConvertCommand& command) {
   check_format(command);
+  check_rules("convert",
+              {{command.part && !command.edits.file, "--part: needs --edits"},
+               {command.edits.recomputes && !command.edits.file, "--recompute: needs --edits"}});
   ThreadPool pool(0);
   note_input(find_scene_file(command.input));
   check_targets({command.output});
   Scene scene = load_scene(command.input, pool, -1, command.axes);
+  if (command.edits.file) edit(command, scene, pool);
   if (command.removes()) scene.cloud = without_removed(command, scene.cloud);
   scene.cloud = with_sh_degree(std::move(scene.cloud), command.degree);
   if (command.largest > 0)
@@ -161,6 +186,13 @@ CommandAction convert_command(Options& options) {
   options.named("--format", written(&WriterRow::name), command->format,
                 "format of the file (default: by the ending)");
   declare_axes_option(options, command->axes);
+  declare_edit_options(options, command->edits);
+  options.flag("--recompute", command->edits.recomputes,
+               "selects with the tools of the edits in place of their lists, and says differences");
+  options.choice(
+      "--part", {"selected", "rest"},
+      [command](int chosen) { command->part = chosen == 0 ? "selected" : "rest"; },
+      "with --edits: the Gaussians that are selected at the end, or those that are not");
   options.overwrite();
   options.example("quadsplat convert plush.spz plush.ply", "a file that every viewer reads");
   options.example("quadsplat convert garden/ small.spz --keep-largest 300000 --sh-degree 1",

@@ -19,6 +19,7 @@
 #include "base/progress_bar.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/file_hash.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
 #include "io/camera/photographs.h"

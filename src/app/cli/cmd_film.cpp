@@ -5,6 +5,7 @@
 
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
+#include "app/cli/lens_options.h"
 #include "app/film/film.h"
 #include "app/framing/first_view.h"
 #include "app/inspect/heatmap_frame.h"
@@ -13,6 +14,7 @@
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/quit_signals.h"
+#include "base/warn.h"
 
 namespace qs {
 namespace {
@@ -23,6 +25,7 @@ struct FilmCommand {
   std::optional<std::filesystem::path> path;
   std::optional<double> seconds, arc;
   std::optional<bool> numbers;
+  LensOptions lens;
   Ease ease = Ease::none;
   FilmPlan plan;  // fps and quantity
   HeatOptions heat;
@@ -60,6 +63,7 @@ void check(const FilmCommand& command) {
       "film",
       {{command.turntable && command.path, "--turntable and --camera-path exclude each other"},
        {command.arc && command.path, "--arc is the angle of a turntable, not of a --camera-path"},
+       {command.heat.quantity && command.lens.has_faces(), kNoLensHeatmap},
        {command.loop && !command.path,
         "--loop needs a --camera-path; a turntable is a loop already"}});
   require_colors("film", command.heat, command.plan.quantity);
@@ -83,8 +87,16 @@ int film(const FilmCommand& command) {
   plan.size = command.frame.size.value_or(plan.size);
   check_film(command.output, plan.size, plan.fps);  // throws before the scene is read
   Session session = open_session(command.frame);
+  set_lens(command.lens, command.frame, session);
   plan.track = choose_track(command, session, plan.size);
   plan.seconds = command.seconds.value_or(plan.track.seconds);
+  if (command.lens.is_panorama()) {
+    plan.panorama = {command.lens.panorama_degrees() == 180, command.lens.stereo};
+    if (!tags_panorama(command.output))
+      warn(
+          fmt::format("{}: players do not show it as a panorama: only .mp4 and pictures are tagged",
+                      command.output.string()));
+  }
   plan.altered = alterations_of(session).text;
   plan.altered_brief = alterations_of(session).brief;
   plan.numbers = command.numbers.value_or(command.frame.modes.size() > 1);
@@ -137,6 +149,7 @@ CommandAction film_command(Options& options) {
                "angle of the turntable; below 360 the camera swings there and back (default: 360, "
                "or the side that the cameras saw and no wall hides)");
   declare_camera_path_option(options, command->path);
+  declare_lens_options(options, command->lens);
   options.real("--seconds", "S", 0.01, 36000, command->seconds,
                "duration (default: 10 for a turntable, else that of the path)", {"0.1", "0.25"});
   declare_quantity_option(
@@ -164,7 +177,10 @@ CommandAction film_command(Options& options) {
   options.example(
       "quadsplat film garden/ --camera-path path.json --loop --size 1920x1080 --output g.webm",
       "along the keyframes and back to the first one");
-  return [command](Arguments) { return film(*command); };
+  return [command](Arguments) {
+    check_lens("film", command->lens, command->frame);
+    return film(*command);
+  };
 }
 
 }  // namespace qs

@@ -29,12 +29,6 @@ struct InspectCommand {
   std::optional<std::filesystem::path> output, json;
 };
 
-glm::ivec2 parse_pixel(const std::string& name, const std::string& text) {
-  const std::vector<std::string> words = separated(text);
-  if (words.size() != 2) fail(ErrorKind::usage, "{}: '{}' is not X,Y", name, text);
-  return {parse_integer(name, words[0], 0, 1'000'000), parse_integer(name, words[1], 0, 1'000'000)};
-}
-
 void check(const InspectCommand& command) {
   check_rules("inspect", {{command.cameras.several() || command.frame.modes.size() > 1,
                            "it looks at one picture: choose one camera and one mode"},

@@ -7,6 +7,7 @@
 
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
+#include "app/cli/lens_options.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/measure.h"
 #include "app/measure/paired_ratios.h"
@@ -23,6 +24,7 @@
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
+#include "io/picture/panorama_tag.h"
 
 namespace qs {
 namespace {
@@ -30,6 +32,7 @@ namespace {
 struct RenderCommand {
   FrameOptions frame;
   CameraChoice cameras;
+  LensOptions lens;
   std::optional<std::filesystem::path> output, stats, reference;
   HeatOptions heat;
   Quantity quantity = Quantity::color;
@@ -70,6 +73,7 @@ void check(const RenderCommand& command) {
        {command.frame.settings.occlusion &&
             (command.several_modes() || heat.quantity || quantity != Quantity::color),
         "--occlusion on draws the colours of one mode: modes differ most in hidden Gaussians"},
+       {heat.quantity && command.lens.has_faces(), kNoLensHeatmap},
        {command.depth_step && quantity != Quantity::depth && quantity != Quantity::median_depth,
         "--depth-step needs --picture depth or median-depth"}});
   if (quantity == Quantity::color) return;
@@ -91,7 +95,9 @@ void require_reference(const std::filesystem::path& picture) {
 class RenderRun {
  public:
   explicit RenderRun(const RenderCommand& command)
-      : command_(command), session_(open_session(command.frame)) {}
+      : command_(command), session_(open_session(command.frame)) {
+    set_lens(command.lens, command.frame, session_);
+  }
 
   int all_shots() {
     const std::vector<Shot> shots = choose_shots(command_.cameras, command_.frame, session_);
@@ -181,6 +187,9 @@ class RenderRun {
     if (command_.several_modes()) path = with_word(path, name);
     ImageMetadata metadata = frame_metadata(session_, shot.camera, mode, frame.stats);
     const Progress progress = !command_.measures() ? part_of(progress_, kDrawn, 1) : Progress();
+    if (command_.lens.is_panorama() && !command_.lens.stereo)
+      metadata[kXmpText] =
+          panorama_xmp(shot.camera.width, shot.camera.height, command_.lens.panorama_degrees());
     std::string values;  // the unit of the file's values instead of colours
     if (command_.quantity != Quantity::color) {
       const ValueMap map = map_of(frame, command_.quantity, shot.camera.width, shot.camera.height);
@@ -250,6 +259,7 @@ CommandAction render_command(Options& options) {
   const auto command = std::make_shared<RenderCommand>();
   declare_frame_options(options, command->frame);
   declare_camera_choice(options, command->cameras);
+  declare_lens_options(options, command->lens);
   options.text("--output", "FILE", command->output,
                "picture file OUT: .png, .ppm, .pfm, .npy, .exr, .jpg, ...; several pictures are "
                "OUT_NUMBER_NAME_MODE",
@@ -298,6 +308,8 @@ CommandAction render_command(Options& options) {
                   "where the tile pairs are");
   options.example("quadsplat render garden/ --all-cameras --picture depth --output depth.npy",
                   "the expected depth of every camera, as floats");
+  options.example("quadsplat render garden/ --lens equirectangular --level --output garden.jpg",
+                  "a panorama from the place of the first camera");
   options.example(
       "quadsplat render plush.spz --camera-path path.json --path-steps 240 --output f.png",
       "the pictures of a flight: f_0000.png to f_0239.png");
@@ -306,6 +318,7 @@ CommandAction render_command(Options& options) {
     if (command->reference) require_reference(*command->reference);
     note_inputs(command->frame);
     if (command->exact_color) command->frame.network = NetworkUse::always;
+    check_lens("render", command->lens, command->frame);
     const bool one = !command->several_modes() && !command->cameras.several();
     check_targets({command->stats, one ? command->output : std::nullopt});
     if (command->output) check_picture_name(*command->output);

@@ -20,6 +20,7 @@
 #include "base/path_kind.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/file_hash.h"
 #include "io/bytes/replace_file.h"
 #include "raster/scene/image_metrics.h"
 

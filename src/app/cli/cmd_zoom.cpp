@@ -16,6 +16,7 @@
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/file_hash.h"
 
 namespace qs {
 namespace {

@@ -31,6 +31,7 @@
   ROW(train, "trains a scene from photographs")                               \
   ROW(eval, "measures PSNR and SSIM against photographs")                     \
   ROW(inspect, "lists the Gaussians of a pixel and the tiles of one of them") \
+  ROW(measure, "measures distances and angles between points of a picture")   \
   ROW(compare, "draws crops and differences of culling modes side by side")   \
   ROW(judge, "measures PSNR, SSIM and FLIP of pictures against true ones")    \
   ROW(report, "writes a page that explains what a scene costs to render")     \

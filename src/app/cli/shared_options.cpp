@@ -48,11 +48,24 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
   return modes;
 }
 
+}  // namespace
+
+void declare_edit_options(Options& options, EditOptions& edits) {
+  options.text("--edits", "FILE", edits.file,
+               "applies the edits of this file: selections, hidden and removed Gaussians, crops",
+               {"plush.edits.json", "missing.json"});
+  options.flag("--edits-anyway", edits.anyway,
+               "applies edits of another scene, but for its visible and touching Gaussians");
+}
+
+namespace {
+
 // The scene, its cameras and the size of their pictures.
 void declare_scene(Options& options, FrameOptions& frame) {
   options.integer("--iteration", "N", 0, 1'000'000'000, frame.iteration,
                   "reads point_cloud/iteration_N of a model folder (default: the highest N)");
   declare_axes_option(options, frame.axes);
+  declare_edit_options(options, frame.edits);
   options.text(
       "--cameras", "FILE", frame.cameras,
       "cameras.json, transforms.json or a COLMAP folder (default: the one beside the scene)",
@@ -227,6 +240,12 @@ void declare_occlusion_option(Options& options, FrameOptions& frame) {
       [&frame](int chosen) { frame.settings.occlusion = chosen == 0; },
       "on: in views of many millions of Gaussians a GPU leaves out those that others hide; the "
       "picture is the same (default: off)");
+}
+
+glm::ivec2 parse_pixel(const std::string& name, const std::string& text) {
+  const std::vector<std::string> words = separated(text);
+  if (words.size() != 2) fail(ErrorKind::usage, "{}: '{}' is not X,Y", name, text);
+  return {parse_integer(name, words[0], 0, 1'000'000), parse_integer(name, words[1], 0, 1'000'000)};
 }
 
 PixelRect parse_part(const std::string& text, const char* problem) {

@@ -45,6 +45,9 @@ void declare_common_options(Options& options, FrameOptions& frame);
 /// --axes.
 void declare_axes_option(Options& options, std::string& axes);
 
+/// --edits and --edits-anyway.
+void declare_edit_options(Options& options, EditOptions& edits);
+
 /// --picture, for commands in which it chooses the quantity of the pixels.
 void declare_quantity_option(Options& options, Quantity& quantity, const std::string& help);
 
@@ -72,6 +75,9 @@ void declare_plan_options(Options& options, ViewPlan& plan, const std::string& p
 
 /// --settings and --input of commands that open the window. Sets view.settings to its default.
 void declare_window_options(Options& options, ViewOptions& view);
+
+/// X,Y from 0. Throws Error(usage) "NAME: ...".
+glm::ivec2 parse_pixel(const std::string& name, const std::string& text);
 
 /// The value X,Y,W,H of --part, in pixels. Throws Error(usage) "--part: 'TEXT' is PROBLEM".
 PixelRect parse_part(const std::string& text, const char* problem);

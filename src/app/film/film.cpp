@@ -27,6 +27,7 @@
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
+#include "io/picture/panorama_tag.h"
 
 namespace qs {
 namespace {
@@ -182,8 +183,10 @@ std::vector<std::string> video(const std::string& codec) {
       ' ');
 }
 
+constexpr const char* kTagged = ".mp4";  // has the boxes of panoramas
+
 const FilmFormat kFormats[] = {
-    {".mp4", video("-c:v libx264 -crf 18 -movflags +faststart"), true},
+    {kTagged, video("-c:v libx264 -crf 18 -movflags +faststart"), true},
     {".webm", video("-c:v libvpx-vp9 -crf 24 -b:v 0 -row-mt 1")},
     // A palette per picture, because a palette for the whole film would need all pictures in
     // memory.
@@ -304,23 +307,33 @@ bool ffmpeg_is_installed() {
   return false;
 }
 
+bool tags_panorama(const fs::path& path) {
+  const std::string ending = picture_extension(path);
+  return ending.empty() || ending == kTagged;
+}
+
 void check_film(const fs::path& path, glm::ivec2 size, double fps) {
   checked_format(path, size, fps);
 }
 
 void write_film_file(const fs::path& path, glm::ivec2 size, double fps,
                      const std::function<void(const AddPicture& add)>& draw,
-                     const std::string& altered) {
+                     const std::string& altered, const std::optional<PanoramaFilm>& panorama) {
   FilmFormat format = checked_format(path, size, fps);
-  if (format.folder())
-    return write_folder(path, draw,
-                        altered.empty() ? ImageMetadata() : ImageMetadata{{"Altered", altered}});
+  if (format.folder()) {
+    ImageMetadata metadata;
+    if (!altered.empty()) metadata["Altered"] = altered;
+    if (panorama && !panorama->is_stereo)
+      metadata[kXmpText] = panorama_xmp(size.x, size.y, panorama->is_half ? 180 : 360);
+    return write_folder(path, draw, metadata);
+  }
   if (!altered.empty())
     format.options.insert(format.options.end(), {"-metadata", "comment=Altered: " + altered});
   replace_file(path, [&](const fs::path& temporary) {
     Ffmpeg ffmpeg(temporary, path.string(), size, fps, format.options);
     draw([&](const Image& picture) { ffmpeg.add(picture); });
     ffmpeg.finish();
+    if (panorama && format.ending == kTagged) add_panorama_boxes(temporary, path, *panorama);
   });
 }
 
@@ -476,7 +489,7 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
       if (!keeps_part(error.what())) throw;
     }
   };
-  write_film_file(path, plan.size, plan.fps, draw_all, plan.altered);
+  write_film_file(path, plan.size, plan.fps, draw_all, plan.altered, plan.panorama);
   std::vector<FilmedNumbers> medians;
   for (const Numbers& way : numbers)
     medians.push_back(

@@ -17,6 +17,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "app/film/panorama_boxes.h"
 #include "app/framing/whole_subject.h"
 #include "app/measure/camera_path.h"
 #include "app/picture/canvas.h"
@@ -44,10 +45,15 @@ void check_film(const std::filesystem::path& path, glm::ivec2 size, double fps);
 /// Calls draw(add), which adds the pictures in order, and moves the finished file or folder to
 /// `path`. The name of `path` determines the format. A folder holds frame_00000.png and so on;
 /// pictures of an earlier, longer film are removed. `altered` becomes the comment of a film, or
-/// metadata of the pictures. Throws Error, and the exceptions of draw().
+/// metadata of the pictures. With `panorama`, players show an .mp4 or the pictures as a panorama.
+/// Throws Error, and the exceptions of draw().
 void write_film_file(const std::filesystem::path& path, glm::ivec2 size, double fps,
                      const std::function<void(const AddPicture& add)>& draw,
-                     const std::string& altered = {});
+                     const std::string& altered = {},
+                     const std::optional<PanoramaFilm>& panorama = {});
+
+/// True if players can show a film of this name as a panorama.
+bool tags_panorama(const std::filesystem::path& path);
 
 /// The places where the camera slows down to a stop, besides keyframes with `eases`: nowhere, at
 /// the film's begin and end, or at every keyframe.
@@ -138,14 +144,15 @@ struct FilmHeatmap {
 struct FilmPlan {
   CameraTrack track;
   glm::ivec2 size{1280, 720};
-  double seconds = 0, fps = 30;         ///< pictures per second
-  std::vector<FilmedBy> ways;           ///< at least one
-  std::string altered;                  ///< of the scene, for the metadata; usually empty
-  std::string altered_brief;            ///< the same in the picture, below the numbers
-  bool numbers = false;                 ///< name, FPS and tile pairs are part of the picture
-  Quantity quantity = Quantity::color;  ///< other quantities are drawn by a colour map
-  ValueScale scale;                     ///< the scale of the colour map; see film_scale()
-  std::optional<FilmHeatmap> heatmap;   ///< over the colours; only with Quantity::color
+  double seconds = 0, fps = 30;               ///< pictures per second
+  std::vector<FilmedBy> ways;                 ///< at least one
+  std::string altered;                        ///< of the scene, for the metadata; usually empty
+  std::string altered_brief;                  ///< the same in the picture, below the numbers
+  std::optional<PanoramaFilm> panorama = {};  ///< the pictures are panoramas
+  bool numbers = false;                       ///< name, FPS and tile pairs are part of the picture
+  Quantity quantity = Quantity::color;        ///< other quantities are drawn by a colour map
+  ValueScale scale;                           ///< the scale of the colour map; see film_scale()
+  std::optional<FilmHeatmap> heatmap;         ///< over the colours; only with Quantity::color
   /// Asked if the film is cancelled ("") or cannot be drawn or written any more: true keeps the
   /// pictures so far. Null: nothing is kept. A video whose encoder has ended is always lost.
   std::function<bool(const std::string& problem)> keeps_part = {};

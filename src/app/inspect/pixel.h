@@ -18,6 +18,7 @@
 
 #include "base/parallel.h"
 #include "raster/api/renderer.h"
+#include "raster/api/trace.h"
 
 namespace qs {
 
@@ -44,15 +45,6 @@ struct PixelReport {
 
 /// `pixel` must be inside the frame's image.
 PixelReport inspect_pixel(const Frame& frame, glm::ivec2 pixel, glm::vec3 background);
-
-/// Index of a Gaussian in the trace's parallel lists; unset if it is not visible.
-std::optional<std::size_t> slot_of(const Trace& trace, std::uint32_t gaussian);
-
-/// slot_of() every Gaussian of a cloud of `size`; 0xffffffff if it is not visible.
-std::vector<std::uint32_t> slots_of(const Trace& trace, std::size_t size);
-
-/// The tile's list: indices in the cloud, front to back. Mode reference has one list for all tiles.
-std::span<const std::uint32_t> list_of(const Trace& trace, int tile);
 
 /// From best to worst.
 enum class PairUse : std::uint8_t {

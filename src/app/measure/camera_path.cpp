@@ -6,13 +6,16 @@
 #include <cmath>
 #include <functional>
 
+#include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <glm/matrix.hpp>
 #include <nlohmann/json.hpp>
 
 #include "app/framing/camera_control.h"
 #include "base/fail.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
+#include "raster/lens/lens_view.h"
 
 namespace qs {
 namespace {
@@ -79,6 +82,18 @@ std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm:
 
 [[noreturn]] void fail_to_be_a_path(const std::string& name) {
   fail("{}: is not a camera path: a list of at least two cameras", name);
+}
+
+// The camera turned so that it looks along a ray of its view axes, which is at its middle pixel.
+Camera aimed(Camera camera, const glm::dvec3& ray) {
+  const glm::dvec3 forward = glm::normalize(ray);
+  const glm::dvec3 down = std::abs(forward.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
+  const glm::dvec3 right = glm::normalize(glm::cross(down, forward));
+  const glm::dmat3 turn = glm::transpose(glm::dmat3(right, glm::cross(forward, right), forward));
+  for (int column = 0; column < 4; ++column)
+    camera.view_from_world[column] = turn * camera.view_from_world[column];
+  camera.center_px = glm::dvec2(center_pixel(camera));
+  return camera;
 }
 
 }  // namespace
@@ -206,10 +221,23 @@ std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
                                      RenderSettings settings, glm::ivec2 pixel) {
   settings.mode = default_mode();
   settings.style = DrawStyle::splats;  // points leave gaps
+  const std::shared_ptr<const LensView> lens = settings.lens;
+  if (lens && !lens->is_parallel()) {
+    const auto ray = lens->sized({camera.width, camera.height}).direction(pixel);
+    if (!ray) return std::nullopt;
+    settings.lens.reset();
+    return find_point(renderer, aimed(camera, *ray), settings, center_pixel(camera));
+  }
   const std::optional<double> depth = pixel_depth(
       renderer.render(camera, settings, {.color = false, .trace = true}), camera, pixel);
   if (!depth) return std::nullopt;
-  return point_at(camera, glm::dvec2(pixel), *depth);
+  glm::dvec2 at(pixel);
+  if (lens) {  // the pixel of a pinhole camera that shows the point
+    const glm::dvec2 middle = 0.5 * glm::dvec2(camera.width - 1, camera.height - 1);
+    at = camera.center_px +
+         (at - middle) * camera.focal_px * lens->height / (camera.height * *depth);
+  }
+  return point_at(camera, at, *depth);
 }
 
 }  // namespace qs

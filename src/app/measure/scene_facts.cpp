@@ -1,25 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "app/measure/scene_facts.h"
 
-#include <fstream>
-#include <vector>
-
-#include <zlib.h>
-
-#include "base/fail.h"
+#include "io/bytes/file_hash.h"
 
 namespace qs {
-
-std::string file_hash(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  uLong crc = crc32(0, nullptr, 0);
-  std::vector<char> block(std::size_t{1} << 20);
-  while (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0)
-    crc =
-        crc32(crc, reinterpret_cast<const Bytef*>(block.data()), static_cast<uInt>(file.gcount()));
-  if (!file.eof()) fail("{}: cannot be read", path.string());
-  return fmt::format("crc32:{:08x}", crc);
-}
 
 nlohmann::ordered_json scene_facts(const Scene& scene, const std::string& name) {
   return {{"name", name},

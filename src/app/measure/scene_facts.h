@@ -12,9 +12,6 @@
 
 namespace qs {
 
-/// "crc32:89abcdef" of a file's content. Throws Error(input).
-std::string file_hash(const std::filesystem::path& path);
-
 /// Name, file, hash, bytes and number of Gaussians.
 nlohmann::ordered_json scene_facts(const Scene& scene, const std::string& name);
 

@@ -152,6 +152,8 @@ const Frame& PluginRenderer::render(const Camera& camera, const RenderSettings& 
                                     const Outputs& outputs, const Target& target,
                                     std::stop_token stop) {
   if (settings.style != DrawStyle::splats) refuse("plugins draw splats only");
+  if (settings.lens || camera.projection != Projection::pinhole)
+    refuse("plugins draw pinhole views only");
   if (process_ == nullptr) open(stop);
   const bool wants_image = outputs.color && std::holds_alternative<HostImage>(target);
   image_.resize(3 * sizeof(float) * static_cast<std::size_t>(camera.width) *

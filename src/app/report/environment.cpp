@@ -11,6 +11,7 @@
 #include "app/session/alterations.h"
 #include "base/environment.h"
 #include "base/json_of.h"
+#include "io/bytes/file_hash.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 

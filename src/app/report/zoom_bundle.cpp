@@ -19,6 +19,7 @@
 #include "base/list_of.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
+#include "io/bytes/file_hash.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/bytes/replace_file.h"

@@ -15,6 +15,7 @@
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/mode_table.h"
+#include "app/viewer/state/select_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 
 namespace qs {
@@ -275,9 +276,12 @@ Json grid_json(const Viewer& v) {
           {"columns", places.columns}};
 }
 
-// The box of the crop, as shares of the picture's width and height.
+// The box of the crop and the shape of a selecting tool, as shares of the picture's width and
+// height.
 Json box_json(const Viewer& v) {
-  if (!v.panels.crop || !v.crop.wish.boxed || v.crop.applied) return nullptr;
+  const bool boxed = v.panels.crop && v.crop.wish.boxed && !v.crop.applied;
+  std::vector<PictureLine> lines = shape_lines(v);
+  if (!boxed && lines.empty()) return nullptr;
   const Camera& camera = v.camera;
   const auto place = [&](glm::dvec2 pixel) {
     constexpr double kMost = 1e4;
@@ -288,11 +292,12 @@ Json box_json(const Viewer& v) {
     return Json{place(line.from), place(line.to)};
   };
   Json handles = Json::array();
-  for (int face = 0; face < kBoxFaces; ++face) {
+  for (int face = 0; boxed && face < kBoxFaces; ++face) {
     const auto pixel = handle_in_picture(camera, v.crop.wish.box, face);
     handles.push_back(pixel ? place(*pixel) : Json());
   }
-  return {{"lines", json_list(box_lines(camera, v.crop.wish.box), line_of)}, {"handles", handles}};
+  if (boxed) std::ranges::copy(box_lines(camera, v.crop.wish.box), std::back_inserter(lines));
+  return {{"lines", json_list(lines, line_of)}, {"handles", handles}};
 }
 
 Json job_json(const Viewer& v) {

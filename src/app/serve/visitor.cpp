@@ -251,8 +251,8 @@ MeasuringWish Visitor::measuring_wish() {
   if (!wants) return wish;
   asked_numbers_ = v.view_version;
   measuring_ = Measuring::waits;
-  wish.request =
-      NumbersRequest{measured_camera(v), v.settings, v.view_version, numbers_are_current(v)};
+  wish.request = NumbersRequest{measured_camera(v), full_frame(v).settings, v.view_version,
+                                numbers_are_current(v)};
   return wish;
 }
 

@@ -6,8 +6,22 @@
 #include "base/json_of.h"
 #include "base/text.h"
 #include "io/camera/cameras.h"
+#include "raster/lens/lens_view.h"
 
 namespace qs {
+namespace {
+
+// "fisheye of 180 degrees (numbers are sums over its faces, 24 all round)".
+std::string lens_text(const LensView& lens) {
+  std::string text = lens.text;
+  if (lens.eye_distance > 0) text += fmt::format(" for eyes {:g} apart", lens.eye_distance);
+  if (lens.up) text += ", level";
+  if (!lens.is_parallel())
+    text += fmt::format(" (numbers are sums over its faces, {} all round)", lens.faces);
+  return text;
+}
+
+}  // namespace
 
 void Alterations::add_to(nlohmann::ordered_json& object) const {
   if (!json.is_null()) object["altered"] = json;
@@ -57,6 +71,10 @@ Alterations alterations_of(const RenderSettings& settings, const SceneNature& sc
               fmt::format("tiles of {} pixels", settings.tile_px));
   add_setting(*scene.exact_colors != 0, "exact_colors", scene.exact_colors,
               fmt::format("exact colours: {}", scene.exact_colors));
+  if (settings.lens) {
+    const std::string text = lens_text(*settings.lens);
+    add(true, "lens", text, "lens " + text, "lens " + settings.lens->text);
+  }
   add_setting(settings.occlusion, "occlusion", true, "hidden Gaussians may be left out");
   if (!all.text.empty()) all.json["text"] = all.text;
   return all;

@@ -36,8 +36,8 @@ std::string format_crop_box(const CropBox& box, const glm::dvec3& origin) {
 }
 
 std::string removal_text(const RemovalCounts& removal, std::string_view verb) {
-  constexpr const char* kReasons[kRemovedReasons] = {"", "outside of the box", "too faint",
-                                                     "too large", "isolated"};
+  constexpr const char* kReasons[kRemovedReasons] = {"",          "outside of the box", "too faint",
+                                                     "too large", "isolated",           "selected"};
   std::vector<std::string> reasons;
   for (std::size_t i = 1; i < kRemovedReasons; ++i)
     if (removal.counts[i] > 0)

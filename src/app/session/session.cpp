@@ -110,6 +110,7 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.network = frame.network;
   Scene scene = read_with_progress(frame.scene, *session.pool, frame.iteration, frame.axes);
   print_warnings(scene, draws_network(session));
+  apply_edits(scene, frame.edits, *session.pool);
   look_for_huge(scene, frame.skip_huge);
   const bool needs_network =
       frame.network == NetworkUse::reference || frame.network == NetworkUse::always;

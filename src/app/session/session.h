@@ -13,6 +13,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "app/session/scene_edits.h"
 #include "base/warn.h"
 #include "io/scene/reader.h"
 #include "raster/api/renderer.h"
@@ -44,6 +45,7 @@ struct FrameOptions {
   RenderSettings settings;         ///< but for the mode and the background
   /// unset: white if the model was trained with white, else black
   std::optional<glm::vec3> background;
+  EditOptions edits;
   bool skip_huge = false;  ///< leaves out the Gaussians of drop_huge()
   NetworkUse network = NetworkUse::never;
 };

@@ -221,6 +221,7 @@ class ViewLoop final : public Host {
     if (path == frame.scene) {
       request.iteration = frame.iteration;
       request.cameras_file = frame.cameras;
+      request.edits = frame.edits;
     }
     return request;
   }

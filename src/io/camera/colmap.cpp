@@ -181,7 +181,7 @@ void for_each_record(const std::filesystem::path& path, const char* kind, F read
 
 }  // namespace
 
-LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where) {
+Lens colmap_lens(const ColmapLens& stored, const std::string& where) {
   const auto& [model, width, height, parameters] = stored;
   if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
     fail("{}: a picture of {} x {} pixels is not between 1 x 1 and {} x {}", where, width, height,
@@ -191,13 +191,17 @@ LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where
     if (parameters[0] != lens.size_px.x || parameters[1] != lens.size_px.y)
       fail("{}: the parameters of {} are {} x {}, but its picture has {} x {} pixels", where,
            model.name, parameters[0], parameters[1], width, height);
-    return lens_camera(lens, where);
+    return lens;
   }
   const auto focal_lengths = static_cast<std::size_t>(model.focal_lengths);
   lens.focal_px = {parameters[0], parameters[focal_lengths - 1]};
   lens.center_px = {parameters[focal_lengths] - 0.5, parameters[focal_lengths + 1] - 0.5};
   std::ranges::copy(std::span(parameters).subspan(focal_lengths + 2), lens.coefficients.begin());
-  return lens_camera(lens, where);
+  return lens;
+}
+
+LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where) {
+  return lens_camera(colmap_lens(stored, where), where);
 }
 
 LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,

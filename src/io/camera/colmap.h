@@ -37,7 +37,11 @@ struct ColmapLens {
   std::vector<double> parameters;  ///< model.parameters() of them
 };
 
-/// `where` names file and record. Throws Error(input) for sizes out of range, and as lens_camera().
+/// Without its limit, see checked_lens(). `where` names file and record. Throws Error(input) for
+/// sizes out of range.
+Lens colmap_lens(const ColmapLens& stored, const std::string& where);
+
+/// Throws as colmap_lens() and lens_camera().
 LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where);
 
 /// Adds the lens that make() returns. Its Error is kept for the images that use the lens.

@@ -10,6 +10,7 @@
 #include <glm/matrix.hpp>
 
 #include "base/fail.h"
+#include "raster/lens/lens_view.h"
 
 namespace qs {
 namespace {
@@ -22,15 +23,9 @@ constexpr double kWidestPinhole = kHalfTurn * 100 / 180;
 constexpr double kHalfFace = kHalfTurn * 48 / 180;
 constexpr double kLeastShare = 0.1;  // of a face's pixels
 
-// Columns are the face's axes in the lens: right, down, forward.
-const std::array kFaces = {
-    Face{"front", {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
-    Face{"right", {{0, 0, -1}, {0, 1, 0}, {1, 0, 0}}},
-    Face{"back", {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}}},
-    Face{"left", {{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}},
-    Face{"up", {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}},
-    Face{"down", {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}},
-};
+const std::array kFaces = {Face{"front", kCubeAxes[0]}, Face{"right", kCubeAxes[1]},
+                           Face{"back", kCubeAxes[2]},  Face{"left", kCubeAxes[3]},
+                           Face{"up", kCubeAxes[4]},    Face{"down", kCubeAxes[5]}};
 
 glm::dvec2 scaled_center(glm::dvec2 center, glm::dvec2 factor) {
   return (center + 0.5) * factor - 0.5;  // distances from the pixel corner are scaled

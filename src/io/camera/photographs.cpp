@@ -10,6 +10,7 @@
 
 #include "base/fail.h"
 #include "io/picture/image_file.h"
+#include "raster/scene/cubic_taps.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {
@@ -46,13 +47,13 @@ struct Taps {
 };
 
 Taps taps_at(double position, bool is_cubic) {
+  if (is_cubic) {
+    const auto [first, w] = cubic_taps(position);
+    return {first, 4, {w[0], w[1], w[2], w[3]}};
+  }
   const int pixel = static_cast<int>(std::floor(position));
   const auto t = static_cast<float>(position - pixel);
-  if (!is_cubic) return {pixel, 2, {1 - t, t}};
-  return {pixel - 1,
-          4,
-          {t * (t * (1 - 0.5f * t) - 0.5f), 1 + t * t * (1.5f * t - 2.5f),
-           t * (0.5f + t * (2 - 1.5f * t)), t * t * (0.5f * t - 0.5f)}};
+  return {pixel, 2, {1 - t, t}};
 }
 
 // A photograph between its pixels.

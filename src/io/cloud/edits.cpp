@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include "io/cloud/edits.h"
 
-#include <fmt/format.h>
-#include <zlib.h>
+#include "io/bytes/file_hash.h"
 
 namespace qs {
 
 void Edits::remove(std::size_t count, const std::function<bool(std::size_t i)>& goes) {
-  if (removed.empty()) removed.resize(count);
-  std::vector<Bytef> bits((removed.size() + 7) / 8);
+  GaussianSet gone = removed.size() == 0 ? GaussianSet(count) : removed;
   std::size_t left = 0;
-  kept = 0;
-  for (std::size_t i = 0; i < removed.size(); ++i) {
-    if (!removed[i]) removed[i] = goes(left++);
-    if (removed[i]) bits[i / 8] |= static_cast<Bytef>(1u << i % 8);
-    kept += !removed[i];
-  }
+  for (std::size_t i = 0; i < gone.size(); ++i)
+    if (!gone[i] && goes(left++)) gone.add(i);
+  remove(1, gone);
+}
+
+void Edits::remove(int count_of_steps, const GaussianSet& gone) {
+  removed = gone;
   of = removed.size();
-  crc = fmt::format("crc32:{:08x}", crc32_z(0, bits.data(), bits.size()));
-  ++steps;
+  kept = of - removed.count();
+  crc = bytes_hash(removed.bytes());
+  steps += count_of_steps;
 }
 
 }  // namespace qs

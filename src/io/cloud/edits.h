@@ -7,15 +7,16 @@
 #include <cstdint>
 #include <functional>
 #include <string>
-#include <vector>
 
 #include <glm/vec2.hpp>
+
+#include "raster/select/gaussian_set.h"
 
 namespace qs {
 
 /// Edits as reports name them.
 struct EditFacts {
-  int steps = 0;            ///< steps that removed Gaussians
+  int steps = 0;            ///< steps that removed or hid Gaussians
   std::uint64_t kept = 0;   ///< Gaussians of the file that are left
   std::uint64_t of = 0;     ///< Gaussians of the file as it was read
   std::string crc;          ///< "crc32:89abcdef" of Edits::removed; empty without steps
@@ -26,13 +27,14 @@ struct EditFacts {
 };
 
 struct Edits : EditFacts {
-  /// By the index in the file as it was read; empty without steps. Its CRC-32 is computed
-  /// over bits: Gaussian i is bit i % 8 of byte i / 8, and the last byte is filled with zeros. So
-  /// equal rests have equal hashes, independent of the steps.
-  std::vector<bool> removed;
+  /// By the index in the file as it was read; empty without steps. Equal rests have equal hashes,
+  /// independent of the steps.
+  GaussianSet removed;
 
   /// One step: removes Gaussian i of the `count` that are left if goes(i).
   void remove(std::size_t count, const std::function<bool(std::size_t i)>& goes);
+  /// So many steps: these Gaussians of the file are gone now.
+  void remove(int count_of_steps, const GaussianSet& gone);
 };
 
 }  // namespace qs

@@ -27,6 +27,7 @@
 #include "io/bytes/lfs_pointer.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/oiio/module.h"
+#include "io/picture/panorama_tag.h"
 #include "io/picture/picture_formats.h"
 
 namespace qs {
@@ -121,7 +122,7 @@ void write_with_module(const Image& image, const PictureTarget& target,
   const OiioModule& module = module_for(target.shown);
   std::vector<OiioText> texts;
   for (const auto& [key, value] : metadata)
-    if (key != kChannelText) texts.push_back({key.c_str(), value.c_str()});
+    if (key != kChannelText && key != kXmpText) texts.push_back({key.c_str(), value.c_str()});
   const auto channel = metadata.find(kChannelText);
   const bool named = channel != metadata.end() && image.channels == 1;
   // The module does not write through `values`.
@@ -132,6 +133,9 @@ void write_with_module(const Image& image, const PictureTarget& target,
   if (!module.write(target.file.c_str(), &picture, texts.data(), static_cast<int>(texts.size()),
                     &message))
     fail("{}: cannot be written: {}", target.shown.string(), message.text);
+  const auto xmp = metadata.find(kXmpText);
+  if (xmp != metadata.end() && picture_extension(target.shown) == ".jpg")
+    add_xmp(target.file, target.shown, xmp->second);
 }
 
 std::span<const PictureFormat> picture_formats() { return kFormats; }

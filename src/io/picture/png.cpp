@@ -17,6 +17,7 @@
 #include "base/fail.h"
 #include "base/not_copied.h"
 #include "io/bytes/replace_file.h"
+#include "io/picture/panorama_tag.h"
 #include "io/picture/picture_formats.h"
 
 namespace qs {
@@ -118,10 +119,10 @@ bool write_all(Writer& writer, std::FILE* file, Pixels& pixels) {
   return true;
 }
 
-// tEXt holds Latin-1, iTXt UTF-8. ASCII is stored as tEXt.
+// tEXt holds Latin-1, iTXt UTF-8. ASCII is stored as tEXt, but XMP is read from iTXt alone.
 png_text make_text(std::string& key, std::string& value) {
   png_text text{};
-  const bool ascii = std::ranges::all_of(value, [](char c) { return c >= 0; });
+  const bool ascii = key != kXmpText && std::ranges::all_of(value, [](char c) { return c >= 0; });
   text.compression = ascii ? PNG_TEXT_COMPRESSION_NONE : PNG_ITXT_COMPRESSION_NONE;
   text.key = key.data();
   text.text = value.data();

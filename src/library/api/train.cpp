@@ -78,7 +78,13 @@ QsTrainingState state_of(const train::RunStatus& status) {
   state.gaussians = status.trainer.gaussians();
   state.loss = status.loss;
   state.seconds = status.log.seconds;
-  state.test_psnr = state.test_ssim = std::numeric_limits<double>::quiet_NaN();
+  state.test_psnr = state.test_ssim = state.guard_psnr = std::numeric_limits<double>::quiet_NaN();
+  const train::Guard& guard = status.trainer.guard();
+  if (!guard.rows().empty()) {
+    state.guard_psnr = guard.rows().back().reserved;
+    state.guarded = guard.rows().back().iteration;
+    state.growth_ended = guard.stopped_after();
+  }
   const auto& rows = status.log.rows;
   const auto last = std::find_if(rows.rbegin(), rows.rend(),
                                  [](const train::LogRow& row) { return row.test.has_value(); });

@@ -84,6 +84,8 @@ inline constexpr double kPointRadius = 1;
 /// Of ellipsoids: fog and floaters, which are faint and large, would hide the scene.
 inline constexpr double kLeastOpacity = 0.2;
 
+struct LensView;  // raster/lens/lens_view.h
+
 struct RenderSettings {
   CullMode mode = default_mode();  ///< 0 = reference (CPU only), else a row of table.h
   Pipeline pipeline = kDefaultPipeline;
@@ -98,6 +100,9 @@ struct RenderSettings {
   /// `fast` does, in views of millions of Gaussians; the image stays the same within rounding. Off
   /// in measurements of modes, which differ most in hidden Gaussians.
   bool occlusion = false;
+  /// Null: the camera's own projection. Else the lens through which a frame shows the scene from
+  /// the camera's place. The renderers of make_renderer() draw it.
+  std::shared_ptr<const LensView> lens = {};
 };
 
 /// The numbers by which styles differ in the projection.
@@ -185,7 +190,7 @@ struct Trace {
   // Parallel arrays with one entry per visible Gaussian.
   std::vector<std::uint32_t> gaussians;  ///< index in the cloud, ascending
   std::vector<Footprint> footprints;
-  std::vector<float> depths;  ///< view z
+  std::vector<float> depths;  ///< view z, or the distance from the eye: see Projection
   std::vector<Splat> splats;  ///< the input of the blend stage
 
   std::vector<std::uint64_t> tile_begin;  ///< tiles + 1 offsets into `listed`
@@ -228,7 +233,8 @@ struct ModePairs {
 };
 
 /// Alpha and depth per pixel, row by row. z is the depth of a Gaussian's centre in view space, in
-/// units of the scene; its weight is its alpha times the transmittance in front of it.
+/// units of the scene, or its distance from the eye (see Projection); its weight is its alpha times
+/// the transmittance in front of it.
 struct DepthMaps {
   std::vector<float> alpha;     ///< 1 - transmittance behind the last Gaussian, 0..1
   std::vector<float> expected;  ///< mean of z by weight; 0 where alpha is 0

@@ -25,7 +25,9 @@ struct FootprintRules {
 
   // The rules that renderers do not change.
   static constexpr float compensation_floor = static_cast<float>(kCompensationFloor);
-  static QS_HD bool draws_depth(const View<float>& view, float z) { return z > view.near_depth; }
+  static QS_HD bool draws_depth(const View<float>& view, float depth) {
+    return depth > view.near_depth;
+  }
   static QS_HD SlopeLimits<float> slope_limits(const View<float>& view) {
     return SlopeLimits<float>::of(view);
   }
@@ -44,7 +46,7 @@ QS_HD Footprint make_footprint(glm::vec2 mean_px, const Covariance2<float>& cova
 
 struct Projected {
   Footprint footprint;
-  float depth;           ///< view z, > 0
+  float depth;           ///< see depth_of()
   float opacity_factor;  ///< 1 unless antialiased
 };
 
@@ -53,8 +55,10 @@ struct Projected {
 template <class Rules = FootprintRules>
 QS_HD bool project(const View<float>& view, const Rules& rules, const ActiveGaussian& gaussian,
                    Projected& out) {
-  const glm::vec3 point = to_view(view, gaussian.position);
-  if (!rules.draws_depth(view, point.z)) return false;
+  const glm::vec3 in_view = to_view(view, gaussian.position);
+  out.depth = depth_of(view, in_view);
+  if (!rules.draws_depth(view, out.depth)) return false;
+  const glm::vec3 point = projected_point(view, in_view);
   Covariance2<float> covariance =
       project_covariance(view, rules.slope_limits(view), point, gaussian.covariance);
   const float scale2 = rules.splat_scale * rules.splat_scale;
@@ -79,7 +83,6 @@ QS_HD bool project(const View<float>& view, const Rules& rules, const ActiveGaus
   const float gamma = 2.0f * static_cast<float>(kLn2) * log2_255_opacity;
   if (!rules.keep_faint && !(gamma > 0.0f)) return false;
   out.footprint = make_footprint(to_pixel(view, point), covariance, gamma);
-  out.depth = point.z;
   const float sum = out.footprint.mean_px.x + out.footprint.mean_px.y + out.footprint.conic.x +
                     out.footprint.conic.y + out.footprint.conic.z;
   return sum - sum == 0.0f;  // finite

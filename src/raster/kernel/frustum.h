@@ -10,7 +10,8 @@
 // root and multiplying by z > 0 shows that the condition holds if
 //   fx x + (cx + k sqrt(2 level dilation) + 2 tiles) z + k sqrt(level) spread sigma < 0.
 // This is linear in the position, so its largest value over a box is at a corner. It does not
-// divide by the depth, so blocks that cross the camera's plane need no special case.
+// divide by the depth, so blocks that cross the camera's plane need no special case. In an
+// orthographic view the same holds with 1 in place of z.
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -44,10 +45,11 @@ struct BlockBounds {
 class Frustum {
  public:
   QS_HD Frustum(const View<float>& view, const FootprintRules& rules, TileGrid grid)
-      : near_depth_(static_cast<double>(view.near_depth)),
+      : is_parallel_(view.projection == Projection::orthographic),
+        near_depth_(view.projection == Projection::face ? 0 : static_cast<double>(view.near_depth)),
         usual_spread_(kLargestSigmas * std::sqrt(static_cast<double>(rules.dilation))),
         root_of_level_(rules.is_solid ? kRootOfSolidLevel : kRootOfLevel),
-        depth_(in_view(view, 0, 0, 1)) {
+        depth_(in_view(view, 0, 0, 1, 0)) {
     const glm::dvec2 focal(view.focal_px), center(view.center_px), limit(view.slope_limit);
     spread_ = static_cast<double>(rules.splat_scale) *
               std::sqrt(focal.x * focal.x * stretch2(view, 0, limit.x) +
@@ -56,9 +58,12 @@ class Frustum {
     const double room =
         kLargestK * std::sqrt(2 * level * static_cast<double>(rules.dilation)) + 2 * kTileSize;
     const glm::dvec2 size = static_cast<double>(kTileSize) * glm::dvec2(grid.columns, grid.rows);
-    for (int axis = 0; axis < 2; ++axis) {
-      sides_[2 * axis] = in_view(view, axis, focal[axis], center[axis] + room);
-      sides_[2 * axis + 1] = in_view(view, axis, -focal[axis], size[axis] - center[axis] + room);
+    for (int side = 0; side < 4; ++side) {
+      const int axis = side / 2;
+      const double across = side % 2 == 0 ? focal[axis] : -focal[axis];
+      const double inside = (side % 2 == 0 ? center[axis] : size[axis] - center[axis]) + room;
+      sides_[side] = is_parallel_ ? in_view(view, axis, across, 0, inside)
+                                  : in_view(view, axis, across, inside, 0);
     }
   }
 
@@ -66,7 +71,7 @@ class Frustum {
   QS_HD bool misses(const BlockBounds& bounds) const {
     if (depth_.largest(bounds) < near_depth_) return true;
     const double spread = spread_ * static_cast<double>(bounds.sigma);  // in px times depth
-    const double nearest = glm::max(depth_.smallest(bounds), near_depth_);
+    const double nearest = is_parallel_ ? 1 : glm::max(depth_.smallest(bounds), near_depth_);
     const double k = spread < usual_spread_ * nearest ? kUsualK : kLargestK;
     const double reach = k * root_of_level_ * spread;
     for (const Linear& inside : sides_)
@@ -145,22 +150,24 @@ class Frustum {
            limit * limit * glm::dot(along, along);
   }
 
-  /// across * (x or y, by `axis`) + along * z of the position in view axes.
-  static QS_HD Linear in_view(const View<float>& view, int axis, double across, double along) {
+  /// across * (x or y, by `axis`) + along * z + constant, of the position in view axes.
+  static QS_HD Linear in_view(const View<float>& view, int axis, double across, double along,
+                              double constant) {
     const glm::dvec3 of_axis = row(view, axis), of_depth = row(view, 2);
     const auto& m = view.view_from_world;
     const double shift = static_cast<double>(m[3][axis]), depth = static_cast<double>(m[3][2]);
-    return {across * of_axis + along * of_depth, across * shift + along * depth,
+    return {across * of_axis + along * of_depth, across * shift + along * depth + constant,
             kError * (glm::abs(across * of_axis) + glm::abs(along * of_depth)),
-            kError * (glm::abs(across * shift) + glm::abs(along * depth))};
+            kError * (glm::abs(across * shift) + glm::abs(along * depth) + glm::abs(constant))};
   }
 
-  double near_depth_;
+  bool is_parallel_;
+  double near_depth_;     ///< of view z; a face compares distances, which are not less
   double usual_spread_;   ///< px; smaller footprints reach only a little beyond their box
   double root_of_level_;  ///< of the largest gamma
-  double spread_;         ///< upper bound of px per (sigma / depth)
+  double spread_;         ///< upper bound of px per (sigma / depth), or per sigma
   Linear depth_;          ///< view z
-  Linear sides_[4];       ///< px inside of each side of the image, times depth
+  Linear sides_[4];       ///< px inside of each side of the image, times depth if not parallel
 };
 
 }  // namespace qs

@@ -48,6 +48,21 @@ QS_HD glm::vec<3, Real> to_view(const View<Real>& view, const glm::vec<3, Real>&
   return view.view_from_world * glm::vec<4, Real>(position, Real(1));
 }
 
+/// The depth of a point in view axes by which the view sorts; a Gaussian is drawn if it is above
+/// View::near_depth.
+template <class Real>
+QS_HD Real depth_of(const View<Real>& view, const glm::vec<3, Real>& point) {
+  if (view.projection != Projection::face || !(point.z > Real(0))) return point.z;
+  return std::sqrt(point.x * point.x + point.y * point.y + point.z * point.z);
+}
+
+/// The point in view axes from which to_pixel() and project_covariance() project: at z = 1 both are
+/// orthographic, with slope limits of 0.
+template <class Real>
+QS_HD glm::vec<3, Real> projected_point(const View<Real>& view, const glm::vec<3, Real>& point) {
+  return {point.x, point.y, view.projection == Projection::orthographic ? Real(1) : point.z};
+}
+
 /// Pixel coordinates of a point in view axes, z > 0.
 template <class Real>
 QS_HD glm::vec<2, Real> to_pixel(const View<Real>& view, const glm::vec<3, Real>& point) {

@@ -46,16 +46,40 @@ Camera look_at(glm::dvec3 position, glm::dvec3 target, glm::dvec3 up, double ver
           0.5 * glm::dvec2(width - 1, height - 1), width, height};
 }
 
+namespace {
+
+/// View::slope_limit.
+glm::dvec2 slope_limit(const Camera& camera) {
+  const glm::dvec2 size(camera.width, camera.height);
+  if (camera.projection == Projection::orthographic) return glm::dvec2(0);
+  if (camera.projection == Projection::pinhole)
+    return kSlopeMargin * size / (2.0 * camera.focal_px);
+  // A face is cut to the pixels that are used, so its axis may be far from the middle. Its limit is
+  // the same along both axes, so that it changes little with the cut.
+  const glm::dvec2 farthest = glm::max(camera.center_px + 0.5, size - 0.5 - camera.center_px);
+  return glm::dvec2(kSlopeMargin * glm::max(farthest.x, farthest.y)) / camera.focal_px;
+}
+
+/// The point from which a Gaussian's colour is seen. Parallel rays come from so far behind the
+/// camera that in single precision the direction to every Gaussian is the same.
+glm::dvec3 eye_of(const Camera& camera) {
+  constexpr double kFar = 1e15;
+  if (camera.projection != Projection::orthographic) return camera.position();
+  return camera.position() - kFar * glm::transpose(glm::dmat3(camera.view_from_world))[2];
+}
+
+}  // namespace
+
 template <class Real>
 View<Real> make_view(const Camera& camera) {
   using Pair = glm::vec<2, Real>;
-  const glm::dvec2 size(camera.width, camera.height);
   return {glm::mat<4, 3, Real>(camera.view_from_world),
-          glm::vec<3, Real>(camera.position()),
+          glm::vec<3, Real>(eye_of(camera)),
           Pair(camera.focal_px),
           Pair(camera.center_px),
-          Pair(kSlopeMargin * size / (2.0 * camera.focal_px)),
-          static_cast<Real>(camera.near_depth)};
+          Pair(slope_limit(camera)),
+          static_cast<Real>(camera.near_depth),
+          camera.projection};
 }
 
 template View<float> make_view<float>(const Camera&);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A pinhole camera. View axes are RDF: x right, y down, z forward. The image's origin is top-left.
-// Pixel i has its centre at coordinate i, so a centred principal point is ((W-1)/2, (H-1)/2).
-// COLMAP puts it at i + 0.5, so its cx is larger by 0.5.
+// A pinhole camera, or an orthographic one. View axes are RDF: x right, y down, z forward. The
+// image's origin is top-left. Pixel i has its centre at coordinate i, so a centred principal point
+// is ((W-1)/2, (H-1)/2). COLMAP puts it at i + 0.5, so its cx is larger by 0.5.
 #pragma once
 
 #include <string>
@@ -20,9 +20,10 @@ struct Camera {
   glm::dvec2 focal_px{0.0};           ///< fx, fy in pixels, > 0
   glm::dvec2 center_px{0.0};          ///< principal point, pixel-centre coordinates
   int width = 0, height = 0;          ///< pixels, > 0
-  double near_depth = 0.2;            ///< Gaussians with view z at or below this are not drawn
+  double near_depth = 0.2;            ///< Gaussians at this depth or less are not drawn
   std::string name = {};              ///< name of the photograph, without extension; may be empty
   glm::dvec3 origin{0.0};  ///< its place counts from here in the world, see GaussianCloud::origin
+  Projection projection = Projection::pinhole;
 
   /// Camera position in the world.
   glm::dvec3 position() const;

@@ -5,35 +5,20 @@
 #include <cmath>
 #include <limits>
 
-#include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 
 #include "base/rank.h"
 #include "raster/scene/activated_cloud.h"
+#include "raster/scene/cells.h"
 #include "raster/scene/cloud_order.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 namespace {
 
+constexpr int kLevels = 8;  // of grids
+
 using Numbers = std::vector<std::uint32_t>;
-
-// ln of the longest standard deviation; NaN if a value is NaN.
-float log_size(const GaussianCloud& cloud, std::size_t i) {
-  const glm::vec3& s = cloud.log_scales[i];
-  return std::isnan(s.x + s.y + s.z) ? std::numeric_limits<float>::quiet_NaN()
-                                     : std::max({s.x, s.y, s.z});
-}
-
-// value_of(i) of the Gaussians, without values that are not finite.
-template <class ValueOf>
-std::vector<float> finite_values(const Numbers& of, const ValueOf& value_of) {
-  std::vector<float> values;
-  values.reserve(of.size());
-  for (const std::uint32_t i : of)
-    if (const float value = value_of(i); std::isfinite(value)) values.push_back(value);
-  return values;
-}
 
 // The longest side of the box that holds the middle 90 % per axis; 0 without finite centres.
 float core_size(const GaussianCloud& cloud, const Numbers& of) {
@@ -44,23 +29,6 @@ float core_size(const GaussianCloud& cloud, const Numbers& of) {
     longest = std::max(longest, quantile(values, 0.95) - quantile(values, 0.05));
   }
   return longest;
-}
-
-// ---- the grids ---------------------------------------------------------------------------------
-// Keys number cells by z, then y, then x, so that neighbours along x follow each other.
-constexpr int kFieldBits = 21, kFinerBits = 2;
-constexpr std::int64_t kMiddle = std::int64_t{1} << (kFieldBits - 1), kLast = 2 * kMiddle - 4;
-constexpr std::uint64_t kField = (std::uint64_t{1} << kFieldBits) - 1;
-constexpr int kLevels = 8;
-
-// Coordinates are stored from 1 on, so that every cell has all its neighbours.
-std::uint64_t key_of(std::uint64_t x, std::uint64_t y, std::uint64_t z) {
-  return (z + 1) << (2 * kFieldBits) | (y + 1) << kFieldBits | (x + 1);
-}
-
-std::uint64_t coarser(std::uint64_t key) {
-  const auto field = [key](int n) { return ((key >> (n * kFieldBits)) & kField) - 1; };
-  return key_of(field(0) >> kFinerBits, field(1) >> kFinerBits, field(2) >> kFinerBits);
 }
 
 struct Cell {
@@ -87,9 +55,7 @@ std::vector<std::uint64_t> lonely_cells(const std::vector<Cell>& cells, std::uin
   std::vector<std::uint64_t> sums(cells.size());
   for (int dz = -1; dz <= 1; ++dz) {
     for (int dy = -1; dy <= 1; ++dy) {
-      // Wraps around for negative steps, as unsigned numbers do.
-      const std::uint64_t step = (static_cast<std::uint64_t>(dz) << (2 * kFieldBits)) +
-                                 (static_cast<std::uint64_t>(dy) << kFieldBits);
+      const std::uint64_t step = CellGrid::step(0, dy, dz);
       std::size_t begin = 0;
       for (std::size_t i = 0; i < cells.size(); ++i) {
         const std::uint64_t middle = cells[i].key + step;
@@ -105,62 +71,33 @@ std::vector<std::uint64_t> lonely_cells(const std::vector<Cell>& cells, std::uin
   return lonely;
 }
 
-struct Grid {
-  glm::dvec3 middle{0.0};
-  double cell = 0;  ///< length, > 0
-
-  std::optional<std::uint64_t> key(glm::vec3 position) const {
-    if (!is_finite(position)) return std::nullopt;
-    const glm::dvec3 at = glm::floor((glm::dvec3(position) - middle) / cell);
-    std::uint64_t fields[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      // Gaussians farther out are counted in the border's cells.
-      const double clamped = std::clamp(at[axis], -double{kMiddle}, double{kLast - kMiddle});
-      fields[axis] = static_cast<std::uint64_t>(static_cast<std::int64_t>(clamped) + kMiddle);
-    }
-    return key_of(fields[0], fields[1], fields[2]);
-  }
-};
-
 Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neighbours,
                  const Progress& progress) {
   Numbers found;
   if (of.empty() || fewest_neighbours <= 0) return found;
-  // Lay a grid around the middle, with cells of a multiple of the median size.
-  auto sizes = finite_values(of, [&](std::uint32_t i) { return log_size(cloud, i); });
-  if (sizes.empty()) return found;
-  const float median = quantile(sizes, 0.5);
-  const double cell = double{Floaters::kCellSigmas} * std::exp(double{median});
-  if (!(cell > 0) || !std::isfinite(cell)) return found;
-  glm::dvec3 middle(0.0);
-  for (int axis = 0; axis < 3; ++axis) {
-    auto values = finite_values(of, [&](std::uint32_t i) {
-      const glm::vec3& p = cloud.positions[i];
-      return is_finite(p) ? p[axis] : std::numeric_limits<float>::infinity();
-    });
-    if (!values.empty()) middle[axis] = double{quantile(values, 0.5)};
-  }
-  const Grid grid{middle, cell};
+  const auto grid = CellGrid::around(cloud, of);
+  if (!grid) return found;
 
   // Count Gaussians per cell. A large Gaussian is looked up in a coarser grid.
   std::vector<Cell> cells;
   cells.reserve(of.size());
   std::array<Numbers, kLevels> of_level;
   for (const std::uint32_t i : of) {
-    const auto key = grid.key(cloud.positions[i]);
+    const auto key = grid->key(cloud.positions[i]);
     if (!key) {
       found.push_back(i);
       continue;
     }
     cells.push_back({*key, 1});
-    const double larger = double{log_size(cloud, i)} - double{median};  // NaN: the finest grid
-    const double level = larger > 0 ? std::ceil(larger / std::log(1 << kFinerBits)) : 0;
+    const double larger =
+        double{log_size(cloud, i)} - double{grid->median};  // NaN: the finest grid
+    const double level = larger > 0 ? std::ceil(larger / std::log(1 << CellGrid::kFinerBits)) : 0;
     of_level[static_cast<std::size_t>(std::min(level, kLevels - 1.0))].push_back(i);
   }
   // From fine to coarse, find the Gaussians in cells with too few neighbours.
   for (int level = 0; level < kLevels; ++level) {
     if (level > 0)
-      for (Cell& each : cells) each.key = coarser(each.key);
+      for (Cell& each : cells) each.key = CellGrid::coarser(each.key);
     progress.update(static_cast<float>(level) / static_cast<float>(kLevels));
     cells = merged(std::move(cells));
     const Numbers& here = of_level[static_cast<std::size_t>(level)];
@@ -168,8 +105,8 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
     const auto lonely = lonely_cells(cells, static_cast<std::uint64_t>(fewest_neighbours));
     if (lonely.empty()) break;  // then no cell of a coarser grid is lonely
     for (const std::uint32_t i : here) {
-      std::uint64_t key = *grid.key(cloud.positions[i]);
-      for (int coarse = 0; coarse < level; ++coarse) key = coarser(key);
+      std::uint64_t key = *grid->key(cloud.positions[i]);
+      for (int coarse = 0; coarse < level; ++coarse) key = CellGrid::coarser(key);
       if (std::ranges::binary_search(lonely, key)) found.push_back(i);
     }
   }

@@ -37,17 +37,15 @@ struct Floaters {
   /// box that holds the middle 90 % of the centres per axis.
   float largest_size = 0.5f;
   /// Gaussians with fewer neighbours are removed. Neighbours are in the 27 cells around the centre.
-  /// The cells of a grid are kCellSigmas standard deviations of the median Gaussian long; larger
-  /// Gaussians use grids with cells 4, 16, ... times as long.
+  /// The cells of a CellGrid; larger Gaussians use grids with cells 4, 16, ... times as long.
   int fewest_neighbours = 8;
 
-  static constexpr float kCellSigmas = 4;
   bool operator==(const Floaters&) const = default;
 };
 
 /// The reason why a Gaussian is removed: the first that applies.
-enum class Removed : std::uint8_t { no, outside, faint, large, isolated };
-inline constexpr std::size_t kRemovedReasons = 5;
+enum class Removed : std::uint8_t { no, outside, faint, large, isolated, selected };
+inline constexpr std::size_t kRemovedReasons = 6;
 
 struct RemovalCounts {
   std::array<std::size_t, kRemovedReasons> counts{};  ///< index = Removed
@@ -59,6 +57,14 @@ struct RemovalCounts {
 
 struct Removal : RemovalCounts {
   std::vector<Removed> marks;  ///< per Gaussian
+
+  /// Marks a Gaussian that stays as selected by the user.
+  void select(std::size_t i) {
+    if (marks[i] != Removed::no) return;
+    marks[i] = Removed::selected;
+    --counts[static_cast<std::size_t>(Removed::no)];
+    ++counts[static_cast<std::size_t>(Removed::selected)];
+  }
 };
 
 /// Floaters are searched among the Gaussians in the box, and sizes and neighbours refer to those

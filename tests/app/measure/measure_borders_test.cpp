@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +22,9 @@
 #include "app/measure/shard.h"
 #include "app/measure/statistics.h"
 #include "base/error.h"
+#include "io/bytes/file_hash.h"
 #include "io/camera/cameras.h"
+#include "io/camera/lens_views.h"
 #include "support/error_of.h"
 #include "support/pool.h"
 #include "support/scenes.h"
@@ -400,6 +403,31 @@ TEST(ZoomPath, the_first_and_the_last_pixel_belong_to_the_picture) {
   }
   for (const glm::ivec2 pixel : {glm::ivec2(-1, 0), {0, -1}, {50, 0}, {0, 20}})
     EXPECT_FALSE(point(pixel.x, pixel.y));
+}
+
+TEST(ZoomPath, the_target_under_a_pixel_of_a_lens_is_what_the_lens_shows_there) {
+  Camera camera = look_at({1, 2, 3}, {2, 2.5, 7}, {0, -1, 0}, 1, 90, 60);
+  const glm::dmat3 world_from_view = glm::transpose(glm::dmat3(camera.view_from_world));
+  const auto found = [&](const LensView& lens, glm::ivec2 pixel, glm::dvec3 in_view) {
+    const glm::dvec3 at = camera.position() + world_from_view * in_view;
+    const auto renderer = make_renderer(Backend::cpu, test::pool());
+    renderer->upload(test::single_gaussian(glm::vec3(at), 0.2f, {1, 1, 1}, 8), {});
+    RenderSettings settings;
+    settings.lens = std::make_shared<const LensView>(lens);
+    const auto point = find_point(*renderer, camera, settings, pixel);
+    return point ? glm::length(*point - at) : 1e9;
+  };
+  for (const LensView& lens : {panorama_view(360), fisheye_view(220)}) {
+    for (const glm::ivec2 pixel : {glm::ivec2(45, 30), {60, 30}, {20, 45}, {44, 5}}) {
+      const auto ray = lens.sized({90, 60}).direction(pixel);
+      ASSERT_TRUE(ray);
+      EXPECT_LT(found(lens, pixel, 4.0 * glm::normalize(*ray)), 0.01) << lens.text << pixel.x;
+    }
+  }
+  EXPECT_GT(found(fisheye_view(220), {1, 1}, {0, 0, 4}), 1e8) << "outside of the circle";
+  // 60 px are 6 units.
+  const glm::dvec3 right_and_up((70 - 44.5) / 10, (20 - 29.5) / 10, 5);
+  EXPECT_LT(found(parallel_view(6), {70, 20}, right_and_up), 0.01);
 }
 
 TEST(ZoomPath, the_target_absorbs_the_second_half_of_the_light) {

@@ -7,11 +7,13 @@
 #include <limits>
 #include <random>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include "base/error.h"
+#include "io/picture/panorama_tag.h"
 #include "io/picture/picture_formats.h"
 #include "support/paths.h"
 #include "support/temporary_folder.h"
@@ -191,6 +193,41 @@ TEST_F(ImageFile, png_metadata_is_text_that_others_can_read) {
   EXPECT_THAT(content, HasSubstr(std::string("tEXtMode\0quadbox", 16)));
   EXPECT_THAT(content, HasSubstr(std::string("iTXtScene\0", 10)));
   EXPECT_THAT(content, HasSubstr("\u00fc.ply"));
+}
+
+TEST_F(ImageFile, a_panorama_is_named_as_one_in_png_and_jpeg) {
+  const struct {
+    int width, height;
+    double degrees;
+    const char *full, *left;
+  } cases[] = {{64, 32, 360, "64", "0"}, {32, 32, 180, "64", "16"}};
+  for (const auto& [width, height, degrees, full, left] : cases) {
+    const std::string xmp = panorama_xmp(width, height, degrees);
+    const Image image = random_image(width, height, 3);
+    write_image(image, folder_ / "plain.jpg");
+    for (const char* name : {"picture.png", "picture.jpg"}) {
+      write_image(image, folder_ / name, {{kXmpText, xmp}, {"Mode", "quadbox"}});
+      const std::string content = content_of(folder_ / name);
+      EXPECT_THAT(content, HasSubstr("GPano:ProjectionType=\"equirectangular\""));
+      EXPECT_THAT(content, HasSubstr(fmt::format("FullPanoWidthPixels=\"{}\"", full)));
+      EXPECT_THAT(content, HasSubstr(fmt::format("CroppedAreaImageWidthPixels=\"{}\"", width)));
+      EXPECT_THAT(content, HasSubstr(fmt::format("CroppedAreaLeftPixels=\"{}\"", left)));
+      EXPECT_EQ(read_image(folder_ / name).width, width);
+    }
+    EXPECT_EQ(read_image(folder_ / "picture.jpg").values, read_image(folder_ / "plain.jpg").values);
+    EXPECT_THAT(content_of(folder_ / "picture.png"),
+                HasSubstr(std::string("iTXtXML:com.adobe.xmp\0", 22)));
+    // Behind the segment of JFIF, with a length that ends where the next segment begins.
+    const std::string jpeg = content_of(folder_ / "picture.jpg");
+    const std::size_t at = jpeg.find("http://ns.adobe.com/xap/1.0/") - 4;
+    EXPECT_EQ(jpeg.substr(0, 4), "\xff\xd8\xff\xe0");
+    EXPECT_EQ(jpeg.substr(at, 2), "\xff\xe1");
+    const auto byte = [&](std::size_t i) {
+      return static_cast<std::size_t>(static_cast<unsigned char>(jpeg[i]));
+    };
+    EXPECT_EQ(at, 4 + 256 * byte(4) + byte(5));
+    EXPECT_EQ(jpeg[at + 2 + 256 * byte(at + 2) + byte(at + 3)], '\xff');
+  }
 }
 
 TEST_F(ImageFile, nan_is_written_as_black) {

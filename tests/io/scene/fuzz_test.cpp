@@ -58,7 +58,8 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "usd",          "zipped_ply",
                                           "exif",         "points3D_ply",
                                           "rad",          "hier",
-                                          "rad_levels",   "instances"};
+                                          "rad_levels",   "instances",
+                                          "edits"};
   EXPECT_EQ(names, expected);
 }
 

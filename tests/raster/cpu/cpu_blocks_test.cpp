@@ -118,21 +118,29 @@ TEST(BlockBounds, hold_every_member) {
   EXPECT_EQ(members, subject.cloud.size());
 }
 
-TEST(Frustum, misses_no_block_with_a_gaussian_that_some_mode_lists) {
+class FrustumOf : public testing::TestWithParam<Projection> {};
+
+INSTANTIATE_TEST_SUITE_P(Projections, FrustumOf,
+                         testing::Values(Projection::pinhole, Projection::face,
+                                         Projection::orthographic));
+
+TEST_P(FrustumOf, misses_no_block_with_a_gaussian_that_some_mode_lists) {
   GaussianCloud cloud = test::surrounding_cloud(20000, 0, 4);
   for (std::size_t i = 0; i < 5; ++i) cloud.log_scales[i * 3000] += 5.0f;
   Subject subject(std::move(cloud));
   const ActivatedCloud active = activate(subject.cloud, subject.pool);
+  std::ptrdiff_t all_missed = 0;
   for (const double fov : {0.05, 0.6, 2.5}) {
     for (int way = 0; way < 6; ++way) {
       for (const float scale : {0.1f, 1.0f, 20.0f}) {
         for (CullMode mode = 1; mode <= mode_count(); ++mode) {
-          const Camera camera = inside(way, fov);
+          const Camera camera = test::with_projection(inside(way, fov), GetParam(), 20);
           RenderSettings settings;
           settings.mode = mode;
           settings.splat_scale = scale;
           settings.dilation = way % 2 == 0 ? 0.3 : 0.01;
           const std::vector<bool> missed = subject.missed(camera, settings);
+          all_missed += std::count(missed.begin(), missed.end(), true);
           const cpu::FrameContext frame = subject.frame(camera, settings);
           cpu::Visible visible;
           cpu::preprocess(frame, active, visible);
@@ -147,6 +155,7 @@ TEST(Frustum, misses_no_block_with_a_gaussian_that_some_mode_lists) {
       }
     }
   }
+  EXPECT_GT(all_missed, 1000);
 }
 
 /// A thin Gaussian of 200 px standard deviation, beyond side 0..3 (left, right, top, bottom) of the

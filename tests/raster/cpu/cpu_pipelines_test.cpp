@@ -75,6 +75,24 @@ TEST_P(CpuPipeline, decide_and_draw_alike_in_every_mode) {
   }
 }
 
+TEST_P(CpuPipeline, decide_and_draw_alike_in_every_projection) {
+  for (const GaussianCloud& cloud :
+       {test::random_cloud(3000, 2, 66), test::surrounding_cloud(3000, 1, 67)}) {
+    const auto renderer = make_renderer(Backend::cpu, test::pool(2));
+    renderer->upload(cloud, {});
+    RenderSettings settings;
+    for (const Projection projection : test::kOtherProjections) {
+      for (const bool antialiased : {false, true}) {
+        settings.antialiased = antialiased;
+        Camera camera = test::with_projection(test::front_camera(161, 93), projection);
+        camera.center_px = {antialiased ? 150.0 : -20.0, 40.0};  // a face that was cut
+        for (settings.mode = 1; settings.mode <= mode_count(); ++settings.mode)
+          expect_equal(*renderer, camera, settings);
+      }
+    }
+  }
+}
+
 TEST_P(CpuPipeline, decide_and_draw_solid_styles_alike_in_every_mode) {
   for (const GaussianCloud& cloud :
        {test::random_cloud(3000, 0, 64), test::surrounding_cloud(3000, 0, 65)}) {

@@ -57,6 +57,33 @@ TEST_P(Cuda, decides_footprints_and_tile_lists_as_the_cpu_bit_for_bit) {
   }
 }
 
+TEST_P(Cuda, decides_faces_and_orthographic_views_as_the_cpu_bit_for_bit) {
+  for (const GaussianCloud& cloud :
+       {test::random_cloud(3000, 2, 48), test::surrounding_cloud(3000, 1, 49)}) {
+    const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+    for (RenderSettings settings : settings_to_try()) {
+      settings.occlusion = settings.antialiased.has_value();
+      for (const Projection projection : test::kOtherProjections) {
+        Camera camera = test::with_projection(test::front_camera(96, 64), projection);
+        camera.center_px.x = settings.occlusion ? 90 : -10;  // a face that was cut
+        for (settings.mode = 1; settings.mode <= culler_count(); ++settings.mode) {
+          SCOPED_TRACE(testing::Message()
+                       << mode_name(settings.mode) << " " << static_cast<int>(projection));
+          test::expect_equal_decisions(gpu->render(camera, settings, test::decisions()),
+                                       cpu->render(camera, settings, test::decisions()));
+          Outputs outputs;
+          outputs.depth = true;
+          const Frame a = cpu->render(camera, settings, outputs);
+          const Frame& b = gpu->render(camera, settings, outputs);
+          test::expect_same_image(b.color, a.color);
+          for (std::size_t i = 0; i < a.depth.median.size(); ++i)
+            ASSERT_NEAR(a.depth.expected[i], b.depth.expected[i], 1e-4f * a.depth.expected[i]);
+        }
+      }
+    }
+  }
+}
+
 TEST_P(Cuda, draws_the_image_of_the_cpu) {
   const GaussianCloud cloud = test::random_cloud(3000, 3, 42);
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);

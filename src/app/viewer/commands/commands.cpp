@@ -19,10 +19,12 @@
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/layout.h"
+#include "app/viewer/state/select_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "base/text.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
+#include "io/camera/lens_views.h"
 
 namespace qs {
 
@@ -111,6 +113,13 @@ void paste_camera(Viewer& v, Host& host) {
   set_camera(v, v.scene ? pasted.placed(v.scene->origin) : pasted);
 }
 
+void set_lens(Viewer& v, const std::shared_ptr<const LensView>& lens) {
+  v.settings.lens = lens;
+  if (lens && !lens->is_parallel() && (v.heatmap || v.shows_grid || v.panels.split))
+    notify(v, "heat maps, the split and all modes are drawn by a pinhole camera");
+  view_changed(v);
+}
+
 // Shows the pictures of all modes side by side, or the picture of one mode again.
 void toggle_grid(Viewer& v) {
   v.shows_grid = !v.shows_grid;
@@ -195,6 +204,17 @@ KeyCommand style_row(int key, const char* help, DrawStyle style) {
                             [style](const Viewer& v) { return v.settings.style == style; }));
 }
 
+// `view`: null for a pinhole camera.
+KeyCommand lens_row(int key, const char* help, std::shared_ptr<const LensView> view) {
+  return drawn_here(checked(row(key, kShift, Menu::lens, help, set_lens, view),
+                            [view](const Viewer& v) { return v.settings.lens == view; }));
+}
+
+// The height of an orthographic picture follows the camera, see shown_settings().
+std::shared_ptr<const LensView> shared(LensView view) {
+  return std::make_shared<const LensView>(std::move(view));
+}
+
 std::vector<KeyCommand> make_commands() {
   using enum Menu;
   std::vector<KeyCommand> rows = {
@@ -223,6 +243,17 @@ std::vector<KeyCommand> make_commands() {
       panel(GLFW_KEY_R, 0, edit, "Crop and clean", &Panels::crop),
       checked(row(GLFW_KEY_R, kShift, edit, "Apply or undo the crop", toggle_crop),
               [](const Viewer& v) { return v.crop.applied; }),
+      row(GLFW_KEY_B, kShift, edit, "Select with the next tool", next_tool),
+      row(GLFW_KEY_ESCAPE, 0, edit, "Leave the selecting tool", cancel_tool),
+      row(GLFW_KEY_A, kCtrl, edit, "Select all", select_by, SelectTool::all),
+      row(GLFW_KEY_A, kCtrl | kShift, edit, "Select nothing", select_by, SelectTool::none),
+      row(GLFW_KEY_I, kCtrl, edit, "Invert the selection", select_by, SelectTool::invert),
+      row(GLFW_KEY_PERIOD, kCtrl, edit, "Grow the selection", select_by, SelectTool::grow),
+      row(GLFW_KEY_COMMA, kCtrl, edit, "Shrink the selection", select_by, SelectTool::shrink),
+      row(GLFW_KEY_PERIOD, 0, edit, "Larger brush", scale_brush, 1.25f),
+      row(GLFW_KEY_COMMA, 0, edit, "Smaller brush", scale_brush, 0.8f),
+      row(GLFW_KEY_DELETE, 0, edit, "Remove the selected Gaussians", apply_crop),
+      row(GLFW_KEY_S, kCtrl, edit, "Save the edits", save_edits),
       panel(GLFW_KEY_M, 0, window, "Messages", &Panels::messages),
       panel(GLFW_KEY_T, 0, train, "Training", &Panels::training),
       row(GLFW_KEY_T, kShift, train, "Pause or resume training", toggle_training),
@@ -272,6 +303,11 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_K, 0, camera, "Set a keyframe", add_keyframe),
       row(GLFW_KEY_SPACE, 0, camera, "Play the path", toggle_playback),
       row(GLFW_KEY_K, kCtrl, camera, "Film of the path, or round the scene", film),
+
+      lens_row(GLFW_KEY_5, "Pinhole camera", nullptr),
+      lens_row(GLFW_KEY_6, "Panorama of 360 degrees", shared(panorama_view(360))),
+      lens_row(GLFW_KEY_7, "Fisheye of 180 degrees", shared(fisheye_view(180))),
+      lens_row(GLFW_KEY_8, "Orthographic", shared(parallel_view(1))),
 
       drawn_here(held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode)),
       row(GLFW_KEY_COMMA, kShift, mode, "Mode before in the list", step_mode, -1),

@@ -14,11 +14,11 @@
 
 namespace qs {
 
-enum class Menu { file, edit, view, camera, mode, measure, train, window, help, none };
+enum class Menu { file, edit, view, camera, lens, mode, measure, train, window, help, none };
 
 /// Index = Menu; `none` has no menu.
-inline constexpr const char* kMenuNames[] = {"File",    "Edit",  "View",   "Camera", "Mode",
-                                             "Measure", "Train", "Window", "Help"};
+inline constexpr const char* kMenuNames[] = {"File", "Edit",    "View",  "Camera", "Lens",
+                                             "Mode", "Measure", "Train", "Window", "Help"};
 
 struct KeyCommand {
   int key;   ///< GLFW_KEY_*

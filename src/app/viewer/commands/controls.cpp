@@ -18,9 +18,11 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/select_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "base/list_of.h"
@@ -494,8 +496,56 @@ Controls floater_controls(const char* name, bool Floaters::*is_on, const char* h
               number, [limit](CropWish & wish) -> auto& { return wish.floaters.*limit; }, shape))};
 }
 
+// ---- selecting ---------------------------------------------------------------------------------
+constexpr Part<Selecting> kSelecting = {
+    [](const Viewer& v) -> const Selecting& { return v.selecting; },
+    [](Viewer& v, const Selecting& selecting) { v.selecting = selecting; }};
+
+bool has_tool(const Viewer& v) { return v.selecting.tool.has_value(); }
+
+Controls select_controls() {
+  std::vector<std::string> tools = {"nothing: drags move the view"};
+  for (const SelectTool tool : kPictureTools)
+    tools.emplace_back(kSelectToolNames[static_cast<std::size_t>(tool)]);
+  const auto tool_now = [tools](const Viewer& v) {
+    const double at = v.selecting.tool
+                          ? 1.0 + static_cast<double>(index_in(kPictureTools, *v.selecting.tool))
+                          : 0;
+    return ControlNow{.value = at, .choices = tools};
+  };
+  const auto choose = [](Viewer& v, int chosen) {
+    action::choose_tool(v, chosen == 0 ? std::nullopt : std::optional(kPictureTools[chosen - 1]));
+  };
+  const auto by = [](const char* name, SelectTool tool, const char* help) {
+    return button_row(name, call(action::select_by, tool), help);
+  };
+  return {
+      value_row<int>("Select with", choice, tool_now, choose, "drag over the picture"),
+      only_if(has_tool, field_row(kSelecting, "selects", choice, &Selecting::kind,
+                                  {.choices = names_in(kSelectKindNames)},
+                                  "visible: at least this weight at a pixel; touching: any "
+                                  "weight; through: by the centre, hidden ones too")),
+      only_if(
+          [](const Viewer& v) { return has_tool(v) && v.selecting.kind == SelectKind::visible; },
+          field_row(kSelecting, "weight", number, &Selecting::weight, logarithmic(0.004, 1, 3),
+                    "alpha times the transmittance in front")),
+      only_if([](const Viewer& v) { return v.selecting.tool == SelectTool::brush; },
+              field_row(kSelecting, "brush", number, &Selecting::brush_px, logarithmic(1, 500, 0),
+                        "radius in pixels")),
+      by("All", SelectTool::all, "Select all Gaussians"),
+      by("Nothing", SelectTool::none, "Select no Gaussian"),
+      by("Invert", SelectTool::invert, "Select the other Gaussians"),
+      by("Grow", SelectTool::grow, "Adds the neighbours of the selection"),
+      by("Shrink", SelectTool::shrink, "Takes away the border of the selection"),
+      by("Same colour", SelectTool::flood, "Grows through Gaussians of the selection's colour"),
+      only_if(
+          [](const Viewer& v) { return !applied_wishes(v.crop).empty() || selection_of(v); },
+          button_row("Save the edits", call(action::save_edits), command_hint("Save the edits")))};
+}
+
 Controls crop_controls() {
   Controls rows = box_controls();
+  add(rows, select_controls());
   rows.push_back(field_row(kCrop, "Floaters", toggle, &CropWish::cleans));
   add(rows, floater_controls("faint", &Floaters::faint, "less opaque than this", "opacity",
                              &Floaters::least_opacity, logarithmic(0.004, 1, 3)));

@@ -11,6 +11,7 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/select_actions.h"
 
 namespace qs {
 namespace {
@@ -27,6 +28,13 @@ constexpr double kPadTurn = 2;      ///< radians per second
 Action unless_typing(Action action) {
   return [action = std::move(action)](Viewer& viewer, Host& host) {
     if (!viewer.has_dialog()) action(viewer, host);
+  };
+}
+
+// A click selects while a tool is chosen.
+Action unless_selecting(Action action) {
+  return [action = std::move(action)](Viewer& viewer, Host& host) {
+    if (!viewer.selecting.tool) action(viewer, host);
   };
 }
 
@@ -89,16 +97,19 @@ void Input::button(int button, bool down, bool captured, double now, Actions& ac
   if (!down) {
     if (button != dragged_) return;
     dragged_.reset();
-    if (button == GLFW_MOUSE_BUTTON_LEFT && glm::distance(cursor_, last_press_) < kClickPixels)
-      actions.push_back(call(action::inspect_pixel, picture_cursor()));
+    if (button != GLFW_MOUSE_BUTTON_LEFT) return;
+    actions.push_back(call(action::end_shape));
+    if (glm::distance(cursor_, last_press_) < kClickPixels)
+      actions.push_back(unless_selecting(call(action::inspect_pixel, picture_cursor())));
     return;
   }
   if (captured) return;
   dragged_ = button;
   if (button != GLFW_MOUSE_BUTTON_LEFT) return;
+  actions.push_back(call(action::begin_shape, picture_cursor(), select_how()));
   const bool twice = now - last_press_time_ < kDoubleClickSeconds &&
                      glm::distance(cursor_, last_press_) < kDoubleClickPixels;
-  if (twice) actions.push_back(call(action::pick_pivot, picture_cursor()));
+  if (twice) actions.push_back(unless_selecting(call(action::pick_pivot, picture_cursor())));
   last_press_time_ = twice ? -1e9 : now;
   last_press_ = cursor_;
 }
@@ -111,7 +122,24 @@ void Input::cursor(glm::dvec2 pixel, Navigation navigation, Actions& actions) {
                       : navigation == Navigation::fly      ? action::look
                       : dragged_ == GLFW_MOUSE_BUTTON_LEFT ? action::orbit
                                                            : action::pan;
-  actions.push_back(call(motion, by));
+  const auto turns = navigation == Navigation::fly ? action::look : action::orbit;
+  actions.push_back([=, drag = *dragged_, at = picture_cursor()](Viewer& v, Host&) {
+    if (!v.selecting.tool || drag == GLFW_MOUSE_BUTTON_MIDDLE) return motion(v, by);
+    // With a tool the left button draws, and the right button turns the view.
+    drag == GLFW_MOUSE_BUTTON_LEFT ? action::extend_shape(v, at) : turns(v, by);
+  });
+}
+
+SelectHow Input::select_how() const {
+  const auto is_held = [&](int left, int right) {
+    return held_.contains(left) || held_.contains(right);
+  };
+  const bool shift = is_held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT);
+  const bool control = is_held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL);
+  return shift && control ? SelectHow::common
+         : shift          ? SelectHow::add
+         : control        ? SelectHow::take_away
+                          : SelectHow::replace;
 }
 
 void Input::wheel(double notches, int mods, bool captured, Actions& actions) {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/viewer/state/action.h"
+#include "raster/select/edit_step.h"
 
 struct GLFWgamepadstate;
 
@@ -56,6 +57,7 @@ class Input {
  private:
   bool flies() const;
   bool is_pan() const;
+  SelectHow select_how() const;  // by the modifiers that are held
 
   std::set<int> held_;  // keys; buttons of the gamepad as -1 - GLFW_GAMEPAD_BUTTON_*
   int mods_ = 0;

@@ -21,8 +21,9 @@ struct Name {
 constexpr Name kModifiers[] = {
     {GLFW_MOD_CONTROL, "Ctrl+"}, {GLFW_MOD_ALT, "Alt+"}, {GLFW_MOD_SHIFT, "Shift+"}};
 constexpr Name kNamedKeys[] = {
-    {GLFW_KEY_TAB, "Tab"},     {GLFW_KEY_HOME, "Home"},     {GLFW_KEY_BACKSPACE, "Backspace"},
-    {GLFW_KEY_SPACE, "Space"}, {GLFW_KEY_ESCAPE, "Escape"}, {GLFW_KEY_ENTER, "Enter"}};
+    {GLFW_KEY_TAB, "Tab"},      {GLFW_KEY_HOME, "Home"},     {GLFW_KEY_BACKSPACE, "Backspace"},
+    {GLFW_KEY_SPACE, "Space"},  {GLFW_KEY_ESCAPE, "Escape"}, {GLFW_KEY_ENTER, "Enter"},
+    {GLFW_KEY_DELETE, "Delete"}};
 
 constexpr std::array kFlyKeys = {
     FlyKey{GLFW_KEY_W, {0, 0, 1}, "forward"}, FlyKey{GLFW_KEY_S, {0, 0, -1}, "back"},

@@ -48,13 +48,16 @@ Blocks crop_blocks(const Viewer& v) {
   block::Controls floaters =
       fields(kField, {"faint", "opacity", "large", "of the core", "isolated", "neighbours"});
   floaters.indented = true;
+  block::Controls selecting = fields(kField, {"Select with", "selects", "weight", "brush"});
   return {box,
           in_line({{"Fit"}, {"Show all"}}),
           fields(kField, {"Floaters"}),
           floaters,
+          selecting,
+          in_line({{"All"}, {"Nothing"}, {"Invert"}, {"Grow"}, {"Shrink"}, {"Same colour"}}),
           block::Text{crop_text(v)},
           fields(0, {"Tint what goes"}),
-          in_line({{"Apply"}, {"Undo"}, {"Save the cropped scene"}}),
+          in_line({{"Apply"}, {"Undo"}, {"Save the edits"}, {"Save the cropped scene"}}),
           block::Local::crop_file};
 }
 

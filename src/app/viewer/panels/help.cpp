@@ -88,12 +88,12 @@ void draw_columns(const HelpWidths& widths, float room) {
   ImGui::TableNextColumn();
   mouse_sections(widths);
   menu_sections({Menu::edit, Menu::train}, widths);
-  if (columns < 3) menu_sections({Menu::camera, Menu::mode}, widths);
+  if (columns < 3) menu_sections({Menu::camera, Menu::lens, Menu::mode}, widths);
   if (columns > 1) ImGui::TableNextColumn();
   menu_sections({Menu::file, Menu::view, Menu::measure, Menu::window, Menu::help}, widths);
   if (columns == 3) {
     ImGui::TableNextColumn();
-    menu_sections({Menu::camera, Menu::mode}, widths);
+    menu_sections({Menu::camera, Menu::lens, Menu::mode}, widths);
   }
   ImGui::EndTable();
 }

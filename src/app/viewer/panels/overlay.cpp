@@ -14,6 +14,7 @@
 #include "app/framing/camera_control.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
+#include "app/viewer/state/select_actions.h"
 
 namespace qs {
 namespace {
@@ -184,6 +185,10 @@ void draw_overlay(const Viewer& viewer, const PanelState& state, Floats& floats,
     draw_inspected(viewer, screen);
   if (viewer.panels.crop && viewer.crop.wish.boxed && !viewer.crop.applied)
     draw_crop_box(viewer, screen, actions);
+  for (const PictureLine& line : shape_lines(viewer))
+    for (const auto& [color, width] :
+         {std::pair(ImU32{IM_COL32(0, 0, 0, 160)}, 3.0f), std::pair(color_of(kVermillion), 1.5f)})
+      screen.draw.AddLine(screen.at(line.from), screen.at(line.to), color, width * screen.scale);
   if (verdict_is_current(viewer)) draw_verdict_marks(viewer, screen);
   if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer, screen);
   screen.draw.PopClipRect();

@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
+#include "app/viewer/render/host_frames.h"
 #include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
+#include "io/camera/lens_views.h"
 
 namespace qs {
 namespace {
@@ -50,7 +54,7 @@ bool may_occlude(const Viewer& viewer, const FrameRequest& request) {
 
 FrameRequest full_frame(const Viewer& viewer) {
   FrameRequest request{.camera = viewer.camera,
-                       .settings = viewer.settings,
+                       .settings = shown_settings(viewer),
                        .heatmap = viewer.heatmap,
                        .baseline = viewer.baseline,
                        .heat_maximum = viewer.heat_view.maximum,
@@ -59,7 +63,6 @@ FrameRequest full_frame(const Viewer& viewer) {
                        .version = viewer.version,
                        .view_version = viewer.view_version,
                        .picture = viewer.version - viewer.mode_changes};
-  request.settings.mode = viewer.mode();
   if (viewer.panels.split && !viewer.shows_grid) {
     request.beside = viewer.beside.has_value();
     request.other = request.beside ? viewer.variant() : viewer.split.other;
@@ -112,10 +115,14 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
                         has_old_scale(viewer) && !viewer.moving() && !render.busy();
   // For example because the table was opened.
   const Camera counted = counted_camera(viewer);
+  const bool sharpens = is_quick_ && !viewer.moving() && divisor == 1 && !render.busy();
   const bool uncounted = counts_are_missing(viewer) && (counted_version_ != viewer.view_version ||
                                                         counted_size_ != size_of(counted));
-  if (!are_up_to_date(viewer) || divisor < divisor_ || continuous || rescales || uncounted) {
+  if (!are_up_to_date(viewer) || divisor < divisor_ || continuous || rescales || sharpens ||
+      uncounted) {
     FrameRequest request = full_frame(viewer);
+    is_quick_ = has_faces(request.settings) && (viewer.moving() || divisor > 1);
+    if (is_quick_) request.settings.lens = quick(request.settings.lens);
     request.divisor = divisor;
     request.moving = viewer.moving();
     request.pairs = wants_pairs(viewer, request);
@@ -131,8 +138,19 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
   }
   const bool still = viewer.still() && !viewer.playback.running;
   if (still && numbers_are_wanted(viewer) && window_rests && !render.busy())
-    render.request(NumbersRequest{measured_camera(viewer), viewer.settings, viewer.view_version,
-                                  numbers_are_current(viewer)});
+    render.request(NumbersRequest{measured_camera(viewer), full_frame(viewer).settings,
+                                  viewer.view_version, numbers_are_current(viewer)});
+}
+
+// The same lens by few faces. One object per lens, because its map is kept for it.
+std::shared_ptr<const LensView> FrameRequests::quick(const std::shared_ptr<const LensView>& lens) {
+  if (lens_ != lens) {
+    LensView few = *lens;
+    few.faces = kFewFaces;
+    lens_ = lens;
+    quick_lens_ = std::make_shared<const LensView>(std::move(few));
+  }
+  return quick_lens_;
 }
 
 FrameCost cost_of(const ShownFrame& shown) {

@@ -10,7 +10,7 @@
 
 namespace qs {
 
-/// The view at full size.
+/// The view at full size, with shown_settings().
 FrameRequest full_frame(const Viewer& viewer);
 
 /// True if the table of modes is visible, is out of date and can be measured: the window draws on
@@ -67,9 +67,13 @@ class FrameRequests {
   int next_divisor(const Viewer& viewer) const;
   bool next_counts(const Viewer& viewer) const;
 
-  int version_ = -1, divisor_ = 1;  // the last request's
-  int counted_version_ = -1;        // Viewer::view_version of the last request that counts
-  glm::ivec2 counted_size_{0};      // of that view, pixels
+  std::shared_ptr<const LensView> quick(const std::shared_ptr<const LensView>& lens);
+
+  int version_ = -1, divisor_ = 1;                     // the last request's
+  bool is_quick_ = false;                              // it has few faces
+  std::shared_ptr<const LensView> lens_, quick_lens_;  // the last lens, with its and with few faces
+  int counted_version_ = -1;    // Viewer::view_version of the last request that counts
+  glm::ivec2 counted_size_{0};  // of that view, pixels
   Resolution resolution_;
   CountingPace counting_pace_;
 };

@@ -5,6 +5,7 @@
 #include "app/viewer/render/all_modes.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/samples.h"
+#include "io/camera/lens_views.h"
 
 namespace qs {
 namespace {
@@ -174,9 +175,13 @@ ShownFrame shown_of(const FrameRequest& request, const Frame& frame) {
   return shown;
 }
 
+bool has_faces(const RenderSettings& settings) {
+  return settings.lens && !settings.lens->is_parallel();
+}
+
 bool takes_one_frame(const FrameRequest& request) {
-  return !request.other && !request.grid && request.quantity == Quantity::color &&
-         request.heatmap != HeatQuantity::missed;
+  return !has_faces(request.settings) && !request.other && !request.grid &&
+         request.quantity == Quantity::color && request.heatmap != HeatQuantity::missed;
 }
 
 RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,

@@ -108,6 +108,7 @@ LoadedScene read_whole(const OpenRequest& request, int threads, ReadOptions opti
   options.sampling.take = [&](SceneSample sample) { early.begin(std::move(sample)); };
   ThreadPool pool(threads);
   Scene scene = read_scene(request.path, pool, options);
+  apply_edits(scene, request.edits, pool);
   const std::vector<Framing> framings = early.framings_of(scene);
   const std::size_t skipped = request.skip_huge ? drop_huge(scene) : 0;
   LoadedScene loaded;

@@ -14,6 +14,7 @@
 #include <string>
 #include <variant>
 
+#include "app/session/scene_edits.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/viewer.h"
 #include "io/scene/reader.h"
@@ -26,6 +27,7 @@ struct OpenRequest {
   int iteration = -1;                                      ///< ReadOptions::iteration
   std::optional<std::filesystem::path> cameras_file = {};  ///< unset: found beside the scene
   std::optional<glm::dvec3> up = {};                       ///< FrameOptions::up
+  EditOptions edits = {};                                  ///< FrameOptions::edits
   bool keep_background = false;                            ///< settings_for()
   bool skip_huge = false;                                  ///< FrameOptions::skip_huge
   bool beside = false;                                     ///< beside the scene in the window

@@ -91,6 +91,13 @@ std::shared_ptr<const Scene> after(const Scene& scene, const Removal& removal, b
   return result;
 }
 
+Removal removal_by(const GaussianCloud& cloud, const CropWish& wish) {
+  Removal removal = find_removal(cloud, wish.used_box(), wish.used_floaters());
+  if (wish.selected && wish.selected->size() == cloud.size())
+    wish.selected->for_each([&](std::size_t i) { removal.select(i); });
+  return removal;
+}
+
 // Replaces the scene of the session's renderer, or leaves everything as it is and throws.
 void show(RenderContext& context, const std::shared_ptr<const Scene>& scene) {
   Session& session = context.session;
@@ -109,8 +116,7 @@ std::shared_ptr<const Scene> rest_of(const RenderContext& context,
   if (context.cropped && context.cropped->done == done && context.cropped->base)
     return context.cropped->base;
   std::shared_ptr<const Scene> rest = whole;
-  for (const CropWish& wish : done)
-    rest = after(*rest, find_removal(rest->cloud, wish.used_box(), wish.used_floaters()), false);
+  for (const CropWish& wish : done) rest = after(*rest, removal_by(rest->cloud, wish), false);
   return rest;
 }
 
@@ -123,8 +129,7 @@ std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest
     return std::nullopt;
   }
   const std::shared_ptr<const Scene> base = rest_of(context, whole, request.done);
-  const Removal removal =
-      find_removal(base->cloud, request.wish.used_box(), request.wish.used_floaters());
+  const Removal removal = removal_by(base->cloud, request.wish);
   if (request.view == CropView::rest && removal.staying() == 0)
     fail("{}: {}", whole->path.string(), removal_text(removal, "would go"));
   if (removal.going() == 0 || request.view == CropView::counted) {

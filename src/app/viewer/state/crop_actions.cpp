@@ -48,7 +48,7 @@ CropBox first_box(const ViewedScene& scene, glm::dvec3 eye) {
 
 std::string crop_text(const Viewer& viewer) {
   const Crop& crop = viewer.crop;
-  if (!crop.wish.removes()) return "Choose a box, floaters or both.";
+  if (!crop.wish.removes()) return "Choose a box or floaters, or select Gaussians.";
   if (!crop.counts || crop.asked.wish != crop.wish) return crop.busy ? "counting" : "not counted";
   return removal_text(*crop.counts, crop.applied ? "removed" : "would go");
 }
@@ -143,6 +143,7 @@ void action::choose_crop(Viewer& v, const std::string& words) {
     wish.cleans = true;
   } else if (words == "nothing") {
     v.crop.applied = wish.boxed = wish.cleans = false;
+    wish.selected = nullptr;
     v.crop.done.clear();
   } else {
     wish.boxed = true;
@@ -181,7 +182,7 @@ void action::apply_crop(Viewer& v) {
   if (is_training(v)) return notify(v, "the model is being trained: stop that run before cropping");
   if (!crop.wish.removes()) {
     v.panels.crop = true;
-    return notify(v, "choose a box or floaters first");
+    return notify(v, "choose a box or floaters, or select Gaussians first");
   }
   if (crop.counts && crop.asked.wish == crop.wish) {
     if (crop.counts->going() == 0) return notify(v, "nothing would go");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/state/kept_work.h"
 
+#include <algorithm>
 #include <sstream>
 #include <tuple>
 
@@ -34,7 +35,8 @@ auto values_of(auto& crop) {
 std::string format_crops(const std::vector<CropWish>& crops) {
   std::string text;
   const auto add = [&](const auto&... value) { ((text += fmt::format("{} ", +value)), ...); };
-  for (const CropWish& crop : crops) std::apply(add, values_of(crop));
+  for (const CropWish& crop : crops)
+    if (crop.boxed || crop.cleans) std::apply(add, values_of(crop));
   return text;
 }
 
@@ -62,6 +64,10 @@ std::vector<CropWish> applied_wishes(const Crop& crop) {
 std::string unsaved_text(const Viewer& v, const std::filesystem::path& opens) {
   std::vector<std::string> parts;
   if (v.scene && !v.keeps_work) parts = work_of(v);
+  const std::vector<CropWish> crops = applied_wishes(v.crop);
+  if (v.scene && v.keeps_work && !v.selecting.saved &&
+      std::ranges::any_of(crops, [](const CropWish& crop) { return crop.selected != nullptr; }))
+    parts.emplace_back("Gaussians that were selected and removed (Ctrl+S saves them)");
   if (opens.empty() && !v.unsaved_results.empty()) parts.push_back("a " + v.unsaved_results);
   if (v.zoom.running) parts.emplace_back("a zoom that is being recorded");
   if (is_filming(v))
@@ -79,12 +85,14 @@ void keep_work(Viewer& v) {
   if (!v.keyframes.empty()) v.kept_paths[name] = format_camera_path(v.keyframes);
   const std::vector<CropWish> crops = applied_wishes(v.crop);
   // The visitors of a page share the crop.
-  if (!crops.empty() && !v.is_remote) v.kept_crops[name] = format_crops(crops);
+  if (const std::string text = format_crops(crops); !text.empty() && !v.is_remote)
+    v.kept_crops[name] = text;
 }
 
 void restore_work(Viewer& v, bool another) {
   const std::string name = work_name(*v.scene);
   v.crop = {};
+  v.selecting = {};
   if (another) v.keyframes.clear(), v.keyframe_history = {};
   try {
     if (const auto kept = v.kept_paths.find(name); another && kept != v.kept_paths.end())

@@ -2,9 +2,11 @@
 #include "app/viewer/state/panel_text.h"
 
 #include <algorithm>
+#include <memory>
 #include <vector>
 
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
 #include "app/framing/camera_control.h"
@@ -13,6 +15,7 @@
 #include "app/measure/scene_facts.h"
 #include "app/viewer/state/samples.h"
 #include "base/text.h"
+#include "io/camera/lens_views.h"
 
 namespace qs {
 namespace {
@@ -44,11 +47,25 @@ std::string scene_summary(const Viewer& viewer) {
       kBackendNames[static_cast<int>(viewer.backend)], viewer.camera.width, viewer.camera.height);
 }
 
+RenderSettings shown_settings(const Viewer& viewer) {
+  RenderSettings settings = viewer.settings;
+  settings.mode = viewer.mode();
+  const bool has_maps = viewer.heatmap || viewer.panels.split || viewer.shows_grid;
+  if (settings.lens && settings.lens->is_parallel()) {
+    const double distance = glm::length(viewer.pivot - viewer.camera.position());
+    settings.lens = std::make_shared<const LensView>(
+        parallel_view(viewer.camera.height * distance / viewer.camera.focal_px.y));
+  } else if (has_maps) {
+    settings.lens.reset();
+  }
+  return settings;
+}
+
 Alterations alterations_of(const Viewer& viewer) {
   if (!viewer.scene) return {};
   const ViewedScene& scene = *viewer.scene;
   return alterations_of(
-      viewer.settings,
+      shown_settings(viewer),
       {scene.sh_degree, scene.antialiased, scene.white_background,
        scene.axes.empty() ? scene.declared_axes : scene.axes, scene.declared_axes, scene.edits});
 }

@@ -26,6 +26,10 @@ struct Fact {
 /// "garden   500 Gaussians   cpu   640 x 480": the right end of the menu bar.
 std::string scene_summary(const Viewer& viewer);
 
+/// The settings of the window's picture. A picture with maps of tiles, or of several frames, has no
+/// lens of faces; an orthographic picture is as high as the view at the pivot.
+RenderSettings shown_settings(const Viewer& viewer);
+
 /// The alterations of the scene in the window, of which its pictures and numbers are. Empty without
 /// a scene.
 Alterations alterations_of(const Viewer& viewer);

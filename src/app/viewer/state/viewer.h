@@ -32,6 +32,7 @@
 #include "io/cloud/edits.h"
 #include "raster/api/renderer.h"
 #include "raster/scene/removal.h"
+#include "raster/select/edit_step.h"
 
 namespace qs {
 
@@ -42,8 +43,10 @@ struct CropWish {
   bool boxed = false, cleans = false;
   CropBox box;
   Floaters floaters;
+  /// Gaussians that the user selected, of the scene after the crops before; null: none.
+  std::shared_ptr<const GaussianSet> selected = {};
 
-  bool removes() const { return boxed || cleans; }
+  bool removes() const { return boxed || cleans || selected; }
   std::optional<CropBox> used_box() const { return boxed ? std::optional(box) : std::nullopt; }
   std::optional<Floaters> used_floaters() const {
     return cleans ? std::optional(floaters) : std::nullopt;
@@ -72,6 +75,23 @@ struct Crop {
   bool busy = false;                ///< the render thread has not answered it yet
   std::optional<RemovalCounts> counts;  ///< of `asked`; unset for CropView::whole
 };
+
+/// Selecting Gaussians with a tool in the picture.
+struct Selecting {
+  std::optional<SelectTool> tool;  ///< one of kPictureTools; unset: drags move the camera
+  SelectKind kind = SelectKind::visible;
+  float weight = kSelectWeight;        ///< SelectStep::weight
+  float brush_px = 30;                 ///< radius
+  float tolerance = 10;                ///< of flood
+  std::vector<glm::dvec2> drawn = {};  ///< pixels of the shape that is being drawn
+  SelectHow how = SelectHow::replace;  ///< of that shape
+  bool busy = false;                   ///< the render thread selects
+  bool saved = true;                   ///< the removed Gaussians are in a file of edits
+};
+
+/// The tools that a drag draws.
+inline constexpr SelectTool kPictureTools[] = {SelectTool::rectangle, SelectTool::lasso,
+                                               SelectTool::brush};
 
 enum class Navigation { orbit, fly };
 
@@ -492,6 +512,7 @@ struct Viewer : Turn {
   std::optional<RemoteRun> remote;   ///< the window shows a training in another program: there is
                                      ///< no scene to draw, measure or save here
   Crop crop;
+  Selecting selecting;
   std::vector<Keyframe> keyframes;
   KeyframeHistory keyframe_history;  ///< of this scene
   bool loops_path = false;           ///< after the last keyframe the path returns to the first

@@ -39,8 +39,10 @@ bool project_reference(const FrameContext& frame, const View<double>& view, cons
   const GaussianCloud& cloud = frame.cloud;
   // Project the mean and the covariance.
   const glm::dvec3 position(cloud.positions[i]);
-  const glm::dvec3 point = to_view(view, position);
-  if (!(point.z > view.near_depth)) return false;
+  const glm::dvec3 in_view = to_view(view, position);
+  splat.depth = depth_of(view, in_view);
+  if (!(splat.depth > view.near_depth)) return false;
+  const glm::dvec3 point = projected_point(view, in_view);
   Covariance2<double> covariance = project_covariance(view, point, world_covariance(cloud, i));
   const DrawnShape shape = drawn_shape(frame.settings);
   const double scale2 = shape.splat_scale * shape.splat_scale;
@@ -77,8 +79,7 @@ bool project_reference(const FrameContext& frame, const View<double>& view, cons
       cloud.sh.data() + i * static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
   splat.color = sh_color<double>(frame.sh_degree(), glm::normalize(position - view.position),
                                  [sh](int k) { return glm::dvec3(sh[k]); });
-  splat.depth = point.z;
-  splat.depth_bits = std::bit_cast<std::uint32_t>(static_cast<float>(point.z));
+  splat.depth_bits = std::bit_cast<std::uint32_t>(static_cast<float>(splat.depth));
   splat.gaussian = static_cast<std::uint32_t>(i);
   return true;
 }

@@ -42,9 +42,9 @@ HWY_INLINE V clamp(D d, V value, float limit) {
   return hn::IfThenElse(hn::Lt(value, low), low, hn::IfThenElse(hn::Gt(value, high), high, value));
 }
 
-/// The depth of a point in view axes and its slopes x/z and y/z, per lane.
+/// A point in view axes, per lane: depth_of(), and projected_point() with its slopes x/z and y/z.
 struct PointLanes {
-  V z, slope_x, slope_y;
+  V depth, z, slope_x, slope_y;
 };
 
 /// Covariance on the image, per lane.
@@ -97,7 +97,7 @@ struct Projector {
   View<float> view;  // a copy: stores cannot change it
   FootprintRules rules;
 
-  /// to_view()
+  /// to_view(), depth_of(), projected_point()
   HWY_INLINE PointLanes point(const Block& block, std::size_t i, M& keep) const {
     const auto& m = view.view_from_world;
     const V wx = hn::Load(d, block.x + i), wy = hn::Load(d, block.y + i),
@@ -106,9 +106,14 @@ struct Projector {
       return hn::Add(dot(hn::Set(d, m[0][r]), hn::Set(d, m[1][r]), hn::Set(d, m[2][r]), wx, wy, wz),
                      hn::Set(d, m[3][r]));
     };
-    const V z = row(2);
-    keep = hn::Gt(z, hn::Set(d, view.near_depth));
-    return {z, hn::Div(row(0), z), hn::Div(row(1), z)};
+    const V x = row(0), y = row(1), ahead = row(2);
+    const V z = view.projection == Projection::orthographic ? hn::Set(d, 1.0f) : ahead;
+    V depth = ahead;
+    if (view.projection == Projection::face)
+      depth = hn::IfThenElse(hn::Gt(ahead, hn::Zero(d)), hn::Sqrt(dot(x, y, ahead, x, y, ahead)),
+                             ahead);
+    keep = hn::Gt(depth, hn::Set(d, view.near_depth));
+    return {depth, z, hn::Div(x, z), hn::Div(y, z)};
   }
 
   /// project_covariance()
@@ -211,7 +216,7 @@ void project_block(const View<float>& view, const FootprintRules& rules, TileGri
 
     const Packer pack{d, keep, count};
     pack_footprint(pack, footprint, out);
-    pack(point.z, out.depth);
+    pack(point.depth, out.depth);
     pack(hn::Sub(log2_255_opacity, hn::Set(d, kLog2Of255)), out.log2_opacity);
     const auto lanes = hn::Iota(du, static_cast<std::uint32_t>(i));
     hn::StoreU(hn::Compress(lanes, hn::RebindMask(du, keep)), du, out.lane + count);

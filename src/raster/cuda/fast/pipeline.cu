@@ -155,7 +155,8 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
   size.grid = frame.grid;
   size.width = frame.camera.width;
   size.height = frame.camera.height;
-  const bool may_occlude = frame.settings.occlusion && allows_occlusion(outputs);
+  const bool may_occlude = frame.settings.occlusion && allows_occlusion(outputs) &&
+                           frame.camera.projection == Projection::pinhole;
   size.slabs = may_occlude ? slabs_ : 1;
   for (;;) {
     scratch_.reserve(size);

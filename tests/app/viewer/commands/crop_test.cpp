@@ -97,7 +97,7 @@ TEST(Crop, the_first_box_is_around_the_core_and_is_counted_while_the_panel_is_op
   DrivenScene driven(1);
   driven.press("R");
   EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
-  EXPECT_EQ(crop_text(driven.viewer), "Choose a box, floaters or both.");
+  EXPECT_EQ(crop_text(driven.viewer), "Choose a box or floaters, or select Gaussians.");
   CropWish wish;
   wish.boxed = true;
   driven.apply(change_crop, wish);

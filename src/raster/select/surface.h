@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+//
+// The point of the surface that a pixel shows, with its uncertainty, and distances between such
+// points. A Gaussian stops a ray at the place where it is densest on it. Its centre would be off by
+// several of its standard deviations on a surface that is seen at an angle.
+#pragma once
+
+#include <optional>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/api/renderer.h"
+
+namespace qs {
+
+/// Lengths are in world units.
+struct SurfacePoint {
+  glm::dvec3 position{0.0};   ///< counts from the cloud's origin
+  glm::dvec3 direction{0.0};  ///< of the ray from the eye, a unit vector
+  double distance = 0;        ///< from the eye
+  /// Standard deviation along the ray: of the Gaussian that stops the half, and half of the
+  /// distance between the places where 1/4 and 3/4 of the light are stopped (the last Gaussian, if
+  /// less are).
+  double along = 0;
+  double across = 0;  ///< standard deviation of a place in a pixel
+
+  /// True if the surface is too soft for a distance.
+  bool is_soft() const { return along > 0.05 * distance; }
+};
+
+/// A Gaussian on a ray: the distance at which it is densest, not below 0, and the standard
+/// deviation of its density there, world units.
+struct OnRay {
+  double at = 0, sigma = 0;
+};
+/// `direction`: a unit vector; the eye counts as the cloud's positions do.
+OnRay on_ray(const GaussianCloud& cloud, std::size_t i, glm::dvec3 eye, glm::dvec3 direction);
+
+/// The point where half of the light of a pixel is stopped. Empty if less is stopped, or if the
+/// pixel is outside of the picture. `frame`: of this cloud and camera, with a trace.
+std::optional<SurfacePoint> surface_at(const Frame& frame, const GaussianCloud& cloud,
+                                       const Camera& camera, glm::ivec2 pixel);
+
+struct MeasuredLength {
+  double length = 0, error = 0;  ///< error: from both points' uncertainties
+};
+MeasuredLength length_between(const SurfacePoint& a, const SurfacePoint& b);
+
+}  // namespace qs

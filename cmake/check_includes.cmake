@@ -64,7 +64,7 @@ room(learn/diff/cuda learn/diff learn/gradient raster/cuda/common raster/kernel/
 room(learn/step/cpu learn/diff/cpu learn/step learn/field learn/gradient raster/scene raster/kernel base)
 room(learn/diff/cpu learn/diff learn/gradient raster/cpu/common raster/kernel/cull raster/scene raster/kernel base)
 room(learn/diff learn/gradient raster/kernel/cull raster/scene raster/kernel base)
-room(learn/lod io/scene io/scene/rad io/scene/ply io/cloud io/bytes raster/pages raster/scene raster/kernel base)
+room(learn/lod io/scene io/scene/rad io/scene/sog io/scene/ply io/cloud io/bytes raster/pages raster/scene raster/kernel base)
 room(learn/lpips io/tensor raster/api raster/scene base)
 room(learn/run learn/step learn/field learn/gradient io/camera io/scene io/scene/compact io/picture io/bytes
      raster/field raster/api raster/kernel/cull raster/scene raster/kernel options base)

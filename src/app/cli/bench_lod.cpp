@@ -23,6 +23,7 @@
 #include "io/bytes/mapped_file.h"
 #include "io/bytes/replace_file.h"
 #include "learn/lod/cut.h"
+#include "learn/lod/error_cloud.h"
 #include "raster/scene/cloud_order.h"
 #include "raster/scene/image_metrics.h"
 #include "raster/scene/place.h"
@@ -32,7 +33,7 @@ namespace {
 
 const std::string kCsvHeader =
     "scene,camera,distance,share_of,budget_percent,method,gaussians,width,height,psnr,ssim,flip,"
-    "worst_block_psnr,ms";
+    "worst_block_psnr,ms,error_rank_correlation,error_ratio";
 
 struct Distance {
   const char* name;
@@ -52,6 +53,12 @@ struct LodMethod {
   std::shared_ptr<const GaussianCloud> level = {};
 };
 
+// A cut as it is drawn, or a level. `cut` has the nodes of a tree with errors.
+struct LodLevel {
+  std::shared_ptr<const GaussianCloud> drawn;
+  std::vector<std::uint32_t> cut = {};
+};
+
 struct LodView {
   Shot shot;
   double depth = 0;    // median in the picture's centre
@@ -67,15 +74,18 @@ struct LodCell {
   std::vector<PictureQuality> views;
   double worst_block = std::numeric_limits<double>::infinity();  // dB
   double gaussians = 0, ms = 0;                                  // sums
+  std::vector<double> correlations;                              // of estimated and measured errors
 
   std::string text() const {
-    if (views.empty()) return " - | - | - | - | - | - |";
+    if (views.empty()) return " - | - | - | - | - | - | - |";
     const PictureQuality mean = mean_quality(views);
     const auto count = static_cast<double>(views.size());
-    return fmt::format(" {} | {} | {:.4f} | {:.4f} | {} | {:.1f} |",
-                       grouped(static_cast<std::uint64_t>(std::llround(gaussians / count))),
-                       decibels(mean.psnr), mean.ssim, mean.flip, decibels(worst_block),
-                       ms / count);
+    return fmt::format(
+        " {} | {} | {:.4f} | {:.4f} | {} | {} | {:.1f} |",
+        grouped(static_cast<std::uint64_t>(std::llround(gaussians / count))), decibels(mean.psnr),
+        mean.ssim, mean.flip, decibels(worst_block),
+        correlations.empty() ? "-" : fmt::format("{:.2f}", summarise(correlations).mean),
+        ms / count);
   }
 };
 
@@ -184,8 +194,8 @@ class LodRun {
       const LodMethod& method = methods_[i];
       if (method.level) {
         const auto size = static_cast<double>(method.level->size());
-        draw({distance_, 100 * size / static_cast<double>(leaves().size()), i}, false, method.level,
-             views_);
+        draw({distance_, 100 * size / static_cast<double>(leaves().size()), i}, false,
+             {method.level}, views_);
         continue;
       }
       for (const double budget : bench_.budgets) {
@@ -223,33 +233,48 @@ class LodRun {
   }
 
   // `view`: the budget is a share of the leaves that it shows; null: of all leaves.
-  std::shared_ptr<const GaussianCloud> level_of(const LodMethod& method, double budget,
-                                                std::span<const Camera> cameras,
-                                                const LodView* view) const {
+  LodLevel level_of(const LodMethod& method, double budget, std::span<const Camera> cameras,
+                    const LodView* view) const {
     const std::size_t all = view ? view->leaves.size() : leaves().size();
     const auto share =
         static_cast<std::size_t>(std::llround(static_cast<double>(all) * budget / 100));
     const std::size_t count = std::clamp<std::size_t>(share, 1, all);
+    const auto level = [](GaussianCloud cloud, std::vector<std::uint32_t> cut = {}) {
+      return LodLevel{std::make_shared<const GaussianCloud>(std::move(cloud)), std::move(cut)};
+    };
     if (!method.tree)
-      return std::make_shared<const GaussianCloud>(
-          uniform_sample(view ? select(leaves(), view->leaves) : leaves(), count));
+      return level(uniform_sample(view ? select(leaves(), view->leaves) : leaves(), count));
     const auto counts = view ? view->nodes.at(method.tree) : std::vector<bool>();
     if (method.errors) {
       const GaussianCloud& nodes = *method.tree->nodes;
       const LodGains gains = gains_in(*method.errors, nodes, cameras, kOutside);
       const std::vector<double> by_gain(gains.gains.begin(), gains.gains.end());
       const auto cut = cut_of(*method.tree, by_gain, count, counts);
-      return std::make_shared<const GaussianCloud>(cut_cloud(*method.errors, nodes, cut, gains));
+      return level(cut_cloud(*method.errors, nodes, cut, gains), cut);
     }
     const std::vector<double> errors =
         method.by_distance ? pixel_sizes(*method.tree, cameras) : method.tree->order;
-    return std::make_shared<const GaussianCloud>(
-        select(*method.tree->nodes, cut_of(*method.tree, errors, count, counts)));
+    return level(select(*method.tree->nodes, cut_of(*method.tree, errors, count, counts)));
   }
 
-  void draw(const Key& key, bool in_view, const std::shared_ptr<const GaussianCloud>& level,
-            std::span<const LodView> views) {
-    session_.renderer->upload(level, {});
+  // Pictures of the roots of the estimated squared errors, by view; none for trees without errors.
+  std::vector<Image> estimates(const LodMethod& method, const LodLevel& level,
+                               std::span<const LodView> views) {
+    std::vector<Image> roots;
+    RenderSettings settings = session_.settings;
+    settings.background = {};
+    for (std::size_t i = 0; i < views.size() && method.errors; ++i) {
+      const Camera& camera = views[i].camera;
+      session_.renderer->upload(error_cloud(*method.errors, level.cut, *level.drawn, camera), {});
+      roots.push_back(session_.renderer->render(camera, settings).color);
+      for (float& value : roots[i].values) value = std::sqrt(value / 3);
+    }
+    return roots;
+  }
+
+  void draw(const Key& key, bool in_view, const LodLevel& level, std::span<const LodView> views) {
+    const std::vector<Image> estimated = estimates(methods_[std::get<2>(key)], level, views);
+    session_.renderer->upload(level.drawn, {});
     for (const LodView& view : views) {
       std::vector<double> times;
       Image image;
@@ -266,22 +291,37 @@ class LodRun {
       LodCell& cell = cells_[key][in_view ? 1 : 0];
       cell.views.push_back(q);
       cell.worst_block = std::min(cell.worst_block, worst);
-      cell.gaussians += static_cast<double>(level->size());
+      cell.gaussians += static_cast<double>(level.drawn->size());
       cell.ms += ms;
-      csv_ += fmt::format("{},{},{},{},{:.4g},{},{},{},{},{:.4f},{:.6f},{:.6f},{:.4f},{:.3f}",
+      std::string comparison = ",";
+      if (!estimated.empty()) {
+        const Image& roots = estimated[static_cast<std::size_t>(&view - views.data())];
+        std::vector<double> guess = block_errors(roots, Image(q.width, q.height, 3)),
+                            error = block_errors(pair.truth, pair.judged);
+        for (std::size_t i = error.size(); i-- > 0;)  // blocks that are equal do not count
+          if (error[i] == 0)
+            for (auto* list : {&guess, &error})
+              list->erase(list->begin() + static_cast<std::ptrdiff_t>(i));
+        if (const auto correlation = rank_correlation(guess, error)) {
+          cell.correlations.push_back(*correlation);
+          comparison = fmt::format("{:.4f},{:.4f}", *correlation,
+                                   summarise(guess).mean / summarise(error).mean);
+        }
+      }
+      csv_ += fmt::format("{},{},{},{},{:.4g},{},{},{},{},{:.4f},{:.6f},{:.6f},{:.4f},{:.3f},{}",
                           csv_field(scene_), csv_field(name), kDistances[distance_].name,
                           in_view ? "in view" : "all", std::get<double>(key),
-                          csv_field(methods_[std::get<2>(key)].name), level->size(), q.width,
-                          q.height, q.psnr, q.ssim, q.flip, worst, ms);
+                          csv_field(methods_[std::get<2>(key)].name), level.drawn->size(), q.width,
+                          q.height, q.psnr, q.ssim, q.flip, worst, ms, comparison);
       csv_ += altered_.empty() ? "\n" : "," + csv_field(altered_) + "\n";
     }
   }
 
   std::string table() const {
     std::string text =
-        "| distance | budget | method | Gaussians | PSNR dB | SSIM | FLIP | worst block dB | ms | "
-        "in view: Gaussians | PSNR dB | SSIM | FLIP | worst block dB | ms |\n"
-        "|---|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n";
+        "| distance | budget | method | Gaussians | PSNR dB | SSIM | FLIP | worst block dB | rank "
+        "| ms | in view: Gaussians | PSNR dB | SSIM | FLIP | worst block dB | rank | ms |\n"
+        "|---|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n";
     for (const auto& [key, cells] : cells_) {
       const auto& [distance, budget, method] = key;
       text += fmt::format("| {} | {:.3g} % | {} |{}{}\n", kDistances[distance].name, budget,

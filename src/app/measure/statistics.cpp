@@ -72,6 +72,25 @@ Summary summarise(std::span<const double> values) {
   return summary;
 }
 
+std::optional<double> rank_correlation(std::span<const double> a, std::span<const double> b) {
+  // Twice the distance of each rank from the mean rank.
+  const auto ranks = [](std::span<const double> values) {
+    std::vector<double> sorted(values.begin(), values.end()), result;
+    std::ranges::sort(sorted);
+    for (const double value : values) {
+      const auto [first, last] = std::ranges::equal_range(sorted, value);
+      result.push_back(static_cast<double>((first - sorted.begin()) - (sorted.end() - last)));
+    }
+    return result;
+  };
+  const std::vector<double> x = ranks(a), y = ranks(b);
+  const auto product = [](const std::vector<double>& v, const std::vector<double>& w) {
+    return std::inner_product(v.begin(), v.end(), w.begin(), 0.0);
+  };
+  const double squares = product(x, x) * product(y, y);
+  return squares > 0 ? std::optional(product(x, y) / std::sqrt(squares)) : std::nullopt;
+}
+
 std::optional<double> quartile_spread(std::span<const double> values) {
   if (values.size() < 2) return std::nullopt;
   return (percentile(values, 0.75) - percentile(values, 0.25)) / 2;

@@ -30,6 +30,10 @@ inline double median(std::span<const double> values) { return percentile(values,
 /// `values` are in the order of measurement.
 Summary summarise(std::span<const double> values);
 
+/// Spearman's rank correlation of two lists of one length, -1..1; equal values share their mean
+/// rank. Unset if all values of a list are equal.
+std::optional<double> rank_correlation(std::span<const double> a, std::span<const double> b);
+
 /// Half of the distance between the quartiles; unset for fewer than two values.
 std::optional<double> quartile_spread(std::span<const double> values);
 

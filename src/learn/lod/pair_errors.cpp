@@ -130,9 +130,9 @@ void errors(const float* const* first, const float* const* second, std::size_t c
   constexpr float kPi = std::numbers::pi_v<float>;
   for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
     const Node a = load(first, i), b = load(second, i);
-    // Weight of the opacity among the colours: black Gaussians hide other ones too. The mean
-    // square over grey backgrounds would be 0.25; 0.1 gives better pictures.
-    F aa(0.1f), bb(0.1f), ab(0.1f);
+    // Weight of the opacity among the colours, the mean square over grey backgrounds: black
+    // Gaussians hide other ones too.
+    F aa(0.25f), bb(0.25f), ab(0.25f);
     for (std::size_t k = 12; k < LodPlanes::kPlanes; ++k) {
       const F ca = hn::LoadU(d, first[k] + i), cb = hn::LoadU(d, second[k] + i);
       aa = aa + ca * ca;
@@ -159,11 +159,15 @@ void errors(const float* const* first, const float* const* second, std::size_t c
     const F fitted = filter.antialiased ? F(0) : v;
     const Shown shown[3] = {drawn(a, fitted), drawn(b, fitted), drawn(node, fitted)};
     const F place[3][3] = {{a.x, a.y, a.z}, {b.x, b.y, b.z}, {node.x, node.y, node.z}};
+    // One of the pair hides a part of its partner. The light that is hidden is the product of
+    // both, a fourth Gaussian, in the mean of their colours, because either may be in front.
+    const F am = F(0.5f) * (aa + ab), bm = F(0.5f) * (ab + bb), mm = F(0.5f) * (am + bm),
+            mn = F(0.5f) * (an + bn);
     F sum(0.0f);
     for (int axis = 0; axis < 3; ++axis) {
       const int x = axis == 0 ? 1 : 0, y = axis == 2 ? 1 : 2;
-      Flat flat[3];
-      F roots[3], light[3];
+      Flat flat[4];
+      F roots[4], light[4], px[4], py[4];
       for (int k = 0; k < 3; ++k) {
         const Cov& c = shown[k].covariance;
         const Flat sharp = axis == 0   ? Flat{c.yy, c.yz, c.zz}
@@ -173,16 +177,34 @@ void errors(const float* const* first, const float* const* second, std::size_t c
         roots[k] = root(flat[k].determinant());
         light[k] = shown[k].opacity;
         if (filter.antialiased) light[k] = light[k] * root(sharp.determinant()) / roots[k];
+        px[k] = place[k][x];
+        py[k] = place[k][y];
       }
-      const auto both = [&](int j, int k) {
+      // The product: u = both^-1 (a - b), w = both^-1 times the second covariance.
+      const Flat both{flat[0].xx + flat[1].xx, flat[0].xy + flat[1].xy, flat[0].yy + flat[1].yy};
+      const F inverse = F(1) / both.determinant(), ex = px[0] - px[1], ey = py[0] - py[1];
+      const F ux = inverse * (both.yy * ex - both.xy * ey),
+              uy = inverse * (both.xx * ey - both.xy * ex);
+      const F wxx = inverse * (both.yy * flat[1].xx - both.xy * flat[1].xy),
+              wxy = inverse * (both.yy * flat[1].xy - both.xy * flat[1].yy),
+              wyx = inverse * (both.xx * flat[1].xy - both.xy * flat[1].xx),
+              wyy = inverse * (both.xx * flat[1].yy - both.xy * flat[1].xy);
+      flat[3] = {flat[0].xx * wxx + flat[0].xy * wyx, flat[0].xx * wxy + flat[0].xy * wyy,
+                 flat[0].xy * wxy + flat[0].yy * wyy};
+      px[3] = px[1] + flat[1].xx * ux + flat[1].xy * uy;
+      py[3] = py[1] + flat[1].xy * ux + flat[1].yy * uy;
+      roots[3] = root(flat[3].determinant());
+      light[3] =
+          light[0] * light[1] * exp2(F(-0.5f * static_cast<float>(kLog2E)) * (ex * ux + ey * uy));
+      const auto term = [&](int j, int k) {
         return F(2) * light[j] * light[k] *
-               overlap(flat[j], flat[k], roots[j] * roots[k], place[k][x] - place[j][x],
-                       place[k][y] - place[j][y]);
+               overlap(flat[j], flat[k], roots[j] * roots[k], px[k] - px[j], py[k] - py[j]);
       };
       sum = sum +
             F(kPi) * (light[0] * light[0] * aa * roots[0] + light[1] * light[1] * bb * roots[1] +
-                      light[2] * light[2] * nn * roots[2]) +
-            ab * both(0, 1) - an * both(0, 2) - bn * both(1, 2);
+                      light[2] * light[2] * nn * roots[2] + light[3] * light[3] * mm * roots[3]) +
+            ab * term(0, 1) - an * term(0, 2) - bn * term(1, 2) - am * term(0, 3) -
+            bm * term(1, 3) + mn * term(2, 3);
     }
     constexpr float kMost = std::numeric_limits<float>::max() / 1024;
     const F error = sum * F(1.0f / 3);

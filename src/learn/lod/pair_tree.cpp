@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kWindow = 4;        // neighbours on either side in an order
 constexpr float kMergedInARound = 0.25f;  // of the nodes: the cheapest pairs
-constexpr float kPixelOfSize = 0.3f;      // the footprint at which a pair is judged
+constexpr float kPixelOfSize = 0.6f;      // the footprint at which a pair is judged
 constexpr float kDilationPx = 0.3f;       // variance of the filter, px^2
 constexpr std::uint32_t kNone = ~0u;
 
@@ -184,7 +184,10 @@ std::vector<NodeLevels> levels_of(const PairForest& forest, std::vector<NodeLeve
                 own_errors.data());
     for (std::size_t i = items; i < count; ++i) {
       const auto [a, b] = forest.children[i - items];
-      const float own = own_errors[i - items];
+      // Many nodes share a pixel that is larger than they are, and hide each other's errors.
+      const LodCovariance& c = forest.nodes[i].covariance;
+      const float size = (c[0] + c[3] + c[5]) / 2;
+      const float own = own_errors[i - items] * size / (size + kDilationPx * side * side + 1e-30f);
       levels[i].errors[k] = levels[a].errors[k] + levels[b].errors[k] + own;
       const auto heap_of = [&](std::uint32_t child) { return child < items ? kNone : child; };
       std::uint32_t below = blocks.joined(heap_of(a), heap_of(b));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A forest of pairs: rounds of mutually nearest pairs, nearest by the error of merging them at
-// pixels a third of the node's size. Then its levels: the error and the gain of every node at a few
+// pixels 0.6 of the node's size. Then its levels: the error and the gain of every node at a few
 // footprints. The result depends on the items and their order alone.
 #pragma once
 

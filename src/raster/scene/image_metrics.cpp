@@ -104,9 +104,9 @@ double psnr(const Image& a, const Image& b, ThreadPool& pool, std::span<const st
   return psnr_of(error / counted.values(0));
 }
 
-double worst_block_psnr(const Image& a, const Image& b, int side) {
+std::vector<double> block_errors(const Image& a, const Image& b, int side) {
   assert(same_shape(a, b));
-  double worst = 0;  // the largest mean squared error
+  std::vector<double> errors;
   for (int top = 0; top < a.height; top += side) {
     for (int left = 0; left < a.width; left += side) {
       const int right = std::min(left + side, a.width), bottom = std::min(top + side, a.height);
@@ -117,10 +117,14 @@ double worst_block_psnr(const Image& a, const Image& b, int side) {
               static_cast<double>(a.row(y)[i]) - static_cast<double>(b.row(y)[i]);
           sum += difference * difference;
         }
-      worst = std::max(worst, sum / ((right - left) * (bottom - top) * a.channels));
+      errors.push_back(sum / ((right - left) * (bottom - top) * a.channels));
     }
   }
-  return psnr_of(worst);
+  return errors;
+}
+
+double worst_block_psnr(const Image& a, const Image& b, int side) {
+  return psnr_of(std::ranges::max(block_errors(a, b, side)));
 }
 
 std::array<double, kSsimSize> ssim_window() {

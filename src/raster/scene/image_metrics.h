@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "base/parallel.h"
 #include "raster/kernel/ssim.h"
@@ -25,8 +26,11 @@ double psnr_of(double mean_squared_error, double peak = 1);
 double psnr(const Image& a, const Image& b, ThreadPool& pool,
             std::span<const std::uint8_t> mask = {});
 
-/// The least psnr_of() of a block of `side` x `side` pixels, and of the smaller blocks at the right
-/// and lower borders.
+/// The sums of the squared differences in blocks of `side` x `side` pixels, row by row. The blocks
+/// at the right and lower borders may be smaller.
+std::vector<double> block_errors(const Image& a, const Image& b, int side = 64);
+
+/// The least psnr_of() of the block_errors().
 double worst_block_psnr(const Image& a, const Image& b, int side = 64);
 
 /// The weights of the window along one axis, sigma 1.5. Their sum is 1.

@@ -84,6 +84,18 @@ TEST(Statistics, a_summary_has_the_values_of_the_definitions) {
   EXPECT_DOUBLE_EQ(relative_spread(std::array{3.0}), 0);
 }
 
+TEST(Statistics, rank_correlations_compare_orders_and_ties_share_a_rank) {
+  using Values = std::vector<double>;
+  EXPECT_EQ(rank_correlation(Values{1, 2, 3}, Values{10, 1e3, 1e9}), 1);
+  EXPECT_EQ(rank_correlation(Values{3, 2, 1}, Values{-1, 0, 5}), -1);
+  // Without ties it is 1 - 6 sum d^2 / (n^3 - n), here with d^2 = 1, 1, 1, 1.
+  EXPECT_NEAR(*rank_correlation(Values{1, 2, 3, 4}, Values{2, 1, 4, 3}), 1 - 6. * 4 / 60, 1e-12);
+  // Ranks 1.5, 1.5, 3 and 1, 2, 3: covariance 1.5, variances 1.5 and 2.
+  EXPECT_NEAR(*rank_correlation(Values{7, 7, 8}, Values{1, 2, 3}), 1.5 / std::sqrt(3), 1e-12);
+  EXPECT_FALSE(rank_correlation(Values{7, 7}, Values{1, 2}));
+  EXPECT_FALSE(rank_correlation(Values{}, Values{}));
+}
+
 TEST(Statistics, drift_compares_the_later_half_with_the_earlier_half) {
   EXPECT_DOUBLE_EQ(summarise(std::array{2.0, 2.0, 3.0, 3.0}).drift, 0.5);
   EXPECT_DOUBLE_EQ(summarise(std::array{2.0, 9.0, 2.0}).drift, 0);

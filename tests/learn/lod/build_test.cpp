@@ -21,6 +21,7 @@
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
 #include "learn/lod/cut.h"
+#include "learn/lod/streamed_levels.h"
 #include "raster/api/renderer.h"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/image_metrics.h"
@@ -339,6 +340,24 @@ TEST_F(LodBuilding, a_full_disk_is_one_sentence) {
   EXPECT_FALSE(std::filesystem::exists(build.output));
   build_lod(build, pool());
   EXPECT_TRUE(std::filesystem::exists(build.output));
+}
+
+TEST_F(LodBuilding, levels_of_a_streamed_sog_have_a_quarter_of_the_level_before) {
+  for (const std::size_t count : {std::size_t{1}, std::size_t{5000}}) {
+    const GaussianCloud leaves = walls(count, 1);
+    const std::filesystem::path folder = folder_ / std::to_string(count);
+    build_lod(job(write(leaves)), pool());
+    write_streamed_levels(folder_ / "out.rad", folder, pool(), {});
+    std::size_t most = count;
+    for (std::size_t k = 0; k < kStreamedLevels; ++k, most = std::max<std::size_t>(most / 4, 1)) {
+      const Scene level = read_scene(folder / fmt::format("{}_0/meta.json", k), pool());
+      EXPECT_LE(level.cloud.size(), most);
+      EXPECT_GE(level.cloud.size(), (most + 1) / 2) << "the budget is used";
+    }
+    const Scene finest = read_scene(folder / "lod-meta.json", pool());
+    EXPECT_EQ(finest.cloud.size(), count);
+    EXPECT_EQ(finest.levels->levels, kStreamedLevels);
+  }
 }
 
 TEST_F(LodBuilding, cuts_keep_their_budget_and_cover_every_leaf) {

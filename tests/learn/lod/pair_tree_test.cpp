@@ -101,6 +101,20 @@ TEST(PairTree, gains_fall_from_parents_to_children_and_with_the_footprint) {
   }
 }
 
+TEST(PairTree, errors_of_nodes_below_a_pixel_count_less) {
+  // At 4^7 times the first footprint all nodes are far smaller than a pixel.
+  const std::vector<LodGaussian> items = random_items(2, 6);
+  const PairForest forest = merge_pairs(items, 1, false);
+  const auto levels = levels_of(forest, std::vector<NodeLevels>(2), 1e-2f, false);
+  for (const std::size_t k : {std::size_t{0}, kLodFootprints - 1}) {
+    const float side = lod_footprint(1e-2f, k), v = 0.3f * side * side;
+    const LodCovariance& c = forest.nodes[2].covariance;
+    const float size = (c[0] + c[3] + c[5]) / 2;
+    EXPECT_NEAR(levels[2].errors[k] / merging_error(items[0], items[1], v, false),
+                size / (size + v), 1e-4);
+  }
+}
+
 // All cuts of a subtree: number of nodes -> least error, as lists of the open nodes.
 using Cuts = std::map<std::size_t, double>;
 Cuts all_cuts(const PairForest& forest, const std::vector<double>& own, std::uint32_t node) {
@@ -131,8 +145,11 @@ TEST(PairTree, cuts_by_gain_are_on_the_lower_hull_of_all_cuts) {
     std::vector<double> own(forest.nodes.size());
     for (std::size_t i = kItems; i < own.size(); ++i) {
       const auto [a, b] = forest.children[i - kItems];
-      own[i] = static_cast<double>(
-          merging_error(forest.nodes[a], forest.nodes[b], 0.3f * kFootprint * kFootprint, false));
+      constexpr float kFilter = 0.3f * kFootprint * kFootprint;
+      const LodCovariance& c = forest.nodes[i].covariance;
+      const float size = (c[0] + c[3] + c[5]) / 2;  // the share of nodes below a pixel
+      own[i] = static_cast<double>(merging_error(forest.nodes[a], forest.nodes[b], kFilter, false) *
+                                   size / (size + kFilter));
     }
     const Cuts best = all_cuts(forest, own, forest.roots[0]);
     std::set<int> limits;

@@ -89,6 +89,15 @@ TEST(WorstBlock, is_the_block_with_the_largest_error) {
   EXPECT_NEAR(worst_block_psnr(a, b, 1000), -10 * std::log10(0.81 / (150 * 70 * 3)), 1e-5);
 }
 
+TEST(BlockErrors, are_means_of_squares_row_by_row) {
+  Image a(150, 70, 3), b = a;  // blocks of 64 and 64 and 22 columns, 64 and 6 rows
+  b.at(10, 10, 0) = 0.5f;
+  b.at(63, 63, 2) = -1;
+  b.at(149, 69, 2) = 2;
+  EXPECT_EQ(block_errors(a, b),
+            (std::vector<double>{1.25 / (64 * 64 * 3), 0, 0, 0, 0, 4. / (22 * 6 * 3)}));
+}
+
 TEST(ImageMetrics, psnr_is_the_logarithm_of_the_mean_squared_error) {
   ThreadPool pool(2);
   const Image a = noise(53, 71, 3, 1);

@@ -8,9 +8,11 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <vector>
 
 #include "base/parallel.h"
 #include "io/bytes/byte_text.h"
+#include "io/bytes/zip.h"
 #include "io/cloud/scene.h"
 
 namespace qs {
@@ -22,5 +24,16 @@ ReadScene read_sog, read_streamed_sog;
 /// of 256 values; the SH of a Gaussian are one of at most 65,536 vectors. Throws Error(input) for
 /// more Gaussians than WebP pictures hold.
 WriteScene write_sog;
+
+/// Writes a streamed SOG: lod-meta.json, and a folder for each SOG of at most 524,288 Gaussians.
+/// `levels` are pictures of one scene, the finest first. The leaves of its tree have at most as
+/// many Gaussians; a leaf wider than 16 units has at most 8,192 in its finest level. Each has a
+/// part of every level, in places an empty one. Throws Error(input), and as replace_folder().
+void write_streamed_sog(std::span<const GaussianCloud> levels, const std::filesystem::path& folder,
+                        ThreadPool& pool, const Progress& progress);
+
+/// The files of a SOG: meta.json, and the pictures. Gaussians keep their order.
+std::vector<ZipEntry> sog_files(const GaussianCloud& cloud, ThreadPool& pool,
+                                const Progress& progress);
 
 }  // namespace qs

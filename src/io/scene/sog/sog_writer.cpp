@@ -174,13 +174,8 @@ class SogEncoder {
 
 }  // namespace
 
-void write_sog(const GaussianCloud& unordered, const std::filesystem::path& path, ThreadPool& pool,
-               const Progress& progress) {
-  if (unordered.size() > kLongestSide * kLongestSide)
-    fail("{}: {} Gaussians are more than the {} that SOG's pictures hold", path.string(),
-         unordered.size(), kLongestSide * kLongestSide);
-  progress.update(0);
-  const GaussianCloud cloud = select(unordered, morton_order(unordered));
+std::vector<ZipEntry> sog_files(const GaussianCloud& cloud, ThreadPool& pool,
+                                const Progress& progress) {
   SogEncoder encoder(cloud, pool);
   encoder.add_positions();
   encoder.add_scales();
@@ -197,8 +192,17 @@ void write_sog(const GaussianCloud& unordered, const std::filesystem::path& path
         {picture.values, static_cast<int>(picture.width), static_cast<int>(picture.height)},
         progress.stop);
   });
-  write_zip(path, files, ZipForm::stored);
   progress.update(1);
+  return files;
+}
+
+void write_sog(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
+               const Progress& progress) {
+  if (cloud.size() > kLongestSide * kLongestSide)
+    fail("{}: {} Gaussians are more than the {} that SOG's pictures hold", path.string(),
+         cloud.size(), kLongestSide * kLongestSide);
+  progress.update(0);
+  write_zip(path, sog_files(select(cloud, morton_order(cloud)), pool, progress), ZipForm::stored);
 }
 
 }  // namespace qs

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#include "learn/lod/streamed_levels.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "io/bytes/mapped_file.h"
+#include "io/scene/sog/sog.h"
+#include "learn/lod/cut.h"
+
+namespace qs {
+
+void write_streamed_levels(const std::filesystem::path& tree, const std::filesystem::path& folder,
+                           ThreadPool& pool, const Progress& progress) {
+  std::vector<GaussianCloud> levels;
+  {
+    Scene nodes;
+    const MappedFile file(tree);
+    const RadLevels facts = read_rad_levels(file.content(), tree, pool, nodes);
+    auto budget =
+        static_cast<std::size_t>(std::ranges::count(facts.nodes, 0, &LodNode::child_count));
+    // The finest level is meant for pixels of the median Gaussian's standard deviation.
+    float footprint = 16 * facts.footprint;
+    for (std::size_t k = 0; k < kStreamedLevels; ++k, budget /= 4, footprint *= 2) {
+      const LodGains gains = gains_at(facts, footprint);
+      const auto cut = choose_cut(facts, gains, std::max<std::size_t>(budget, 1), pool);
+      levels.push_back(cut_cloud(facts, nodes.cloud, cut, gains));
+    }
+  }
+  write_streamed_sog(levels, folder, pool, progress);
+}
+
+}  // namespace qs

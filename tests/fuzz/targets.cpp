@@ -26,6 +26,7 @@
 #include "io/tensor/pickle.h"
 #include "io/tensor/tensor.h"
 #include "io/tensor/torch_tensor.h"
+#include "raster/pages/page_stream.h"
 #include "raster/select/editing.h"
 #include "support/gzip.h"
 #include "support/paths.h"
@@ -123,6 +124,21 @@ void read_levels(Bytes content) {
     const RadLevels levels = read_rad_levels(content, path, pool, scene);
     check(scene.cloud);
     demand(levels.nodes.size() == scene.cloud.size(), "every node has a Gaussian");
+  });
+}
+
+// A tree of which all pages are read.
+void read_pages(Bytes content) {
+  static ThreadPool pool(1);
+  const fs::path path = input_file("fuzzed.rad", content);
+  expect_sentence_at_most(path.string(), [&] {
+    ReadOptions options;
+    options.streams = StreamedTrees::all;
+    const Scene scene = read_scene(path, pool, options);
+    if (!scene.stream) return;
+    check(scene.cloud);
+    const auto open = [](const LodPage&, std::size_t) { return 1.0f; };
+    demand(scene.stream->await_cut(open, {}, pool).cut.count > 0, "a cut has a node");
   });
 }
 
@@ -396,6 +412,7 @@ std::vector<FuzzTarget> fuzz_targets() {
     targets.push_back(points_target(file));
   for (const PictureFormat& format : picture_formats()) targets.push_back(picture_target(format));
   targets.push_back({"rad_levels", ".rad", read_levels});
+  targets.push_back({"rad_pages", ".rad", read_pages});
   targets.push_back({"exif", ".jpg", read_exif});
   targets.push_back({"webp", ".webp", read_webp});
   targets.push_back({"safetensors", ".safetensors", read_tensors});

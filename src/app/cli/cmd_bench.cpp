@@ -232,6 +232,8 @@ void check_bench(const BenchCommand& command) {
        {command.exact_color && (!command.judges_images() || copies),
         "--exact-color needs --psnr or --plugin, whose reference it changes, and excludes "
         "--replicate and --scaling"},
+       {copies && command.frame.levels.given(),
+        "--replicate and --scaling copy whole scenes: they exclude --budget and --lod-error"},
        {command.baseline && std::ranges::count(modes, *command.baseline) == 0,
         fmt::format("--baseline {0} is not measured: add {0} to --cull",
                     mode_name(command.baseline.value_or(default_mode())))},
@@ -250,7 +252,8 @@ int run_lod(const BenchCommand& command, Arguments arguments) {
   };
   if (const char* const other =
           given({"--rounds", "--baseline", "--load", "--psnr", "--exact-color", "--plugin",
-                 "--plugin-timeout", "--replicate", "--scaling", "--shard", "--lens"}))
+                 "--plugin-timeout", "--replicate", "--scaling", "--shard", "--lens", "--budget",
+                 "--lod-error"}))
     fail(ErrorKind::usage, "bench: --lod measures levels of detail: it excludes {}", other);
   LodBench bench;
   bench.frame = command.frame;
@@ -260,6 +263,7 @@ int run_lod(const BenchCommand& command, Arguments arguments) {
   if (!given({"--cull"})) bench.frame.modes = {default_mode()};
   if (bench.frame.modes.size() > 1)
     fail(ErrorKind::usage, "bench: --lod draws in one mode: choose one with --cull");
+  bench.frame.levels = {};
   note_inputs(bench.frame);
   bench.budgets = command.budgets;
   if (bench.budgets.empty()) bench.budgets = {5, 10, 25, 50};
@@ -368,6 +372,7 @@ CommandAction bench_command(Options& options) {
   c->frame.modes = all_modes();
   options.positionals("SCENE", c->scenes, 1, "splat files or model folders", kSceneSamples);
   declare_common_options(options, c->frame);
+  declare_level_options(options, c->frame.levels);
   declare_views(options, c);
   declare_lens_options(options, c->lens);
   declare_measuring(options, c);

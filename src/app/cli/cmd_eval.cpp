@@ -236,6 +236,7 @@ CommandAction eval_command(Options& options) {
   static constexpr const char* kBorders[] = {"zeros", "crop"};  // names in the order of SsimBorder
   const auto command = std::make_shared<EvalCommand>();
   declare_frame_options(options, command->frame);
+  declare_level_options(options, command->frame.levels);
   options.text("--images", "DIR", command->images,
                "folder of the photographs, named as the cameras; any picture format",
                {"images", "missing"});

@@ -139,6 +139,7 @@ int film(const FilmCommand& command) {
 CommandAction film_command(Options& options) {
   const auto command = std::make_shared<FilmCommand>();
   declare_frame_options(options, command->frame);
+  declare_level_options(options, command->frame.levels);
   options.text("--output", "FILE", command->output,
                "the film: .mp4, .webm or .gif, which need ffmpeg, or a folder of PNG files",
                {"frames", "film.mp4"});

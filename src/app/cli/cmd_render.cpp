@@ -258,6 +258,7 @@ class RenderRun {
 CommandAction render_command(Options& options) {
   const auto command = std::make_shared<RenderCommand>();
   declare_frame_options(options, command->frame);
+  declare_level_options(options, command->frame.levels);
   declare_camera_choice(options, command->cameras);
   declare_lens_options(options, command->lens);
   options.text("--output", "FILE", command->output,

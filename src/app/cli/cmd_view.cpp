@@ -80,6 +80,7 @@ CommandAction view_command(Options& options) {
   view.frame.modes.clear();  // without --cull the mode of the last run
   options.positionals("SCENE", command->scenes, 0, kSceneHelp, kSceneSamples);
   declare_common_options(options, view.frame);
+  declare_level_options(options, view.frame.levels, true);
   options.text("--beside", "NAME", view.beside,
                "splits the window and draws this beside the scene: a culling mode, reference, for "
                "example \"exact, cuda classic\", or another scene's file",

@@ -87,11 +87,15 @@ void check_lens(const char* command, const LensOptions& lens, FrameOptions& fram
                 "--stereo over-under needs --lens equirectangular --fov 180"},
                {lens.stereo != lens.eye_distance.has_value(),
                 "--stereo over-under and --eye-distance UNITS need each other"},
+               {lens.is_drawn() && frame.levels.given(),
+                "a cut of levels is made for a pinhole camera: --lens draws all leaves, and "
+                "excludes --budget and --lod-error"},
                {lens.has_faces() && frame.settings.occlusion,
                 "--occlusion on leaves out nothing with a --lens"},
                {frame.network != NetworkUse::never && (lens.stereo || lens.lens == "orthographic"),
                 "--exact-color knows the colours from one point: it excludes --stereo and --lens "
                 "orthographic"}});
+  if (lens.is_drawn()) frame.levels.streams_large = false;
   if (lens.is_drawn()) lens_of(lens);  // throws
   if (!lens.is_panorama()) return;
   const glm::ivec2 shape(is_half ? 1 : 2, lens.stereo ? 2 : 1);

@@ -242,6 +242,20 @@ void declare_occlusion_option(Options& options, FrameOptions& frame) {
       "picture is the same (default: off)");
 }
 
+void declare_level_options(Options& options, LevelOptions& levels, bool in_window) {
+  levels.streams_large = true;
+  options.integer(
+      "--budget", "N", 1, 2'000'000'000, levels.budget,
+      "draws at most N nodes of the tree of a .rad file, the best ones for each view, "
+      "and reads only these (default: 1,000,000 if the scene does not fit into memory)");
+  options.real("--lod-error", "X", 0, 1e12, levels.error,
+               "draws no coarser node than one with this estimated error, see docs/lod.md; 0: all "
+               "leaves");
+  if (in_window)
+    options.real("--budget-ms", "MS", 1, 10000, levels.budget_ms,
+                 "moves the budget so that a frame takes this time");
+}
+
 glm::ivec2 parse_pixel(const std::string& name, const std::string& text) {
   const std::vector<std::string> words = separated(text);
   if (words.size() != 2) fail(ErrorKind::usage, "{}: '{}' is not X,Y", name, text);

@@ -91,6 +91,9 @@ void declare_exact_color_option(Options& options, bool& exact_color, const std::
 /// --occlusion: RenderSettings::occlusion.
 void declare_occlusion_option(Options& options, FrameOptions& frame);
 
+/// --budget and --lod-error; `in_window`: also --budget-ms.
+void declare_level_options(Options& options, LevelOptions& levels, bool in_window = false);
+
 /// --shard, for a Shard or a std::optional<Shard>.
 template <class T>
 void declare_shard_option(Options& options, T& shard, const std::string& help) {

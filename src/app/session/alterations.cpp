@@ -75,6 +75,7 @@ Alterations alterations_of(const RenderSettings& settings, const SceneNature& sc
     const std::string text = lens_text(*settings.lens);
     add(true, "lens", text, "lens " + text, "lens " + settings.lens->text);
   }
+  add_setting(scene.levels, "levels", true, "levels of detail");
   add_setting(settings.occlusion, "occlusion", true, "hidden Gaussians may be left out");
   if (!all.text.empty()) all.json["text"] = all.text;
   return all;
@@ -89,7 +90,8 @@ Alterations alterations_of(const Session& session) {
                                            scene.declared_axes, scene.edits,
                                            !exact                                     ? ""
                                            : session.network == NetworkUse::reference ? "reference"
-                                                                                      : "all"});
+                                                                                      : "all",
+                                           scene.stream != nullptr});
 }
 
 std::string altered_clause(const Session& session) {

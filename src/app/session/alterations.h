@@ -19,6 +19,7 @@ struct SceneNature {
   std::string axes, declared_axes;  ///< as it was read, and as the file declares
   EditFacts edits;
   const char* exact_colors = "";  ///< "all" or "reference": the frames with the network's colours
+  bool levels = false;            ///< cuts are drawn in the place of all leaves
 };
 
 /// All alterations of a scene. To add a setting: a line in alterations_of().

@@ -115,6 +115,9 @@ void keep_edited(Scene& scene, const EditedCloud& edited, const GaussianSet& kep
 
 void apply_edits(Scene& scene, const EditOptions& options, ThreadPool& pool) {
   if (!options.file) return;
+  if (scene.stream)
+    fail(ErrorKind::usage, "{}: {} is a tree that is not read whole: it cannot be edited",
+         options.file->string(), scene.path.string());
   const EditedCloud all = edited(scene, options, pool);
   if (all.transform != glm::dmat4(1))
     warn(

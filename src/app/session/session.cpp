@@ -9,6 +9,7 @@
 
 #include "app/framing/scene_box.h"
 #include "app/session/exact_color.h"
+#include "app/session/levels.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "io/camera/cameras.h"
@@ -35,6 +36,9 @@ std::unique_ptr<Renderer> upload(const Session& session, Backend backend, bool e
   if (exact_color && session.scene->network)
     renderer = with_exact_color(std::move(renderer), *session.scene->network, session.scene->axes,
                                 *session.pool);
+  if (session.scene->stream)
+    renderer = with_levels(std::move(renderer), session.levels, *session.pool);
+  expect_stream(*renderer, session.scene->stream);
   renderer->upload(cloud_of(session.scene), progress.value_or(bar.progress()));
   return renderer;
 }
@@ -55,11 +59,12 @@ bool draws_network(const Session& session) {
 }
 
 Scene read_with_progress(const std::filesystem::path& path, ThreadPool& pool, int iteration,
-                         const std::string& axes) {
+                         const std::string& axes, StreamedTrees streams) {
   ProgressBar bar("reading");
   ReadOptions options;
   options.iteration = iteration;
   options.axes = axes;
+  options.streams = streams;
   options.progress = bar.progress();
   return read_scene(path, pool, options);
 }
@@ -94,8 +99,8 @@ std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>
 }
 
 Scene load_scene(const std::filesystem::path& path, ThreadPool& pool, int iteration,
-                 const std::string& axes) {
-  Scene scene = read_with_progress(path, pool, iteration, axes);
+                 const std::string& axes, StreamedTrees streams) {
+  Scene scene = read_with_progress(path, pool, iteration, axes, streams);
   print_warnings(scene, false);
   return scene;
 }
@@ -108,7 +113,12 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   if (frame.device == kFirstGpu)  // the CPU backend does not look for a GPU
     session.device = session.backend == Backend::cpu ? 0 : first_gpu();
   session.network = frame.network;
-  Scene scene = read_with_progress(frame.scene, *session.pool, frame.iteration, frame.axes);
+  session.levels = frame.levels;
+  Scene scene = read_with_progress(frame.scene, *session.pool, frame.iteration, frame.axes,
+                                   frame.levels.streams());
+  if (scene.stream && frame.skip_huge)
+    fail(ErrorKind::usage, "--skip-huge: {} is a tree that is not read whole: leave it out",
+         scene.path.string());
   print_warnings(scene, draws_network(session));
   apply_edits(scene, frame.edits, *session.pool);
   look_for_huge(scene, frame.skip_huge);

@@ -29,6 +29,22 @@ enum class NetworkUse {
   always,     ///< all frames; a scene without a network is an error
 };
 
+/// The level of detail of pictures of a tree.
+struct LevelOptions {
+  std::optional<int> budget;        ///< nodes in a picture
+  std::optional<double> error;      ///< LodLimit::gain
+  std::optional<double> budget_ms;  ///< moves the budget so that frames of a window take this time
+  /// Also without these, trees that would take more than half of the memory are streamed.
+  bool streams_large = false;
+
+  bool given() const { return budget || error || budget_ms; }
+  StreamedTrees streams() const {
+    return given()         ? StreamedTrees::all
+           : streams_large ? StreamedTrees::large
+                           : StreamedTrees::none;
+  }
+};
+
 /// The choices that every rendering command offers; cli/shared_options.h declares their options.
 struct FrameOptions {
   std::filesystem::path scene;
@@ -48,6 +64,7 @@ struct FrameOptions {
   EditOptions edits;
   bool skip_huge = false;  ///< leaves out the Gaussians of drop_huge()
   NetworkUse network = NetworkUse::never;
+  LevelOptions levels;
 };
 
 /// Modes 1 to culler_count(): the meaning of `--cull all`.
@@ -65,6 +82,7 @@ struct Session {
   std::unique_ptr<Renderer> renderer;  ///< the renderer of `backend`
   std::unique_ptr<Renderer> second;    ///< a renderer of another backend, see renderer_on()
   NetworkUse network = NetworkUse::never;
+  LevelOptions levels;
   std::unique_ptr<Renderer> exact;  ///< renders reference_image() with NetworkUse::reference
 };
 
@@ -89,6 +107,6 @@ std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>
 
 /// Reads a scene with a progress bar; warnings go to stderr. Parameters as in FrameOptions.
 Scene load_scene(const std::filesystem::path& path, ThreadPool& pool, int iteration = -1,
-                 const std::string& axes = {});
+                 const std::string& axes = {}, StreamedTrees streams = StreamedTrees::none);
 
 }  // namespace qs

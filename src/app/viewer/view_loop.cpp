@@ -217,7 +217,8 @@ class ViewLoop final : public Host {
                         .axes = axes.empty() ? remembered_axes(viewer_, path) : axes,
                         .up = frame.up ? frame.up : remembered_up(viewer_, path),
                         .keep_background = frame.background.has_value(),
-                        .skip_huge = viewer_.skips_huge};
+                        .skip_huge = viewer_.skips_huge,
+                        .streams = frame.levels.streams()};
     if (path == frame.scene) {
       request.iteration = frame.iteration;
       request.cameras_file = frame.cameras;

@@ -23,6 +23,7 @@
 
 namespace qs {
 
+class PageStream;
 class ThreadPool;
 
 /// A part of a scene's files.
@@ -60,6 +61,9 @@ struct Scene {
   std::vector<std::uint32_t> parents;
   std::optional<NetworkColors> network;
   std::optional<LevelsOfDetail> levels;  ///< unset: the file has no levels
+  /// The pages of a tree that is not read whole; then the cloud is a coarse picture of all. Or
+  /// null.
+  std::shared_ptr<PageStream> stream;
   std::filesystem::path path;  ///< the file that was read (of a model directory: the chosen file)
   std::string format;  ///< name of the reader's row, with a variant: "ply, binary little endian"
   std::vector<std::string> warnings;  ///< one sentence each: values that were dropped or assumed
@@ -100,6 +104,13 @@ struct Sampling {
   std::size_t fewest = 300'000;  ///< files with fewer Gaussians give no sample
 };
 
+/// The .rad files with a tree of which pages are read when they are drawn, see Scene::stream.
+enum class StreamedTrees {
+  none,
+  large,  ///< trees that would take more than half of the memory
+  all
+};
+
 struct ReadOptions {
   int iteration = -1;  ///< N of a model's point_cloud/iteration_N; -1 = the highest
   /// Overrides the frame declared by the file, see is_axes(); empty: trust the file.
@@ -108,6 +119,7 @@ struct ReadOptions {
   bool keeps_place = false;
   /// The cloud has all nodes of a .rad file's tree, not only its leaves.
   bool keeps_nodes = false;
+  StreamedTrees streams = StreamedTrees::none;
   Progress progress = {};
   Sampling sampling = {};
 };

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <charconv>
 #include <chrono>
+#include <fstream>
 #include <new>
 #include <optional>
 #include <sstream>
@@ -21,6 +22,7 @@
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
 #include "io/cloud/axes.h"
+#include "io/cloud/cloud_memory.h"
 #include "io/cloud/scene.h"
 #include "io/scene/compact/compact.h"
 #include "io/scene/gltf/gltf.h"
@@ -28,10 +30,13 @@
 #include "io/scene/instances.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/rad/rad.h"
+#include "io/scene/rad/rad_pages.h"
 #include "io/scene/sog/sog.h"
 #include "io/scene/splat/splat.h"
 #include "io/scene/spz/spz.h"
 #include "io/scene/usd/usd.h"
+#include "raster/pages/page_stream.h"
+#include "raster/scene/cloud_order.h"
 #include "raster/scene/place.h"
 #include "raster/scene/transform.h"
 
@@ -126,6 +131,53 @@ std::optional<int> iteration_of(const std::string& name) {
   return iteration;
 }
 
+constexpr std::uint64_t kPageMemory = 3'000'000'000;  // of streamed trees, if the system has twice
+constexpr std::uint64_t kNodeBytes = 300;             // of memory
+
+// Opens a tree as Scene::stream. False if the file is to be read whole.
+bool stream_tree(const ReadOptions& options, ThreadPool& pool, Scene& scene) {
+  if (options.streams == StreamedTrees::none) return false;
+  std::array<char, kRadFileMagic.size()> start{};
+  std::ifstream(scene.path, std::ios::binary).read(start.data(), start.size());
+  if (std::string_view(start.data(), start.size()) != kRadFileMagic) return false;
+  const auto file = std::make_shared<const RadPages>(scene.path);
+  const RadHeader& header = file->header();
+  const std::uint64_t memory = available_memory() / 2;
+  if (!header.has_tree ||
+      (options.streams == StreamedTrees::large && header.count * kNodeBytes < memory))
+    return false;
+  LodPage first = file->read(0);
+  if (!options.keeps_place) move_near_origin(first.cloud);
+  const auto placed = [axes = options.axes, origin = first.cloud.origin](LodPage page) {
+    Scene part;
+    part.cloud = std::move(page.cloud);
+    place(part.cloud, origin);
+    if (!axes.empty()) assume_axes(part, axes);
+    page.cloud = std::move(part.cloud);
+    return page;
+  };
+  LodPages tree{header.count, header.chunk_nodes, header.footprint};
+  tree.pages.resize(header.chunks.size());
+  tree.pages[0] = std::make_shared<const LodPage>(placed(std::move(first)));
+  std::vector<std::uint32_t> finest;
+  cut_of(
+      tree, [](const LodPage&, std::size_t) { return 1.0f; }, {}, pool)
+      .parts[0]
+      .for_each([&](std::size_t row) { finest.push_back(static_cast<std::uint32_t>(row)); });
+  scene.cloud = select(tree.pages[0]->cloud, finest);
+  scene.format = "rad";
+  if (!options.axes.empty()) scene.axes = options.axes;
+  scene.file_bytes = file->file_bytes();
+  scene.levels = {0, header.count, 0, 0, header.footprint > 0};
+  PageSource source{scene.path.string(),
+                    [file, placed](std::size_t i) { return placed(file->read(i)); },
+                    [file] { return file->is_unchanged(); }};
+  for (const RadHeader::Range& chunk : header.chunks) source.stored_bytes.push_back(chunk.bytes);
+  scene.stream = std::make_shared<PageStream>(std::move(tree), std::move(source),
+                                              std::min(kPageMemory, memory));
+  return true;
+}
+
 }  // namespace
 
 std::span<const ReaderRow> readers() { return kReaders; }
@@ -164,6 +216,9 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const Read
     };
   Scene scene;
   scene.path = find_scene_file(path, options.iteration);
+  if (stream_tree(options, pool, scene)) return scene;
+  if (options.streams == StreamedTrees::all)
+    scene.warn("It has no tree of levels of detail, so it is drawn whole.");
   const MappedFile file(scene.path);
   scene.file_bytes = file.content().size();
   if (file.content().empty()) fail("{}: the file is empty", scene.path.string());

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/scene/rad/rad.h"
+#include "raster/pages/cut.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -21,20 +22,18 @@ struct LodGains {
   std::vector<float> footprints, gains;
 };
 
-/// The same footprint for all nodes.
-LodGains gains_at(const RadLevels& levels, float footprint);
-
 /// For the pictures of these cameras: the sum of the gains. A node outside of a picture gains
 /// `outside` of its gain at its distance; its footprint is the smallest among the pictures.
 LodGains gains_in(const RadLevels& levels, const GaussianCloud& nodes,
                   std::span<const Camera> cameras, float outside);
 
-/// The best cut with at most `budget` nodes, or the root alone. Ascending.
-std::vector<std::uint32_t> choose_cut(const RadLevels& levels, const LodGains& gains,
-                                      std::size_t budget);
-
 /// The Gaussians of a cut, with merged ones as they are drawn at their footprints.
 GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
                         std::span<const std::uint32_t> cut, const LodGains& gains);
+
+/// The Gaussians of the cut of a view, in the order of the file. `dilation` is the variance of the
+/// renderer's filter, px^2; 0 if it keeps the light of each Gaussian (antialiased).
+GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& view,
+                        double dilation, ThreadPool& pool);
 
 }  // namespace qs

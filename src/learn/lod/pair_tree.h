@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "io/scene/rad/lod_node.h"
 #include "learn/lod/merging.h"
+#include "raster/pages/lod_node.h"
 
 namespace qs {
 

@@ -50,6 +50,7 @@ TEST_F(LensOptionsTest, that_do_not_fit_together_are_usage_errors) {
       {{"--lens", "orthographic"}, "need each other"},
       {{"--lens", "fisheye", "--height", "2"}, "need each other"},
       {{"--level"}, "--level needs a --lens"},
+      {{"--lens", "fisheye", "--budget", "1000"}, "excludes --budget and --lod-error"},
       {{"--lens", "equirectangular", "--stereo", "over-under", "--eye-distance", "1"},
        "--stereo over-under needs --lens equirectangular --fov 180"},
       {{"--lens", "equirectangular", "--fov", "180", "--stereo", "over-under"},
@@ -148,7 +149,8 @@ TEST_F(LensOptionsTest, make_pictures_of_every_lens) {
     EXPECT_EQ(test::content_of(path("out.png")).find("GPano") != std::string::npos, is_panorama);
     EXPECT_THAT(test::content_of(path("stats.json")), HasSubstr(text));
     options = given;
-    options.insert(options.end(), {"--picture", "depth", "--output", path("depth.npy")});
+    options.insert(options.end(),
+                   {"--picture", "depth", "--overwrite", "--output", path("depth.npy")});
     ASSERT_EQ(run("render", options).exit_code, 0);
     options = given;
     options.insert(options.end(), {"--cull", "quadbox", "--frames", "1", "--psnr"});

@@ -59,7 +59,7 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "exif",         "points3D_ply",
                                           "rad",          "hier",
                                           "rad_levels",   "instances",
-                                          "edits"};
+                                          "rad_pages",    "edits"};
   EXPECT_EQ(names, expected);
 }
 

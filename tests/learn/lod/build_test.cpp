@@ -26,6 +26,7 @@
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/image_metrics.h"
 #include "support/error_of.h"
+#include "support/lod_cuts.h"
 #include "support/paths.h"
 #include "support/pool.h"
 #include "support/temporary_folder.h"

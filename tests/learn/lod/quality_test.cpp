@@ -18,6 +18,7 @@
 #include "learn/lod/cut.h"
 #include "raster/api/renderer.h"
 #include "raster/scene/image_metrics.h"
+#include "support/lod_cuts.h"
 #include "support/pool.h"
 #include "support/shared.h"
 

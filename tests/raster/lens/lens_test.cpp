@@ -244,7 +244,8 @@ TEST(Lens, shows_every_direction_of_a_chart_at_its_pixel) {
       ++shown;
     }
     if (std::string(each.name) != "perspective model") {
-      EXPECT_GE(shown, 5) << each.name;
+      // Three of the directions are in the circle of the narrow fisheye.
+      EXPECT_GE(shown, std::string(each.name) == "fisheye of 60" ? 3 : 5) << each.name;
     }
   }
 }

@@ -88,6 +88,7 @@ bool counts_are_missing(const Viewer& viewer) {
 
 bool is_settled(const Viewer& viewer) {
   if (viewer.loading || viewer.crop.busy || is_training(viewer)) return false;
+  if (viewer.levels && viewer.levels->stream.reading > 0) return false;
   if (!viewer.scene) return true;
   return shows_full_frame(viewer) && !numbers_are_missing(viewer) && !counts_are_missing(viewer) &&
          !viewer.measuring && !viewer.moving() && !viewer.playback.running && !viewer.zoom.running;

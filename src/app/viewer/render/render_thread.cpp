@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "app/session/levels.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/state/samples.h"
@@ -20,6 +21,12 @@ RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wa
                },
                [this](RenderedFrame frame) { publish(std::move(frame)); }} {
   context_.give_way = [this] { draw_between(); };
+  context_.make_renderer = [this, make = context_.make_renderer, levels = options.levels](
+                               Backend backend, const Session& owner) {
+    return with_levels(make(backend, owner), levels, *owner.pool, [this](const LevelFacts& facts) {
+      context_.report(action::levels_made, facts);
+    });
+  };
   context_.session.pool = std::make_unique<ThreadPool>(options.threads);
   context_.session.device = options.device == kFirstGpu ? first_gpu() : options.device;
   thread_ = std::jthread([this](const std::stop_token& stop) { loop(stop); });

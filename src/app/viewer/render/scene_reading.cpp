@@ -138,6 +138,7 @@ ReadingReport read_any(const OpenRequest& request, int threads, Sampling samplin
   ReadOptions options;
   options.iteration = request.iteration;
   options.axes = request.axes;
+  options.streams = request.streams;
   options.progress = stepped_progress(
       [&](float fraction) {
         report(Loading{path, "reading", fraction});

@@ -30,6 +30,7 @@ struct OpenRequest {
   EditOptions edits = {};                                  ///< FrameOptions::edits
   bool keep_background = false;                            ///< settings_for()
   bool skip_huge = false;                                  ///< FrameOptions::skip_huge
+  StreamedTrees streams = StreamedTrees::none;             ///< ReadOptions::streams
   bool beside = false;                                     ///< beside the scene in the window
 };
 

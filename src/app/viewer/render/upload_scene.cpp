@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "app/picture/palette.h"
+#include "app/session/levels.h"
 #include "app/session/removal_text.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/render_context.h"
@@ -23,6 +24,7 @@ std::unique_ptr<Renderer> upload_to(RenderContext& context,
                                     const std::shared_ptr<const Scene>& scene, Backend backend,
                                     const Progress& progress) {
   auto renderer = context.make_renderer(backend, context.session);
+  expect_stream(*renderer, scene->stream);
   renderer->upload(cloud_of(scene), progress);
   return renderer;
 }
@@ -148,10 +150,12 @@ std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest
 
 void upload_making_room(RenderContext& context, Renderer& renderer,
                         const std::shared_ptr<const Scene>& scene, const Progress& progress) {
+  expect_stream(renderer, scene->stream);
   try {
     renderer.upload(cloud_of(scene), progress);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::device || !free_renderers(context, &renderer)) throw;
+    expect_stream(renderer, scene->stream);
     renderer.upload(cloud_of(scene), progress);
   }
 }

@@ -87,7 +87,10 @@ struct EndOfOpening {
   Viewer& v;
   Host& host;
 
-  void operator()(const OpenedScene& opened) const { scene_opened(v, host, opened); }
+  void operator()(const OpenedScene& opened) const {
+    v.levels.reset();
+    scene_opened(v, host, opened);
+  }
   void operator()(const SceneBeside& scene) const { beside_opened(v, scene); }
   void operator()(const OpenedCameras& opened) const { cameras_opened(v, host, opened); }
   void operator()(const OpenedPath& opened) const {
@@ -371,6 +374,12 @@ void photograph_compared(Viewer& v, const std::filesystem::path& photograph,
   if (photograph != v.photograph.path) return;
   if (quality.version < 0) v.photograph.compared = -1;
   v.photograph.quality = quality;
+}
+
+void levels_made(Viewer& v, const LevelFacts& facts) {
+  v.levels = facts;
+  for (const std::string& sentence : facts.sentences) notify(v, sentence);
+  if (facts.is_new) view_changed(v);
 }
 
 void frame_shown(Viewer& v, const ShownFrame& frame) {

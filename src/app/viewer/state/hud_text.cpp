@@ -319,6 +319,9 @@ StatusLine status_line(const Viewer& viewer) {
   }
   const bool both = viewer.shown.other && viewer.shown.other->scene;
   std::vector<std::string> words = both ? numbers_of_both(viewer) : numbers_of_frame(viewer);
+  if (viewer.levels)
+    words.push_back(fmt::format("{} of {} pages, {} missing", viewer.levels->stream.resident,
+                                viewer.levels->stream.pages, viewer.levels->missing));
   if (const std::string altered = alterations_of(viewer).brief; !altered.empty())
     words.push_back(altered);
   if (viewer.display_fps > 0) words.push_back(fps_text(viewer.display_fps) + " pictures a second");

@@ -64,10 +64,10 @@ RenderSettings shown_settings(const Viewer& viewer) {
 Alterations alterations_of(const Viewer& viewer) {
   if (!viewer.scene) return {};
   const ViewedScene& scene = *viewer.scene;
-  return alterations_of(
-      shown_settings(viewer),
-      {scene.sh_degree, scene.antialiased, scene.white_background,
-       scene.axes.empty() ? scene.declared_axes : scene.axes, scene.declared_axes, scene.edits});
+  return alterations_of(shown_settings(viewer),
+                        {scene.sh_degree, scene.antialiased, scene.white_background,
+                         scene.axes.empty() ? scene.declared_axes : scene.axes, scene.declared_axes,
+                         scene.edits, "", viewer.levels.has_value()});
 }
 
 std::vector<Fact> scene_facts_of(const Viewer& viewer) {
@@ -89,6 +89,7 @@ std::vector<Fact> scene_facts_of(const Viewer& viewer) {
       {"lens", fmt::format("{:.1f} degrees, near plane {:.3g}",
                            glm::degrees(vertical_fov(viewer.camera)), viewer.camera.near_depth)},
   };
+  if (viewer.levels) facts.push_back({"levels", viewer.levels->text()});
   if (scene.huge > 0) facts.push_back({"too large", huge_text(scene.huge)});
   if (scene.skipped_huge > 0)
     facts.push_back({"too large", huge_text(scene.skipped_huge) + ": left out"});

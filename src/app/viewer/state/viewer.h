@@ -26,6 +26,7 @@
 #include "app/picture/value_map.h"
 #include "app/remote/remote_run.h"
 #include "app/report/bench_report.h"
+#include "app/session/levels.h"
 #include "app/viewer/state/training.h"
 #include "app/viewer/state/view_history.h"
 #include "app/viewer/state/zoom_recorder.h"
@@ -433,6 +434,7 @@ struct Viewer : Turn {
   bool is_remote = false;  ///< the user sees a copy of the picture at another machine: files go
                            ///< there, none is kept here, and changes over the picture draw it again
   std::optional<ViewedScene> scene;
+  std::optional<LevelFacts> levels;     ///< the last cut of a tree that is streamed
   std::optional<SceneBeside> beside;    ///< the split window shows it instead of Split::other
   Choosing choosing = Choosing::scene;  ///< in the dialog Open
   TrainForm train_form;                 ///< of the dialog Train

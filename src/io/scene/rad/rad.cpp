@@ -2,11 +2,8 @@
 #include "io/scene/rad/rad.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <cmath>
 #include <iterator>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,35 +13,11 @@
 #include "io/bytes/file_source.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
-#include "io/cloud/linear_values.h"
 #include "io/cloud/lod_tree.h"
-#include "io/cloud/quantised.h"
-#include "io/scene/rad/rad_chunk.h"
-#include "raster/kernel/constants.h"
+#include "io/scene/rad/rad_file.h"
 
 namespace qs {
 namespace {
-
-constexpr std::string_view kFileMagic = "RAD0";
-
-// An octahedral axis, bytes for -1..1, and an angle, a byte for 0..pi.
-glm::quat rotation_of_octahedron(float u, float v, float angle) {
-  double x = u / 127.5 - 1, y = v / 127.5 - 1;
-  const double z = 1 - std::abs(x) - std::abs(y);
-  const double fold = std::max(-z, 0.0);
-  x += x >= 0 ? -fold : fold;
-  y += y >= 0 ? -fold : fold;
-  const double half = angle / 255.0 * std::numbers::pi / 2;
-  const double factor = std::sin(half) / std::sqrt(x * x + y * y + z * z);
-  return make_quat(std::cos(half), x * factor, y * factor, z * factor);
-}
-
-// Stores the SH of a degree; the channel is the fastest index of value(i).
-template <class Value>
-void put_band(std::size_t degree, glm::vec3* sh, const Value& value) {
-  for (std::size_t i = 0; i < 3 * (2 * degree + 1); ++i)
-    sh[degree * degree + i / 3][static_cast<int>(i % 3)] = value(i);
-}
 
 class RadFile {
  public:
@@ -61,12 +34,7 @@ class RadFile {
     has_tree_ = has_tree_ || chunks_[0].properties[kRadChildCount];
     if (has_tree_) read_tree(keeps_nodes && !is_part_ ? &scene.parents : nullptr);
     reads_all_ = !has_tree_ || !scene.parents.empty();
-    for (std::size_t band = 0; band < 3; ++band) {
-      const auto& table = chunks_[0].properties[kRadCodes + band];
-      if (!table) continue;
-      codes_[band] = rad_values(chunks_[0], kRadCodes + band);
-      code_rows_ = table->rows;
-    }
+    codes_.emplace(chunks_[0]);
   }
 
   // The Gaussians that are read: the leaves, or all nodes.
@@ -74,11 +42,11 @@ class RadFile {
   std::size_t chunk_count() const { return chunks_.size(); }
 
   RadLevels levels() const {
-    if (is_part_ || !has_tree_ || !(footprint_ > 0 && footprint_ < 1e30))
+    if (is_part_ || !has_tree_ || header_.footprint == 0)
       fail("{}: quadsplat lod did not write it: it has no errors", path_);
-    RadLevels levels{{}, static_cast<float>(footprint_)};
+    RadLevels levels{{}, header_.footprint};
     for (const RadChunk& chunk : chunks_)
-      std::ranges::copy(rad_own_values(chunk), std::back_inserter(levels.nodes));
+      std::ranges::copy(rad_nodes(chunk), std::back_inserter(levels.nodes));
     for (std::size_t i = 0; i < levels.nodes.size(); ++i) {
       const LodNode& node = levels.nodes[i];
       for (std::uint64_t child = node.first_child;
@@ -91,70 +59,20 @@ class RadFile {
   }
 
   int sh_degree() const {
-    std::size_t degree = 0;
-    for (const RadChunk& chunk : chunks_)
-      for (std::size_t band = 0; band < 3; ++band)
-        if (chunk.properties[kRadSh + band] || chunk.properties[kRadCodes + band])
-          degree = std::max(degree, band + 1);
-    return static_cast<int>(degree);
+    int degree = 0;
+    for (const RadChunk& chunk : chunks_) degree = std::max(degree, chunk.sh_degree());
+    return degree;
   }
 
   // Fills the Gaussians of one chunk. May be called from several threads for different chunks.
   void fill(std::size_t number, GaussianCloud& cloud, LinearValues& linear) {
     const RadChunk& chunk = chunks_[number];
     const std::size_t begin = read_before(chunk.base);
-    const std::size_t end = read_before(chunk.base + chunk.count);
-    // Calls use(k, row) for Gaussian k of the cloud and its row of the chunk.
-    const auto for_read = [&](const auto& use) {
-      for (std::size_t k = begin; k < end; ++k)
-        use(k, static_cast<std::size_t>((reads_all_ ? k : tree_.leaves[k]) - chunk.base));
-    };
-    // Calls use(k, v) for Gaussian k and its values v(0), v(1) ... of a property.
-    const auto fill_from = [&](std::size_t kind, const auto& use) {
-      const std::vector<float> values = rad_values(chunk, kind);
-      for_read([&](std::size_t k, std::size_t row) {
-        use(k, [&](std::size_t i) { return values[i * chunk.count + row]; });
-      });
-    };
-    fill_from(kRadCenter, [&](std::size_t k, const auto& v) {
-      cloud.positions[k] = {v(0), v(1), v(2)};
-    });
-    fill_from(kRadAlpha, [&](std::size_t k, const auto& v) {
-      cloud.opacity_logits[k] = linear.logit(static_cast<double>(v(0)));
-    });
-    const bool are_logarithms = chunk.get(kRadScales).coding != RadCoding::f32;
-    fill_from(kRadScales, [&](std::size_t k, const auto& v) {
-      const glm::vec3 scale(v(0), v(1), v(2));
-      cloud.log_scales[k] = are_logarithms ? scale : linear.log_scale(scale);
-    });
-    const bool is_octahedral = chunk.get(kRadOrientation).coding == RadCoding::oct88r8;
-    fill_from(kRadOrientation, [&](std::size_t k, const auto& v) {
-      const auto q = restore_largest({v(0), v(1), v(2)}, 3);
-      cloud.rotations[k] = is_octahedral ? rotation_of_octahedron(v(0), v(1), v(2))
-                                         : make_quat(q[3], q[0], q[1], q[2]);
-    });
-    fill_from(kRadRgb, [&](std::size_t k, const auto& v) {
-      glm::vec3* const sh = sh_of(cloud, k);
-      std::fill_n(sh, sh_count(cloud), glm::vec3(0));
-      sh[0] = (glm::dvec3(v(0), v(1), v(2)) - 0.5) / static_cast<double>(kSh0);
-    });
-    for (std::size_t degree = 1; degree <= 3; ++degree) {
-      if (!chunk.properties[kRadSh + degree - 1]) continue;
-      fill_from(kRadSh + degree - 1,
-                [&](std::size_t k, const auto& v) { put_band(degree, sh_of(cloud, k), v); });
-    }
-    if (!chunk.properties[kRadLabel]) return;
-    const std::vector<std::uint32_t> labels = rad_integers(chunk, kRadLabel);
-    for_read([&](std::size_t k, std::size_t row) {
-      const std::size_t label = labels[row];
-      unlabelled_ += label >= code_rows_ ? 1 : 0;
-      for (std::size_t degree = 1; label < code_rows_ && degree <= 3; ++degree) {
-        const std::vector<float>& codes = codes_[degree - 1];
-        if (!codes.empty())
-          put_band(degree, sh_of(cloud, k),
-                   [&](std::size_t i) { return codes[i * code_rows_ + label]; });
-      }
-    });
+    std::vector<std::uint32_t> rows(read_before(chunk.base + chunk.count) - begin);
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      rows[k] = static_cast<std::uint32_t>((reads_all_ ? begin + k : tree_.leaves[begin + k]) -
+                                           chunk.base);
+    unlabelled_ += fill_gaussians(chunk, *codes_, rows, begin, cloud, linear);
   }
 
   void describe(Scene& scene) const {
@@ -163,7 +81,7 @@ class RadFile {
       scene.warn("A part of a .rad file: {} leaves of {} nodes were read.", read_count(), count_);
     else if (has_tree_)
       scene.levels = {tree_.levels, count_, tree_.leaves.size(), count_ - tree_.leaves.size(),
-                      footprint_ > 0};
+                      header_.footprint > 0};
     if (!scene.parents.empty() && scene.cloud.size() != count_)
       fail("{}: {} nodes of its tree cannot be drawn", path_, count_ - scene.cloud.size());
     std::uint64_t ignored = ignored_bytes_;
@@ -187,46 +105,25 @@ class RadFile {
 
   void read_chunks(ByteSpan content, const std::filesystem::path& path, Scene& scene) {
     ByteCursor cursor(content, path_);
-    const nlohmann::json description = read_rad_description(cursor, kFileMagic, path_);
-    const JsonEntry entry{description, path_};
-    if (entry.has("type") && entry.text("type") != "gsplat")
-      fail("{}: the type '{}' is not known", path_, printable(entry.text("type")));
-    count_ = entry.whole("count");
-    const std::uint64_t size = entry.has("chunkSize") ? entry.whole("chunkSize") : count_;
-    const nlohmann::json& list = rad_list(entry, "chunks");
-    if (count_ == 0) return;
-    if (size == 0 || count_ >> 32 != 0 || list.size() != (count_ + size - 1) / size)
-      fail("{}: {} nodes in {} chunks of {}", path_, count_, list.size(), size);
-    has_tree_ = entry.has("lodTree") && entry.get("lodTree") == true;
-    if (entry.has("quadsplat")) {
-      const JsonEntry own{entry.get("quadsplat"), path_ + ": quadsplat"};
-      footprint_ = own.number("footprint");
-      scene.cloud.antialiased = own.has("antialiased") && own.get("antialiased") == true;
-    }
-    std::optional<std::uint64_t> codes;
-    if (entry.has("shCodeCount")) codes = entry.whole("shCodeCount");
+    header_ = read_rad_header(cursor, path_);
+    count_ = header_.count;
+    has_tree_ = header_.has_tree;
+    scene.cloud.antialiased = header_.antialiased;
     const ByteSpan body = cursor.take(cursor.left(), "the chunks");
     const auto files = files_beside(path);
     std::uint64_t used = 0;
-    for (std::uint64_t i = 0; i < list.size(); ++i) {
-      const std::string source = fmt::format("{}: chunk {}", path_, i);
-      const JsonEntry range{list[i], source};
-      const std::uint64_t offset = range.whole("offset"), bytes = range.whole("bytes");
+    for (std::uint64_t i = 0; i < header_.chunks.size(); ++i) {
+      const auto& [offset, bytes, file] = header_.chunks[i];
       Array<std::byte> loaded;
-      if (range.has("filename")) {
-        loaded = files->read(range.text("filename"), bytes);
+      if (file) {
+        loaded = files->read(*file, bytes);
         scene.file_bytes += loaded.size();
       } else {
-        if (offset > body.size() || bytes > body.size() - offset)
-          fail("{}: cut off: {} bytes at offset {} of {}", source, bytes, offset, body.size());
+        header_.require_inside(i, body.size(), path_);
         used = std::max(used, offset + bytes);
       }
-      RadChunk chunk = parse_rad_chunk(
-          range.has("filename") ? ByteSpan(loaded) : body.subspan(offset, bytes), source, codes);
-      const std::uint64_t base = i * size, expected = std::min(size, count_ - base);
-      if (chunk.base != base || chunk.count != expected)
-        fail("{}: holds {} nodes from node {} on, but must hold {} from node {} on", source,
-             chunk.count, chunk.base, expected, base);
+      RadChunk chunk =
+          header_.chunk(i, !file ? body.subspan(offset, bytes) : ByteSpan(loaded), path_);
       chunk.loaded = std::move(loaded);  // its place in memory stays
       chunks_.push_back(std::move(chunk));
     }
@@ -260,13 +157,12 @@ class RadFile {
 
   std::string path_;
   bool is_part_, has_tree_ = false, reads_all_ = false;
+  RadHeader header_;
   std::vector<RadChunk> chunks_;
   std::uint64_t count_ = 0, ignored_bytes_ = 0;
   LodTree tree_;
-  std::array<std::vector<float>, 3> codes_;  // of SH, by band
-  std::size_t code_rows_ = 0;
+  std::optional<RadCodes> codes_;
   std::atomic<std::size_t> unlabelled_ = 0;
-  double footprint_ = 0;  // 0: quadsplat did not write the file
 };
 
 void fill_leaves(RadFile& file, ThreadPool& pool, const ReadOptions& options, Scene& scene) {
@@ -290,7 +186,7 @@ void fill_leaves(RadFile& file, ThreadPool& pool, const ReadOptions& options, Sc
 
 bool recognises_rad(ByteSpan content, const std::filesystem::path&) {
   const std::string_view text = text_of(content);
-  return text.starts_with(kFileMagic) || text.starts_with(kRadChunkMagic);
+  return text.starts_with(kRadFileMagic) || text.starts_with(kRadChunkMagic);
 }
 
 void read_rad(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,

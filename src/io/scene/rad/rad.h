@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/cloud/scene.h"
-#include "io/scene/rad/lod_node.h"
+#include "raster/pages/lod_node.h"
 
 namespace qs {
 

@@ -99,6 +99,13 @@ ByteSpan unpacked(const RadChunk& chunk, std::size_t kind, Array<std::byte>& roo
 
 }  // namespace
 
+int RadChunk::sh_degree() const {
+  int degree = 3;
+  for (; degree > 0; --degree)
+    if (properties[kRadSh + degree - 1] || properties[kRadCodes + degree - 1]) break;
+  return degree;
+}
+
 const RadProperty& RadChunk::get(std::size_t kind) const {
   if (!properties[kind]) fail("{}: it has no {}", source, kProperties[kind].name);
   return *properties[kind];
@@ -221,18 +228,23 @@ std::vector<float> rad_values(const RadChunk& chunk, std::size_t kind) {
   return values;
 }
 
-std::vector<LodNode> rad_own_values(const RadChunk& chunk) {
+std::vector<LodNode> rad_nodes(const RadChunk& chunk, bool has_own) {
   constexpr std::size_t kBytes =
       2 * kLodFootprints + 3 * sizeof(std::uint16_t) + sizeof(std::uint32_t);
   const std::size_t rows = chunk.count;
+  const auto counts = rad_integers(chunk, kRadChildCount),
+             starts = rad_integers(chunk, kRadChildStart);
+  std::vector<LodNode> nodes(rows);
+  for (std::size_t i = 0; i < rows; ++i) {
+    nodes[i].child_count = static_cast<std::uint16_t>(counts[i]);
+    nodes[i].first_child = starts[i];
+  }
+  if (!has_own) return nodes;
   if (chunk.own.empty()) fail("{}: quadsplat lod did not write it: it has no errors", chunk.source);
   Array<std::byte> bytes(kBytes * rows + 1);  // one more than allowed detects excess
   if (Inflater(chunk.own, chunk.source + ": quadsplat", DeflateForm::deflate).read(bytes) !=
       kBytes * rows)
     fail("{}: quadsplat: not {} bytes for {} nodes", chunk.source, kBytes * rows, rows);
-  const auto counts = rad_integers(chunk, kRadChildCount),
-             starts = rad_integers(chunk, kRadChildStart);
-  std::vector<LodNode> nodes(rows);
   const std::byte* const halves = &bytes[2 * kLodFootprints * rows];
   const std::byte* const parents = halves + 3 * rows * sizeof(std::uint16_t);
   for (std::size_t i = 0; i < rows; ++i) {
@@ -248,8 +260,6 @@ std::vector<LodNode> rad_own_values(const RadChunk& chunk) {
     node.opacities = power(1);
     node.radius = power(2);
     node.parent = load<std::uint32_t>(parents + 4 * i);
-    node.child_count = static_cast<std::uint16_t>(counts[i]);
-    node.first_child = starts[i];
   }
   return nodes;
 }

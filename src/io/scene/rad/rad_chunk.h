@@ -17,7 +17,7 @@
 
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/json_value.h"
-#include "io/scene/rad/lod_node.h"
+#include "raster/pages/lod_node.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -74,6 +74,9 @@ struct RadChunk {
   std::uint64_t ignored_bytes = 0;   ///< after the properties
   std::vector<std::string> unknown;  ///< names of properties
 
+  /// The highest degree of its properties and tables.
+  int sh_degree() const;
+
   /// The property, which must be there: throws Error(input) otherwise.
   const RadProperty& get(std::size_t kind) const;
 };
@@ -94,9 +97,9 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
 /// its bytes, 0..255.
 std::vector<float> rad_values(const RadChunk& chunk, std::size_t kind);
 
-/// The block of rad_writer.h for all nodes of a chunk: gains to radius and the parent, with
-/// children. Throws Error(input) if it is damaged or not there.
-std::vector<LodNode> rad_own_values(const RadChunk& chunk);
+/// The children of all nodes of a chunk, and with `has_own` the values of the block of
+/// rad_writer.h: gains to radius and the parent. Throws Error(input) if it is damaged or not there.
+std::vector<LodNode> rad_nodes(const RadChunk& chunk, bool has_own = true);
 
 /// Values of kRadLabel, kRadChildCount or kRadChildStart.
 std::vector<std::uint32_t> rad_integers(const RadChunk& chunk, std::size_t kind);

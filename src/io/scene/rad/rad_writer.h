@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "io/scene/rad/lod_node.h"
+#include "raster/pages/lod_node.h"
 
 namespace qs {
 

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include "app/session/levels.h"
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/seconds.h"
+#include "base/text.h"
+#include "base/warn.h"
+#include "io/bytes/byte_text.h"
+#include "learn/lod/cut.h"
+
+namespace qs {
+namespace {
+
+// The share of the gain of nodes outside of the picture. A window shows them soon (docs/lod.md).
+constexpr float kOutside = 1e-4f, kOutsideWindow = 1.0f / 16;
+constexpr int kUsualBudget = 1'000'000;
+
+LodLimit limit_of(const LevelOptions& options) {
+  LodLimit limit;
+  if (options.budget || !options.error)
+    limit.budget = static_cast<std::size_t>(options.budget.value_or(kUsualBudget));
+  limit.gain = static_cast<float>(options.error.value_or(0));
+  return limit;
+}
+
+// The choices that decide a cut and its Gaussians.
+struct LevelView {
+  LodView view;
+  double dilation = 0;  // px^2 of the renderer's filter; 0: antialiased
+  LodLimit limit;
+
+  // `smaller_ones`: a reduced frame is served by the cut of the whole one, so that the two do not
+  // alternate.
+  bool serves(const LevelView& other, bool smaller_ones) const {
+    const Camera &a = view.camera, &b = other.view.camera;
+    const bool smaller = b.focal_px.y <= a.focal_px.y && b.width <= a.width &&
+                         b.width * a.focal_px.x < 1.02 * a.width * b.focal_px.x;
+    return a.view_from_world == b.view_from_world && a.near_depth == b.near_depth &&
+           limit.budget == other.limit.budget &&
+           (smaller_ones
+                ? smaller
+                : std::tie(a.width, a.height, a.focal_px, a.center_px, dilation) ==
+                      std::tie(b.width, b.height, b.focal_px, b.center_px, other.dilation));
+  }
+};
+
+// The number of nodes of `b` that are not in `a`.
+std::size_t moved(const LodCut& a, const LodCut& b) {
+  std::size_t count = 0;
+  auto old = a.parts.begin();
+  for (const LodPart& part : b.parts) {
+    while (old != a.parts.end() && old->page < part.page) ++old;
+    const bool has_old = old != a.parts.end() && old->page == part.page;
+    for (std::size_t word = 0; word < part.mask.size(); ++word)
+      count += static_cast<std::size_t>(
+          std::popcount(part.mask[word] & ~(has_old ? old->mask[word] : 0)));
+  }
+  return count;
+}
+
+class LevelRenderer final : public Renderer {
+ public:
+  LevelRenderer(std::unique_ptr<Renderer> inner, const LevelOptions& options, ThreadPool& pool,
+                LevelReport report)
+      : inner_(std::move(inner)),
+        limit_(limit_of(options)),
+        budget_ms_(options.budget_ms),
+        pool_(pool),
+        report_(std::move(report)) {}
+
+  ~LevelRenderer() override { leave_stream(); }
+
+  void expect(std::shared_ptr<PageStream> stream) { expected_ = std::move(stream); }
+
+  void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
+    leave_stream();
+    stream_ = std::exchange(expected_, nullptr);
+    wanted_.reset();
+    ready_.reset();
+    made_ = {};
+    antialiased_ = cloud->antialiased;
+    inner_->upload(std::move(cloud), progress);
+    if (!stream_ || !report_) return;
+    stream_->report_pages_to([this] { note_news(); });
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      try {
+        make_cuts(stop);
+      } catch (const std::exception& error) {  // a damaged tree, or no memory
+        report_({.stream = stream_->facts(), .sentences = {error.what()}});
+      }
+    });
+  }
+
+  const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
+                      const Target& target, std::stop_token stop) override {
+    if (!stream_) return inner_->render(camera, settings, outputs, target, std::move(stop));
+    const bool keeps_light = settings.antialiased.value_or(antialiased_);
+    const LevelView view{
+        {camera, report_ ? kOutsideWindow : kOutside}, keeps_light ? 0 : settings.dilation, limit_};
+    std::unique_lock lock(mutex_);
+    const bool is_new = !wanted_ || !wanted_->serves(view, report_ != nullptr);
+    if (is_new && !report_) ready_ = await_cut(view);
+    if (is_new) wanted_ = view;
+    const std::optional<GaussianCloud> ready = std::exchange(ready_, std::nullopt);
+    lock.unlock();
+    if (is_new) note_news();
+    if (ready) inner_->upload(std::make_shared<const GaussianCloud>(std::move(*ready)), {});
+    const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
+    if (budget_ms_) follow_time(static_cast<double>(frame.stats.frame_ms));
+    return frame;
+  }
+
+  void prepare_target(const Target& target) override { inner_->prepare_target(target); }
+  void report_frames_to(std::function<void(float fraction)> report) override {
+    inner_->report_frames_to(std::move(report));
+  }
+
+ private:
+  void leave_stream() {
+    if (stream_) stream_->report_pages_to({});
+    thread_ = {};  // waits for its end
+  }
+
+  void note_news() {
+    const std::lock_guard lock(mutex_);
+    has_news_ = true;
+    changed_.notify_all();
+  }
+
+  GaussianCloud cloud_of(const StreamedCut& made, const LevelView& view, ThreadPool& pool) const {
+    return cut_cloud(made.tree, made.cut, view.view, view.dilation, pool);
+  }
+
+  LevelFacts facts_of(const LodCut& cut, double ms, bool is_new) {
+    return {cut.count, cut.missing.size(),       cut.limit, ms, stream_->facts(),
+            is_new,    stream_->take_sentences()};
+  }
+
+  GaussianCloud await_cut(const LevelView& view) {
+    const auto start = std::chrono::steady_clock::now();
+    const StreamedCut made = stream_->await_cut(gain_in(view.view, stream_->footprint()),
+                                                view.limit, pool_, made_.limit);
+    made_.limit = made.cut.limit;
+    const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), true);
+    for (const std::string& sentence : facts.sentences) warn("warning: " + sentence);
+    const std::string& name = view.view.camera.name;
+    warn("cut" + (name.empty() ? "" : " of " + name) + ": " + facts.text());
+    return cloud_of(made, view, pool_);
+  }
+
+  void follow_time(double ms) {
+    constexpr double kStep = 1.05, kLeast = 1000;
+    const auto most = std::max(static_cast<double>(stream_->facts().nodes), kLeast);
+    const double wish = std::clamp(*budget_ms_ / std::max(ms, 1e-3), 1 / kStep, kStep);
+    if (wish != 1 / kStep && wish != kStep) return;
+    limit_.budget = static_cast<std::size_t>(
+        std::clamp(static_cast<double>(limit_.budget) * wish, kLeast, most));
+  }
+
+  void make_cuts(const std::stop_token& stop) {
+    constexpr std::chrono::milliseconds kRest{300};
+    constexpr double kMoved = 0.02;  // share of the nodes
+    ThreadPool alone(1);
+    bool is_late = false;  // the shown cut differs a little from the exact one
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      const auto news = [&] { return has_news_ && wanted_; };
+      const bool came =
+          is_late ? changed_.wait_for(lock, stop, kRest, news) : changed_.wait(lock, stop, news);
+      if (stop.stop_requested()) return;
+      has_news_ = false;
+      const LevelView view = *wanted_;
+      lock.unlock();
+      const auto start = std::chrono::steady_clock::now();
+      StreamedCut made =
+          stream_->cut(gain_in(view.view, stream_->footprint()), view.limit, alone, made_.limit);
+      const double change = static_cast<double>(moved(made_, made.cut) + moved(made.cut, made_)) /
+                            static_cast<double>(made.cut.count);
+      is_late = came && change > 0 && change < kMoved;
+      const bool is_new = change > 0 && !is_late;
+      const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), is_new);
+      std::optional<GaussianCloud> cloud;
+      if (is_new) cloud = cloud_of(made, view, alone);
+      if (is_new) made_ = std::move(made.cut);
+      lock.lock();
+      if (is_new) ready_ = std::move(cloud);
+      lock.unlock();
+      report_(facts);
+      lock.lock();
+    }
+  }
+
+  std::unique_ptr<Renderer> inner_;
+  LodLimit limit_;
+  std::optional<double> budget_ms_;
+  ThreadPool& pool_;
+  LevelReport report_;
+  std::shared_ptr<PageStream> stream_, expected_;
+  bool antialiased_ = false;
+  LodCut made_;       // the cut that was made last; of the thread of cuts
+  std::mutex mutex_;  // guards everything below but the thread
+  std::condition_variable_any changed_;
+  std::optional<LevelView> wanted_;
+  std::optional<GaussianCloud> ready_;  // of a cut that was not uploaded yet
+  bool has_news_ = false;               // another view, or another page
+  std::jthread thread_;                 // the last member: it ends first
+};
+
+}  // namespace
+
+std::string LevelFacts::text() const {
+  return fmt::format("{} of {} nodes, limit {:.3g}, {} read ({}), {} missing, {:.0f} ms",
+                     grouped(drawn), grouped(stream.nodes), limit, counted(stream.read, "page"),
+                     bytes_text(stream.read_bytes), missing, ms);
+}
+
+std::unique_ptr<Renderer> with_levels(std::unique_ptr<Renderer> inner, const LevelOptions& options,
+                                      ThreadPool& pool, LevelReport report) {
+  return std::make_unique<LevelRenderer>(std::move(inner), options, pool, std::move(report));
+}
+
+void expect_stream(Renderer& renderer, const std::shared_ptr<PageStream>& stream) {
+  if (auto* const levels = dynamic_cast<LevelRenderer*>(&renderer)) levels->expect(stream);
+}
+
+}  // namespace qs

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/rad/rad_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/text.h"
+#include "io/cloud/cloud_memory.h"
+#include "io/cloud/quantised.h"
+#include "raster/kernel/constants.h"
+
+namespace qs {
+namespace {
+
+// An octahedral axis, bytes for -1..1, and an angle, a byte for 0..pi.
+glm::quat rotation_of_octahedron(float u, float v, float angle) {
+  double x = u / 127.5 - 1, y = v / 127.5 - 1;
+  const double z = 1 - std::abs(x) - std::abs(y);
+  const double fold = std::max(-z, 0.0);
+  x += x >= 0 ? -fold : fold;
+  y += y >= 0 ? -fold : fold;
+  const double half = angle / 255.0 * std::numbers::pi / 2;
+  const double factor = std::sin(half) / std::sqrt(x * x + y * y + z * z);
+  return make_quat(std::cos(half), x * factor, y * factor, z * factor);
+}
+
+// Stores the SH of a degree; the channel is the fastest index of value(i).
+template <class Value>
+void put_band(std::size_t degree, glm::vec3* sh, const Value& value) {
+  for (std::size_t i = 0; i < 3 * (2 * degree + 1); ++i)
+    sh[degree * degree + i / 3][static_cast<int>(i % 3)] = value(i);
+}
+
+}  // namespace
+
+void RadHeader::require_inside(std::size_t i, std::uint64_t bytes,
+                               const std::string& source) const {
+  const Range& range = chunks[i];
+  if (range.offset > bytes || range.bytes > bytes - range.offset)
+    fail("{}: chunk {}: cut off: {} bytes at offset {} of {}", source, i, range.bytes, range.offset,
+         bytes);
+}
+
+RadChunk RadHeader::chunk(std::size_t i, ByteSpan content, const std::string& source) const {
+  RadChunk chunk = parse_rad_chunk(content, fmt::format("{}: chunk {}", source, i), codes);
+  const std::uint64_t base = i * chunk_nodes, expected = std::min(chunk_nodes, count - base);
+  if (chunk.base != base || chunk.count != expected)
+    fail("{}: holds {} nodes from node {} on, but must hold {} from node {} on", chunk.source,
+         chunk.count, chunk.base, expected, base);
+  return chunk;
+}
+
+RadHeader read_rad_header(ByteCursor& cursor, const std::string& source) {
+  const nlohmann::json description = read_rad_description(cursor, kRadFileMagic, source);
+  const JsonEntry entry{description, source};
+  if (entry.has("type") && entry.text("type") != "gsplat")
+    fail("{}: the type '{}' is not known", source, printable(entry.text("type")));
+  RadHeader header;
+  header.count = entry.whole("count");
+  header.chunk_nodes = entry.has("chunkSize") ? entry.whole("chunkSize") : header.count;
+  const nlohmann::json& list = rad_list(entry, "chunks");
+  if (header.count == 0) return header;
+  if (header.chunk_nodes == 0 || header.count >> 32 != 0 ||
+      list.size() != (header.count + header.chunk_nodes - 1) / header.chunk_nodes)
+    fail("{}: {} nodes in {} chunks of {}", source, header.count, list.size(), header.chunk_nodes);
+  header.has_tree = entry.has("lodTree") && entry.get("lodTree") == true;
+  if (entry.has("quadsplat")) {
+    const JsonEntry own{entry.get("quadsplat"), source + ": quadsplat"};
+    const double footprint = own.number("footprint");
+    if (footprint > 0 && footprint < 1e30) header.footprint = static_cast<float>(footprint);
+    header.antialiased = own.has("antialiased") && own.get("antialiased") == true;
+  }
+  if (entry.has("shCodeCount")) header.codes = entry.whole("shCodeCount");
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const JsonEntry range{list[i], fmt::format("{}: chunk {}", source, i)};
+    header.chunks.push_back({range.whole("offset"), range.whole("bytes"), {}});
+    if (range.has("filename")) header.chunks.back().file = range.text("filename");
+  }
+  return header;
+}
+
+RadCodes::RadCodes(const RadChunk& first) {
+  for (std::size_t band = 0; band < bands.size(); ++band) {
+    const auto& table = first.properties[kRadCodes + band];
+    if (!table) continue;
+    bands[band] = rad_values(first, kRadCodes + band);
+    rows = table->rows;
+  }
+}
+
+std::size_t fill_gaussians(const RadChunk& chunk, const RadCodes& codes,
+                           std::span<const std::uint32_t> rows, std::size_t first,
+                           GaussianCloud& cloud, LinearValues& linear) {
+  // Calls use(k, v) for Gaussian k and its values v(0), v(1) ... of a property.
+  const auto fill_from = [&](std::size_t kind, const auto& use) {
+    const std::vector<float> values = rad_values(chunk, kind);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      use(first + i, [&](std::size_t value) { return values[value * chunk.count + rows[i]]; });
+  };
+  fill_from(kRadCenter, [&](std::size_t k, const auto& v) {
+    cloud.positions[k] = {v(0), v(1), v(2)};
+  });
+  fill_from(kRadAlpha, [&](std::size_t k, const auto& v) {
+    cloud.opacity_logits[k] = linear.logit(static_cast<double>(v(0)));
+  });
+  const bool are_logarithms = chunk.get(kRadScales).coding != RadCoding::f32;
+  fill_from(kRadScales, [&](std::size_t k, const auto& v) {
+    const glm::vec3 scale(v(0), v(1), v(2));
+    cloud.log_scales[k] = are_logarithms ? scale : linear.log_scale(scale);
+  });
+  const bool is_octahedral = chunk.get(kRadOrientation).coding == RadCoding::oct88r8;
+  fill_from(kRadOrientation, [&](std::size_t k, const auto& v) {
+    const auto q = restore_largest({v(0), v(1), v(2)}, 3);
+    cloud.rotations[k] = is_octahedral ? rotation_of_octahedron(v(0), v(1), v(2))
+                                       : make_quat(q[3], q[0], q[1], q[2]);
+  });
+  fill_from(kRadRgb, [&](std::size_t k, const auto& v) {
+    glm::vec3* const sh = sh_of(cloud, k);
+    std::fill_n(sh, sh_count(cloud), glm::vec3(0));
+    sh[0] = (glm::dvec3(v(0), v(1), v(2)) - 0.5) / static_cast<double>(kSh0);
+  });
+  for (std::size_t degree = 1; degree <= 3; ++degree) {
+    if (!chunk.properties[kRadSh + degree - 1]) continue;
+    fill_from(kRadSh + degree - 1,
+              [&](std::size_t k, const auto& v) { put_band(degree, sh_of(cloud, k), v); });
+  }
+  std::size_t unlabelled = 0;
+  if (!chunk.properties[kRadLabel]) return unlabelled;
+  const std::vector<std::uint32_t> labels = rad_integers(chunk, kRadLabel);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::size_t label = labels[rows[i]];
+    unlabelled += label >= codes.rows ? 1 : 0;
+    for (std::size_t degree = 1; label < codes.rows && degree <= 3; ++degree)
+      if (const std::vector<float>& band = codes.bands[degree - 1]; !band.empty())
+        put_band(degree, sh_of(cloud, first + i),
+                 [&](std::size_t value) { return band[value * codes.rows + label]; });
+  }
+  return unlabelled;
+}
+
+}  // namespace qs

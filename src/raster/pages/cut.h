@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+//
+// A cut of a tree with levels of detail: the nodes that are drawn in the place of all leaves. Every
+// merged node has a gain, which is never larger than its parent's. The nodes whose gain is above
+// the limit of a cut are *open*: their children are drawn in their place. The nodes of a tree are
+// in pages, of which some are in memory. A node with a child in a missing page is drawn itself, so
+// a missing page makes a picture coarser and never leaves a hole.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "base/parallel.h"
+#include "raster/pages/lod_node.h"
+#include "raster/scene/camera.h"
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+/// Consecutive nodes, as they are drawn without a filter.
+struct LodPage {
+  GaussianCloud cloud;
+  std::vector<LodNode> nodes;  ///< without the Gaussians
+
+  std::size_t bytes() const;  ///< of memory
+};
+
+/// A tree, of which some pages are in memory. Node 0 is the root; children are consecutive and come
+/// after their parent.
+struct LodPages {
+  std::uint64_t count = 0;           ///< nodes
+  std::uint64_t page_nodes = 65536;  ///< of a page; the last one may have less
+  float footprint = 0;               ///< the smallest one, world units; 0: the nodes have no gains
+  std::vector<std::shared_ptr<const LodPage>> pages = {};  ///< null: not in memory
+  std::vector<bool> dead = {};  ///< pages that will never come: the nodes above them are leaves
+};
+
+/// The part of a picture in which a node is seen.
+struct LodSight {
+  float footprint = 1;  ///< at the nearest point of the ball around the node's leaves, world units
+  float share = 1;      ///< of its gain that counts: less than 1 outside of the picture
+};
+
+/// Sees balls in the picture of a camera.
+struct LodView {
+  Camera camera;
+  float outside = 1;  ///< LodSight::share of nodes outside of the picture
+
+  LodSight operator()(const glm::vec3& center, float radius) const;
+};
+
+/// The error that a merged node adds per Gaussian that it saves, colour^2 times square pixels.
+float lod_gain(const LodNode& node, float smallest, float footprint);
+
+struct LodLimit {
+  std::size_t budget = std::numeric_limits<std::size_t>::max();  ///< nodes; one is always drawn
+  float gain = 0;  ///< nodes with at most this gain stay closed; 0: all leaves are drawn
+};
+
+/// Nodes of one page, and the largest gain of a parent of them.
+struct LodPart {
+  std::uint32_t page = 0, count = 0;
+  float gain = 0;
+  std::vector<std::uint64_t> mask = {};  ///< bit i: node i of the page is drawn
+
+  template <class Visit>
+  void for_each(const Visit& visit) const {  ///< in increasing order
+    for (std::size_t word = 0; word < mask.size(); ++word)
+      for (std::uint64_t bits = mask[word]; bits != 0; bits &= bits - 1)
+        visit(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
+  }
+};
+
+struct LodCut {
+  std::size_t count = 0;
+  float limit = 0;                    ///< the largest gain of a node that stays closed
+  std::vector<LodPart> parts = {};    ///< by page
+  std::vector<LodPart> missing = {};  ///< pages that the cut lacks, the largest gain first
+};
+
+/// The gain of a merged node: of row `row` of a page of the tree.
+using LodGain = std::function<float(const LodPage& page, std::size_t row)>;
+
+/// The gains in a view. `smallest`: LodPages::footprint; if that is 0, a node gains the square of
+/// its radius in pixels.
+LodGain gain_in(const LodView& view, float smallest);
+
+/// The cut with the smallest limit that the budget allows. If the budget does not hold all nodes of
+/// one gain, the first nodes of the tree are open. Page 0 is in memory. `guess`: the limit of a
+/// similar cut, which saves time and changes nothing. Throws Error(input) if a node is the child of
+/// several nodes.
+LodCut cut_of(const LodPages& tree, const LodGain& gain, const LodLimit& limit, ThreadPool& pool,
+              float guess = 0);
+
+}  // namespace qs

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+//
+// Sessions that draw a tree of levels of detail by the cut of each view.
+#include "app/session/levels.h"
+
+#include <atomic>
+#include <cstring>
+#include <mutex>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/session/alterations.h"
+#include "io/scene/writer.h"
+#include "learn/lod/build.h"
+#include "raster/scene/image_metrics.h"
+#include "support/pool.h"
+#include "support/scene_files.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace qs {
+namespace {
+
+using testing::HasSubstr;
+
+class LevelsTest : public testing::Test {
+ protected:
+  LevelsTest() {
+    test::write_scene(test::random_cloud(4000, 2, 3), folder_ / "scene.ply");
+    LodBuild build;
+    build.inputs = {folder_ / "scene.ply"};
+    build.output = folder_ / "scene.rad";
+    build.warn = [](const std::string&) {};
+    build_lod(build, test::pool());
+    frame_.scene = build.output;
+    frame_.backend = Backend::cpu;
+    camera_ = look_at({0, 0, -6}, {0, 0, 0}, {0, -1, 0}, 0.9, 160, 120);
+  }
+
+  Image picture(Session& session, const Camera& camera) {
+    return session.renderer->render(camera, session.settings).color;
+  }
+
+  // Draws until the cut of the window is exact and was drawn.
+  const Frame* settled(Renderer& renderer, std::atomic<int>& reports) {
+    const Frame* frame = &renderer.render(camera_);
+    for (int quiet = 0, seen = 0; quiet < 10; ++quiet) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(60));
+      if (reports != seen) quiet = 0;
+      seen = reports;
+      frame = &renderer.render(camera_);
+    }
+    return frame;
+  }
+
+  TemporaryFolder folder_;
+  FrameOptions frame_;
+  Camera camera_;
+};
+
+TEST_F(LevelsTest, error_0_draws_the_bits_of_the_whole_file_in_every_mode) {
+  Session whole = open_session(frame_);
+  frame_.levels.error = 0;
+  Session levels = open_session(frame_);
+  for (const CullMode mode : all_modes())
+    for (const Pipeline pipeline : {Pipeline::fast, Pipeline::classic}) {
+      whole.settings.mode = levels.settings.mode = mode;
+      whole.settings.pipeline = levels.settings.pipeline = pipeline;
+      const Image expected = picture(whole, camera_);
+      EXPECT_EQ(picture(levels, camera_).values, expected.values);
+    }
+  const Outputs pairs{.color = false, .pairs = true};
+  const auto counted = [&](Session& s) {
+    return s.renderer->render(camera_, s.settings, pairs).stats.tile_pairs;
+  };
+  EXPECT_EQ(counted(levels), counted(whole));
+}
+
+TEST_F(LevelsTest, every_view_has_the_cut_of_its_budget) {
+  Session whole = open_session(frame_);
+  const Image expected = picture(whole, camera_);
+  double before = 0;
+  for (const int budget : {1, 100, 1000, 2500}) {
+    frame_.levels.budget = budget;
+    Session session = open_session(frame_);
+    const double quality = psnr(picture(session, camera_), expected, test::pool());
+    EXPECT_GE(quality, before) << budget;
+    before = quality;
+    EXPECT_THAT(alterations_of(session).text, HasSubstr("levels of detail"));
+    for (const double distance : {-6.0, -2.0, -0.1, -40.0}) {  // also inside of the scene
+      const Camera moved = look_at({0.3, 0, distance}, {0, 0, 1}, {0, -1, 0}, 0.9, 160, 120);
+      const auto drawn = session.renderer->render(moved, session.settings).stats.gaussians;
+      EXPECT_LE(drawn, static_cast<unsigned>(budget));
+      EXPECT_GE(drawn, static_cast<unsigned>(budget) * 9 / 10);
+    }
+  }
+  EXPECT_GT(before, 30);
+}
+
+TEST_F(LevelsTest, a_cut_does_not_depend_on_the_views_before) {
+  frame_.levels.budget = 700;
+  Session fresh = open_session(frame_), used = open_session(frame_);
+  for (const double z : {-1.0, -30.0, -3.0})
+    picture(used, look_at({0, 0, z}, {0, 0, 1}, {0, -1, 0}, 0.9, 80, 60));
+  EXPECT_EQ(picture(used, camera_).values, picture(fresh, camera_).values);
+}
+
+TEST_F(LevelsTest, both_limits_hold) {
+  frame_.levels.error = 1e-3;
+  Session by_error = open_session(frame_);
+  const auto drawn = by_error.renderer->render(camera_).stats.gaussians;
+  EXPECT_LT(drawn, 4000u);
+  frame_.levels.budget = static_cast<int>(drawn) + 100;
+  Session loose = open_session(frame_);
+  EXPECT_EQ(loose.renderer->render(camera_).stats.gaussians, drawn);
+  frame_.levels.budget = 50;
+  Session tight = open_session(frame_);
+  EXPECT_LE(tight.renderer->render(camera_).stats.gaussians, 50u);
+}
+
+TEST_F(LevelsTest, a_window_ends_at_the_cut_of_its_view) {
+  const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
+  LevelOptions options;
+  options.budget = 800;
+  std::atomic<int> reports = 0;
+  std::mutex mutex;
+  LevelFacts last;
+  const auto renderer = with_levels(make_renderer(Backend::cpu, test::pool()), options,
+                                    test::pool(), [&](const LevelFacts& facts) {
+                                      const std::lock_guard lock(mutex);
+                                      last = facts;
+                                      ++reports;
+                                    });
+  expect_stream(*renderer, scene.stream);
+  renderer->upload(scene.cloud, {});
+  EXPECT_EQ(renderer->render(camera_).stats.gaussians, scene.cloud.size());  // at once, coarse
+  const Frame* frame = settled(*renderer, reports);
+  EXPECT_LE(frame->stats.gaussians, 800u);
+  EXPECT_GE(frame->stats.gaussians, 700u);
+  EXPECT_EQ(last.drawn, frame->stats.gaussians);
+  EXPECT_EQ(last.missing, 0u);
+  EXPECT_THAT(last.text(), HasSubstr(" nodes, limit "));
+  const int before = reports;
+  renderer->render(camera_.resized(80, 60));  // a reduced frame has the same cut
+  std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  EXPECT_EQ(reports, before);
+  // A scene without levels takes its place.
+  renderer->upload(test::random_cloud(50, 0, 1), {});
+  EXPECT_EQ(renderer->render(camera_).stats.gaussians, 50u);
+}
+
+TEST_F(LevelsTest, the_budget_follows_the_time_of_frames) {
+  const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
+  LevelOptions options;
+  options.budget = 4000;
+  options.budget_ms = 1e-6;  // never reached
+  std::atomic<int> reports = 0;
+  const auto renderer = with_levels(make_renderer(Backend::cpu, test::pool()), options,
+                                    test::pool(), [&](const LevelFacts&) { ++reports; });
+  expect_stream(*renderer, scene.stream);
+  renderer->upload(scene.cloud, {});
+  for (int i = 0; i < 60; ++i) renderer->render(camera_);
+  const Frame* frame = settled(*renderer, reports);
+  EXPECT_LE(frame->stats.gaussians, 1000u);  // the least budget
+}
+
+}  // namespace
+}  // namespace qs

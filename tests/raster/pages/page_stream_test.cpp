@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+//
+// Pages that come late, damaged, too many for the memory, or from a file that changed.
+#include "raster/pages/page_stream.h"
+
+#include <atomic>
+#include <chrono>
+#include <limits>
+#include <new>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/pool.h"
+#include "support/random_tree.h"
+
+namespace qs::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr std::uint64_t kPlenty = 1'000'000'000;
+
+class Streamed : public testing::Test {
+ protected:
+  PageStream stream(std::uint64_t most_bytes = kPlenty) {
+    LodPages tree = whole_;
+    std::fill(tree.pages.begin() + 1, tree.pages.end(), nullptr);
+    return PageStream(
+        std::move(tree),
+        {"city.rad",
+         [this](std::size_t page) {
+           ++reads_;
+           if (before_read_) before_read_(page);
+           return *whole_.pages[page];
+         },
+         [this] { return !changed_; }, std::vector<std::uint64_t>(whole_.pages.size(), 1000)},
+        most_bytes);
+  }
+
+  std::vector<std::uint64_t> await(PageStream& stream, const LodLimit& limit) {
+    StreamedCut made = stream.await_cut(gain_of_scale, limit, pool());
+    last_ = std::move(made.cut);
+    return nodes_of(whole_, last_);
+  }
+
+  std::vector<std::uint64_t> expected(const LodLimit& limit) {
+    return nodes_of(whole_, cut_of(whole_, gain_of_scale, limit, pool()));
+  }
+
+  LodPages whole_ = random_tree(6000, 100, 9);
+  std::function<void(std::size_t page)> before_read_;
+  std::atomic<bool> changed_ = false;
+  std::atomic<int> reads_ = 0;
+  LodCut last_;
+};
+
+TEST_F(Streamed, a_cut_waits_for_all_its_pages_and_reads_no_page_twice) {
+  PageStream stream = this->stream();
+  for (const std::size_t budget : {1, 50, 400, 2000, 6000}) {
+    EXPECT_EQ(await(stream, {budget}), expected({budget})) << budget;
+    EXPECT_THAT(last_.missing, IsEmpty());
+  }
+  EXPECT_EQ(reads_, 59);
+  const StreamFacts facts = stream.facts();
+  EXPECT_EQ(facts.pages, 60u);
+  EXPECT_EQ(facts.resident, 60u);
+  EXPECT_EQ(facts.read, 59u);
+  EXPECT_EQ(facts.read_bytes, 59'000u);
+  EXPECT_EQ(facts.nodes, 6000u);
+  EXPECT_THAT(stream.take_sentences(), IsEmpty());
+}
+
+TEST_F(Streamed, a_slow_disk_leaves_the_coarser_nodes_and_the_picture_gets_finer) {
+  before_read_ = [](std::size_t) { std::this_thread::sleep_for(std::chrono::milliseconds(20)); };
+  PageStream stream = this->stream();
+  const StreamedCut first = stream.cut(gain_of_scale, {3000}, pool());
+  EXPECT_THAT(first.cut.missing, testing::Not(IsEmpty()));
+  EXPECT_GE(first.cut.count, 1u);
+  std::size_t before = first.cut.count;
+  for (int i = 0; i < 500; ++i) {
+    const StreamedCut later = stream.cut(gain_of_scale, {3000}, pool());
+    EXPECT_GE(later.cut.count, before);
+    before = later.cut.count;
+    if (later.cut.missing.empty()) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_EQ(nodes_of(whole_, stream.cut(gain_of_scale, {3000}, pool()).cut), expected({3000}));
+}
+
+TEST_F(Streamed, a_damaged_page_is_tried_twice_and_its_parents_stay) {
+  std::atomic<int> tries = 0;
+  before_read_ = [&](std::size_t page) {
+    if (page == 3 && ++tries > 0) throw std::runtime_error("city.rad: chunk 3: damaged");
+  };
+  PageStream stream = this->stream();
+  await(stream, {6000});
+  EXPECT_EQ(tries, 2);
+  EXPECT_THAT(stream.take_sentences(),
+              ElementsAre("city.rad: chunk 3: damaged; coarser nodes are drawn in its place"));
+  EXPECT_THAT(last_.missing, IsEmpty());
+  LodPages tree = whole_;
+  tree.pages[3] = nullptr;
+  tree.dead.resize(tree.pages.size());
+  tree.dead[3] = true;
+  EXPECT_EQ(nodes_of(tree, last_), nodes_of(tree, cut_of(tree, gain_of_scale, {6000}, pool())));
+  await(stream, {6000});
+  EXPECT_EQ(tries, 2);
+  EXPECT_THAT(stream.take_sentences(), IsEmpty());
+}
+
+TEST_F(Streamed, an_error_that_passes_is_not_seen) {
+  std::atomic<int> tries = 0;
+  before_read_ = [&](std::size_t page) {
+    if (page == 3 && ++tries == 1) throw std::runtime_error("a cable");
+  };
+  PageStream stream = this->stream();
+  EXPECT_EQ(await(stream, {6000}), expected({6000}));
+  EXPECT_THAT(stream.take_sentences(), IsEmpty());
+}
+
+TEST_F(Streamed, a_changed_file_is_not_read_any_more) {
+  PageStream stream = this->stream();
+  const auto before = await(stream, {500});
+  const std::size_t resident = stream.facts().resident;
+  changed_ = true;
+  await(stream, {6000});
+  EXPECT_EQ(stream.facts().resident, resident);
+  EXPECT_THAT(last_.missing, testing::Not(IsEmpty()));
+  EXPECT_GE(last_.count, before.size());
+  EXPECT_THAT(
+      stream.take_sentences(),
+      ElementsAre(HasSubstr("city.rad: another program changed it: no more of it is read")));
+  const int reads = reads_;
+  await(stream, {6000});
+  EXPECT_EQ(reads_, reads);
+  EXPECT_THAT(stream.take_sentences(), IsEmpty());
+  EXPECT_EQ(await(stream, {500}), before);
+}
+
+TEST_F(Streamed, memory_of_one_page_draws_that_page) {
+  PageStream stream = this->stream(whole_.pages[0]->bytes());
+  const auto coarse = await(stream, {6000});
+  EXPECT_FALSE(coarse.empty());
+  EXPECT_LT(coarse.back(), 100u);
+  EXPECT_EQ(reads_, 0);
+  EXPECT_THAT(stream.take_sentences(), ElementsAre(HasSubstr("needs more than the 0 MB")));
+  await(stream, {6000});
+  EXPECT_THAT(stream.take_sentences(), IsEmpty());
+}
+
+TEST_F(Streamed, pages_of_earlier_views_leave_when_memory_is_short) {
+  const std::uint64_t page = whole_.pages[0]->bytes();
+  PageStream stream = this->stream(20 * page);
+  // Two views that open the even and the odd half of the tree.
+  const auto half = [](unsigned odd) {
+    return [odd](const LodPage& p, std::size_t row) {
+      return p.cloud.positions[row].x < 30 || static_cast<unsigned>(p.nodes[row].parent) % 2 == odd
+                 ? p.nodes[row].scales.x
+                 : 1e-4f;
+    };
+  };
+  for (int round = 0; round < 6; ++round) {
+    const LodGain gain = half(round % 2);
+    const LodCut got = stream.await_cut(gain, {150}, pool()).cut;
+    EXPECT_THAT(got.missing, IsEmpty());
+    EXPECT_EQ(nodes_of(whole_, got), nodes_of(whole_, cut_of(whole_, gain, {150}, pool())));
+    EXPECT_LE(stream.facts().bytes, 20 * page);
+  }
+}
+
+TEST_F(Streamed, short_memory_halves_the_pages_and_goes_on) {
+  PageStream stream = this->stream();
+  await(stream, {2000});
+  const StreamFacts before = stream.facts();
+  before_read_ = [](std::size_t) { throw std::bad_alloc(); };
+  await(stream, {6000});
+  const StreamFacts after = stream.facts();
+  EXPECT_LE(after.most_bytes, before.bytes / 2);
+  EXPECT_THAT(stream.take_sentences(), testing::Contains(HasSubstr("memory is short")));
+  before_read_ = {};
+  EXPECT_EQ(await(stream, {30}), expected({30}));
+  EXPECT_GE(await(stream, {6000}).size(), 1u);
+}
+
+TEST_F(Streamed, ends_while_pages_are_being_read) {
+  before_read_ = [](std::size_t) { std::this_thread::sleep_for(std::chrono::milliseconds(30)); };
+  PageStream stream = this->stream();
+  stream.cut(gain_of_scale, {6000}, pool());
+}
+
+}  // namespace
+}  // namespace qs::test

@@ -148,7 +148,8 @@ TEST_F(LensOptionsTest, make_pictures_of_every_lens) {
     EXPECT_EQ(test::content_of(path("out.png")).find("GPano") != std::string::npos, is_panorama);
     EXPECT_THAT(test::content_of(path("stats.json")), HasSubstr(text));
     options = given;
-    options.insert(options.end(), {"--picture", "depth", "--output", path("depth.npy")});
+    options.insert(options.end(),
+                   {"--picture", "depth", "--overwrite", "--output", path("depth.npy")});
     ASSERT_EQ(run("render", options).exit_code, 0);
     options = given;
     options.insert(options.end(), {"--cull", "quadbox", "--frames", "1", "--psnr"});

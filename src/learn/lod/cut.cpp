@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "io/cloud/cloud_memory.h"
 #include "learn/lod/merging.h"
@@ -39,14 +38,6 @@ void put_drawn(const GaussianCloud& nodes, std::size_t i, const LodNode& node, f
 
 }  // namespace
 
-LodGains gains_at(const RadLevels& levels, float footprint) {
-  LodGains result;
-  result.footprints.assign(levels.nodes.size(), footprint);
-  for (const LodNode& node : levels.nodes)
-    result.gains.push_back(lod_gain(node, levels.footprint, footprint));
-  return result;
-}
-
 LodGains gains_in(const RadLevels& levels, const GaussianCloud& nodes,
                   std::span<const Camera> cameras, float outside) {
   LodGains result;
@@ -62,18 +53,6 @@ LodGains gains_in(const RadLevels& levels, const GaussianCloud& nodes,
     }
   }
   return result;
-}
-
-std::vector<std::uint32_t> choose_cut(const RadLevels& levels, const LodGains& gains,
-                                      std::size_t budget, ThreadPool& pool) {
-  const std::uint64_t count = levels.nodes.size();
-  const LodPages tree{
-      count, count, levels.footprint, {std::make_shared<const LodPage>(LodPage{{}, levels.nodes})}};
-  const LodCut chosen = cut_of(
-      tree, [&](const LodPage&, std::size_t row) { return gains.gains[row]; }, {budget}, pool);
-  std::vector<std::uint32_t> cut;
-  chosen.parts[0].for_each([&](std::size_t i) { cut.push_back(static_cast<std::uint32_t>(i)); });
-  return cut;
 }
 
 GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,

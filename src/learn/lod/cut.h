@@ -22,17 +22,10 @@ struct LodGains {
   std::vector<float> footprints, gains;
 };
 
-/// The same footprint for all nodes.
-LodGains gains_at(const RadLevels& levels, float footprint);
-
 /// For the pictures of these cameras: the sum of the gains. A node outside of a picture gains
 /// `outside` of its gain at its distance; its footprint is the smallest among the pictures.
 LodGains gains_in(const RadLevels& levels, const GaussianCloud& nodes,
                   std::span<const Camera> cameras, float outside);
-
-/// The best cut with at most `budget` nodes, or the root alone. Ascending.
-std::vector<std::uint32_t> choose_cut(const RadLevels& levels, const LodGains& gains,
-                                      std::size_t budget, ThreadPool& pool);
 
 /// The Gaussians of a cut, with merged ones as they are drawn at their footprints.
 GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,

@@ -129,7 +129,7 @@ std::string loss_text(const Scene& scene, const ConvertCommand& command, const W
 int run(const ConvertCommand& command) {
   check_format(command);
   check_rules("convert",
-              {{command.part && !command.edits.file, "--part: needs --edits"},
+              {{command.part && !command.edits.file, "--edits-part: needs --edits"},
                {command.edits.recomputes && !command.edits.file, "--recompute: needs --edits"}});
   ThreadPool pool(0);
   note_input(find_scene_file(command.input));
@@ -190,7 +190,7 @@ CommandAction convert_command(Options& options) {
   options.flag("--recompute", command->edits.recomputes,
                "selects with the tools of the edits in place of their lists, and says differences");
   options.choice(
-      "--part", {"selected", "rest"},
+      "--edits-part", {"selected", "rest"},
       [command](int chosen) { command->part = chosen == 0 ? "selected" : "rest"; },
       "with --edits: the Gaussians that are selected at the end, or those that are not");
   options.overwrite();

@@ -58,8 +58,8 @@ TEST_F(EditedOutputs, are_the_picture_of_the_rest_as_a_file) {
   EXPECT_EQ(test::content_of(folder_ / "a.pfm"), test::content_of(folder_ / "b.pfm"));
   EXPECT_NE(test::content_of(folder_ / "a.pfm"), test::content_of(folder_ / "c.pfm"));
   // The two parts of the rest.
-  done("convert @scene.ply @selected.ply --edits @a.edits.json --part selected");
-  done("convert @scene.ply @others.ply --edits @a.edits.json --part rest");
+  done("convert @scene.ply @selected.ply --edits @a.edits.json --edits-part selected");
+  done("convert @scene.ply @others.ply --edits @a.edits.json --edits-part rest");
   EXPECT_GT(gaussians("selected.ply"), 0u);
   EXPECT_EQ(gaussians("selected.ply") + gaussians("others.ply"), gaussians("rest.ply"));
 }
@@ -88,7 +88,7 @@ TEST_F(EditedOutputs, name_differences_if_selections_are_computed_again) {
   write_edits(R"({"step":"select","tool":"rectangle","camera":CAMERA,"pixels":[[4,4],[20,20]],
                  "count": 2, "members": [7, 2]})");
   const std::string line = "convert @scene.ply @out.ply --overwrite --edits @a.edits.json";
-  EXPECT_THAT(done(line + " --part selected").err,
+  EXPECT_THAT(done(line + " --edits-part selected").err,
               AllOf(HasSubstr("2 selected"), Not(HasSubstr("in place of"))));
   EXPECT_EQ(gaussians("out.ply"), 2u);
   EXPECT_THAT(done(line + " --recompute").err, HasSubstr("step 1: it selects "));

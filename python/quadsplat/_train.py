@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import threading
 from os import PathLike
 from typing import Any, Callable, List, NamedTuple, Optional, Union
@@ -145,8 +146,13 @@ def _run(given: _ffi.QsTraining, calls: _Callbacks, context: Context, who: str) 
 
 def _state_of(state: _ffi.QsTrainingState) -> Training:
     return Training(state.iteration, state.iterations, state.gaussians, state.loss, state.seconds,
-                    state.evaluated, state.test_psnr, state.test_ssim, state.guard_psnr,
-                    state.guarded, state.growth_ended)
+                    state.evaluated, _known(state.test_psnr), _known(state.test_ssim),
+                    _known(state.guard_psnr), state.guarded, state.growth_ended)
+
+
+def _known(value: float) -> float:
+    """The value; NaN is always the same object, so that equal states compare equal."""
+    return math.nan if math.isnan(value) else value
 
 
 def _value(value: Any, where: str) -> bytes:

@@ -81,11 +81,12 @@ TEST_F(Streamed, a_slow_disk_leaves_the_coarser_nodes_and_the_picture_gets_finer
   const StreamedCut first = stream.cut(gain_of_scale, {3000}, pool());
   EXPECT_THAT(first.cut.missing, testing::Not(IsEmpty()));
   EXPECT_GE(first.cut.count, 1u);
-  std::size_t before = first.cut.count;
+  // Nodes that come open in the place of others with less gain, so the count may also fall a little
+  // under way.
   for (int i = 0; i < 500; ++i) {
     const StreamedCut later = stream.cut(gain_of_scale, {3000}, pool());
-    EXPECT_GE(later.cut.count, before);
-    before = later.cut.count;
+    EXPECT_LE(later.cut.count, 3000u);
+    EXPECT_GE(later.cut.count, first.cut.count);
     if (later.cut.missing.empty()) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

@@ -35,13 +35,13 @@ SeenInPicture seen_in(OpenScene& scene, const Use& use) {
   };
 }
 
-void store_set(const OpenScene& scene, const GaussianSet& set, const QsArray& array) {
+void store_set(const OpenScene& scene, const GaussianSet& set, const QsArray& array,
+               ThreadPool& pool) {
   auto* const values = static_cast<std::uint8_t*>(array.data);
-  const auto count = static_cast<std::size_t>(array.sizes[0]);
-  for (std::size_t number = 0; number < count; ++number) {
+  pool.for_each(static_cast<std::size_t>(array.sizes[0]), 1 << 16, [&](std::size_t number) {
     const auto index = scene.index_of(number);
     values[static_cast<std::ptrdiff_t>(number) * array.strides[0]] = index && set[*index] ? 1 : 0;
-  }
+  });
 }
 
 QsSurfacePoint point_of(const std::optional<SurfacePoint>& point) {
@@ -77,8 +77,8 @@ int32_t qs_select(QsSceneHandle* scene, const char* edits, const QsArray* select
                           {{}, use.stop()}};
     for (std::size_t i = 0; i < file.steps.size(); ++i)
       carry_out(file.steps[i], tools, fmt::format("edits: step {}", i + 1), state);
-    if (selected != nullptr) store_set(open, state.selected, *selected);
-    if (left != nullptr) store_set(open, state.rest(), *left);
+    if (selected != nullptr) store_set(open, state.selected, *selected, use.pool());
+    if (left != nullptr) store_set(open, state.rest(), *left, use.pool());
   });
 }
 

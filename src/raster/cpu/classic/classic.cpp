@@ -18,7 +18,7 @@ void Classic::draw(const FrameContext& frame, const Outputs& outputs, Frame& res
     timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, outputs, result); });
   if (outputs.used) count_used(frame, result);
   const auto splat_of = [&](std::uint32_t slot) { return visible_.splats[slot].splat; };
-  collect(visible_, lists_, splat_of, outputs, result);
+  collect(frame, visible_, lists_, splat_of, outputs, result);
 }
 
 void Classic::list(const FrameContext& frame) {

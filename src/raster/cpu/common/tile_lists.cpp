@@ -11,23 +11,30 @@
 namespace qs::cpu {
 namespace {
 
-void collect_trace(const VisibleSlots& visible, const TileLists& lists, const SplatOf& splat_of,
-                   Trace& trace) {
-  std::vector<std::uint32_t> slots;
-  visible.for_each([&](std::uint32_t slot) { slots.push_back(slot); });
-  std::sort(slots.begin(), slots.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return visible.gaussians[a] < visible.gaussians[b];
+void collect_trace(const FrameContext& frame, const VisibleSlots& visible, const TileLists& lists,
+                   const SplatOf& splat_of, Trace& trace) {
+  // The slots by their Gaussians, ascending.
+  constexpr std::uint32_t kNone = 0xffffffff;
+  std::vector<std::uint32_t> slot_of(frame.cloud.size(), kNone), slots;
+  visible.for_each([&](std::uint32_t slot) { slot_of[visible.gaussians[slot]] = slot; });
+  slots.reserve(visible.count);
+  for (const std::uint32_t slot : slot_of)
+    if (slot != kNone) slots.push_back(slot);
+  trace.gaussians.resize(slots.size());
+  trace.footprints.resize(slots.size());
+  trace.depths.resize(slots.size());
+  trace.splats.resize(slots.size());
+  frame.pool.for_each(slots.size(), 1 << 14, [&](std::size_t i) {
+    const std::uint32_t slot = slots[i];
+    trace.gaussians[i] = visible.gaussians[slot];
+    trace.footprints[i] = visible.footprints[slot];
+    trace.depths[i] = visible.depths[slot];
+    trace.splats[i] = splat_of(slot);
   });
-  for (const std::uint32_t slot : slots) {
-    trace.gaussians.push_back(visible.gaussians[slot]);
-    trace.footprints.push_back(visible.footprints[slot]);
-    trace.depths.push_back(visible.depths[slot]);
-    trace.splats.push_back(splat_of(slot));
-  }
   trace.tile_begin = lists.begin;
   trace.listed.resize(lists.slots.size());
-  for (std::size_t i = 0; i < trace.listed.size(); ++i)
-    trace.listed[i] = visible.gaussians[lists.slots[i]];
+  frame.pool.for_each(trace.listed.size(), 1 << 16,
+                      [&](std::size_t i) { trace.listed[i] = visible.gaussians[lists.slots[i]]; });
 }
 
 }  // namespace
@@ -56,8 +63,8 @@ void refuse_if_too_many(std::uint64_t pairs) {
          needed >> 20, memory >> 20);
 }
 
-void collect(const VisibleSlots& visible, const TileLists& lists, const SplatOf& splat_of,
-             const Outputs& outputs, Frame& result) {
+void collect(const FrameContext& frame, const VisibleSlots& visible, const TileLists& lists,
+             const SplatOf& splat_of, const Outputs& outputs, Frame& result) {
   RenderStats& stats = result.stats;
   stats.visible = visible.count;
   stats.tile_pairs = stats.listed = lists.pairs();
@@ -68,7 +75,7 @@ void collect(const VisibleSlots& visible, const TileLists& lists, const SplatOf&
     stats.max_pairs_in_a_tile = std::max(stats.max_pairs_in_a_tile, lists.pairs(tile));
     if (outputs.pairs) result.pairs.push_back(lists.pairs(tile));
   }
-  if (outputs.trace) collect_trace(visible, lists, splat_of, result.trace);
+  if (outputs.trace) collect_trace(frame, visible, lists, splat_of, result.trace);
 }
 
 }  // namespace qs::cpu

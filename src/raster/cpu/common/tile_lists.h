@@ -104,8 +104,8 @@ using SplatOf = std::function<Splat(std::uint32_t slot)>;
 
 /// Copies counts, and the requested pairs and trace, from the tile lists to `result`, whose grid is
 /// already set.
-void collect(const VisibleSlots& visible, const TileLists& lists, const SplatOf& splat_of,
-             const Outputs& outputs, Frame& result);
+void collect(const FrameContext& frame, const VisibleSlots& visible, const TileLists& lists,
+             const SplatOf& splat_of, const Outputs& outputs, Frame& result);
 
 /// The sums of Outputs::mode_pairs, for both pipelines: each worker adds the counts of its chunks
 /// to counts of its own.

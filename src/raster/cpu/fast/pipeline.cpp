@@ -100,7 +100,7 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame
     return make_splat(visible_.footprints[slot], record.opacity(),
                       {record.red, record.green, record.blue});
   };
-  collect(visible_, lists_, splat_of, outputs, result);
+  collect(frame, visible_, lists_, splat_of, outputs, result);
 }
 
 }  // namespace qs::cpu::fast

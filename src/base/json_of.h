@@ -14,6 +14,7 @@ namespace qs {
 
 inline nlohmann::ordered_json json_of(glm::vec2 v) { return {v.x, v.y}; }
 inline nlohmann::ordered_json json_of(glm::vec3 v) { return {v.x, v.y, v.z}; }
+inline nlohmann::ordered_json json_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 /// null for an unset value.
 template <class T>

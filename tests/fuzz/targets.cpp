@@ -13,7 +13,6 @@
 #include "app/serve/message.h"
 #include "app/viewer/preferences.h"
 #include "base/error.h"
-#include "io/bytes/file_hash.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "io/edits/edits_file.h"
@@ -312,7 +311,7 @@ void read_edits_file(Bytes content) {
                             shape.pixels({64, 64});
                             return rest;
                           },
-                          [](const GaussianSet& set) { return bytes_hash(set.bytes()); }};
+                          set_hash};
     for (const EditStep& step : edits.steps) {
       carry_out(step, tools, path.string(), state);
       GaussianSet gone = state.selected;

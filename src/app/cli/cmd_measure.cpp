@@ -17,6 +17,7 @@
 #include "app/session/alterations.h"
 #include "app/session/shot.h"
 #include "base/fail.h"
+#include "base/json_of.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
 #include "raster/select/surface.h"
@@ -42,8 +43,6 @@ struct MeasureCommand {
 double degrees_between(glm::dvec3 a, glm::dvec3 b) {
   return glm::degrees(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)));
 }
-
-ordered_json json_of(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 
 class Measurement {
  public:

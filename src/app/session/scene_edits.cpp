@@ -85,7 +85,7 @@ EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& p
                     }
                     return seen(rest, camera, shape, weight);
                   },
-                  [](const GaussianSet& set) { return bytes_hash(set.bytes()); },
+                  set_hash,
                   bar.progress(),
                   options.recomputes};
   for (std::size_t i = 0; i < all.file.steps.size(); ++i) {

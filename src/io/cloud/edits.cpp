@@ -5,6 +5,8 @@
 
 namespace qs {
 
+std::string set_hash(const GaussianSet& set) { return bytes_hash(set.bytes()); }
+
 void Edits::remove(std::size_t count, const std::function<bool(std::size_t i)>& goes) {
   GaussianSet gone = removed.size() == 0 ? GaussianSet(count) : removed;
   std::size_t left = 0;
@@ -17,7 +19,7 @@ void Edits::remove(int count_of_steps, const GaussianSet& gone) {
   removed = gone;
   of = removed.size();
   kept = of - removed.count();
-  crc = bytes_hash(removed.bytes());
+  crc = set_hash(removed);
   steps += count_of_steps;
 }
 

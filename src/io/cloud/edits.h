@@ -14,6 +14,9 @@
 
 namespace qs {
 
+/// "crc32:89abcdef" of the set's bytes.
+std::string set_hash(const GaussianSet& set);
+
 /// Edits as reports name them.
 struct EditFacts {
   int steps = 0;            ///< steps that removed or hid Gaussians

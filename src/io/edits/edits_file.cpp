@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
+#include "base/json_of.h"
 #include "base/text.h"
 #include "io/bytes/byte_text.h"
 #include "io/bytes/json_text.h"
@@ -207,11 +208,8 @@ EditStep parse_step(Reading& entry) {
   return step;
 }
 
-ordered_json list_of_numbers(glm::dvec3 v) { return {v.x, v.y, v.z}; }
-
 ordered_json box_json(const CropBox& box, const glm::dvec3& origin) {
-  return {list_of_numbers(glm::dvec3(box.low) + origin),
-          list_of_numbers(glm::dvec3(box.high) + origin)};
+  return {json_of(glm::dvec3(box.low) + origin), json_of(glm::dvec3(box.high) + origin)};
 }
 
 void add_select(const SelectStep& step, const glm::dvec3& origin, ordered_json& json) {
@@ -226,10 +224,10 @@ void add_select(const SelectStep& step, const glm::dvec3& origin, ordered_json& 
     for (const glm::dvec2& pixel : step.pixels) json["pixels"].push_back({pixel.x, pixel.y});
   }
   if (uses & kRadius) json["radius"] = step.radius;
-  if (uses & kPoint) json["point"] = list_of_numbers(step.point + origin);
-  if (uses & kNormal && step.normal) json["normal"] = list_of_numbers(*step.normal);
+  if (uses & kPoint) json["point"] = json_of(step.point + origin);
+  if (uses & kNormal && step.normal) json["normal"] = json_of(*step.normal);
   if (uses & kBox) json["box"] = box_json(step.box, origin);
-  if (uses & kColor) json["color"] = list_of_numbers(step.color);
+  if (uses & kColor) json["color"] = json_of(step.color);
   if (uses & kTolerance) json["tolerance"] = step.tolerance;
   if (uses & kRange) {
     json["low"] = step.range.low;

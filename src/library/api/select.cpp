@@ -6,7 +6,6 @@
 #include <string>
 
 #include "base/fail.h"
-#include "io/bytes/file_hash.h"
 #include "io/edits/edits_file.h"
 #include "library/api/scene.h"
 #include "library/check/arrays.h"
@@ -70,11 +69,7 @@ int32_t qs_select(QsSceneHandle* scene, const char* edits, const QsArray* select
       fail("edits: they are of a scene of {} Gaussians, and this scene has {}",
            file.scene.gaussians, cloud.size());
     EditState state(cloud.size());
-    const EditTools tools{cloud,
-                          use.pool(),
-                          seen_in(open, use),
-                          [](const GaussianSet& set) { return bytes_hash(set.bytes()); },
-                          {{}, use.stop()}};
+    const EditTools tools{cloud, use.pool(), seen_in(open, use), set_hash, {{}, use.stop()}};
     for (std::size_t i = 0; i < file.steps.size(); ++i)
       carry_out(file.steps[i], tools, fmt::format("edits: step {}", i + 1), state);
     if (selected != nullptr) store_set(open, state.selected, *selected, use.pool());

@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
-#include "io/bytes/file_hash.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
@@ -30,8 +29,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-std::string hash_of(const GaussianSet& set) { return bytes_hash(set.bytes()); }
 
 class EditsFiles : public testing::Test {
  protected:
@@ -67,7 +64,7 @@ class Edited {
   std::shared_ptr<const GaussianCloud> cloud_ = std::make_shared<const GaussianCloud>(
       read_scene(source_path("assets/plush.ply"), pool()).cloud);
   std::unique_ptr<Renderer> renderer_ = make_renderer(Backend::cpu, pool());
-  EditTools tools_{*cloud_, pool(), seen_with(*renderer_, cloud_, pool()), hash_of};
+  EditTools tools_{*cloud_, pool(), seen_with(*renderer_, cloud_, pool()), set_hash};
   EditState state_{cloud_->size()};
 };
 
@@ -82,7 +79,7 @@ TEST_F(EditsFiles, selections_are_those_of_an_independent_program) {
     EXPECT_EQ(error_of([&] { scene.carry_out(step); }), "");
     EXPECT_EQ(scene.state().selected.count(), *step.select.count);
     SelectStep noted = step.select;
-    note_result(scene.state(), hash_of, noted);
+    note_result(scene.state(), set_hash, noted);
     EXPECT_EQ(noted.crc, step.select.crc);
     EXPECT_FALSE(noted.members);
   }
@@ -218,7 +215,7 @@ TEST_F(EditsFiles, hidden_and_removed_gaussians_are_never_selected_nor_in_front)
   scene.carry_out(front);
   const GaussianSet first = scene.state().selected;
   EXPECT_GT(first.count(), 300u);
-  note_result(scene.state(), hash_of, front.select);
+  note_result(scene.state(), set_hash, front.select);
   ASSERT_TRUE(front.select.members);
   scene.carry_out({.kind = EditKind::hide});
   EXPECT_TRUE(scene.state().selected.empty());

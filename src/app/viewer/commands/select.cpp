@@ -14,15 +14,12 @@
 #include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/select_actions.h"
 #include "base/fail.h"
-#include "io/bytes/file_hash.h"
 #include "io/bytes/replace_file.h"
 #include "raster/scene/cloud_order.h"
 #include "raster/select/editing.h"
 
 namespace qs {
 namespace {
-
-std::string hash_of(const GaussianSet& set) { return bytes_hash(set.bytes()); }
 
 // The scene in the window has all Gaussians that can be selected: tints do not move them.
 void select_step(RenderContext& context, const SelectStep& step,
@@ -38,7 +35,7 @@ void select_step(RenderContext& context, const SelectStep& step,
         return seen_in_whole(*session.renderer, cloud, camera, shape, weight, *session.pool,
                              context.stop);
       },
-      hash_of,
+      set_hash,
       {{}, context.stop}};
   try {
     carry_out({.select = step}, tools, "select", state);
@@ -62,7 +59,7 @@ EditsFile edits_of(const Scene& whole, const std::vector<CropWish>& wishes,
                    const std::shared_ptr<const GaussianSet>& selected, ThreadPool& pool) {
   EditsFile file{edited_scene(whole), {}};
   EditState state(whole.cloud.size());
-  const EditTools tools{whole.cloud, pool, {}, hash_of};
+  const EditTools tools{whole.cloud, pool, {}, set_hash};
   const auto add = [&](EditStep step) {
     carry_out(step, tools, "edits", state);
     if (step.kind == EditKind::select) step.select.count = state.selected.count();

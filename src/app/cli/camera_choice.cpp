@@ -144,6 +144,14 @@ void declare_camera_choice(Options& options, CameraChoice& choice) {
   declare_path_steps_option(options, choice.steps);
 }
 
+void require_one_picture(const char* command, const CameraChoice& choice,
+                         const FrameOptions& frame) {
+  check_rules(command, {{choice.several() || frame.modes.size() > 1,
+                         "it looks at one picture: choose one camera and one mode"},
+                        {frame.modes.front() == kReferenceMode,
+                         "mode reference has no tiles: choose another mode"}});
+}
+
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
                                const Session& session) {
   if (!choice.indices.empty() + choice.json.has_value() + choice.all + choice.path.has_value() >

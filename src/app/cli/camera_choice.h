@@ -36,6 +36,10 @@ void declare_path_steps_option(Options& options, std::optional<int>& steps);
 
 void declare_camera_choice(Options& options, CameraChoice& choice);
 
+/// Throws Error(usage) unless one camera and one mode with tiles are chosen. `command`: its name.
+void require_one_picture(const char* command, const CameraChoice& choice,
+                         const FrameOptions& frame);
+
 /// At least one shot, resized to frame.size. Without a choice: the first camera of the cameras
 /// file, or choose_framing() in 1280 x 720 pixels if there is no file. Throws Error.
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,

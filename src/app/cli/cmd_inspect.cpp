@@ -29,13 +29,6 @@ struct InspectCommand {
   std::optional<std::filesystem::path> output, json;
 };
 
-void check(const InspectCommand& command) {
-  check_rules("inspect", {{command.cameras.several() || command.frame.modes.size() > 1,
-                           "it looks at one picture: choose one camera and one mode"},
-                          {command.frame.modes.front() == kReferenceMode,
-                           "mode reference has no tiles: choose another mode"}});
-}
-
 // The pixel at the Gaussian's mean if the Gaussian is visible, else the middle of the picture.
 glm::ivec2 default_pixel(const Frame& frame, glm::ivec2 size,
                          const std::optional<std::uint32_t>& gaussian) {
@@ -46,7 +39,7 @@ glm::ivec2 default_pixel(const Frame& frame, glm::ivec2 size,
 }
 
 int run(const InspectCommand& command) {
-  check(command);
+  require_one_picture("inspect", command.cameras, command.frame);
   note_inputs(command.frame);
   check_targets({command.output, command.json});
   if (command.output) check_picture_name(*command.output);

@@ -203,11 +203,8 @@ class Measurement {
 };
 
 int run(const MeasureCommand& command) {
-  check_rules("measure", {{command.cameras.several() || command.frame.modes.size() > 1,
-                           "it looks at one picture: choose one camera and one mode"},
-                          {command.frame.modes.front() == kReferenceMode,
-                           "mode reference has no tiles: choose another mode"},
-                          {!command.unit.empty() && !command.known, "--unit: needs --known"}});
+  require_one_picture("measure", command.cameras, command.frame);
+  check_rules("measure", {{!command.unit.empty() && !command.known, "--unit: needs --known"}});
   note_inputs(command.frame);
   check_targets({command.json});
   const Measurement measurement(command);

@@ -25,17 +25,20 @@ bool is_of_picture(const EditStep& step) {
          step.select.kind != SelectKind::through;
 }
 
-// Empty if the edits are of this scene.
-std::string other_scene(const EditedScene& of, const EditedScene& scene) {
+// Empty if the edits are of this scene. Hashes its file only if the edits have a hash.
+std::string other_scene(const EditedScene& of, const Scene& scene) {
+  const std::string name = scene.path.filename().string();
+  const std::size_t gaussians = scene.cloud.size();
   if (of.axes != scene.axes && !of.axes.empty())
     return fmt::format("its places are in axes {}, and the scene was read with {}", of.axes,
                        scene.axes);
-  if (of.gaussians != scene.gaussians && of.gaussians != 0)
+  if (of.gaussians != gaussians && of.gaussians != 0)
     return fmt::format("it is of a scene of {} Gaussians, and {} has {}", grouped(of.gaussians),
-                       scene.name, grouped(scene.gaussians));
-  if (of.hash != scene.hash && !of.hash.empty())
-    return fmt::format("it is of a file with hash {}, and {} has {}", of.hash, scene.name,
-                       scene.hash);
+                       name, grouped(gaussians));
+  if (of.hash.empty()) return {};
+  const std::string hash = file_hash(scene.path);
+  if (of.hash != hash)
+    return fmt::format("it is of a file with hash {}, and {} has {}", of.hash, name, hash);
   return {};
 }
 
@@ -68,7 +71,7 @@ EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& p
   note_input(*options.file);
   EditedCloud all{EditState(scene.cloud.size()), read_edits(*options.file, scene.cloud.origin)};
   for (const std::string& sentence : all.file.warnings) warn("warning: " + sentence);
-  const std::string other = other_scene(all.file.scene, edited_scene(scene));
+  const std::string other = other_scene(all.file.scene, scene);
   if (!other.empty() && !options.anyway)
     fail("{}: {}; --edits-anyway applies what does not depend on it", source, other);
   if (!other.empty()) forget_results(all.file);

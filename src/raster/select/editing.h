@@ -34,8 +34,8 @@ struct EditState {
   bool operator==(const EditState&) const = default;
 };
 
-/// Draws the rest of a scene, and finds the Gaussians under a tool. `draw` may be slow and cached:
-/// a set as gaussians_seen() gives it, by the index in the whole scene.
+/// The Gaussians under a tool in the picture of the rest of a scene, see gaussians_seen(), by their
+/// indices in the whole scene.
 using SeenInPicture = std::function<GaussianSet(const GaussianSet& rest, const Camera& camera,
                                                 const Shape& shape, float weight)>;
 

@@ -15,7 +15,6 @@
 #include "app/viewer/state/select_actions.h"
 #include "base/fail.h"
 #include "io/bytes/replace_file.h"
-#include "raster/scene/cloud_order.h"
 #include "raster/select/editing.h"
 
 namespace qs {
@@ -41,6 +40,8 @@ void select_step(RenderContext& context, const SelectStep& step,
     carry_out({.select = step}, tools, "select", state);
     context.report(action::gaussians_selected,
                    std::make_shared<const GaussianSet>(std::move(state.selected)));
+  } catch (const Cancelled&) {
+    context.report(action::selecting_failed, std::string("selecting was cancelled"));
   } catch (const std::exception& error) {
     context.report(action::selecting_failed, std::string(error.what()));
   }

@@ -137,7 +137,7 @@ void photograph_opened(Viewer& viewer, const ShownPhotograph& photograph);
 /// `quality` without a version: it was cancelled.
 void photograph_compared(Viewer& viewer, const std::filesystem::path& photograph,
                          const PhotographQuality& quality);
-/// A cut of the scene was made, see with_live_levels().
+/// A cut of the scene was made, see with_levels().
 void levels_made(Viewer& viewer, const LevelFacts& facts);
 void frame_shown(Viewer& viewer, const ShownFrame& frame);
 void numbers_measured(Viewer& viewer, const ModeNumbers& numbers);

@@ -9,7 +9,6 @@
 #include <glm/geometric.hpp>
 
 #include "app/viewer/state/actions.h"
-#include "app/viewer/state/training_actions.h"
 #include "base/text.h"
 
 namespace qs {
@@ -117,8 +116,8 @@ void cancel_tool(Viewer& v) {
 void gaussians_selected(Viewer& v, const std::shared_ptr<const GaussianSet>& set) {
   v.selecting.busy = false;
   if (!v.scene) return;
-  if (set && set->size() != v.scene->gaussians) return;  // the scene has changed meanwhile
-  const std::size_t count = set ? set->count() : 0;
+  if (set->size() != v.scene->gaussians) return;  // the scene has changed meanwhile
+  const std::size_t count = set->count();
   CropWish wish = v.crop.applied ? CropWish{} : v.crop.wish;
   wish.selected = count > 0 ? set : nullptr;
   if (v.crop.applied && !wish.selected) return notify(v, "no Gaussian is selected");

@@ -18,7 +18,7 @@ namespace qs {
 /// The outline of the shape that is being drawn, and of the brush at the cursor.
 std::vector<PictureLine> shape_lines(const Viewer& viewer);
 
-/// The scene in the window's selection; null: nothing is selected.
+/// The selected Gaussians of the scene in the window; null: none.
 std::shared_ptr<const GaussianSet> selection_of(const Viewer& viewer);
 
 /// The step of a tool that was drawn: its result replaces the selection as `how` says.
@@ -46,7 +46,7 @@ void select_by(Viewer& viewer, Host& host, SelectTool tool);
 void save_edits(Viewer& viewer, Host& host);
 
 // ---- reports of the render thread --------------------------------------------------------------
-/// `set`: of the scene in the window, null for no Gaussian. `view_version`: of the request.
+/// `set`: of the scene in the window, not null.
 void gaussians_selected(Viewer& viewer, const std::shared_ptr<const GaussianSet>& set);
 void selecting_failed(Viewer& viewer, const std::string& sentence);
 void edits_saved(Viewer& viewer);

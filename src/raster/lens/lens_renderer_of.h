@@ -1,95 +1,53 @@
 // SPDX-License-Identifier: MIT
-#include "raster/lens/lens_renderer.h"
+//
+// The renderer of lens_renderer.h for the memory in which `inner` draws: Sums adds the faces of a
+// picture up there.
+//   Target face_target() const: where the faces are drawn
+//   void begin(glm::ivec2 size, const Outputs& outputs): begins a picture of zeros with these maps
+//   void begin_eye(std::shared_ptr<const LensMap> map, std::size_t first_pixel,
+//                  const glm::vec3& background): begins the picture of an eye. Pixels that its lens
+//                  does not show get the background
+//   void add(const Frame& face, std::size_t number): adds face `number` of the map; has read the
+//                  frame when it returns
+//   void finish(const Target& target, Frame& result): moves the picture to its target
+#pragma once
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
+#include <utility>
+#include <vector>
 
-#include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
-
-#include "base/fail.h"
+#include "raster/api/renderer.h"
 #include "raster/lens/lens_map.h"
-#include "raster/scene/cubic_taps.h"
+#include "raster/lens/lens_view.h"
 
 namespace qs {
-namespace {
+namespace lens {
+/// The camera with its horizon level: it looks as far up or down as the lens, which is not at all,
+/// and in the direction of the camera, or of the camera's top if that looks straight up or down.
+Camera leveled(Camera camera, const glm::dvec3& up);
 
-// The camera with its horizon level: it looks as far up or down as the lens, which is not at all,
-// and in the direction of the camera, or of the camera's top if that looks straight up or down.
-Camera leveled(Camera camera, const glm::dvec3& up) {
-  const glm::dmat3 axes = glm::transpose(glm::dmat3(camera.view_from_world));
-  const glm::dvec3 eye = camera.position();
-  const auto flat = [&](const glm::dvec3& v) { return v - up * glm::dot(up, v); };
-  constexpr double kFlat = 1e-3;
-  glm::dvec3 forward = flat(axes[2]);
-  if (glm::length(forward) < kFlat) forward = flat(-axes[1]) * -glm::sign(glm::dot(axes[2], up));
-  forward = glm::normalize(forward);
-  const glm::dmat3 turn = glm::transpose(glm::dmat3(glm::cross(forward, up), -up, forward));
-  camera.view_from_world = glm::dmat4x3(turn[0], turn[1], turn[2], -(turn * eye));
-  return camera;
-}
+/// The camera of a picture of parallel rays, `height` world units high.
+Camera parallel(Camera camera, double height);
 
-Camera parallel(Camera camera, double height) {
-  camera.projection = Projection::orthographic;
-  camera.focal_px = glm::dvec2(camera.height / height);
-  camera.center_px = 0.5 * glm::dvec2(camera.width - 1, camera.height - 1);
-  return camera;
-}
+/// The camera of an eye beside the lens's: -0.5 for the left one and 0.5 for the right one.
+Camera eye_of_lens(Camera camera, double side, double eye_distance);
 
-// The camera of an eye beside the lens's: -0.5 for the left one and 0.5 for the right one.
-Camera eye_of_lens(Camera camera, double side, double eye_distance) {
-  camera.view_from_world[3].x -= side * eye_distance;
-  return camera;
-}
+void add(RenderStats& sum, const RenderStats& face);
+void add(std::vector<ModePairs>& sum, const std::vector<ModePairs>& face);
 
-void add(RenderStats& sum, const RenderStats& face) {
-  sum.frame_ms += face.frame_ms;
-  sum.cpu_ms += face.cpu_ms;
-  sum.count_ms += face.count_ms;
-  for (int stage = 0; stage < kStageCount; ++stage) sum.stage_ms[stage] += face.stage_ms[stage];
-  sum.pipeline = face.pipeline;
-  sum.gaussians = face.gaussians;
-  sum.threads = face.threads;
-  sum.visible += face.visible;
-  sum.tile_pairs += face.tile_pairs;
-  sum.listed += face.listed;
-  sum.sort_bytes += face.sort_bytes;
-  sum.max_pairs_in_a_tile = std::max(sum.max_pairs_in_a_tile, face.max_pairs_in_a_tile);
-  if (face.used_pairs) sum.used_pairs = sum.used_pairs.value_or(0) + *face.used_pairs;
-}
+/// Throws Error(device) for outputs and targets that pictures of faces do not have.
+void check_outputs(const LensView& lens, const Outputs& outputs, const Target& target);
 
-void add(std::vector<ModePairs>& sum, const std::vector<ModePairs>& face) {
-  sum.resize(std::max(sum.size(), face.size()));
-  for (std::size_t mode = 0; mode < face.size(); ++mode) {
-    sum[mode].tile_pairs += face[mode].tile_pairs;
-    sum[mode].visible += face[mode].visible;
-  }
-}
+}  // namespace lens
 
-// The interpolated value of channel c at `at` is the sum of four columns of four rows.
-template <int kChannels>
-std::array<float, kChannels> interpolated(const float* values, int width, const FacePixel& at) {
-  const CubicTaps across = cubic_taps(double{at.x}), down = cubic_taps(double{at.y});
-  float columns[4 * kChannels] = {};
-  for (int row = 0; row < 4; ++row) {
-    const float* const from =
-        values + (static_cast<std::ptrdiff_t>(down.first + row) * width + across.first) * kChannels;
-    for (int k = 0; k < 4 * kChannels; ++k) columns[k] += down.weights[row] * from[k];
-  }
-  std::array<float, kChannels> result{};
-  for (int column = 0; column < 4; ++column)
-    for (int c = 0; c < kChannels; ++c)
-      result[static_cast<std::size_t>(c)] +=
-          across.weights[column] * columns[column * kChannels + c];
-  return result;
-}
-
-using Clock = std::chrono::steady_clock;
-
+template <class Sums>
 class LensRenderer final : public Renderer {
  public:
-  LensRenderer(std::unique_ptr<Renderer> inner, ThreadPool& pool)
-      : inner_(std::move(inner)), pool_(pool) {}
+  template <class OfSums>
+  LensRenderer(std::unique_ptr<Renderer> inner, ThreadPool& pool, OfSums& of_sums)
+      : inner_(std::move(inner)), pool_(pool), sums_(of_sums) {}
 
   void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
     inner_->upload(std::move(cloud), progress);
@@ -116,59 +74,49 @@ class LensRenderer final : public Renderer {
   // A map that was made, for the lens and the size of one eye's picture.
   struct Made {
     std::shared_ptr<const LensView> lens;
-    LensMap map;
+    std::shared_ptr<const LensMap> map;
   };
 
   // The view of parallel rays as `inner_` draws it.
   static CountedView without_lens(CountedView view) {
     const LensView& lens = *view.settings.lens;
-    view.camera = parallel(placed(view.camera, lens), lens.height);
+    view.camera = lens::parallel(placed(view.camera, lens), lens.height);
     view.settings.lens.reset();
     return view;
   }
 
   static Camera placed(const Camera& camera, const LensView& lens) {
-    return lens.up ? leveled(camera, *lens.up) : camera;
+    return lens.up ? lens::leveled(camera, *lens.up) : camera;
   }
 
   // The map of the lens, of the last ones or made now.
-  const LensMap& map_of(const std::shared_ptr<const LensView>& lens, glm::ivec2 size) {
-    constexpr std::size_t kMost = 2;  // of the view at rest and of the moving one
-    const auto is_it = [&](const Made& made) { return made.lens == lens && made.map.size == size; };
+  std::shared_ptr<const LensMap> map_of(const std::shared_ptr<const LensView>& lens,
+                                        glm::ivec2 size) {
+    const auto is_it = [&](const Made& made) {
+      return made.lens->text == lens->text && made.lens->faces == lens->faces &&
+             made.map->size == size;
+    };
     auto found = std::ranges::find_if(made_, is_it);
     if (found == made_.end()) {
-      if (made_.size() == kMost) made_.pop_back();
-      made_.push_back({lens, make_lens_map(lens->sized(size), size, lens->faces, pool_)});
+      if (made_.size() == kMostMaps) made_.pop_back();
+      made_.push_back({lens, std::make_shared<const LensMap>(
+                                 make_lens_map(lens->sized(size), size, lens->faces, pool_))});
       found = made_.end() - 1;
     }
     std::rotate(made_.begin(), found, found + 1);
     return made_.front().map;
   }
 
-  void prepare(const Camera& camera, const RenderSettings& settings, const Outputs& outputs) {
-    const std::size_t pixels =
-        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-    result_ = {};
-    result_.grid = TileGrid::of_image(camera.width, camera.height, settings.tile_px);
-    if (outputs.color) result_.color = Image(camera.width, camera.height, 3);
-    if (!outputs.depth) return;
-    for (std::vector<float>* map :
-         {&result_.depth.alpha, &result_.depth.expected, &result_.depth.median})
-      map->assign(pixels, 0);
-  }
-
   const Frame& through(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                        const Target& target, const std::stop_token& stop) {
-    if (outputs.pairs || outputs.evaluated || outputs.trace || outputs.region ||
-        std::holds_alternative<GlTexture>(target))
-      fail(ErrorKind::device,
-           "lens {}: its faces are separate pictures: there is no map of tiles or pairs, no trace, "
-           "no region and no texture of the whole",
-           settings.lens->text);
-    prepare(camera, settings, outputs);
+    lens::check_outputs(*settings.lens, outputs, target);
+    result_ = {};
+    result_.grid = TileGrid::of_image(camera.width, camera.height, settings.tile_px);
+    sums_.begin({camera.width, camera.height}, outputs);
     Outputs of_face = outputs;
     if (outputs.counted) of_face.mode_pairs = false;
     draw({camera, settings}, of_face, stop);
+    sums_.finish(target, result_);
     if (outputs.counted && outputs.mode_pairs) {
       const RenderStats stats = result_.stats;
       draw(*outputs.counted, {.color = false, .mode_pairs = true}, stop);
@@ -182,20 +130,23 @@ class LensRenderer final : public Renderer {
     const Camera camera = placed(view.camera, lens);
     if (lens.eye_distance <= 0) return draw_eye(camera, 0, 1, view.settings, outputs, stop);
     for (int eye = 0; eye < 2; ++eye)
-      draw_eye(eye_of_lens(camera, eye - 0.5, lens.eye_distance), eye, 2, view.settings, outputs,
-               stop);
+      draw_eye(lens::eye_of_lens(camera, eye - 0.5, lens.eye_distance), eye, 2, view.settings,
+               outputs, stop);
   }
 
   // Draws the faces into the rows of eye number `eye` of `eyes`.
   void draw_eye(const Camera& camera, int eye, int eyes, const RenderSettings& settings,
                 const Outputs& outputs, const std::stop_token& stop) {
     const int height = camera.height / eyes;
-    const LensMap& map = map_of(settings.lens, {camera.width, height});
+    const auto shared_map = map_of(settings.lens, {camera.width, height});
+    const LensMap& map = *shared_map;
     RenderSettings plain = settings;
     plain.lens.reset();
     plain.dilation *= kFaceScale * kFaceScale;
-    const std::size_t offset = static_cast<std::size_t>(eye) * map.nearest.size();
-    if (outputs.color) fill_unseen(map, offset, settings.background);
+    const bool is_seen = outputs.color || outputs.depth;
+    if (is_seen)
+      sums_.begin_eye(shared_map, static_cast<std::size_t>(eye) * map.nearest.size(),
+                      settings.background);
     const auto parts = static_cast<float>(eyes) * static_cast<float>(map.faces.size());
     for (std::size_t i = 0; i < map.faces.size(); ++i) {
       const float done =
@@ -203,66 +154,31 @@ class LensRenderer final : public Renderer {
       if (report_)
         inner_->report_frames_to([=, this](float fraction) { report_(done + fraction / parts); });
       const FaceMap& face = map.faces[i];
-      const Frame& frame = inner_->render(face.placed(camera), plain, outputs, HostImage{}, stop);
-      add(result_.mode_pairs, frame.mode_pairs);
-      const Clock::time_point begin = Clock::now();
+      const Frame& frame =
+          inner_->render(face.placed(camera), plain, outputs, sums_.face_target(), stop);
+      lens::add(result_.mode_pairs, frame.mode_pairs);
+      const auto begin = std::chrono::steady_clock::now();
       const double processor_seconds = pool_.processor_seconds();
-      combine(frame, face, map.nearest, static_cast<std::uint8_t>(i), offset, outputs);
+      if (is_seen) sums_.add(frame, i);
       RenderStats stats = frame.stats;
-      const float ms = std::chrono::duration<float, std::milli>(Clock::now() - begin).count();
+      const float ms =
+          std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - begin)
+              .count();
       stats.frame_ms += ms;
       if (stats.threads > 0)
         stats.cpu_ms += static_cast<float>(1e3 * (pool_.processor_seconds() - processor_seconds));
       stats.stage_ms[static_cast<int>(Stage::blend)] += ms;
-      add(result_.stats, stats);
+      lens::add(result_.stats, stats);
     }
     if (report_) inner_->report_frames_to(report_);
   }
 
-  void fill_unseen(const LensMap& map, std::size_t offset, const glm::vec3& background) {
-    pool_.for_each(map.nearest.size(), 1 << 16, [&](std::size_t at) {
-      if (map.nearest[at] != LensMap::kNoFace) return;
-      for (int c = 0; c < 3; ++c)
-        result_.color.values[3 * (offset + at) + static_cast<std::size_t>(c)] = background[c];
-    });
-  }
-
-  // Adds a face to the picture.
-  void combine(const Frame& frame, const FaceMap& face, const std::vector<std::uint8_t>& nearest,
-               std::uint8_t number, std::size_t offset, const Outputs& outputs) {
-    const int width = face.camera.width;
-    const DepthMaps& from = frame.depth;
-    pool_.for_each(face.pixels.size(), 1 << 14, [&](std::size_t k) {
-      const FacePixel& pixel = face.pixels[k];
-      const std::size_t at = offset + pixel.pixel;
-      if (outputs.color) {
-        const auto color = interpolated<3>(frame.color.values.data(), width, pixel);
-        for (std::size_t c = 0; c < 3; ++c)
-          result_.color.values[3 * at + c] += pixel.weight * color[c];
-      }
-      if (!outputs.depth) return;
-      const float alpha = interpolated<1>(from.alpha.data(), width, pixel)[0];
-      result_.depth.alpha[at] += pixel.weight * std::clamp(alpha, 0.0f, 1.0f);
-      if (nearest[pixel.pixel] != number) return;
-      const auto source =
-          static_cast<std::size_t>(std::lround(pixel.y)) * static_cast<std::size_t>(width) +
-          static_cast<std::size_t>(std::lround(pixel.x));
-      result_.depth.expected[at] = from.expected[source];
-      result_.depth.median[at] = from.median[source];
-    });
-  }
-
   std::unique_ptr<Renderer> inner_;
   ThreadPool& pool_;
+  Sums sums_;
   std::function<void(float fraction)> report_;
   std::vector<Made> made_;  // the last used first
   Frame result_;
 };
-
-}  // namespace
-
-std::unique_ptr<Renderer> with_lenses(std::unique_ptr<Renderer> inner, ThreadPool& pool) {
-  return std::make_unique<LensRenderer>(std::move(inner), pool);
-}
 
 }  // namespace qs

@@ -81,11 +81,6 @@ struct Staging {
   }
 };
 
-template <class T>
-void copy_to_device(const T* from, std::size_t count, T* to, cudaStream_t stream) {
-  check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream), "upload");
-}
-
 /// Values of a Gaussian's colour.
 unsigned sh_width(const GaussianCloud& cloud) {
   return static_cast<unsigned>(3 * sh_coefficient_count(cloud.sh_degree));

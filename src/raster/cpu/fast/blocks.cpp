@@ -113,6 +113,18 @@ Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32
   return sh;
 }
 
+void SceneBlocks::set_drawn(const GaussianSet& set, ThreadPool& pool) {
+  if (set.size() == 0) return drawn.clear();
+  drawn.resize(blocks.size() * kDrawnWords);
+  pool.for_each(drawn.size(), 64, [&](std::size_t word) {
+    const std::uint32_t* const gaussians =
+        blocks[word / kDrawnWords].gaussian + word % kDrawnWords * 64;
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < 64; ++i) bits |= std::uint64_t{set[gaussians[i]]} << i;
+    drawn[word] = bits;
+  });
+}
+
 SceneBlocks make_scene(const GaussianCloud& cloud, ThreadPool& pool) {
   const Array<std::uint32_t> order = spatial_order(cloud, pool);
   SceneBlocks scene{make_blocks(cloud, order, pool), {}, make_harmonics(cloud, order, pool)};

@@ -135,6 +135,7 @@ void blend(const FrameContext& frame, const FastVisible& visible, const TileList
 class FastPipeline {
  public:
   void upload(SceneBlocks scene) { scene_ = std::move(scene); }
+  void set_drawn(const GaussianSet& set, ThreadPool& pool) { scene_.set_drawn(set, pool); }
 
   /// Fills `result`, whose maps already have their sizes, except for the frame's time. The uploaded
   /// scene was made of frame.cloud.

@@ -5,6 +5,7 @@
 
 #include "raster/cuda/common/stream.cuh"
 #include "raster/cuda/common/upload.cuh"
+#include "raster/cuda/common/warp.cuh"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/cloud_order.h"
 
@@ -84,6 +85,20 @@ struct Staging {
 template <class T>
 void copy_to_device(const T* from, std::size_t count, T* to, cudaStream_t stream) {
   check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream), "upload");
+}
+
+/// Gathers the bits of all places; a warp makes a word.
+__global__ void __launch_bounds__(kThreads)
+    gather_bits(const std::uint32_t* from, const std::uint32_t* file_indices, std::uint32_t count,
+                std::uint32_t* to) {
+  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
+  bool bit = false;
+  if (i < count) {
+    const std::uint32_t index = file_indices == nullptr ? i : file_indices[i];
+    bit = (from[index / kWarp] >> index % kWarp & 1) != 0;
+  }
+  const unsigned word = __ballot_sync(kAllLanes, bit);
+  if (lane_index() == 0) to[i / kWarp] = word;
 }
 
 /// Values of a Gaussian's colour.
@@ -180,6 +195,22 @@ std::uint64_t scene_bytes(const GaussianCloud& cloud, Order order) {
           ? 0
           : cloud.size() * sizeof(std::uint32_t) + blocks_for(cloud.size()) * sizeof(BlockBounds);
   return cloud.size() * each + of_order;
+}
+
+DeviceBuffer<std::uint32_t> upload_drawn(const GaussianSet& set, const DeviceCloud& device,
+                                         cudaStream_t stream) {
+  constexpr const char* kSet = "the set of drawn Gaussians";
+  DeviceBuffer<std::uint32_t> drawn, by_file;
+  if (set.size() == 0) return drawn;
+  const unsigned blocks = blocks_for(device.count);
+  drawn.reserve(kSet, std::size_t{blocks} * (kBlockGaussians / kWarp));
+  by_file.reserve(kSet, drawn.capacity());
+  copy_to_device(set.bytes().data(), set.bytes().size(),
+                 reinterpret_cast<std::byte*>(by_file.data()), stream);
+  launch(kSet, gather_bits, blocks, stream, by_file.data(), device.file_indices.data(),
+         device.count, drawn.data());
+  check(cudaStreamSynchronize(stream), kSet);
+  return drawn;
 }
 
 void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Progress& progress,

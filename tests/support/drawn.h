@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "raster/kernel/half.h"
 #include "raster/scene/cloud_order.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
@@ -71,6 +72,30 @@ inline void expect_frame_of_rest(Frame drawn, const Frame& rest, const GaussianS
   for (std::uint32_t& gaussian : trace.listed) gaussian = numbers[gaussian];
   EXPECT_EQ(difference(drawn.trace, trace), "");
   expect_bits(drawn.trace.splats, trace.splats, "splats");
+}
+
+/// Replaces every `step`-th Gaussian by a Gaussian of `other`, which has the same size and degree.
+/// Returns their indices, in no order.
+inline std::vector<std::uint32_t> replace_every(std::size_t step, const GaussianCloud& other,
+                                                GaussianCloud& cloud) {
+  std::vector<std::uint32_t> changed;
+  const auto width = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  for (std::size_t i = (cloud.size() - 1) / step * step;; i -= step) {
+    changed.push_back(static_cast<std::uint32_t>(i));
+    cloud.positions[i] = other.positions[i];
+    cloud.log_scales[i] = other.log_scales[i];
+    cloud.rotations[i] = other.rotations[i];
+    cloud.opacity_logits[i] = other.opacity_logits[i];
+    std::copy_n(&other.sh[i * width], width, &cloud.sh[i * width]);
+    if (i == 0) return changed;
+  }
+}
+
+/// The cloud with coefficients that halves can hold.
+inline GaussianCloud with_halves(GaussianCloud cloud) {
+  for (glm::vec3& color : cloud.sh)
+    for (int c = 0; c < 3; ++c) color[c] = float_of_half(nearest_half(color[c]));
+  return cloud;
 }
 
 /// Everything that a frame of a mode can have.

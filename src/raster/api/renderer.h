@@ -274,10 +274,10 @@ class Renderer {
  public:
   virtual ~Renderer() = default;
 
-  /// Replaces the scene. `cloud` is not null and does not change afterwards; `progress` may be
-  /// empty. The renderer may keep `cloud` until the next upload. The old scene leaves the GPU
-  /// before the new scene comes. Throws Error (no memory) and Cancelled; then the old scene is
-  /// drawn again.
+  /// Replaces the scene. `cloud` is not null and changes afterwards only as update() says;
+  /// `progress` may be empty. The renderer may keep `cloud` until the next upload. The old scene
+  /// leaves the GPU before the new scene comes. Throws Error (no memory) and Cancelled; then the
+  /// old scene is drawn again.
   virtual void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) = 0;
 
   /// The same for a cloud that the caller does not share.
@@ -291,6 +291,13 @@ class Renderer {
   /// throws Error(device): there is no memory, or the renderer cannot leave out Gaussians.
   virtual void set_drawn(GaussianSet) {
     throw Error(ErrorKind::device, "the renderer cannot leave out Gaussians");
+  }
+
+  /// Reads the Gaussians of these indices again, which the caller has changed in the uploaded
+  /// cloud. Frames then equal frames of the cloud as it is now. Throws Error(device), also if the
+  /// renderer cannot do it; then upload() must follow.
+  virtual void update(std::span<const std::uint32_t>) {
+    throw Error(ErrorKind::device, "the renderer cannot change single Gaussians");
   }
 
   /// Renders a frame of the uploaded scene and returns when it is finished. A scene must have been

@@ -36,6 +36,13 @@ class CpuRenderer final : public Renderer {
     drawn_ = std::move(drawn);
   }
 
+  void update(std::span<const std::uint32_t> changed) override {
+    classic_.update(*cloud_, changed);
+    if (fast_.update(*cloud_, changed, pool_)) return;
+    fast_.upload(fast::make_scene(*cloud_, pool_));
+    fast_.set_drawn(drawn_, pool_);
+  }
+
   void report_frames_to(std::function<void(float fraction)> report) override {
     report_ = std::move(report);
   }

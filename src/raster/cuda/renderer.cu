@@ -58,6 +58,15 @@ class CudaRenderer final : public Renderer {
     drawn_ = std::move(drawn);
   }
 
+  void update(std::span<const std::uint32_t> changed) override {
+    select_device();
+    for (std::optional<DeviceCloud>& cloud : clouds_) try {
+        if (cloud && !cuda::update(*scene_, changed, pool_, stream_, *cloud)) cloud.reset();
+      } catch (const Error&) {
+        cloud.reset();  // the next frame uploads the scene as it is now
+      }
+  }
+
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                       const Target& target, std::stop_token stop) override {
     assert(settings.mode >= 0 && settings.mode <= mode_count());

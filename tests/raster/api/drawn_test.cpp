@@ -84,6 +84,41 @@ TEST(Drawn, sets_follow_each_other_and_no_set_draws_all_again) {
   test::expect_frame_of_rest(renderer->render(camera, {}, outputs), expected, all);
 }
 
+TEST(Update, frames_of_changed_gaussians_are_frames_of_the_cloud_uploaded_again) {
+  const Outputs outputs = test::all_outputs(default_mode());
+  const Camera camera = test::front_camera(161, 117);
+  for (const std::size_t size : {1u, 255u, 257u, 3000u})
+    for (const bool halves : {false, true})
+      for (const int degree : {0, 3}) {
+        SCOPED_TRACE(std::to_string(size) + (halves ? " halves " : " floats ") +
+                     std::to_string(degree));
+        const auto cloud = std::make_shared<GaussianCloud>(
+            test::with_halves(test::random_cloud(size, degree, 11)));
+        GaussianCloud other = test::surrounding_cloud(size, degree, 12);
+        if (halves) other = test::with_halves(std::move(other));
+        const auto renderer = make_renderer(Backend::cpu, test::pool(2));
+        renderer->upload(cloud, {});
+        for (const std::size_t step : {7, 1, 300}) {
+          renderer->render(camera, {}, outputs);  // activates the cloud for `classic` too
+          renderer->update(test::replace_every(step, other, *cloud));
+          const auto again = uploaded(*cloud);
+          const GaussianSet odd =
+              GaussianSet::where(size, test::pool(), [](std::size_t i) { return i % 2 == 1; });
+          for (const GaussianSet& drawn : {GaussianSet(size).complement(), odd}) {
+            renderer->set_drawn(drawn);
+            again->set_drawn(drawn);
+            RenderSettings settings;
+            for (const Pipeline pipeline : {Pipeline::fast, Pipeline::classic}) {
+              settings.pipeline = pipeline;
+              Frame frame = renderer->render(camera, settings, outputs);
+              test::expect_frame_of_rest(frame, again->render(camera, settings, outputs),
+                                         GaussianSet(size).complement());
+            }
+          }
+        }
+      }
+}
+
 TEST(Drawn, lenses_draw_the_set_too) {
   const GaussianCloud cloud = test::surrounding_cloud(2000, 1, 7);
   const test::DrawnSet drawn = test::drawn_sets(cloud).back();
@@ -108,6 +143,8 @@ TEST(Drawn, renderers_without_sets_say_so) {
   } plain;
   EXPECT_EQ(test::error_of([&] { plain.set_drawn(GaussianSet(3)); }, ErrorKind::device),
             "the renderer cannot leave out Gaussians");
+  EXPECT_EQ(test::error_of([&] { plain.update({}); }, ErrorKind::device),
+            "the renderer cannot change single Gaussians");
 }
 
 }  // namespace

@@ -71,6 +71,40 @@ TEST_P(CudaDrawn, both_orders_of_the_scene_have_the_set_and_no_set_draws_all_aga
                              all);
 }
 
+TEST_P(CudaDrawn, frames_of_changed_gaussians_are_frames_of_the_cloud_uploaded_again) {
+  const Camera camera = test::front_camera(96, 64);
+  const Outputs outputs = test::all_outputs(default_mode());
+  RenderSettings other_order;
+  other_order.pipeline = GetParam() == Pipeline::fast ? Pipeline::classic : Pipeline::fast;
+  for (const std::size_t size : {1u, 257u, 1000u})
+    for (const bool halves : {false, true})
+      for (const int degree : {0, 2}) {
+        SCOPED_TRACE(std::to_string(size) + (halves ? " halves " : " floats ") +
+                     std::to_string(degree));
+        const auto cloud = std::make_shared<GaussianCloud>(
+            test::with_halves(test::random_cloud(size, degree, 11)));
+        GaussianCloud other = test::surrounding_cloud(size, degree, 12);
+        if (halves) other = test::with_halves(std::move(other));
+        const auto gpu = make_renderer(Backend::cuda, test::pool());
+        gpu->upload(cloud, {});
+        for (const std::size_t step : {7, 1, 300}) {
+          gpu->render(camera, step == 7 ? settings_of_pipeline() : other_order);
+          gpu->update(test::replace_every(step, other, *cloud));
+          const auto again = renderer_of(Backend::cuda, *cloud);
+          const GaussianSet odd =
+              GaussianSet::where(size, test::pool(), [](std::size_t i) { return i % 2 == 1; });
+          for (const GaussianSet& drawn : {GaussianSet(size).complement(), odd}) {
+            gpu->set_drawn(drawn);
+            again->set_drawn(drawn);
+            const Frame frame = gpu->render(camera, settings_of_pipeline(), outputs);
+            test::expect_frame_of_rest(frame,
+                                       again->render(camera, settings_of_pipeline(), outputs),
+                                       GaussianSet(size).complement());
+          }
+        }
+      }
+}
+
 TEST_P(CudaDrawn, sets_are_drawn_as_on_the_cpu) {
   const GaussianCloud cloud = test::surrounding_cloud(1500, 1, 8);
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);

@@ -69,6 +69,13 @@ struct SceneBlocks {
 
   void set_drawn(const GaussianSet& set, ThreadPool& pool);
 
+  /// By index in the cloud: the place in the order of the blocks. Made by the first update().
+  Array<std::uint32_t> places = {};
+
+  /// Reads Gaussians of `cloud` again. False if their coefficients need floats in place of halves;
+  /// then the scene must be made again.
+  bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed, ThreadPool& pool);
+
   /// Words of `drawn` for block `b`, or null.
   const std::uint64_t* drawn_in(std::size_t b) const {
     return drawn.empty() ? nullptr : &drawn[b * kDrawnWords];

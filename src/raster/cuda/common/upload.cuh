@@ -4,6 +4,9 @@
 // neighbouring addresses. A place is an index into these arrays.
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "raster/cuda/common/device_buffer.cuh"
@@ -75,6 +78,9 @@ struct DeviceCloud {
   DeviceBuffer<BlockBounds> bounds;
   DeviceBuffer<std::uint16_t> sh_halves;  ///< empty: `sh` has all coefficients
   DeviceBuffer<std::uint32_t> drawn;      ///< see CloudView; empty: all
+  /// By index in the file: the place in the order in space, on the host. Made by the first
+  /// update().
+  std::vector<std::uint32_t> places;
   std::uint32_t count = 0;
   int sh_degree = 0;
   bool antialiased = false;
@@ -95,6 +101,11 @@ std::uint64_t scene_bytes(const GaussianCloud& cloud, Order order);
 
 /// Replaces the scene in `device`. Throws Error(device) and Cancelled; `device` is then empty.
 void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Progress& progress,
+            cudaStream_t stream, DeviceCloud& device);
+
+/// Uploads Gaussians of `cloud` again, whose scene is in `device`. False if their coefficients need
+/// floats in place of halves; then the scene must be uploaded again. Throws Error(device).
+bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed, ThreadPool& pool,
             cudaStream_t stream, DeviceCloud& device);
 
 /// CloudView::drawn for a set of the scene's Gaussians; empty for a set of size 0. Throws

@@ -53,6 +53,10 @@ class LensRenderer final : public Renderer {
     inner_->upload(std::move(cloud), progress);
   }
 
+  void set_drawn(GaussianSet drawn) override { inner_->set_drawn(std::move(drawn)); }
+
+  void update(std::span<const std::uint32_t> changed) override { inner_->update(changed); }
+
   void prepare_target(const Target& target) override { inner_->prepare_target(target); }
 
   void report_frames_to(std::function<void(float fraction)> report) override {

@@ -16,7 +16,9 @@
 #include "base/text.h"
 #include "base/warn.h"
 #include "io/bytes/byte_text.h"
+#include "io/cloud/cloud_memory.h"
 #include "learn/lod/cut.h"
+#include "learn/lod/cut_slots.h"
 
 namespace qs {
 namespace {
@@ -86,8 +88,9 @@ class LevelRenderer final : public Renderer {
     leave_stream();
     stream_ = std::exchange(expected_, nullptr);
     wanted_.reset();
-    ready_.reset();
-    made_ = {};
+    ready_.clear();
+    slots_ = {};
+    uploaded_.reset();
     antialiased_ = cloud->antialiased;
     inner_->upload(std::move(cloud), progress);
     if (!stream_ || !report_) return;
@@ -109,12 +112,15 @@ class LevelRenderer final : public Renderer {
         {camera, report_ ? kOutsideWindow : kOutside}, keeps_light ? 0 : settings.dilation, limit_};
     std::unique_lock lock(mutex_);
     const bool is_new = !wanted_ || !wanted_->serves(view, report_ != nullptr);
-    if (is_new && !report_) ready_ = await_cut(view);
-    if (is_new) wanted_ = view;
-    const std::optional<GaussianCloud> ready = std::exchange(ready_, std::nullopt);
+    if (is_new && !report_) ready_.push_back({.whole = await_cut(view)});
+    if (is_new) {
+      wanted_ = view;
+      ++views_;
+    }
+    std::vector<CutChange> ready = std::exchange(ready_, {});
     lock.unlock();
     if (is_new) note_news();
-    if (ready) inner_->upload(std::make_shared<const GaussianCloud>(std::move(*ready)), {});
+    for (CutChange& change : ready) apply(std::move(change));
     const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
     if (budget_ms_) follow_time(static_cast<double>(frame.stats.frame_ms));
     return frame;
@@ -137,8 +143,18 @@ class LevelRenderer final : public Renderer {
     changed_.notify_all();
   }
 
-  GaussianCloud cloud_of(const StreamedCut& made, const LevelView& view, ThreadPool& pool) const {
-    return cut_cloud(made.tree, made.cut, view.view, view.dilation, pool);
+  void apply(CutChange change) {
+    if (!change.whole.empty()) {
+      uploaded_.reset();  // if the upload fails, changes have no cloud
+      auto cloud = std::make_shared<GaussianCloud>(std::move(change.whole));
+      inner_->upload(cloud, {});
+      uploaded_ = std::move(cloud);
+    } else if (uploaded_) {
+      for (std::size_t k = 0; k < change.slots.size(); ++k)
+        copy_gaussian(change.gaussians, k, *uploaded_, change.slots[k]);
+      inner_->update(change.slots);
+    }
+    if (uploaded_ && change.drawn.size() > 0) inner_->set_drawn(std::move(change.drawn));
   }
 
   LevelFacts facts_of(const LodCut& cut, double ms, bool is_new) {
@@ -148,14 +164,14 @@ class LevelRenderer final : public Renderer {
 
   GaussianCloud await_cut(const LevelView& view) {
     const auto start = std::chrono::steady_clock::now();
-    const StreamedCut made = stream_->await_cut(gain_in(view.view, stream_->footprint()),
-                                                view.limit, pool_, made_.limit);
-    made_.limit = made.cut.limit;
+    const StreamedCut made =
+        stream_->await_cut(gain_in(view.view, stream_->footprint()), view.limit, pool_, guess_);
+    guess_ = made.cut.limit;
     const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), true);
     for (const std::string& sentence : facts.sentences) warn("warning: " + sentence);
     const std::string& name = view.view.camera.name;
     warn("cut" + (name.empty() ? "" : " of " + name) + ": " + facts.text());
-    return cloud_of(made, view, pool_);
+    return cut_cloud(made.tree, made.cut, view.view, view.dilation, pool_);
   }
 
   void follow_time(double ms) {
@@ -171,7 +187,8 @@ class LevelRenderer final : public Renderer {
     constexpr std::chrono::milliseconds kRest{300};
     constexpr double kMoved = 0.02;  // share of the nodes
     ThreadPool alone(1);
-    bool is_late = false;  // the shown cut differs a little from the exact one
+    bool is_late = false;   // the shown cut differs a little from the exact one
+    std::size_t exact = 0;  // the number of the view whose exact cut is shown; 0: none
     std::unique_lock lock(mutex_);
     for (;;) {
       const auto news = [&] { return has_news_ && wanted_; };
@@ -180,20 +197,27 @@ class LevelRenderer final : public Renderer {
       if (stop.stop_requested()) return;
       has_news_ = false;
       const LevelView view = *wanted_;
+      const std::size_t number = views_;
       lock.unlock();
       const auto start = std::chrono::steady_clock::now();
-      StreamedCut made =
-          stream_->cut(gain_in(view.view, stream_->footprint()), view.limit, alone, made_.limit);
-      const double change = static_cast<double>(moved(made_, made.cut) + moved(made.cut, made_)) /
+      const StreamedCut made =
+          stream_->cut(gain_in(view.view, stream_->footprint()), view.limit, alone, guess_);
+      guess_ = made.cut.limit;
+      const LodCut& shown = slots_.shown();
+      const double change = static_cast<double>(moved(shown, made.cut) + moved(made.cut, shown)) /
                             static_cast<double>(made.cut.count);
-      is_late = came && change > 0 && change < kMoved;
-      const bool is_new = change > 0 && !is_late;
+      const bool was_exact = change == 0 && exact == number;
+      const bool is_new = came ? change >= kMoved : !was_exact;
       const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), is_new);
-      std::optional<GaussianCloud> cloud;
-      if (is_new) cloud = cloud_of(made, view, alone);
-      if (is_new) made_ = std::move(made.cut);
+      CutChange step;
+      if (is_new) {
+        step = slots_.follow(made, view.view, view.dilation, !came, alone);
+        exact = step.whole.empty() ? 0 : number;
+      }
+      is_late = came && !(is_new ? exact == number : was_exact);
       lock.lock();
-      if (is_new) ready_ = std::move(cloud);
+      if (!step.whole.empty()) ready_.clear();
+      if (is_new) ready_.push_back(std::move(step));
       lock.unlock();
       report_(facts);
       lock.lock();
@@ -207,13 +231,16 @@ class LevelRenderer final : public Renderer {
   LevelReport report_;
   std::shared_ptr<PageStream> stream_, expected_;
   bool antialiased_ = false;
-  LodCut made_;       // the cut that was made last; of the thread of cuts
-  std::mutex mutex_;  // guards everything below but the thread
+  float guess_ = 0;                          // limit of the last cut
+  CutSlots slots_;                           // of the thread of cuts
+  std::shared_ptr<GaussianCloud> uploaded_;  // to `inner_`, for changes
+  std::mutex mutex_;                         // guards everything below but the thread
   std::condition_variable_any changed_;
   std::optional<LevelView> wanted_;
-  std::optional<GaussianCloud> ready_;  // of a cut that was not uploaded yet
-  bool has_news_ = false;               // another view, or another page
-  std::jthread thread_;                 // the last member: it ends first
+  std::size_t views_ = 0;         // wanted ones so far
+  std::vector<CutChange> ready_;  // that `inner_` does not have yet
+  bool has_news_ = false;         // another view, or another page
+  std::jthread thread_;           // the last member: it ends first
 };
 
 }  // namespace

@@ -151,6 +151,43 @@ TEST_F(LevelsTest, a_window_ends_at_the_cut_of_its_view) {
   EXPECT_EQ(renderer->render(camera_).stats.gaussians, 50u);
 }
 
+TEST_F(LevelsTest, the_picture_of_a_resting_window_does_not_depend_on_the_flight) {
+  const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
+  for (const int budget : {700, 1'000'000}) {
+    frame_.levels.budget = budget;
+    std::atomic<int> reports = 0;
+    const auto open = [&] {
+      auto window = with_levels(make_renderer(Backend::cpu, test::pool()), frame_.levels,
+                                test::pool(), [&](const LevelFacts&) { ++reports; });
+      expect_stream(*window, scene.stream);
+      window->upload(scene.cloud, {});
+      return window;
+    };
+    const auto flown = open(), fresh = open();
+    settled(*flown, reports);
+    for (int step = 0; step < 40; ++step) {
+      const double angle = 0.05 * step;
+      const Camera moving = look_at({6 * std::sin(angle), 0.02 * step, -6 * std::cos(angle)},
+                                    {0, 0, 0}, {0, -1, 0}, 0.9, 160, 120);
+      const Frame& frame = flown->render(step % 3 == 0 ? moving.resized(80, 60) : moving);
+      EXPECT_LE(frame.stats.gaussians, static_cast<unsigned>(budget));
+      std::this_thread::sleep_for(std::chrono::milliseconds(step % 4));
+    }
+    settled(*flown, reports);
+    settled(*fresh, reports);
+    Session command = open_session(frame_);
+    RenderSettings settings;
+    for (const CullMode mode : all_modes()) {
+      settings.mode = command.settings.mode = mode;
+      const Image image = flown->render(camera_, settings).color;
+      EXPECT_EQ(image.values, fresh->render(camera_, settings).color.values) << budget;
+      if (budget > 4000) {  // all leaves
+        EXPECT_EQ(image.values, picture(command, camera_).values);
+      }
+    }
+  }
+}
+
 TEST_F(LevelsTest, the_budget_follows_the_time_of_frames) {
   const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
   LevelOptions options;

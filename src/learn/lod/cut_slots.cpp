@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#include "learn/lod/cut_slots.h"
+
+#include "io/cloud/cloud_memory.h"
+#include "learn/lod/cut.h"
+
+namespace qs {
+namespace {
+
+constexpr std::uint32_t kTurns = 8;  // calls until all pages were looked at
+constexpr std::size_t kLeastSpare = 1024;
+
+struct SlottedNode {
+  std::uint32_t page, row, slot;
+};
+
+std::vector<const LodPart*> by_page(const LodCut& cut, std::size_t pages) {
+  std::vector<const LodPart*> parts(pages);
+  for (const LodPart& part : cut.parts) parts[part.page] = &part;
+  return parts;
+}
+
+}  // namespace
+
+CutChange CutSlots::whole(const StreamedCut& made, const LodView& view, double dilation,
+                          ThreadPool& pool) {
+  CutChange change;
+  GaussianCloud& cloud = change.whole;
+  cloud = cut_cloud(made.tree, made.cut, view, dilation, pool, &variances_);
+  const std::size_t count = cloud.size(), slots = count + count / 4 + kLeastSpare;
+  cloud.resize(slots, cloud.sh_degree);
+  variances_.resize(slots);
+  free_.clear();
+  drawn_ = GaussianSet(slots);
+  for (std::size_t slot = slots; slot-- > count;) {
+    copy_gaussian(cloud, count - 1, cloud, slot);
+    free_.push_back(static_cast<std::uint32_t>(slot));
+  }
+  slots_.assign(made.tree.pages.size(), {});
+  std::uint32_t slot = 0;
+  for (const LodPart& part : made.cut.parts) {
+    slots_[part.page].resize(made.tree.page_nodes);
+    part.for_each([&](std::size_t row) {
+      drawn_.add(slot);
+      slots_[part.page][row] = slot++;
+    });
+  }
+  return change;
+}
+
+CutChange CutSlots::follow(const StreamedCut& made, const LodView& view, double dilation,
+                           bool exact, ThreadPool& pool) {
+  CutChange change;
+  if (exact || made.cut.count > drawn_.size()) {
+    change = whole(made, view, dilation, pool);
+  } else {
+    const LodPages& tree = made.tree;
+    turn_ = (turn_ + 1) % kTurns;
+    std::vector<SlottedNode> changed;
+    const auto before = by_page(shown_, tree.pages.size()),
+               now = by_page(made.cut, tree.pages.size());
+    for (std::uint32_t page = 0; page < tree.pages.size(); ++page) {
+      if (!before[page] && !now[page]) continue;
+      std::vector<std::uint32_t>& slots = slots_[page];
+      slots.resize(tree.page_nodes);
+      const auto for_each = [&](std::size_t word, std::uint64_t bits, const auto& visit) {
+        for (; bits != 0; bits &= bits - 1)
+          visit(static_cast<std::uint32_t>(64 * word) +
+                static_cast<std::uint32_t>(std::countr_zero(bits)));
+      };
+      for (std::size_t word = 0; word < (tree.page_nodes + 63) / 64; ++word) {
+        const std::uint64_t old = before[page] ? before[page]->mask[word] : 0;
+        const std::uint64_t fresh = now[page] ? now[page]->mask[word] : 0;
+        for_each(word, old & ~fresh, [&](std::uint32_t row) {
+          free_.push_back(slots[row]);
+          drawn_.toggle(slots[row]);
+        });
+        for_each(word, fresh & ~old, [&](std::uint32_t row) { changed.push_back({page, row, 0}); });
+        if (page % kTurns != turn_) continue;
+        for_each(word, fresh & old, [&](std::uint32_t row) {
+          const float fitted = variances_[slots[row]];
+          const float variance = filter_variance(tree, *tree.pages[page], row, view, dilation);
+          if (variance > kRefit * fitted || kRefit * variance < fitted)
+            changed.push_back({page, row, slots[row]});
+        });
+      }
+      if (!now[page]) slots = {};
+    }
+    for (SlottedNode& node : changed) {
+      if (const auto& part = before[node.page];
+          part && (part->mask[node.row / 64] >> node.row % 64 & 1) != 0)
+        continue;
+      node.slot = slots_[node.page][node.row] = free_.back();
+      free_.pop_back();
+      drawn_.toggle(node.slot);
+    }
+    change.gaussians = make_cloud(changed.size(), tree.pages[0]->cloud.sh_degree);
+    change.slots.resize(changed.size());
+    pool.for_each(changed.size(), 256, [&](std::size_t k) {
+      const SlottedNode& node = changed[k];
+      change.slots[k] = node.slot;
+      variances_[node.slot] =
+          put_node(tree, *tree.pages[node.page], node.row, view, dilation, change.gaussians, k);
+    });
+  }
+  change.drawn = drawn_;
+  shown_ = made.cut;
+  return change;
+}
+
+}  // namespace qs

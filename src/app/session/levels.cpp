@@ -2,6 +2,7 @@
 #include "app/session/levels.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <chrono>
 #include <condition_variable>
@@ -73,12 +74,13 @@ std::size_t moved(const LodCut& a, const LodCut& b) {
 class LevelRenderer final : public Renderer {
  public:
   LevelRenderer(std::unique_ptr<Renderer> inner, const LevelOptions& options, ThreadPool& pool,
-                LevelReport report)
+                LevelReport report, const std::atomic<bool>* awaits)
       : inner_(std::move(inner)),
         limit_(limit_of(options)),
         budget_ms_(options.budget_ms),
         pool_(pool),
-        report_(std::move(report)) {}
+        report_(std::move(report)),
+        awaits_(awaits) {}
 
   ~LevelRenderer() override { leave_stream(); }
 
@@ -88,6 +90,7 @@ class LevelRenderer final : public Renderer {
     leave_stream();
     stream_ = std::exchange(expected_, nullptr);
     wanted_.reset();
+    awaited_.reset();
     ready_.clear();
     slots_ = {};
     uploaded_.reset();
@@ -108,19 +111,28 @@ class LevelRenderer final : public Renderer {
                       const Target& target, std::stop_token stop) override {
     if (!stream_) return inner_->render(camera, settings, outputs, target, std::move(stop));
     const bool keeps_light = settings.antialiased.value_or(antialiased_);
+    const bool awaits = !report_ || (awaits_ != nullptr && *awaits_);
     const LevelView view{
-        {camera, report_ ? kOutsideWindow : kOutside}, keeps_light ? 0 : settings.dilation, limit_};
+        {camera, awaits ? kOutside : kOutsideWindow}, keeps_light ? 0 : settings.dilation, limit_};
     std::unique_lock lock(mutex_);
-    const bool is_new = !wanted_ || !wanted_->serves(view, report_ != nullptr);
-    if (is_new && !report_) ready_.push_back({.whole = await_cut(view)});
-    if (is_new) {
-      wanted_ = view;
-      ++views_;
-    }
     std::vector<CutChange> ready = std::exchange(ready_, {});
-    lock.unlock();
-    if (is_new) note_news();
-    for (CutChange& change : ready) apply(std::move(change));
+    if (awaits) {
+      lock.unlock();
+      if (!awaited_ || !awaited_->serves(view, false)) {
+        apply({.whole = await_cut(view)});
+        uploaded_.reset();
+        awaited_ = view;
+      }
+    } else {
+      const bool is_new = awaited_ || !wanted_ || !wanted_->serves(view, true);
+      if (is_new) wanted_ = view;
+      views_ += is_new ? 1 : 0;
+      restarts_ = restarts_ || awaited_;
+      lock.unlock();
+      awaited_.reset();
+      if (is_new) note_news();
+      for (CutChange& change : ready) apply(std::move(change));
+    }
     const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
     if (budget_ms_) follow_time(static_cast<double>(frame.stats.frame_ms));
     return frame;
@@ -167,10 +179,14 @@ class LevelRenderer final : public Renderer {
     const StreamedCut made =
         stream_->await_cut(gain_in(view.view, stream_->footprint()), view.limit, pool_, guess_);
     guess_ = made.cut.limit;
-    const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), true);
-    for (const std::string& sentence : facts.sentences) warn("warning: " + sentence);
-    const std::string& name = view.view.camera.name;
-    warn("cut" + (name.empty() ? "" : " of " + name) + ": " + facts.text());
+    const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), !report_);
+    if (report_) {
+      report_(facts);
+    } else {
+      for (const std::string& sentence : facts.sentences) warn("warning: " + sentence);
+      const std::string& name = view.view.camera.name;
+      warn("cut" + (name.empty() ? "" : " of " + name) + ": " + facts.text());
+    }
     return cut_cloud(made.tree, made.cut, view.view, view.dilation, pool_);
   }
 
@@ -196,6 +212,7 @@ class LevelRenderer final : public Renderer {
           is_late ? changed_.wait_for(lock, stop, kRest, news) : changed_.wait(lock, stop, news);
       if (stop.stop_requested()) return;
       has_news_ = false;
+      if (std::exchange(restarts_, false)) slots_ = {};
       const LevelView view = *wanted_;
       const std::size_t number = views_;
       lock.unlock();
@@ -229,9 +246,11 @@ class LevelRenderer final : public Renderer {
   std::optional<double> budget_ms_;
   ThreadPool& pool_;
   LevelReport report_;
+  const std::atomic<bool>* awaits_;
   std::shared_ptr<PageStream> stream_, expected_;
   bool antialiased_ = false;
-  float guess_ = 0;                          // limit of the last cut
+  std::optional<LevelView> awaited_;         // its cut was uploaded last; of render()
+  std::atomic<float> guess_ = 0;             // limit of the last cut
   CutSlots slots_;                           // of the thread of cuts
   std::shared_ptr<GaussianCloud> uploaded_;  // to `inner_`, for changes
   std::mutex mutex_;                         // guards everything below but the thread
@@ -239,6 +258,7 @@ class LevelRenderer final : public Renderer {
   std::optional<LevelView> wanted_;
   std::size_t views_ = 0;         // wanted ones so far
   std::vector<CutChange> ready_;  // that `inner_` does not have yet
+  bool restarts_ = false;         // the uploaded cloud is not in slots_
   bool has_news_ = false;         // another view, or another page
   std::jthread thread_;           // the last member: it ends first
 };
@@ -252,8 +272,10 @@ std::string LevelFacts::text() const {
 }
 
 std::unique_ptr<Renderer> with_levels(std::unique_ptr<Renderer> inner, const LevelOptions& options,
-                                      ThreadPool& pool, LevelReport report) {
-  return std::make_unique<LevelRenderer>(std::move(inner), options, pool, std::move(report));
+                                      ThreadPool& pool, LevelReport report,
+                                      const std::atomic<bool>* awaits) {
+  return std::make_unique<LevelRenderer>(std::move(inner), options, pool, std::move(report),
+                                         awaits);
 }
 
 void expect_stream(Renderer& renderer, const std::shared_ptr<PageStream>& stream) {

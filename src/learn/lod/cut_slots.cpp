@@ -20,6 +20,10 @@ std::vector<const LodPart*> by_page(const LodCut& cut, std::size_t pages) {
   return parts;
 }
 
+bool has(const std::vector<const LodPart*>& parts, std::uint32_t page, std::size_t row) {
+  return parts[page] != nullptr && (parts[page]->mask[row / 64] >> row % 64 & 1) != 0;
+}
+
 }  // namespace
 
 CutChange CutSlots::whole(const StreamedCut& made, const LodView& view, double dilation,
@@ -59,40 +63,32 @@ CutChange CutSlots::follow(const StreamedCut& made, const LodView& view, double 
     std::vector<SlottedNode> changed;
     const auto before = by_page(shown_, tree.pages.size()),
                now = by_page(made.cut, tree.pages.size());
-    for (std::uint32_t page = 0; page < tree.pages.size(); ++page) {
-      if (!before[page] && !now[page]) continue;
-      std::vector<std::uint32_t>& slots = slots_[page];
-      slots.resize(tree.page_nodes);
-      const auto for_each = [&](std::size_t word, std::uint64_t bits, const auto& visit) {
-        for (; bits != 0; bits &= bits - 1)
-          visit(static_cast<std::uint32_t>(64 * word) +
-                static_cast<std::uint32_t>(std::countr_zero(bits)));
-      };
-      for (std::size_t word = 0; word < (tree.page_nodes + 63) / 64; ++word) {
-        const std::uint64_t old = before[page] ? before[page]->mask[word] : 0;
-        const std::uint64_t fresh = now[page] ? now[page]->mask[word] : 0;
-        for_each(word, old & ~fresh, [&](std::uint32_t row) {
-          free_.push_back(slots[row]);
-          drawn_.toggle(slots[row]);
-        });
-        for_each(word, fresh & ~old, [&](std::uint32_t row) { changed.push_back({page, row, 0}); });
-        if (page % kTurns != turn_) continue;
-        for_each(word, fresh & old, [&](std::uint32_t row) {
-          const float fitted = variances_[slots[row]];
-          const float variance = filter_variance(tree, *tree.pages[page], row, view, dilation);
-          if (variance > kRefit * fitted || kRefit * variance < fitted)
-            changed.push_back({page, row, slots[row]});
-        });
-      }
-      if (!now[page]) slots = {};
+    for (const LodPart& part : shown_.parts) {
+      std::vector<std::uint32_t>& slots = slots_[part.page];
+      part.for_each([&](std::size_t row) {
+        if (has(now, part.page, row)) return;
+        free_.push_back(slots[row]);
+        drawn_.toggle(slots[row]);
+      });
+      if (!now[part.page]) slots = {};
     }
-    for (SlottedNode& node : changed) {
-      if (const auto& part = before[node.page];
-          part && (part->mask[node.row / 64] >> node.row % 64 & 1) != 0)
-        continue;
-      node.slot = slots_[node.page][node.row] = free_.back();
-      free_.pop_back();
-      drawn_.toggle(node.slot);
+    for (const LodPart& part : made.cut.parts) {
+      std::vector<std::uint32_t>& slots = slots_[part.page];
+      slots.resize(tree.page_nodes);
+      part.for_each([&](std::size_t row) {
+        if (!has(before, part.page, row)) {
+          slots[row] = free_.back();
+          free_.pop_back();
+          drawn_.toggle(slots[row]);
+        } else if (part.page % kTurns == turn_) {
+          const float fitted = variances_[slots[row]];
+          const float variance = filter_variance(tree, *tree.pages[part.page], row, view, dilation);
+          if (variance <= kRefit * fitted && kRefit * variance >= fitted) return;
+        } else {
+          return;
+        }
+        changed.push_back({part.page, static_cast<std::uint32_t>(row), slots[row]});
+      });
     }
     change.gaussians = make_cloud(changed.size(), tree.pages[0]->cloud.sh_degree);
     change.slots.resize(changed.size());

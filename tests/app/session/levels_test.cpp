@@ -188,6 +188,31 @@ TEST_F(LevelsTest, the_picture_of_a_resting_window_does_not_depend_on_the_flight
   }
 }
 
+TEST_F(LevelsTest, films_and_measurements_of_a_window_have_the_cuts_of_a_command) {
+  const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
+  frame_.levels.budget = 900;
+  std::atomic<int> reports = 0;
+  std::atomic<bool> awaits = false;
+  const auto window = with_levels(
+      make_renderer(Backend::cpu, test::pool()), frame_.levels, test::pool(),
+      [&](const LevelFacts&) { ++reports; }, &awaits);
+  expect_stream(*window, scene.stream);
+  window->upload(scene.cloud, {});
+  const std::vector<float> before = settled(*window, reports)->color.values;
+  Session command = open_session(frame_);
+  for (int round = 0; round < 3; ++round) {
+    awaits = true;
+    for (const double z : {-6.0, -1.5, -20.0, -6.0}) {
+      const Camera moved = look_at({0.3, 0, z}, {0, 0, 1}, {0, -1, 0}, 0.9, 160, 120);
+      EXPECT_EQ(window->render(moved).color.values, picture(command, moved).values) << z;
+    }
+    EXPECT_EQ(window->render(camera_).color.values, picture(command, camera_).values);
+    awaits = false;
+    window->render(camera_);
+    EXPECT_EQ(settled(*window, reports)->color.values, before);
+  }
+}
+
 TEST_F(LevelsTest, the_budget_follows_the_time_of_frames) {
   const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
   LevelOptions options;

@@ -107,6 +107,16 @@ class LevelRenderer final : public Renderer {
     });
   }
 
+  void set_drawn(GaussianSet drawn) override {
+    if (stream_) return Renderer::set_drawn(std::move(drawn));
+    inner_->set_drawn(std::move(drawn));
+  }
+
+  void update(std::span<const std::uint32_t> changed) override {
+    if (stream_) return Renderer::update(changed);
+    inner_->update(changed);
+  }
+
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                       const Target& target, std::stop_token stop) override {
     if (!stream_) return inner_->render(camera, settings, outputs, target, std::move(stop));
@@ -134,7 +144,7 @@ class LevelRenderer final : public Renderer {
       for (CutChange& change : ready) apply(std::move(change));
     }
     const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
-    if (budget_ms_) follow_time(static_cast<double>(frame.stats.frame_ms));
+    if (budget_ms_ && !awaits) follow_time(static_cast<double>(frame.stats.frame_ms));
     return frame;
   }
 

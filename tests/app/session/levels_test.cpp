@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstring>
 #include <mutex>
+#include <numeric>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -15,6 +16,7 @@
 #include "io/scene/writer.h"
 #include "learn/lod/build.h"
 #include "raster/scene/image_metrics.h"
+#include "support/error_of.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
@@ -146,9 +148,22 @@ TEST_F(LevelsTest, a_window_ends_at_the_cut_of_its_view) {
   renderer->render(camera_.resized(80, 60));  // a reduced frame has the same cut
   std::this_thread::sleep_for(std::chrono::milliseconds(400));
   EXPECT_EQ(reports, before);
-  // A scene without levels takes its place.
-  renderer->upload(test::random_cloud(50, 0, 1), {});
+  EXPECT_EQ(test::error_of([&] { renderer->set_drawn(GaussianSet(7310)); }, ErrorKind::device),
+            "the renderer cannot leave out Gaussians");
+  // A scene without levels takes its place, and its Gaussians can be left out.
+  const auto cloud = std::make_shared<GaussianCloud>(test::random_cloud(50, 0, 1));
+  renderer->upload(cloud, {});
   EXPECT_EQ(renderer->render(camera_).stats.gaussians, 50u);
+  const std::vector<float> whole = renderer->render(camera_).color.values;
+  renderer->set_drawn(GaussianSet(50));
+  EXPECT_EQ(renderer->render(camera_).stats.gaussians, 0u);
+  renderer->set_drawn(GaussianSet());
+  EXPECT_EQ(renderer->render(camera_).color.values, whole);
+  std::vector<std::uint32_t> all(50);
+  std::iota(all.begin(), all.end(), 0u);
+  for (float& logit : cloud->opacity_logits) logit = -20;
+  renderer->update(all);
+  EXPECT_NE(renderer->render(camera_).color.values, whole);
 }
 
 TEST_F(LevelsTest, the_picture_of_a_resting_window_does_not_depend_on_the_flight) {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // quadsplat measure: points of surfaces under pixels, and the distances and angles between them.
-#include <algorithm>
-#include <cmath>
+#include <array>
 #include <cstdio>
+#include <iterator>
 #include <memory>
+#include <span>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
-#include <glm/gtx/quaternion.hpp>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/camera_choice.h"
@@ -20,15 +20,12 @@
 #include "base/json_of.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
-#include "raster/select/surface.h"
+#include "raster/select/measures.h"
 
 namespace qs {
 namespace {
 
 using nlohmann::ordered_json;
-
-constexpr double kSnapDegrees = 3;  // of an axis
-const glm::dvec3 kUp(0, -1, 0);     // of a level scene
 
 struct MeasureCommand {
   FrameOptions frame;
@@ -39,10 +36,6 @@ struct MeasureCommand {
   bool levels = false;
   std::optional<std::filesystem::path> json;
 };
-
-double degrees_between(glm::dvec3 a, glm::dvec3 b) {
-  return glm::degrees(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)));
-}
 
 class Measurement {
  public:
@@ -61,36 +54,39 @@ class Measurement {
     }
     const std::vector<Camera> cameras = cameras_of(command.frame, *session_.scene);
     up_ = declared_up(command.frame.up, session_.scene->vertical_axis);
-    if (!up_ && !cameras.empty()) up_ = cameras_up(cameras, kUp);
+    if (!up_ && !cameras.empty()) up_ = cameras_up(cameras, glm::dvec3(0, -1, 0));
     if (command.known) find_scale(*command.known);
     if (command.levels) find_level();
   }
 
   ordered_json json() const {
-    ordered_json json = {{"view", view_}, {"unit", unit()}};
+    ordered_json json = {{"view", view_}, {"unit", scale_.name()}};
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const auto& point = points_[i];
       json["points"].push_back({{"pixel", {command_.pixels[i].x, command_.pixels[i].y}}});
       ordered_json& entry = json["points"].back();
       if (!point) continue;
       entry["position"] = json_of(place(*point));
-      entry["distance"] = scale_ * point->distance;
-      entry["along"] = scale_ * point->along;
-      entry["across"] = scale_ * point->across;
+      entry["distance"] = scale_.factor * point->distance;
+      entry["along"] = scale_.factor * point->along;
+      entry["across"] = scale_.factor * point->across;
       entry["soft"] = point->is_soft();
     }
     json["distances"] = ordered_json::array();
-    each_pair([&](std::size_t i, const MeasuredLength& length, glm::dvec3 offset) {
-      json["distances"].push_back({{"from", i},
-                                   {"to", i + 1},
-                                   {"length", length.length},
-                                   {"error", length.error},
-                                   {"offset", json_of(offset)}});
-      if (up_) json["distances"].back()["height"] = glm::dot(offset, *up_);
-    });
     json["angles"] = ordered_json::array();
-    each_angle([&](std::size_t i, double degrees) {
-      json["angles"].push_back({{"at", i}, {"degrees", degrees}});
+    each_line([&](std::span<const SurfacePoint> line, std::size_t first) {
+      for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+        const auto [length, offset] = measured_leg(line[i], line[i + 1], scale_);
+        json["distances"].push_back({{"from", first + i},
+                                     {"to", first + i + 1},
+                                     {"length", length.length},
+                                     {"error", length.error},
+                                     {"offset", json_of(offset)}});
+        if (up_) json["distances"].back()["height"] = glm::dot(offset, *up_);
+      }
+      for (std::size_t i = 1; i + 1 < line.size(); ++i)
+        json["angles"].push_back(
+            {{"at", first + i}, {"degrees", degrees_at(line[i - 1], line[i], line[i + 1])}});
     });
     for (const ordered_json& step : steps_) json["steps"].push_back(step);
     return json;
@@ -107,24 +103,15 @@ class Measurement {
       }
       const SurfacePoint& point = *points_[i];
       const glm::dvec3 at = place(point);
-      text += fmt::format("({:.6g}, {:.6g}, {:.6g}), {:.5g} ± {:.2g} {} away{}\n", at.x, at.y, at.z,
-                          scale_ * point.distance, scale_ * point.along, unit(),
-                          point.is_soft() ? ", a soft surface" : "");
+      text += fmt::format(
+          "({:.6g}, {:.6g}, {:.6g}), {} away{}\n", at.x, at.y, at.z,
+          length_text(scale_.factor * point.distance, scale_.factor * point.along, scale_.name()),
+          point.is_soft() ? ", a soft surface" : "");
     }
-    double total = 0, variance = 0;
-    int pairs = 0;
-    each_pair([&](std::size_t i, const MeasuredLength& length, glm::dvec3 offset) {
-      text += fmt::format("{} to {}: {:.5g} ± {:.2g} {} (x {:.4g}, y {:.4g}, z {:.4g}{})\n", i + 1,
-                          i + 2, length.length, length.error, unit(), offset.x, offset.y, offset.z,
-                          up_ ? fmt::format("; height {:.4g}", glm::dot(offset, *up_)) : "");
-      total += length.length;
-      variance += length.error * length.error;
-      ++pairs;
-    });
-    if (pairs > 1)
-      text += fmt::format("together: {:.5g} ± {:.2g} {}\n", total, std::sqrt(variance), unit());
-    each_angle([&](std::size_t i, double degrees) {
-      text += fmt::format("angle at {}: {:.2f} degrees\n", i + 1, degrees);
+    each_line([&](std::span<const SurfacePoint> line, std::size_t first) {
+      for (const MeasureRow& row : measure_rows(line, first + 1, scale_, up_))
+        text += fmt::format("{}: {}{}\n", row.name, row.value,
+                            row.more.empty() ? "" : " (" + row.more + ")");
     });
     for (const ordered_json& step : steps_)
       text += fmt::format("for a file of edits: {}\n", json_line(step));
@@ -132,11 +119,8 @@ class Measurement {
   }
 
  private:
-  // "units" for a scene without a scale.
-  std::string unit() const { return command_.unit.empty() ? "units" : command_.unit; }
-
   glm::dvec3 place(const SurfacePoint& point) const {
-    return scale_ * (point.position + session_.scene->cloud.origin);
+    return scale_.factor * (point.position + session_.scene->cloud.origin);
   }
 
   const SurfacePoint& required(std::size_t i, const char* option) const {
@@ -148,49 +132,35 @@ class Measurement {
   }
 
   void find_scale(double known) {
-    const SurfacePoint &from = required(0, "--known"), &to = required(1, "--known");
-    const double length = length_between(from, to).length;
-    if (!(length > 0)) fail(ErrorKind::usage, "measure: --known: both points are the same");
-    scale_ = known / length;
-    steps_.push_back({{"step", "scale"}, {"factor", scale_}});
+    const auto scale =
+        scale_of(required(0, "--known"), required(1, "--known"), known, command_.unit);
+    if (!scale) fail(ErrorKind::usage, "measure: --known: both points are the same");
+    scale_ = *scale;
+    steps_.push_back({{"step", "scale"}, {"factor", scale_.factor}});
     if (!command_.unit.empty()) steps_.back()["unit"] = command_.unit;
   }
 
-  // The turn that makes the plane of the first three points level, with its side of the camera up.
   void find_level() {
     required(2, "--level");
-    const SurfacePoint &a = required(0, "--level"), &b = required(1, "--level"), &c = *points_[2];
-    const glm::dvec3 across = glm::cross(b.position - a.position, c.position - a.position);
-    if (!(glm::length(across) > 1e-6 * glm::dot(b.position - a.position, b.position - a.position)))
-      fail(ErrorKind::usage, "measure: --level: the points lie on a line");
-    glm::dvec3 normal = glm::normalize(across);
-    if (glm::dot(normal, a.direction) > 0) normal = -normal;
-    for (int axis = 0; axis < 3; ++axis) {
-      glm::dvec3 exact(0.0);
-      exact[axis] = std::copysign(1.0, normal[axis]);
-      if (degrees_between(normal, exact) <= kSnapDegrees) normal = exact;
-    }
-    const glm::dquat turn = glm::rotation(normal, kUp);
+    const auto ground =
+        ground_through(std::array{required(0, "--level"), required(1, "--level"), *points_[2]});
+    if (!ground) fail(ErrorKind::usage, "measure: --level: the points lie on a line");
+    const glm::dquat turn = level_turn(ground->up);
     steps_.push_back({{"step", "level"}, {"rotation", {turn.x, turn.y, turn.z, turn.w}}});
   }
 
-  // each(i, length, offset) of the points i and i + 1, if both pixels show a surface.
+  // each(line, first) for the points without a gap; `first` is the index of the first one.
   template <class Each>
-  void each_pair(const Each& each) const {
-    for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
-      if (!points_[i] || !points_[i + 1]) continue;
-      const MeasuredLength length = length_between(*points_[i], *points_[i + 1]);
-      each(i, MeasuredLength{scale_ * length.length, scale_ * length.error},
-           place(*points_[i + 1]) - place(*points_[i]));
+  void each_line(const Each& each) const {
+    std::vector<SurfacePoint> line;
+    for (std::size_t i = 0; i <= points_.size(); ++i) {
+      if (i < points_.size() && points_[i]) {
+        line.push_back(*points_[i]);
+      } else {
+        each(std::span<const SurfacePoint>(line), i - line.size());
+        line.clear();
+      }
     }
-  }
-
-  template <class Each>
-  void each_angle(const Each& each) const {
-    for (std::size_t i = 1; i + 1 < points_.size(); ++i)
-      if (points_[i - 1] && points_[i] && points_[i + 1])
-        each(i, degrees_between(points_[i - 1]->position - points_[i]->position,
-                                points_[i + 1]->position - points_[i]->position));
   }
 
   const MeasureCommand& command_;
@@ -198,7 +168,7 @@ class Measurement {
   std::string view_;
   std::vector<std::optional<SurfacePoint>> points_;
   std::optional<glm::dvec3> up_;
-  double scale_ = 1;
+  MeasureScale scale_;
   std::vector<ordered_json> steps_;
 };
 
@@ -232,7 +202,7 @@ CommandAction measure_command(Options& options) {
                "true distance of the first two points: all lengths are scaled to it, and the step "
                "of a file of edits is printed",
                {"0.3"});
-  options.named("--unit", {"m", "cm", "mm", "ft", "in"}, command->unit,
+  options.named("--unit", {std::begin(kLengthUnits), std::end(kLengthUnits)}, command->unit,
                 "unit of --known (default: units)");
   options.flag("--level", command->levels,
                "the first three points are on the ground: prints the step of a file of edits that "

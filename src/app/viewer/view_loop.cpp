@@ -17,6 +17,7 @@
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/layout.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/view_options.h"
 #include "app/viewer/window/desktop.h"
@@ -118,6 +119,7 @@ class ViewLoop final : public Host {
       apply(action::follow_view_choice);
       apply(action::follow_test_view);
       apply(action::follow_photograph);
+      apply(action::follow_rulers);
       begin_beside();
       take_frame();
       // The CPU draws the next frame while the window shows this frame, a GPU afterwards.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include <fmt/format.h>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <gmock/gmock.h>

@@ -19,6 +19,7 @@
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/layout.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/select_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "base/text.h"
@@ -204,6 +205,32 @@ KeyCommand style_row(int key, const char* help, DrawStyle style) {
                             [style](const Viewer& v) { return v.settings.style == style; }));
 }
 
+KeyCommand measuring_row() {
+  KeyCommand command =
+      panel(GLFW_KEY_M, kShift, Menu::measure, "Measure distances", &Panels::measures);
+  command.action = call(toggle_measuring);
+  return command;
+}
+
+// The arrow keys move the cross by a pixel, with Shift by ten.
+void add_cross_rows(std::vector<KeyCommand>& rows) {
+  struct Arrow {
+    int key;
+    const char* where;
+    glm::dvec2 by;
+  };
+  constexpr Arrow kArrows[] = {{GLFW_KEY_LEFT, "to the left", {-1, 0}},
+                               {GLFW_KEY_RIGHT, "to the right", {1, 0}},
+                               {GLFW_KEY_UP, "up", {0, -1}},
+                               {GLFW_KEY_DOWN, "down", {0, 1}}};
+  for (const Arrow& arrow : kArrows) {
+    const std::string help = fmt::format("Move the cross of a tool {}", arrow.where);
+    rows.push_back(row(arrow.key, 0, Menu::none, help.c_str(), move_cross, arrow.by));
+    rows.push_back(row(arrow.key, kShift, Menu::none, (help + ", 10 pixels").c_str(), move_cross,
+                       10.0 * arrow.by));
+  }
+}
+
 // `view`: null for a pinhole camera.
 KeyCommand lens_row(int key, const char* help, std::shared_ptr<const LensView> view) {
   return drawn_here(checked(row(key, kShift, Menu::lens, help, set_lens, view),
@@ -254,6 +281,9 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_COMMA, 0, edit, "Smaller brush", scale_brush, 0.8f),
       row(GLFW_KEY_DELETE, 0, edit, "Remove the selected Gaussians", apply_crop),
       row(GLFW_KEY_S, kCtrl, edit, "Save the edits", save_edits),
+      last(measuring_row()),
+      row(GLFW_KEY_M, kCtrl, measure, "Copy the measures", copy_measures),
+      row(GLFW_KEY_ENTER, 0, edit, "Use the cross; close the shape or the line", use_cross),
       panel(GLFW_KEY_M, 0, window, "Messages", &Panels::messages),
       panel(GLFW_KEY_T, 0, train, "Training", &Panels::training),
       row(GLFW_KEY_T, kShift, train, "Pause or resume training", toggle_training),
@@ -335,6 +365,7 @@ std::vector<KeyCommand> make_commands() {
       asks(always(
           panel(GLFW_KEY_P, kCtrl | kShift, help, "Find a command by words", &Panels::palette))),
   };
+  add_cross_rows(rows);
   auto at = std::ranges::find(rows, Menu::none, &KeyCommand::menu) + 1;
   for (CullMode number = 1; number <= culler_count(); ++number)
     at = rows.insert(at, mode_row(number)) + 1;

@@ -19,6 +19,7 @@
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/kept_work.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/panel_text.h"
@@ -501,6 +502,8 @@ constexpr Part<Selecting> kSelecting = {
     [](const Viewer& v) -> const Selecting& { return v.selecting; },
     [](Viewer& v, const Selecting& selecting) { v.selecting = selecting; }};
 
+bool has_selection(const Viewer& v) { return selection_of(v) != nullptr; }
+
 bool has_tool(const Viewer& v) { return v.selecting.tool.has_value(); }
 
 Controls select_controls() {
@@ -541,6 +544,40 @@ Controls select_controls() {
       only_if(
           [](const Viewer& v) { return !applied_wishes(v.crop).empty() || selection_of(v); },
           button_row("Save the edits", call(action::save_edits), command_hint("Save the edits")))};
+}
+
+// ---- measuring ---------------------------------------------------------------------------------
+constexpr Part<PointMeasures> kMeasuring = {
+    [](const Viewer& v) -> const PointMeasures& { return v.measures; },
+    [](Viewer& v, const PointMeasures& measuring) { v.measures = measuring; }};
+
+Controls measure_controls() {
+  const auto points = [](std::size_t least) {
+    return [least](const Viewer& v) { return v.measures.points() >= least; };
+  };
+  Controls rows = {
+      switch_row(
+          "Set points", [](const Viewer& v) { return v.measures.picks; }, action::pick_points,
+          "a click in the picture sets a point on the surface there"),
+      gray_unless(points(1), button_row("New line", call(action::end_line),
+                                        "the next point begins a new line")),
+      gray_unless(points(1), button_row("Remove the last point", call(action::remove_last_point))),
+      gray_unless(points(1), button_row("Clear", call(action::clear_measures))),
+      gray_unless(points(1), button_row("Copy", call(action::copy_measures),
+                                        command_hint("Copy the measures"))),
+      gray_unless(has_selection, button_row("Measure the selection", call(action::measure_selection),
+                                           "the sides of the box of the selected Gaussians")),
+      field_row(kMeasuring, "known length", number, &PointMeasures::known,
+                typed({.least = 1e-6, .most = 1e6, .decimals = 4}), "of the last two points"),
+      field_row(kMeasuring, "unit", choice, &PointMeasures::unit, chosen(names_in(kLengthUnits))),
+      gray_unless(points(2), button_row("Set the scale", call(action::set_scale),
+                                        "lengths are shown in the unit; the scene stays as it is")),
+      gray_unless(points(3), button_row("Set the ground", call(action::set_ground),
+                                        "the last three points are level: up is their side"))};
+  // Pages have no clipboard of this machine, and each visitor has tools of its own.
+  for (Control& row : rows)
+    row = only_if([](const Viewer& v) { return !v.is_remote; }, std::move(row));
+  return rows;
 }
 
 Controls crop_controls() {
@@ -790,7 +827,7 @@ Controls make_controls() {
   Controls rows;
   for (const auto& make :
        {table_controls, settings_controls, heat_controls, split_controls, crop_controls,
-        recorder_controls, training_controls, camera_controls, path_controls})
+        measure_controls, recorder_controls, training_controls, camera_controls, path_controls})
     add(rows, make());
   rows.push_back(item_row("Gaussian", inspect_row));
   return rows;

@@ -11,6 +11,7 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/select_actions.h"
 
 namespace qs {
@@ -31,11 +32,17 @@ Action unless_typing(Action action) {
   };
 }
 
-// A click selects while a tool is chosen.
-Action unless_selecting(Action action) {
+// A click is the tool's while one is chosen.
+Action unless_with_tool(Action action) {
   return [action = std::move(action)](Viewer& viewer, Host& host) {
-    if (!viewer.selecting.tool) action(viewer, host);
+    if (!viewer.has_tool()) action(viewer, host);
   };
+}
+
+void click(Viewer& viewer, Host& host, glm::dvec2 pixel) {
+  viewer.cross.reset();
+  if (viewer.measures.picks) return action::measure_pixel(viewer, host, pixel);
+  if (!viewer.selecting.tool) action::inspect_pixel(viewer, host, pixel);
 }
 
 // The place of a stick without its dead zone: the rest is rescaled, to a length of at most 1.
@@ -100,7 +107,7 @@ void Input::button(int button, bool down, bool captured, double now, Actions& ac
     if (button != GLFW_MOUSE_BUTTON_LEFT) return;
     actions.push_back(call(action::end_shape));
     if (glm::distance(cursor_, last_press_) < kClickPixels)
-      actions.push_back(unless_selecting(call(action::inspect_pixel, picture_cursor())));
+      actions.push_back(call(click, picture_cursor()));
     return;
   }
   if (captured) return;
@@ -109,7 +116,7 @@ void Input::button(int button, bool down, bool captured, double now, Actions& ac
   actions.push_back(call(action::begin_shape, picture_cursor(), select_how()));
   const bool twice = now - last_press_time_ < kDoubleClickSeconds &&
                      glm::distance(cursor_, last_press_) < kDoubleClickPixels;
-  if (twice) actions.push_back(unless_selecting(call(action::pick_pivot, picture_cursor())));
+  if (twice) actions.push_back(unless_with_tool(call(action::pick_pivot, picture_cursor())));
   last_press_time_ = twice ? -1e9 : now;
   last_press_ = cursor_;
 }

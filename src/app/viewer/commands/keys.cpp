@@ -21,9 +21,10 @@ struct Name {
 constexpr Name kModifiers[] = {
     {GLFW_MOD_CONTROL, "Ctrl+"}, {GLFW_MOD_ALT, "Alt+"}, {GLFW_MOD_SHIFT, "Shift+"}};
 constexpr Name kNamedKeys[] = {
-    {GLFW_KEY_TAB, "Tab"},      {GLFW_KEY_HOME, "Home"},     {GLFW_KEY_BACKSPACE, "Backspace"},
-    {GLFW_KEY_SPACE, "Space"},  {GLFW_KEY_ESCAPE, "Escape"}, {GLFW_KEY_ENTER, "Enter"},
-    {GLFW_KEY_DELETE, "Delete"}};
+    {GLFW_KEY_TAB, "Tab"},       {GLFW_KEY_HOME, "Home"},     {GLFW_KEY_BACKSPACE, "Backspace"},
+    {GLFW_KEY_SPACE, "Space"},   {GLFW_KEY_ESCAPE, "Escape"}, {GLFW_KEY_ENTER, "Enter"},
+    {GLFW_KEY_DELETE, "Delete"}, {GLFW_KEY_LEFT, "Left"},     {GLFW_KEY_RIGHT, "Right"},
+    {GLFW_KEY_UP, "Up"},         {GLFW_KEY_DOWN, "Down"}};
 
 constexpr std::array kFlyKeys = {
     FlyKey{GLFW_KEY_W, {0, 0, 1}, "forward"}, FlyKey{GLFW_KEY_S, {0, 0, -1}, "back"},
@@ -38,7 +39,7 @@ constexpr std::array kGestures = {
     Gesture{"Wheel", "nearer, farther (fly: faster, slower)"},
     Gesture{"Shift+Wheel", "field of view"},
     Gesture{"Ctrl+Wheel", "roll"},
-    Gesture{"Click", "inspector: what makes this pixel"},
+    Gesture{"Click", "inspector: what makes this pixel; a tool: sets a point"},
     Gesture{"Double click", "go to the point under the cursor"},
     Gesture{"Shift, Alt", "fly 5 times faster, slower"},
     Gesture{"Drop a file", "a scene, a folder, cameras"},

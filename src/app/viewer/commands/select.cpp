@@ -3,6 +3,7 @@
 // Jobs of selecting: the Gaussians under a tool, and the file of edits.
 #include <exception>
 #include <memory>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,7 @@
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/kept_work.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/select_actions.h"
 #include "base/fail.h"
 #include "io/bytes/replace_file.h"
@@ -107,6 +109,11 @@ void action::end_shape(Viewer& viewer, Host& host) {
   const bool is_brush = *viewer.selecting.tool == SelectTool::brush;
   if (!is_click || is_brush) run_selection(viewer, host, drawn_step(viewer));
   viewer.selecting.drawn.clear();
+}
+
+void action::use_cross(Viewer& v, Host& host) {
+  const bool is_new = v.cross && !std::exchange(v.cross_is_used, true);
+  if (v.measures.picks) return is_new ? measure_pixel(v, host, *v.cross) : end_line(v);
 }
 
 void action::select_by(Viewer& viewer, Host& host, SelectTool tool) {

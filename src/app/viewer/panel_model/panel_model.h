@@ -245,6 +245,7 @@ Blocks split_blocks(const Viewer& viewer);
 Blocks recorder_blocks(const Viewer& viewer);
 Blocks training_blocks(const Viewer& viewer);
 Blocks crop_blocks(const Viewer& viewer);
+Blocks measure_blocks(const Viewer& viewer);
 Blocks inspector_blocks(const Viewer& viewer);
 Blocks camera_blocks(const Viewer& viewer);
 Blocks settings_blocks(const Viewer& viewer);

@@ -13,6 +13,7 @@ std::span<const PanelRow> panel_rows() {
       {&Panels::recorder, "recorder", "Zoom recorder", recorder_blocks},
       {&Panels::training, "training", "Training", training_blocks},
       {&Panels::crop, "crop", "Crop and clean", crop_blocks},
+      {&Panels::measures, "measures", "Measure", measure_blocks},
       {&Panels::inspector, "inspector", "Inspector", inspector_blocks},
       {&Panels::cameras, "path", "Cameras and path", camera_blocks},
       {&Panels::info, "settings", "Scene and render settings", settings_blocks},

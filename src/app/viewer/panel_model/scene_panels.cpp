@@ -9,6 +9,7 @@
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/charts.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {
@@ -59,6 +60,21 @@ Blocks crop_blocks(const Viewer& v) {
           fields(0, {"Tint what goes"}),
           in_line({{"Apply"}, {"Undo"}, {"Save the edits"}, {"Save the cropped scene"}}),
           block::Local::crop_file};
+}
+
+// ---- measuring ---------------------------------------------------------------------------------
+Blocks measure_blocks(const Viewer& v) {
+  block::Facts facts;
+  for (const MeasureRow& row : rows_of_measures(v))
+    facts.facts.push_back(
+        {row.name, row.more.empty() ? row.value : fmt::format("{}\n{}", row.value, row.more)});
+  return {in_line({{"Set points"}, {"New line"}}),
+          std::move(facts),
+          in_line({{"Copy"}, {"Remove the last point"}, {"Clear"}}),
+          block::Line{},
+          fields(-7, {"known length", "unit"}),
+          block::Text{scale_preview(v), Tone::faint},
+          in_line({{"Set the scale"}, {"Set the ground"}, {"Measure the selection"}})};
 }
 
 // ---- cameras and the path ----------------------------------------------------------------------

@@ -14,6 +14,7 @@
 #include "app/framing/camera_control.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/select_actions.h"
 
 namespace qs {
@@ -116,6 +117,62 @@ void draw_crop_box(const Viewer& viewer, const Screen& screen, Actions& actions)
   }
 }
 
+void draw_label(const Screen& screen, ImVec2 middle, const std::string& text) {
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  const ImVec2 low{middle.x - 0.5f * size.x, middle.y - 0.5f * size.y};
+  const float margin = 3 * screen.scale;
+  screen.draw.AddRectFilled({low.x - margin, low.y - margin},
+                            {low.x + size.x + margin, low.y + size.y + margin},
+                            IM_COL32(0, 0, 0, 170), margin);
+  screen.draw.AddText(low, IM_COL32_WHITE, text.c_str());
+}
+
+// The measured lines: parts behind a surface are dashed and faint, soft points are gray.
+void draw_rulers(const Viewer& viewer, const Screen& screen) {
+  constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 160), kSoft = IM_COL32(170, 170, 170, 255);
+  for (const Ruler& ruler : rulers_of(viewer)) {
+    const glm::dvec3 from = ruler.from.position, to = ruler.to.position;
+    const auto place = [&](std::size_t part) {
+      return glm::mix(from, to, static_cast<double>(part) / kRulerParts);
+    };
+    for (std::size_t part = 0; part < kRulerParts; ++part) {
+      const bool hidden = !ruler.hidden.empty() && ruler.hidden[part];
+      if (hidden && part % 2 == 1) continue;
+      if (!hidden) draw_line(screen, place(part), place(part + 1), kShadow, 4);
+      draw_line(screen, place(part), place(part + 1), color_of(kSkyBlue, hidden ? 0.5f : 1),
+                hidden ? 1.0f : 2.0f);
+    }
+    if (const auto line = line_in_picture(screen.camera, from, to))
+      draw_label(screen, screen.at(0.5 * (line->from + line->to)), ruler.text);
+  }
+  int number = 0;
+  for (const auto& line : viewer.measures.lines)
+    for (const SurfacePoint& point : line) {
+      ++number;
+      const glm::dvec3 at = screen.camera.view_from_world * glm::dvec4(point.position, 1);
+      if (at.z <= screen.camera.near_depth) continue;
+      const ImVec2 place = screen.projected(at);
+      screen.draw.AddCircleFilled(place, 5 * screen.scale, kShadow, 24);
+      screen.draw.AddCircleFilled(place, 3.5f * screen.scale,
+                                  point.is_soft() ? kSoft : color_of(kSkyBlue), 24);
+      draw_label(screen, {place.x, place.y - ImGui::GetFontSize()}, std::to_string(number));
+    }
+}
+
+// The cross that the arrow keys move.
+void draw_cross(const Screen& screen, glm::dvec2 pixel) {
+  const ImVec2 at = screen.at(pixel);
+  const float gap = 3 * screen.scale, end = 12 * screen.scale;
+  for (const auto& [color, width] :
+       {std::pair(ImU32{IM_COL32(0, 0, 0, 200)}, 3.5f), std::pair(ImU32{IM_COL32_WHITE}, 1.5f)})
+    for (const float side : {-1.0f, 1.0f}) {
+      screen.draw.AddLine({at.x + side * gap, at.y}, {at.x + side * end, at.y}, color,
+                          width * screen.scale);
+      screen.draw.AddLine({at.x, at.y + side * gap}, {at.x, at.y + side * end}, color,
+                          width * screen.scale);
+    }
+}
+
 void draw_pivot(const Viewer& viewer, const Screen& screen) {
   const glm::dvec3 at = viewer.camera.view_from_world * glm::dvec4(viewer.pivot, 1);
   if (at.z <= viewer.camera.near_depth) return;
@@ -189,6 +246,8 @@ void draw_overlay(const Viewer& viewer, const PanelState& state, Floats& floats,
     for (const auto& [color, width] :
          {std::pair(ImU32{IM_COL32(0, 0, 0, 160)}, 3.0f), std::pair(color_of(kVermillion), 1.5f)})
       screen.draw.AddLine(screen.at(line.from), screen.at(line.to), color, width * screen.scale);
+  draw_rulers(viewer, screen);
+  if (viewer.cross) draw_cross(screen, *viewer.cross);
   if (verdict_is_current(viewer)) draw_verdict_marks(viewer, screen);
   if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer, screen);
   screen.draw.PopClipRect();

@@ -295,10 +295,9 @@ void redo_move(Viewer& v, Host& host) {
   go_to_past(v, host, &ViewHistory::forward, "there is no later view of this scene");
 }
 
-void make_upright(Viewer& v) {
-  if (!v.scene) return;
+void declare_up(Viewer& v, glm::dvec3 up) {
   ViewedScene& scene = *v.scene;
-  scene.up = -view_axes(v.camera).down;
+  scene.up = up;
   scene.up_is_declared = true;
   scene.framing.up = scene.up;
   const glm::dvec3 seen = scene.framing.target - scene.framing.eye;
@@ -306,9 +305,13 @@ void make_upright(Viewer& v) {
     scene.framing = {v.camera.position(), v.pivot, scene.up, vertical_fov(v.camera)};
   for (Framing& candidate : scene.candidates) candidate.up = scene.up;
   use_cameras(scene);
-  const std::string up = fmt::format("{},{},{}", scene.up.x, scene.up.y, scene.up.z);
-  v.ups[scene.path.string()] = up;
-  notify(v, "this view is upright from now on: --up " + up);
+  v.ups[scene.path.string()] = fmt::format("{},{},{}", up.x, up.y, up.z);
+}
+
+void make_upright(Viewer& v) {
+  if (!v.scene) return;
+  declare_up(v, -view_axes(v.camera).down);
+  notify(v, "this view is upright from now on: --up " + v.ups[v.scene->path.string()]);
 }
 
 void set_first_view(Viewer& v, Host& host) {

@@ -61,6 +61,8 @@ void complete_move(Viewer& viewer);
 void undo_move(Viewer& viewer, Host& host);
 void redo_move(Viewer& viewer, Host& host);
 
+/// The direction `up`, a unit vector, is up in the world, now and whenever this scene is opened.
+void declare_up(Viewer& viewer, glm::dvec3 up);
 /// The view's vertical axis becomes the world's, now and whenever this scene is opened.
 void make_upright(Viewer& viewer);
 

@@ -14,6 +14,7 @@
 #include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/lost.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/samples.h"
@@ -227,6 +228,13 @@ void add_overlays(const Viewer& viewer, ordered_json& json) {
                     {"box", format_crop_box(viewer.crop.wish.box,
                                             viewer.scene ? viewer.scene->origin : glm::dvec3(0))}};
   }
+  if (!viewer.scene) return;
+  for (const MeasureRow& row : rows_of_measures(viewer))
+    json["measures"].push_back({row.name, row.value, row.more});
+  for (const Ruler& ruler : rulers_of(viewer))
+    json["rulers"].push_back({{"text", ruler.text},
+                              {"known", !ruler.hidden.empty()},
+                              {"hidden", std::ranges::count(ruler.hidden, true)}});
 }
 
 // The help for a user who is lost or new, and the size of letters.

@@ -93,7 +93,12 @@ void restore_work(Viewer& v, bool another) {
   const std::string name = work_name(*v.scene);
   v.crop = {};
   v.selecting = {};
-  if (another) v.keyframes.clear(), v.keyframe_history = {};
+  v.cross.reset();
+  if (another) {
+    v.measures = {};
+    v.keyframes.clear();
+    v.keyframe_history = {};
+  }
   try {
     if (const auto kept = v.kept_paths.find(name); another && kept != v.kept_paths.end())
       v.keyframes = parse_camera_path(kept->second, "settings");

@@ -37,9 +37,9 @@ struct Layout {
 
 /// The switches of the panels in the bars, from top to bottom.
 inline constexpr bool Panels::*kLeftPanels[] = {&Panels::hud, &Panels::split, &Panels::recorder};
-inline constexpr bool Panels::*kRightPanels[] = {&Panels::training,  &Panels::crop,
-                                                 &Panels::inspector, &Panels::cameras,
-                                                 &Panels::info,      &Panels::messages};
+inline constexpr bool Panels::*kRightPanels[] = {
+    &Panels::training, &Panels::crop, &Panels::measures, &Panels::inspector,
+    &Panels::cameras,  &Panels::info, &Panels::messages};
 
 Layout layout_of(const Viewer& viewer, const WindowMetrics& window);
 

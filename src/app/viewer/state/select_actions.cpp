@@ -74,6 +74,7 @@ void choose_tool(Viewer& v, const std::optional<SelectTool>& tool) {
   v.selecting.tool = tool;
   v.selecting.drawn.clear();
   if (!tool) return;
+  v.measures.picks = false;
   v.panels.crop = true;
   notify(v, fmt::format("{}: drag selects, Shift adds, Ctrl takes away; the right button turns the "
                         "view, Escape ends",
@@ -109,6 +110,8 @@ void extend_shape(Viewer& v, glm::dvec2 pixel) {
 }
 
 void cancel_tool(Viewer& v) {
+  v.cross.reset();
+  v.measures.picks = false;
   if (v.selecting.drawn.empty()) v.selecting.tool.reset();
   v.selecting.drawn.clear();
 }

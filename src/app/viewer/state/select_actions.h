@@ -36,6 +36,9 @@ void scale_brush(Viewer& viewer, float factor);
 void begin_shape(Viewer& viewer, glm::dvec2 pixel, SelectHow how);
 void extend_shape(Viewer& viewer, glm::dvec2 pixel);
 void end_shape(Viewer& viewer, Host& host);
+/// Uses the pixel of the cross as a click does; a second time at the same place closes the shape or
+/// the line.
+void use_cross(Viewer& viewer, Host& host);
 /// Gives up the shape, else the tool.
 void cancel_tool(Viewer& viewer);
 

@@ -34,6 +34,7 @@
 #include "raster/api/renderer.h"
 #include "raster/scene/removal.h"
 #include "raster/select/edit_step.h"
+#include "raster/select/measures.h"
 
 namespace qs {
 
@@ -90,6 +91,37 @@ struct Selecting {
   bool saved = true;                   ///< the removed Gaussians are in a file of edits
 };
 
+/// The box of the selected Gaussians along the axes of the level scene, world units.
+struct MeasuredBox {
+  std::size_t gaussians = 0;
+  glm::dvec3 all{0.0}, core{0.0};  ///< its sides; core: of the middle 90 % of the centres
+};
+
+/// Measuring with points of surfaces.
+struct PointMeasures {
+  bool picks = false;                                   ///< a click in the picture sets a point
+  bool busy = false;                                    ///< the render thread looks for a point
+  std::vector<std::vector<SurfacePoint>> lines = {{}};  ///< polylines; the last one grows
+  MeasureScale scale;
+  std::optional<GroundPlane> ground;
+  std::optional<MeasuredBox> box;
+  double known = 1;      ///< the length that the user types
+  std::size_t unit = 0;  ///< index into kLengthUnits
+
+  /// The parts of each line of `lines` that are behind a surface, kRulerParts of each leg, for the
+  /// view of that version.
+  std::vector<std::vector<bool>> hidden = {};
+  int hidden_version = -1, asked_version = -1;  ///< Viewer::view_version; -1: none
+
+  std::size_t points() const {
+    std::size_t count = 0;
+    for (const auto& line : lines) count += line.size();
+    return count;
+  }
+};
+
+inline constexpr std::size_t kRulerParts = 48;
+
 /// The tools that a drag draws.
 inline constexpr SelectTool kPictureTools[] = {SelectTool::rectangle, SelectTool::lasso,
                                                SelectTool::brush};
@@ -143,7 +175,7 @@ struct Panels {
   bool hud = false, info = false, help = false, cameras = false;
   bool recorder = false, open = false, photograph = false, frusta = false, inspector = false,
        split = false, messages = false, training = false, train = false, crop = false,
-       palette = false;
+       palette = false, measures = false;
   bool all = true;  ///< false hides all of them
 };
 
@@ -515,6 +547,9 @@ struct Viewer : Turn {
                                      ///< no scene to draw, measure or save here
   Crop crop;
   Selecting selecting;
+  PointMeasures measures;
+  std::optional<glm::dvec2> cross;  ///< pixel that the arrow keys move, for tools in the picture
+  bool cross_is_used = false;       ///< Enter has taken the pixel
   std::vector<Keyframe> keyframes;
   KeyframeHistory keyframe_history;  ///< of this scene
   bool loops_path = false;           ///< after the last keyframe the path returns to the first
@@ -532,6 +567,9 @@ struct Viewer : Turn {
 
   /// True if a dialog takes the keyboard.
   bool has_dialog() const { return panels.open || panels.palette || leaving; }
+
+  /// True if a click in the picture is of a tool.
+  bool has_tool() const { return selecting.tool || measures.picks; }
 
   /// The mode of the next frame.
   CullMode mode() const { return peeking ? previous_mode : settings.mode; }

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/state/measure_actions.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include <fmt/format.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "app/viewer/state/actions.h"
+#include "app/viewer/state/camera_actions.h"
+#include "base/text.h"
+
+namespace qs {
+namespace {
+
+std::string sides_text(glm::dvec3 sides, const MeasureScale& scale) {
+  sides *= scale.factor;
+  return fmt::format("{:.4g} x {:.4g} x {:.4g} {}", sides.x, sides.y, sides.z, scale.name());
+}
+
+// The last points of the line that grows, or of the line before it if it is new.
+template <std::size_t Count>
+std::optional<std::span<const SurfacePoint, Count>> last_points(const PointMeasures& measuring) {
+  for (std::size_t i = measuring.lines.size(); i-- > 0;) {
+    const auto& line = measuring.lines[i];
+    if (line.size() >= Count) return std::span(line).template last<Count>();
+    if (!line.empty()) break;
+  }
+  return std::nullopt;
+}
+
+std::optional<MeasureScale> typed_scale(const PointMeasures& measuring) {
+  const auto ends = last_points<2>(measuring);
+  if (!ends) return std::nullopt;
+  return scale_of((*ends)[0], (*ends)[1], measuring.known, kLengthUnits[measuring.unit]);
+}
+
+}  // namespace
+
+std::vector<Ruler> rulers_of(const Viewer& v) {
+  const PointMeasures& measuring = v.measures;
+  const bool is_known = measuring.hidden_version == v.view_version;
+  std::vector<Ruler> rulers;
+  for (const auto& line : measuring.lines)
+    for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+      const MeasuredLength length = measured_leg(line[i], line[i + 1], measuring.scale).length;
+      rulers.push_back({line[i],
+                        line[i + 1],
+                        {},
+                        length_text(length.length, length.error, measuring.scale.name())});
+    }
+  for (std::size_t i = 0; is_known && i < std::min(rulers.size(), measuring.hidden.size()); ++i)
+    rulers[i].hidden = measuring.hidden[i];
+  return rulers;
+}
+
+std::vector<MeasureRow> rows_of_measures(const Viewer& v) {
+  const PointMeasures& measuring = v.measures;
+  const MeasureScale& scale = measuring.scale;
+  std::vector<MeasureRow> rows;
+  std::size_t number = 1;
+  for (const auto& line : measuring.lines) {
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const SurfacePoint& point = line[i];
+      const glm::dvec3 at = point.position + v.scene->origin;
+      rows.push_back({fmt::format("point {}", number + i),
+                      fmt::format("({:.6g}, {:.6g}, {:.6g})", at.x, at.y, at.z),
+                      point.is_soft() ? "soft surface" : ""});
+      if (const auto& ground = measuring.ground)
+        rows.back().more += fmt::format(
+            "{}{} above the ground", point.is_soft() ? "; " : "",
+            length_text(scale.factor * glm::dot(point.position - ground->point, ground->up),
+                        scale.factor * point.along, scale.name()));
+    }
+    const auto more = measure_rows(line, number, scale, v.scene->up);
+    rows.insert(rows.end(), more.begin(), more.end());
+    number += line.size();
+  }
+  if (measuring.box)
+    rows.push_back(
+        {"selection", sides_text(measuring.box->all, scale),
+         fmt::format("{}; middle 90 %: {}", counted(measuring.box->gaussians, "Gaussian"),
+                     sides_text(measuring.box->core, scale))});
+  return rows;
+}
+
+std::string scale_preview(const Viewer& v) {
+  const auto scale = typed_scale(v.measures);
+  if (!scale) return "Set two points at a known distance.";
+  return "1 unit = " + length_text(scale->factor, scale->factor * scale->error, scale->unit);
+}
+
+namespace action {
+
+void toggle_measuring(Viewer& v) {
+  toggle_panel(v, &Panels::measures);
+  pick_points(v, v.panels.measures);
+}
+
+void pick_points(Viewer& v, bool picks) {
+  v.measures.picks = picks;
+  if (!picks) return;
+  v.selecting.tool.reset();
+  v.selecting.drawn.clear();
+  notify(v, "a click sets a point on a surface, Enter begins a new line, Escape ends");
+}
+
+void end_line(Viewer& v) {
+  if (!v.measures.lines.back().empty()) v.measures.lines.emplace_back();
+}
+
+void remove_last_point(Viewer& v) {
+  auto& lines = v.measures.lines;
+  if (lines.back().empty() && lines.size() > 1) lines.pop_back();
+  if (!lines.back().empty()) lines.back().pop_back();
+  v.measures.hidden_version = v.measures.asked_version = -1;
+}
+
+void clear_measures(Viewer& v) {
+  v.measures.lines = {{}};
+  v.measures.box.reset();
+}
+
+void copy_measures(Viewer& v, Host& host) {
+  if (!v.scene) return;
+  std::string text;
+  for (const MeasureRow& row : rows_of_measures(v))
+    text += fmt::format("{}\t{}\t{}\n", row.name, row.value, row.more);
+  if (text.empty()) return notify(v, "there is nothing to copy: no point is measured");
+  host.set_clipboard(text);
+  notify(v, "copied the measures as a table");
+}
+
+void set_scale(Viewer& v) {
+  const auto scale = typed_scale(v.measures);
+  if (!scale) return notify(v, scale_preview(v));
+  v.measures.scale = *scale;
+  notify(v, scale_preview(v) + "; the scene's values stay");
+}
+
+void set_ground(Viewer& v) {
+  const auto points = last_points<3>(v.measures);
+  if (!points || !v.scene) return notify(v, "set three points on the ground first");
+  v.measures.ground = ground_through(*points);
+  if (!v.measures.ground) return notify(v, "these three points lie on a line");
+  declare_up(v, v.measures.ground->up);
+  notify(v, "the three points are level: this side of the ground is up from now on");
+}
+
+void move_cross(Viewer& v, glm::dvec2 by) {
+  const glm::dvec2 size(v.camera.width, v.camera.height);
+  if (!v.has_tool()) return;
+  v.cross = glm::clamp(v.cross.value_or(glm::floor(0.5 * size)) + by, glm::dvec2(0), size - 1.0);
+  v.cross_is_used = false;
+}
+
+void point_measured(Viewer& v, const std::optional<SurfacePoint>& point) {
+  PointMeasures& measuring = v.measures;
+  if (!std::exchange(measuring.busy, false)) return;  // another scene was opened
+  if (!point) return notify(v, "no surface is here: more than half of the light passes");
+  measuring.lines.back().push_back(*point);
+  measuring.hidden_version = measuring.asked_version = -1;
+  if (point->is_soft()) notify(v, "a soft surface: this point is uncertain");
+}
+
+void rulers_hidden(Viewer& v, int view_version, const std::vector<std::vector<bool>>& hidden) {
+  if (v.measures.asked_version != view_version) return;  // the points have changed
+  v.measures.hidden = hidden;
+  v.measures.hidden_version = view_version;
+}
+
+void box_measured(Viewer& v, const MeasuredBox& box) {
+  if (std::exchange(v.measures.busy, false)) v.measures.box = box;
+}
+
+}  // namespace action
+}  // namespace qs

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+//
+// Measuring with points of surfaces, and the cross that keys move over the picture for its tools.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/viewer/state/action.h"
+
+namespace qs {
+
+/// A leg of a ruler between two points of the world, and which of its kRulerParts equal parts are
+/// behind a surface; empty: not known for this view.
+struct Ruler {
+  SurfacePoint from, to;
+  std::vector<bool> hidden = {};
+  std::string text;  ///< its length
+};
+std::vector<Ruler> rulers_of(const Viewer& viewer);
+
+/// The measured points with their numbers from 1 on, distances, angles and dimensions. Heights of
+/// points are above the ground, heights of distances along the scene's up.
+std::vector<MeasureRow> rows_of_measures(const Viewer& viewer);
+
+/// A scale from the last two points and the typed length: "1 unit = 0.31 ± 0.01 m".
+std::string scale_preview(const Viewer& viewer);
+
+namespace action {
+
+/// Opens the panel, and clicks set points; or closes it.
+void toggle_measuring(Viewer& viewer);
+void pick_points(Viewer& viewer, bool picks);
+
+/// Looks for the surface at a pixel of the picture, which becomes the next point.
+void measure_pixel(Viewer& viewer, Host& host, glm::dvec2 pixel);
+/// The next point begins a new line.
+void end_line(Viewer& viewer);
+void remove_last_point(Viewer& viewer);
+void clear_measures(Viewer& viewer);
+/// Copies the measures as a table with tabs.
+void copy_measures(Viewer& viewer, Host& host);
+
+/// The last two points have the typed length.
+void set_scale(Viewer& viewer);
+/// The last three points are on the ground, which is level: the scene's up changes.
+void set_ground(Viewer& viewer);
+/// Measures the box of the selected Gaussians.
+void measure_selection(Viewer& viewer, Host& host);
+
+/// Looks which parts of the rulers surfaces hide, once the view rests.
+void follow_rulers(Viewer& viewer, Host& host);
+
+/// Moves the cross, which begins in the middle of the picture, by pixels.
+void move_cross(Viewer& viewer, glm::dvec2 by);
+
+// ---- reports of the render thread --------------------------------------------------------------
+/// `point`: unset if the pixel shows no surface.
+void point_measured(Viewer& viewer, const std::optional<SurfacePoint>& point);
+void rulers_hidden(Viewer& viewer, int view_version, const std::vector<std::vector<bool>>& hidden);
+void box_measured(Viewer& viewer, const MeasuredBox& box);
+
+}  // namespace action
+}  // namespace qs

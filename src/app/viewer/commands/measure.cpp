@@ -88,7 +88,7 @@ void action::measure_selection(Viewer& v, Host& host) {
   if (!selected) return notify(v, "select Gaussians first (Shift+B)");
   v.measures.busy = true;
   const glm::dmat3 level = glm::mat3_cast(v.measures.ground ? level_turn(v.measures.ground->up)
-                                                             : glm::dquat(1, 0, 0, 0));
+                                                            : glm::dquat(1, 0, 0, 0));
   host.run([selected, level](RenderContext& context) {
     MeasuredBox box{selected->count()};
     const AtEnd end{[&] { context.report(action::box_measured, box); }};

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pinhole cameras."""
+"""Cameras."""
 from __future__ import annotations
 
 import ctypes
@@ -18,42 +18,49 @@ _MOST_PIXELS = 65535
 
 
 class Camera:
-    """A pinhole camera. It does not change: methods return other cameras.
+    """A pinhole camera, or a camera of another model. It does not change: methods return other cameras.
 
     Axes of the world and of the view are x right, y down, z forward, as in INRIA's .ply files and
     COLMAP. Pixel i has its centre at coordinate i.
 
     width, height: pixels, 1..65535.
-    focal_px: focal length in pixels, one number or (x, y), > 0.
+    focal_px: focal length in pixels, one number or (x, y), > 0; None with a model.
     center_px: principal point (x, y) in pixels; None: the middle, ((width - 1) / 2,
         (height - 1) / 2). Software that puts the centre of pixel i at i + 0.5, such as COLMAP and
         gsplat, has a principal point that is larger by 0.5: see from_intrinsics().
     view_from_world: 4 x 4 or 3 x 4, world to camera, a rotation and a translation; None: identity.
     near_depth: Gaussians with view z <= near_depth are not drawn, units of the scene, >= 0.
     name: of the photograph.
+    model: None: a pinhole camera; or the name of a camera model of COLMAP, as "OPENCV_FISHEYE", of
+        "BROWN_CONRADY", "METASHAPE" and "FISHEYE624", or "ORTHOGRAPHIC", for parallel rays. A
+        model without distortion gives a pinhole camera. render() draws all models, and everything
+        else takes pinhole cameras alone.
+    parameters: numbers of the model, in the order and the units of COLMAP, which puts the centre of
+        pixel i at i + 0.5. "EQUIRECTANGULAR" has (width, height), and "ORTHOGRAPHIC" the height of
+        the picture in units of the scene.
 
     Raises UsageError for NaN, infinite or impossible values.
     """
 
     __slots__ = ("_struct", "_name")
 
-    def __init__(self, width: int, height: int, focal_px: Union[float, Sequence[float]],
+    def __init__(self, width: int, height: int,
+                 focal_px: Union[None, float, Sequence[float]] = None,
                  center_px: Optional[Sequence[float]] = None, view_from_world: Any = None,
-                 near_depth: float = 0.2, name: str = "") -> None:
+                 near_depth: float = 0.2, name: str = "", model: Optional[str] = None,
+                 parameters: Optional[Sequence[float]] = None) -> None:
         self._name = str(name)
         struct = self._struct = _ffi.QsCamera()
         struct.width = integer(width, "Camera: width", 1, _MOST_PIXELS)
         struct.height = integer(height, "Camera: height", 1, _MOST_PIXELS)
-        if np.ndim(focal_px) == 0:
-            focal_px = (focal_px, focal_px)  # type: ignore[assignment]
-        struct.focal_px[:] = reals(focal_px, "Camera: focal_px", 2)
-        if center_px is None:
-            center_px = ((struct.width - 1) / 2, (struct.height - 1) / 2)
-        struct.center_px[:] = reals(center_px, "Camera: center_px", 2)
+        if model is None and parameters is None:
+            _set_pinhole(struct, focal_px, center_px)
+        else:
+            _set_model(struct, focal_px, center_px, model, parameters)
         matrix = np.eye(4) if view_from_world is None else view_from_world
         struct.view_from_world[:] = _rigid(matrix).reshape(12)
         struct.near_depth = real(near_depth, "Camera: near_depth")
-        _check(struct)
+        self._struct = _checked(struct)
 
     @classmethod
     def from_intrinsics(cls, intrinsics: Any, view_from_world: Any, width: int, height: int, *,
@@ -109,13 +116,25 @@ class Camera:
         return int(self._struct.height)
 
     @property
+    def model(self) -> Optional[str]:
+        """The name of the model; None: a pinhole camera."""
+        return _ffi.text(self._struct.model) or None
+
+    @property
+    def parameters(self) -> Tuple[float, ...]:
+        """The numbers of the model in the order of COLMAP; none of a pinhole camera."""
+        return tuple(self._struct.parameters[:self._struct.parameter_count])
+
+    @property
     def focal_px(self) -> Tuple[float, float]:
-        """Focal length (x, y), pixels."""
+        """Focal length (x, y), pixels. Raises UsageError with a model, as the next two do."""
+        self._require_pinhole()
         return (self._struct.focal_px[0], self._struct.focal_px[1])
 
     @property
     def center_px(self) -> Tuple[float, float]:
         """Principal point (x, y), pixels; pixel i has its centre at i."""
+        self._require_pinhole()
         return (self._struct.center_px[0], self._struct.center_px[1])
 
     @property
@@ -154,6 +173,11 @@ class Camera:
                   integer(height, "Camera.resized: height", 1, _MOST_PIXELS))
         return _camera(struct, self._name)
 
+    def _require_pinhole(self) -> None:
+        if self.model:
+            raise UsageError(f"Camera: the model {self.model} has parameters and is no pinhole "
+                             "camera, which is needed here")
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Camera):
             return NotImplemented
@@ -163,18 +187,23 @@ class Camera:
         return hash((bytes(self._struct), self._name))
 
     def __reduce__(self) -> Any:
-        return (Camera, (self.width, self.height, self.focal_px, self.center_px,
-                         self.view_from_world, self.near_depth, self.name))
+        lens = (None, None) if self.model else (self.focal_px, self.center_px)
+        return (Camera, (self.width, self.height, *lens, self.view_from_world, self.near_depth,
+                         self.name, self.model, self.parameters or None))
 
     def __repr__(self) -> str:
         name = f" {self._name!r}" if self._name else ""
         x, y, z = self.position
-        return (f"<quadsplat.Camera{name}: {self.width} x {self.height}, focal length "
-                f"{self.focal_px[0]:g} px, at ({x:g}, {y:g}, {z:g})>")
+        lens = self.model or f"focal length {self.focal_px[0]:g} px"
+        return (f"<quadsplat.Camera{name}: {self.width} x {self.height}, {lens}, at ({x:g}, {y:g}, {z:g})>")
 
 
-def read_cameras(path: Union[str, PathLike[str]]) -> List[Camera]:
+def read_cameras(path: Union[str, PathLike[str]], lenses: bool = False) -> List[Camera]:
     """The cameras of a cameras.json, a transforms.json, or a folder or file of COLMAP.
+
+    lenses: False: a lens that distorts gives the pinhole camera of its undistorted photograph, and
+        a lens too wide for one gives a camera of 96 degrees that looks ahead. True: it gives the
+        camera that took the photograph, with its model and parameters.
 
     Raises InputError if the file is missing or damaged.
     """
@@ -185,7 +214,7 @@ def read_cameras(path: Union[str, PathLike[str]]) -> List[Camera]:
         cameras = []
         for number in range(count.value):
             struct, name = _ffi.QsCamera(), ctypes.c_char_p()
-            _ffi.call("read_cameras", "qs_cameras_get", handle, number, ctypes.byref(struct),
+            _ffi.call("read_cameras", "qs_cameras_lens" if lenses else "qs_cameras_get", handle, number, ctypes.byref(struct),
                       ctypes.byref(name))
             cameras.append(_camera(struct, _ffi.text(name.value)))
         return cameras
@@ -204,9 +233,39 @@ def _copy(struct: _ffi.QsCamera) -> _ffi.QsCamera:
     return _ffi.QsCamera.from_buffer_copy(struct)
 
 
-def _check(struct: _ffi.QsCamera) -> None:
-    _ffi.call("Camera", "qs_camera_resize", ctypes.byref(_copy(struct)), struct.width,
-              struct.height)
+def _checked(struct: _ffi.QsCamera) -> _ffi.QsCamera:
+    """The camera as the library has it: a model without distortion is a pinhole camera."""
+    result = _copy(struct)
+    _ffi.call("Camera", "qs_camera_resize", ctypes.byref(result), struct.width, struct.height)
+    return result if struct.model else struct
+
+
+def _set_pinhole(struct: _ffi.QsCamera, focal_px: Any, center_px: Any) -> None:
+    if focal_px is None:
+        raise UsageError("Camera: focal_px is missing")
+    if np.ndim(focal_px) == 0:
+        focal_px = (focal_px, focal_px)
+    struct.focal_px[:] = reals(focal_px, "Camera: focal_px", 2)
+    if center_px is None:
+        center_px = ((struct.width - 1) / 2, (struct.height - 1) / 2)
+    struct.center_px[:] = reals(center_px, "Camera: center_px", 2)
+
+
+def _set_model(struct: _ffi.QsCamera, focal_px: Any, center_px: Any, model: Any,
+               parameters: Any) -> None:
+    if not isinstance(model, str) or not model:
+        raise UsageError(f"Camera: model is {model!r} instead of the name of a camera model")
+    if focal_px is not None or center_px is not None:
+        raise UsageError(f"Camera: {model} has its parameters, so focal_px and center_px must be "
+                         "None")
+    if len(model.encode()) >= _ffi.QsCamera.model.size:
+        raise UsageError(f"Camera: model: {model!r} is no camera model")
+    struct.model = model.encode()
+    given = () if parameters is None else parameters
+    values = reals(given, "Camera: parameters", int(np.size(given)))
+    struct.parameter_count = len(values)  # the library refuses more than the model has
+    for index, value in enumerate(values[:len(struct.parameters)]):
+        struct.parameters[index] = value
 
 
 def _rigid(matrix: Any) -> np.ndarray:

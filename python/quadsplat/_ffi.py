@@ -93,7 +93,9 @@ class QsConversion(_Sized):
 class QsCamera(_Sized):
     _fields_ = [("size", c_uint32), ("width", c_int32), ("height", c_int32),
                 ("reserved", c_uint32), ("view_from_world", c_double * 12),
-                ("focal_px", c_double * 2), ("center_px", c_double * 2), ("near_depth", c_double)]
+                ("focal_px", c_double * 2), ("center_px", c_double * 2), ("near_depth", c_double),
+                ("model", c_char * 32), ("parameters", c_double * 16),
+                ("parameter_count", c_uint32), ("reserved2", c_uint32)]
 
 
 class QsSurfacePoint(ctypes.Structure):
@@ -258,7 +260,7 @@ class QsTraining(_Sized):
 
 #: The bytes of every struct in version 1 of the interface.
 STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians: 552,
-                QsSceneFacts: 112, QsConversion: 64, QsCamera: 152, QsSettings: 56, QsCounts: 120,
+                QsSceneFacts: 112, QsConversion: 64, QsCamera: 320, QsSettings: 56, QsCounts: 120,
                 QsPicture: 640, QsLists: 816, QsModeCounts: 32, QsComparison: 168,
                 QsInputs: 904, QsRules: 120, QsMemory: 24, QsStageFrame: 80, QsBoundary: 536,
                 QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800, QsAdam: 496,
@@ -279,6 +281,7 @@ FUNCTIONS = {
     "qs_convert": [c_void_p, c_char_p, POINTER(QsConversion)],
     "qs_cameras_open": [c_char_p, POINTER(c_void_p), POINTER(c_uint64)],
     "qs_cameras_get": [c_void_p, c_uint64, POINTER(QsCamera), POINTER(c_char_p)],
+    "qs_cameras_lens": [c_void_p, c_uint64, POINTER(QsCamera), POINTER(c_char_p)],
     "qs_camera_resize": [POINTER(QsCamera), c_int32, c_int32],
     "qs_render": [c_void_p, c_void_p, c_uint64, POINTER(QsSettings), c_void_p],
     "qs_lists": [c_void_p, POINTER(QsCamera), POINTER(QsSettings), POINTER(QsLists)],

@@ -269,16 +269,26 @@ QS_LIBRARY_FUNCTION int32_t qs_convert(QsSceneHandle* scene, const char* path,
 
 /* ---- cameras --------------------------------------------------------------------------------- */
 
-/* A pinhole camera. 152 bytes. */
+/* A camera: a pinhole camera, or one of another model, through whose lens qs_render() draws. Every
+ * other function takes pinhole cameras alone. 320 bytes. */
 typedef struct QsCamera {
   uint32_t size;              /*   0 */
   int32_t width, height;      /*   4, 8: pixels, 1..65535 */
   uint32_t reserved;          /*  12 */
   double view_from_world[12]; /*  16: 3 x 4, row by row: rotation | translation */
-  double focal_px[2];         /* 112: x, y, > 0 */
-  double center_px[2];        /* 128: principal point, see Conventions */
+  double focal_px[2];         /* 112: x, y, > 0; 0 with a model */
+  double center_px[2];        /* 128: principal point, see Conventions; 0 with a model */
   double near_depth;          /* 144: Gaussians with view z <= near_depth are not drawn; usually
-                                      0.2, at least 0 */
+                                      0.2, at least 0. Of a model with faces, see QsPicture, the
+                                      distance from the eye counts */
+  char model[32]; /* 152: empty: a pinhole camera; or the name of a camera model of COLMAP, as
+                          "OPENCV_FISHEYE", or "ORTHOGRAPHIC" */
+  double parameters[16]; /* 184: of the model, in the order and the units of COLMAP, which puts the
+                                 centre of pixel i at i + 0.5; the others are 0. EQUIRECTANGULAR has
+                                 the picture's sides, and ORTHOGRAPHIC its height in units of the
+                                 world */
+  uint32_t parameter_count; /* 312: of the model; 0 of a pinhole camera */
+  uint32_t reserved2;       /* 316 */
 } QsCamera;
 
 typedef struct QsCameras QsCameras;
@@ -294,11 +304,16 @@ QS_LIBRARY_FUNCTION int32_t qs_cameras_open(const char* path, QsCameras** camera
 QS_LIBRARY_FUNCTION int32_t qs_cameras_get(const QsCameras* cameras, uint64_t number,
                                            QsCamera* camera, const char** name, char* message);
 
+/* As qs_cameras_get(), with the lens that took the photograph: a camera with a model, of the
+ * photograph's size and the lens's pose. A camera without distortion stays a pinhole camera. */
+QS_LIBRARY_FUNCTION int32_t qs_cameras_lens(const QsCameras* cameras, uint64_t number,
+                                            QsCamera* camera, const char** name, char* message);
+
 /* Null is allowed. */
 QS_LIBRARY_FUNCTION void qs_cameras_close(QsCameras* cameras);
 
 /* Gives the camera another size in pixels. The vertical field of view stays, as with the program's
- * option --size. */
+ * option --size. Every model but EQUIRECTANGULAR takes any size. */
 QS_LIBRARY_FUNCTION int32_t qs_camera_resize(QsCamera* camera, int32_t width, int32_t height,
                                              char* message);
 
@@ -363,7 +378,9 @@ typedef struct QsCounts {
  * allowed: with sizes height, width, 3, the strides width * 3, 3, 1 store RGB values interleaved
  * and width, 1, width * height store them in planes. Integers are stored in any integer type of 32
  * or 64 bits. `color`, `alpha`, `depth` and `median_depth` may all be in the memory of the
- * context's GPU; then they are not copied through the host. 640 bytes. */
+ * context's GPU; then they are not copied through the host. Cameras with a model but ORTHOGRAPHIC
+ * are drawn by up to 24 pinhole pictures, the faces: depths are distances from the eye, counts are
+ * sums over the faces, and `evaluated`, `pairs` and `used` must be absent. 640 bytes. */
 typedef struct QsPicture {
   uint32_t size;        /*   0 */
   uint32_t reserved;    /*   4 */

@@ -94,9 +94,10 @@ struct Close {
 };
 }  // namespace detail
 
-/// The cameras of a file.
+/// The cameras of a file: `with_lenses` by qs_cameras_lens(), else by qs_cameras_get().
 inline std::vector<QsCamera> read_cameras(const std::string& path,
-                                          std::vector<std::string>* names = nullptr) {
+                                          std::vector<std::string>* names = nullptr,
+                                          bool with_lenses = false) {
   QsCameras* opened = nullptr;
   std::uint64_t count = 0;
   check(qs_cameras_open, path.c_str(), &opened, &count);
@@ -105,7 +106,7 @@ inline std::vector<QsCamera> read_cameras(const std::string& path,
   if (names != nullptr) names->clear();
   for (std::uint64_t i = 0; i < count; ++i) {
     const char* name = nullptr;
-    check(qs_cameras_get, opened, i, &list[i], &name);
+    check(with_lenses ? qs_cameras_lens : qs_cameras_get, opened, i, &list[i], &name);
     if (names != nullptr) names->emplace_back(name);
   }
   return list;

@@ -9,6 +9,7 @@
 #include "raster/lens/lens_renderer.h"
 #ifdef QUADSPLAT_HAVE_CUDA
 #include "raster/cuda/common/gpu_info.h"
+#include "raster/cuda/lens_renderer.h"
 #include "raster/cuda/renderer.h"
 #endif
 
@@ -54,7 +55,8 @@ std::unique_ptr<Renderer> make_renderer(Backend backend, ThreadPool& pool,
                                         [[maybe_unused]] int device) {
   if (backend == Backend::cpu) return with_lenses(make_cpu_renderer(pool), pool);
 #ifdef QUADSPLAT_HAVE_CUDA
-  return with_lenses(make_cuda_renderer(pool, device == kFirstGpu ? first_gpu() : device), pool);
+  const int gpu = device == kFirstGpu ? first_gpu() : device;
+  return with_lenses_on_gpu(make_cuda_renderer(pool, gpu), pool, gpu);
 #else
   fail(ErrorKind::device, "backend cuda: {}", gpu_report().problem);
 #endif

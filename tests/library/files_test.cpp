@@ -46,6 +46,38 @@ TEST(LibraryCameras, of_every_format_are_the_programs) {
   }
 }
 
+TEST(LibraryCameras, with_lenses_have_the_model_and_its_parameters) {
+  const std::filesystem::path data = test::source_path("tests/data/lenses");
+  std::vector<std::string> names;
+  const QsCamera face = quadsplat::read_cameras((data / "cameras.json").string()).at(0);
+  const QsCamera taken =
+      quadsplat::read_cameras((data / "cameras.json").string(), &names, true).at(0);
+  EXPECT_EQ(face.model[0], 0);
+  EXPECT_EQ(face.width, 46);
+  EXPECT_STREQ(taken.model, "OPENCV_FISHEYE");
+  EXPECT_EQ(taken.width, 64);
+  EXPECT_EQ(taken.parameter_count, 8u);
+  EXPECT_EQ(std::vector<double>(taken.parameters, taken.parameters + 9),
+            (std::vector<double>{20.4, 20.4, 32, 32, 0.01, 0, 0, 0, 0}));
+  // The face looks to the right of a lens that looks along z, from (0, 0, 1).
+  for (int i = 0; i < 12; ++i)
+    EXPECT_DOUBLE_EQ(taken.view_from_world[i], i == 11 ? -1 : i % 5 == 0 ? 1 : 0) << i;
+  QsCamera small = taken;
+  quadsplat::check(qs_camera_resize, &small, 80, 32);
+  EXPECT_EQ(std::vector<double>(small.parameters, small.parameters + 5),
+            (std::vector<double>{10.2, 10.2, 40, 16, 0.01}));
+  QsCamera pinhole = test::plush_camera(0, 60, 40);
+  const QsCamera before = pinhole;
+  test::set_model(pinhole, "PINHOLE",
+                  {before.focal_px[0], before.focal_px[1], before.center_px[0] + 0.5,
+                   before.center_px[1] + 0.5});
+  quadsplat::check(qs_camera_resize, &pinhole, 60, 40);
+  EXPECT_EQ(pinhole.model[0], 0);
+  EXPECT_EQ(pinhole.parameter_count, 0u);
+  EXPECT_DOUBLE_EQ(pinhole.focal_px[0], before.focal_px[0]);
+  EXPECT_DOUBLE_EQ(pinhole.center_px[1], before.center_px[1]);
+}
+
 TEST(LibraryCameras, are_resized_as_by_the_program) {
   QsCamera camera = quadsplat::read_cameras(test::plush_cameras().string()).at(4);
   const Camera before = read_cameras(test::plush_cameras()).at(4);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "library/opened_scene.h"
 
+#include <algorithm>
+
 #include "support/paths.h"
 
 namespace qs::test {
@@ -21,6 +23,13 @@ QsCamera c_camera(const Camera& camera) {
   }
   result.near_depth = camera.near_depth;
   return result;
+}
+
+void set_model(QsCamera& camera, const std::string& model, const std::vector<double>& parameters) {
+  for (int axis = 0; axis < 2; ++axis) camera.focal_px[axis] = camera.center_px[axis] = 0;
+  model.copy(camera.model, sizeof(camera.model));
+  camera.parameter_count = static_cast<std::uint32_t>(parameters.size());
+  std::copy(parameters.begin(), parameters.end(), camera.parameters);
 }
 
 QsCamera plush_camera(std::size_t number, int width, int height) {

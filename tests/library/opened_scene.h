@@ -28,6 +28,9 @@ inline quadsplat::Context cpu(int threads = 2) {
 
 QsCamera c_camera(const Camera& camera);
 
+/// Gives the camera a model in the place of its focal lengths.
+void set_model(QsCamera& camera, const std::string& model, const std::vector<double>& parameters);
+
 /// A camera of the bundled scene, resized.
 QsCamera plush_camera(std::size_t number, int width, int height);
 

@@ -195,7 +195,7 @@ TEST_F(LibraryRefusals, of_cameras) {
       {[&] { camera_.view_from_world[5] = kNaN; },
        "view_from_world: its rotation is not a rotation matrix (off by nan)"},
       {[&] { camera_.size = 12; },
-       "size: is 12: set it to the size of the struct, 152 bytes in this library"},
+       "size: is 12: set it to the size of the struct, 320 bytes in this library"},
   };
   for (const auto& one : cases) {
     EXPECT_EQ(rendering(one.spoil), std::string("qs_render: cameras[0].") + one.sentence);
@@ -209,6 +209,62 @@ TEST_F(LibraryRefusals, of_cameras) {
   EXPECT_EQ(render(), "");
   EXPECT_EQ(test::sentence_of([&] { quadsplat::check(qs_camera_resize, &camera_, 0, 5); }),
             "qs_camera_resize: width: 0 pixels are not between 1 and 65535");
+  EXPECT_EQ(camera_.width, 40);
+}
+
+TEST_F(LibraryRefusals, of_cameras_with_a_model) {
+  const auto with = [&](const std::string& model, const std::vector<double>& parameters) {
+    return [this, model, parameters] { test::set_model(camera_, model, parameters); };
+  };
+  const struct {
+    std::function<void()> spoil;
+    const char* sentence;
+  } cases[] = {
+      {with("FISH", {}), "].model: 'FISH' is no camera model of COLMAP, and not ORTHOGRAPHIC"},
+      {with(std::string(32, 'x'), {}), "].model: 'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx' is no camera"},
+      {with("opencv", {}), "].model: 'opencv' is no camera model"},
+      {with("OPENCV_FISHEYE", {30, 30, 20, 15, 0, 0, 0}),
+       "].parameters: OPENCV_FISHEYE has 8 of them, but 7 are given"},
+      {with("FISHEYE", {30, 30, 20, 15, 0}), "].parameters: FISHEYE has 4 of them, but 5 are"},
+      {with("ORTHOGRAPHIC", {}), "].parameters: ORTHOGRAPHIC has 1 of them, but 0 are given"},
+      {with("ORTHOGRAPHIC", {0}), "].parameters: 0 is not between 1e-12 and 1e+12"},
+      {with("ORTHOGRAPHIC", {kNaN}), "].parameters: nan is not between"},
+      {with("FISHEYE", {-30, 30, 20, 15}), "]: the focal length is not above 0"},
+      {with("FISHEYE", {30, kNaN, 20, 15}), "]: a parameter is not finite"},
+      {with("FOV", {30, 30, 20, 15, 4}), "]: omega is 4"},
+      {with("EQUIRECTANGULAR", {40, 20}), "]: the parameters of EQUIRECTANGULAR are 40 x 20, but"},
+      {with("EQUIRECTANGULAR", {40, 30}), "]: a panorama of 40 x 30 pixels is not twice as wide"},
+      {[&] { std::strcpy(camera_.model, "FISHEYE"); },
+       "].model: FISHEYE has its parameters, so focal_px and center_px must be 0"},
+      {[&] { camera_.parameter_count = 1; }, "].model: is empty, but there are parameters"},
+      {[&] { camera_.parameters[0] = 1; }, "].model: is empty, but there are parameters"},
+      {[&] { camera_.reserved2 = 1; }, "].reserved: is not 0"},
+      {with("FISHEYE", {30, 30, 20, 15}),
+       "qs_render: pictures[0]: a camera with the model FISHEYE is drawn by several pictures, so "
+       "evaluated, pairs and used must be absent"},
+  };
+  for (const auto& [spoil, sentence] : cases) {
+    const std::string said = rendering(spoil);
+    EXPECT_NE(said.find(sentence), std::string::npos) << said << " instead of " << sentence;
+    EXPECT_EQ(said.rfind("qs_render: ", 0), 0u);
+  }
+  test::set_model(camera_, "FISHEYE", {30, 30, 20, 15});
+  auto lists = quadsplat::sized<QsLists>();
+  const char* const kPinhole =
+      "camera.model: FISHEYE is drawn by qs_render() alone, and this takes a pinhole camera";
+  EXPECT_EQ(test::sentence_of(
+                [&] { quadsplat::check(qs_lists, scene_.get(), &camera_, nullptr, &lists); }),
+            std::string("qs_lists: ") + kPinhole);
+  EXPECT_EQ(test::sentence_of([&] { scene_.count_modes(camera_); }),
+            std::string("qs_count_modes: ") + kPinhole);
+  EXPECT_EQ(test::sentence_of([&] {
+              scene_.measure(camera_, {{1, 1}});
+            }),
+            std::string("qs_measure: ") + kPinhole);
+  test::set_model(camera_, "EQUIRECTANGULAR", {40, 20});
+  camera_.height = 20;
+  EXPECT_EQ(test::sentence_of([&] { quadsplat::check(qs_camera_resize, &camera_, 50, 20); }),
+            "qs_camera_resize: camera: a panorama of 50 x 20 pixels is not twice as wide as high");
   EXPECT_EQ(camera_.width, 40);
 }
 

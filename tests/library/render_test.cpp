@@ -272,6 +272,55 @@ TEST(LibraryRender, draws_many_views_of_different_sizes_as_single_views) {
   scene.render(std::vector<QsCamera>(), {});  // no view
 }
 
+TEST(LibraryRender, draws_through_lenses_as_the_program) {
+  quadsplat::Context context = test::cpu();
+  quadsplat::Scene scene = context.load(test::plush().string());
+  const struct {
+    const char* model;
+    std::vector<double> parameters;
+    std::vector<std::string> options;
+    int width, height;
+  } cases[] = {
+      {"OPENCV_FISHEYE",
+       {60, 60, 75, 50.5, 0.05, -0.02, 0.004, -0.001},
+       {"OPENCV_FISHEYE,150,101,60,60,75,50.5,0.05,-0.02,0.004,-0.001"},
+       150,
+       101},
+      {"SIMPLE_RADIAL", {100, 60, 40, -0.2}, {"SIMPLE_RADIAL,120,80,100,60,40,-0.2"}, 120, 80},
+      {"EUCM", {60, 60, 75, 50, 0.6, 1.1}, {"EUCM,150,100,60,60,75,50,0.6,1.1"}, 150, 100},
+      {"FISHEYE", {40, 40, 60, 40}, {"FISHEYE,120,80,40,40,60,40"}, 120, 80},
+      {"EQUIRECTANGULAR", {128, 64}, {"equirectangular"}, 128, 64},
+      {"ORTHOGRAPHIC", {5}, {"orthographic", "--height", "5"}, 120, 80},
+  };
+  for (const auto& [model, parameters, options, width, height] : cases) {
+    SCOPED_TRACE(model);
+    const TemporaryFolder folder;
+    for (const char* quantity : {"color", "alpha", "depth"}) {
+      std::vector<std::string> words = {
+          "--camera-index", "32",
+          "--size",         fmt::format("{}x{}", width, height),
+          "--repeats",      "1",
+          "--picture",      quantity,
+          "--output",       (folder / (std::string(quantity) + ".npy")).string(),
+          "--lens"};
+      words.insert(words.end(), options.begin(), options.end());
+      run_render(words);
+    }
+    QsCamera camera = test::plush_camera(32, width, height);
+    test::set_model(camera, model, parameters);
+    for (int repeat = 0; repeat < 2; ++repeat) {
+      test::Results results;
+      QsPicture picture = test::picture_of(results, camera);
+      picture.evaluated = picture.pairs = picture.used = QS_ABSENT;
+      scene.render(camera, picture);
+      EXPECT_TRUE(same_bits(results.color, values_in(folder / "color.npy")));
+      EXPECT_TRUE(same_bits(results.alpha, values_in(folder / "alpha.npy")));
+      EXPECT_TRUE(same_bits(results.depth, values_in(folder / "depth.npy")));
+      EXPECT_GT(results.counts.tile_pairs, 0u);
+    }
+  }
+}
+
 TEST(LibraryRender, counts_alone_need_no_picture) {
   quadsplat::Context context = test::cpu();
   quadsplat::Scene scene = context.load(test::plush().string());

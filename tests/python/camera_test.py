@@ -81,6 +81,78 @@ def test_cameras_are_compared_hashed_and_pickled(quadsplat, camera):
         camera.width = 3
 
 
+LENS = {"width": 64, "height": 48, "model": "OPENCV_FISHEYE",
+        "parameters": (30, 31, 32, 24, 0.01, 0, 0, -0.002)}
+
+
+def test_a_camera_has_the_model_and_the_parameters_of_colmap(quadsplat, scene, program, tmp_path):
+    view = scene.cameras()[32].view_from_world
+    camera = quadsplat.Camera(**LENS, view_from_world=view, name="a")
+    assert camera.model == "OPENCV_FISHEYE" and camera.parameters == LENS["parameters"]
+    assert pickle.loads(pickle.dumps(camera)) == camera
+    assert "64 x 48, OPENCV_FISHEYE, at" in repr(camera)
+    half = camera.resized(32, 24)
+    assert half.parameters == (15, 15.5, 16, 12, 0.01, 0, 0, -0.002) and half.model == camera.model
+    picture = quadsplat.render(scene, camera, outputs=("color", "alpha", "depth"))
+    program("render", scene.facts.path, "--camera-index", 32, "--backend", "cpu", "--lens",
+            "OPENCV_FISHEYE,64,48,30,31,32,24,0.01,0,0,-0.002", "--size", "64x48", "--output", tmp_path / "a.npy")
+    assert np.array_equal(picture.color, np.load(tmp_path / "a.npy"))
+    assert picture.depth.max() > 0 and picture.counts.tile_pairs > 0
+    parallel = quadsplat.Camera(64, 48, view_from_world=view, model="ORTHOGRAPHIC", parameters=[5])
+    assert quadsplat.render(scene, parallel, outputs="pairs").pairs.sum() > 0
+    around = quadsplat.Camera(64, 32, view_from_world=view, model="EQUIRECTANGULAR",
+                              parameters=(64, 32))
+    assert quadsplat.render(scene, around).color.max() > 0
+
+
+def test_a_model_without_distortion_is_a_pinhole_camera(quadsplat):
+    for model, parameters in [("PINHOLE", (50, 51, 20, 15)), ("SIMPLE_PINHOLE", (50, 20, 15)),
+                              ("OPENCV", (50, 51, 20, 15, 0, 0, 0, 0))]:
+        camera = quadsplat.Camera(40, 30, model=model, parameters=parameters)
+        focal = (50, 50 if model == "SIMPLE_PINHOLE" else 51)
+        assert camera == quadsplat.Camera(40, 30, focal, (19.5, 14.5)) and camera.model is None
+
+
+def test_files_give_lenses_if_they_are_wanted(quadsplat):
+    path = ROOT / "tests" / "data" / "lenses" / "cameras.json"
+    face, = quadsplat.read_cameras(path)
+    taken, = quadsplat.read_cameras(path, lenses=True)
+    assert face.model is None and face.width == 46
+    assert taken.model == "OPENCV_FISHEYE" and taken.width == 64
+    assert taken.parameters == (20.4, 20.4, 32, 32, 0.01, 0, 0, 0)
+    assert taken.position == pytest.approx([0, 0, 1])
+
+
+def test_models_that_do_not_fit_are_refused_in_a_sentence(quadsplat, scene):
+    for change, sentence in [
+            ({"model": "FISH"}, "Camera: model: 'FISH' is no camera model of COLMAP"),
+            ({"model": "x" * 40}, "is no camera model"),
+            ({"model": 5}, "Camera: model is 5 instead of the name of a camera model"),
+            ({"model": None}, "Camera: model is None instead of the name of a camera model"),
+            ({"parameters": (30, 31, 32)}, "parameters: OPENCV_FISHEYE has 8 of them, but 3 are"),
+            ({"parameters": range(17)}, "parameters: OPENCV_FISHEYE has 8 of them, but 17 are"),
+            ({"parameters": None}, "parameters: OPENCV_FISHEYE has 8 of them, but 0 are given"),
+            ({"parameters": "abc"}, "Camera: parameters is 'abc' instead of"),
+            ({"focal_px": 30}, "OPENCV_FISHEYE has its parameters, so focal_px and center_px"),
+            ({"model": "EQUIRECTANGULAR", "parameters": (64, 48)}, "is not twice as wide as high")]:
+        with pytest.raises(quadsplat.UsageError) as raised:
+            quadsplat.Camera(**{**LENS, **change})
+        assert sentence in str(raised.value), change
+    with pytest.raises(quadsplat.UsageError, match="^Camera: focal_px is missing"):
+        quadsplat.Camera(8, 6)
+    camera = quadsplat.Camera(**LENS)
+    needs_pinhole = "no pinhole camera|takes a pinhole camera"
+    for work in [lambda: camera.focal_px, lambda: camera.center_px, camera.intrinsics,
+                 lambda: quadsplat.tile_lists(scene, camera),
+                 lambda: quadsplat.counts(scene, camera),
+                 lambda: quadsplat.measure(scene, camera, [(1, 1)]),
+                 lambda: scene.select(tool="rectangle", camera=camera, pixels=[(0, 0), (9, 9)])]:
+        with pytest.raises(quadsplat.UsageError, match=needs_pinhole):
+            work()
+    with pytest.raises(quadsplat.UsageError, match="so evaluated, pairs and used must be absent"):
+        quadsplat.render(scene, camera, outputs="pairs")
+
+
 def test_impossible_cameras_are_refused_in_a_sentence(quadsplat):
     nan, inf = float("nan"), float("inf")
     usual = {"width": 8, "height": 6, "focal_px": 5}

@@ -571,7 +571,8 @@ def _refuse(others: Dict[str, Any], camera_model: str, distributed: bool, segmen
     """Raises UsageError for the arguments that quadsplat does not have."""
     if camera_model != "pinhole":
         raise UsageError(f"{_WHO}: camera_model: {camera_model!r} is not drawn, only 'pinhole': "
-                         "remove the distortion of the photographs first")
+                         "remove the distortion of the photographs first, or draw without derivatives "
+                         "by quadsplat.render() and Camera(model=...)")
     if distributed:
         raise UsageError(f"{_WHO}: distributed: one process draws: leave it off")
     if segmented:

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
@@ -22,6 +24,7 @@
 #include "io/bytes/file_hash.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
+#include "io/camera/lens_views.h"
 #include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
 #include "learn/lpips/metric.h"
@@ -38,7 +41,7 @@ struct EvalCommand {
   int holdout = 0, images_scale = 1;
   SsimBorder ssim_border = SsimBorder::zeros;
   std::string save_format = "png";
-  bool exact_color = false;
+  bool exact_color = false, in_lens = false;
 };
 
 // A camera and its photograph.
@@ -46,6 +49,7 @@ struct EvalView {
   Camera camera;
   LensCamera taken;  ///< the camera in the cameras file
   std::filesystem::path photograph;
+  bool is_first_face = true;  ///< of the photograph
 };
 
 // The views of a run and their cameras file.
@@ -87,12 +91,16 @@ Views choose_views(const EvalCommand& command) {
       continue;
     }
     note_input(found[i]);  // some are read after pictures are written
+    bool is_first = !is_next_face(cameras, i);
     for (const LensCamera& taken : views_of(cameras[i])) {
       Camera camera = taken.camera;
       if (frame.size) camera = camera.resized(frame.size->x, frame.size->y);
-      views.list.push_back({camera, taken, found[i]});
+      views.list.push_back({camera, taken, found[i], std::exchange(is_first, false)});
     }
   }
+  const auto has_lens = [](const EvalView& view) { return view.taken.lens.has_value(); };
+  if (command.in_lens && std::ranges::none_of(views.list, has_lens))
+    views.warnings.push_back("--lens-eval: no photograph has a lens that distorts");
   if (views.list.empty())
     fail("{}: holds no photograph named like one of the {} views of {}", command.images.string(),
          views.skipped, file->string());
@@ -151,6 +159,10 @@ class EvalRun {
         {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
         {"ssim", ssim_method(command_.ssim_border)},
         {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
+    if (command_.in_lens)
+      method["in_lens"] =
+          "the photograph as it was taken, and the view drawn through its lens at its camera's "
+          "size, over the pixels that the lens shows";
     if (network_ != nullptr)
       method["lpips"] = {{"network", network_->name},
                          {"weights", command_.lpips->string()},
@@ -177,6 +189,8 @@ class EvalRun {
     save(photograph, view, "photograph");
     black_out(photograph, mask);
     std::vector<ComparedImage> compared;
+    std::optional<Taken> own;
+    if (command_.in_lens && view.is_first_face && view.taken.lens) own = taken(view);
     for (const CullMode mode : command_.frame.modes) {
       session_.settings.mode = mode;
       Image image = session_.renderer->render(view.camera, session_.settings).color;
@@ -187,9 +201,54 @@ class EvalRun {
       report_.rows.push_back({view.camera, view.photograph, photograph.width, photograph.height,
                               mode, psnr(image, photograph, *session_.pool, mask),
                               ssim(image, photograph, *session_.pool, command_.ssim_border, mask),
-                              number, lpips_of(image, photograph, compared)});
+                              number, lpips_of(image, photograph, compared),
+                              own ? std::optional(quality_of(*own, view)) : std::nullopt});
       if (network_ != nullptr) compared.push_back({std::move(image), *report_.rows.back().lpips});
     }
+  }
+
+  // A photograph as it was taken, and the camera that draws it.
+  struct Taken {
+    Camera camera;
+    std::shared_ptr<const LensView> lens;
+    Image photograph;
+    std::vector<std::uint8_t> mask;  // 1: the lens shows the whole pixel
+  };
+
+  Taken taken(const EvalView& view) {
+    const Lens& lens = *view.taken.lens;
+    Taken own{view.taken.taken().placed(session_.scene->cloud.origin),
+              std::make_shared<const LensView>(photograph_view(lens)),
+              divided(read_as_taken(view.photograph, session_.settings.background, view.taken),
+                      command_.images_scale, *session_.pool),
+              {}};
+    Image shown(own.camera.width, own.camera.height, 1);
+    const SizedLens sized = own.lens->sized({shown.width, shown.height});
+    session_.pool->for_each(shown.values.size(), 256, [&](std::size_t at) {
+      const auto width = static_cast<std::size_t>(shown.width);
+      shown.values[at] = sized.direction({at % width, at / width}) ? 1.0f : 0.0f;
+    });
+    shown = area_average(shown, own.photograph.width, own.photograph.height, *session_.pool);
+    constexpr float kWhole = 0.9999f;
+    for (const float share : shown.values) own.mask.push_back(share > kWhole ? 1 : 0);
+    black_out(own.photograph, own.mask);
+    save(own.photograph, view, "lens_photograph");
+    return own;
+  }
+
+  // Of the mode in the settings.
+  LensQuality quality_of(const Taken& own, const EvalView& view) {
+    RenderSettings settings = session_.settings;
+    settings.lens = own.lens;
+    Image image = session_.renderer->render(own.camera, settings).color;
+    clamp_to_unit(image);
+    image = area_average(image, own.photograph.width, own.photograph.height, *session_.pool);
+    black_out(image, own.mask);
+    save(image, view, fmt::format("lens_{}", mode_name(settings.mode)).c_str());
+    return {psnr(image, own.photograph, *session_.pool, own.mask),
+            ssim(image, own.photograph, *session_.pool, command_.ssim_border, own.mask),
+            static_cast<double>(std::ranges::count(own.mask, 1)) /
+                static_cast<double>(own.mask.size())};
   }
 
   // An image of the same view, and its LPIPS.
@@ -250,6 +309,9 @@ CommandAction eval_command(Options& options) {
       "--ssim-border", kBorders, command->ssim_border,
       "zeros: every pixel counts, values outside are 0; crop: without the 5 pixels at the border, "
       "as torchmetrics (default: zeros)");
+  options.flag("--lens-eval", command->in_lens,
+               "adds PSNR and SSIM of photographs as they were taken, against the view drawn "
+               "through their lens, over the pixels that it shows");
   options.text("--lpips", "FILE", command->lpips,
                "adds LPIPS with the weights of this .safetensors file, which scripts/lpips_weights "
                "makes: for the network's input 0..1, as papers on 3DGS print it, and for -1..1",
@@ -273,6 +335,9 @@ CommandAction eval_command(Options& options) {
   return [command](Arguments) {
     if (command->csv == "-" && command->json == "-")
       fail(ErrorKind::usage, "eval: --csv and --json cannot both go to stdout");
+    check_rules("eval", {{command->in_lens && command->frame.size.has_value(),
+                          "--lens-eval draws at the size of the photographs' camera: leave out "
+                          "--size"}});
     note_inputs(command->frame);
     if (command->exact_color) command->frame.network = NetworkUse::always;
     if (command->lpips) note_input(*command->lpips);

@@ -25,6 +25,21 @@ bool has_lpips(const EvalReport& report) {
   return !report.rows.empty() && report.rows.front().lpips.has_value();
 }
 
+bool has_lens(const EvalReport& report) {
+  return std::ranges::any_of(report.rows, [](const auto& row) { return row.in_lens.has_value(); });
+}
+
+void add_lens(const std::optional<LensQuality>& in_lens, ordered_json& entry) {
+  if (!in_lens) return;
+  entry["lens_psnr"] = finite_or_null(in_lens->psnr);
+  entry["lens_ssim"] = in_lens->ssim;
+  entry["lens_shown"] = in_lens->shown;
+}
+
+double finite_or_infinity(const ordered_json& value) {
+  return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
+}
+
 void add_lpips(const std::optional<LpipsValues>& lpips, ordered_json& entry) {
   if (!lpips) return;
   entry["lpips_paper"] = lpips->paper;
@@ -52,6 +67,13 @@ std::vector<MeanQuality> mean_qualities(const std::vector<EvaluatedView>& rows) 
   for (const EvaluatedView& row : rows) {
     auto mean = std::ranges::find(means, row.mode, &MeanQuality::mode);
     if (mean == means.end()) mean = means.insert(means.end(), {row.mode, 0, 0, 0, LpipsValues{}});
+    if (row.in_lens) {
+      LensQuality& sum = mean->in_lens ? *mean->in_lens : mean->in_lens.emplace();
+      sum.psnr += row.in_lens->psnr;
+      sum.ssim += row.in_lens->ssim;
+      sum.shown += row.in_lens->shown;
+      mean->photographs += 1;
+    }
     mean->views += 1;
     mean->psnr += row.psnr;
     mean->ssim += row.ssim;
@@ -63,6 +85,9 @@ std::vector<MeanQuality> mean_qualities(const std::vector<EvaluatedView>& rows) 
   for (MeanQuality& mean : means) {
     mean.psnr /= static_cast<double>(mean.views);
     mean.ssim /= static_cast<double>(mean.views);
+    if (mean.in_lens)
+      for (double* value : {&mean.in_lens->psnr, &mean.in_lens->ssim, &mean.in_lens->shown})
+        *value /= static_cast<double>(mean.photographs);
     if (!mean.lpips) continue;
     mean.lpips->paper /= static_cast<double>(mean.views);
     mean.lpips->symmetric /= static_cast<double>(mean.views);
@@ -78,13 +103,18 @@ std::string format_eval_table(const EvalReport& report) {
   std::size_t width = 4;
   for (const MeanQuality& mean : means) width = std::max(width, mean_title(mean).size());
   for (const EvaluatedView& row : report.rows) width = std::max(width, row.camera.name.size());
-  std::string text = fmt::format("{:{}}  {:13}  {:>7}  {:>6}{}\n", "view", width, "mode", "PSNR dB",
-                                 "SSIM", has_lpips(report) ? "  LPIPS (paper)   LPIPS" : "");
+  std::string text =
+      fmt::format("{:{}}  {:13}  {:>7}  {:>6}{}{}\n", "view", width, "mode", "PSNR dB", "SSIM",
+                  has_lpips(report) ? "  LPIPS (paper)   LPIPS" : "",
+                  has_lens(report) ? "  in the lens: PSNR    SSIM  shown" : "");
   const auto line = [&](const std::string& name, const auto& row) {
     text += fmt::format("{:{}}  {:13}  {:>7}  {:6.4f}", name, width, mode_name(row.mode),
                         decibels(row.psnr), row.ssim);
     if (row.lpips)
       text += fmt::format("  {:13.4f}  {:6.4f}", row.lpips->paper, row.lpips->symmetric);
+    if (row.in_lens)
+      text += fmt::format("  {:>17}  {:6.4f}  {:3.0f} %", decibels(row.in_lens->psnr),
+                          row.in_lens->ssim, 100 * row.in_lens->shown);
     text += '\n';
   };
   for (const EvaluatedView& row : report.rows) line(row.camera.name, row);
@@ -99,6 +129,8 @@ std::string format_eval_csv(const EvalReport& report) {
       "scene,camera,mode,backend,gaussians,width,height,compared_width,"
       "compared_height,psnr,ssim";
   text += has_lpips(report) ? ",lpips_paper,lpips" : "";
+  const bool in_lens = has_lens(report);
+  text += in_lens ? ",lens_psnr,lens_ssim,lens_shown" : "";
   const std::string altered = altered_text(report.scene);
   text += altered.empty() ? "\n" : ",altered\n";
   for (const EvaluatedView& row : report.rows) {
@@ -108,6 +140,11 @@ std::string format_eval_csv(const EvalReport& report) {
                         report.scene.at("gaussians").get<std::uint64_t>(), row.camera.width,
                         row.camera.height, row.width, row.height, row.psnr, row.ssim);
     if (row.lpips) text += fmt::format(",{:.8f},{:.8f}", row.lpips->paper, row.lpips->symmetric);
+    if (row.in_lens)
+      text += fmt::format(",{:.6f},{:.8f},{:.6f}", row.in_lens->psnr, row.in_lens->ssim,
+                          row.in_lens->shown);
+    else if (in_lens)
+      text += ",,,";
     text += altered.empty() ? "\n" : "," + csv_field(altered) + "\n";
   }
   return text;
@@ -121,6 +158,8 @@ std::string format_eval_json(const EvalReport& report) {
                      {"psnr", finite_or_null(mean.psnr)},
                      {"ssim", mean.ssim}});
     add_lpips(mean.lpips, means.back());
+    if (mean.in_lens) means.back()["photographs"] = mean.photographs;
+    add_lens(mean.in_lens, means.back());
   }
   for (const EvaluatedView& row : report.rows) {
     views.push_back({{"view", row.view},
@@ -133,6 +172,7 @@ std::string format_eval_json(const EvalReport& report) {
                      {"ssim", row.ssim},
                      {"camera", camera_json(row.camera)}});
     add_lpips(row.lpips, views.back());
+    add_lens(row.in_lens, views.back());
   }
   const ordered_json json = {
       {"environment", report.environment}, {"scene", report.scene}, {"method", report.method},
@@ -154,12 +194,14 @@ EvalReport parse_eval_report(const ordered_json& json) {
     json_value(view.at("compared_height"), row.height);
     row.mode = find_culler(view.at("mode").get<std::string>());
     if (row.mode < 0) fail("eval.json: there is no mode {}", json_line(view["mode"]));
-    row.psnr = view.at("psnr").is_null() ? std::numeric_limits<double>::infinity()
-                                         : view["psnr"].get<double>();
+    row.psnr = finite_or_infinity(view.at("psnr"));
     view.at("ssim").get_to(row.ssim);
     json_value(view.at("view"), row.view);
     if (view.contains("lpips"))
       row.lpips = {view.at("lpips_paper").get<double>(), view["lpips"].get<double>()};
+    if (view.contains("lens_ssim"))
+      row.in_lens = {finite_or_infinity(view.at("lens_psnr")), view["lens_ssim"].get<double>(),
+                     view.at("lens_shown").get<double>()};
   }
   return report;
 }

@@ -4,8 +4,8 @@
 // needed to repeat the evaluation. Of photographs:
 //   {"environment": {...}, "scene": {...}, "method": {...}, "view_count": 13, "means": [...],
 //    "views": [...]}
-// Columns and entries of LPIPS exist only if it was computed. Means are over the views. Of pictures
-// of many views and the true pictures, the worst view first:
+// Columns and entries of LPIPS, and of photographs in their lens, exist only if they were computed.
+// Means are over the views. Of pictures of many views and the true pictures, the worst view first:
 //   {"truth": "plush.spz", "judged": "plush.splat", "environment": {...}, "method": {...},
 //    "mean": {...}, "views": [{"view": "7", "psnr": 41.2, "ssim": 0.99, "flip": 0.01, ...}, ...]}
 // The PSNR of equal pictures is "inf", null in JSON.
@@ -32,6 +32,12 @@ struct LpipsValues {
   double symmetric = 0;  ///< the network's input is -1..1, as the authors of LPIPS meant it
 };
 
+/// A photograph in its own lens, or the mean over photographs.
+struct LensQuality {
+  double psnr = 0, ssim = 0;  ///< over the pixels that the lens shows
+  double shown = 0;           ///< their share, 0..1
+};
+
 /// One view in one mode.
 struct EvaluatedView {
   Camera camera;
@@ -41,6 +47,9 @@ struct EvaluatedView {
   double psnr = 0, ssim = 0;  ///< dB; 1 for equal pictures
   std::uint64_t view = 0;     ///< number of the view, the same in every shard
   std::optional<LpipsValues> lpips = {};
+  /// Of the photograph, in the row of its first face. Unset without a lens, and unless it was asked
+  /// for.
+  std::optional<LensQuality> in_lens = {};
 };
 
 struct EvalReport {
@@ -56,6 +65,8 @@ struct MeanQuality {
   std::size_t views = 0;
   double psnr = 0, ssim = 0;
   std::optional<LpipsValues> lpips = {};  ///< the mean; set if all of these views have LPIPS
+  std::size_t photographs = 0;            ///< that have in_lens
+  std::optional<LensQuality> in_lens = {};
 };
 
 /// Describes the computation of SSIM, for the method of a report.

@@ -59,7 +59,13 @@ class ExactColorRenderer : public Renderer {
     progress.update(0);
     cloud_ = std::move(cloud);
     eye_.reset();
+    drawn_ = GaussianSet();
     progress.update(1);
+  }
+
+  void set_drawn(GaussianSet drawn) override {
+    if (eye_) inner_->set_drawn(drawn);
+    drawn_ = std::move(drawn);
   }
 
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
@@ -69,6 +75,7 @@ class ExactColorRenderer : public Renderer {
       Progress progress;
       progress.stop = stop;
       inner_->upload(view_.from(camera.position(), *cloud_), progress);
+      if (drawn_.size() > 0) inner_->set_drawn(drawn_);
       eye_ = camera.position();
     }
     return inner_->render(camera, settings, outputs, target, stop);
@@ -84,6 +91,7 @@ class ExactColorRenderer : public Renderer {
   std::unique_ptr<Renderer> inner_;
   NetworkView view_;
   std::shared_ptr<const GaussianCloud> cloud_;
+  GaussianSet drawn_;
   std::optional<glm::dvec3> eye_;  // the eye for which `inner_` has the colours
 };
 

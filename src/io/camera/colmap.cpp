@@ -200,6 +200,17 @@ Lens colmap_lens(const ColmapLens& stored, const std::string& where) {
   return lens;
 }
 
+std::vector<double> colmap_parameters(const Lens& lens) {
+  const int focal_lengths = lens.model->focal_lengths;
+  if (focal_lengths == 0) return {lens.size_px.x, lens.size_px.y};
+  std::vector<double> parameters = {lens.focal_px.x};
+  if (focal_lengths == 2) parameters.push_back(lens.focal_px.y);
+  parameters.insert(parameters.end(), {lens.center_px.x + 0.5, lens.center_px.y + 0.5});
+  parameters.insert(parameters.end(), lens.coefficients.begin(),
+                    lens.coefficients.begin() + lens.model->coefficients());
+  return parameters;
+}
+
 LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where) {
   return lens_camera(colmap_lens(stored, where), where);
 }

@@ -41,6 +41,9 @@ struct ColmapLens {
 /// sizes out of range.
 Lens colmap_lens(const ColmapLens& stored, const std::string& where);
 
+/// The lens's parameters in the order of its model: the inverse of colmap_lens().
+std::vector<double> colmap_parameters(const Lens& lens);
+
 /// Throws as colmap_lens() and lens_camera().
 LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where);
 

@@ -215,6 +215,19 @@ LensCamera LensCamera::scaled(int width, int height) const {
 
 glm::dvec2 LensCamera::photograph_size() const { return lens ? lens->size_px : size_of(camera); }
 
+Camera LensCamera::taken() const {
+  Camera result = camera;
+  if (!lens) return result;
+  if (const Face* const face = find_face(lens->face))
+    for (int column = 0; column < 4; ++column)
+      result.view_from_world[column] = face->lens_from_face * camera.view_from_world[column];
+  result.focal_px = lens->focal_px;
+  result.center_px = lens->center_px;
+  result.width = static_cast<int>(std::lround(lens->size_px.x));
+  result.height = static_cast<int>(std::lround(lens->size_px.y));
+  return result;
+}
+
 std::optional<glm::dvec2> LensCamera::source_of(glm::dvec2 pixel) const {
   constexpr double kMargin = 1.5;  // bicubic interpolation needs two pixels on each side
   glm::dvec3 direction((pixel - camera.center_px) / camera.focal_px, 1);
@@ -240,11 +253,15 @@ Lens checked_lens(Lens lens, const std::string& where) {
   return lens;
 }
 
+bool distorts(const Lens& lens) {
+  return !lens.model->pinhole || std::ranges::any_of(lens.coefficients, [](double value) {
+    return std::abs(value) > kNoDistortion;
+  });
+}
+
 LensCamera lens_camera(const Lens& lens, const std::string& where) {
   const Lens checked = checked_lens(lens, where);
-  const bool distorts = std::ranges::any_of(
-      lens.coefficients, [](double value) { return std::abs(value) > kNoDistortion; });
-  if (lens.model->pinhole && !distorts) return {one_pinhole(checked, 1).camera, std::nullopt};
+  if (!distorts(checked)) return {one_pinhole(checked, 1).camera, std::nullopt};
   return undistorted_camera(checked, where);
 }
 

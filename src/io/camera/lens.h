@@ -78,6 +78,9 @@ struct LensCamera {
   /// Pixels of the photograph to which the intrinsics refer.
   glm::dvec2 photograph_size() const;
 
+  /// The camera with the lens's pose and the photograph's size, to be drawn through the lens.
+  Camera taken() const;
+
   /// The photograph's pixel at a pixel of the camera. Unset if the lens does not show the
   /// direction, or if the photograph ends before it or, of a face, before a pixel from which it is
   /// interpolated.
@@ -87,6 +90,9 @@ struct LensCamera {
 /// The lens with its limit. A panorama gets its intrinsics, which follow from its size. Throws
 /// Error(input) "WHERE: ..." for numbers out of range, and NotFinite.
 Lens checked_lens(Lens lens, const std::string& where);
+
+/// True if no pinhole camera of the same focal lengths shows the same picture.
+bool distorts(const Lens& lens);
 
 /// The camera of a lens; without distortion it has none. Throws as checked_lens() and
 /// undistorted_camera() do.

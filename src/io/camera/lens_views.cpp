@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <glm/geometric.hpp>
 
 #include "base/fail.h"
@@ -28,6 +29,7 @@ double angle_between(const glm::dvec3& a, const glm::dvec3& b) {
 
 // The most pixels per radian, away from the axis, at points all over the picture.
 double densest_pixels(const Lens& lens) {
+  if (lens.model->plane == LensPlane::panorama) return std::max(lens.focal_px.x, lens.focal_px.y);
   constexpr int kPoints = 24;  // per side
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i <= kPoints * (kPoints + 2); ++i) {
@@ -50,9 +52,9 @@ LensView panorama_view(double degrees) {
     Lens lens{find_lens_model("EQUIRECTANGULAR"), size};
     lens.focal_px = glm::dvec2(180 / degrees, 1) * lens.size_px / std::numbers::pi;
     lens.center_px = 0.5 * lens.size_px - 0.5;
-    return sized(lens, std::max(lens.focal_px.x, lens.focal_px.y));
+    return sized(lens, densest_pixels(lens));
   };
-  return {fmt::format("equirectangular of {:g} degrees", degrees), at};
+  return {fmt::format("equirectangular of {} degrees", degrees), at};
 }
 
 LensView fisheye_view(double degrees) {
@@ -63,7 +65,7 @@ LensView fisheye_view(double degrees) {
     lens.center_px = 0.5 * lens.size_px - 0.5;
     return sized(lens, lens.focal_px.x);
   };
-  return {fmt::format("fisheye of {:g} degrees", degrees), at};
+  return {fmt::format("fisheye of {} degrees", degrees), at};
 }
 
 LensView parallel_view(double height) {
@@ -75,7 +77,9 @@ LensView photograph_view(const Lens& lens) {
     const Lens scaled = lens.scaled(glm::dvec2(size) / lens.size_px);
     return sized(scaled, densest_pixels(scaled));
   };
-  return {std::string(lens.model->name), at};
+  return {fmt::format("{},{},{},{}", lens.model->name, lens.size_px.x, lens.size_px.y,
+                      fmt::join(colmap_parameters(lens), ",")),
+          at};
 }
 
 Lens parse_lens(const std::string& text, const std::string& where) {

@@ -10,7 +10,7 @@
 
 #include <glm/vec2.hpp>
 
-#include "raster/select/gaussian_set.h"
+#include "raster/scene/gaussian_set.h"
 
 namespace qs {
 

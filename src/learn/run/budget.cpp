@@ -24,7 +24,7 @@ constexpr double kGrowthBegin = 0.05, kGrowthEnd = kBudgetGrowthEnd;
 constexpr int kLeastChangeInterval = 100, kMostChanges = 60, kDecays = 9;
 constexpr double kLastInterval = 0.75;  // at least, times the usual one
 constexpr double kPixelsPerGaussian = 200;
-constexpr std::size_t kIterationsPerView = 120, kLeastIterations = 7'000, kMostIterations = 30'000;
+constexpr std::size_t kIterationsPerView = 70, kLeastIterations = 3'000, kMostIterations = 30'000;
 constexpr double kRounding = 1e-6;
 constexpr double kFirstBudgetMeanRate = 1.6e-4, kLastBudgetMeanRate = 1.6e-5;  // times the extent
 constexpr double kRatesFallFrom = 0.7, kFallenRates = 0.1;

@@ -130,7 +130,7 @@ inline constexpr double kBudgetGrowthEnd = 0.7;  ///< time of the run, see Pace
 /// The number of Gaussians at the end of growth.
 std::size_t budget_target(const TrainSettings& settings, const RunFacts& run);
 bool budget_changes_after(const RunFacts& run, int iteration);
-/// 120 for each training view, from 7,000 to 30,000.
+/// 70 for each training view, from 3,000 to 30,000.
 int budget_iterations(std::size_t views);
 
 }  // namespace qs::train

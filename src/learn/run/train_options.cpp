@@ -136,7 +136,7 @@ void follow_data(const TrainOptions& options, const DataSet& data, TrainSettings
                                                          : budget_target(settings, facts) / 2);
 }
 
-// "budget: 10,080 iterations, 201,600 Gaussians"; a start that has more keeps its number.
+// "budget: 5,880 iterations, 201,600 Gaussians"; a start that has more keeps its number.
 void tell_budget(const TrainOptions& options, const DataSet& data) {
   const TrainSettings& settings = options.settings;
   const RunFacts facts = run_facts_of(data, settings.given_pace());
@@ -245,7 +245,7 @@ void declare_model_options(OptionTable& table, TrainOptions& options) {
       "trains with the opacity compensation of Mip-Splatting (default: off)");
   table.integer(
       "--iterations", "N", 1, 10'000'000, options.iterations,
-      "training steps (default: with strategy budget 120 for each training view, from 7000 to "
+      "training steps (default: with strategy budget 70 for each training view, from 3000 to "
       "30000; else 30000)");
   table.real("--seconds", "S", 0.1, 1e6, settings.seconds,
              "with strategy budget: trains for S seconds, without evaluations; the number of "

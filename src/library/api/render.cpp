@@ -73,14 +73,15 @@ QsCounts counts_of(const Frame& frame) {
 
 /// A view of a call, checked.
 struct CheckedView {
-  Camera camera;
+  DrawnCamera drawn;
   QsPicture picture;
   Place of_maps;
   Where where;
 };
 
 void store_frame(const Frame& frame, const CheckedView& view, const Use& use) {
-  const auto& [camera, picture, of_maps, where] = view;
+  const auto& [drawn, picture, of_maps, where] = view;
+  const Camera& camera = drawn.camera;
   const auto save = [&](const QsArray& array, const auto& values, int rows, int columns,
                         int channels = 1) {
     if (!is_absent(array)) store(array, use.pool(), values.data(), rows, columns, channels);
@@ -104,14 +105,20 @@ CheckedView view_at(const QsCamera* cameras, const QsPicture* pictures, std::uin
   const auto index = static_cast<std::int64_t>(number);
   const Where of_cameras{"qs_render", "cameras", index};
   const Where of_pictures{"qs_render", "pictures", index};
-  CheckedView view{camera_of(element(cameras, number, of_cameras), of_cameras),
+  CheckedView view{drawn_camera_of(element(cameras, number, of_cameras), of_cameras),
                    read_struct(element(pictures, number, of_pictures), of_pictures),
                    {},
                    of_pictures};
   view.of_maps = place_of_maps(view.picture);
-  check_picture(view.picture, view.of_maps, view.camera,
-                TileGrid::of_image(view.camera.width, view.camera.height, settings.tile_px),
-                of_pictures);
+  const Camera& camera = view.drawn.camera;
+  check_picture(view.picture, view.of_maps, camera,
+                TileGrid::of_image(camera.width, camera.height, settings.tile_px), of_pictures);
+  if (view.drawn.has_faces() && !(is_absent(view.picture.evaluated) &&
+                                  is_absent(view.picture.pairs) && is_absent(view.picture.used)))
+    refuse(of_pictures,
+           "a camera with the model {} is drawn by several pictures, so evaluated, pairs and used "
+           "must be absent",
+           view.drawn.lens->model->name);
   if (settings.mode == kReferenceMode &&
       !(is_absent(view.picture.pairs) && is_absent(view.picture.used)))
     refuse(of_pictures, "mode reference has no tile lists, so pairs and used must be absent");
@@ -124,7 +131,7 @@ int32_t qs_render(QsSceneHandle* scene, const QsCamera* cameras, uint64_t views,
                   const QsSettings* settings, const QsPicture* pictures, char* message) {
   return library::call(__func__, message, [&](const char* function) {
     require(scene, {function, "scene"});
-    const RenderSettings chosen = settings_of(settings, {function, "settings"});
+    RenderSettings chosen = settings_of(settings, {function, "settings"});
     const Use use(scene->scene.context(), {function, "scene"});
     for (std::uint64_t i = 0; i < views; ++i) {
       const CheckedView view = view_at(cameras, pictures, i, chosen);
@@ -135,10 +142,11 @@ int32_t qs_render(QsSceneHandle* scene, const QsCamera* cameras, uint64_t views,
     Renderer& renderer = scene->scene.renderer(use.stop());
     for (std::uint64_t i = 0; i < views; ++i) {
       const CheckedView view = view_at(cameras, pictures, i, chosen);
+      chosen.lens = view.drawn.view();
       const Target target = view.of_maps.is_gpu() ? Target(DeviceImage{}) : Target(HostImage{});
       store_frame(
-          renderer.render(view.camera, chosen, outputs_of(view.picture), target, use.stop()), view,
-          use);
+          renderer.render(view.drawn.camera, chosen, outputs_of(view.picture), target, use.stop()),
+          view, use);
     }
   });
 }

@@ -5,9 +5,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <type_traits>
 #include <vector>
 
+#include "io/camera/lens.h"
 #include "learn/diff/gaussians.h"
 #include "learn/diff/rules.h"
 #include "library/check/arrays.h"
@@ -19,11 +22,26 @@ namespace qs::library {
 
 // Cameras and settings of the caller as the renderer takes them.
 
+/// A camera of the caller.
+struct DrawnCamera {
+  Camera camera;
+  std::optional<Lens> lens = {};  ///< unset: a pinhole camera, or parallel rays
+  double height = 0;              ///< above 0: of a picture of parallel rays, world units
+
+  bool has_faces() const { return lens.has_value(); }
+  bool is_pinhole() const { return !lens && height == 0; }
+  /// For RenderSettings::lens.
+  std::shared_ptr<const LensView> view() const;
+};
+
 /// Throws Error(usage).
+DrawnCamera drawn_camera_of(const QsCamera* camera, const Where& where);
+
+/// A pinhole camera: others throw Error(usage).
 Camera camera_of(const QsCamera* camera, const Where& where);
 
 /// The members of QsCamera but its size.
-QsCamera camera_struct(const Camera& camera);
+QsCamera camera_struct(const DrawnCamera& camera);
 
 /// The number of a culling mode, the default mode for null. Throws Error(usage).
 CullMode mode_of(const char* name, const Where& where);

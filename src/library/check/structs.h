@@ -19,6 +19,7 @@ namespace qs::library {
 /// its first size.
 template <class T>
 constexpr std::size_t first_bytes() {
+  if (std::is_same_v<T, QsCamera>) return 152;
   if (std::is_same_v<T, QsInputs>) return 888;
   if (std::is_same_v<T, QsStageFrame>) return 72;
   if (std::is_same_v<T, QsGaussians>) return 544;

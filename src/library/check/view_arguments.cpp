@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "io/camera/camera_formats.h"
+#include "io/camera/colmap.h"
+#include "io/camera/lens_views.h"
 #include "library/check/stage_arguments.h"
 #include "library/check/structs.h"
 #include "raster/kernel/tile_grid.h"
@@ -12,6 +18,7 @@ namespace qs::library {
 namespace {
 
 constexpr int kLongestSide = 65535;  // pixels
+constexpr std::string_view kOrthographic = "ORTHOGRAPHIC";
 
 void check_side(int pixels, const Where& where) {
   if (pixels < 1 || pixels > kLongestSide)
@@ -24,14 +31,46 @@ double in_range(double value, double low, double high, const Where& where) {
   return value;
 }
 
-}  // namespace
+// The intrinsics by the model. Parameters that it does not have are 0.
+void set_model(DrawnCamera& drawn, const QsCamera& given, const Where& where) {
+  const std::string name(given.model, strnlen(given.model, sizeof(given.model)));
+  const bool is_parallel = name == kOrthographic;
+  const LensModel* const model = find_lens_model(name);
+  if (!is_parallel && model == nullptr)
+    refuse(where / "model", "'{}' is no camera model of COLMAP, and not {}", name, kOrthographic);
+  for (const double value :
+       {given.focal_px[0], given.focal_px[1], given.center_px[0], given.center_px[1]})
+    if (value != 0)
+      refuse(where / "model", "{} has its parameters, so focal_px and center_px must be 0", name);
+  const auto count = static_cast<std::size_t>(is_parallel ? 1 : model->parameters());
+  if (given.parameter_count != count)
+    refuse(where / "parameters", "{} has {} of them, but {} are given", name, count,
+           given.parameter_count);
+  const std::span used = std::span(given.parameters).first(count);
+  Camera& camera = drawn.camera;
+  if (is_parallel) {
+    drawn.height = in_range(used[0], 1e-12, 1e12, where / "parameters");
+    camera.focal_px = glm::dvec2(camera.height / drawn.height);
+    camera.center_px = 0.5 * glm::dvec2(camera.width - 1, camera.height - 1);
+    return;
+  }
+  const Lens lens = checked_lens(colmap_lens({*model,
+                                              static_cast<std::uint64_t>(camera.width),
+                                              static_cast<std::uint64_t>(camera.height),
+                                              {used.begin(), used.end()}},
+                                             where.text()),
+                                 where.text());
+  camera.focal_px = lens.focal_px;
+  camera.center_px = lens.center_px;
+  if (distorts(lens)) drawn.lens = lens;
+}
 
-Camera camera_of(const QsCamera* camera, const Where& where) {
-  const QsCamera given = read_struct(camera, where);
-  if (given.reserved != 0) refuse(where / "reserved", "is not 0");
+DrawnCamera checked_camera(const QsCamera& given, const Where& where) {
+  if (given.reserved != 0 || given.reserved2 != 0) refuse(where / "reserved", "is not 0");
   check_side(given.width, where / "width");
   check_side(given.height, where / "height");
-  Camera result;
+  DrawnCamera drawn;
+  Camera& result = drawn.camera;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column)
       result.view_from_world[column][row] = given.view_from_world[4 * row + column];
@@ -44,30 +83,63 @@ Camera camera_of(const QsCamera* camera, const Where& where) {
   if (!(error < kMaxRotationError))
     refuse(where / "view_from_world", "its rotation is not a rotation matrix (off by {:.2g})",
            error);
-  if (!(given.focal_px[0] > 0 && given.focal_px[1] > 0))
+  if (given.model[0] != 0)
+    set_model(drawn, given, where);
+  else if (given.parameter_count != 0 ||
+           std::ranges::any_of(given.parameters, [](double value) { return value != 0; }))
+    refuse(where / "model", "is empty, but there are parameters");
+  else if (!(given.focal_px[0] > 0 && given.focal_px[1] > 0))
     refuse(where / "focal_px", "{:.6g} and {:.6g} are not above 0", given.focal_px[0],
            given.focal_px[1]);
   if (!(given.near_depth >= 0)) refuse(where / "near_depth", "{:.6g} is below 0", given.near_depth);
-  try {
-    check_camera(result, where.text());
-  } catch (const Error& error_of_values) {
-    throw Error(ErrorKind::usage, error_of_values.what());
-  }
-  return result;
+  check_camera(result, where.text());
+  return drawn;
 }
 
-QsCamera camera_struct(const Camera& camera) {
+}  // namespace
+
+std::shared_ptr<const LensView> DrawnCamera::view() const {
+  if (is_pinhole()) return nullptr;
+  return std::make_shared<const LensView>(lens ? photograph_view(*lens) : parallel_view(height));
+}
+
+DrawnCamera drawn_camera_of(const QsCamera* camera, const Where& where) {
+  const QsCamera given = read_struct(camera, where);
+  try {
+    return checked_camera(given, where);
+  } catch (const Error& error) {
+    throw Error(ErrorKind::usage, error.what());
+  }
+}
+
+Camera camera_of(const QsCamera* camera, const Where& where) {
+  const DrawnCamera drawn = drawn_camera_of(camera, where);
+  if (!drawn.is_pinhole())
+    refuse(where / "model", "{} is drawn by qs_render() alone, and this takes a pinhole camera",
+           drawn.lens ? drawn.lens->model->name : kOrthographic);
+  return drawn.camera;
+}
+
+QsCamera camera_struct(const DrawnCamera& drawn) {
+  const Camera& camera = drawn.camera;
   QsCamera result{};
   result.width = camera.width;
   result.height = camera.height;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column)
       result.view_from_world[4 * row + column] = camera.view_from_world[column][row];
-  for (int axis = 0; axis < 2; ++axis) {
+  result.near_depth = camera.near_depth;
+  for (int axis = 0; axis < 2 && drawn.is_pinhole(); ++axis) {
     result.focal_px[axis] = camera.focal_px[axis];
     result.center_px[axis] = camera.center_px[axis];
   }
-  result.near_depth = camera.near_depth;
+  if (drawn.is_pinhole()) return result;
+  copy_text(drawn.lens ? drawn.lens->model->name : kOrthographic, result.model,
+            sizeof(result.model));
+  const std::vector<double> parameters =
+      drawn.lens ? colmap_parameters(*drawn.lens) : std::vector{drawn.height};
+  result.parameter_count = static_cast<std::uint32_t>(parameters.size());
+  std::ranges::copy(parameters, result.parameters);
   return result;
 }
 
@@ -115,9 +187,19 @@ using namespace qs::library;
 
 int32_t qs_camera_resize(QsCamera* camera, int32_t width, int32_t height, char* message) {
   return library::call(__func__, message, [&](const char* function) {
-    const Camera given = camera_of(camera, {function, "camera"});
+    const Where where{function, "camera"};
+    DrawnCamera given = drawn_camera_of(camera, where);
     check_side(width, {function, "width"});
     check_side(height, {function, "height"});
-    write_struct(camera_struct(given.resized(width, height)), camera, {function, "camera"});
+    given.camera = given.camera.resized(width, height);
+    if (given.lens) {
+      given.lens->size_px = {width, height};
+      given.lens->focal_px = given.camera.focal_px;
+      given.lens->center_px = given.camera.center_px;
+    }
+    QsCamera resized = camera_struct(given);
+    resized.size = sizeof(resized);
+    drawn_camera_of(&resized, where);  // throws
+    write_struct(resized, camera, where);
   });
 }

@@ -20,6 +20,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "raster/kernel/blend.h"
@@ -28,6 +29,7 @@
 #include "raster/kernel/tile_grid.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
+#include "raster/scene/gaussian_set.h"
 #include "raster/scene/image.h"
 
 namespace qs {
@@ -205,7 +207,7 @@ struct RenderStats {
   float stage_ms[kStageCount] = {};  ///< index = Stage; CUDA: 0 without Outputs::stage_times
   /// The pipeline that drew the frame: `classic` also draws views that CUDA's `fast` cannot draw.
   Pipeline pipeline = kDefaultPipeline;
-  std::uint32_t gaussians = 0;  ///< in the cloud
+  std::uint32_t gaussians = 0;  ///< in the cloud, of the set of Renderer::set_drawn()
   // These three are 0 if the frame left out hidden Gaussians. Then Outputs::mode_pairs sets the
   // first two, if it counts the frame's view.
   std::uint32_t visible = 0;     ///< Gaussians with at least one tile
@@ -272,15 +274,30 @@ class Renderer {
  public:
   virtual ~Renderer() = default;
 
-  /// Replaces the scene. `cloud` is not null and does not change afterwards; `progress` may be
-  /// empty. The renderer may keep `cloud` until the next upload. The old scene leaves the GPU
-  /// before the new scene comes. Throws Error (no memory) and Cancelled; then the old scene is
-  /// drawn again.
+  /// Replaces the scene. `cloud` is not null and changes afterwards only as update() says;
+  /// `progress` may be empty. The renderer may keep `cloud` until the next upload. The old scene
+  /// leaves the GPU before the new scene comes. Throws Error (no memory) and Cancelled; then the
+  /// old scene is drawn again.
   virtual void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) = 0;
 
   /// The same for a cloud that the caller does not share.
   void upload(GaussianCloud cloud, const Progress& progress) {
     upload(std::make_shared<const GaussianCloud>(std::move(cloud)), progress);
+  }
+
+  /// Later frames draw only the Gaussians of the set, by their indices in the uploaded cloud; a set
+  /// of size 0 stands for all, as after upload(). Frames equal frames of a cloud of these Gaussians
+  /// in the same order, but a Trace keeps the indices of the uploaded cloud. Changes nothing if it
+  /// throws Error(device): there is no memory, or the renderer cannot leave out Gaussians.
+  virtual void set_drawn(GaussianSet) {
+    throw Error(ErrorKind::device, "the renderer cannot leave out Gaussians");
+  }
+
+  /// Reads the Gaussians of these indices again, which the caller has changed in the uploaded
+  /// cloud. Frames then equal frames of the cloud as it is now. Throws Error(device), also if the
+  /// renderer cannot do it; then upload() must follow.
+  virtual void update(std::span<const std::uint32_t>) {
+    throw Error(ErrorKind::device, "the renderer cannot change single Gaussians");
   }
 
   /// Renders a frame of the uploaded scene and returns when it is finished. A scene must have been

@@ -25,6 +25,22 @@ class CpuRenderer final : public Renderer {
     cloud_ = std::move(cloud);
     fast_.upload(std::move(scene));
     classic_ = {};
+    drawn_ = GaussianSet();
+    drawn_count_ = cloud_->size();
+  }
+
+  void set_drawn(GaussianSet drawn) override {
+    assert(drawn.size() == 0 || drawn.size() == cloud_->size());
+    fast_.set_drawn(drawn, pool_);
+    drawn_count_ = drawn.size() == 0 ? cloud_->size() : drawn.count();
+    drawn_ = std::move(drawn);
+  }
+
+  void update(std::span<const std::uint32_t> changed) override {
+    classic_.update(*cloud_, changed);
+    if (fast_.update(*cloud_, changed, pool_)) return;
+    fast_.upload(fast::make_scene(*cloud_, pool_));
+    fast_.set_drawn(drawn_, pool_);
   }
 
   void report_frames_to(std::function<void(float fraction)> report) override {
@@ -52,7 +68,7 @@ class CpuRenderer final : public Renderer {
         *cloud_,  camera,
         settings, TileGrid::of_image(camera.width, camera.height, settings.tile_px),
         pool_,    std::move(stop),
-        report_};
+        report_,  drawn()};
     prepare_result(frame, outputs);
     if (classic) result_.stats.pipeline = Pipeline::classic;  // tiles of other sizes, too
     if (reference) {
@@ -77,11 +93,13 @@ class CpuRenderer final : public Renderer {
   }
 
  private:
+  const GaussianSet* drawn() const { return drawn_.size() == 0 ? nullptr : &drawn_; }
+
   void count_modes(const FrameContext& frame, const std::optional<CountedView>& counted) {
     const Stopwatch clock;
     const auto& [camera, settings] = counted.value_or(CountedView{frame.camera, frame.settings});
     const TileGrid grid = TileGrid::of_image(camera.width, camera.height, settings.tile_px);
-    const FrameContext view{*cloud_, camera, settings, grid, pool_, frame.stop};
+    const FrameContext view{*cloud_, camera, settings, grid, pool_, frame.stop, {}, drawn()};
     mode_sums_.begin(pool_);
     if (settings.pipeline == Pipeline::fast && settings.tile_px == kTileSize) {
       fast_.count_modes(view, mode_sums_);
@@ -98,7 +116,7 @@ class CpuRenderer final : public Renderer {
     const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     result_.grid = frame.grid;
     result_.stats = {};
-    result_.stats.gaussians = static_cast<std::uint32_t>(cloud_->size());
+    result_.stats.gaussians = static_cast<std::uint32_t>(drawn_count_);
     result_.stats.threads = pool_.size();
     result_.stats.pipeline = frame.settings.pipeline;
     result_.pairs.clear();
@@ -118,6 +136,8 @@ class CpuRenderer final : public Renderer {
 
   ThreadPool& pool_;
   std::shared_ptr<const GaussianCloud> cloud_ = std::make_shared<const GaussianCloud>();
+  GaussianSet drawn_;  // of size 0: all
+  std::size_t drawn_count_ = 0;
   std::function<void(float fraction)> report_;
   Classic classic_;
   fast::FastPipeline fast_;

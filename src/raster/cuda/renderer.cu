@@ -34,9 +34,37 @@ class CudaRenderer final : public Renderer {
   void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
     select_device();
     clouds_ = {};  // the old scene is uploaded again if the new one does not fit
-    making_room([&] { return free_buffers(); }, [&] { upload_in(Order::space, *cloud, progress); });
+    making_room([&] { return free_buffers(); },
+                [&] { upload_in(Order::space, *cloud, GaussianSet(), progress); });
     scene_ = std::move(cloud);
+    drawn_ = GaussianSet();
+    drawn_count_ = scene_->size();
     rest_of_fast_ = 0;
+  }
+
+  void set_drawn(GaussianSet drawn) override {
+    assert(drawn.size() == 0 || drawn.size() == scene_->size());
+    select_device();
+    std::array<DeviceBuffer<std::uint32_t>, 2> uploaded;
+    making_room([&] { return free_buffers(); },
+                [&] {
+                  for (std::size_t order = 0; order < clouds_.size(); ++order)
+                    if (clouds_[order])
+                      uploaded[order] = upload_drawn(drawn, *clouds_[order], stream_);
+                });
+    for (std::size_t order = 0; order < clouds_.size(); ++order)
+      if (clouds_[order]) clouds_[order]->drawn = std::move(uploaded[order]);
+    drawn_count_ = drawn.size() == 0 ? scene_->size() : drawn.count();
+    drawn_ = std::move(drawn);
+  }
+
+  void update(std::span<const std::uint32_t> changed) override {
+    select_device();
+    for (std::optional<DeviceCloud>& cloud : clouds_) try {
+        if (cloud && !cuda::update(*scene_, changed, pool_, stream_, *cloud)) cloud.reset();
+      } catch (const Error&) {
+        cloud.reset();  // the next frame uploads the scene as it is now
+      }
   }
 
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
@@ -115,7 +143,7 @@ class CudaRenderer final : public Renderer {
     result_.color = std::move(color);
     result_.color.channels = 3;
     result_.grid = grid;
-    result_.stats.gaussians = static_cast<std::uint32_t>(scene_->size());
+    result_.stats.gaussians = static_cast<std::uint32_t>(drawn_count_);
   }
 
   /// False while `classic` draws because `fast` could not, and both orders do not fit.
@@ -147,7 +175,7 @@ class CudaRenderer final : public Renderer {
     if (!cloud(order).has_value()) {
       const std::uint64_t bytes = scene_bytes(*scene_, order);
       if (bytes > DeviceMemory::now().free / 2) clouds_ = {};
-      upload_in(order, *scene_, {{}, stop});
+      upload_in(order, *scene_, drawn_, {{}, stop});
     }
     return *cloud(order);
   }
@@ -156,9 +184,11 @@ class CudaRenderer final : public Renderer {
     return clouds_[static_cast<std::size_t>(order)];
   }
 
-  void upload_in(Order order, const GaussianCloud& scene, const Progress& progress) {
+  void upload_in(Order order, const GaussianCloud& scene, const GaussianSet& drawn,
+                 const Progress& progress) {
     DeviceCloud uploaded;
     cuda::upload(scene, order, pool_, progress, stream_, uploaded);
+    uploaded.drawn = upload_drawn(drawn, uploaded, stream_);
     cloud(order) = std::move(uploaded);
   }
 
@@ -212,6 +242,8 @@ class CudaRenderer final : public Renderer {
   Stream stream_;
   StageClock clock_;
   std::shared_ptr<const GaussianCloud> scene_ = std::make_shared<const GaussianCloud>();
+  GaussianSet drawn_;  // of size 0: all
+  std::size_t drawn_count_ = 0;
   std::array<std::optional<DeviceCloud>, 2> clouds_;  // by order, on the GPU
   Pixels pixels_;
   GlTarget gl_target_;

@@ -43,6 +43,9 @@ struct LensMap {
   static constexpr std::uint8_t kNoFace = 255;
 };
 
+/// The maps that are kept: of the view at rest and of the moving one.
+inline constexpr std::size_t kMostMaps = 2;
+
 /// `faces`: kManyFaces or kFewFaces.
 LensMap make_lens_map(const SizedLens& lens, glm::ivec2 size, int faces, ThreadPool& pool);
 

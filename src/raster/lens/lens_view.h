@@ -26,7 +26,8 @@ struct SizedLens {
 inline constexpr int kManyFaces = 24, kFewFaces = 6;
 
 struct LensView {
-  std::string text;  ///< names the lens to users
+  /// Names the lens to users, with all its numbers: lenses of equal texts are equal.
+  std::string text;
   /// The lens in front of the picture of one eye. Null: the rays are parallel.
   std::function<SizedLens(glm::ivec2 size)> sized = {};
   double height = 0;                  ///< of a picture of parallel rays, world units, > 0

@@ -48,6 +48,10 @@ Camera look_at(glm::dvec3 position, glm::dvec3 target, glm::dvec3 up, double ver
 
 namespace {
 
+/// A Gaussian outside of a face reaches into it, so its Jacobian is taken at the face's edge and
+/// not beyond. Measured in docs/log/lenses.md; the pinhole's kSlopeMargin is as published.
+constexpr double kFaceSlopeMargin = 0.9;
+
 /// View::slope_limit.
 glm::dvec2 slope_limit(const Camera& camera) {
   const glm::dvec2 size(camera.width, camera.height);
@@ -57,7 +61,7 @@ glm::dvec2 slope_limit(const Camera& camera) {
   // A face is cut to the pixels that are used, so its axis may be far from the middle. Its limit is
   // the same along both axes, so that it changes little with the cut.
   const glm::dvec2 farthest = glm::max(camera.center_px + 0.5, size - 0.5 - camera.center_px);
-  return glm::dvec2(kSlopeMargin * glm::max(farthest.x, farthest.y)) / camera.focal_px;
+  return glm::dvec2(kFaceSlopeMargin * glm::max(farthest.x, farthest.y)) / camera.focal_px;
 }
 
 /// The point from which a Gaussian's colour is seen. Parallel rays come from so far behind the

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "raster/kernel/hd.h"
+
 namespace qs {
 
 /// The four pixels around a position along one axis, and their weights, whose sum is 1.
@@ -13,7 +15,7 @@ struct CubicTaps {
   float weights[4];
 };
 
-inline CubicTaps cubic_taps(double position) {
+QS_HD CubicTaps cubic_taps(double position) {
   const double pixel = std::floor(position);
   const auto t = static_cast<float>(position - pixel);
   return {static_cast<int>(pixel) - 1,

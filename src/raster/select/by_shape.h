@@ -4,7 +4,7 @@
 #pragma once
 
 #include "raster/api/renderer.h"
-#include "raster/select/gaussian_set.h"
+#include "raster/scene/gaussian_set.h"
 #include "raster/select/shape.h"
 
 namespace qs {

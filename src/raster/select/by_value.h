@@ -9,7 +9,7 @@
 #include <glm/vec3.hpp>
 
 #include "raster/scene/gaussian_cloud.h"
-#include "raster/select/gaussian_set.h"
+#include "raster/scene/gaussian_set.h"
 
 namespace qs {
 

@@ -15,9 +15,9 @@
 #include <glm/vec3.hpp>
 
 #include "raster/scene/camera.h"
+#include "raster/scene/gaussian_set.h"
 #include "raster/scene/removal.h"
 #include "raster/select/by_value.h"
-#include "raster/select/gaussian_set.h"
 
 namespace qs {
 

@@ -11,8 +11,8 @@
 
 #include "base/progress.h"
 #include "raster/api/renderer.h"
+#include "raster/scene/gaussian_set.h"
 #include "raster/select/edit_step.h"
-#include "raster/select/gaussian_set.h"
 #include "raster/select/shape.h"
 
 namespace qs {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <numbers>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -15,6 +16,7 @@
 #include "app/support/run_program.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
+#include "io/camera/lens_views.h"
 #include "io/camera/photographs.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
@@ -348,6 +350,95 @@ TEST_F(Eval, photographs_of_wide_lenses_are_compared_face_by_face) {
     EXPECT_THAT(run.err, HasSubstr(row.used));
     EXPECT_EQ(std::ranges::count(run.out, '\n'), static_cast<long>(row.faces) + 1) << run.out;
   }
+}
+
+// Photographs are views drawn through their lens and 0.1 brighter, with rubbish where the lens
+// shows nothing.
+TEST_F(Eval, photographs_are_compared_in_their_own_lens) {
+  constexpr double kPi = std::numbers::pi;
+  struct Row {
+    const char* lens;
+    int width, height;
+    std::size_t faces;
+    double shown;  // of the area
+  };
+  const Row rows[] = {
+      // A circle of pi times the focal length.
+      {"SIMPLE_FISHEYE 60 60 8 30 30", 60, 60, 6, kPi * kPi * kPi * 64 / 3600},
+      {"OPENCV_FISHEYE 64 48 22 22 32 24 0.02 0 0 0", 64, 48, 5, 1},
+      {"EQUIRECTANGULAR 120 60 120 60", 120, 60, 6, 1},
+      {"EUCM 60 60 20 20 30 30 0.6 1.1", 60, 60, 5, 1},
+      {"SIMPLE_RADIAL 60 40 60 30 20 -0.05", 60, 40, 1, 1},
+      {"PINHOLE 60 40 60 60 30 20", 60, 40, 1, 0},
+  };
+  const auto folder = folder_ / "wide";
+  std::filesystem::create_directories(folder / "images");
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(test::random_cloud(400, 1, 5), {});
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.lens);
+    std::ofstream(folder / "cameras.txt") << "1 " << row.lens << "\n";
+    std::ofstream(folder / "images.txt") << "1 1 0 0 0 0 0 1 1 a.pfm\n\n";
+    std::string words = row.lens;
+    std::ranges::replace(words, ' ', ',');
+    const Lens lens = parse_lens(words.starts_with("EQUI") ? "EQUIRECTANGULAR,120,60" : words, "");
+    RenderSettings settings;
+    settings.lens = std::make_shared<const LensView>(photograph_view(lens));
+    Camera camera = test::front_camera(row.width, row.height);
+    camera.view_from_world = glm::dmat4x3(1.0);
+    camera.view_from_world[3] = {0, 0, 1};
+    Image photograph = renderer->render(camera, settings).color;
+    clamp_to_unit(photograph);
+    const SizedLens sized = settings.lens->sized({row.width, row.height});
+    for (std::size_t i = 0; i < photograph.values.size(); ++i) {
+      const auto width = static_cast<std::size_t>(row.width);
+      const bool is_shown = sized.direction({i / 3 % width, i / 3 / width}).has_value();
+      photograph.values[i] = is_shown ? photograph.values[i] + 0.1f : 0.9f;
+    }
+    write_image(photograph, folder / "images/a.pfm");
+    const auto run = [&](std::vector<std::string> more) {
+      more.insert(more.begin(), {"eval", (folder_ / "scene.ply").string(), "--backend", "cpu",
+                                 "--cull", "quadbox,3dgs", "--lens-eval", "--cameras",
+                                 folder.string(), "--images", (folder / "images").string()});
+      return run_quadsplat(more);
+    };
+    const ProgramRun table = run({"--json", (folder_ / "lens.json").string(), "--overwrite"});
+    ASSERT_EQ(table.exit_code, 0) << table.err;
+    const json found = json::parse(test::content_of(folder_ / "lens.json"));
+    ASSERT_EQ(found["views"].size(), 2 * row.faces);
+    const bool has_lens = row.shown > 0;
+    EXPECT_EQ(table.out.find("in the lens: PSNR") != std::string::npos, has_lens);
+    EXPECT_EQ(table.err.find("--lens-eval: no photograph has a lens") != std::string::npos,
+              !has_lens);
+    for (std::size_t i = 0; i < found["views"].size(); ++i)
+      EXPECT_EQ(found["views"][i].contains("lens_psnr"), has_lens && i < 2) << i;
+    if (!has_lens) continue;
+    for (const json& entry : {found["views"][0], found["means"][0], found["views"][1]}) {
+      const double tolerance = entry["mode"] == "3dgs" ? 0.01 : 1e-4;  // it drops a little
+      EXPECT_NEAR(entry["lens_psnr"].get<double>(), 20, tolerance);
+      EXPECT_NEAR(entry["lens_shown"].get<double>(), row.shown, 0.01);
+      EXPECT_GT(entry["lens_ssim"].get<double>(), 0.3);
+    }
+    EXPECT_EQ(found["means"][0]["photographs"], 1);
+    EXPECT_EQ(found["means"][0]["views"], row.faces);
+    const ProgramRun csv = run({"--csv", "-"});
+    EXPECT_THAT(csv.out, HasSubstr(",psnr,ssim,lens_psnr,lens_ssim,lens_shown\n"));
+    if (row.faces > 1) {
+      EXPECT_THAT(csv.out, EndsWith(",,,\n"));
+    }
+    const EvalReport again = parse_eval_report(nlohmann::ordered_json(
+        nlohmann::ordered_json::parse(test::content_of(folder_ / "lens.json"))));
+    EXPECT_EQ(format_eval_csv(again), csv.out);
+    // Half the size: a pixel counts if the lens shows all four of the photograph's.
+    const ProgramRun half = run({"--images-scale", "2", "--json", "-"});
+    const json small = json::parse(half.out);
+    EXPECT_NEAR(small["views"][0]["lens_psnr"].get<double>(), 20, 1e-3);
+    EXPECT_LE(small["views"][0]["lens_shown"].get<double>(), row.shown + 0.005);
+    EXPECT_GT(small["views"][0]["lens_shown"].get<double>(), row.shown - 0.06);
+  }
+  const ProgramRun sized = eval({"--lens-eval", "--size", "30x20"});
+  EXPECT_EQ(sized.exit_code, 1);
+  EXPECT_THAT(sized.err, HasSubstr("--lens-eval draws at the size of the photographs' camera"));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Scenes and pictures through the C interface with arrays in the memory of a GPU.
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
@@ -70,6 +71,28 @@ TEST_F(CudaLibraryPictures, on_the_gpu_equal_pictures_on_the_host) {
     EXPECT_EQ(found.counts.tile_pairs, expected.counts.tile_pairs);
     EXPECT_GT(found.counts.tile_pairs, 0u);
   }
+}
+
+TEST_F(CudaLibraryPictures, through_lenses_stay_on_the_gpu) {
+  QsCamera fisheye = camera;
+  test::set_model(fisheye, "SIMPLE_FISHEYE", {14, 22, 18});
+  Results expected;
+  QsPicture on_host = test::picture_of(expected, fisheye);
+  on_host.evaluated = on_host.pairs = on_host.used = QS_ABSENT;
+  scene().render(fisheye, on_host);
+  Results found;
+  QsPicture picture = test::picture_of(found, fisheye);
+  picture.evaluated = picture.pairs = picture.used = QS_ABSENT;
+  OnGpu on_gpu;
+  place_maps(on_gpu, picture);
+  scene().render(fisheye, picture);
+  on_gpu.give_back();
+  EXPECT_EQ(found.color, expected.color);
+  EXPECT_EQ(found.alpha, expected.alpha);
+  EXPECT_EQ(found.depth, expected.depth);
+  EXPECT_EQ(found.median_depth, expected.median_depth);
+  EXPECT_EQ(found.counts.tile_pairs, expected.counts.tile_pairs);
+  EXPECT_GT(*std::max_element(found.color.begin(), found.color.end()), 0.1f);
 }
 
 TEST_F(CudaLibraryPictures, have_any_strides_and_8_bits_there) {

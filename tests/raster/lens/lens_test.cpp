@@ -82,8 +82,9 @@ GaussianCloud around(std::size_t count, double least, double most, unsigned seed
 }
 
 /// The picture from the eye at the origin by the largest response along each ray, sorted by
-/// distance; without a dilation.
-Image by_rays(const GaussianCloud& cloud, const SizedLens& lens, glm::ivec2 size) {
+/// distance; without a dilation. Centres are at most `reach` degrees from the ray.
+Image by_rays(const GaussianCloud& cloud, const SizedLens& lens, glm::ivec2 size,
+              double reach = 12) {
   struct Ready {
     glm::dvec3 mean;
     glm::dmat3 inverse;
@@ -108,9 +109,10 @@ Image by_rays(const GaussianCloud& cloud, const SizedLens& lens, glm::ivec2 size
       double transmittance = 1;
       glm::dvec3 color(0);
       for (const Ready& each : all) {
-        if (glm::dot(d, each.mean) < std::cos(12 * kDegree) * each.distance) continue;
+        if (glm::dot(d, each.mean) < std::cos(reach * kDegree) * each.distance) continue;
         const glm::dvec3 along = each.inverse * d;
         const double across = glm::dot(along, each.mean);
+        if (across <= 0) continue;  // it is behind the eye
         const double power = each.response - across * across / glm::dot(along, d);
         const double alpha = std::min(0.99, each.opacity * std::exp(-0.5 * power));
         if (alpha < 1.0 / 255) continue;
@@ -171,6 +173,32 @@ TEST(Lens, draws_what_rays_see) {
     const double db = psnr(image, exact, test::pool());
     RecordProperty(each.name, std::to_string(db));
     EXPECT_GE(db, each.view.faces == kFewFaces ? 42 : 45) << each.name;
+  }
+}
+
+// The Jacobian of a Gaussian beyond the edge of a face is taken at the edge. Taken beyond, at 1.3
+// times the slope as of pinhole cameras, these pictures have 32.3, 26.3 and 20.2 dB.
+TEST(Lens, draws_gaussians_that_are_wider_than_a_face) {
+  const struct {
+    std::size_t count;
+    double least, most;  // degrees
+    double db;
+  } rows[] = {{300, 0.2, 10, 34}, {150, 2, 15, 29.5}, {60, 10, 30, 23.5}};
+  const glm::dmat3 turn(glm::mat3_cast(glm::normalize(glm::dquat(0.8, 0.3, -0.4, 0.2))));
+  const glm::ivec2 size(384, 192);
+  const LensView view = panorama_view(360);
+  RenderSettings settings = through(view);
+  settings.dilation = 0;
+  for (const auto& [count, least, most, db] : rows) {
+    const GaussianCloud cloud = around(count, least, most, 1);
+    GaussianCloud seen = cloud;
+    for (std::size_t i = 0; i < count; ++i) {
+      seen.positions[i] = glm::vec3(turn * glm::dvec3(cloud.positions[i]));
+      seen.rotations[i] = glm::quat_cast(glm::mat3(turn)) * cloud.rotations[i];
+    }
+    const Image image = drawn(cloud, turned_camera(eye(size.x, size.y), turn), settings).color;
+    const Image exact = by_rays(seen, view.sized(size), size, 90);
+    EXPECT_GE(psnr(image, exact, test::pool()), db) << most;
   }
 }
 

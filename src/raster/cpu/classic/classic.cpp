@@ -9,6 +9,15 @@ void Classic::activate_once(const GaussianCloud& cloud, ThreadPool& pool) {
   if (active_.gaussians.size() != cloud.size()) active_ = activate(cloud, pool);
 }
 
+void Classic::update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed) {
+  if (active_.gaussians.empty()) return;
+  for (const std::uint32_t i : changed) {
+    const Activated activated = activate(cloud, i);
+    active_.gaussians[i] = activated.gaussian;
+    active_.opacities[i] = activated.opacity;
+  }
+}
+
 void Classic::draw(const FrameContext& frame, const Outputs& outputs, Frame& result) {
   RenderStats& stats = result.stats;
   timed(Stage::preprocess, stats, [&] { preprocess(frame, active_, visible_); });

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
 
 #include "raster/cpu/common/tile_lists.h"
 #include "raster/kernel/blend.h"
@@ -44,6 +45,9 @@ class Classic {
  public:
   /// Activates `cloud` unless that was done. Call it before the other functions.
   void activate_once(const GaussianCloud& cloud, ThreadPool& pool);
+
+  /// Activates Gaussians of `cloud` again.
+  void update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed);
 
   /// Fills `result`, whose maps already have their sizes, except for depth and the frame's time.
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);

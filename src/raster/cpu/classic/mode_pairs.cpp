@@ -22,7 +22,8 @@ void count_with_tiles(const FrameContext& frame, const ActivatedCloud& active, M
                      ModeCounts counts{};
                      for (std::size_t i = begin; i < end; ++i) {
                        Projected projected;
-                       if (!project(view, rules, active.gaussians[i], projected)) continue;
+                       if (!frame.draws(i) || !project(view, rules, active.gaussians[i], projected))
+                         continue;
                        add_tiles(tiles_of_modes<kTilePx>(projected.footprint, frame.grid), counts);
                      }
                      sums.add(worker, counts);

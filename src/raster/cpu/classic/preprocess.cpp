@@ -26,7 +26,7 @@ void preprocess_with(const FrameContext& frame, const ActivatedCloud& active, Vi
     std::size_t slot = begin;
     for (std::size_t i = begin; i < end; ++i) {
       Projected projected;
-      if (!project(view, rules, active.gaussians[i], projected)) continue;
+      if (!frame.draws(i) || !project(view, rules, active.gaussians[i], projected)) continue;
       if (count_tiles<P, kTilePx>(projected.footprint, frame.grid) == 0) continue;
       const glm::vec3 direction = glm::normalize(frame.cloud.positions[i] - view.position);
       const glm::vec3* sh = frame.cloud.sh.data() + i * coefficient_count;

@@ -21,12 +21,14 @@ struct FrameContext {
   ThreadPool& pool;
   std::stop_token stop;
   std::function<void(float fraction)> report = {};  ///< see Renderer::report_frames_to()
+  const GaussianSet* drawn = nullptr;               ///< see Renderer::set_drawn(); null: all
 
   /// Index of a pixel in a map of the image.
   std::size_t pixel(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
            static_cast<std::size_t>(x);
   }
+  bool draws(std::size_t gaussian) const { return drawn == nullptr || (*drawn)[gaussian]; }
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
   FootprintRules rules() const { return footprint_rules(settings, antialiased()); }

@@ -170,7 +170,8 @@ void render_reference(const FrameContext& frame, const Outputs& outputs, Frame& 
   frame.for_chunks(frame.cloud.size(), kChunk, [&](std::size_t begin, std::size_t end, int) {
     ReferenceSplat splat;
     for (std::size_t i = begin; i < end; ++i)
-      if (project_reference(frame, view, region, i, splat)) chunks[begin / kChunk].push_back(splat);
+      if (frame.draws(i) && project_reference(frame, view, region, i, splat))
+        chunks[begin / kChunk].push_back(splat);
   });
 
   std::vector<const ReferenceSplat*> order;

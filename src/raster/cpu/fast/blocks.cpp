@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "raster/cpu/fast/survivors.h"
+#include "raster/kernel/half.h"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/cloud_order.h"
 
@@ -29,6 +30,19 @@ void prefetch(const GaussianCloud& cloud, std::size_t i) {
   __builtin_prefetch(&cloud.opacity_logits[i]);
 }
 
+void put(const ActiveGaussian& g, Block& block, std::size_t lane) {
+  block.x[lane] = g.position.x;
+  block.y[lane] = g.position.y;
+  block.z[lane] = g.position.z;
+  block.xx[lane] = g.covariance.xx;
+  block.xy[lane] = g.covariance.xy;
+  block.xz[lane] = g.covariance.xz;
+  block.yy[lane] = g.covariance.yy;
+  block.yz[lane] = g.covariance.yz;
+  block.zz[lane] = g.covariance.zz;
+  block.log2_255_opacity[lane] = g.log2_255_opacity;
+}
+
 /// `order`: the cloud's indices in the order of the blocks.
 Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
                          ThreadPool& pool) {
@@ -39,29 +53,22 @@ Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32
       const std::size_t i = b * kBlock + lane;
       const ActiveGaussian padding{glm::vec3(NAN), {}, 0};
       if (i + kPrefetchedBlocks < order.size()) prefetch(cloud, order[i + kPrefetchedBlocks]);
-      const ActiveGaussian g = i < order.size() ? activate(cloud, order[i]).gaussian : padding;
+      put(i < order.size() ? activate(cloud, order[i]).gaussian : padding, block, lane);
       block.gaussian[lane] = i < order.size() ? order[i] : 0;
-      block.x[lane] = g.position.x;
-      block.y[lane] = g.position.y;
-      block.z[lane] = g.position.z;
-      block.xx[lane] = g.covariance.xx;
-      block.xy[lane] = g.covariance.xy;
-      block.xz[lane] = g.covariance.xz;
-      block.yy[lane] = g.covariance.yy;
-      block.yz[lane] = g.covariance.yz;
-      block.zz[lane] = g.covariance.zz;
-      block.log2_255_opacity[lane] = g.log2_255_opacity;
     }
   });
   return blocks;
 }
 
+void include(BlockBounds& bounds, const Block& block, std::size_t lane) {
+  bounds.include({block.x[lane], block.y[lane], block.z[lane]},
+                 {block.xx[lane], block.xy[lane], block.xz[lane], block.yy[lane], block.yz[lane],
+                  block.zz[lane]});
+}
+
 BlockBounds bounds_of(const Block& block) {
   BlockBounds bounds;
-  for (std::size_t lane = 0; lane < kBlock; ++lane)
-    bounds.include({block.x[lane], block.y[lane], block.z[lane]},
-                   {block.xx[lane], block.xy[lane], block.xz[lane], block.yy[lane], block.yz[lane],
-                    block.zz[lane]});
+  for (std::size_t lane = 0; lane < kBlock; ++lane) include(bounds, block, lane);
   return bounds;
 }
 
@@ -111,6 +118,48 @@ Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32
     interleave(members, rest, sh.rest.data() + group * rest * kGroup);
   });
   return sh;
+}
+
+void SceneBlocks::set_drawn(const GaussianSet& set, ThreadPool& pool) {
+  if (set.size() == 0) return drawn.clear();
+  drawn.resize(blocks.size() * kDrawnWords);
+  pool.for_each(drawn.size(), 64, [&](std::size_t word) {
+    const std::uint32_t* const gaussians =
+        blocks[word / kDrawnWords].gaussian + word % kDrawnWords * 64;
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < 64; ++i) bits |= std::uint64_t{set[gaussians[i]]} << i;
+    drawn[word] = bits;
+  });
+}
+
+bool SceneBlocks::update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed,
+                         ThreadPool& pool) {
+  if (places.empty()) {
+    places.resize(cloud.size());
+    pool.for_each(cloud.size(), 4096, [&](std::size_t place) {
+      places[blocks[place / kBlock].gaussian[place % kBlock]] = static_cast<std::uint32_t>(place);
+    });
+  }
+  const std::size_t rest = harmonics.rest_size() / kGroup;
+  std::atomic<bool> exact = true;
+  pool.for_each(changed.size(), 256, [&](std::size_t k) {
+    const std::size_t i = changed[k], place = places[i], group = place / kGroup;
+    put(activate(cloud, i).gaussian, blocks[place / kBlock], place % kBlock);
+    const float* const sh = &cloud.sh.data()->x + i * (3 + rest);
+    const auto at = [&](std::size_t values, std::size_t value) {
+      return (group * values + value) * kGroup + place % kGroup;
+    };
+    for (std::size_t value = 0; value < 3; ++value) harmonics.base[at(3, value)] = sh[value];
+    for (std::size_t value = 0; value < rest; ++value) {
+      if (harmonics.halves.empty())
+        harmonics.rest[at(rest, value)] = sh[3 + value];
+      else if (!to_half(sh[3 + value], harmonics.halves[at(rest, value)]))
+        exact = false;
+    }
+  });
+  for (const std::uint32_t i : changed)
+    include(bounds[places[i] / kBlock], blocks[places[i] / kBlock], places[i] % kBlock);
+  return exact;
 }
 
 SceneBlocks make_scene(const GaussianCloud& cloud, ThreadPool& pool) {

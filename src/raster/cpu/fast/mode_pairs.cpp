@@ -99,17 +99,17 @@ void FastPipeline::count_modes(const FrameContext& counted, ModeSums& sums) cons
   FootprintRules rules = counted.rules();
   rules.keep_faint = true;
   const Frustum frustum(view, rules, counted.grid);
-  counted.for_chunks(scene_.blocks.size(), kGrain,
-                     [&](std::size_t begin, std::size_t end, int worker) {
-                       ModeCounts counts{};
-                       Survivors survivors;
-                       for (std::size_t b = begin; b < end; ++b) {
-                         if (frustum.misses(scene_.bounds[b])) continue;
-                         project(view, rules, counted.grid, scene_.blocks[b], survivors);
-                         HWY_DYNAMIC_DISPATCH(count_block)(counted.grid, survivors, counts);
-                       }
-                       sums.add(worker, counts);
-                     });
+  counted.for_chunks(
+      scene_.blocks.size(), kGrain, [&](std::size_t begin, std::size_t end, int worker) {
+        ModeCounts counts{};
+        Survivors survivors;
+        for (std::size_t b = begin; b < end; ++b) {
+          if (!scene_.shows(frustum, b)) continue;
+          project(view, rules, counted.grid, scene_.blocks[b], scene_.drawn_in(b), survivors);
+          HWY_DYNAMIC_DISPATCH(count_block)(counted.grid, survivors, counts);
+        }
+        sums.add(worker, counts);
+      });
 }
 
 }  // namespace qs::cpu::fast

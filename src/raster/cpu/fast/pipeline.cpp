@@ -66,10 +66,10 @@ void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced
         Colors colors;
         std::size_t slot = begin;
         for (std::size_t b = begin / kBlock; b < std::min(end / kBlock, scene.blocks.size()); ++b) {
-          if (frustum.misses(scene.bounds[b])) continue;
+          if (!scene.shows(frustum, b)) continue;
           const Block& block = scene.blocks[b];
           const std::size_t counted = rects.size();
-          project(view, rules, frame.grid, block, survivors);
+          project(view, rules, frame.grid, block, scene.drawn_in(b), survivors);
           list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot],
                      &visible.rows[slot]);
           color({scene.harmonics, frame.sh_degree(), view.position}, block, b, survivors, colors);

@@ -135,6 +135,11 @@ void blend(const FrameContext& frame, const FastVisible& visible, const TileList
 class FastPipeline {
  public:
   void upload(SceneBlocks scene) { scene_ = std::move(scene); }
+  bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed,
+              ThreadPool& pool) {
+    return scene_.update(cloud, changed, pool);
+  }
+  void set_drawn(const GaussianSet& set, ThreadPool& pool) { scene_.set_drawn(set, pool); }
 
   /// Fills `result`, whose maps already have their sizes, except for the frame's time. The uploaded
   /// scene was made of frame.cloud.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <cstring>
+
 #include "raster/cpu/fast/survivors.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -199,7 +201,7 @@ HWY_INLINE void pack_footprint(const Packer& pack, const FootprintLanes& f, Surv
 }
 
 void project_block(const View<float>& view, const FootprintRules& rules, TileGrid grid,
-                   const Block& block, Survivors& out) {
+                   const Block& block, const std::uint64_t* drawn, Survivors& out) {
   const D d;
   const hn::RebindToUnsigned<D> du;
   const Projector projector{d, view, rules};
@@ -207,6 +209,12 @@ void project_block(const View<float>& view, const FootprintRules& rules, TileGri
   for (std::size_t i = 0; i < kBlock; i += hn::Lanes(d)) {
     M keep;
     const PointLanes point = projector.point(block, i, keep);
+    if (drawn != nullptr) {
+      const std::uint64_t word = drawn[i / 64] >> i % 64;
+      std::uint8_t bits[sizeof word];
+      std::memcpy(bits, &word, sizeof word);
+      keep = hn::And(keep, hn::LoadMaskBits(d, bits));
+    }
     if (hn::AllFalse(d, keep)) continue;
     const CovarianceLanes covariance = projector.covariance(block, i, point);
     V log2_255_opacity = hn::Load(d, block.log2_255_opacity + i);
@@ -235,8 +243,8 @@ namespace qs::cpu::fast {
 HWY_EXPORT(project_block);
 
 void project(const View<float>& view, const FootprintRules& rules, TileGrid grid,
-             const Block& block, Survivors& out) {
-  HWY_DYNAMIC_DISPATCH(project_block)(view, rules, grid, block, out);
+             const Block& block, const std::uint64_t* drawn, Survivors& out) {
+  HWY_DYNAMIC_DISPATCH(project_block)(view, rules, grid, block, drawn, out);
 }
 
 }  // namespace qs::cpu::fast

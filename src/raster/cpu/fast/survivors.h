@@ -13,6 +13,7 @@
 #include "raster/kernel/frustum.h"
 #include "raster/kernel/tile_grid.h"
 #include "raster/scene/gaussian_cloud.h"
+#include "raster/scene/gaussian_set.h"
 
 namespace qs::cpu::fast {
 
@@ -62,6 +63,29 @@ struct SceneBlocks {
   Array<Block> blocks;
   Array<BlockBounds> bounds;  ///< per block
   Harmonics harmonics;
+  /// A bit per Gaussian in the order of the blocks, see Renderer::set_drawn(); empty: all.
+  Array<std::uint64_t> drawn = {};
+  static constexpr std::size_t kDrawnWords = kBlock / 64;  ///< of a block
+
+  void set_drawn(const GaussianSet& set, ThreadPool& pool);
+
+  /// By index in the cloud: the place in the order of the blocks. Made by the first update().
+  Array<std::uint32_t> places = {};
+
+  /// Reads Gaussians of `cloud` again. False if their coefficients need floats in place of halves;
+  /// then the scene must be made again.
+  bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed, ThreadPool& pool);
+
+  /// Words of `drawn` for block `b`, or null.
+  const std::uint64_t* drawn_in(std::size_t b) const {
+    return drawn.empty() ? nullptr : &drawn[b * kDrawnWords];
+  }
+  /// False only if no mode lists a tile of a drawn Gaussian of block `b`.
+  bool shows(const Frustum& frustum, std::size_t b) const {
+    const std::uint64_t* const bits = drawn_in(b);
+    if (bits != nullptr && (bits[0] | bits[1] | bits[2] | bits[3]) == 0) return false;
+    return !frustum.misses(bounds[b]);
+  }
 };
 
 SceneBlocks make_scene(const GaussianCloud& cloud, ThreadPool& pool);
@@ -89,9 +113,10 @@ struct alignas(64) Survivors {
 
 /// project() of kernel/footprint.h; a test compares the results bit for bit. Fills `out` with the
 /// Gaussians of `block` that have a footprint, except Gaussians too far outside of the image to
-/// have a tile in any mode.
+/// have a tile in any mode, and except Gaussians without their bit in `drawn`: null, or the words
+/// of SceneBlocks::drawn.
 void project(const View<float>& view, const FootprintRules& rules, TileGrid grid,
-             const Block& block, Survivors& out);
+             const Block& block, const std::uint64_t* drawn, Survivors& out);
 
 /// Per Gaussian of a block.
 struct alignas(64) Colors {

@@ -16,7 +16,7 @@ __global__ void __launch_bounds__(kThreads)
   std::uint32_t tiles = 0;
   ActiveGaussian gaussian;
   Projected projected;
-  if (i < cloud.count) {
+  if (i < cloud.count && cloud.draws(i)) {
     gaussian = cloud.gaussian(i);
     if (project(view, rules, gaussian, projected))
       tiles = count_tiles<P>(projected.footprint, grid);

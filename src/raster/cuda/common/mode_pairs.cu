@@ -14,14 +14,15 @@ __global__ void __launch_bounds__(kThreads)
   static_assert(kThreads == kBlockGaussians);
   __shared__ bool is_missed;
   if (cloud.bounds != nullptr) {
-    if (threadIdx.x == 0) is_missed = frustum.misses(cloud.bounds[blockIdx.x]);
+    if (threadIdx.x == 0)
+      is_missed = !cloud.draws_block(blockIdx.x) || frustum.misses(cloud.bounds[blockIdx.x]);
     __syncthreads();
     if (is_missed) return;
   }
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   TilesOfModes own{};
   Projected projected;
-  if (i < cloud.count && project(view, rules, cloud.gaussian(i), projected))
+  if (i < cloud.count && cloud.draws(i) && project(view, rules, cloud.gaussian(i), projected))
     own = tiles_of_modes(projected.footprint, grid);
 #pragma unroll
   for (int mode = 0; mode < kCullerCount; ++mode) {

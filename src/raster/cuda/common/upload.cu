@@ -5,6 +5,7 @@
 
 #include "raster/cuda/common/stream.cuh"
 #include "raster/cuda/common/upload.cuh"
+#include "raster/cuda/common/warp.cuh"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/cloud_order.h"
 
@@ -14,44 +15,56 @@ namespace {
 constexpr std::size_t kChunk = 1 << 16;  // Gaussians per copy
 static_assert(kChunk % kBlockGaussians == 0);
 
-void split_gaussians(const ActiveGaussian* chunk, unsigned count, float4* positions,
+/// The places of `count` Gaussians: from `first` on, or `listed` if that is not null.
+struct Places {
+  unsigned count;
+  std::size_t first;
+  const std::uint32_t* listed = nullptr;
+
+  __device__ std::size_t operator[](unsigned i) const {
+    return listed == nullptr ? first + i : listed[i];
+  }
+};
+
+void split_gaussians(const ActiveGaussian* chunk, const Places& places, float4* positions,
                      float4* covariances, float2* covariances_z, cudaStream_t stream) {
-  for_each_item("split_gaussians", count, stream, [=] __device__(unsigned i) {
+  for_each_item("split_gaussians", places.count, stream, [=] __device__(unsigned i) {
     const ActiveGaussian& g = chunk[i];
     const Covariance3<float>& c = g.covariance;
-    positions[i] = {g.position.x, g.position.y, g.position.z, g.log2_255_opacity};
-    covariances[i] = {c.xx, c.xy, c.xz, c.yy};
-    covariances_z[i] = {c.yz, c.zz};
+    const std::size_t place = places[i];
+    positions[place] = {g.position.x, g.position.y, g.position.z, g.log2_255_opacity};
+    covariances[place] = {c.xx, c.xy, c.xz, c.yy};
+    covariances_z[place] = {c.yz, c.zz};
   });
 }
 
-/// Rows of `width` values for consecutive Gaussians, the first of which has place `first`.
+/// A row of `width` values for each Gaussian.
 struct Rows {
   const float* values;
-  unsigned count, width;
-  std::size_t first;
+  unsigned width;
+  Places places;
 };
 
-/// Transposes: value k of row i becomes element `first + i` of array k, for k < `arrays`. An array
+/// Transposes: value k of row i becomes the element of its place in array k < `arrays`. An array
 /// has `size` values.
 void transpose_rows(const Rows& rows, unsigned arrays, std::size_t size, float* to,
                     cudaStream_t stream) {
-  for_each_item("transpose_rows", rows.count, stream, [=] __device__(unsigned i) {
+  for_each_item("transpose_rows", rows.places.count, stream, [=] __device__(unsigned i) {
     const float* const row = rows.values + std::size_t{i} * rows.width;
-    for (unsigned k = 0; k < arrays; ++k) to[k * size + rows.first + i] = row[k];
+    for (unsigned k = 0; k < arrays; ++k) to[k * size + rows.places[i]] = row[k];
   });
 }
 
 /// Copies the values from 3 on, as halves. Sets *inexact unless halves equal all of them.
 void transpose_to_halves(const Rows& rows, std::size_t size, std::uint16_t* to,
                          std::uint32_t* inexact, cudaStream_t stream) {
-  for_each_item("transpose_to_halves", rows.count, stream, [=] __device__(unsigned i) {
+  for_each_item("transpose_to_halves", rows.places.count, stream, [=] __device__(unsigned i) {
     const float* const row = rows.values + std::size_t{i} * rows.width;
     bool exact = true;
     for (unsigned k = 3; k < rows.width; ++k) {
       std::uint16_t half = 0;
       exact = to_half(row[k], half) && exact;
-      to[(k - 3) * size + rows.first + i] = half;
+      to[(k - 3) * size + rows.places[i]] = half;
     }
     if (!exact) *inexact = 1;
   });
@@ -86,9 +99,47 @@ void copy_to_device(const T* from, std::size_t count, T* to, cudaStream_t stream
   check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream), "upload");
 }
 
+/// Gathers the bits of all places; a warp makes a word.
+__global__ void __launch_bounds__(kThreads)
+    gather_bits(const std::uint32_t* from, const std::uint32_t* file_indices, std::uint32_t count,
+                std::uint32_t* to) {
+  const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
+  bool bit = false;
+  if (i < count) {
+    const std::uint32_t index = file_indices == nullptr ? i : file_indices[i];
+    bit = (from[index / kWarp] >> index % kWarp & 1) != 0;
+  }
+  const unsigned word = __ballot_sync(kAllLanes, bit);
+  if (lane_index() == 0) to[i / kWarp] = word;
+}
+
 /// Values of a Gaussian's colour.
 unsigned sh_width(const GaussianCloud& cloud) {
   return static_cast<unsigned>(3 * sh_coefficient_count(cloud.sh_degree));
+}
+
+/// Finds the bounds of every block of Gaussians, a warp each.
+__global__ void __launch_bounds__(kThreads)
+    find_bounds(CloudView cloud, unsigned blocks, BlockBounds* bounds) {
+  const unsigned block = (blockIdx.x * kThreads + threadIdx.x) / kWarp;
+  if (block >= blocks) return;
+  BlockBounds own;
+  const std::uint32_t end = min((block + 1) * kBlockGaussians, cloud.count);
+  for (std::uint32_t i = block * kBlockGaussians + lane_index(); i < end; i += kWarp) {
+    const ActiveGaussian g = cloud.gaussian(i);
+    own.include(g.position, g.covariance);
+  }
+  for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
+    const auto other = [&](float value) {
+      return __shfl_sync(kAllLanes, value, lane_index() ^ distance);
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+      own.low[axis] = fminf(own.low[axis], other(own.low[axis]));
+      own.high[axis] = fmaxf(own.high[axis], other(own.high[axis]));
+    }
+    own.sigma = fmaxf(own.sigma, other(own.sigma));
+  }
+  if (lane_index() == 0) bounds[block] = own;
 }
 
 /// Uploads a scene, with coefficients as halves on request.
@@ -137,23 +188,50 @@ class Upload {
     check(cudaStreamSynchronize(stream_), "upload");
   }
 
+  /// Gaussians `numbers` of the cloud again, which are at `places`. False as with_halves().
+  bool update(std::span<const std::uint32_t> numbers, std::span<const std::uint32_t> places) {
+    const bool has_halves = device_.sh_halves.data() != nullptr;
+    DeviceBuffer<std::uint32_t> listed;
+    listed.reserve(kScene, numbers.size());
+    copy_to_device(places.data(), places.size(), listed.data(), stream_);
+    set_zero("update", inexact_.data(), 1, stream_);
+    for (std::size_t first = 0; first < numbers.size(); first += kChunk) {
+      const auto n = static_cast<unsigned>(std::min(kChunk, numbers.size() - first));
+      const Rows rows = copy_part(numbers, first, {n, 0, listed.data() + first});
+      transpose_rows(rows, has_halves ? 3 : width_, cloud_.size(), device_.sh.data(), stream_);
+      if (has_halves)
+        transpose_to_halves(rows, cloud_.size(), device_.sh_halves.data(), inexact_.data(),
+                            stream_);
+    }
+    const unsigned blocks = blocks_for(device_.count);
+    if (device_.bounds.data() != nullptr)
+      launch("update", find_bounds, blocks_for(std::uint64_t{blocks} * kWarp), stream_,
+             device_.view(), blocks, device_.bounds.data());
+    return copied(inexact_.data(), 1, stream_)[0] == 0;
+  }
+
  private:
   /// Enqueues the copy of all values but the coefficients, which are in the returned rows.
   Rows copy_chunk(std::size_t first, const Progress& progress) {
     progress.update(0.3f + 0.7f * static_cast<float>(first) / static_cast<float>(cloud_.size()));
-    const std::size_t count = std::min(kChunk, cloud_.size() - first);
-    const auto n = static_cast<unsigned>(count);
-    staging_.gather(cloud_, order_, first, count, pool_);
-    // Copies have left the staging memory when they return, because it is not pinned.
+    const auto n = static_cast<unsigned>(std::min(kChunk, cloud_.size() - first));
+    const Rows rows = copy_part(order_, first, {n, first});
     if (!order_.empty())
       copy_to_device(staging_.bounds.data(), staging_.bounds.size(),
                      device_.bounds.data() + first / kBlockGaussians, stream_);
-    copy_to_device(staging_.gaussians.data(), count, gaussians_.data(), stream_);
-    split_gaussians(gaussians_.data(), n, device_.positions.data() + first,
-                    device_.covariances.data() + first, device_.covariances_z.data() + first,
-                    stream_);
-    copy_to_device(&staging_.sh.data()->x, count * width_, rows_.data(), stream_);
-    return {rows_.data(), n, width_, first};
+    return rows;
+  }
+
+  /// The same for Gaussians [first, first + places.count) of an order.
+  Rows copy_part(std::span<const std::uint32_t> order, std::size_t first, const Places& places) {
+    staging_.gather(cloud_, order, first, places.count, pool_);
+    // Copies have left the staging memory when they return, because it is not pinned.
+    copy_to_device(staging_.gaussians.data(), places.count, gaussians_.data(), stream_);
+    split_gaussians(gaussians_.data(), places, device_.positions.data(), device_.covariances.data(),
+                    device_.covariances_z.data(), stream_);
+    copy_to_device(&staging_.sh.data()->x, std::size_t{places.count} * width_, rows_.data(),
+                   stream_);
+    return {rows_.data(), width_, places};
   }
 
   static constexpr const char* kScene = "the scene";
@@ -180,6 +258,38 @@ std::uint64_t scene_bytes(const GaussianCloud& cloud, Order order) {
           ? 0
           : cloud.size() * sizeof(std::uint32_t) + blocks_for(cloud.size()) * sizeof(BlockBounds);
   return cloud.size() * each + of_order;
+}
+
+bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed, ThreadPool& pool,
+            cudaStream_t stream, DeviceCloud& device) {
+  if (changed.empty()) return true;
+  std::vector<std::uint32_t> places(changed.begin(), changed.end());
+  if (device.file_indices.data() != nullptr) {
+    if (device.places.empty()) {
+      device.places.resize(device.count);
+      const auto indices = copied(device.file_indices.data(), device.count, stream);
+      for (std::uint32_t place = 0; place < device.count; ++place)
+        device.places[indices[place]] = place;
+    }
+    for (std::uint32_t& place : places) place = device.places[place];
+  }
+  return Upload(cloud, {}, pool, stream, device).update(changed, places);
+}
+
+DeviceBuffer<std::uint32_t> upload_drawn(const GaussianSet& set, const DeviceCloud& device,
+                                         cudaStream_t stream) {
+  constexpr const char* kSet = "the set of drawn Gaussians";
+  DeviceBuffer<std::uint32_t> drawn, by_file;
+  if (set.size() == 0) return drawn;
+  const unsigned blocks = blocks_for(device.count);
+  drawn.reserve(kSet, std::size_t{blocks} * (kBlockGaussians / kWarp));
+  by_file.reserve(kSet, drawn.capacity());
+  copy_to_device(set.bytes().data(), set.bytes().size(),
+                 reinterpret_cast<std::byte*>(by_file.data()), stream);
+  launch(kSet, gather_bits, blocks, stream, by_file.data(), device.file_indices.data(),
+         device.count, drawn.data());
+  check(cudaStreamSynchronize(stream), kSet);
+  return drawn;
 }
 
 void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Progress& progress,

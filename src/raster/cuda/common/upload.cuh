@@ -4,12 +4,16 @@
 // neighbouring addresses. A place is an index into these arrays.
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "raster/cuda/common/device_buffer.cuh"
 #include "raster/kernel/frustum.h"
 #include "raster/kernel/half.h"
 #include "raster/scene/gaussian_cloud.h"
+#include "raster/scene/gaussian_set.h"
 
 namespace qs::cuda {
 
@@ -32,6 +36,19 @@ struct CloudView {
   /// Coefficients of degree >= 1 as halves, if halves equal all coefficients of the scene, as in
   /// scenes from .spz files; `sh` then has only the coefficient of degree 0. Otherwise null.
   const std::uint16_t* sh_halves;
+  /// A bit per place, in words of 32, see Renderer::set_drawn(); null: all. Whole blocks of words.
+  const std::uint32_t* drawn;
+
+  __device__ bool draws(std::uint32_t i) const {
+    return drawn == nullptr || (drawn[i / 32] >> i % 32 & 1) != 0;
+  }
+  /// False if no Gaussian of the block is drawn.
+  __device__ bool draws_block(std::uint32_t block) const {
+    if (drawn == nullptr) return true;
+    const uint4* const words = reinterpret_cast<const uint4*>(drawn) + std::size_t{2} * block;
+    const uint4 a = words[0], b = words[1];
+    return (a.x | a.y | a.z | a.w | b.x | b.y | b.z | b.w) != 0;
+  }
 
   __device__ ActiveGaussian gaussian(std::uint32_t i) const {
     const float4 p = positions[i], a = covariances[i];
@@ -60,18 +77,22 @@ struct DeviceCloud {
   DeviceBuffer<std::uint32_t> file_indices;  ///< see CloudView
   DeviceBuffer<BlockBounds> bounds;
   DeviceBuffer<std::uint16_t> sh_halves;  ///< empty: `sh` has all coefficients
+  DeviceBuffer<std::uint32_t> drawn;      ///< see CloudView; empty: all
+  /// By index in the file: the place in the order in space, on the host. Made by the first
+  /// update().
+  std::vector<std::uint32_t> places;
   std::uint32_t count = 0;
   int sh_degree = 0;
   bool antialiased = false;
 
   std::uint64_t bytes() const {
     return positions.bytes() + covariances.bytes() + covariances_z.bytes() + sh.bytes() +
-           file_indices.bytes() + bounds.bytes() + sh_halves.bytes();
+           file_indices.bytes() + bounds.bytes() + sh_halves.bytes() + drawn.bytes();
   }
 
   CloudView view() const {
-    return {positions.data(),    covariances.data(), covariances_z.data(), sh.data(), count,
-            file_indices.data(), bounds.data(),      sh_halves.data()};
+    return {positions.data(),    covariances.data(), covariances_z.data(), sh.data(),   count,
+            file_indices.data(), bounds.data(),      sh_halves.data(),     drawn.data()};
   }
 };
 
@@ -81,5 +102,15 @@ std::uint64_t scene_bytes(const GaussianCloud& cloud, Order order);
 /// Replaces the scene in `device`. Throws Error(device) and Cancelled; `device` is then empty.
 void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Progress& progress,
             cudaStream_t stream, DeviceCloud& device);
+
+/// Uploads Gaussians of `cloud` again, whose scene is in `device`. False if their coefficients need
+/// floats in place of halves; then the scene must be uploaded again. Throws Error(device).
+bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed, ThreadPool& pool,
+            cudaStream_t stream, DeviceCloud& device);
+
+/// CloudView::drawn for a set of the scene's Gaussians; empty for a set of size 0. Throws
+/// Error(device).
+DeviceBuffer<std::uint32_t> upload_drawn(const GaussianSet& set, const DeviceCloud& device,
+                                         cudaStream_t stream);
 
 }  // namespace qs::cuda

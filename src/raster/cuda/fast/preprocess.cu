@@ -25,14 +25,18 @@ struct ProjectInput {
   OcclusionView occlusion;
 };
 
+__device__ bool is_shown(const Frustum& frustum, const CloudView& cloud, unsigned block) {
+  return cloud.draws_block(block) && !frustum.misses(cloud.bounds[block]);
+}
+
 /// Sets FastVisible::shown, a thread per block of Gaussians, and clears memory: 64-bit words.
 __global__ void __launch_bounds__(kThreads)
-    find_shown_blocks(Frustum frustum, const BlockBounds* bounds, unsigned blocks,
-                      std::uint8_t* shown, std::uint64_t* to_clear, std::size_t words) {
+    find_shown_blocks(Frustum frustum, CloudView cloud, unsigned blocks, std::uint8_t* shown,
+                      std::uint64_t* to_clear, std::size_t words) {
   const unsigned thread = blockIdx.x * kThreads + threadIdx.x;
   for (std::size_t word = thread; word < words; word += std::size_t{gridDim.x} * kThreads)
     to_clear[word] = 0;
-  if (thread < blocks) shown[thread] = frustum.misses(bounds[thread]) ? 0 : 1;
+  if (thread < blocks) shown[thread] = is_shown(frustum, cloud, thread) ? 1 : 0;
 }
 
 __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
@@ -43,14 +47,13 @@ __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
 /// Sets FastVisible::shown of a frame with slabs, a thread per block of Gaussians, and counts the
 /// depths of the shown blocks in the histogram.
 __global__ void __launch_bounds__(kThreads)
-    find_depths(Frustum frustum, const BlockBounds* bounds, unsigned blocks, std::uint8_t* shown,
+    find_depths(Frustum frustum, CloudView cloud, unsigned blocks, std::uint8_t* shown,
                 OcclusionView out, std::uint32_t nearest_bits) {
   const unsigned block = blockIdx.x * kThreads + threadIdx.x;
   if (block >= blocks) return;
-  const bool is_shown = !frustum.misses(bounds[block]);
-  shown[block] = is_shown ? 1 : 0;
-  if (!is_shown) return;
-  const auto depths = frustum.depths(bounds[block]);
+  shown[block] = is_shown(frustum, cloud, block) ? 1 : 0;
+  if (shown[block] == 0) return;
+  const auto depths = frustum.depths(cloud.bounds[block]);
   const float2 range = {static_cast<float>(depths.x), static_cast<float>(depths.y)};
   out.depths[block] = range;
   const std::uint32_t key = depth_key(fmaxf(0.5f * (range.x + range.y), 0.0f), nearest_bits);
@@ -162,7 +165,7 @@ struct ProjectedBlock {
     own.clear();
     Projected projected;
     bool is_large = false;
-    const bool is_projected = i < in.cloud.count &&
+    const bool is_projected = i < in.cloud.count && in.cloud.draws(i) &&
                               (!in.occlusion.is_used() || is_in_slab(in, i)) &&
                               project(in.view, in.rules, in.cloud.gaussian(i), projected) &&
                               (!in.occlusion.is_used() || !is_hidden(in, projected.footprint));
@@ -559,13 +562,13 @@ void project(const FrameContext& frame, Scratch& scratch, const OcclusionView& o
     const std::uint32_t nearest = nearest_bits(frame.camera);
     if (!occlusion.is_used()) {
       launch("preprocess", find_shown_blocks, std::max(blocks_for(blocks), kFindGrid), frame.stream,
-             frustum, cloud.bounds, blocks, scratch.visible.shown, scratch.to_clear.data(),
+             frustum, cloud, blocks, scratch.visible.shown, scratch.to_clear.data(),
              scratch.to_clear.size());
     } else {
       if (occlusion.slab == 0) {
         set_zero("preprocess", scratch.to_clear.data(), scratch.to_clear.size(), frame.stream);
         launch("preprocess", find_depths, std::max(blocks_for(blocks), kFindGrid), frame.stream,
-               frustum, cloud.bounds, blocks, scratch.visible.shown, occlusion, nearest);
+               frustum, cloud, blocks, scratch.visible.shown, occlusion, nearest);
         launch("preprocess", find_slabs, Blocks(1, kSlabThreads), frame.stream, occlusion,
                scratch.size.slabs, scratch.counters);
       }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Sets of Gaussians against std::vector<bool>, at the sizes at which words and bytes begin.
-#include "raster/select/gaussian_set.h"
+#include "raster/scene/gaussian_set.h"
 
 #include <random>
 

@@ -44,27 +44,17 @@ class CudaRenderer final : public Renderer {
 
   void set_drawn(GaussianSet drawn) override {
     assert(drawn.size() == 0 || drawn.size() == scene_->size());
-    select_device();
-    std::array<DeviceBuffer<std::uint32_t>, 2> uploaded;
-    making_room([&] { return free_buffers(); },
-                [&] {
-                  for (std::size_t order = 0; order < clouds_.size(); ++order)
-                    if (clouds_[order])
-                      uploaded[order] = upload_drawn(drawn, *clouds_[order], stream_);
-                });
-    for (std::size_t order = 0; order < clouds_.size(); ++order)
-      if (clouds_[order]) clouds_[order]->drawn = std::move(uploaded[order]);
     drawn_count_ = drawn.size() == 0 ? scene_->size() : drawn.count();
     drawn_ = std::move(drawn);
+    change([&](DeviceCloud& cloud) {
+      cloud.drawn = upload_drawn(drawn_, cloud, stream_);
+      return true;
+    });
   }
 
   void update(std::span<const std::uint32_t> changed) override {
-    select_device();
-    for (std::optional<DeviceCloud>& cloud : clouds_) try {
-        if (cloud && !cuda::update(*scene_, changed, pool_, stream_, *cloud)) cloud.reset();
-      } catch (const Error&) {
-        cloud.reset();  // the next frame uploads the scene as it is now
-      }
+    change(
+        [&](DeviceCloud& cloud) { return cuda::update(*scene_, changed, pool_, stream_, cloud); });
   }
 
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
@@ -151,6 +141,17 @@ class CudaRenderer final : public Renderer {
     if (settings.pipeline != Pipeline::fast || !fast::FastPipeline::can_draw(grid)) return false;
     if (cloud(Order::space) || rest_of_fast_ == 0) return true;
     return --rest_of_fast_ == 0;
+  }
+
+  /// Changes the uploaded orders of the scene. If that fails, the next frame uploads them again.
+  template <class Change>
+  void change(const Change& change_cloud) {
+    select_device();
+    for (std::optional<DeviceCloud>& cloud : clouds_) try {
+        if (cloud && !change_cloud(*cloud)) cloud.reset();
+      } catch (const Error&) {
+        cloud.reset();
+      }
   }
 
   /// Frees the buffers of both pipelines, which grow again. Returns true.

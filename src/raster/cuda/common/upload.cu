@@ -113,30 +113,6 @@ unsigned sh_width(const GaussianCloud& cloud) {
   return static_cast<unsigned>(3 * sh_coefficient_count(cloud.sh_degree));
 }
 
-/// Finds the bounds of every block of Gaussians, a warp each.
-__global__ void __launch_bounds__(kThreads)
-    find_bounds(CloudView cloud, unsigned blocks, BlockBounds* bounds) {
-  const unsigned block = (blockIdx.x * kThreads + threadIdx.x) / kWarp;
-  if (block >= blocks) return;
-  BlockBounds own;
-  const std::uint32_t end = min((block + 1) * kBlockGaussians, cloud.count);
-  for (std::uint32_t i = block * kBlockGaussians + lane_index(); i < end; i += kWarp) {
-    const ActiveGaussian g = cloud.gaussian(i);
-    own.include(g.position, g.covariance);
-  }
-  for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
-    const auto other = [&](float value) {
-      return __shfl_sync(kAllLanes, value, lane_index() ^ distance);
-    };
-    for (int axis = 0; axis < 3; ++axis) {
-      own.low[axis] = fminf(own.low[axis], other(own.low[axis]));
-      own.high[axis] = fmaxf(own.high[axis], other(own.high[axis]));
-    }
-    own.sigma = fmaxf(own.sigma, other(own.sigma));
-  }
-  if (lane_index() == 0) bounds[block] = own;
-}
-
 /// Uploads a scene, with coefficients as halves on request.
 class Upload {
  public:
@@ -197,11 +173,12 @@ class Upload {
       if (has_halves)
         transpose_to_halves(rows, cloud_.size(), device_.sh_halves.data(), inexact_.data(),
                             stream_);
+      for (unsigned k = 0; k < n && !device_.host_bounds.empty(); ++k)
+        device_.host_bounds[places[first + k] / kBlockGaussians].include(
+            staging_.gaussians[k].position, staging_.gaussians[k].covariance);
     }
-    const unsigned blocks = blocks_for(device_.count);
-    if (device_.bounds.data() != nullptr)
-      launch("update", find_bounds, blocks_for(std::uint64_t{blocks} * kWarp), stream_,
-             device_.view(), blocks, device_.bounds.data());
+    copy_to_device(device_.host_bounds.data(), device_.host_bounds.size(), device_.bounds.data(),
+                   stream_);
     return copied(inexact_.data(), 1, stream_)[0] == 0;
   }
 
@@ -265,6 +242,7 @@ bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed, 
       const auto indices = copied(device.file_indices.data(), device.count, stream);
       for (std::uint32_t place = 0; place < device.count; ++place)
         device.places[indices[place]] = place;
+      device.host_bounds = copied(device.bounds.data(), blocks_for(device.count), stream);
     }
     for (std::uint32_t& place : places) place = device.places[place];
   }

@@ -78,9 +78,9 @@ struct DeviceCloud {
   DeviceBuffer<BlockBounds> bounds;
   DeviceBuffer<std::uint16_t> sh_halves;  ///< empty: `sh` has all coefficients
   DeviceBuffer<std::uint32_t> drawn;      ///< see CloudView; empty: all
-  /// By index in the file: the place in the order in space, on the host. Made by the first
-  /// update().
-  std::vector<std::uint32_t> places;
+  // On the host, made by the first update() in the order in space:
+  std::vector<std::uint32_t> places;     ///< by index in the file
+  std::vector<BlockBounds> host_bounds;  ///< of the blocks, with all Gaussians that were in them
   std::uint32_t count = 0;
   int sh_degree = 0;
   bool antialiased = false;

@@ -14,7 +14,7 @@
 #include "learn/gradient/adam.h"
 #include "learn/gradient/gaussian.h"
 #include "learn/step/plan.h"
-#include "raster/cuda/common/device_buffer.cuh"
+#include "raster/cuda/common/stream.cuh"
 
 namespace qs::cuda::train {
 

@@ -47,7 +47,7 @@ class CudaRenderer final : public Renderer {
     drawn_count_ = drawn.size() == 0 ? scene_->size() : drawn.count();
     drawn_ = std::move(drawn);
     change([&](DeviceCloud& cloud) {
-      cloud.drawn = upload_drawn(drawn_, cloud, stream_);
+      cuda::set_drawn(drawn_, stream_, cloud);
       return true;
     });
   }
@@ -189,7 +189,7 @@ class CudaRenderer final : public Renderer {
                  const Progress& progress) {
     DeviceCloud uploaded;
     cuda::upload(scene, order, pool_, progress, stream_, uploaded);
-    uploaded.drawn = upload_drawn(drawn, uploaded, stream_);
+    cuda::set_drawn(drawn, stream_, uploaded);
     cloud(order) = std::move(uploaded);
   }
 

@@ -20,6 +20,20 @@ std::size_t count_runs(const GaussianSet& set) {
   return count;
 }
 
+// True if the step has a list of its result; the list of a list tool is none.
+bool has_list(const EditStep& step) {
+  return step.select.members && step.select.tool != SelectTool::list;
+}
+std::size_t bytes_of_list(const EditStep& step) {
+  return step.select.members->size() * sizeof(GaussianRun);
+}
+EditStep without_result(EditStep step) {
+  step.select.members.reset();
+  step.select.count.reset();
+  step.select.crc.clear();
+  return step;
+}
+
 }  // namespace
 
 SetChange::SetChange(const GaussianSet& from, const GaussianSet& to) : bits_(from) {
@@ -55,17 +69,23 @@ int EditHistory::count(bool (*is_one)(EditKind)) const {
 void EditHistory::take(EditStep step, EditState after) {
   if (after.removed.size() != state_->removed.size())
     *this = EditHistory(after.removed.size(), most_bytes_);
-  for (std::size_t i = done_; i < taken_.size(); ++i) memory_ -= taken_[i].changes->memory();
-  taken_.resize(done_);
+  const auto memory_of = [](const Taken& taken) {
+    return taken.changes->memory() + (has_list(*taken.step) ? bytes_of_list(*taken.step) : 0);
+  };
+  for (; taken_.size() > done_; taken_.pop_back()) memory_ -= memory_of(taken_.back());
   auto changes = std::make_shared<const Changes>(Changes{{state_->selected, after.selected},
                                                          {state_->hidden, after.hidden},
                                                          {state_->removed, after.removed}});
-  memory_ += changes->memory();
   taken_.push_back({std::make_shared<const EditStep>(std::move(step)), std::move(changes)});
-  ++done_;
+  memory_ += memory_of(taken_[done_++]);
   state_ = std::make_shared<const EditState>(std::move(after));
-  for (; memory_ > most_bytes_; ++without_way_back_)
-    memory_ -= std::exchange(taken_[without_way_back_].changes, nullptr)->memory();
+  for (; memory_ > most_bytes_; ++without_way_back_) {
+    Taken& oldest = taken_[without_way_back_];
+    memory_ -= memory_of(oldest);
+    oldest.changes = nullptr;
+    if (has_list(*oldest.step))
+      oldest.step = std::make_shared<const EditStep>(without_result(*oldest.step));
+  }
 }
 
 void EditHistory::change_state(const Changes& changes) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The steps of editing one scene and the way back: each step keeps the differences of the sets, and
-// the oldest differences go once they take too much memory.
+// The steps of editing one scene and the way back: each step keeps the differences of the sets. The
+// oldest differences and lists of results go once they take too much memory.
 #pragma once
 
 #include <cstddef>
@@ -52,7 +52,7 @@ class EditHistory {
   void undo();
   void redo();
 
-  /// Of the differences, bytes; at most `most_bytes`.
+  /// Of the differences and lists of results, bytes; at most `most_bytes`.
   std::size_t memory() const { return memory_; }
 
  private:

@@ -130,6 +130,25 @@ TEST(EditHistory, within_little_memory_only_the_last_steps_have_a_way_back) {
   EXPECT_EQ(history.state().selected, half);
 }
 
+TEST(EditHistory, counts_lists_of_results_and_forgets_them_with_the_way_back) {
+  EditHistory history(1000, 3000);
+  SelectStep seen;
+  seen.members.emplace();
+  for (std::uint64_t i = 0; i < 100; ++i) seen.members->push_back({2 * i, 1});
+  seen.count = 100;
+  for (int step = 0; step < 3; ++step) {
+    EditState after = history.state();
+    after.selected.toggle(static_cast<std::size_t>(step));
+    history.take({.select = seen}, after);
+    EXPECT_LE(history.memory(), 3000u);
+  }
+  const std::vector<EditStep> steps = history.steps();
+  EXPECT_FALSE(steps[0].select.members);
+  EXPECT_FALSE(steps[0].select.count);
+  EXPECT_TRUE(steps[2].select.members);
+  EXPECT_EQ(steps[2].select.count, 100u);
+}
+
 TEST(EditHistory, copies_are_independent_and_another_size_begins_anew) {
   EditHistory history(100);
   EditState one(100);

@@ -62,7 +62,9 @@ void action::measure_pixel(Viewer& v, Host& host, glm::dvec2 pixel) {
 void action::follow_rulers(Viewer& v, Host& host) {
   PointMeasures& measuring = v.measures;
   const bool shows_view = v.shown.version == v.version && v.shown.divisor == 1 && v.still();
-  if (!shows_view || measuring.points() < 2 || measuring.asked_version == v.view_version) return;
+  if (!shows_view || !v.panels.measures || measuring.points() < 2 ||
+      measuring.asked_version == v.view_version)
+    return;
   measuring.asked_version = v.view_version;
   host.run_behind([v](RenderContext& context) { look_behind(context, v); });
 }

@@ -245,7 +245,7 @@ void draw_overlay(const Viewer& viewer, const PanelState& state, Floats& floats,
     for (const auto& [color, width] :
          {std::pair(ImU32{IM_COL32(0, 0, 0, 160)}, 3.0f), std::pair(color_of(kVermillion), 1.5f)})
       screen.draw.AddLine(screen.at(line.from), screen.at(line.to), color, width * screen.scale);
-  draw_rulers(viewer, screen);
+  if (viewer.panels.measures) draw_rulers(viewer, screen);
   if (viewer.cross) draw_cross(screen, *viewer.cross);
   if (verdict_is_current(viewer)) draw_verdict_marks(viewer, screen);
   if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer, screen);

@@ -149,7 +149,7 @@ class Measurement {
     steps_.push_back({{"step", "level"}, {"rotation", {turn.x, turn.y, turn.z, turn.w}}});
   }
 
-  // each(line, first) for the points without a gap; `first` is the index of the first one.
+  // each(line, first) for the points without a gap; `first` is the index of the first point.
   template <class Each>
   void each_line(const Each& each) const {
     std::vector<SurfacePoint> line;

@@ -279,7 +279,7 @@ Json grid_json(const Viewer& v) {
 // The box of the crop and the shape of a selecting tool, as shares of the picture's width and
 // height.
 Json box_json(const Viewer& v) {
-  const bool boxed = v.panels.crop && v.crop.wish.boxed && !v.crop.applied;
+  const bool boxed = v.panels.crop && v.crop.wish.boxed;
   std::vector<PictureLine> lines = shape_lines(v);
   if (!boxed && lines.empty()) return nullptr;
   const Camera& camera = v.camera;

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// The parts of a scene that all its visitors share, because there is one renderer: the crops that
-// were applied, and the backend. Whoever changes one changes it for all; the others follow with a
-// message.
+// The parts of a scene that all its visitors share, because there is one renderer: the edits and
+// the backend. Whoever changes one changes it for all; the others follow with a message.
 #pragma once
 
 #include <map>
-#include <vector>
 
 #include "app/serve/visitor.h"
 
@@ -24,18 +22,14 @@ class Sharing {
 
  private:
   struct Shared {
-    std::vector<CropWish> crops;
-    std::optional<RemovalCounts> counts;  // of the last crop
+    Editing editing;
     std::uint64_t gaussians = 0;
     EditFacts edits;
     std::optional<Backend> backend;  // unset: as opened
   };
-  static void follow_crops(Viewer& viewer, const Shared& shared);
+  static void follow_edits(Viewer& viewer, const Shared& shared);
 
   std::map<std::size_t, Shared> shared_;  // by scene
 };
-
-/// The crops of a scene that is shown as requested.
-std::vector<CropWish> applied_crops(const CropRequest& request);
 
 }  // namespace qs

@@ -11,6 +11,7 @@
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
@@ -52,7 +53,7 @@ Actions actions_of(const Viewer& v, const message::SetControl& set) {
 }
 
 Actions actions_of(const Viewer& v, const message::DragHandle& drag) {
-  if (!v.panels.crop || !v.crop.wish.boxed || v.crop.applied) return {};
+  if (!v.panels.crop || !v.crop.wish.boxed) return {};
   CropWish moved = v.crop.wish;
   const auto box = dragged(moved.box, drag.face, v.camera, drag.at);
   if (!box) return {};
@@ -99,7 +100,7 @@ Visitor::Visitor(const std::vector<const OpenedScene*>& scenes, glm::ivec2 size,
 
 void Visitor::show_scene(std::size_t scene) {
   if (scene >= scenes_.size()) return;
-  if (viewer().crop.busy) {  // its outcome is of this scene
+  if (viewer().crop.busy || viewer().editing.busy) {  // its outcome is of this scene
     return store_.apply(
         call(action::notify, std::string("the crop is not finished: choose the scene again")),
         host_);
@@ -132,7 +133,7 @@ void Visitor::do_all(const Actions& actions) {
   for (const Action& action : actions) store_.apply(action, host_);
   if (viewer().keyframes.size() > kMostKeyframes)
     store_.apply(call(action::remove_keyframe, kMostKeyframes), host_);
-  if (host_.has_room()) store_.apply(call(action::follow_crop), host_);
+  if (host_.has_room()) store_.apply(call(action::follow_edits), host_);
 }
 
 void Visitor::apply(const Actions& actions, double now) {

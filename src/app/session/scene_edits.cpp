@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -54,19 +55,32 @@ void forget_results(EditsFile& file) {
   }
 }
 
-bool takes_away(const EditStep& step) {
-  return step.kind == EditKind::hide || step.kind == EditKind::remove ||
-         step.kind == EditKind::crop || step.kind == EditKind::floaters;
-}
-
 }  // namespace
 
-EditedScene edited_scene(const Scene& scene) {
-  return {scene.path.filename().string(), file_hash(scene.path), scene.file_bytes,
-          scene.cloud.size(), scene.axes};
+EditsFile edits_file(const Scene& scene, std::vector<EditStep> steps, bool hashes) {
+  const GaussianSet& others = scene.edits.removed;
+  EditsFile file{{scene.path.filename().string(), hashes ? file_hash(scene.path) : "",
+                  scene.file_bytes, std::max(scene.cloud.size(), others.size()), scene.axes},
+                 {}};
+  if (!others.empty()) {
+    const std::vector<std::uint32_t> numbers = others.complement().numbers();
+    for (EditStep& step : steps) {
+      step.select.crc.clear();
+      if (!step.select.members) continue;
+      GaussianSet members(others.size());
+      for (const GaussianRun& run : *step.select.members)
+        for (std::uint64_t i = 0; i < run.count; ++i) members.add(numbers[run.first + i]);
+      step.select.members = members.runs();
+    }
+    file.steps = {{.select = {.tool = SelectTool::list, .members = others.runs()}},
+                  {.kind = EditKind::remove}};
+  }
+  std::ranges::move(steps, std::back_inserter(file.steps));
+  return file;
 }
 
-EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& pool) {
+EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& pool,
+                   const std::function<void(const EditStep&, const EditState&)>& each) {
   const std::string source = options.file->string();
   note_input(*options.file);
   EditedCloud all{EditState(scene.cloud.size()), read_edits(*options.file, scene.cloud.origin)};
@@ -96,6 +110,7 @@ EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& p
     const std::string differs =
         carry_out(step, tools, fmt::format("{}: step {}", source, i + 1), all.state);
     if (!differs.empty()) warn(differs);
+    if (each) each(step, all.state);
     if (step.kind == EditKind::scale)
       all.transform = glm::scale(glm::dmat4(1), glm::dvec3(step.factor)) * all.transform;
     if (step.kind == EditKind::level) all.transform = glm::mat4_cast(step.rotation) * all.transform;
@@ -110,7 +125,7 @@ EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& p
 }
 
 void keep_edited(Scene& scene, const EditedCloud& edited, const GaussianSet& kept) {
-  const auto steps = std::ranges::count_if(edited.file.steps, takes_away);
+  const auto steps = std::ranges::count_if(edited.file.steps, takes_away, &EditStep::kind);
   if (steps == 0 && kept.count() == kept.size()) return;
   scene.edits.remove(std::max(1, static_cast<int>(steps)), kept.complement());
   scene.cloud = select(scene.cloud, kept.numbers());

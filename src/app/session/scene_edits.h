@@ -4,8 +4,10 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "base/parallel.h"
 #include "io/cloud/scene.h"
@@ -29,11 +31,15 @@ struct EditedCloud {
 };
 
 /// Carries out the steps of the file on a scene as it was read, and prints a line; warnings go to
-/// stderr. The scene stays as it is. Throws Error(input) if the file belongs to another scene.
-EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& pool);
+/// stderr. The scene stays as it is. `each`: called with every step and the state after it; may be
+/// null. Throws Error(input) if the file belongs to another scene.
+EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& pool,
+                   const std::function<void(const EditStep&, const EditState&)>& each = {});
 
-/// The facts of the scene for a file of edits.
-EditedScene edited_scene(const Scene& scene);
+/// The file of these steps, which were carried out on the scene. If the scene is a part of its
+/// file, because of earlier edits or Gaussians that were left out, the steps are of the whole file,
+/// and the first two remove the others. `hashes`: with the hash of the file.
+EditsFile edits_file(const Scene& scene, std::vector<EditStep> steps, bool hashes);
 
 /// Keeps these Gaussians of the scene as it was read, and notes the steps.
 void keep_edited(Scene& scene, const EditedCloud& edited, const GaussianSet& kept);

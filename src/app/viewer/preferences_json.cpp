@@ -40,7 +40,6 @@ void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
   visit("first_views", viewer.first_views);
   visit("interface_scale", viewer.interface_scale);
   visit("keyframes", viewer.kept_paths);
-  visit("crops", viewer.kept_crops);
   visit("bookmarks", viewer.bookmarks);
   visit("mode", viewer.settings.mode);
 }

@@ -14,6 +14,7 @@
 #include "app/viewer/render/training_thread.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/layout.h"
@@ -115,7 +116,7 @@ class ViewLoop final : public Host {
       fit_picture();
       follow_training();
       follow_remote();
-      apply(action::follow_crop);
+      apply(action::follow_edits);
       apply(action::follow_view_choice);
       apply(action::follow_test_view);
       apply(action::follow_photograph);

@@ -110,9 +110,13 @@ glm::dvec3 lab_of(glm::dvec3 srgb) {
   return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
 }
 
-glm::dvec3 base_lab(const GaussianCloud& cloud, std::size_t i) {
+glm::dvec3 base_srgb(const GaussianCloud& cloud, std::size_t i) {
   const auto count = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
-  return lab_of(0.5 + kSh0 * glm::dvec3(cloud.sh[i * count]));
+  return 0.5 + kSh0 * glm::dvec3(cloud.sh[i * count]);
+}
+
+glm::dvec3 base_lab(const GaussianCloud& cloud, std::size_t i) {
+  return lab_of(base_srgb(cloud, i));
 }
 
 GaussianSet gaussians_of_color(const GaussianCloud& cloud, glm::dvec3 color, double tolerance,

@@ -30,7 +30,9 @@ GaussianSet gaussians_at_distance(const GaussianCloud& cloud, glm::dvec3 point,
                                   std::optional<glm::dvec3> normal, ValueRange range,
                                   ThreadPool& pool);
 
-/// The base colour of a Gaussian, without its view-dependent part, in CIELAB of D65.
+/// The base colour of a Gaussian, without its view-dependent part: in sRGB, where values can be
+/// outside of 0..1, and in CIELAB of D65.
+glm::dvec3 base_srgb(const GaussianCloud& cloud, std::size_t i);
 glm::dvec3 base_lab(const GaussianCloud& cloud, std::size_t i);
 /// A colour in sRGB 0..1 in CIELAB of D65 (CIE 15, IEC 61966-2-1); values outside are clamped.
 glm::dvec3 lab_of(glm::dvec3 srgb);

@@ -104,6 +104,12 @@ enum class EditKind : std::uint8_t {
 inline constexpr const char* kEditKindNames[] = {"select", "hide",     "show",  "remove",
                                                  "crop",   "floaters", "scale", "level"};
 
+/// True for steps that can take Gaussians out of the picture.
+constexpr bool takes_away(EditKind kind) {
+  return kind == EditKind::hide || kind == EditKind::remove || kind == EditKind::crop ||
+         kind == EditKind::floaters;
+}
+
 struct EditStep {
   EditKind kind = EditKind::select;
   SelectStep select = {};

@@ -129,8 +129,9 @@ void remove_all(EditState& state, const GaussianSet& gone) {
 // Floaters are searched in the rest.
 GaussianSet removed_by(const EditStep& step, const EditTools& tools, const GaussianSet& rest) {
   const std::vector<std::uint32_t> numbers = rest.numbers();
+  const bool is_whole = numbers.size() == tools.cloud.size();
   const Removal removal =
-      find_removal(select(tools.cloud, numbers),
+      find_removal(is_whole ? tools.cloud : select(tools.cloud, numbers),
                    step.kind == EditKind::crop ? std::optional(step.box) : std::nullopt,
                    step.kind == EditKind::floaters ? std::optional(step.floaters) : std::nullopt,
                    tools.progress);

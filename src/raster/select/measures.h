@@ -46,7 +46,7 @@ inline constexpr const char* kLengthUnits[] = {"m", "cm", "mm", "ft", "in"};
 std::optional<MeasureScale> scale_of(const SurfacePoint& from, const SurfacePoint& to, double known,
                                      std::string unit);
 
-/// From a point to the next one, in the unit of the scale.
+/// From a point to the next point, in the unit of the scale.
 struct MeasuredLeg {
   MeasuredLength length;
   glm::dvec3 offset{0.0};

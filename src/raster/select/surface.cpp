@@ -53,8 +53,10 @@ std::optional<SurfacePoint> surface_at(const Frame& frame, const GaussianCloud& 
     if (step == Step::skips) continue;
     last = gaussian;
     for (int share = 0; share < 3; ++share)
-      if (!at[share] && double{transmittance} <= kLeft[share])
+      if (!at[share] && double{transmittance} <= kLeft[share]) {
+        if (share == 1) point.gaussian = gaussian;
         at[share] = on_ray(cloud, gaussian, eye, point.direction);
+      }
   }
   if (!at[1]) return {};
   if (!at[2]) at[2] = on_ray(cloud, *last, eye, point.direction);

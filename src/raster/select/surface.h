@@ -23,7 +23,8 @@ struct SurfacePoint {
   /// distance between the places where 1/4 and 3/4 of the light are stopped (the last Gaussian, if
   /// less are).
   double along = 0;
-  double across = 0;  ///< standard deviation of a place in a pixel
+  double across = 0;           ///< standard deviation of a place in a pixel
+  std::uint32_t gaussian = 0;  ///< that stops the half, an index of the cloud
 
   /// True if the surface is too soft for a distance.
   bool is_soft() const { return along > 0.05 * distance; }

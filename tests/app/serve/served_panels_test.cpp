@@ -468,7 +468,7 @@ TEST(ServePanels, a_crop_is_shared_and_a_box_is_not) {
   const int before = room.viewer(2).view_version;
 
   room.set("Apply", 0);
-  ASSERT_TRUE(room.until([&] { return room.viewer(2).crop.applied; }));
+  ASSERT_TRUE(room.until([&] { return room.viewer(2).editing.gone != nullptr; }));
   const std::uint64_t rest = room.viewer(1).scene->gaussians;
   EXPECT_LT(rest, whole);
   EXPECT_GT(rest, 0u);
@@ -477,7 +477,7 @@ TEST(ServePanels, a_crop_is_shared_and_a_box_is_not) {
   EXPECT_THAT(room.viewer(2).log.back().text, HasSubstr("cropped for all visitors"));
   room.add();
   room.turn();
-  EXPECT_TRUE(room.viewer(3).crop.applied) << "a newcomer sees the same";
+  EXPECT_TRUE(room.viewer(3).editing.gone) << "a newcomer sees the same";
   for (int i = 0; i < 20; ++i) room.turn();
   EXPECT_EQ(room.viewer(1).scene->gaussians, rest) << "nobody undoes it by following";
 
@@ -488,7 +488,7 @@ TEST(ServePanels, a_crop_is_shared_and_a_box_is_not) {
   EXPECT_THAT(*room.files[0].bytes, Not(HasSubstr("secret")));
 
   room.set("Undo", 0, 0, 2);
-  ASSERT_TRUE(room.until([&] { return !room.viewer(1).crop.applied; }));
+  ASSERT_TRUE(room.until([&] { return !room.viewer(1).editing.gone; }));
   EXPECT_EQ(room.viewer(1).scene->gaussians, whole);
   EXPECT_THAT(room.viewer(1).log.back().text, HasSubstr("the whole scene again"));
 }
@@ -503,8 +503,9 @@ TEST(ServePanels, two_visitors_who_crop_at_once_end_with_one_scene) {
   }
   ASSERT_TRUE(room.until([&] {
     return !room.viewer(1).crop.busy && !room.viewer(2).crop.busy &&
-           applied_crops(room.viewer(1).crop.asked) == applied_crops(room.viewer(2).crop.asked) &&
-           room.viewer(1).crop.applied;
+           room.viewer(1).crop.asked.gone == room.viewer(2).crop.asked.gone &&
+           room.viewer(1).editing.gone && !room.viewer(1).editing.busy &&
+           !room.viewer(2).editing.busy;
   }));
   for (int i = 0; i < 20; ++i) room.turn();
   EXPECT_EQ(room.viewer(1).scene->gaussians, room.viewer(2).scene->gaussians);

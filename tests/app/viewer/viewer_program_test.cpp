@@ -725,7 +725,7 @@ TEST_F(ViewerProgram, the_program_s_name_alone_opens_the_window) {
   EXPECT_EQ(kept["hud"], false) << "a window of 1024 pixels";
 }
 
-TEST_F(ViewerProgram, keyframes_crop_mode_and_map_are_kept_and_the_scale_is_not) {
+TEST_F(ViewerProgram, keyframes_mode_and_map_are_kept_edits_are_offered_and_the_scale_is_not) {
   const std::vector<std::string> arguments = {path("scene.ply"), "--settings", path("kept.json")};
   const ProgramRun run = play(
       "wait\nkey K\nkey ]\nwait\nkey K\ncrop -9,-9,-9,0,9,9\nkey Shift+R\nwait\nkey 2\nkey H\n"
@@ -734,14 +734,19 @@ TEST_F(ViewerProgram, keyframes_crop_mode_and_map_are_kept_and_the_scale_is_not)
       arguments);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   ASSERT_EQ(
-      play("wait\nstate " + path("b.json") + "\nkey Ctrl+Z\nstate " + path("c.json") + "\nquit\n",
+      play("wait\nstate " + path("b.json") + "\nkey Ctrl+Z\nstate " + path("c.json") + "\ndrop " +
+               path("scene.ply.edits.json") + "\nwait\nstate " + path("d.json") + "\nquit\n",
            arguments)
           .exit_code,
       0);
   const json a = state("a.json"), b = state("b.json");
   EXPECT_EQ(b["keyframes"], 2);
-  EXPECT_EQ(b["crop"], a["crop"]);
-  EXPECT_EQ(b["gaussians"], a["gaussians"]);
+  EXPECT_FALSE(b.contains("crop")) << "never silently";
+  EXPECT_THAT(b["toasts"].dump(), HasSubstr("scene.ply.edits.json has edits of this scene"));
+  EXPECT_LT(a["gaussians"], b["gaussians"]);
+  const json d = state("d.json");
+  EXPECT_EQ(d["crop"]["text"], a["crop"]["text"]);
+  EXPECT_EQ(d["gaussians"], a["gaussians"]);
   EXPECT_EQ(b["mode"], "adr");
   EXPECT_EQ(b["heatmap"]["quantity"], "pairs");
   EXPECT_EQ(state("c.json")["keyframes"], 2) << "nothing was changed in this run";

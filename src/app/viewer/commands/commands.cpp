@@ -17,6 +17,7 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/measure_actions.h"
@@ -261,15 +262,14 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", save_screenshot),
       last(always(row(GLFW_KEY_Q, kCtrl, file, "Quit", leave, std::filesystem::path()))),
 
-      row(GLFW_KEY_Z, kCtrl, edit, "Undo a change of the keyframes", step_keyframes, true),
-      row(GLFW_KEY_Z, kCtrl | kShift, edit, "Redo a change of the keyframes", step_keyframes,
-          false),
+      row(GLFW_KEY_Z, kCtrl, edit, "Undo", step_back, true),
+      row(GLFW_KEY_Z, kCtrl | kShift, edit, "Redo", step_back, false),
       panel(GLFW_KEY_F10, 0, measure, "FPS of all modes", &Panels::hud),
       panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
       panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
       panel(GLFW_KEY_R, 0, edit, "Crop and clean", &Panels::crop),
       checked(row(GLFW_KEY_R, kShift, edit, "Apply or undo the crop", toggle_crop),
-              [](const Viewer& v) { return v.crop.applied; }),
+              [](const Viewer& v) { return v.editing.gone != nullptr; }),
       row(GLFW_KEY_B, kShift, edit, "Select with the next tool", next_tool),
       row(GLFW_KEY_ESCAPE, 0, edit, "Leave the selecting tool", cancel_tool),
       row(GLFW_KEY_A, kCtrl, edit, "Select all", select_by, SelectTool::all),
@@ -279,7 +279,12 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_COMMA, kCtrl, edit, "Shrink the selection", select_by, SelectTool::shrink),
       row(GLFW_KEY_PERIOD, 0, edit, "Larger brush", scale_brush, 1.25f),
       row(GLFW_KEY_COMMA, 0, edit, "Smaller brush", scale_brush, 0.8f),
-      row(GLFW_KEY_DELETE, 0, edit, "Remove the selected Gaussians", apply_crop),
+      row(GLFW_KEY_DELETE, 0, edit, "Remove the selected Gaussians", edit_selected,
+          EditKind::remove),
+      row(GLFW_KEY_DELETE, kShift, edit, "Keep only the selected Gaussians", keep_selected),
+      row(GLFW_KEY_H, kCtrl, edit, "Hide the selected Gaussians", edit_selected, EditKind::hide),
+      row(GLFW_KEY_H, kCtrl | kShift, edit, "Show hidden Gaussians again", edit_selected,
+          EditKind::show),
       row(GLFW_KEY_S, kCtrl, edit, "Save the edits", save_edits),
       last(measuring_row()),
       row(GLFW_KEY_M, kCtrl, measure, "Copy the measures", copy_measures),

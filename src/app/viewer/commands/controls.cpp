@@ -18,6 +18,7 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/mode_numbers.h"
@@ -502,9 +503,27 @@ constexpr Part<Selecting> kSelecting = {
     [](const Viewer& v) -> const Selecting& { return v.selecting; },
     [](Viewer& v, const Selecting& selecting) { v.selecting = selecting; }};
 
-bool has_selection(const Viewer& v) { return selection_of(v) != nullptr; }
+bool has_selection(const Viewer& v) { return v.editing.selected != nullptr; }
 
 bool has_tool(const Viewer& v) { return v.selecting.tool.has_value(); }
+
+bool draws(const Viewer& v) { return has_tool(v) && draws_in_picture(*v.selecting.tool); }
+
+// The limits of a value, and the button that selects by it.
+Controls value_controls(const char* value, ValueRange Selecting::*range, SelectTool tool,
+                        double most, const char* help) {
+  Controls rows;
+  for (const bool low : {true, false}) {
+    const auto end = low ? &ValueRange::low : &ValueRange::high;
+    rows.push_back(field_row(
+        kSelecting, fmt::format("by {}, {}", value, low ? "from" : "to"), number,
+        [ range, end ](Selecting & selecting) -> auto& { return selecting.*range.*end; },
+        typed({.most = most, .decimals = 4}), help));
+  }
+  rows.push_back(
+      button_row(fmt::format("Select by {}", value), call(action::select_by_value, tool), help));
+  return rows;
+}
 
 Controls select_controls() {
   std::vector<std::string> tools = {"nothing: drags move the view"};
@@ -522,16 +541,18 @@ Controls select_controls() {
   const auto by = [](const char* name, SelectTool tool, const char* help) {
     return button_row(name, call(action::select_by, tool), help);
   };
-  return {
+  Controls rows = {
       value_row<int>("Select with", choice, tool_now, choose, "drag over the picture"),
-      only_if(has_tool, field_row(kSelecting, "selects", choice, &Selecting::kind,
-                                  {.choices = names_in(kSelectKindNames)},
-                                  "visible: at least this weight at a pixel; touching: any "
-                                  "weight; through: by the centre, hidden ones too")),
-      only_if(
-          [](const Viewer& v) { return has_tool(v) && v.selecting.kind == SelectKind::visible; },
-          field_row(kSelecting, "weight", number, &Selecting::weight, logarithmic(0.004, 1, 3),
-                    "alpha times the transmittance in front")),
+      only_if(has_tool, field_row(kSelecting, "how", choice, &Selecting::way,
+                                  {.choices = names_in(kSelectHowNames)},
+                                  "Shift adds, Ctrl takes away, both keep the common part")),
+      only_if(draws, field_row(kSelecting, "selects", choice, &Selecting::kind,
+                               {.choices = names_in(kSelectKindNames)},
+                               "visible: at least this weight at a pixel; touching: any "
+                               "weight; through: by the centre, hidden ones too")),
+      only_if([](const Viewer& v) { return draws(v) && v.selecting.kind == SelectKind::visible; },
+              field_row(kSelecting, "weight", number, &Selecting::weight, logarithmic(0.004, 1, 3),
+                        "alpha times the transmittance in front")),
       only_if([](const Viewer& v) { return v.selecting.tool == SelectTool::brush; },
               field_row(kSelecting, "brush", number, &Selecting::brush_px, logarithmic(1, 500, 0),
                         "radius in pixels")),
@@ -540,10 +561,33 @@ Controls select_controls() {
       by("Invert", SelectTool::invert, "Select the other Gaussians"),
       by("Grow", SelectTool::grow, "Adds the neighbours of the selection"),
       by("Shrink", SelectTool::shrink, "Takes away the border of the selection"),
-      by("Same colour", SelectTool::flood, "Grows through Gaussians of the selection's colour"),
       only_if(
-          [](const Viewer& v) { return !applied_wishes(v.crop).empty() || selection_of(v); },
+          [](const Viewer& v) { return v.selecting.tool == SelectTool::color || has_selection(v); },
+          field_row(kSelecting, "tolerance", number, &Selecting::tolerance,
+                    logarithmic(0.5, 100, 1), "of colours, in CIELAB")),
+      by("Same colour", SelectTool::flood, "Grows through Gaussians of the selection's colour"),
+      gray_unless(has_selection, button_row("Remove", call(action::edit_selected, EditKind::remove),
+                                            command_hint("Remove the selected Gaussians"))),
+      gray_unless(has_selection, button_row("Keep only", call(action::keep_selected),
+                                            command_hint("Keep only the selected Gaussians"))),
+      gray_unless(has_selection, button_row("Hide", call(action::edit_selected, EditKind::hide),
+                                            command_hint("Hide the selected Gaussians"))),
+      gray_unless([](const Viewer& v) { return !v.editing.history.state().hidden.empty(); },
+                  button_row("Show hidden", call(action::edit_selected, EditKind::show),
+                             command_hint("Show hidden Gaussians again"))),
+      gray_unless([](const Viewer& v) { return v.editing.history.can_undo(); },
+                  button_row("Undo", call(action::step_back, true), command_hint("Undo"))),
+      gray_unless([](const Viewer& v) { return v.editing.history.can_redo(); },
+                  button_row("Redo", call(action::step_back, false), command_hint("Redo"))),
+      only_if(
+          [](const Viewer& v) { return v.editing.history.has_steps(); },
           button_row("Save the edits", call(action::save_edits), command_hint("Save the edits")))};
+  add(rows, value_controls("opacity", &Selecting::opacity, SelectTool::opacity, 1, "0 to 1"));
+  add(rows, value_controls("size", &Selecting::size, SelectTool::size, 1e9,
+                           "the longest standard deviation, world units"));
+  add(rows, value_controls("distance", &Selecting::distance, SelectTool::distance, 1e9,
+                           "of the centres from the last measured point, world units"));
+  return rows;
 }
 
 // ---- measuring ---------------------------------------------------------------------------------
@@ -597,14 +641,11 @@ Controls crop_controls() {
                      switch_row(
                          "Tint what goes", [](const Viewer& v) { return v.crop.marks; },
                          [](Viewer& v, bool marks) { v.crop.marks = marks; })),
-             only_if([](const Viewer& v) { return !v.crop.applied; },
-                     gray_unless([](const Viewer& v) { return v.crop.wish.removes(); },
-                                 button_row("Apply", call(action::apply_crop),
-                                            command_hint("Apply or undo the crop")))),
-             only_if([](const Viewer& v) { return v.crop.applied || !v.crop.done.empty(); },
-                     button_row("Undo", call(action::undo_crop), "The scene before the last crop")),
+             gray_unless([](const Viewer& v) { return v.crop.wish.removes(); },
+                         button_row("Apply", call(action::apply_crop),
+                                    command_hint("Apply or undo the crop"))),
              // The window asks for a file.
-             only_if([](const Viewer& v) { return v.is_remote && v.crop.applied; },
+             only_if([](const Viewer& v) { return v.is_remote && v.editing.gone; },
                      button_row("Save the cropped scene",
                                 call(action::save_crop, std::filesystem::path(), Action())))});
   return rows;

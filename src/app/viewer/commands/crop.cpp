@@ -18,31 +18,31 @@
 namespace qs {
 namespace {
 
-// The key may be pressed before the crop was carried out.
-void demand_crop(const RenderContext& context, const std::filesystem::path& path) {
-  if (!context.cropped || context.cropped->tinted)
+// The rest of the scene. The key may be pressed before the window shows it.
+const GaussianCloud& demand_crop(const RenderContext& context, const std::filesystem::path& path) {
+  if (!context.cropped || !context.cropped->gone)
     fail(ErrorKind::usage, "{}: the window does not show a cropped scene, nothing was saved",
          path.string());
+  return context.cropped->rest->cloud;
 }
 
 void send(RenderContext& context, const Viewer& viewer) {
   const OutputFile output(viewer, "", viewer.scene->name + "_cropped", ".ply");
-  demand_crop(context, output.path().filename());
+  const GaussianCloud& cloud = demand_crop(context, output.path().filename());
   const auto end = hide_progress_at_end(context);
-  write_scene(context.session.scene->cloud, output.path(), *context.session.pool,
+  write_scene(cloud, output.path(), *context.session.pool,
               shown_progress(output.path(), "writing", context.stop, context.reports));
   output.done(context, "");
 }
 
 void write(RenderContext& context, const std::filesystem::path& path) {
-  demand_crop(context, path);
+  const GaussianCloud& cloud = demand_crop(context, path);
   std::error_code error;
   if (std::filesystem::exists(std::filesystem::symlink_status(path, error)))
     fail(ErrorKind::usage, "{}: this file exists already: choose another name", path.string());
   const auto end = hide_progress_at_end(context);
   context.report(action::show_progress, Loading{path, "writing", 0});
   try {
-    const GaussianCloud& cloud = context.session.scene->cloud;
     write_scene(cloud, path, *context.session.pool,
                 shown_progress(path, "writing", context.stop, context.reports));
     context.report(action::notify_file, path,
@@ -58,7 +58,7 @@ void write(RenderContext& context, const std::filesystem::path& path) {
 void action::save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name,
                        const Action& then) {
   if (!viewer.scene) return;
-  if (!viewer.crop.applied)
+  if (!viewer.editing.gone)
     return notify(viewer, "nothing is cropped: apply a box or the search for floaters first");
   if (viewer.is_remote) return start_job(viewer, host, send);
   const std::filesystem::path folder = viewer.out_dir;
@@ -75,8 +75,7 @@ void action::save_and_leave(Viewer& viewer, Host& host, const std::filesystem::p
   if (opens.empty() && !viewer.unsaved_results.empty())
     return toggle_open_dialog(viewer, Choosing::results);
   if (!viewer.keeps_work) save_keyframes(viewer, host);
-  if (viewer.keeps_work || applied_wishes(viewer.crop).empty())
-    return leave_now(viewer, host, opens, true);
+  if (viewer.keeps_work || !viewer.editing.gone) return leave_now(viewer, host, opens, true);
   save_crop(viewer, host, {}, call(leave_now, opens, true));
 }
 

@@ -3,45 +3,26 @@
 // Jobs of measuring: the surface at a pixel, the parts of rulers behind surfaces, the box of the
 // selection.
 #include <cmath>
-#include <exception>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 
 #include "app/viewer/commands/jobs.h"
-#include "app/viewer/render/render_context.h"
+#include "app/viewer/render/measured_view.h"
+#include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/measure_actions.h"
-#include "app/viewer/state/select_actions.h"
 #include "base/fail.h"
 
 namespace qs {
 namespace {
 
-// The view as Gaussians, in any style of the picture.
-struct MeasuredView {
-  const GaussianCloud& cloud;
-  Camera camera;
-  const Frame& frame;
-
-  MeasuredView(RenderContext& context, const Viewer& v)
-      : cloud(context.session.scene->cloud),
-        camera(v.camera),
-        frame(context.session.renderer->render(camera, {.antialiased = v.settings.antialiased},
-                                               {.color = false, .trace = true}, HostImage{},
-                                               context.stop)) {
-    camera.origin = cloud.origin;
-  }
-  std::optional<SurfacePoint> surface(glm::ivec2 pixel) const {
-    return surface_at(frame, cloud, camera, pixel);
-  }
-};
-
-void measure_at(RenderContext& context, const Viewer& v, glm::ivec2 pixel) {
+void measure_at(RenderContext& context, const Viewer& v, glm::dvec2 pixel) {
   std::optional<SurfacePoint> point;
   const AtEnd end{[&] { context.report(action::point_measured, point); }};
-  point = MeasuredView(context, v).surface(pixel);
+  point = MeasuredView(context, v.camera).surface(pixel);
 }
 
 // True if a surface is in front of the place.
@@ -50,20 +31,22 @@ bool is_hidden(const MeasuredView& view, glm::dvec3 place) {
   const glm::dvec3 seen = view.camera.view_from_world * glm::dvec4(place, 1);
   if (seen.z <= view.camera.near_depth) return false;
   const glm::dvec2 pixel = glm::dvec2(seen) / seen.z * view.camera.focal_px + view.camera.center_px;
-  const auto surface = view.surface(glm::ivec2(glm::round(pixel)));
+  const auto surface = view.surface(pixel);
   return surface && glm::length(seen) > (1 + kOnSurface) * surface->distance + surface->along;
 }
 
 void look_behind(RenderContext& context, const Viewer& v) {
-  const MeasuredView view(context, v);
-  std::vector<std::vector<bool>> hidden;
+  std::vector<std::vector<bool>> hidden;  // empty if it is cancelled
+  const AtEnd end{[&] { context.report(action::rulers_hidden, int{v.view_version}, hidden); }};
+  const MeasuredView view(context, v.camera);
+  std::vector<std::vector<bool>> found;
   for (const Ruler& ruler : rulers_of(v)) {
-    auto& parts = hidden.emplace_back();
+    auto& parts = found.emplace_back();
     for (std::size_t i = 0; i < kRulerParts; ++i)
       parts.push_back(is_hidden(view, glm::mix(ruler.from.position, ruler.to.position,
                                                (static_cast<double>(i) + 0.5) / kRulerParts)));
   }
-  context.report(action::rulers_hidden, int{v.view_version}, hidden);
+  hidden = std::move(found);
 }
 
 }  // namespace
@@ -71,20 +54,23 @@ void look_behind(RenderContext& context, const Viewer& v) {
 void action::measure_pixel(Viewer& v, Host& host, glm::dvec2 pixel) {
   if (!v.scene || v.measures.busy) return;
   if (v.settings.lens) return notify(v, "points are measured by a pinhole camera (Shift+5)");
+  if (v.levels) return notify(v, "a tree that is not read whole cannot be measured");
   v.measures.busy = true;
-  start_job(v, host, measure_at, glm::ivec2(glm::round(pixel)));
+  start_job(v, host, measure_at, pixel);
 }
 
 void action::follow_rulers(Viewer& v, Host& host) {
   PointMeasures& measuring = v.measures;
   const bool shows_view = v.shown.version == v.version && v.shown.divisor == 1 && v.still();
-  if (!shows_view || measuring.points() < 2 || measuring.asked_version == v.view_version) return;
+  if (!shows_view || !v.panels.measures || measuring.points() < 2 ||
+      measuring.asked_version == v.view_version)
+    return;
   measuring.asked_version = v.view_version;
   host.run_behind([v](RenderContext& context) { look_behind(context, v); });
 }
 
 void action::measure_selection(Viewer& v, Host& host) {
-  const auto selected = selection_of(v);
+  const auto selected = v.editing.selected;
   if (!selected) return notify(v, "select Gaussians first (Shift+B)");
   v.measures.busy = true;
   const glm::dmat3 level = glm::mat3_cast(v.measures.ground ? level_turn(v.measures.ground->up)
@@ -93,7 +79,8 @@ void action::measure_selection(Viewer& v, Host& host) {
     MeasuredBox box{selected->count()};
     const AtEnd end{[&] { context.report(action::box_measured, box); }};
     GaussianCloud centres;
-    const GaussianCloud& cloud = context.session.scene->cloud;
+    const std::shared_ptr<const Scene> whole = whole_scene(context);
+    const GaussianCloud& cloud = whole->cloud;
     selected->for_each([&](std::size_t i) {
       if (i < cloud.size()) centres.positions.emplace_back(level * glm::dvec3(cloud.positions[i]));
     });

@@ -49,16 +49,29 @@ Blocks crop_blocks(const Viewer& v) {
   block::Controls floaters =
       fields(kField, {"faint", "opacity", "large", "of the core", "isolated", "neighbours"});
   floaters.indented = true;
-  block::Controls selecting = fields(kField, {"Select with", "selects", "weight", "brush"});
+  block::Controls selecting =
+      fields(kField, {"Select with", "how", "selects", "weight", "brush", "tolerance"});
+  block::Controls values;
+  for (const std::string value : {"opacity", "size", "distance"}) {
+    values.controls.push_back(
+        {.name = "by " + value, .width = -12, .form = block::Form::range, .speed = 0.001});
+    values.controls.push_back(
+        {.name = "Select by " + value, .follows = true, .short_label = "Select"});
+  }
   return {box,
           in_line({{"Fit"}, {"Show all"}}),
           fields(kField, {"Floaters"}),
           floaters,
+          in_line({{"Apply"}}),
+          block::Line{},
           selecting,
           in_line({{"All"}, {"Nothing"}, {"Invert"}, {"Grow"}, {"Shrink"}, {"Same colour"}}),
+          values,
+          in_line({{"Remove"}, {"Keep only"}, {"Hide"}, {"Show hidden"}}),
+          block::Line{},
           block::Text{crop_text(v)},
           fields(0, {"Tint what goes"}),
-          in_line({{"Apply"}, {"Undo"}, {"Save the edits"}, {"Save the cropped scene"}}),
+          in_line({{"Undo"}, {"Redo"}, {"Save the edits"}, {"Save the cropped scene"}}),
           block::Local::crop_file};
 }
 

@@ -23,7 +23,7 @@ constexpr int kListLines = 10;
 
 // The new file's name and its button.
 void draw_crop_file(const Viewer& viewer, PanelState& state, Actions& actions) {
-  if (!viewer.crop.applied) return;
+  if (!viewer.editing.gone) return;
   ImGui::SetNextItemWidth(-1);
   ImGui::InputTextWithHint("##file", "new file, e.g. cropped.ply; empty: a free name",
                            &state.crop_file);

@@ -11,6 +11,7 @@
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/zoom_actions.h"
 
@@ -64,6 +65,10 @@ void draw_offer(ToastOffer offer, Actions& actions) {
     actions.push_back(call(action::next_axes));
   if (both) ImGui::SameLine();
   if (both && ImGui::Button("Turn it over")) actions.push_back(call(action::turn_over));
+  if (offer == ToastOffer::apply_edits && ImGui::Button("Apply the edits"))
+    actions.push_back([](Viewer& v, Host& host) {
+      if (v.scene) action::open_edits(v, host, kept_edits_file(v.scene->path));
+    });
   if (offer == ToastOffer::save_results && ImGui::Button("Save as ..."))
     actions.push_back(call(action::toggle_open_dialog, Choosing::results));
 }

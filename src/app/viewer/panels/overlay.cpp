@@ -138,8 +138,8 @@ void draw_rulers(const Viewer& viewer, const Screen& screen) {
     for (std::size_t part = 0; part < kRulerParts; ++part) {
       const bool hidden = !ruler.hidden.empty() && ruler.hidden[part];
       if (hidden && part % 2 == 1) continue;
-      if (!hidden) draw_line(screen, place(part), place(part + 1), kShadow, 4);
-      draw_line(screen, place(part), place(part + 1), color_of(kSkyBlue, hidden ? 0.5f : 1),
+      draw_line(screen, place(part), place(part + 1), kShadow, hidden ? 2.5f : 4.0f);
+      draw_line(screen, place(part), place(part + 1), color_of(kSkyBlue, hidden ? 0.6f : 1),
                 hidden ? 1.0f : 2.0f);
     }
     if (const auto line = line_in_picture(screen.camera, from, to))
@@ -240,13 +240,12 @@ void draw_overlay(const Viewer& viewer, const PanelState& state, Floats& floats,
   }
   if (viewer.panels.inspector && viewer.inspected && viewer.inspected->version == viewer.version)
     draw_inspected(viewer, screen);
-  if (viewer.panels.crop && viewer.crop.wish.boxed && !viewer.crop.applied)
-    draw_crop_box(viewer, screen, actions);
+  if (viewer.panels.crop && viewer.crop.wish.boxed) draw_crop_box(viewer, screen, actions);
   for (const PictureLine& line : shape_lines(viewer))
     for (const auto& [color, width] :
          {std::pair(ImU32{IM_COL32(0, 0, 0, 160)}, 3.0f), std::pair(color_of(kVermillion), 1.5f)})
       screen.draw.AddLine(screen.at(line.from), screen.at(line.to), color, width * screen.scale);
-  draw_rulers(viewer, screen);
+  if (viewer.panels.measures) draw_rulers(viewer, screen);
   if (viewer.cross) draw_cross(screen, *viewer.cross);
   if (verdict_is_current(viewer)) draw_verdict_marks(viewer, screen);
   if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer, screen);

@@ -70,13 +70,11 @@ struct RenderedBeside {
   std::unique_ptr<Renderer> renderer;  ///< runs on `backend`
 };
 
-/// The whole scene, from which crop and clean made session.scene.
+/// The whole scene, from which edits made session.scene.
 struct CroppedScene {
   std::shared_ptr<const Scene> whole;
-  /// true: session.scene has all Gaussians, those to remove tinted. false: they are gone.
-  bool tinted = false;
-  std::vector<CropWish> done = {};         ///< CropRequest::done
-  std::shared_ptr<const Scene> base = {};  ///< the rest of `done`
+  std::shared_ptr<const GaussianSet> gone = {};  ///< CropRequest::gone
+  std::shared_ptr<const Scene> rest = {};        ///< without these; session.scene may be tinted
 };
 
 struct RenderContext {

@@ -7,13 +7,12 @@
 
 #include "app/picture/palette.h"
 #include "app/session/levels.h"
-#include "app/session/removal_text.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/render/resolution.h"
 #include "base/error.h"
-#include "base/fail.h"
 #include "raster/kernel/constants.h"
+#include "raster/scene/cloud_order.h"
 
 namespace qs {
 Progress upload_progress(RenderContext& context, const Scene& scene) {
@@ -75,8 +74,8 @@ std::unique_ptr<Renderer> make_room_and_upload(RenderContext& context,
   return renderer;
 }
 
-// The scene without the Gaussians to remove, or with them tinted.
-std::shared_ptr<const Scene> after(const Scene& scene, const Removal& removal, bool tints) {
+// The facts of a scene, with other Gaussians.
+std::shared_ptr<Scene> with_cloud(const Scene& scene, GaussianCloud cloud) {
   auto result = std::make_shared<Scene>();
   result->path = scene.path;
   result->format = scene.format;
@@ -85,18 +84,26 @@ std::shared_ptr<const Scene> after(const Scene& scene, const Removal& removal, b
   result->vertical_axis = scene.vertical_axis;
   result->file_bytes = scene.file_bytes;
   result->edits = scene.edits;
-  result->edits.tinted = tints;
-  if (!tints)
-    result->edits.remove(removal.marks.size(),
-                         [&](std::size_t i) { return removal.marks[i] != Removed::no; });
-  result->cloud = tints ? tinted(scene.cloud, removal) : keep_rest(scene.cloud, removal);
+  result->cloud = std::move(cloud);
   return result;
 }
 
-Removal removal_by(const GaussianCloud& cloud, const CropWish& wish) {
-  Removal removal = find_removal(cloud, wish.used_box(), wish.used_floaters());
-  if (wish.selected && wish.selected->size() == cloud.size())
-    wish.selected->for_each([&](std::size_t i) { removal.select(i); });
+// The numbers in the whole scene of the Gaussians that are left.
+std::vector<std::uint32_t> left_of(const CropRequest& request) {
+  return request.gone->complement().numbers();
+}
+
+// The Gaussians of the rest that are wished away or selected.
+Removal removal_by(const GaussianCloud& rest, const CropRequest& request) {
+  Removal removal = find_removal(rest, request.wish.used_box(), request.wish.used_floaters());
+  if (!request.selected) return removal;
+  if (!request.gone) {
+    request.selected->for_each([&](std::size_t i) { removal.select(i); });
+    return removal;
+  }
+  const std::vector<std::uint32_t> numbers = left_of(request);
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    if ((*request.selected)[numbers[i]]) removal.select(i);
   return removal;
 }
 
@@ -110,39 +117,33 @@ void show(RenderContext& context, const std::shared_ptr<const Scene>& scene) {
   session.scene = scene;
 }
 
-// The scene after earlier crops. The last such scene is kept, because dragging a box asks often.
+// The last rest is kept, because dragging a box asks often.
 std::shared_ptr<const Scene> rest_of(const RenderContext& context,
                                      const std::shared_ptr<const Scene>& whole,
-                                     const std::vector<CropWish>& done) {
-  if (done.empty()) return whole;
-  if (context.cropped && context.cropped->done == done && context.cropped->base)
-    return context.cropped->base;
-  std::shared_ptr<const Scene> rest = whole;
-  for (const CropWish& wish : done) rest = after(*rest, removal_by(rest->cloud, wish), false);
+                                     const CropRequest& request) {
+  if (!request.gone) return whole;
+  if (context.cropped && context.cropped->gone == request.gone) return context.cropped->rest;
+  auto rest = with_cloud(*whole, select(whole->cloud, left_of(request)));
+  rest->edits.remove(whole->cloud.size(), [&](std::size_t i) { return (*request.gone)[i]; });
+  rest->edits.steps = whole->edits.steps + request.steps;
   return rest;
 }
 
 std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest& request) {
-  const std::shared_ptr<const Scene> whole =
-      context.cropped ? context.cropped->whole : context.session.scene;
-  if (request.view == CropView::whole) {
-    show(context, whole);
-    context.cropped.reset();
-    return std::nullopt;
-  }
-  const std::shared_ptr<const Scene> base = rest_of(context, whole, request.done);
-  const Removal removal = removal_by(base->cloud, request.wish);
-  if (request.view == CropView::rest && removal.staying() == 0)
-    fail("{}: {}", whole->path.string(), removal_text(removal, "would go"));
-  if (removal.going() == 0 || request.view == CropView::counted) {
-    show(context, base);
-    context.cropped.reset();
-    if (base != whole) context.cropped = CroppedScene{whole, false, request.done, base};
+  const std::shared_ptr<const Scene> whole = whole_scene(context);
+  const std::shared_ptr<const Scene> rest = rest_of(context, whole, request);
+  std::optional<Removal> removal;
+  if (request.view != CropView::rest) removal = removal_by(rest->cloud, request);
+  const bool tints = request.view == CropView::marked && removal->going() > 0;
+  if (tints) {
+    auto marked = with_cloud(*rest, tinted(rest->cloud, *removal));
+    marked->edits.tinted = true;
+    show(context, marked);
   } else {
-    const bool tints = request.view == CropView::marked;
-    show(context, after(*base, removal, tints));
-    context.cropped = CroppedScene{whole, tints, request.done, base};
+    show(context, rest);
   }
+  context.cropped.reset();
+  if (tints || rest != whole) context.cropped = CroppedScene{whole, request.gone, rest};
   return removal;
 }
 
@@ -254,14 +255,6 @@ Job show_crop(const CropRequest& request) {
       context.report(action::crop_failed, std::string(error.what()));
     }
   };
-}
-
-void action::follow_crop(Viewer& viewer, Host& host) {
-  const CropRequest wanted = wanted_crop(viewer);
-  if (viewer.crop.busy || wanted == viewer.crop.asked) return;
-  viewer.crop.busy = true;
-  viewer.crop.asked = wanted;
-  host.run(show_crop(wanted));
 }
 
 }  // namespace qs

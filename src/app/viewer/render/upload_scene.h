@@ -68,14 +68,12 @@ Renderer& renderer_beside(RenderContext& context);
 /// visible.
 GaussianCloud tinted(GaussianCloud cloud, const Removal& removal);
 
+/// The scene as it was read; session.scene may be a part of it.
+inline std::shared_ptr<const Scene> whole_scene(const RenderContext& context) {
+  return context.cropped ? context.cropped->whole : context.session.scene;
+}
+
 /// Shows the scene as requested and reports crop_shown(). If that fails, the window keeps the old
 /// scene, and crop_failed() is reported.
 Job show_crop(const CropRequest& request);
-
-namespace action {
-
-/// Runs show_crop() if the window does not show wanted_crop() and no request is in progress.
-void follow_crop(Viewer& viewer, Host& host);
-
-}  // namespace action
 }  // namespace qs

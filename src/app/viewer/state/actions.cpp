@@ -8,6 +8,7 @@
 
 #include "app/framing/scene_box.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
@@ -241,7 +242,10 @@ void set_photograph_wipe(Viewer& v, float share) {
   v.photograph_wipe = std::clamp(share, 0.0f, 1.0f);
 }
 
-void open(Viewer& v, Host& host, const std::filesystem::path& path) { leave(v, host, path); }
+void open(Viewer& v, Host& host, const std::filesystem::path& path) {
+  if (v.scene && path.string().ends_with(".edits.json")) return open_edits(v, host, path);
+  leave(v, host, path);
+}
 
 void skip_huge(Viewer& v, Host& host, bool skips) {
   v.skips_huge = skips;
@@ -316,6 +320,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
   v.backend = opened.backend;
   add_recent(v, scene.path);
   restore_work(v, another);
+  offer_edits(v);
   if (another) {
     v.playback = {};
     forget_zoom_views(v.zoom);

@@ -13,6 +13,7 @@
 #include "app/session/removal_text.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {
@@ -20,10 +21,13 @@ namespace qs {
 CropRequest wanted_crop(const Viewer& viewer) {
   const Crop& crop = viewer.crop;
   if (!viewer.scene || viewer.remote || is_training(viewer)) return {};
-  if (crop.applied) return {crop.wish, CropView::rest, crop.done};
-  if (viewer.panels.crop && crop.wish.removes())
-    return {crop.wish, crop.marks ? CropView::marked : CropView::counted, crop.done};
-  return crop.done.empty() ? CropRequest{} : CropRequest{{}, CropView::rest, crop.done};
+  CropRequest request{.gone = viewer.editing.gone, .steps = viewer.editing.steps};
+  if (viewer.panels.crop && (crop.wish.removes() || viewer.editing.selected)) {
+    request.view = crop.marks ? CropView::marked : CropView::counted;
+    request.wish = crop.wish;
+    request.selected = viewer.editing.selected;
+  }
+  return request;
 }
 
 namespace {
@@ -48,9 +52,13 @@ CropBox first_box(const ViewedScene& scene, glm::dvec3 eye) {
 
 std::string crop_text(const Viewer& viewer) {
   const Crop& crop = viewer.crop;
-  if (!crop.wish.removes()) return "Choose a box or floaters, or select Gaussians.";
-  if (!crop.counts || crop.asked.wish != crop.wish) return crop.busy ? "counting" : "not counted";
-  return removal_text(*crop.counts, crop.applied ? "removed" : "would go");
+  if (!crop.wish.removes() && !viewer.editing.selected) {
+    const std::string text = edits_text(viewer);
+    return text.empty() ? "Choose a box or floaters, or select Gaussians." : text;
+  }
+  if (!crop.counts || crop.asked != wanted_crop(viewer))
+    return crop.busy ? "counting" : "not counted";
+  return removal_text(*crop.counts, "would go");
 }
 
 glm::dvec3 handle_of(const CropBox& box, int face) {
@@ -124,7 +132,6 @@ std::optional<CropBox> dragged(const CropBox& box, int face, const Camera& camer
 void action::change_crop(Viewer& v, const CropWish& wish) {
   if (!v.scene || wish == v.crop.wish) return;
   const CropWish before = std::exchange(v.crop.wish, wish);
-  if (std::exchange(v.crop.applied, false)) v.crop.done.push_back(before);
   CropBox& box = v.crop.wish.box;
   if (wish.boxed && box == CropBox{}) box = first_box(*v.scene, v.camera.position());
   for (int axis = 0; axis < 3; ++axis) {
@@ -142,9 +149,8 @@ void action::choose_crop(Viewer& v, const std::string& words) {
   if (words == "floaters") {
     wish.cleans = true;
   } else if (words == "nothing") {
-    v.crop.applied = wish.boxed = wish.cleans = false;
-    wish.selected = nullptr;
-    v.crop.done.clear();
+    wish.boxed = wish.cleans = false;
+    v.editing = Editing();
   } else {
     wish.boxed = true;
     wish.box = parse_crop_box("crop", words, v.scene ? v.scene->origin : glm::dvec3(0));
@@ -177,35 +183,19 @@ void action::show_crop_box(Viewer& v) {
 }
 
 void action::apply_crop(Viewer& v) {
-  Crop& crop = v.crop;
-  if (!v.scene || crop.applied) return;
-  if (is_training(v)) return notify(v, "the model is being trained: stop that run before cropping");
+  const Crop& crop = v.crop;
+  if (!v.scene || v.editing.busy || !v.editing.waiting.empty()) return;
   if (!crop.wish.removes()) {
     v.panels.crop = true;
-    return notify(v, "choose a box or floaters, or select Gaussians first");
+    return notify(v, "choose a box or floaters first");
   }
-  if (crop.counts && crop.asked.wish == crop.wish) {
-    if (crop.counts->going() == 0) return notify(v, "nothing would go");
-    if (crop.counts->staying() == 0)
-      return notify_error(v, removal_text(*crop.counts, "would go") + "; choose a larger box");
-  }
-  crop.applied = true;
+  if (crop.wish.boxed) edit(v, {.kind = EditKind::crop, .box = crop.wish.box});
+  if (crop.wish.cleans) edit(v, {.kind = EditKind::floaters, .floaters = crop.wish.floaters});
 }
 
-void action::undo_crop(Viewer& v) {
-  Crop& crop = v.crop;
-  if (!crop.applied && crop.done.empty()) return;
-  crop.applied = !crop.done.empty();
-  if (crop.applied) {
-    crop.wish = crop.done.back();
-    crop.done.pop_back();
-    return notify(v, "the scene before the last crop again");
-  }
-  crop.wish.boxed = crop.wish.cleans = false;
-  notify(v, "the whole scene again");
+void action::toggle_crop(Viewer& v) {
+  v.crop.wish.removes() || !v.editing.history.can_undo() ? apply_crop(v) : step_back(v, true);
 }
-
-void action::toggle_crop(Viewer& v) { v.crop.applied ? undo_crop(v) : apply_crop(v); }
 
 void action::crop_shown(Viewer& v, const CropRequest& request,
                         const std::optional<RemovalCounts>& counts, std::uint64_t gaussians) {
@@ -217,7 +207,6 @@ void action::crop_shown(Viewer& v, const CropRequest& request,
   v.scene->gaussians = gaussians;
   v.inspected.reset();  // it refers to Gaussians by their indices
   view_changed(v);
-  if (request.view == CropView::rest && counts) notify(v, removal_text(*counts, "removed"));
 }
 
 void action::scene_edited(Viewer& v, const EditFacts& edits) {
@@ -225,7 +214,7 @@ void action::scene_edited(Viewer& v, const EditFacts& edits) {
 }
 
 void action::crop_failed(Viewer& v, const std::string& sentence) {
-  v.crop.busy = v.crop.applied = false;
+  v.crop.busy = false;
   v.crop.counts.reset();
   notify_error(v, sentence);
 }

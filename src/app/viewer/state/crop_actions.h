@@ -12,15 +12,15 @@
 
 namespace qs {
 
-/// The view of the scene that the window should show now. While the panel is open, the Gaussians to
-/// remove are counted and tinted. During training it is the whole scene.
+/// The view of the scene that the window should show now. While the panel is open, Gaussians that
+/// are selected or wished away are counted and tinted. During training it is the whole scene.
 CropRequest wanted_crop(const Viewer& viewer);
 
 /// The initial box for the user: the scene's subject and a quarter of its size on all sides, or
 /// less if `eye` would be inside.
 CropBox first_box(const ViewedScene& scene, glm::dvec3 eye);
 
-/// "3 of 500 Gaussians would go: 3 outside of the box", or an instruction.
+/// "3 of 500 Gaussians would go: 3 outside of the box", edits_text(), or an instruction.
 std::string crop_text(const Viewer& viewer);
 
 /// A handle is in the middle of a face of the box: face 0..5 is low x, high x, low y, ...
@@ -53,11 +53,11 @@ std::optional<double> slide_along(const Camera& camera, glm::dvec3 point, glm::d
 
 namespace action {
 
-/// Changes the criteria. They refer to the rest of the crops that were applied before. A face of
-/// the box cannot pass the opposite face.
+/// Changes the criteria. They refer to the scene as it is edited. A face of the box cannot pass the
+/// opposite face.
 void change_crop(Viewer& viewer, const CropWish& wish);
 /// Sets the criteria from words: X0,Y0,Z0,X1,Y1,Z1 crops to a box, "floaters" also drops floaters,
-/// "nothing" switches both off and shows the whole scene. Throws Error(usage).
+/// "nothing" switches both off and shows the whole scene without a way back. Throws Error(usage).
 void choose_crop(Viewer& viewer, const std::string& words);
 void mark_removed(Viewer& viewer, bool marks);
 /// Puts the box around the scene's subject.
@@ -65,11 +65,9 @@ void fit_crop_box(Viewer& viewer);
 /// Moves the camera along its viewing direction so that it shows the whole box.
 void show_crop_box(Viewer& viewer);
 
-/// Shows only the rest. Refused with a message if no Gaussian would be removed or none would stay.
+/// Removes the Gaussians that the criteria take, as steps of the edits.
 void apply_crop(Viewer& viewer);
-/// Shows the scene before the last crop that was applied. Box and floaters are switched off in the
-/// whole scene.
-void undo_crop(Viewer& viewer);
+/// The same; without criteria it takes the last change back.
 void toggle_crop(Viewer& viewer);
 
 // ---- reports of the render thread --------------------------------------------------------------

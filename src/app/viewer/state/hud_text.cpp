@@ -222,9 +222,11 @@ void add_overlays(const Viewer& viewer, ordered_json& json) {
       json["grid"].push_back({{"mode", mode_name(mode)}, {"label", grid_label(viewer, mode)}});
   }
   if (viewer.shown.other) json["split"] = split_json(viewer, *viewer.shown.other);
-  if (viewer.crop.wish.removes()) {
+  const Editing& editing = viewer.editing;
+  if (viewer.crop.wish.removes() || editing.gone || editing.selected) {
     json["crop"] = {{"text", crop_text(viewer)},
-                    {"applied", viewer.crop.applied},
+                    {"applied", editing.gone != nullptr},
+                    {"selected", editing.history.state().selected.count()},
                     {"box", format_crop_box(viewer.crop.wish.box,
                                             viewer.scene ? viewer.scene->origin : glm::dvec3(0))}};
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The user's work on a scene: its keyframes and crops. They are kept with the scene as views are,
-// and come back when it is opened again. The question what to do with work that would be lost.
+// The user's work on a scene. Its keyframes are kept as views are, and come back when it is opened
+// again; edit_actions.h keeps the edits. The question what to do with work that would be lost.
 #pragma once
 
 #include <string>
@@ -13,9 +13,6 @@ namespace qs {
 
 /// The name of a scene, as it was read, in the kept work.
 std::string work_name(const ViewedScene& scene);
-
-/// The crops that the window shows, in their order.
-std::vector<CropWish> applied_wishes(const Crop& crop);
 
 /// "3 keyframes and a crop and a film of which 31 % are drawn": what is lost if this file is opened
 /// or, if it is empty, the window closes. Empty if nothing is lost.

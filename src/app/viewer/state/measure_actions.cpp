@@ -167,9 +167,11 @@ void point_measured(Viewer& v, const std::optional<SurfacePoint>& point) {
 }
 
 void rulers_hidden(Viewer& v, int view_version, const std::vector<std::vector<bool>>& hidden) {
-  if (v.measures.asked_version != view_version) return;  // the points have changed
-  v.measures.hidden = hidden;
-  v.measures.hidden_version = view_version;
+  PointMeasures& measuring = v.measures;
+  if (measuring.asked_version != view_version) return;  // the points have changed
+  measuring.hidden = hidden;
+  measuring.hidden_version = view_version;
+  if (hidden.empty()) measuring.asked_version = -1;
 }
 
 void box_measured(Viewer& v, const MeasuredBox& box) {

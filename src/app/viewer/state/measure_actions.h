@@ -56,7 +56,7 @@ void follow_rulers(Viewer& viewer, Host& host);
 void move_cross(Viewer& viewer, glm::dvec2 by);
 
 // ---- reports of the render thread --------------------------------------------------------------
-/// `point`: unset if the pixel shows no surface.
+/// `point`: unset if the pixel shows no surface. `hidden`: empty if it was cancelled.
 void point_measured(Viewer& viewer, const std::optional<SurfacePoint>& point);
 void rulers_hidden(Viewer& viewer, int view_version, const std::vector<std::vector<bool>>& hidden);
 void box_measured(Viewer& viewer, const MeasuredBox& box);

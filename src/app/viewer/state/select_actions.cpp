@@ -9,12 +9,13 @@
 #include <glm/geometric.hpp>
 
 #include "app/viewer/state/actions.h"
-#include "base/text.h"
+#include "app/viewer/state/edit_actions.h"
 
 namespace qs {
 namespace {
 
-constexpr double kLeastStep = 2;  // pixels between the points of a stroke
+constexpr double kLeastStep = 2;    // pixels between the points of a stroke
+constexpr double kClosePixels = 8;  // around the first corner of a polygon
 
 std::vector<PictureLine> lines_through(const std::vector<glm::dvec2>& points, bool closes) {
   std::vector<PictureLine> lines;
@@ -23,33 +24,50 @@ std::vector<PictureLine> lines_through(const std::vector<glm::dvec2>& points, bo
   return lines;
 }
 
+std::vector<PictureLine> circle(glm::dvec2 center, double radius) {
+  constexpr int kSides = 32;
+  std::vector<glm::dvec2> points;
+  for (int side = 0; side < kSides; ++side) {
+    const double angle = 2 * std::acos(-1.0) * side / kSides;
+    points.push_back(center + radius * glm::dvec2(std::cos(angle), std::sin(angle)));
+  }
+  return lines_through(points, true);
+}
+
+void add_corner(Selecting& selecting, glm::dvec2 pixel) {
+  constexpr std::size_t kMost = 4096;
+  if (selecting.drawn.size() < kMost) selecting.drawn.push_back(pixel);
+}
+
+// The tools with a first and a last point.
+bool has_two_points(SelectTool tool) {
+  return tool == SelectTool::rectangle || tool == SelectTool::sphere;
+}
+
 }  // namespace
 
 std::vector<PictureLine> shape_lines(const Viewer& v) {
   const Selecting& selecting = v.selecting;
   if (!selecting.tool || !v.scene) return {};
   const std::vector<glm::dvec2>& drawn = selecting.drawn;
-  if (*selecting.tool == SelectTool::lasso) return lines_through(drawn, true);
-  if (*selecting.tool == SelectTool::rectangle) {
-    if (drawn.size() < 2) return {};
-    const glm::dvec2 a = drawn.front(), b = drawn.back();
-    return lines_through({a, {b.x, a.y}, b, {a.x, b.y}}, true);
+  switch (*selecting.tool) {
+    case SelectTool::polygon:
+    case SelectTool::lasso:
+      return lines_through(drawn, true);
+    case SelectTool::brush: {
+      std::vector<PictureLine> lines = lines_through(drawn, false);
+      const auto around =
+          circle(v.cross.value_or(v.cursor), static_cast<double>(selecting.brush_px));
+      lines.insert(lines.end(), around.begin(), around.end());
+      return lines;
+    }
+    default:
+      break;
   }
-  std::vector<PictureLine> lines = lines_through(drawn, false);
-  constexpr int kSides = 32;
-  std::vector<glm::dvec2> circle;
-  for (int side = 0; side < kSides; ++side) {
-    const double angle = 2 * std::acos(-1.0) * side / kSides;
-    circle.push_back(v.cursor + static_cast<double>(selecting.brush_px) *
-                                    glm::dvec2(std::cos(angle), std::sin(angle)));
-  }
-  const std::vector<PictureLine> around = lines_through(circle, true);
-  lines.insert(lines.end(), around.begin(), around.end());
-  return lines;
-}
-
-std::shared_ptr<const GaussianSet> selection_of(const Viewer& v) {
-  return v.crop.applied ? nullptr : v.crop.wish.selected;
+  if (drawn.size() < 2) return {};
+  const glm::dvec2 a = drawn.front(), b = drawn.back();
+  if (*selecting.tool == SelectTool::sphere) return circle(a, glm::distance(a, b));
+  return lines_through({a, {b.x, a.y}, b, {a.x, b.y}}, true);
 }
 
 SelectStep drawn_step(const Viewer& v) {
@@ -62,8 +80,9 @@ SelectStep drawn_step(const Viewer& v) {
   step.camera = v.camera;
   if (v.scene) step.camera.origin = v.scene->origin;
   step.pixels = selecting.drawn;
-  if (step.tool == SelectTool::rectangle) step.pixels = {step.pixels.front(), step.pixels.back()};
+  if (has_two_points(step.tool)) step.pixels = {step.pixels.front(), step.pixels.back()};
   step.radius = static_cast<double>(selecting.brush_px);
+  step.tolerance = static_cast<double>(selecting.tolerance);
   return step;
 }
 
@@ -76,9 +95,12 @@ void choose_tool(Viewer& v, const std::optional<SelectTool>& tool) {
   if (!tool) return;
   v.measures.picks = false;
   v.panels.crop = true;
-  notify(v, fmt::format("{}: drag selects, Shift adds, Ctrl takes away; the right button turns the "
-                        "view, Escape ends",
-                        kSelectToolNames[static_cast<std::size_t>(*tool)]));
+  const char* const gesture = *tool == SelectTool::polygon ? "clicks set corners, Enter closes"
+                              : *tool == SelectTool::color ? "a click selects"
+                                                           : "drag selects";
+  notify(v, fmt::format("{}: {}, Shift adds, Ctrl takes away; the right button turns the view, "
+                        "Escape ends",
+                        kSelectToolNames[static_cast<std::size_t>(*tool)], gesture));
 }
 
 void next_tool(Viewer& v) {
@@ -97,16 +119,47 @@ void begin_shape(Viewer& v, glm::dvec2 pixel, SelectHow how) {
   if (!v.selecting.tool) return;
   if (v.settings.lens)
     return notify(v, "shapes select in the picture of a pinhole camera (Shift+5)");
-  v.selecting.drawn = {pixel};
-  v.selecting.how = how;
+  Selecting& selecting = v.selecting;
+  if (*selecting.tool == SelectTool::polygon && !selecting.drawn.empty())
+    return add_corner(selecting, pixel);
+  selecting.drawn = {pixel};
+  selecting.how = how == SelectHow::replace ? selecting.way : how;
 }
 
 void extend_shape(Viewer& v, glm::dvec2 pixel) {
   std::vector<glm::dvec2>& drawn = v.selecting.drawn;
   if (drawn.empty() || glm::distance(drawn.back(), pixel) < kLeastStep) return;
-  if (*v.selecting.tool == SelectTool::rectangle) drawn.resize(1);
-  constexpr std::size_t kMost = 4096;
-  if (drawn.size() < kMost) drawn.push_back(pixel);
+  const SelectTool tool = *v.selecting.tool;
+  if (has_two_points(tool)) drawn.resize(1);
+  if (tool == SelectTool::polygon) drawn.pop_back();  // the drag moves the corner
+  if (tool != SelectTool::color) add_corner(v.selecting, pixel);
+}
+
+void end_shape(Viewer& v) {
+  std::vector<glm::dvec2>& drawn = v.selecting.drawn;
+  if (!v.selecting.tool || drawn.empty()) return;
+  const SelectTool tool = *v.selecting.tool;
+  if (tool == SelectTool::polygon) {
+    if (drawn.size() < 4 || glm::distance(drawn.front(), drawn.back()) > kClosePixels) return;
+    drawn.pop_back();  // the first corner closes it
+  } else if (drawn.size() < 2 && tool != SelectTool::brush && tool != SelectTool::color) {
+    return drawn.clear();
+  }
+  close_shape(v);
+}
+
+void close_shape(Viewer& v) {
+  std::vector<glm::dvec2>& drawn = v.selecting.drawn;
+  if (!v.selecting.tool || drawn.empty()) return;
+  const SelectTool tool = *v.selecting.tool;
+  const std::size_t least = tool == SelectTool::polygon || tool == SelectTool::lasso ? 3
+                            : has_two_points(tool)                                   ? 2
+                                                                                     : 1;
+  if (drawn.size() < least)
+    return notify(v, fmt::format("a {} needs {} points",
+                                 kSelectToolNames[static_cast<std::size_t>(tool)], least));
+  edit(v, {.select = drawn_step(v)});
+  drawn.clear();
 }
 
 void cancel_tool(Viewer& v) {
@@ -116,28 +169,33 @@ void cancel_tool(Viewer& v) {
   v.selecting.drawn.clear();
 }
 
-void gaussians_selected(Viewer& v, const std::shared_ptr<const GaussianSet>& set) {
-  v.selecting.busy = false;
-  if (!v.scene) return;
-  if (set->size() != v.scene->gaussians) return;  // the scene has changed meanwhile
-  const std::size_t count = set->count();
-  CropWish wish = v.crop.applied ? CropWish{} : v.crop.wish;
-  wish.selected = count > 0 ? set : nullptr;
-  if (v.crop.applied && !wish.selected) return notify(v, "no Gaussian is selected");
-  change_crop(v, wish);
-  v.selecting.saved = false;
-  if (wish.selected) v.panels.crop = true;  // which shows it
-  notify(v, count > 0 ? fmt::format("{} of {} selected; Delete removes them", grouped(count),
-                                    counted(v.scene->gaussians, "Gaussian"))
-                      : std::string("no Gaussian is selected"));
+void use_cross_to_select(Viewer& v) {
+  if (!v.selecting.tool) return;
+  const SelectTool tool = *v.selecting.tool;
+  std::vector<glm::dvec2>& drawn = v.selecting.drawn;
+  if (drawn.empty() || tool == SelectTool::polygon) {
+    begin_shape(v, *v.cross, SelectHow::replace);
+  } else {
+    extend_shape(v, *v.cross);
+  }
+  if (tool == SelectTool::color || (has_two_points(tool) && drawn.size() == 2)) close_shape(v);
 }
 
-void selecting_failed(Viewer& v, const std::string& sentence) {
-  v.selecting.busy = false;
-  notify_error(v, sentence);
+void select_by_value(Viewer& v, SelectTool tool) {
+  SelectStep step{.tool = tool, .how = v.selecting.way};
+  step.range = tool == SelectTool::opacity ? v.selecting.opacity
+               : tool == SelectTool::size  ? v.selecting.size
+                                           : v.selecting.distance;
+  const SurfacePoint* const point = v.measures.last_point();
+  if (tool == SelectTool::distance && point == nullptr)
+    return notify(v, "measure a point first (Shift+M): distances are from the last one");
+  if (point != nullptr) step.point = point->position;
+  edit(v, {.select = step});
 }
 
-void edits_saved(Viewer& v) { v.selecting.saved = true; }
+void select_by(Viewer& v, SelectTool tool) {
+  edit(v, {.select = {.tool = tool, .tolerance = static_cast<double>(v.selecting.tolerance)}});
+}
 
 }  // namespace action
 }  // namespace qs

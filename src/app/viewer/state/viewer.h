@@ -33,22 +33,20 @@
 #include "io/cloud/edits.h"
 #include "raster/api/renderer.h"
 #include "raster/scene/removal.h"
-#include "raster/select/edit_step.h"
+#include "raster/select/edit_history.h"
 #include "raster/select/measures.h"
 
 namespace qs {
 
-// Crop and clean: the scene that was read stays whole; render/upload_scene.h shows parts of it.
+// Editing: the scene that was read stays whole; render/upload_scene.h shows parts of it.
 
 /// The user's criteria of removal. Numbers stay while their switch is off.
 struct CropWish {
   bool boxed = false, cleans = false;
   CropBox box;
   Floaters floaters;
-  /// Gaussians that the user selected, of the scene after the crops before; null: none.
-  std::shared_ptr<const GaussianSet> selected = {};
 
-  bool removes() const { return boxed || cleans || selected; }
+  bool removes() const { return boxed || cleans; }
   std::optional<CropBox> used_box() const { return boxed ? std::optional(box) : std::nullopt; }
   std::optional<Floaters> used_floaters() const {
     return cleans ? std::optional(floaters) : std::nullopt;
@@ -56,39 +54,54 @@ struct CropWish {
   bool operator==(const CropWish&) const = default;
 };
 
-/// The whole scene; the same with a count of the Gaussians to remove; with these tinted; or only
-/// the rest.
-enum class CropView { whole, counted, marked, rest };
+/// The scene as it is edited; with a count of the Gaussians that are selected or wished away; or
+/// with these tinted.
+enum class CropView { rest, counted, marked };
 
-/// The view of the scene that the render thread should show.
+/// The view of the scene that the render thread should show. Sets are of the whole scene.
 struct CropRequest {
-  CropWish wish;  ///< empty for CropView::whole
-  CropView view = CropView::whole;
-  std::vector<CropWish> done = {};  ///< crops that were applied before this one, in their order
+  CropView view = CropView::rest;
+  std::shared_ptr<const GaussianSet> gone = {};  ///< hidden or removed; null: none
+  int steps = 0;                                 ///< that took these
+  // Used by the other views.
+  CropWish wish = {};
+  std::shared_ptr<const GaussianSet> selected = {};  ///< null: none
   bool operator==(const CropRequest&) const = default;
 };
 
 struct Crop {
   CropWish wish;
-  bool marks = true;                ///< while the panel is open, the Gaussians to remove are tinted
-  bool applied = false;             ///< the window shows the rest
-  std::vector<CropWish> done = {};  ///< crops that were applied before this one, in their order
-  CropRequest asked;                ///< the last request
-  bool busy = false;                ///< the render thread has not answered it yet
-  std::optional<RemovalCounts> counts;  ///< of `asked`; unset for CropView::whole
+  bool marks = true;  ///< while the panel is open, the Gaussians to remove are tinted
+  CropRequest asked;  ///< the last request
+  bool busy = false;  ///< the render thread has not answered it yet
+  std::optional<RemovalCounts> counts;  ///< of `asked`; unset for CropView::rest
+};
+
+/// The edits of the scene in the window.
+struct Editing {
+  EditHistory history;
+  std::shared_ptr<const GaussianSet> gone, selected;  ///< of the history's state; null: none
+  int steps = 0;                                      ///< that took `gone`
+  std::deque<EditStep> waiting;                       ///< are carried out next
+  bool busy = false;                                  ///< the render thread carries a step out
+  bool saved = true;                                  ///< a file that was saved has the edits
+  bool kept = true;        ///< the file beside the scene has the edits, see kept_edits_file()
+  bool keeps = true;       ///< that file can be written
+  bool owns_file = false;  ///< it is of these edits
+  double changed = -1e9;   ///< Viewer::now of the last change
 };
 
 /// Selecting Gaussians with a tool in the picture.
 struct Selecting {
   std::optional<SelectTool> tool;  ///< one of kPictureTools; unset: drags move the camera
   SelectKind kind = SelectKind::visible;
-  float weight = kSelectWeight;        ///< SelectStep::weight
-  float brush_px = 30;                 ///< radius
-  float tolerance = 10;                ///< of flood
+  float weight = kSelectWeight;                               ///< SelectStep::weight
+  float brush_px = 30;                                        ///< radius
+  float tolerance = 10;                                       ///< of flood and colour, CIELAB
+  SelectHow way = SelectHow::replace;                         ///< without a modifier
+  ValueRange opacity{0, 0.1}, size{0, 0.01}, distance{0, 1};  ///< of the buttons; world units
   std::vector<glm::dvec2> drawn = {};  ///< pixels of the shape that is being drawn
   SelectHow how = SelectHow::replace;  ///< of that shape
-  bool busy = false;                   ///< the render thread selects
-  bool saved = true;                   ///< the removed Gaussians are in a file of edits
 };
 
 /// The box of the selected Gaussians along the axes of the level scene, world units.
@@ -113,6 +126,12 @@ struct PointMeasures {
   std::vector<std::vector<bool>> hidden = {};
   int hidden_version = -1, asked_version = -1;  ///< Viewer::view_version; -1: none
 
+  /// Null without points.
+  const SurfacePoint* last_point() const {
+    for (auto line = lines.rbegin(); line != lines.rend(); ++line)
+      if (!line->empty()) return &line->back();
+    return nullptr;
+  }
   std::size_t points() const {
     std::size_t count = 0;
     for (const auto& line : lines) count += line.size();
@@ -122,9 +141,11 @@ struct PointMeasures {
 
 inline constexpr std::size_t kRulerParts = 48;
 
-/// The tools that a drag draws.
-inline constexpr SelectTool kPictureTools[] = {SelectTool::rectangle, SelectTool::lasso,
-                                               SelectTool::brush};
+/// The tools that act in the picture. A drag draws rectangles, lassos, strokes, and spheres from
+/// their centre on a surface; clicks set the corners of a polygon and take a colour.
+inline constexpr SelectTool kPictureTools[] = {SelectTool::rectangle, SelectTool::polygon,
+                                               SelectTool::lasso,     SelectTool::brush,
+                                               SelectTool::sphere,    SelectTool::color};
 
 enum class Navigation { orbit, fly };
 
@@ -202,7 +223,7 @@ struct Hints {
 inline constexpr double kHintSeconds = 90;
 
 /// The button of a toast that does what the toast advises.
-enum class ToastOffer { none, skip_huge, next_axes, turn_over, save_results };
+enum class ToastOffer { none, skip_huge, next_axes, turn_over, save_results, apply_edits };
 
 struct Toast {
   std::string text = {};
@@ -490,7 +511,6 @@ struct Viewer : Turn {
   std::vector<std::string> axes_to_try;            ///< the frames that Y tries, in order
   bool restores_views = true;                      ///< a scene opens at its last view
   std::map<std::string, std::string> kept_paths;   ///< work_name() -> format_camera_path()
-  std::map<std::string, std::string> kept_crops;   ///< work_name() -> format_crops()
   std::map<std::string, Bookmarks> bookmarks;      ///< by work_name()
   bool keeps_work = true;                          ///< a preferences file keeps these
   std::string unsaved_results;  ///< "zoom and a bench" that could not be written; empty: none
@@ -546,6 +566,7 @@ struct Viewer : Turn {
   std::optional<RemoteRun> remote;   ///< the window shows a training in another program: there is
                                      ///< no scene to draw, measure or save here
   Crop crop;
+  Editing editing;
   Selecting selecting;
   PointMeasures measures;
   std::optional<glm::dvec2> cross;  ///< pixel that the arrow keys move, for tools in the picture

@@ -94,11 +94,6 @@ struct Staging {
   }
 };
 
-template <class T>
-void copy_to_device(const T* from, std::size_t count, T* to, cudaStream_t stream) {
-  check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream), "upload");
-}
-
 /// Gathers the bits of all places; a warp makes a word.
 __global__ void __launch_bounds__(kThreads)
     gather_bits(const std::uint32_t* from, const std::uint32_t* file_indices, std::uint32_t count,

@@ -3,6 +3,7 @@
 // Crop and clean without a window: the user's choices, the scene that the render thread shows, the
 // written files, and the mathematics of the box's handles.
 #include <fstream>
+#include <numeric>
 
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
@@ -15,6 +16,7 @@
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/upload_scene.h"
+#include "app/viewer/state/edit_actions.h"
 #include "raster/kernel/constants.h"
 
 namespace qs {
@@ -112,22 +114,22 @@ TEST(Crop, the_first_box_is_around_the_core_and_is_counted_while_the_panel_is_op
 TEST(Crop, one_request_is_under_way_and_the_newest_comes_next) {
   DrivenScene driven(1);
   driven.press("R");
-  driven.apply(follow_crop);
+  driven.apply(follow_edits);
   EXPECT_THAT(driven.jobs, IsEmpty());
   driven.apply(change_crop, boxed(kUnit));
-  driven.apply(follow_crop);
-  driven.apply(follow_crop);
+  driven.apply(follow_edits);
+  driven.apply(follow_edits);
   driven.apply(change_crop, boxed({{0, 0, 0}, {1, 1, 1}}));
-  driven.apply(follow_crop);
+  driven.apply(follow_edits);
   EXPECT_THAT(driven.jobs, SizeIs(1));
   EXPECT_EQ(crop_text(driven.viewer), "counting");
-  driven.apply(crop_shown, CropRequest{boxed(kUnit), CropView::marked}, RemovalCounts{{497, 3}},
-               std::uint64_t{500});
+  driven.apply(crop_shown, CropRequest{.view = CropView::marked, .wish = boxed(kUnit)},
+               RemovalCounts{{497, 3}}, std::uint64_t{500});
   EXPECT_EQ(crop_text(driven.viewer), "not counted");
-  driven.apply(follow_crop);
+  driven.apply(follow_edits);
   EXPECT_THAT(driven.jobs, SizeIs(2));
   driven.apply(crop_shown, wanted_crop(driven.viewer), RemovalCounts{{496, 4}}, std::uint64_t{500});
-  driven.apply(follow_crop);
+  driven.apply(follow_edits);
   EXPECT_THAT(driven.jobs, SizeIs(2));
   EXPECT_EQ(crop_text(driven.viewer), "4 of 500 Gaussians would go: 4 outside of the box");
 }
@@ -142,59 +144,73 @@ TEST(Crop, a_side_that_passes_the_opposite_one_stays_at_it) {
   EXPECT_EQ(driven.viewer.crop.wish.box.high.z, -3);
 }
 
+// Answers the step that runs, if one does: these Gaussians of 500 are gone.
+void answer(DrivenScene& driven, const std::vector<std::size_t>& gone) {
+  driven.apply([&](Viewer& viewer) {
+    ASSERT_FALSE(viewer.editing.waiting.empty());
+    const EditStep step = viewer.editing.waiting.front();
+    viewer.editing.waiting.pop_front();
+    viewer.editing.busy = true;
+    EditState after(500);
+    for (const std::size_t i : gone) after.removed.add(i);
+    step_done(viewer, step, std::make_shared<const EditState>(after));
+  });
+}
+
 TEST(Crop, applies_what_leaves_something_and_takes_something) {
   DrivenScene driven(1);
   driven.press("Shift+R");
-  EXPECT_FALSE(driven.viewer.crop.applied);
+  EXPECT_THAT(driven.viewer.editing.waiting, IsEmpty());
   EXPECT_TRUE(driven.viewer.panels.crop) << "where a box is chosen";
-  driven.apply(change_crop, boxed(kUnit));
-  driven.apply(follow_crop);
-  const auto answer = [&](std::size_t stay, std::size_t go) {
-    driven.apply(crop_shown, wanted_crop(driven.viewer), RemovalCounts{{stay, go}},
-                 std::uint64_t{stay + go});
+  const auto apply_unit = [&](const std::vector<std::size_t>& gone) {
+    driven.apply(change_crop, boxed(kUnit));
     driven.press("Shift+R");
-    return driven.viewer.crop.applied;
+    answer(driven, gone);
+    return driven.viewer.editing.gone != nullptr;
   };
-  EXPECT_FALSE(answer(500, 0));
+  EXPECT_FALSE(apply_unit({}));
   EXPECT_EQ(driven.viewer.toasts.back().text, "nothing would go");
-  EXPECT_FALSE(answer(0, 500));
+  std::vector<std::size_t> all(500);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  EXPECT_FALSE(apply_unit(all));
   EXPECT_TRUE(driven.viewer.toasts.back().error);
-  EXPECT_TRUE(answer(400, 100));
-  EXPECT_EQ(wanted_crop(driven.viewer).view, CropView::rest);
+  EXPECT_TRUE(driven.viewer.crop.wish.boxed) << "another box may leave something";
+  EXPECT_TRUE(apply_unit({1, 2, 3}));
+  EXPECT_FALSE(driven.viewer.crop.wish.boxed);
+  EXPECT_EQ(driven.viewer.toasts.back().text, "3 of 500 Gaussians removed");
+  EXPECT_EQ(crop_text(driven.viewer), "497 of 500 Gaussians are left: 3 removed");
+  const CropRequest rest{.gone = driven.viewer.editing.gone, .steps = 1};
+  EXPECT_EQ(wanted_crop(driven.viewer), rest);
   driven.press("R");
-  EXPECT_EQ(wanted_crop(driven.viewer).view, CropView::rest) << "also with a closed panel";
-  CropWish other = driven.viewer.crop.wish;
-  other.cleans = true;
-  driven.apply(change_crop, other);
-  EXPECT_FALSE(driven.viewer.crop.applied) << "another wish is shown before it happens";
+  EXPECT_EQ(wanted_crop(driven.viewer), rest) << "also with a closed panel";
 }
 
 TEST(Crop, applying_twice_crops_twice_and_each_undo_takes_one_crop_back) {
   DrivenScene driven(1);
   driven.press("R");
-  const CropWish first = boxed(kUnit), second = boxed({{0, 0, 0}, {1, 1, 1}});
-  const auto apply_wish = [&](const CropWish& wish) {
-    driven.apply(change_crop, wish);
-    driven.apply(follow_crop);
-    driven.apply(crop_shown, wanted_crop(driven.viewer), RemovalCounts{{400, 100}},
-                 std::uint64_t{500});
-    driven.press("Shift+R");
-  };
-  apply_wish(first);
+  const CropWish second = boxed({{0, 0, 0}, {1, 1, 1}});
+  driven.apply(change_crop, boxed(kUnit));
+  driven.press("Shift+R");
+  driven.press("Shift+R");  // a second press while the first waits
+  EXPECT_THAT(driven.viewer.editing.waiting, SizeIs(1));
+  answer(driven, {7});
+  const auto first = driven.viewer.editing.gone;
   driven.apply(change_crop, second);
-  EXPECT_EQ(wanted_crop(driven.viewer), (CropRequest{second, CropView::marked, {first}}))
-      << "of the rest of the first";
-  driven.press("R");
-  EXPECT_EQ(wanted_crop(driven.viewer), (CropRequest{{}, CropView::rest, {first}}));
-  driven.press("R");
-  apply_wish(second);
-  EXPECT_EQ(wanted_crop(driven.viewer), (CropRequest{second, CropView::rest, {first}}));
-  driven.apply(undo_crop);
-  EXPECT_EQ(wanted_crop(driven.viewer), (CropRequest{first, CropView::rest}));
-  driven.apply(undo_crop);
+  const CropRequest request{
+      .view = CropView::marked, .gone = first, .steps = 1, .wish = driven.viewer.crop.wish};
+  EXPECT_EQ(wanted_crop(driven.viewer), request) << "of the rest of the first";
+  driven.press("Shift+R");
+  answer(driven, {7, 8});
+  EXPECT_EQ(wanted_crop(driven.viewer).steps, 2);
+  EXPECT_EQ(driven.viewer.editing.gone->count(), 2u);
+  driven.press("Ctrl+Z");
+  EXPECT_EQ(*driven.viewer.editing.gone, *first);
+  EXPECT_EQ(wanted_crop(driven.viewer).steps, 1);
+  driven.press("Shift+R");  // there are no criteria
   EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
-  driven.apply(undo_crop);
   EXPECT_EQ(driven.viewer.toasts.back().text, "the whole scene again");
+  driven.press("Ctrl+Shift+Z");
+  EXPECT_EQ(*driven.viewer.editing.gone, *first);
 }
 
 TEST(Crop, the_first_box_is_around_the_subject_with_the_camera_outside) {
@@ -250,7 +266,7 @@ TEST(Crop, is_not_for_a_model_that_is_being_trained) {
   driven.apply([](Viewer& viewer) { viewer.training = Training(); });
   EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
   driven.press("Shift+R");
-  EXPECT_FALSE(driven.viewer.crop.applied);
+  EXPECT_THAT(driven.viewer.editing.waiting, IsEmpty());
   EXPECT_THAT(driven.viewer.toasts.back().text, HasSubstr("is being trained"));
 }
 
@@ -260,12 +276,15 @@ class CropJobs : public test::RenderingViewer {
   CropJobs() {
     box_ = {{-100, -100, -100}, {0, 100, 100}};
     for (const glm::vec3& position : cloud_.positions) inside_ += position.x <= 0 ? 1 : 0;
+    change([](Viewer& v) { v.scene->gaussians = 300; });
     EXPECT_GT(inside_, 20u);
     EXPECT_LT(inside_, 280u);
   }
   void follow() {
-    apply(call(action::follow_crop));
-    settle();
+    do {
+      apply(call(action::follow_edits));
+      settle();
+    } while (viewer().editing.busy || viewer().crop.asked != wanted_crop(viewer()));
   }
   std::vector<std::uint8_t> picture() {
     request_ = full_frame(viewer());
@@ -329,9 +348,9 @@ TEST_F(CropJobs, nothing_is_lost_if_nothing_would_stay) {
   apply(call(action::change_crop, boxed({glm::vec3(900), glm::vec3(901)})));
   press("Shift+R");  // before anything was counted
   follow();
-  EXPECT_FALSE(viewer().crop.applied);
+  EXPECT_FALSE(viewer().editing.gone);
   EXPECT_TRUE(viewer().toasts.back().error);
-  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("300 of 300 Gaussians would go"));
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("300 of 300 Gaussians removed"));
   follow();
   EXPECT_EQ(viewer().scene->gaussians, 300u);
   EXPECT_EQ(picture(), before);
@@ -347,10 +366,14 @@ TEST_F(CropJobs, the_rest_is_saved_to_new_files_only) {
   apply(call(action::change_crop, boxed(box_)));
   follow();
   press("Shift+R");
-  press("Ctrl+R");  // while the picture is still tinted
+  press("Ctrl+R");  // while the step waits
   settle();
-  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("does not show a cropped scene"));
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("nothing is cropped"));
   follow();
+  // The saved file has no tints.
+  apply(call(action::edit, EditStep{}));
+  follow();
+  EXPECT_TRUE(viewer().scene->edits.tinted);
   press("Ctrl+R");
   settle();
   const GaussianCloud rest = keep_rest(cloud_, find_removal(cloud_, box_, {}));

@@ -24,6 +24,7 @@
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/panel_pictures.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
@@ -394,8 +395,10 @@ class AlteredViewer : public FilmJob {
     crop();
   }
   void crop() {
-    apply(call(action::follow_crop));
-    settle();
+    do {
+      apply(call(action::follow_edits));
+      settle();
+    } while (viewer().editing.busy || viewer().crop.asked != wanted_crop(viewer()));
   }
   std::string edits() const {
     return fmt::format("{} of 300 Gaussians", viewer().scene->gaussians);
@@ -468,6 +471,8 @@ TEST_F(AlteredViewer, a_second_crop_is_a_second_step_and_undoing_it_leaves_the_f
   EXPECT_LT(first.kept, 300u);
   EXPECT_EQ(first.of, 300u);
   CropWish wish = viewer().crop.wish;
+  EXPECT_FALSE(wish.boxed) << "it is done";
+  wish.boxed = true;
   wish.box.high.y = 0;
   apply(call(action::change_crop, wish));
   crop();

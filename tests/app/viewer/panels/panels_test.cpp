@@ -205,13 +205,14 @@ TEST_F(PanelsTest, drawing_crop_and_clean_changes_nothing) {
   wish.box = {{-0.123456789f, -1, -1}, {1, 1, 1.5f}};
   driven_.press("R");
   driven_.apply(action::change_crop, wish);
-  for (const bool applied : {false, true}) {
-    driven_.apply([applied](Viewer& viewer) { viewer.crop.applied = applied; });
+  for (const bool cropped : {false, true}) {
+    const auto gone = cropped ? std::make_shared<const GaussianSet>(500) : nullptr;
+    driven_.apply([gone](Viewer& viewer) { viewer.editing.gone = gone; });
     for (int i = 0; i < 3; ++i) draw();
     EXPECT_TRUE(shows("right bar"));
-    EXPECT_EQ(shows("crop handle 0"), !applied);
+    EXPECT_TRUE(shows("crop handle 0"));
     EXPECT_EQ(driven_.viewer.crop.wish, wish);
-    EXPECT_EQ(driven_.viewer.crop.applied, applied);
+    EXPECT_EQ(driven_.viewer.editing.gone, gone);
   }
 }
 

@@ -133,7 +133,9 @@ TEST(TestView, nothing_is_compared_while_the_camera_moves_or_the_window_has_some
   EXPECT_EQ(with([](Viewer& viewer) { viewer.panels.training = false; }), 0u);
   EXPECT_EQ(with([](Viewer& viewer) { viewer.panels.all = false; }), 0u);
   EXPECT_EQ(with([](Viewer& viewer) { viewer.scene->path = "/data/another.ply"; }), 0u);
-  EXPECT_EQ(with([](Viewer& viewer) { viewer.crop.asked.view = CropView::rest; }), 0u);
+  EXPECT_EQ(
+      with([](Viewer& viewer) { viewer.crop.asked.gone = std::make_shared<const GaussianSet>(1); }),
+      0u);
   EXPECT_EQ(with([](Viewer&) {}), 1u);
   driven.follow();
   EXPECT_THAT(driven.jobs_behind, SizeIs(1)) << "the camera rests";

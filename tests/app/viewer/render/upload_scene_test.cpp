@@ -118,8 +118,8 @@ TEST_F(Uploads, the_old_scene_returns_to_its_backend_if_the_new_one_does_not_fit
 
 TEST_F(Uploads, the_whole_scene_makes_room_when_a_crop_ends) {
   set_beside(300);
-  context_.cropped = CroppedScene{scene_of(900), false};
-  show_crop({{}, CropView::whole})(context_);
+  context_.cropped = CroppedScene{scene_of(900)};
+  show_crop({})(context_);
   EXPECT_EQ(renderer().drawn->size(), 900u);
   EXPECT_EQ(session().scene->cloud.size(), 900u);
   EXPECT_EQ(context_.beside->renderer, nullptr);

@@ -13,6 +13,7 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/preferences.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/edit_actions.h"
 #include "io/camera/cameras.h"
 
 namespace qs {
@@ -34,43 +35,43 @@ void open_scene(Driven& driven, const std::string& path, const std::string& axes
   driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
 }
 
-// Two keyframes and two crops, the second by floaters.
 void work(Driven& driven) {
   driven.press("K");
   driven.apply(roll, 1.0);
   driven.press("K");
   driven.apply(ease_keyframe, std::size_t{1}, true);
+}
+
+// A crop, answered in place of the render thread.
+void crop(Driven& driven) {
   driven.apply(choose_crop, std::string("-1,-1,-0.1,1,1,0.125"));
   driven.apply(apply_crop);
-  CropWish wish = driven.viewer.crop.wish;
-  wish.cleans = true;
-  wish.floaters.faint = false;
-  wish.floaters.largest_size = 0.3f;
-  driven.apply(change_crop, wish);
-  driven.apply(apply_crop);
+  driven.apply([](Viewer& viewer) {
+    const EditStep step = viewer.editing.waiting.front();
+    viewer.editing.waiting.pop_front();
+    viewer.editing.busy = true;
+    EditState after(500);
+    after.removed.add(7);
+    step_done(viewer, step, std::make_shared<const EditState>(after));
+  });
 }
 
 void expect_same_work(const Viewer& a, const Viewer& b) {
   ASSERT_EQ(a.keyframes.size(), b.keyframes.size());
   EXPECT_EQ(format_camera_path(a.keyframes), format_camera_path(b.keyframes));
-  EXPECT_EQ(a.crop.applied, b.crop.applied);
-  EXPECT_EQ(applied_wishes(a.crop), applied_wishes(b.crop));
 }
 
-TEST(KeptWork, keyframes_and_crops_come_back_with_their_scene) {
+TEST(KeptWork, keyframes_come_back_with_their_scene) {
   Driven driven;
   open_scene(driven, "/data/a.ply");
   work(driven);
   const Viewer before = driven.viewer;
-  EXPECT_THAT(applied_wishes(before.crop), SizeIs(2));
   open_scene(driven, "/data/b.ply");
   EXPECT_THAT(driven.viewer.keyframes, IsEmpty());
-  EXPECT_FALSE(driven.viewer.crop.applied);
-  EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
   open_scene(driven, "/data/a.ply");
   expect_same_work(driven.viewer, before);
   const auto restored = [](const Toast& toast) {
-    return toast.text == "restored 2 keyframes and a crop of this scene; Shift+R undoes a crop";
+    return toast.text == "restored 2 keyframes of this scene";
   };
   EXPECT_EQ(std::ranges::count_if(driven.viewer.toasts, restored), 1);
   // Read again.
@@ -79,7 +80,6 @@ TEST(KeptWork, keyframes_and_crops_come_back_with_their_scene) {
   // In other axes the numbers mean other places.
   open_scene(driven, "/data/a.ply", "RFU");
   EXPECT_THAT(driven.viewer.keyframes, IsEmpty());
-  EXPECT_FALSE(driven.viewer.crop.applied);
   open_scene(driven, "/data/a.ply");
   expect_same_work(driven.viewer, before);
 }
@@ -100,21 +100,16 @@ TEST(KeptWork, outlives_the_program) {
   expect_same_work(later.viewer, driven.viewer);
   EXPECT_EQ(later.viewer.heatmap, HeatQuantity::pairs);
   // Without work nothing is kept.
-  driven.apply(choose_crop, std::string("nothing"));
   for (int i = 0; i < 2; ++i) driven.apply(remove_keyframe, std::size_t{0});
   driven.apply(keep_work);
   EXPECT_THAT(driven.viewer.kept_paths, IsEmpty());
-  EXPECT_THAT(driven.viewer.kept_crops, IsEmpty());
   // Settings that were edited by hand are no reason to fail.
-  driven.apply([](Viewer& viewer) {
-    viewer.kept_paths["/data/b.ply RDF"] = "[{]";
-    viewer.kept_crops["/data/b.ply RDF"] = "1 somewhere";
-  });
+  driven.apply([](Viewer& viewer) { viewer.kept_paths["/data/b.ply RDF"] = "[{]"; });
   open_scene(driven, "/data/b.ply");
   EXPECT_THAT(driven.viewer.keyframes, IsEmpty());
 }
 
-TEST(KeptWork, a_page_s_visitors_share_the_crop_and_keep_their_keyframes) {
+TEST(KeptWork, a_page_s_visitors_keep_their_keyframes) {
   Driven driven;
   driven.apply([](Viewer& viewer) { viewer.is_remote = true; });
   open_scene(driven, "/data/a.ply");
@@ -122,13 +117,13 @@ TEST(KeptWork, a_page_s_visitors_share_the_crop_and_keep_their_keyframes) {
   open_scene(driven, "/data/b.ply");
   open_scene(driven, "/data/a.ply");
   EXPECT_THAT(driven.viewer.keyframes, SizeIs(2));
-  EXPECT_FALSE(driven.viewer.crop.applied);
 }
 
 TEST(Leaving, asks_only_about_what_would_be_lost) {
   Driven driven;
   open_scene(driven, "/data/a.ply");
   work(driven);
+  crop(driven);
   driven.press("Ctrl+Q");
   EXPECT_EQ(driven.quits, 1) << "the work is kept";
   driven.apply([](Viewer& viewer) { viewer.keeps_work = false; });
@@ -151,6 +146,7 @@ TEST(Leaving, saves_first_and_stays_until_it_is_saved) {
   Driven driven;
   open_scene(driven, "/data/a.ply");
   work(driven);
+  crop(driven);
   driven.apply([](Viewer& viewer) { viewer.keeps_work = false; });
   driven.apply(leave, std::filesystem::path());
   driven.apply(save_and_leave, std::filesystem::path());

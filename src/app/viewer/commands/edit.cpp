@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+//
+// Jobs of editing: the steps one after the other, and the file of edits.
+#include <exception>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include <fmt/format.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "app/session/scene_edits.h"
+#include "app/viewer/commands/jobs.h"
+#include "app/viewer/commands/output_file.h"
+#include "app/viewer/render/measured_view.h"
+#include "app/viewer/render/upload_scene.h"
+#include "app/viewer/state/actions.h"
+#include "app/viewer/state/edit_actions.h"
+#include "app/viewer/state/measure_actions.h"
+#include "app/viewer/state/select_actions.h"
+#include "base/fail.h"
+#include "base/path_kind.h"
+#include "base/text.h"
+#include "io/bytes/replace_file.h"
+#include "raster/select/by_value.h"
+#include "raster/select/editing.h"
+
+namespace qs {
+namespace {
+
+// The picture of the rest is the window's, whose Gaussians have the numbers of the rest.
+GaussianSet seen_in_window(RenderContext& context, const GaussianSet& rest, const Camera& camera,
+                           const Shape& shape, float weight) {
+  Session& session = context.session;
+  GaussianSet seen = seen_in_whole(*session.renderer, session.scene->cloud, camera, shape, weight,
+                                   *session.pool, context.stop);
+  if (seen.size() == rest.size()) return seen;
+  const std::vector<std::uint32_t> numbers = rest.numbers();
+  GaussianSet all(rest.size());
+  seen.for_each([&](std::size_t i) { all.add(numbers[i]); });
+  return all;
+}
+
+// Steps that begin at a pixel: a sphere around the surface there, through another pixel, and the
+// base colour of the Gaussian that makes the surface.
+void find_at_pixel(RenderContext& context, const EditState& state, const GaussianCloud& whole,
+                   SelectStep& step) {
+  if (step.pixels.empty() || (step.tool != SelectTool::sphere && step.tool != SelectTool::color))
+    return;
+  const auto point =
+      MeasuredView(context, step.camera.placed(whole.origin)).surface(step.pixels[0]);
+  if (!point) fail("no surface is here: more than half of the light passes");
+  if (step.tool == SelectTool::color) {
+    step.color = glm::clamp(base_srgb(whole, state.rest().numbers()[point->gaussian]), 0.0, 1.0);
+  } else {
+    const double depth =
+        (step.camera.placed(whole.origin).view_from_world * glm::dvec4(point->position, 1)).z;
+    step.point = point->position;
+    step.radius = depth * glm::length((step.pixels[1] - step.pixels[0]) / step.camera.focal_px);
+  }
+  step.pixels.clear();
+}
+
+void carry_out_step(RenderContext& context, EditStep step, const EditState& before) {
+  const std::shared_ptr<const Scene> whole = whole_scene(context);
+  const GaussianCloud& cloud = whole->cloud;
+  auto after = std::make_shared<EditState>(
+      before.removed.size() == cloud.size() ? before : EditState(cloud.size()));
+  const EditTools tools{
+      cloud,
+      *context.session.pool,
+      [&](const GaussianSet& rest, const Camera& camera, const Shape& shape, float weight) {
+        return seen_in_window(context, rest, camera, shape, weight);
+      },
+      set_hash,
+      {{}, context.stop}};
+  try {
+    find_at_pixel(context, *after, cloud, step.select);
+    carry_out(step, tools, "edit", *after);
+    if (step.kind == EditKind::select) note_result(*after, set_hash, step.select);
+    context.report(action::step_done, step, std::shared_ptr<const EditState>(after));
+  } catch (const Cancelled&) {
+    context.report(action::step_failed, std::string("the step was cancelled"));
+  } catch (const std::bad_alloc&) {
+    context.report(action::step_failed, std::string("there is not enough memory to edit"));
+  } catch (const std::exception& error) {
+    context.report(action::step_failed, std::string(error.what()));
+  }
+}
+
+void write_edits(RenderContext& context, const Viewer& viewer) {
+  const std::shared_ptr<const Scene> whole = whole_scene(context);
+  const OutputFile output(viewer, "", viewer.scene->name, ".edits.json");
+  const EditsFile file = edits_file(*whole, viewer.editing.history.steps(), true);
+  write_text(output.path(), format_edits(file, whole->cloud.origin));
+  output.done(context, fmt::format(" ({})", counted(file.steps.size(), "step")));
+  context.report(action::edits_saved);
+}
+
+// A file of edits that the window did not write or read gets another name.
+void keep_edits(RenderContext& context, const EditHistory& history, bool owns_file) {
+  const std::shared_ptr<const Scene> whole = whole_scene(context);
+  const std::filesystem::path path = kept_edits_file(whole->path);
+  std::string problem;
+  try {
+    if (!owns_file && is_there(path))
+      std::filesystem::rename(
+          path, free_name(path.parent_path(), whole->path.filename().string(), ".edits.json"));
+    if (history.has_steps()) {
+      write_text(path,
+                 format_edits(edits_file(*whole, history.steps(), false), whole->cloud.origin));
+    } else {
+      std::filesystem::remove(path);
+    }
+  } catch (const std::exception& error) {
+    problem = fmt::format("{}: the edits cannot be kept: {}", path.string(), error.what());
+  }
+  context.report(action::edits_kept, problem);
+}
+
+void read_edits_file(RenderContext& context, const std::filesystem::path& path) {
+  const std::shared_ptr<const Scene> whole = whole_scene(context);
+  try {
+    if (whole->edits.steps > 0)
+      fail(ErrorKind::usage,
+           "{}: edits are of a whole file, but this scene was opened without some of its Gaussians",
+           path.string());
+    EditHistory history(whole->cloud.size());
+    edited(*whole, {path}, *context.session.pool,
+           [&](const EditStep& step, const EditState& state) { history.take(step, state); });
+    context.report(action::edits_opened, path, history);
+  } catch (const std::exception& error) {
+    context.report(action::step_failed, std::string(error.what()));
+  }
+}
+
+}  // namespace
+
+void action::follow_edits(Viewer& v, Host& host) {
+  const CropRequest wanted = wanted_crop(v);
+  if (v.crop.busy || v.editing.busy) return;
+  if (wanted != v.crop.asked) {
+    v.crop.busy = true;
+    v.crop.asked = wanted;
+    host.run(show_crop(wanted));
+  } else if (!v.editing.waiting.empty()) {
+    v.editing.busy = true;
+    const EditStep step = v.editing.waiting.front();
+    v.editing.waiting.pop_front();
+    host.run([step, before = v.editing.history.shared_state()](RenderContext& context) {
+      carry_out_step(context, step, *before);
+    });
+  } else if (!v.editing.kept && v.editing.keeps && v.keeps_work && !v.is_remote) {
+    v.editing.kept = true;
+    host.run([history = v.editing.history, owns = v.editing.owns_file](RenderContext& context) {
+      keep_edits(context, history, owns);
+    });
+  }
+}
+
+void action::open_edits(Viewer& v, Host& host, const std::filesystem::path& file) {
+  if (!v.scene || v.editing.busy) return;
+  v.editing.busy = true;
+  v.editing.waiting.clear();
+  host.run([file](RenderContext& context) { read_edits_file(context, file); });
+}
+
+void action::use_cross(Viewer& v, Host& host) {
+  const bool is_new = v.cross && !std::exchange(v.cross_is_used, true);
+  if (v.measures.picks) return is_new ? measure_pixel(v, host, *v.cross) : end_line(v);
+  is_new ? use_cross_to_select(v) : close_shape(v);
+}
+
+void action::save_edits(Viewer& viewer, Host& host) {
+  if (!viewer.scene) return;
+  if (!viewer.editing.history.has_steps()) return notify(viewer, "there is no edit to save");
+  start_job(viewer, host, write_edits);
+}
+
+}  // namespace qs

@@ -2,6 +2,7 @@
 // Structs of callers that were built for an older or a newer header.
 #include "library/check/structs.h"
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -114,6 +115,22 @@ TEST(LibraryStructs, of_newer_callers_are_taken_by_the_functions) {
             }),
             "qs_render: cameras[1]: has members that this library does not have, and they are not "
             "0: it needs a newer libquadsplat");
+}
+
+TEST(LibraryStructs, of_cameras_of_the_first_header_are_pinhole_cameras) {
+  quadsplat::Context context = test::cpu(1);
+  quadsplat::Scene scene = context.wrap(test::gaussians_of(test::random_cloud(300, 0, 1)));
+  const QsCamera usual = test::c_camera(test::front_camera(20, 10));
+  QsCamera old = usual;
+  old.size = 152;  // the memory behind it is not the camera's
+  test::set_model(old, "FISHEYE", {1, 2, 3});
+  std::copy(usual.focal_px, usual.focal_px + 2, old.focal_px);
+  std::copy(usual.center_px, usual.center_px + 2, old.center_px);
+  EXPECT_EQ(test::colors(scene, old), test::colors(scene, usual));
+  old.focal_px[0] = 1;
+  quadsplat::check(qs_camera_resize, &old, 40, 20);
+  EXPECT_EQ(old.focal_px[0], 2);
+  EXPECT_STREQ(old.model, "FISHEYE") << "it is not written";
 }
 
 }  // namespace

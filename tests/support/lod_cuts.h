@@ -16,7 +16,7 @@ namespace qs::test {
 inline LodGains gains_at(const RadLevels& levels, float footprint) {
   LodGains result;
   result.footprints.assign(levels.nodes.size(), footprint);
-  for (const LodNode& node : levels.nodes)
+  for (const LodFacts& node : levels.nodes)
     result.gains.push_back(lod_gain(node, levels.footprint, footprint));
   return result;
 }

@@ -15,11 +15,11 @@
 
 namespace qs::test {
 
-/// A tree in order of breadth whose nodes have up to 5 children; `scales.x` of a node is its gain
+/// A tree in order of breadth whose nodes have up to 5 children; `radius` of a node is its gain
 /// for gain_of_scale(). All pages are in memory.
 inline LodPages random_tree(std::size_t nodes, std::uint64_t page_nodes, unsigned seed) {
   std::mt19937 random(seed);
-  std::vector<LodNode> all(nodes);
+  std::vector<LodFacts> all(nodes);
   GaussianCloud cloud;
   cloud.resize(nodes, 0);
   std::uint32_t next = 1;
@@ -31,7 +31,7 @@ inline LodPages random_tree(std::size_t nodes, std::uint64_t page_nodes, unsigne
     all[i].first_child = count > 0 ? next : 0;
     for (std::uint32_t c = 0; c < count; ++c) all[next + c].parent = i;
     next += count;
-    all[i].scales.x = static_cast<float>(random() % 16) / 16 + (i == 0 ? 1 : 0);
+    all[i].radius = static_cast<float>(random() % 16) / 16 + (i == 0 ? 1 : 0);
     cloud.positions[i] = {static_cast<float>(i), 0, 1};
     cloud.log_scales[i] = glm::vec3(0);
     cloud.rotations[i] = glm::quat(1, 0, 0, 0);
@@ -57,11 +57,9 @@ inline LodPages random_tree(std::size_t nodes, std::uint64_t page_nodes, unsigne
   return tree;
 }
 
-inline float gain_of_scale(const LodPage& page, std::size_t row) {
-  return page.nodes[row].scales.x;
-}
+inline float gain_of_scale(const LodPage& page, std::size_t row) { return page.nodes[row].radius; }
 
-inline const LodNode& node_of(const LodPages& tree, std::uint64_t i) {
+inline const LodFacts& node_of(const LodPages& tree, std::uint64_t i) {
   return tree.pages[i / tree.page_nodes]->nodes[i % tree.page_nodes];
 }
 
@@ -80,13 +78,13 @@ inline std::vector<std::uint64_t> opened_one_by_one(const LodPages& tree, const 
   };
   std::set<std::pair<float, std::uint64_t>, decltype(order)> closed(order);
   const auto gain = [&](std::uint64_t i, float above) {
-    const LodNode& node = node_of(tree, i);
-    return node.child_count == 0 ? 0 : std::min(above, std::max(node.scales.x, 1e-30f));
+    const LodFacts& node = node_of(tree, i);
+    return node.child_count == 0 ? 0 : std::min(above, std::max(node.radius, 1e-30f));
   };
   closed.insert({gain(0, 1e30f), 0});
   for (std::size_t count = 1; !closed.empty();) {
     const auto [most, i] = *closed.begin();
-    const LodNode& node = node_of(tree, i);
+    const LodFacts& node = node_of(tree, i);
     if (most == 0 || most <= limit.gain || count + node.child_count - 1 > limit.budget) break;
     closed.erase(closed.begin());
     count += node.child_count - 1u;

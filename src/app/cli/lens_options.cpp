@@ -97,6 +97,8 @@ void check_lens(const char* command, const LensOptions& lens, FrameOptions& fram
                 "orthographic"}});
   if (lens.is_drawn()) frame.levels.streams_large = false;
   if (lens.is_drawn()) lens_of(lens);  // throws
+  if (!frame.size && lens.lens.find(',') != std::string::npos)
+    frame.size = glm::ivec2(parse_lens(lens.lens, "--lens").size_px);
   if (!lens.is_panorama()) return;
   const glm::ivec2 shape(is_half ? 1 : 2, lens.stereo ? 2 : 1);
   if (!frame.size) frame.size = kUsualPanorama * shape;

@@ -31,7 +31,7 @@ inline constexpr const char* kNoLensHeatmap =
 void declare_lens_options(Options& options, LensOptions& lens);
 
 /// Throws Error(usage) if the options do not fit together or with the size of the pictures, which
-/// is set for panoramas without --size. `command`: its name.
+/// is set for panoramas and camera models without --size. `command`: its name.
 void check_lens(const char* command, const LensOptions& lens, FrameOptions& frame);
 
 /// Lets the session draw through the lens.

@@ -221,7 +221,7 @@ std::vector<std::uint32_t> cut_of(const NodeTree& tree, std::span<const double> 
   };
   std::vector<double> thresholds = falling;
   std::ranges::sort(thresholds);
-  thresholds.erase(std::ranges::unique(thresholds).begin(), thresholds.end());
+  thresholds.erase(std::unique(thresholds.begin(), thresholds.end()), thresholds.end());
   const auto fits = [&](double threshold) {
     std::size_t count = 0;
     for (std::size_t i = 0; i < parents.size(); ++i) count += in_cut(i, threshold) ? 1 : 0;

@@ -2,6 +2,7 @@
 #include "app/session/levels.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <chrono>
 #include <condition_variable>
@@ -16,7 +17,9 @@
 #include "base/text.h"
 #include "base/warn.h"
 #include "io/bytes/byte_text.h"
+#include "io/cloud/cloud_memory.h"
 #include "learn/lod/cut.h"
+#include "learn/lod/cut_slots.h"
 
 namespace qs {
 namespace {
@@ -71,12 +74,13 @@ std::size_t moved(const LodCut& a, const LodCut& b) {
 class LevelRenderer final : public Renderer {
  public:
   LevelRenderer(std::unique_ptr<Renderer> inner, const LevelOptions& options, ThreadPool& pool,
-                LevelReport report)
+                LevelReport report, const std::atomic<bool>* awaits)
       : inner_(std::move(inner)),
         limit_(limit_of(options)),
         budget_ms_(options.budget_ms),
         pool_(pool),
-        report_(std::move(report)) {}
+        report_(std::move(report)),
+        awaits_(awaits) {}
 
   ~LevelRenderer() override { leave_stream(); }
 
@@ -86,8 +90,10 @@ class LevelRenderer final : public Renderer {
     leave_stream();
     stream_ = std::exchange(expected_, nullptr);
     wanted_.reset();
-    ready_.reset();
-    made_ = {};
+    awaited_.reset();
+    ready_.clear();
+    slots_ = {};
+    uploaded_.reset();
     antialiased_ = cloud->antialiased;
     inner_->upload(std::move(cloud), progress);
     if (!stream_ || !report_) return;
@@ -101,22 +107,44 @@ class LevelRenderer final : public Renderer {
     });
   }
 
+  void set_drawn(GaussianSet drawn) override {
+    if (stream_) return Renderer::set_drawn(std::move(drawn));
+    inner_->set_drawn(std::move(drawn));
+  }
+
+  void update(std::span<const std::uint32_t> changed) override {
+    if (stream_) return Renderer::update(changed);
+    inner_->update(changed);
+  }
+
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                       const Target& target, std::stop_token stop) override {
     if (!stream_) return inner_->render(camera, settings, outputs, target, std::move(stop));
     const bool keeps_light = settings.antialiased.value_or(antialiased_);
+    const bool awaits = !report_ || (awaits_ != nullptr && *awaits_);
     const LevelView view{
-        {camera, report_ ? kOutsideWindow : kOutside}, keeps_light ? 0 : settings.dilation, limit_};
+        {camera, awaits ? kOutside : kOutsideWindow}, keeps_light ? 0 : settings.dilation, limit_};
     std::unique_lock lock(mutex_);
-    const bool is_new = !wanted_ || !wanted_->serves(view, report_ != nullptr);
-    if (is_new && !report_) ready_ = await_cut(view);
-    if (is_new) wanted_ = view;
-    const std::optional<GaussianCloud> ready = std::exchange(ready_, std::nullopt);
-    lock.unlock();
-    if (is_new) note_news();
-    if (ready) inner_->upload(std::make_shared<const GaussianCloud>(std::move(*ready)), {});
+    std::vector<CutChange> ready = std::exchange(ready_, {});
+    if (awaits) {
+      lock.unlock();
+      if (!awaited_ || !awaited_->serves(view, false)) {
+        apply({.whole = await_cut(view)});
+        uploaded_.reset();
+        awaited_ = view;
+      }
+    } else {
+      const bool is_new = awaited_ || !wanted_ || !wanted_->serves(view, true);
+      if (is_new) wanted_ = view;
+      views_ += is_new ? 1 : 0;
+      restarts_ = restarts_ || awaited_;
+      lock.unlock();
+      awaited_.reset();
+      if (is_new) note_news();
+      for (CutChange& change : ready) apply(std::move(change));
+    }
     const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
-    if (budget_ms_) follow_time(static_cast<double>(frame.stats.frame_ms));
+    if (budget_ms_ && !awaits) follow_time(static_cast<double>(frame.stats.frame_ms));
     return frame;
   }
 
@@ -137,8 +165,18 @@ class LevelRenderer final : public Renderer {
     changed_.notify_all();
   }
 
-  GaussianCloud cloud_of(const StreamedCut& made, const LevelView& view, ThreadPool& pool) const {
-    return cut_cloud(made.tree, made.cut, view.view, view.dilation, pool);
+  void apply(CutChange change) {
+    if (!change.whole.empty()) {
+      uploaded_.reset();  // if the upload fails, changes have no cloud
+      auto cloud = std::make_shared<GaussianCloud>(std::move(change.whole));
+      inner_->upload(cloud, {});
+      uploaded_ = std::move(cloud);
+    } else if (uploaded_) {
+      for (std::size_t k = 0; k < change.slots.size(); ++k)
+        copy_gaussian(change.gaussians, k, *uploaded_, change.slots[k]);
+      inner_->update(change.slots);
+    }
+    if (uploaded_ && change.drawn.size() > 0) inner_->set_drawn(std::move(change.drawn));
   }
 
   LevelFacts facts_of(const LodCut& cut, double ms, bool is_new) {
@@ -148,14 +186,18 @@ class LevelRenderer final : public Renderer {
 
   GaussianCloud await_cut(const LevelView& view) {
     const auto start = std::chrono::steady_clock::now();
-    const StreamedCut made = stream_->await_cut(gain_in(view.view, stream_->footprint()),
-                                                view.limit, pool_, made_.limit);
-    made_.limit = made.cut.limit;
-    const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), true);
-    for (const std::string& sentence : facts.sentences) warn("warning: " + sentence);
-    const std::string& name = view.view.camera.name;
-    warn("cut" + (name.empty() ? "" : " of " + name) + ": " + facts.text());
-    return cloud_of(made, view, pool_);
+    const StreamedCut made =
+        stream_->await_cut(gain_in(view.view, stream_->footprint()), view.limit, pool_, guess_);
+    guess_ = made.cut.limit;
+    const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), !report_);
+    if (report_) {
+      report_(facts);
+    } else {
+      for (const std::string& sentence : facts.sentences) warn("warning: " + sentence);
+      const std::string& name = view.view.camera.name;
+      warn("cut" + (name.empty() ? "" : " of " + name) + ": " + facts.text());
+    }
+    return cut_cloud(made.tree, made.cut, view.view, view.dilation, pool_);
   }
 
   void follow_time(double ms) {
@@ -171,7 +213,8 @@ class LevelRenderer final : public Renderer {
     constexpr std::chrono::milliseconds kRest{300};
     constexpr double kMoved = 0.02;  // share of the nodes
     ThreadPool alone(1);
-    bool is_late = false;  // the shown cut differs a little from the exact one
+    bool is_late = false;   // the shown cut differs a little from the exact one
+    std::size_t exact = 0;  // the number of the view whose exact cut is shown; 0: none
     std::unique_lock lock(mutex_);
     for (;;) {
       const auto news = [&] { return has_news_ && wanted_; };
@@ -179,21 +222,29 @@ class LevelRenderer final : public Renderer {
           is_late ? changed_.wait_for(lock, stop, kRest, news) : changed_.wait(lock, stop, news);
       if (stop.stop_requested()) return;
       has_news_ = false;
+      if (std::exchange(restarts_, false)) slots_ = {};
       const LevelView view = *wanted_;
+      const std::size_t number = views_;
       lock.unlock();
       const auto start = std::chrono::steady_clock::now();
-      StreamedCut made =
-          stream_->cut(gain_in(view.view, stream_->footprint()), view.limit, alone, made_.limit);
-      const double change = static_cast<double>(moved(made_, made.cut) + moved(made.cut, made_)) /
+      const StreamedCut made =
+          stream_->cut(gain_in(view.view, stream_->footprint()), view.limit, alone, guess_);
+      guess_ = made.cut.limit;
+      const LodCut& shown = slots_.shown();
+      const double change = static_cast<double>(moved(shown, made.cut) + moved(made.cut, shown)) /
                             static_cast<double>(made.cut.count);
-      is_late = came && change > 0 && change < kMoved;
-      const bool is_new = change > 0 && !is_late;
+      const bool was_exact = change == 0 && exact == number;
+      const bool is_new = came ? change >= kMoved : !was_exact;
       const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), is_new);
-      std::optional<GaussianCloud> cloud;
-      if (is_new) cloud = cloud_of(made, view, alone);
-      if (is_new) made_ = std::move(made.cut);
+      CutChange step;
+      if (is_new) {
+        step = slots_.follow(made, view.view, view.dilation, !came, alone);
+        exact = step.whole.empty() ? 0 : number;
+      }
+      is_late = came && !(is_new ? exact == number : was_exact);
       lock.lock();
-      if (is_new) ready_ = std::move(cloud);
+      if (!step.whole.empty()) ready_.clear();
+      if (is_new) ready_.push_back(std::move(step));
       lock.unlock();
       report_(facts);
       lock.lock();
@@ -205,15 +256,21 @@ class LevelRenderer final : public Renderer {
   std::optional<double> budget_ms_;
   ThreadPool& pool_;
   LevelReport report_;
+  const std::atomic<bool>* awaits_;
   std::shared_ptr<PageStream> stream_, expected_;
   bool antialiased_ = false;
-  LodCut made_;       // the cut that was made last; of the thread of cuts
-  std::mutex mutex_;  // guards everything below but the thread
+  std::optional<LevelView> awaited_;         // its cut was uploaded last; of render()
+  std::atomic<float> guess_ = 0;             // limit of the last cut
+  CutSlots slots_;                           // of the thread of cuts
+  std::shared_ptr<GaussianCloud> uploaded_;  // to `inner_`, for changes
+  std::mutex mutex_;                         // guards everything below but the thread
   std::condition_variable_any changed_;
   std::optional<LevelView> wanted_;
-  std::optional<GaussianCloud> ready_;  // of a cut that was not uploaded yet
-  bool has_news_ = false;               // another view, or another page
-  std::jthread thread_;                 // the last member: it ends first
+  std::size_t views_ = 0;         // wanted ones so far
+  std::vector<CutChange> ready_;  // that `inner_` does not have yet
+  bool restarts_ = false;         // the uploaded cloud is not in slots_
+  bool has_news_ = false;         // another view, or another page
+  std::jthread thread_;           // the last member: it ends first
 };
 
 }  // namespace
@@ -225,8 +282,10 @@ std::string LevelFacts::text() const {
 }
 
 std::unique_ptr<Renderer> with_levels(std::unique_ptr<Renderer> inner, const LevelOptions& options,
-                                      ThreadPool& pool, LevelReport report) {
-  return std::make_unique<LevelRenderer>(std::move(inner), options, pool, std::move(report));
+                                      ThreadPool& pool, LevelReport report,
+                                      const std::atomic<bool>* awaits) {
+  return std::make_unique<LevelRenderer>(std::move(inner), options, pool, std::move(report),
+                                         awaits);
 }
 
 void expect_stream(Renderer& renderer, const std::shared_ptr<PageStream>& stream) {

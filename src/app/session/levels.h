@@ -3,6 +3,7 @@
 // A renderer that draws the cut of each view of a tree whose pages are streamed.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -33,9 +34,11 @@ using LevelReport = std::function<void(const LevelFacts&)>;
 /// times of frames do not include that. Without `report` every view has its own cut, with all pages
 /// that it needs, and a line on stderr; `pool` makes it. With `report`, for a window, the last cut
 /// that is ready is drawn, while a thread makes the next one of the pages in memory and calls
-/// `report`. A cut that hardly differs from the shown one is drawn once the camera rests.
+/// `report`. A cut that hardly differs from the shown one is drawn once the camera rests. While
+/// *awaits is true, frames are as without `report`: for films and measurements.
 std::unique_ptr<Renderer> with_levels(std::unique_ptr<Renderer> inner, const LevelOptions& options,
-                                      ThreadPool& pool, LevelReport report = {});
+                                      ThreadPool& pool, LevelReport report = {},
+                                      const std::atomic<bool>* awaits = nullptr);
 
 /// The tree of the scene that is uploaded next; null for scenes without. Other renderers than those
 /// of with_levels() ignore it.

@@ -20,6 +20,7 @@
 #include "io/bytes/json_text.h"
 #include "io/bytes/mapped_file.h"
 #include "io/camera/cameras.h"
+#include "io/camera/lens_views.h"
 
 namespace qs {
 
@@ -196,14 +197,16 @@ std::vector<std::string> CameraSet::sentences() const {
 
 std::vector<std::string> CameraSet::pinhole_sentences() const {
   std::vector<std::string> all = sentences();
-  const auto wide = std::ranges::count_if(cameras, [](const LensCamera& camera) {
+  const auto is_wide = [](const LensCamera& camera) {
     return camera.lens && camera.lens->face == kAllFaces;
-  });
-  if (wide > 0)
+  };
+  const auto first = std::ranges::find_if(cameras, is_wide);
+  if (first != cameras.end())
     all.push_back(
         fmt::format("{}: {} of {} cameras have lenses too wide for a pinhole camera: their front "
-                    "faces are used",
-                    file.string(), wide, cameras.size()));
+                    "faces are used (the whole lens of the first: --lens {})",
+                    file.string(), std::ranges::count_if(cameras, is_wide), cameras.size(),
+                    photograph_view(*first->lens).text));
   return all;
 }
 

@@ -77,9 +77,10 @@ LensView photograph_view(const Lens& lens) {
     const Lens scaled = lens.scaled(glm::dvec2(size) / lens.size_px);
     return sized(scaled, densest_pixels(scaled));
   };
-  return {fmt::format("{},{},{},{}", lens.model->name, lens.size_px.x, lens.size_px.y,
-                      fmt::join(colmap_parameters(lens), ",")),
-          at};
+  std::vector<double> numbers = {lens.size_px.x, lens.size_px.y};
+  if (lens.model->focal_lengths > 0)
+    for (const double parameter : colmap_parameters(lens)) numbers.push_back(parameter);
+  return {fmt::format("{},{}", lens.model->name, fmt::join(numbers, ",")), at};
 }
 
 Lens parse_lens(const std::string& text, const std::string& where) {

@@ -20,7 +20,8 @@ LensView fisheye_view(double degrees);
 /// Parallel rays: the picture is `height` world units high.
 LensView parallel_view(double height);
 
-/// The lens of a photograph, or as a camera's would take it in another resolution.
+/// The lens of a photograph, or as a camera's would take it in another resolution. parse_lens()
+/// reads its text.
 LensView photograph_view(const Lens& lens);
 
 /// A lens as words of the command line: MODEL,WIDTH,HEIGHT,PARAMETERS, with the values of a line of

@@ -15,7 +15,7 @@ namespace {
 
 // Stores node `i` of `nodes` as Gaussian `k`, as it is drawn by a filter of the variance `v`, world
 // units^2.
-void put_drawn(const GaussianCloud& nodes, std::size_t i, const LodNode& node, float v,
+void put_drawn(const GaussianCloud& nodes, std::size_t i, const LodFacts& node, float v,
                GaussianCloud& cloud, std::size_t k) {
   copy_gaussian(nodes, i, cloud, k);
   if (node.child_count == 0 || v == 0) return;
@@ -69,23 +69,36 @@ GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
   return cloud;
 }
 
+float filter_variance(const LodPages& tree, const LodPage& page, std::size_t row,
+                      const LodView& view, double dilation) {
+  if (tree.footprint == 0 || page.nodes[row].child_count == 0) return 0;
+  const float footprint = view(page.cloud.positions[row], page.nodes[row].radius).footprint;
+  return static_cast<float>(dilation) * footprint * footprint;
+}
+
+float put_node(const LodPages& tree, const LodPage& page, std::size_t row, const LodView& view,
+               double dilation, GaussianCloud& cloud, std::size_t k) {
+  const float variance = filter_variance(tree, page, row, view, dilation);
+  put_drawn(page.cloud, row, page.nodes[row], variance, cloud, k);
+  return variance;
+}
+
 GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& view,
-                        double dilation, ThreadPool& pool) {
+                        double dilation, ThreadPool& pool, std::vector<float>* variances) {
   const GaussianCloud& top = tree.pages[0]->cloud;
   GaussianCloud cloud = make_cloud(cut.count, top.sh_degree);
   cloud.antialiased = top.antialiased;
   cloud.origin = top.origin;
+  if (variances) variances->resize(cut.count);
   std::vector<std::size_t> first(1);
   for (const LodPart& part : cut.parts) first.push_back(first.back() + part.count);
   pool.for_each(cut.parts.size(), 1, [&](std::size_t p) {
     const LodPage& page = *tree.pages[cut.parts[p].page];
     std::size_t k = first[p];
     cut.parts[p].for_each([&](std::size_t row) {
-      const LodNode& node = page.nodes[row];
-      const float footprint = view(page.cloud.positions[row], node.radius).footprint;
-      const bool fits = tree.footprint > 0 && node.child_count > 0;
-      put_drawn(page.cloud, row, node,
-                fits ? static_cast<float>(dilation) * footprint * footprint : 0, cloud, k++);
+      const float variance = put_node(tree, page, row, view, dilation, cloud, k);
+      if (variances) (*variances)[k] = variance;
+      ++k;
     });
   });
   return cloud;

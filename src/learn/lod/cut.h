@@ -31,9 +31,20 @@ LodGains gains_in(const RadLevels& levels, const GaussianCloud& nodes,
 GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
                         std::span<const std::uint32_t> cut, const LodGains& gains);
 
-/// The Gaussians of the cut of a view, in the order of the file. `dilation` is the variance of the
-/// renderer's filter, px^2; 0 if it keeps the light of each Gaussian (antialiased).
+// Nodes in a view. `dilation` is the variance of the renderer's filter, px^2; 0 if it keeps the
+// light of each Gaussian (antialiased).
+
+/// The variance of the filter at a node that is fitted to it, world units^2; 0 for other nodes.
+float filter_variance(const LodPages& tree, const LodPage& page, std::size_t row,
+                      const LodView& view, double dilation);
+
+/// Stores a node as Gaussian `k` of `cloud`, as it is drawn. Returns its filter_variance().
+float put_node(const LodPages& tree, const LodPage& page, std::size_t row, const LodView& view,
+               double dilation, GaussianCloud& cloud, std::size_t k);
+
+/// The Gaussians of the cut of a view, in the order of the file. `variances`: the filter_variance()
+/// of each; null: not stored.
 GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& view,
-                        double dilation, ThreadPool& pool);
+                        double dilation, ThreadPool& pool, std::vector<float>* variances = nullptr);
 
 }  // namespace qs

@@ -22,7 +22,7 @@ void write_streamed_levels(const std::filesystem::path& tree, const std::filesys
     const auto page = std::make_shared<const LodPage>(LodPage{{}, facts.nodes});
     const LodPages one_page{count, count, facts.footprint, {page}};
     auto budget =
-        static_cast<std::size_t>(std::ranges::count(facts.nodes, 0, &LodNode::child_count));
+        static_cast<std::size_t>(std::ranges::count(facts.nodes, 0, &LodFacts::child_count));
     // The finest level is meant for pixels of the median Gaussian's standard deviation.
     float footprint = 16 * facts.footprint;
     for (std::size_t k = 0; k < kStreamedLevels; ++k, budget /= 4, footprint *= 2) {

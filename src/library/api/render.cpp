@@ -113,8 +113,8 @@ CheckedView view_at(const QsCamera* cameras, const QsPicture* pictures, std::uin
   const Camera& camera = view.drawn.camera;
   check_picture(view.picture, view.of_maps, camera,
                 TileGrid::of_image(camera.width, camera.height, settings.tile_px), of_pictures);
-  if (view.drawn.has_faces() && !(is_absent(view.picture.evaluated) &&
-                                  is_absent(view.picture.pairs) && is_absent(view.picture.used)))
+  if (view.drawn.lens && !(is_absent(view.picture.evaluated) && is_absent(view.picture.pairs) &&
+                           is_absent(view.picture.used)))
     refuse(of_pictures,
            "a camera with the model {} is drawn by several pictures, so evaluated, pairs and used "
            "must be absent",

@@ -28,7 +28,6 @@ struct DrawnCamera {
   std::optional<Lens> lens = {};  ///< unset: a pinhole camera, or parallel rays
   double height = 0;              ///< above 0: of a picture of parallel rays, world units
 
-  bool has_faces() const { return lens.has_value(); }
   bool is_pinhole() const { return !lens && height == 0; }
   /// For RenderSettings::lens.
   std::shared_ptr<const LensView> view() const;

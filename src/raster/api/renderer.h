@@ -287,15 +287,15 @@ class Renderer {
 
   /// Later frames draw only the Gaussians of the set, by their indices in the uploaded cloud; a set
   /// of size 0 stands for all, as after upload(). Frames equal frames of a cloud of these Gaussians
-  /// in the same order, but a Trace keeps the indices of the uploaded cloud. Changes nothing if it
-  /// throws Error(device): there is no memory, or the renderer cannot leave out Gaussians.
+  /// in the same order, but a Trace keeps the indices of the uploaded cloud. Throws Error(device)
+  /// if the renderer cannot leave out Gaussians.
   virtual void set_drawn(GaussianSet) {
     throw Error(ErrorKind::device, "the renderer cannot leave out Gaussians");
   }
 
   /// Reads the Gaussians of these indices again, which the caller has changed in the uploaded
-  /// cloud. Frames then equal frames of the cloud as it is now. Throws Error(device), also if the
-  /// renderer cannot do it; then upload() must follow.
+  /// cloud. Frames then equal frames of the cloud as it is now. Throws Error(device) if the
+  /// renderer cannot do it.
   virtual void update(std::span<const std::uint32_t>) {
     throw Error(ErrorKind::device, "the renderer cannot change single Gaussians");
   }

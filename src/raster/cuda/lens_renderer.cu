@@ -19,14 +19,7 @@ struct MapCopy {
   DeviceBuffer<std::uint8_t> nearest = {};
 };
 
-template <class T>
-void copy_to(DeviceBuffer<T>& to, const std::vector<T>& from, cudaStream_t stream) {
-  if (from.empty()) return;
-  to.reserve("the map of a lens", from.size());
-  check(cudaMemcpyAsync(to.data(), from.data(), from.size() * sizeof(T), cudaMemcpyHostToDevice,
-                        stream),
-        "copy of the map of a lens");
-}
+constexpr const char* kMap = "the map of a lens";
 
 /// Sums in the memory of the GPU.
 class GpuFaceSums {
@@ -101,10 +94,10 @@ class GpuFaceSums {
     if (found == copies_.end()) {
       if (copies_.size() == kMostMaps) copies_.erase(copies_.begin());
       MapCopy copy{std::move(map)};
-      copy_to(copy.nearest, copy.map->nearest, stream_);
+      copy_to_device(kMap, copy.map->nearest, copy.nearest, stream_);
       copy.faces.resize(copy.map->faces.size());
       for (std::size_t i = 0; i < copy.faces.size(); ++i)
-        copy_to(copy.faces[i], copy.map->faces[i].pixels, stream_);
+        copy_to_device(kMap, copy.map->faces[i].pixels, copy.faces[i], stream_);
       copies_.push_back(std::move(copy));
       found = copies_.end() - 1;
     }

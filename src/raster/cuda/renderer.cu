@@ -44,27 +44,17 @@ class CudaRenderer final : public Renderer {
 
   void set_drawn(GaussianSet drawn) override {
     assert(drawn.size() == 0 || drawn.size() == scene_->size());
-    select_device();
-    std::array<DeviceBuffer<std::uint32_t>, 2> uploaded;
-    making_room([&] { return free_buffers(); },
-                [&] {
-                  for (std::size_t order = 0; order < clouds_.size(); ++order)
-                    if (clouds_[order])
-                      uploaded[order] = upload_drawn(drawn, *clouds_[order], stream_);
-                });
-    for (std::size_t order = 0; order < clouds_.size(); ++order)
-      if (clouds_[order]) clouds_[order]->drawn = std::move(uploaded[order]);
     drawn_count_ = drawn.size() == 0 ? scene_->size() : drawn.count();
     drawn_ = std::move(drawn);
+    change([&](DeviceCloud& cloud) {
+      cuda::set_drawn(drawn_, stream_, cloud);
+      return true;
+    });
   }
 
   void update(std::span<const std::uint32_t> changed) override {
-    select_device();
-    for (std::optional<DeviceCloud>& cloud : clouds_) try {
-        if (cloud && !cuda::update(*scene_, changed, pool_, stream_, *cloud)) cloud.reset();
-      } catch (const Error&) {
-        cloud.reset();  // the next frame uploads the scene as it is now
-      }
+    change(
+        [&](DeviceCloud& cloud) { return cuda::update(*scene_, changed, pool_, stream_, cloud); });
   }
 
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
@@ -153,6 +143,17 @@ class CudaRenderer final : public Renderer {
     return --rest_of_fast_ == 0;
   }
 
+  /// Changes the uploaded orders of the scene. If that fails, the next frame uploads them again.
+  template <class Change>
+  void change(const Change& change_cloud) {
+    select_device();
+    for (std::optional<DeviceCloud>& cloud : clouds_) try {
+        if (cloud && !change_cloud(*cloud)) cloud.reset();
+      } catch (const Error&) {
+        cloud.reset();
+      }
+  }
+
   /// Frees the buffers of both pipelines, which grow again. Returns true.
   bool free_buffers() {
     cudaStreamSynchronize(stream_);
@@ -188,7 +189,7 @@ class CudaRenderer final : public Renderer {
                  const Progress& progress) {
     DeviceCloud uploaded;
     cuda::upload(scene, order, pool_, progress, stream_, uploaded);
-    uploaded.drawn = upload_drawn(drawn, uploaded, stream_);
+    cuda::set_drawn(drawn, stream_, uploaded);
     cloud(order) = std::move(uploaded);
   }
 

@@ -15,6 +15,7 @@
 #include <memory>
 #include <vector>
 
+#include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -28,7 +29,7 @@ namespace qs {
 /// Consecutive nodes, as they are drawn without a filter.
 struct LodPage {
   GaussianCloud cloud;
-  std::vector<LodNode> nodes;  ///< without the Gaussians
+  std::vector<LodFacts> nodes;
 
   std::size_t bytes() const;  ///< of memory
 };
@@ -51,14 +52,22 @@ struct LodSight {
 
 /// Sees balls in the picture of a camera.
 struct LodView {
-  Camera camera;
-  float outside = 1;  ///< LodSight::share of nodes outside of the picture
+  LodView(const Camera& of_camera, float share_outside);
 
   LodSight operator()(const glm::vec3& center, float radius) const;
+
+  Camera camera;
+  float outside;  ///< LodSight::share of nodes outside of the picture
+
+ private:
+  float footprint_of_depth_, near_depth_;
+  glm::dvec3 eye_;
+  glm::mat3 turn_;      ///< of the world's axes
+  glm::vec2 sides_[4];  ///< normals of the planes right, left, below and above: along x or y, and z
 };
 
 /// The error that a merged node adds per Gaussian that it saves, colour^2 times square pixels.
-float lod_gain(const LodNode& node, float smallest, float footprint);
+float lod_gain(const LodFacts& node, float smallest, float footprint);
 
 struct LodLimit {
   std::size_t budget = std::numeric_limits<std::size_t>::max();  ///< nodes; one is always drawn

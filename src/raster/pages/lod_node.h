@@ -42,10 +42,8 @@ inline float lod_value(std::uint8_t step, float smallest) {
   return step == 0 ? 0 : smallest * smallest * std::exp2(static_cast<float>(step) / 4 - 28);
 }
 
-struct LodNode {
-  glm::vec3 center{0}, scales{0};  ///< world units; standard deviations
-  glm::quat rotation{1, 0, 0, 0};
-  float alpha = 0;  ///< 0..1
+/// A node without its Gaussian.
+struct LodFacts {
   std::uint32_t parent = 0, first_child = 0;
   std::uint16_t child_count = 0;  ///< 0: a leaf
   // Leaves have 0 in the rest.
@@ -55,7 +53,13 @@ struct LodNode {
   LodSteps errors{};    ///< estimated: against all of its leaves
   float layers = 0;     ///< mass / area; above 1 the scales have grown, see learn/lod/merging.h
   float opacities = 0;  ///< sum over its leaves
-  float radius = 0;     ///< the ball around `center` has the centres of its leaves
+  float radius = 0;     ///< the ball around its centre has the centres of its leaves
+};
+
+struct LodNode : LodFacts {
+  glm::vec3 center{0}, scales{0};  ///< world units; standard deviations
+  glm::quat rotation{1, 0, 0, 0};
+  float alpha = 0;  ///< 0..1
 };
 
 }  // namespace qs

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstring>
 #include <mutex>
+#include <numeric>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -15,6 +16,7 @@
 #include "io/scene/writer.h"
 #include "learn/lod/build.h"
 #include "raster/scene/image_metrics.h"
+#include "support/error_of.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
@@ -146,9 +148,84 @@ TEST_F(LevelsTest, a_window_ends_at_the_cut_of_its_view) {
   renderer->render(camera_.resized(80, 60));  // a reduced frame has the same cut
   std::this_thread::sleep_for(std::chrono::milliseconds(400));
   EXPECT_EQ(reports, before);
-  // A scene without levels takes its place.
-  renderer->upload(test::random_cloud(50, 0, 1), {});
+  EXPECT_EQ(test::error_of([&] { renderer->set_drawn(GaussianSet(7310)); }, ErrorKind::device),
+            "the renderer cannot leave out Gaussians");
+  // A scene without levels takes its place, and its Gaussians can be left out.
+  const auto cloud = std::make_shared<GaussianCloud>(test::random_cloud(50, 0, 1));
+  renderer->upload(cloud, {});
   EXPECT_EQ(renderer->render(camera_).stats.gaussians, 50u);
+  const std::vector<float> whole = renderer->render(camera_).color.values;
+  renderer->set_drawn(GaussianSet(50));
+  EXPECT_EQ(renderer->render(camera_).stats.gaussians, 0u);
+  renderer->set_drawn(GaussianSet());
+  EXPECT_EQ(renderer->render(camera_).color.values, whole);
+  std::vector<std::uint32_t> all(50);
+  std::iota(all.begin(), all.end(), 0u);
+  for (float& logit : cloud->opacity_logits) logit = -20;
+  renderer->update(all);
+  EXPECT_NE(renderer->render(camera_).color.values, whole);
+}
+
+TEST_F(LevelsTest, the_picture_of_a_resting_window_does_not_depend_on_the_flight) {
+  const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
+  for (const int budget : {700, 1'000'000}) {
+    frame_.levels.budget = budget;
+    std::atomic<int> reports = 0;
+    const auto open = [&] {
+      auto window = with_levels(make_renderer(Backend::cpu, test::pool()), frame_.levels,
+                                test::pool(), [&](const LevelFacts&) { ++reports; });
+      expect_stream(*window, scene.stream);
+      window->upload(scene.cloud, {});
+      return window;
+    };
+    const auto flown = open(), fresh = open();
+    settled(*flown, reports);
+    for (int step = 0; step < 40; ++step) {
+      const double angle = 0.05 * step;
+      const Camera moving = look_at({6 * std::sin(angle), 0.02 * step, -6 * std::cos(angle)},
+                                    {0, 0, 0}, {0, -1, 0}, 0.9, 160, 120);
+      const Frame& frame = flown->render(step % 3 == 0 ? moving.resized(80, 60) : moving);
+      EXPECT_LE(frame.stats.gaussians, static_cast<unsigned>(budget));
+      std::this_thread::sleep_for(std::chrono::milliseconds(step % 4));
+    }
+    settled(*flown, reports);
+    settled(*fresh, reports);
+    Session command = open_session(frame_);
+    RenderSettings settings;
+    for (const CullMode mode : all_modes()) {
+      settings.mode = command.settings.mode = mode;
+      const Image image = flown->render(camera_, settings).color;
+      EXPECT_EQ(image.values, fresh->render(camera_, settings).color.values) << budget;
+      if (budget > 4000) {  // all leaves
+        EXPECT_EQ(image.values, picture(command, camera_).values);
+      }
+    }
+  }
+}
+
+TEST_F(LevelsTest, films_and_measurements_of_a_window_have_the_cuts_of_a_command) {
+  const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
+  frame_.levels.budget = 900;
+  std::atomic<int> reports = 0;
+  std::atomic<bool> awaits = false;
+  const auto window = with_levels(
+      make_renderer(Backend::cpu, test::pool()), frame_.levels, test::pool(),
+      [&](const LevelFacts&) { ++reports; }, &awaits);
+  expect_stream(*window, scene.stream);
+  window->upload(scene.cloud, {});
+  const std::vector<float> before = settled(*window, reports)->color.values;
+  Session command = open_session(frame_);
+  for (int round = 0; round < 3; ++round) {
+    awaits = true;
+    for (const double z : {-6.0, -1.5, -20.0, -6.0}) {
+      const Camera moved = look_at({0.3, 0, z}, {0, 0, 1}, {0, -1, 0}, 0.9, 160, 120);
+      EXPECT_EQ(window->render(moved).color.values, picture(command, moved).values) << z;
+    }
+    EXPECT_EQ(window->render(camera_).color.values, picture(command, camera_).values);
+    awaits = false;
+    window->render(camera_);
+    EXPECT_EQ(settled(*window, reports)->color.values, before);
+  }
 }
 
 TEST_F(LevelsTest, the_budget_follows_the_time_of_frames) {

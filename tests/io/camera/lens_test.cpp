@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "io/camera/cameras.h"
+#include "io/camera/lens_views.h"
 #include "support/error_of.h"
 #include "support/temporary_folder.h"
 
@@ -196,6 +197,16 @@ TEST(Lens, of_a_face_survives_cameras_json) {
     EXPECT_EQ(read[i].lens->coefficients, views[i].lens->coefficients);
     EXPECT_EQ(read[i].source_of({3, 4}), views[i].source_of({3, 4}));
   }
+}
+
+TEST(Lens, has_a_text_that_is_read_as_the_same_lens) {
+  for (const char* words :
+       {"SIMPLE_FISHEYE,60,40,19.25,30,20.5", "EQUIRECTANGULAR,128,64",
+        "EUCM,60,60,20,21,30,29,0.6,1.1",
+        "OPENCV_FISHEYE,64,48,30.123456789012,31,32,24,0.01,-0.002,0,1e-07",
+        "RAD_TAN_THIN_PRISM_FISHEYE,64,48,30,31,32,24,0.01,0.02,0.03,0,0,0,0.001,0.002,0,0,0,0.5",
+        "METASHAPE,64,32,40,41,32,16,0.05,-0.02,0.004,-0.001,0.002,-0.003,0.006"})
+    EXPECT_EQ(photograph_view(parse_lens(words, "test")).text, words);
 }
 
 }  // namespace

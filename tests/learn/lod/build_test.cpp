@@ -220,7 +220,7 @@ TEST_F(LodBuilding, small_and_odd_scenes_become_trees) {
     Scene scene;
     const MappedFile file(build.output);
     const RadLevels levels = read_rad_levels(file.content(), build.output, pool(), scene);
-    EXPECT_EQ(std::ranges::count(levels.nodes, 0, &LodNode::child_count),
+    EXPECT_EQ(std::ranges::count(levels.nodes, 0, &LodFacts::child_count),
               static_cast<std::ptrdiff_t>(row.cloud.size()))
         << row.name;
     EXPECT_EQ(choose_cut(levels, gains_at(levels, 0.01f), 1), std::vector<std::uint32_t>{0});

@@ -134,7 +134,7 @@ TEST(LodCut, refuses_a_node_with_several_parents) {
   for (std::uint32_t i = 0; i < 19; ++i) {
     page->nodes[i].child_count = 2;
     page->nodes[i].first_child = i == 0 ? 1 : (i + 1) / 2 * 2 + 1;
-    page->nodes[i].scales.x = 1;
+    page->nodes[i].radius = 1;
   }
   const LodPages tree{21, 65536, 0, {page}};
   EXPECT_THAT(error_of([&] { cut_of(tree, gain_of_scale, {kAll}, pool()); }, ErrorKind::input),

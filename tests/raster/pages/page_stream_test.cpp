@@ -161,7 +161,7 @@ TEST_F(Streamed, pages_of_earlier_views_leave_when_memory_is_short) {
   const auto half = [](unsigned odd) {
     return [odd](const LodPage& p, std::size_t row) {
       return p.cloud.positions[row].x < 30 || static_cast<unsigned>(p.nodes[row].parent) % 2 == odd
-                 ? p.nodes[row].scales.x
+                 ? p.nodes[row].radius
                  : 1e-4f;
     };
   };

@@ -23,9 +23,10 @@ RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wa
   context_.give_way = [this] { draw_between(); };
   context_.make_renderer = [this, make = context_.make_renderer, levels = options.levels](
                                Backend backend, const Session& owner) {
-    return with_levels(make(backend, owner), levels, *owner.pool, [this](const LevelFacts& facts) {
-      context_.report(action::levels_made, facts);
-    });
+    return with_levels(
+        make(backend, owner), levels, *owner.pool,
+        [this](const LevelFacts& facts) { context_.report(action::levels_made, facts); },
+        &awaits_cuts_);
   };
   context_.session.pool = std::make_unique<ThreadPool>(options.threads);
   context_.session.device = options.device == kFirstGpu ? first_gpu() : options.device;
@@ -137,6 +138,7 @@ void RenderThread::loop(const std::stop_token& stop) {
     running_ = {};
     context_.stop = running_.get_token();
     context_.keeps_part = true;  // at the end of the program
+    awaits_cuts_ = task_ == Task::job || task_ == Task::numbers;
     lock.unlock();
     guarded(work);
     wake_();
@@ -219,7 +221,10 @@ void RenderThread::draw_between() {
     const std::lock_guard lock(mutex_);
     if (!context_.measuring) request = std::exchange(frame_, std::nullopt);
   }
-  if (request) guarded([&] { answer(*request); });
+  if (!request) return;
+  const bool awaits = awaits_cuts_.exchange(false);
+  guarded([&] { answer(*request); });
+  awaits_cuts_ = awaits;
 }
 
 // Replaces a frame that the window did not take.

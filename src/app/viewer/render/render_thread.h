@@ -6,6 +6,7 @@
 // behind the frames, and a frame that became outdated unless the camera moves.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -102,6 +103,7 @@ class RenderThread {
   std::optional<RenderedFrame> rendered_;
   std::stop_source running_;  // stops the current task
   enum class Task { none, job, frame, refinement, behind, numbers } task_ = Task::none;
+  std::atomic<bool> awaits_cuts_ = false;  // of levels of detail: in jobs and numbers
 
   std::jthread thread_;
 };

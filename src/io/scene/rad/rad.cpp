@@ -48,7 +48,7 @@ class RadFile {
     for (const RadChunk& chunk : chunks_)
       std::ranges::copy(rad_nodes(chunk), std::back_inserter(levels.nodes));
     for (std::size_t i = 0; i < levels.nodes.size(); ++i) {
-      const LodNode& node = levels.nodes[i];
+      const LodFacts& node = levels.nodes[i];
       for (std::uint64_t child = node.first_child;
            child < node.first_child + std::uint64_t{node.child_count}; ++child)
         if (levels.nodes[child].parent != i)

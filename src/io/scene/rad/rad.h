@@ -18,8 +18,8 @@ ReadScene read_rad;
 /// All nodes of a file that quadsplat lod wrote: its Gaussians are scene.cloud, in the file's
 /// order.
 struct RadLevels {
-  std::vector<LodNode> nodes;  ///< without the Gaussians
-  float footprint = 1;         ///< the smallest one, world units
+  std::vector<LodFacts> nodes;
+  float footprint = 1;  ///< the smallest one, world units
 };
 
 /// Throws Error(input) if the file is damaged or another program wrote it.

@@ -228,13 +228,13 @@ std::vector<float> rad_values(const RadChunk& chunk, std::size_t kind) {
   return values;
 }
 
-std::vector<LodNode> rad_nodes(const RadChunk& chunk, bool has_own) {
+std::vector<LodFacts> rad_nodes(const RadChunk& chunk, bool has_own) {
   constexpr std::size_t kBytes =
       2 * kLodFootprints + 3 * sizeof(std::uint16_t) + sizeof(std::uint32_t);
   const std::size_t rows = chunk.count;
   const auto counts = rad_integers(chunk, kRadChildCount),
              starts = rad_integers(chunk, kRadChildStart);
-  std::vector<LodNode> nodes(rows);
+  std::vector<LodFacts> nodes(rows);
   for (std::size_t i = 0; i < rows; ++i) {
     nodes[i].child_count = static_cast<std::uint16_t>(counts[i]);
     nodes[i].first_child = starts[i];
@@ -248,7 +248,7 @@ std::vector<LodNode> rad_nodes(const RadChunk& chunk, bool has_own) {
   const std::byte* const halves = &bytes[2 * kLodFootprints * rows];
   const std::byte* const parents = halves + 3 * rows * sizeof(std::uint16_t);
   for (std::size_t i = 0; i < rows; ++i) {
-    LodNode& node = nodes[i];
+    LodFacts& node = nodes[i];
     for (std::size_t k = 0; k < kLodFootprints; ++k) {
       node.gains[k] = static_cast<std::uint8_t>(bytes[k * rows + i]);
       node.errors[k] = static_cast<std::uint8_t>(bytes[(kLodFootprints + k) * rows + i]);

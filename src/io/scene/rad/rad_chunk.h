@@ -99,7 +99,7 @@ std::vector<float> rad_values(const RadChunk& chunk, std::size_t kind);
 
 /// The children of all nodes of a chunk, and with `has_own` the values of the block of
 /// rad_writer.h: gains to radius and the parent. Throws Error(input) if it is damaged or not there.
-std::vector<LodNode> rad_nodes(const RadChunk& chunk, bool has_own = true);
+std::vector<LodFacts> rad_nodes(const RadChunk& chunk, bool has_own = true);
 
 /// Values of kRadLabel, kRadChildCount or kRadChildStart.
 std::vector<std::uint32_t> rad_integers(const RadChunk& chunk, std::size_t kind);

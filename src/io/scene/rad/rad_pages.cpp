@@ -59,7 +59,7 @@ LodPage RadPages::read(std::size_t i) const {
   const bool has_own = header_.footprint > 0;
   page.nodes = rad_nodes(chunk, has_own);
   for (std::size_t row = 0; row < page.nodes.size(); ++row) {
-    LodNode& node = page.nodes[row];
+    LodFacts& node = page.nodes[row];
     const glm::vec3& scales = page.cloud.log_scales[row];
     if (!has_own) node.radius = 2 * std::exp(std::max({scales.x, scales.y, scales.z}));
     const std::uint64_t last = node.first_child + std::uint64_t{node.child_count};

@@ -213,14 +213,6 @@ __global__ void __launch_bounds__(kThreads)
   if (lane == 0) sums[warp] = sum;
 }
 
-void upload(const char* what, const std::vector<float>& from, DeviceBuffer<float>& to,
-            cudaStream_t stream) {
-  to.reserve(what, from.size());
-  check(cudaMemcpyAsync(to.data(), from.data(), from.size() * sizeof(float), cudaMemcpyHostToDevice,
-                        stream),
-        what);
-}
-
 constexpr const char* kWhat = "the features of LPIPS";
 
 }  // namespace
@@ -244,11 +236,11 @@ GpuMetric::GpuMetric(const qs::lpips::Weights& weights, int device) {
   std::vector<std::vector<float>> packed;
   for (std::size_t i = 0; i < weights.filters.size(); ++i) {
     packed.push_back(qs::lpips::pack(s.network.convolutions[i], weights.filters[i]));
-    upload("the filters of LPIPS", packed.back(), s.filters.emplace_back(), s.stream);
-    upload("the biases of LPIPS", weights.biases[i], s.biases.emplace_back(), s.stream);
+    copy_to_device("the filters of LPIPS", packed.back(), s.filters.emplace_back(), s.stream);
+    copy_to_device("the biases of LPIPS", weights.biases[i], s.biases.emplace_back(), s.stream);
   }
   for (const std::vector<float>& linear : weights.linear)
-    upload("the weights of LPIPS", linear, s.linear.emplace_back(), s.stream);
+    copy_to_device("the weights of LPIPS", linear, s.linear.emplace_back(), s.stream);
   s.sums.reserve("the sums of LPIPS", kCompareWarps);
   check(cudaStreamSynchronize(s.stream), "the weights of LPIPS");
 }

@@ -352,13 +352,8 @@ void DeviceField::upload(const qs::train::FieldState& host, cudaStream_t stream)
   grid_sums.reserve(kWhat, in_grid);
   block_weights.reserve(kWhat, kFieldBlocks * weights);
   by_weights.reserve(kWhat, weights);
-  const auto copy = [&](const std::vector<float>& from, float* to) {
-    check(cudaMemcpyAsync(to, from.data(), from.size() * sizeof(float), cudaMemcpyHostToDevice,
-                          stream),
-          "copy to the GPU");
-  };
-  copy(host.field.grid_values, values.data());
-  copy(host.field.weights, values.data() + in_grid);
+  cuda::copy_to_device(host.field.grid_values.data(), in_grid, values.data(), stream);
+  cuda::copy_to_device(host.field.weights.data(), weights, values.data() + in_grid, stream);
   copy_to_device(host.first.data(), first, count, stream);
   copy_to_device(host.second.data(), second, count, stream);
   has_grid_sums = true;  // undefined values

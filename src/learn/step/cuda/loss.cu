@@ -106,14 +106,6 @@ __global__ void __launch_bounds__(kThreads)
   if (threadIdx.x == 0) *result = total;
 }
 
-void copy_bytes(std::span<const std::uint8_t> from, DeviceBuffer<std::uint8_t>& to,
-                cudaStream_t stream) {
-  to.reserve("a photograph", from.size());
-  if (from.empty()) return;
-  check(cudaMemcpyAsync(to.data(), from.data(), from.size(), cudaMemcpyHostToDevice, stream),
-        "copy to the GPU");
-}
-
 }  // namespace
 
 void compare(const Comparison& pictures, cudaStream_t stream, LossScratch& scratch,
@@ -160,9 +152,9 @@ void DevicePhotograph::upload(const qs::train::Photograph& host, cudaStream_t st
   const std::size_t size = host.rgb.size() / 3;
   assert(!has_alpha || host.alpha.size() == size);
   assert(!has_mask || host.mask.size() == size);
-  copy_bytes(host.rgb, rgb, stream);
-  copy_bytes(host.alpha, alpha, stream);
-  copy_bytes(host.mask, mask, stream);
+  copy_to_device("a photograph", host.rgb, rgb, stream);
+  copy_to_device("a photograph", host.alpha, alpha, stream);
+  copy_to_device("a photograph", host.mask, mask, stream);
   check(cudaStreamSynchronize(stream), "copy to the GPU");
   pixels = size;
   counted = size - static_cast<std::size_t>(

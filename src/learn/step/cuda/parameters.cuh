@@ -14,7 +14,7 @@
 #include "learn/gradient/adam.h"
 #include "learn/gradient/gaussian.h"
 #include "learn/step/plan.h"
-#include "raster/cuda/common/device_buffer.cuh"
+#include "raster/cuda/common/stream.cuh"
 
 namespace qs::cuda::train {
 
@@ -107,9 +107,7 @@ struct Gradients {
 template <class T>
 void copy_to_device(const T* from, DeviceBuffer<T>& to, std::size_t count, cudaStream_t stream) {
   to.reserve("the model", count);
-  if (count == 0) return;
-  check(cudaMemcpyAsync(to.data(), from, count * sizeof(T), cudaMemcpyHostToDevice, stream),
-        "copy to the GPU");
+  cuda::copy_to_device(from, count, to.data(), stream);
   check(cudaStreamSynchronize(stream), "copy to the GPU");
 }
 

@@ -67,6 +67,21 @@ struct TimedEvent : Event {
   }
 };
 
+/// Enqueues the copy of `count` elements to the GPU.
+template <class T>
+void copy_to_device(const T* from, std::size_t count, T* to, cudaStream_t stream) {
+  if (count == 0) return;
+  check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream),
+        "copy to the GPU");
+}
+
+/// copy_to_device() of a whole array, with room for it, as DeviceBuffer::reserve() makes it.
+template <class Array, class T>
+void copy_to_device(const char* what, const Array& from, DeviceBuffer<T>& to, cudaStream_t stream) {
+  to.reserve(what, from.size());
+  copy_to_device(from.data(), from.size(), to.data(), stream);
+}
+
 /// Copies `count` elements to the host and waits.
 template <class T>
 void copy_to_host(const T* from, T* to, std::size_t count, cudaStream_t stream) {

@@ -94,11 +94,6 @@ struct Staging {
   }
 };
 
-template <class T>
-void copy_to_device(const T* from, std::size_t count, T* to, cudaStream_t stream) {
-  check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream), "upload");
-}
-
 /// Gathers the bits of all places; a warp makes a word.
 __global__ void __launch_bounds__(kThreads)
     gather_bits(const std::uint32_t* from, const std::uint32_t* file_indices, std::uint32_t count,
@@ -118,30 +113,6 @@ unsigned sh_width(const GaussianCloud& cloud) {
   return static_cast<unsigned>(3 * sh_coefficient_count(cloud.sh_degree));
 }
 
-/// Finds the bounds of every block of Gaussians, a warp each.
-__global__ void __launch_bounds__(kThreads)
-    find_bounds(CloudView cloud, unsigned blocks, BlockBounds* bounds) {
-  const unsigned block = (blockIdx.x * kThreads + threadIdx.x) / kWarp;
-  if (block >= blocks) return;
-  BlockBounds own;
-  const std::uint32_t end = min((block + 1) * kBlockGaussians, cloud.count);
-  for (std::uint32_t i = block * kBlockGaussians + lane_index(); i < end; i += kWarp) {
-    const ActiveGaussian g = cloud.gaussian(i);
-    own.include(g.position, g.covariance);
-  }
-  for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
-    const auto other = [&](float value) {
-      return __shfl_sync(kAllLanes, value, lane_index() ^ distance);
-    };
-    for (int axis = 0; axis < 3; ++axis) {
-      own.low[axis] = fminf(own.low[axis], other(own.low[axis]));
-      own.high[axis] = fmaxf(own.high[axis], other(own.high[axis]));
-    }
-    own.sigma = fmaxf(own.sigma, other(own.sigma));
-  }
-  if (lane_index() == 0) bounds[block] = own;
-}
-
 /// Uploads a scene, with coefficients as halves on request.
 class Upload {
  public:
@@ -152,9 +123,9 @@ class Upload {
     device.positions.reserve(kScene, cloud.size());
     device.covariances.reserve(kScene, cloud.size());
     device.covariances_z.reserve(kScene, cloud.size());
-    gaussians_.reserve(kScene, chunk);
-    rows_.reserve(kScene, chunk * width_);
-    inexact_.reserve(kScene, 1);
+    scratch().gaussians.reserve(kScene, chunk);
+    scratch().rows.reserve(kScene, chunk * width_);
+    scratch().inexact.reserve(kScene, 1);
     if (order.empty()) return;
     device.file_indices.reserve(kScene, cloud.size());
     device.bounds.reserve(kScene, blocks_for(cloud.size()));
@@ -166,12 +137,13 @@ class Upload {
   bool with_halves(const Progress& progress) {
     device_.sh.reserve(kScene, cloud_.size() * 3);
     device_.sh_halves.reserve(kScene, cloud_.size() * (width_ - 3));
-    set_zero("upload", inexact_.data(), 1, stream_);
+    set_zero("upload", scratch().inexact.data(), 1, stream_);
     for (std::size_t first = 0; first < cloud_.size(); first += kChunk) {
       const Rows rows = copy_chunk(first, progress);
       transpose_rows(rows, 3, cloud_.size(), device_.sh.data(), stream_);
-      transpose_to_halves(rows, cloud_.size(), device_.sh_halves.data(), inexact_.data(), stream_);
-      if (copied(inexact_.data(), 1, stream_)[0] != 0) return false;
+      transpose_to_halves(rows, cloud_.size(), device_.sh_halves.data(), scratch().inexact.data(),
+                          stream_);
+      if (copied(scratch().inexact.data(), 1, stream_)[0] != 0) return false;
     }
     return true;
   }
@@ -191,26 +163,29 @@ class Upload {
   /// Gaussians `numbers` of the cloud again, which are at `places`. False as with_halves().
   bool update(std::span<const std::uint32_t> numbers, std::span<const std::uint32_t> places) {
     const bool has_halves = device_.sh_halves.data() != nullptr;
-    DeviceBuffer<std::uint32_t> listed;
+    DeviceBuffer<std::uint32_t>& listed = scratch().places;
     listed.reserve(kScene, numbers.size());
     copy_to_device(places.data(), places.size(), listed.data(), stream_);
-    set_zero("update", inexact_.data(), 1, stream_);
+    set_zero("update", scratch().inexact.data(), 1, stream_);
     for (std::size_t first = 0; first < numbers.size(); first += kChunk) {
       const auto n = static_cast<unsigned>(std::min(kChunk, numbers.size() - first));
       const Rows rows = copy_part(numbers, first, {n, 0, listed.data() + first});
       transpose_rows(rows, has_halves ? 3 : width_, cloud_.size(), device_.sh.data(), stream_);
       if (has_halves)
-        transpose_to_halves(rows, cloud_.size(), device_.sh_halves.data(), inexact_.data(),
+        transpose_to_halves(rows, cloud_.size(), device_.sh_halves.data(), scratch().inexact.data(),
                             stream_);
+      for (unsigned k = 0; k < n && !device_.host_bounds.empty(); ++k)
+        device_.host_bounds[places[first + k] / kBlockGaussians].include(
+            staging_.gaussians[k].position, staging_.gaussians[k].covariance);
     }
-    const unsigned blocks = blocks_for(device_.count);
-    if (device_.bounds.data() != nullptr)
-      launch("update", find_bounds, blocks_for(std::uint64_t{blocks} * kWarp), stream_,
-             device_.view(), blocks, device_.bounds.data());
-    return copied(inexact_.data(), 1, stream_)[0] == 0;
+    copy_to_device(device_.host_bounds.data(), device_.host_bounds.size(), device_.bounds.data(),
+                   stream_);
+    return !has_halves || copied(scratch().inexact.data(), 1, stream_)[0] == 0;
   }
 
  private:
+  UploadScratch& scratch() { return device_.scratch; }
+
   /// Enqueues the copy of all values but the coefficients, which are in the returned rows.
   Rows copy_chunk(std::size_t first, const Progress& progress) {
     progress.update(0.3f + 0.7f * static_cast<float>(first) / static_cast<float>(cloud_.size()));
@@ -226,12 +201,12 @@ class Upload {
   Rows copy_part(std::span<const std::uint32_t> order, std::size_t first, const Places& places) {
     staging_.gather(cloud_, order, first, places.count, pool_);
     // Copies have left the staging memory when they return, because it is not pinned.
-    copy_to_device(staging_.gaussians.data(), places.count, gaussians_.data(), stream_);
-    split_gaussians(gaussians_.data(), places, device_.positions.data(), device_.covariances.data(),
-                    device_.covariances_z.data(), stream_);
-    copy_to_device(&staging_.sh.data()->x, std::size_t{places.count} * width_, rows_.data(),
-                   stream_);
-    return {rows_.data(), width_, places};
+    copy_to_device(staging_.gaussians.data(), places.count, scratch().gaussians.data(), stream_);
+    split_gaussians(scratch().gaussians.data(), places, device_.positions.data(),
+                    device_.covariances.data(), device_.covariances_z.data(), stream_);
+    copy_to_device(&staging_.sh.data()->x, std::size_t{places.count} * width_,
+                   scratch().rows.data(), stream_);
+    return {scratch().rows.data(), width_, places};
   }
 
   static constexpr const char* kScene = "the scene";
@@ -242,9 +217,6 @@ class Upload {
   cudaStream_t stream_;
   DeviceCloud& device_;
   unsigned width_ = sh_width(cloud_);
-  DeviceBuffer<ActiveGaussian> gaussians_;
-  DeviceBuffer<float> rows_;
-  DeviceBuffer<std::uint32_t> inexact_;
   Staging staging_;
 };
 
@@ -270,26 +242,26 @@ bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed, 
       const auto indices = copied(device.file_indices.data(), device.count, stream);
       for (std::uint32_t place = 0; place < device.count; ++place)
         device.places[indices[place]] = place;
+      device.host_bounds = copied(device.bounds.data(), blocks_for(device.count), stream);
     }
     for (std::uint32_t& place : places) place = device.places[place];
   }
   return Upload(cloud, {}, pool, stream, device).update(changed, places);
 }
 
-DeviceBuffer<std::uint32_t> upload_drawn(const GaussianSet& set, const DeviceCloud& device,
-                                         cudaStream_t stream) {
+void set_drawn(const GaussianSet& set, cudaStream_t stream, DeviceCloud& device) {
   constexpr const char* kSet = "the set of drawn Gaussians";
-  DeviceBuffer<std::uint32_t> drawn, by_file;
-  if (set.size() == 0) return drawn;
+  device.draws_all = set.size() == 0;
+  if (device.draws_all) return;
   const unsigned blocks = blocks_for(device.count);
-  drawn.reserve(kSet, std::size_t{blocks} * (kBlockGaussians / kWarp));
-  by_file.reserve(kSet, drawn.capacity());
+  const std::size_t words = std::size_t{blocks} * (kBlockGaussians / kWarp);
+  DeviceBuffer<std::uint32_t>& by_file = device.scratch.set;
+  device.drawn.reserve(kSet, words);
+  by_file.reserve(kSet, words);
   copy_to_device(set.bytes().data(), set.bytes().size(),
                  reinterpret_cast<std::byte*>(by_file.data()), stream);
   launch(kSet, gather_bits, blocks, stream, by_file.data(), device.file_indices.data(),
-         device.count, drawn.data());
-  check(cudaStreamSynchronize(stream), kSet);
-  return drawn;
+         device.count, device.drawn.data());
 }
 
 void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Progress& progress,
@@ -308,6 +280,7 @@ void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Pro
   device.sh_degree = cloud.sh_degree;
   device.antialiased = cloud.antialiased;
   device.count = static_cast<std::uint32_t>(cloud.size());
+  device.scratch = {};  // most scenes never change
   progress.update(1);
 }
 

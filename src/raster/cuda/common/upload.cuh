@@ -70,6 +70,13 @@ struct CloudView {
   }
 };
 
+/// Memory that uploads of the same scene reuse.
+struct UploadScratch {
+  DeviceBuffer<ActiveGaussian> gaussians;
+  DeviceBuffer<float> rows;
+  DeviceBuffer<std::uint32_t> inexact, places, set;
+};
+
 struct DeviceCloud {
   DeviceBuffer<float4> positions, covariances;
   DeviceBuffer<float2> covariances_z;
@@ -77,10 +84,12 @@ struct DeviceCloud {
   DeviceBuffer<std::uint32_t> file_indices;  ///< see CloudView
   DeviceBuffer<BlockBounds> bounds;
   DeviceBuffer<std::uint16_t> sh_halves;  ///< empty: `sh` has all coefficients
-  DeviceBuffer<std::uint32_t> drawn;      ///< see CloudView; empty: all
-  /// By index in the file: the place in the order in space, on the host. Made by the first
-  /// update().
-  std::vector<std::uint32_t> places;
+  DeviceBuffer<std::uint32_t> drawn;      ///< see CloudView; not used if draws_all
+  bool draws_all = true;
+  // On the host, made by the first update() in the order in space:
+  std::vector<std::uint32_t> places;     ///< by index in the file
+  std::vector<BlockBounds> host_bounds;  ///< of the blocks, with all Gaussians that were in them
+  UploadScratch scratch;
   std::uint32_t count = 0;
   int sh_degree = 0;
   bool antialiased = false;
@@ -91,8 +100,9 @@ struct DeviceCloud {
   }
 
   CloudView view() const {
-    return {positions.data(),    covariances.data(), covariances_z.data(), sh.data(),   count,
-            file_indices.data(), bounds.data(),      sh_halves.data(),     drawn.data()};
+    const std::uint32_t* const bits = draws_all ? nullptr : drawn.data();
+    return {positions.data(),    covariances.data(), covariances_z.data(), sh.data(), count,
+            file_indices.data(), bounds.data(),      sh_halves.data(),     bits};
   }
 };
 
@@ -108,9 +118,7 @@ void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Pro
 bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed, ThreadPool& pool,
             cudaStream_t stream, DeviceCloud& device);
 
-/// CloudView::drawn for a set of the scene's Gaussians; empty for a set of size 0. Throws
-/// Error(device).
-DeviceBuffer<std::uint32_t> upload_drawn(const GaussianSet& set, const DeviceCloud& device,
-                                         cudaStream_t stream);
+/// Sets CloudView::drawn to a set of the scene's Gaussians; of size 0: all. Throws Error(device).
+void set_drawn(const GaussianSet& set, cudaStream_t stream, DeviceCloud& device);
 
 }  // namespace qs::cuda

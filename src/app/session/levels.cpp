@@ -128,19 +128,20 @@ class LevelRenderer final : public Renderer {
     std::vector<CutChange> ready = std::exchange(ready_, {});
     if (awaits) {
       lock.unlock();
-      if (!awaited_ || !awaited_->serves(view, false)) {
-        apply({.whole = await_cut(view)});
-        uploaded_.reset();
-        awaited_ = view;
-      }
+      if (!awaited_ || !awaited_->serves(view, false)) show_alone(await_cut(view), view);
+      awaited_ = view;
     } else {
       const bool is_new = awaited_ || !wanted_ || !wanted_->serves(view, true);
       if (is_new) wanted_ = view;
       views_ += is_new ? 1 : 0;
       restarts_ = restarts_ || awaited_;
       lock.unlock();
-      awaited_.reset();
       if (is_new) note_news();
+      if (awaited_) {
+        ready.clear();
+        show_alone(stream_->cut(gain_of(view), view.limit, pool_, guess_), view);
+        awaited_.reset();
+      }
       for (CutChange& change : ready) apply(std::move(change));
     }
     const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
@@ -184,10 +185,17 @@ class LevelRenderer final : public Renderer {
             is_new,    stream_->take_sentences()};
   }
 
-  GaussianCloud await_cut(const LevelView& view) {
+  LodGain gain_of(const LevelView& view) const { return gain_in(view.view, stream_->footprint()); }
+
+  // Uploads a cut to which no change belongs.
+  void show_alone(const StreamedCut& made, const LevelView& view) {
+    apply({.whole = cut_cloud(made.tree, made.cut, view.view, view.dilation, pool_)});
+    uploaded_.reset();
+  }
+
+  StreamedCut await_cut(const LevelView& view) {
     const auto start = std::chrono::steady_clock::now();
-    const StreamedCut made =
-        stream_->await_cut(gain_in(view.view, stream_->footprint()), view.limit, pool_, guess_);
+    StreamedCut made = stream_->await_cut(gain_of(view), view.limit, pool_, guess_);
     guess_ = made.cut.limit;
     const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), !report_);
     if (report_) {
@@ -197,7 +205,7 @@ class LevelRenderer final : public Renderer {
       const std::string& name = view.view.camera.name;
       warn("cut" + (name.empty() ? "" : " of " + name) + ": " + facts.text());
     }
-    return cut_cloud(made.tree, made.cut, view.view, view.dilation, pool_);
+    return made;
   }
 
   void follow_time(double ms) {
@@ -222,23 +230,23 @@ class LevelRenderer final : public Renderer {
           is_late ? changed_.wait_for(lock, stop, kRest, news) : changed_.wait(lock, stop, news);
       if (stop.stop_requested()) return;
       has_news_ = false;
-      if (std::exchange(restarts_, false)) slots_ = {};
+      const bool restarts = std::exchange(restarts_, false);
       const LevelView view = *wanted_;
       const std::size_t number = views_;
       lock.unlock();
       const auto start = std::chrono::steady_clock::now();
-      const StreamedCut made =
-          stream_->cut(gain_in(view.view, stream_->footprint()), view.limit, alone, guess_);
+      const StreamedCut made = stream_->cut(gain_of(view), view.limit, alone, guess_);
       guess_ = made.cut.limit;
       const LodCut& shown = slots_.shown();
       const double change = static_cast<double>(moved(shown, made.cut) + moved(made.cut, shown)) /
                             static_cast<double>(made.cut.count);
       const bool was_exact = change == 0 && exact == number;
-      const bool is_new = came ? change >= kMoved : !was_exact;
-      const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), is_new);
+      const bool is_new = restarts || (came ? change >= kMoved : !was_exact);
+      const LevelFacts facts =
+          facts_of(made.cut, milliseconds_since(start), is_new && !(restarts && change == 0));
       CutChange step;
       if (is_new) {
-        step = slots_.follow(made, view.view, view.dilation, !came, alone);
+        step = slots_.follow(made, view.view, view.dilation, !came || restarts, alone);
         exact = step.whole.empty() ? 0 : number;
       }
       is_late = came && !(is_new ? exact == number : was_exact);
@@ -268,7 +276,7 @@ class LevelRenderer final : public Renderer {
   std::optional<LevelView> wanted_;
   std::size_t views_ = 0;         // wanted ones so far
   std::vector<CutChange> ready_;  // that `inner_` does not have yet
-  bool restarts_ = false;         // the uploaded cloud is not in slots_
+  bool restarts_ = false;         // the uploaded cloud has another cut
   bool has_news_ = false;         // another view, or another page
   std::jthread thread_;           // the last member: it ends first
 };

@@ -13,6 +13,7 @@
 #include "app/support/run_program.h"
 #include "base/error.h"
 #include "raster/field/color_field.h"
+#include "raster/scene/cloud_order.h"
 #include "raster/scene/image_metrics.h"
 #include "support/corpus.h"
 #include "support/error_of.h"
@@ -91,6 +92,21 @@ TEST(ExactColor, every_view_is_drawn_with_its_own_colours) {
     const Image expected = fitted.renderer->render(camera, fitted.settings).color;
     EXPECT_EQ(exact.renderer->render(camera, exact.settings).color.values, expected.values);
   }
+}
+
+TEST(ExactColor, a_set_of_gaussians_stays_from_eye_to_eye) {
+  Session session = open_session(options_of(model(), NetworkUse::always));
+  Session rest = open_session(options_of(model(), NetworkUse::always));
+  const std::size_t size = session.scene->cloud.size();
+  const GaussianSet even =
+      GaussianSet::where(size, *session.pool, [](std::size_t i) { return i % 2 == 0; });
+  rest.renderer->upload(select(rest.scene->cloud, even.numbers()), {});
+  session.renderer->set_drawn(even);  // before the first eye
+  for (const glm::dvec3& eye : {kEye, kOther, kEye})
+    EXPECT_EQ(session.renderer->render(camera_at(eye)).color.values,
+              rest.renderer->render(camera_at(eye)).color.values);
+  session.renderer->set_drawn(GaussianSet());
+  EXPECT_EQ(session.renderer->render(camera_at(kEye)).stats.gaussians, size);
 }
 
 TEST(ExactColor, fitted_colours_are_close_to_the_networks) {

@@ -206,14 +206,19 @@ TEST_F(LevelsTest, the_picture_of_a_resting_window_does_not_depend_on_the_flight
 TEST_F(LevelsTest, films_and_measurements_of_a_window_have_the_cuts_of_a_command) {
   const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
   frame_.levels.budget = 900;
-  std::atomic<int> reports = 0;
+  std::atomic<int> reports = 0, new_cuts = 0;
   std::atomic<bool> awaits = false;
   const auto window = with_levels(
       make_renderer(Backend::cpu, test::pool()), frame_.levels, test::pool(),
-      [&](const LevelFacts&) { ++reports; }, &awaits);
+      [&](const LevelFacts& facts) {
+        new_cuts += facts.is_new ? 1 : 0;
+        ++reports;
+      },
+      &awaits);
   expect_stream(*window, scene.stream);
   window->upload(scene.cloud, {});
   const std::vector<float> before = settled(*window, reports)->color.values;
+  const int known = new_cuts;
   Session command = open_session(frame_);
   for (int round = 0; round < 3; ++round) {
     awaits = true;
@@ -223,8 +228,9 @@ TEST_F(LevelsTest, films_and_measurements_of_a_window_have_the_cuts_of_a_command
     }
     EXPECT_EQ(window->render(camera_).color.values, picture(command, camera_).values);
     awaits = false;
-    window->render(camera_);
+    EXPECT_EQ(window->render(camera_).color.values, before);  // at once
     EXPECT_EQ(settled(*window, reports)->color.values, before);
+    EXPECT_EQ(new_cuts, known);  // nothing new to draw
   }
 }
 

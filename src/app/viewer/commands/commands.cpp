@@ -286,7 +286,7 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_H, kCtrl | kShift, edit, "Show hidden Gaussians again", edit_selected,
           EditKind::show),
       row(GLFW_KEY_S, kCtrl, edit, "Save the edits", save_edits),
-      last(measuring_row()),
+      measuring_row(),
       row(GLFW_KEY_M, kCtrl, measure, "Copy the measures", copy_measures),
       row(GLFW_KEY_ENTER, 0, edit, "Use the cross; close the shape or the line", use_cross),
       panel(GLFW_KEY_M, 0, window, "Messages", &Panels::messages),

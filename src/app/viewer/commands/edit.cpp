@@ -89,10 +89,21 @@ void carry_out_step(RenderContext& context, EditStep step, const EditState& befo
   }
 }
 
+// The steps, and for convert the scale and the level that were measured.
+std::vector<EditStep> saved_steps(const Viewer& v) {
+  std::vector<EditStep> steps = v.editing.history.steps();
+  const MeasureScale& scale = v.measures.scale;
+  if (!scale.unit.empty())
+    steps.push_back({.kind = EditKind::scale, .factor = scale.factor, .unit = scale.unit});
+  if (v.measures.ground)
+    steps.push_back({.kind = EditKind::level, .rotation = level_turn(v.measures.ground->up)});
+  return steps;
+}
+
 void write_edits(RenderContext& context, const Viewer& viewer) {
   const std::shared_ptr<const Scene> whole = whole_scene(context);
   const OutputFile output(viewer, "", viewer.scene->name, ".edits.json");
-  const EditsFile file = edits_file(*whole, viewer.editing.history.steps(), true);
+  const EditsFile file = edits_file(*whole, saved_steps(viewer), true);
   write_text(output.path(), format_edits(file, whole->cloud.origin));
   output.done(context, fmt::format(" ({})", counted(file.steps.size(), "step")));
   context.report(action::edits_saved);
@@ -174,7 +185,7 @@ void action::use_cross(Viewer& v, Host& host) {
 
 void action::save_edits(Viewer& viewer, Host& host) {
   if (!viewer.scene) return;
-  if (!viewer.editing.history.has_steps()) return notify(viewer, "there is no edit to save");
+  if (saved_steps(viewer).empty()) return notify(viewer, "there is no edit to save");
   start_job(viewer, host, write_edits);
 }
 

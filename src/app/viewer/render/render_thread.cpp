@@ -138,7 +138,7 @@ void RenderThread::loop(const std::stop_token& stop) {
     running_ = {};
     context_.stop = running_.get_token();
     context_.keeps_part = true;  // at the end of the program
-    awaits_cuts_ = task_ == Task::job || task_ == Task::numbers;
+    awaits_cuts_ = task_ == Task::job;
     lock.unlock();
     guarded(work);
     wake_();

@@ -103,7 +103,7 @@ class RenderThread {
   std::optional<RenderedFrame> rendered_;
   std::stop_source running_;  // stops the current task
   enum class Task { none, job, frame, refinement, behind, numbers } task_ = Task::none;
-  std::atomic<bool> awaits_cuts_ = false;  // of levels of detail: in jobs and numbers
+  std::atomic<bool> awaits_cuts_ = false;  // of levels of detail: in jobs
 
   std::jthread thread_;
 };

@@ -141,7 +141,9 @@ void offer_edits(Viewer& v) {
   if (!is_there(file)) return;
   notify(v, file.filename().string() +
                 " has edits of this scene. Another edit renames this file and begins a new one.");
+  constexpr double kOfferSeconds = 60;
   v.toasts.back().offer = ToastOffer::apply_edits;
+  v.toasts.back().until = v.now + kOfferSeconds;
 }
 
 void edits_opened(Viewer& v, const std::filesystem::path& file, const EditHistory& history) {

@@ -16,6 +16,8 @@
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/measure_actions.h"
 #include "io/camera/lens_views.h"
+#include "io/edits/edits_file.h"
+#include "support/scene_files.h"
 
 namespace qs {
 namespace {
@@ -44,6 +46,7 @@ class Measures : public test::RenderingViewer {
     add_wall(scene.cloud, 4, -2.6f, 1.6f, -2, 2);
     add_wall(scene.cloud, 2, -0.3f, 0.3f, -0.8f, 0.4f);
     scene.path = scenes_ / "walls.ply";
+    test::write_scene(scene.cloud, scene.path);
     ViewedScene facts;
     facts.name = "walls";
     facts.path = scene.path;
@@ -164,6 +167,17 @@ TEST_F(Measures, a_known_length_sets_the_scale_and_three_points_the_ground) {
   EXPECT_THAT(rows[3].more, HasSubstr(fmt::format("{:.5g} ± ", 2 * measuring().scale.factor)));
   EXPECT_THAT(rows[3].more, HasSubstr("cm above the ground"));
   EXPECT_EQ(viewer().scene->edits.steps, 0) << "the scene stays as it is";
+  // The file of edits has both for convert.
+  press("Ctrl+S");
+  settle();
+  const EditsFile file = read_edits(scenes_ / "walls_0001.edits.json", glm::dvec3(0));
+  ASSERT_THAT(file.steps, SizeIs(2));
+  EXPECT_EQ(file.steps[0].kind, EditKind::scale);
+  EXPECT_EQ(file.steps[0].factor, measuring().scale.factor);
+  EXPECT_EQ(file.steps[0].unit, "cm");
+  EXPECT_EQ(file.steps[1].kind, EditKind::level);
+  EXPECT_LT(glm::distance(file.steps[1].rotation * glm::dvec3(0, 0, -1), glm::dvec3(0, -1, 0)),
+            1e-9);
 }
 
 TEST_F(Measures, points_on_a_line_are_no_ground) {

@@ -29,6 +29,27 @@ struct Cell {
     for (const glm::dvec3& border : borders) inside = std::min(inside, glm::dot(border, direction));
     return std::clamp(0.5 + 0.5 * inside / kHalfBlend, 0.0, 1.0);
   }
+
+  // The largest |x/z| and |y/z| of the face: of the corners of its outer borders.
+  double edge() const {
+    double result = 0;
+    for (const glm::dvec3& a : borders)
+      for (const glm::dvec3& b : borders) {
+        const glm::dvec3 along = glm::cross(a, b);
+        if (glm::dot(along, axes[2]) <= 0) continue;
+        const glm::dvec3 outwards = -kHalfBlend / (1 + glm::dot(a, b)) * (a + b);
+        const glm::dvec3 corner =
+            outwards + std::sqrt(1 - glm::dot(outwards, outwards)) * glm::normalize(along);
+        const auto within = [&](const glm::dvec3& border) {
+          return glm::dot(border, corner) > -kHalfBlend - 1e-9;
+        };
+        const glm::dvec3 in_face = corner * axes;  // the transposed axes times it
+        if (std::ranges::all_of(borders, within))
+          result =
+              std::max({result, std::abs(in_face.x / in_face.z), std::abs(in_face.y / in_face.z)});
+      }
+    return result;
+  }
 };
 
 // The widest angle of a cell to its axis: of a cube's corner, and of the middle of a cube's side.
@@ -147,6 +168,7 @@ LensMap make_lens_map(const SizedLens& lens, glm::ivec2 size, int faces, ThreadP
       face.pixels.insert(face.pixels.end(), of_cells[c].begin(), of_cells[c].end());
     if (face.pixels.empty()) continue;
     cut(face, focal);
+    face.camera.face_edge = cells[c].edge();
     places[c] = static_cast<std::uint8_t>(map.faces.size());
     map.faces.push_back(std::move(face));
   }

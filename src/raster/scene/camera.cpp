@@ -58,8 +58,7 @@ glm::dvec2 slope_limit(const Camera& camera) {
   if (camera.projection == Projection::orthographic) return glm::dvec2(0);
   if (camera.projection == Projection::pinhole)
     return kSlopeMargin * size / (2.0 * camera.focal_px);
-  // A face is cut to the pixels that are used, so its axis may be far from the middle. Its limit is
-  // the same along both axes, so that it changes little with the cut.
+  if (camera.face_edge > 0) return glm::dvec2(kFaceSlopeMargin * camera.face_edge);
   const glm::dvec2 farthest = glm::max(camera.center_px + 0.5, size - 0.5 - camera.center_px);
   return glm::dvec2(kFaceSlopeMargin * glm::max(farthest.x, farthest.y)) / camera.focal_px;
 }

@@ -24,6 +24,9 @@ struct Camera {
   std::string name = {};              ///< name of the photograph, without extension; may be empty
   glm::dvec3 origin{0.0};  ///< its place counts from here in the world, see GaussianCloud::origin
   Projection projection = Projection::pinhole;
+  /// Of Projection::face: the largest |x/z| and |y/z| of the whole face, of which the picture may
+  /// be a part; 0: the picture is the whole face.
+  double face_edge = 0;
 
   /// Camera position in the world.
   glm::dvec3 position() const;

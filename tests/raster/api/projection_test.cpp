@@ -88,15 +88,16 @@ TEST(Face, cut_to_a_part_is_that_part_of_the_whole) {
     part.width = 60;
     part.height = 40;
     part.center_px -= corner;
+    part.face_edge = 80 / part.focal_px.x;
     const Frame cut = drawn(cloud, part, "exact");
-    // Gaussians outside of the part have other limits of their slopes.
+    // Means are rounded elsewhere, so single contributions pass the least alpha, 1/255, or not.
     std::size_t different = 0;
     for (int y = 0; y < part.height; ++y)
       for (int x = 0; x < part.width; ++x)
         for (int c = 0; c < 3; ++c)
           different += std::abs(cut.color.at(x, y, c) -
-                                whole.color.at(corner.x + x, corner.y + y, c)) > 0.02f;
-    EXPECT_LT(different, 300u) << corner.x << "," << corner.y;
+                                whole.color.at(corner.x + x, corner.y + y, c)) > 4e-3f;
+    EXPECT_EQ(different, 0u) << corner.x << "," << corner.y;
   }
 }
 

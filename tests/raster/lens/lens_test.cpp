@@ -394,7 +394,7 @@ TEST(Faces, cover_every_direction_with_weights_of_the_sum_1) {
       const SizedLens lens = each.view.sized(each.size);
       const LensMap map = make_lens_map(lens, each.size, faces, test::pool());
       std::vector<double> sums(map.nearest.size(), 0);
-      double pixels = 0, blended = 0;
+      double pixels = 0, blended = 0, steepest = 0, edge = 0;
       for (const FaceMap& face : map.faces) {
         pixels += double(face.camera.width) * face.camera.height;
         for (const FacePixel& pixel : face.pixels) {
@@ -404,7 +404,16 @@ TEST(Faces, cover_every_direction_with_weights_of_the_sum_1) {
           ASSERT_GE(pixel.y, 1);
           ASSERT_LT(pixel.x, face.camera.width - 2);
           ASSERT_LT(pixel.y, face.camera.height - 2);
+          const glm::dvec2 slope =
+              (glm::dvec2(pixel.x, pixel.y) - face.camera.center_px) / face.camera.focal_px;
+          ASSERT_LE(std::abs(slope.x), face.camera.face_edge + 1e-4);
+          ASSERT_LE(std::abs(slope.y), face.camera.face_edge + 1e-4);
+          steepest = std::max({steepest, std::abs(slope.x), std::abs(slope.y)});
         }
+        edge = face.camera.face_edge;
+      }
+      if (std::string(each.name).ends_with(" 360")) {
+        EXPECT_GT(steepest, 0.98 * edge) << each.name;
       }
       for (std::size_t i = 0; i < sums.size(); ++i) {
         const auto width = static_cast<std::size_t>(each.size.x);

@@ -45,7 +45,7 @@ def train(data: Path, model: Path, *, iterations: Optional[int] = None,
 
     data: a folder of COLMAP, or one with a transforms.json or cameras.json.
     model: the folder of the trained model, new or empty. load() opens it.
-    iterations: training steps; None: 70 for each training view, from 3000 to 30000, or 30000 with another strategy than budget.
+    iterations: training steps; None: 70 for each training view, from 3000 to 30000, or 30000 with another strategy than paced.
     callback: called with the state before the first iteration, after each iteration and after the
         last evaluation. A true result ends the run; an exception ends it and is raised here.
     text: called with each sentence that the program would print, for example print.

@@ -168,7 +168,7 @@ TEST_F(LibraryTraining, refuses_options_in_the_sentences_of_the_program) {
   EXPECT_EQ(refused("seed", nullptr), where + "--seed needs a value");
   EXPECT_EQ(refused("color_field", "yes"), where + "--color-field: 'yes' is none of on, off");
   EXPECT_EQ(refused("seed", "-1"), "--seed: '-1' is not a whole number from 0 to 2147483647");
-  EXPECT_EQ(refused("color-field", "on"), "--color-field: is for --strategy mask, not budget");
+  EXPECT_EQ(refused("color-field", "on"), "--color-field: is for --strategy mask, not paced");
   EXPECT_EQ(refused(nullptr, "1"), "qs_train: training.options[1].name: is null");
   EXPECT_FALSE(std::filesystem::exists(model("refused")));
   std::filesystem::remove_all(data() / "images");

@@ -182,11 +182,11 @@ def test_wrong_options_get_the_sentence_of_the_program(quadsplat, cpu, data, tmp
     assert refused(iteration=3) == ("train: options[0]: there is no option '--iteration'; did you "
                                     "mean '--iterations'?")
     assert refused(iterations=0) == "--iterations: '0' is not a whole number from 1 to 10000000"
-    assert refused(strategy="best").startswith("--strategy: 'best' is none of budget, adc, ")
+    assert refused(strategy="best").startswith("--strategy: 'best' is none of paced, adc, ")
     assert refused(backend="cpu").endswith("--backend belongs to the context")
     assert refused(seed=object()).startswith("train: seed is <object")
     assert refused(seed=float("nan")) == "train: seed is nan instead of a text or numbers"
-    assert refused(color_field=True) == "--color-field: is for --strategy mask, not budget"
+    assert refused(color_field=True) == "--color-field: is for --strategy mask, not paced"
     missing = tmp_path / "missing"
     assert str(missing) in refused(quadsplat.InputError, missing)
     assert not (tmp_path / "model").exists()

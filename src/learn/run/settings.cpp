@@ -113,7 +113,7 @@ std::string differences_of(const TrainSettings& a, const TrainSettings& b) {
   std::vector<std::string> names;
   for (const auto& [name, value] : (left.size() > right.size() ? left : right).items()) {
     const bool may_differ = (name == "iterations" && !a.depends_on_end() && !b.depends_on_end()) ||
-                            (name == "max_gaussians" && a.strategy != "budget");
+                            (name == "max_gaussians" && a.strategy != "paced");
     const bool both = left.contains(name) && right.contains(name);
     if (!may_differ && (!both || left.at(name) != right.at(name))) names.push_back(name);
   }

@@ -44,15 +44,15 @@ struct TrainSettings {
   bool step_before_densify = false;  ///< the step before Gaussians are added is taken
   bool published_extent = false;     ///< see DataSet::published_extent
   double opacity_rate = 0;           ///< learning rate of opacity logits; 0: the strategy's own
-  double seconds = 0;           ///< `budget`: the time of the run, which corrects its pace; 0: none
-  bool guard = false;           ///< `budget`: some training views are reserved, see guard.h
-  std::vector<Pace::Row> pace;  ///< `budget`: of another run; empty: of `iterations`
+  double seconds = 0;           ///< `paced`: the time of the run, which corrects its pace; 0: none
+  bool guard = false;           ///< `paced`: some training views are reserved, see guard.h
+  std::vector<Pace::Row> pace;  ///< `paced`: of another run; empty: of `iterations`
 
   /// The iteration from which the resolution schedule has full size.
   int reduced_until() const { return static_cast<int>(9L * iterations / 10); }
 
   bool depends_on_end() const {
-    return reduced_photographs || strategy == "dash" || strategy == "budget";
+    return reduced_photographs || strategy == "dash" || strategy == "paced";
   }
 
   Pace given_pace() const { return pace.empty() ? Pace(iterations) : Pace(pace); }

@@ -14,16 +14,16 @@ namespace {
 constexpr int kMaskInterval = 1000;
 
 constexpr std::array kStrategies = {
-    Strategy{.name = "budget",
+    Strategy{.name = "paced",
              .summary = "reaches a number of Gaussians on a schedule that follows the run",
              .resets_opacities = false,
              .counts_density = false,
              .needs_absolute_gradients = true,
-             .usual_iterations = budget_iterations,
+             .usual_iterations = paced_iterations,
              .sh_steps = 25,
-             .changes_after = budget_changes_after,
-             .change = budget_change,
-             .adjust_step = budget_step},
+             .changes_after = paced_changes_after,
+             .change = paced_change,
+             .adjust_step = paced_step},
     Strategy{.name = "adc",
              .summary = "adaptive density control, as published with 3DGS",
              .change = adc_change},

@@ -118,19 +118,19 @@ const Strategy& default_strategy();
 const Strategy& find_strategy(std::string_view name);
 
 void adc_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
-void budget_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
+void paced_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 void dash_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 void fastgs_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 void mcmc_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
-void budget_step(const IterationContext& context, StepOrder& order);
+void paced_step(const IterationContext& context, StepOrder& order);
 void fastgs_step(const IterationContext& context, StepOrder& order);
 void mask_step(const IterationContext& context, StepOrder& order);
 void mcmc_step(const IterationContext& context, StepOrder& order);
-inline constexpr double kBudgetGrowthEnd = 0.7;  ///< time of the run, see Pace
+inline constexpr double kPacedGrowthEnd = 0.7;  ///< time of the run, see Pace
 /// The number of Gaussians at the end of growth.
-std::size_t budget_target(const TrainSettings& settings, const RunFacts& run);
-bool budget_changes_after(const RunFacts& run, int iteration);
+std::size_t paced_target(const TrainSettings& settings, const RunFacts& run);
+bool paced_changes_after(const RunFacts& run, int iteration);
 /// 70 for each training view, from 3,000 to 30,000.
-int budget_iterations(std::size_t views);
+int paced_iterations(std::size_t views);
 
 }  // namespace qs::train

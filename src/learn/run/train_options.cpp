@@ -91,11 +91,11 @@ void check_strategy(const TrainOptions& options) {
       fail(ErrorKind::usage, "{}: is for --strategy {}, not {}", option, joined(readers, " or "),
            strategy);
   };
-  require(options.many_gaussians.has_value(), "--gaussians", {"budget", "fastgs"});
-  require(options.gaussians.has_value(), "--gaussians N", {"budget"});
-  require(settings.seconds > 0, "--seconds", {"budget"});
-  require(options.pace.has_value(), "--pace", {"budget"});
-  require(settings.guard, "--guard", {"budget"});
+  require(options.many_gaussians.has_value(), "--gaussians", {"paced", "fastgs"});
+  require(options.gaussians.has_value(), "--gaussians N", {"paced"});
+  require(settings.seconds > 0, "--seconds", {"paced"});
+  require(options.pace.has_value(), "--pace", {"paced"});
+  require(settings.guard, "--guard", {"paced"});
   require(settings.sum_gradients, "--sum-gradients", {"fastgs"});
   require(settings.absolute_gradients, "--absolute-gradients", {"adc"});
   require(settings.final_prunes, "--final-prunes", {"adc", "mcmc"});
@@ -121,26 +121,26 @@ void read_schedule(TrainOptions& options) {
   if (options.pace) settings.pace = read_pace(*options.pace);
 }
 
-// Sets the length of a run and the number of Gaussians of `budget` from the data, unless they were
+// Sets the length of a run and the number of Gaussians of `paced` from the data, unless they were
 // given.
 void follow_data(const TrainOptions& options, const DataSet& data, TrainSettings& settings) {
   const Strategy& strategy = find_strategy(settings.strategy);
   const bool has_length = options.iterations || settings.seconds > 0 || options.pace;
   if (!has_length && strategy.usual_iterations != nullptr)
     settings.iterations = strategy.usual_iterations(data.training.size());
-  if (settings.strategy != "budget") return;
+  if (settings.strategy != "paced") return;
   const RunFacts facts = run_facts_of(data, settings.given_pace());
   if (options.many_gaussians)
     settings.max_gaussians =
-        std::max<std::size_t>(1, *options.many_gaussians ? 2 * budget_target(settings, facts)
-                                                         : budget_target(settings, facts) / 2);
+        std::max<std::size_t>(1, *options.many_gaussians ? 2 * paced_target(settings, facts)
+                                                         : paced_target(settings, facts) / 2);
 }
 
-// "budget: 5,880 iterations, 201,600 Gaussians"; a start that has more keeps its number.
-void tell_budget(const TrainOptions& options, const DataSet& data) {
+// "paced: 5,880 iterations, 201,600 Gaussians"; a start that has more keeps its number.
+void tell_paced(const TrainOptions& options, const DataSet& data) {
   const TrainSettings& settings = options.settings;
   const RunFacts facts = run_facts_of(data, settings.given_pace());
-  const std::size_t target = budget_target(settings, facts);
+  const std::size_t target = paced_target(settings, facts);
   const std::size_t start = options.run.initial   ? options.run.initial->size()
                             : data.points.empty() ? settings.random_points
                                                   : data.points.size();
@@ -148,7 +148,7 @@ void tell_budget(const TrainOptions& options, const DataSet& data) {
   const std::string length =
       settings.seconds > 0 ? fmt::format("{:g} s", settings.seconds)
                            : counted(static_cast<std::uint64_t>(facts.pace.end()), "iteration");
-  options.run.text.result(fmt::format("budget: {}, {}{}", length,
+  options.run.text.result(fmt::format("paced: {}, {}{}", length,
                                       counted(grows ? target : start, "Gaussian"),
                                       grows ? "" : ", as at the start"));
 }
@@ -177,10 +177,10 @@ void declare_strategy_options(OptionTable& table, TrainOptions& options) {
   TrainSettings& settings = options.settings;
   settings.strategy = default_strategy().name;
   table.named("--strategy", list_of<std::string>(strategies(), &Strategy::name), settings.strategy,
-              "how Gaussians are added and removed (default: budget)");
+              "how Gaussians are added and removed (default: paced)");
   table.value(
       "--gaussians", "few|many|N",
-      "number of Gaussians at the end, with strategy budget; few is half of the default, a "
+      "number of Gaussians at the end, with strategy paced; few is half of the default, a "
       "Gaussian for every 200 pixels of the training photographs, many is twice as many; with "
       "strategy fastgs few, or many for quality (default: few)",
       {"few", "20000"}, [&options](const std::string& given) {
@@ -219,7 +219,7 @@ void declare_strategy_options(OptionTable& table, TrainOptions& options) {
       "others, "
       "or of all cameras as published (default: robust)");
   table.flag("--guard", settings.guard,
-             "with strategy budget: reserves a twentieth of the training views at first, and stops "
+             "with strategy paced: reserves a twentieth of the training views at first, and stops "
              "growth if they get worse");
   table.flag("--step-before-densify", settings.step_before_densify,
              "also takes the optimizer's step in iterations after which Gaussians are added, as "
@@ -245,16 +245,15 @@ void declare_model_options(OptionTable& table, TrainOptions& options) {
       "trains with the opacity compensation of Mip-Splatting (default: off)");
   table.integer(
       "--iterations", "N", 1, 10'000'000, options.iterations,
-      "training steps (default: with strategy budget 70 for each training view, from 3000 to "
+      "training steps (default: with strategy paced 70 for each training view, from 3000 to "
       "30000; else 30000)");
   table.real("--seconds", "S", 0.1, 1e6, settings.seconds,
-             "with strategy budget: trains for S seconds, without evaluations; the number of "
+             "with strategy paced: trains for S seconds, without evaluations; the number of "
              "iterations follows from the measured speed");
-  table.text(
-      "--pace", "FILE", options.pace,
-      "with strategy budget: repeats the schedule of a run with --seconds, and with the same "
-      "other options its model, from its train.json",
-      {"train.json", "missing.json"});
+  table.text("--pace", "FILE", options.pace,
+             "with strategy paced: repeats the schedule of a run with --seconds, and with the same "
+             "other options its model, from its train.json",
+             {"train.json", "missing.json"});
   table.integer("--seed", "N", 0, 2'147'483'647, settings.seed,
                 "of all random numbers (default: 0)");
 }
@@ -342,7 +341,7 @@ PreparedRun prepare(TrainOptions& options, Backend backend, int device, ThreadPo
   if (options.init && !options.run.resume)
     options.run.initial = read_initial(*options.init, settings.sh_degree, pool,
                                        prepared.data.origin, progress, options.run.text);
-  if (settings.strategy == "budget") tell_budget(options, prepared.data);
+  if (settings.strategy == "paced") tell_paced(options, prepared.data);
   return prepared;
 }
 

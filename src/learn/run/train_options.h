@@ -22,7 +22,7 @@ struct TrainOptions {
   std::optional<bool> reduces_photographs;  ///< unset: as the strategy does
   std::optional<std::filesystem::path> init;
   int max_gaussians = 0, random_points = 100'000;
-  std::optional<int> gaussians;               ///< the number that `budget` reaches
+  std::optional<int> gaussians;               ///< the number that `paced` reaches
   std::optional<int> iterations;              ///< unset: as in `settings`
   std::optional<std::filesystem::path> pace;  ///< train.json of a run of given seconds
 };

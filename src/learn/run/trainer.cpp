@@ -175,8 +175,8 @@ void Trainer::count_errors(int iteration, int views) {
 void Trainer::correct_pace(double elapsed, PaceControl& control) {
   const double number = static_cast<double>(gaussians());
   const double target =
-      run_.stopped_after > 0 ? number : static_cast<double>(budget_target(settings_, run_));
-  control.correct(elapsed, iteration(), number, target, kBudgetGrowthEnd, run_.pace);
+      run_.stopped_after > 0 ? number : static_cast<double>(paced_target(settings_, run_));
+  control.correct(elapsed, iteration(), number, target, kPacedGrowthEnd, run_.pace);
 }
 
 void Trainer::measure_if_due() {

@@ -327,21 +327,20 @@ TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
     EXPECT_THAT(run.err, HasSubstr(sentence));
     EXPECT_FALSE(std::filesystem::exists(model("model")));
   };
-  expect_refused({"--gaussians", "few"},
-                 "--gaussians: is for --strategy budget or fastgs, not adc");
-  expect_refused({"--gaussians", "900"}, "--gaussians N: is for --strategy budget, not adc");
+  expect_refused({"--gaussians", "few"}, "--gaussians: is for --strategy paced or fastgs, not adc");
+  expect_refused({"--gaussians", "900"}, "--gaussians N: is for --strategy paced, not adc");
   expect_refused({"--strategy", "mcmc", "--gaussians", "many"},
-                 "--gaussians: is for --strategy budget or fastgs, not mcmc");
+                 "--gaussians: is for --strategy paced or fastgs, not mcmc");
   expect_refused({"--gaussians", "some"}, "--gaussians: 'some' is not a whole number from 1 to");
   expect_refused({"--strategy", "fastgs", "--seconds", "5"},
-                 "--seconds: is for --strategy budget, not fastgs");
-  expect_refused({"--guard"}, "--guard: is for --strategy budget, not adc");
-  expect_refused({"--pace", "train.json"}, "--pace: is for --strategy budget, not adc");
-  expect_refused({"--strategy", "budget", "--seconds", "5", "--pace", "train.json"},
+                 "--seconds: is for --strategy paced, not fastgs");
+  expect_refused({"--guard"}, "--guard: is for --strategy paced, not adc");
+  expect_refused({"--pace", "train.json"}, "--pace: is for --strategy paced, not adc");
+  expect_refused({"--strategy", "paced", "--seconds", "5", "--pace", "train.json"},
                  "--pace: contradicts --seconds");
-  expect_refused({"--strategy", "budget", "--seconds", "5", "--resolution-schedule", "dash"},
+  expect_refused({"--strategy", "paced", "--seconds", "5", "--resolution-schedule", "dash"},
                  "--resolution-schedule dash: contradicts --seconds");
-  expect_refused({"--strategy", "budget", "--gaussians", "5", "--max-gaussians", "6"},
+  expect_refused({"--strategy", "paced", "--gaussians", "5", "--max-gaussians", "6"},
                  "--max-gaussians: contradicts --gaussians 5");
   expect_refused({"--strategy", "mcmc", "--absolute-gradients"},
                  "--absolute-gradients: is for --strategy adc, not mcmc");
@@ -359,7 +358,7 @@ TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
   expect_refused({"--keep-best", "--keep-last"}, "--keep-last: contradicts --keep-best");
 }
 
-TEST_F(TrainProgram, budget_is_the_default_and_takes_its_length_and_number_from_the_data) {
+TEST_F(TrainProgram, paced_is_the_default_and_takes_its_length_and_number_from_the_data) {
   strategy_.clear();
   const auto run_with = [&](const std::string& name, std::vector<std::string> more) {
     more.insert(more.end(), {"--random-points", "20", "--seconds", "0.1"});
@@ -369,9 +368,9 @@ TEST_F(TrainProgram, budget_is_the_default_and_takes_its_length_and_number_from_
   };
   const std::string usual = run_with("usual", {});
   const auto report = parse_json(bytes_of(model("usual") / "train.json"), "test");
-  EXPECT_EQ(report["settings"]["strategy"], "budget");
+  EXPECT_EQ(report["settings"]["strategy"], "paced");
   std::smatch numbers;
-  ASSERT_TRUE(std::regex_search(usual, numbers, std::regex("budget: 0.1 s, (\\d+) Gaussians\n")));
+  ASSERT_TRUE(std::regex_search(usual, numbers, std::regex("paced: 0.1 s, (\\d+) Gaussians\n")));
   const int number = std::stoi(numbers[1]);
   EXPECT_GT(number, 20);
   EXPECT_THAT(run_with("few", {"--gaussians", "few"}),
@@ -398,7 +397,7 @@ TEST_F(TrainProgram, fastgs_trains_and_resumes_with_the_same_choice_of_gaussians
 
 TEST_F(TrainProgram, a_run_of_given_seconds_is_repeated_by_its_recorded_pace) {
   const auto run_with = [&](const std::string& name, const std::vector<std::string>& more) {
-    std::vector<std::string> words = {"--random-points", "200", "--strategy", "budget",
+    std::vector<std::string> words = {"--random-points", "200", "--strategy", "paced",
                                       "--gaussians",     "500", "--keep-last"};
     words.insert(words.end(), more.begin(), more.end());
     const ProgramRun run = train(name, words);
@@ -420,12 +419,12 @@ TEST_F(TrainProgram, a_run_of_given_seconds_is_repeated_by_its_recorded_pace) {
   EXPECT_GT(guarded["guard"].size(), 0u);
   EXPECT_EQ(again["guard"], guarded["guard"]);
   EXPECT_EQ(gaussians("guarded_again", last), gaussians("guarded", last));
-  EXPECT_THAT(train("again",
-                    {"--strategy", "budget", "--pace", (model("repeated") / "train.json").string()})
-                  .err,
-              HasSubstr("its run had no --seconds, so there is no pace to repeat"));
   EXPECT_THAT(
-      train("again", {"--strategy", "budget", "--pace", (data() / "cameras.json").string()}).err,
+      train("again", {"--strategy", "paced", "--pace", (model("repeated") / "train.json").string()})
+          .err,
+      HasSubstr("its run had no --seconds, so there is no pace to repeat"));
+  EXPECT_THAT(
+      train("again", {"--strategy", "paced", "--pace", (data() / "cameras.json").string()}).err,
       HasSubstr("is no train.json of a model"));
 }
 

@@ -139,11 +139,11 @@ INSTANTIATE_TEST_SUITE_P(CudaTrain, CudaTrainFit,
                          testing::Values("adc", "mcmc", "dash", "fastgs", "mask"),
                          [](const auto& row) { return std::string(row.param); });
 
-class CudaTrainBudget : public test::GpuTest {};
+class CudaTrainPaced : public test::GpuTest {};
 
 // Through the first change, a decay that clears all moments, and a measurement of the guard.
-TEST_F(CudaTrainBudget, a_resumed_run_and_another_run_give_the_same_bits) {
-  TrainSettings settings = settings_of("budget");
+TEST_F(CudaTrainPaced, a_resumed_run_and_another_run_give_the_same_bits) {
+  TrainSettings settings = settings_of("paced");
   settings.iterations = 400;
   settings.guard = true;
   settings.max_gaussians = 75;

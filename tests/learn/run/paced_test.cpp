@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Strategy budget: the number of Gaussians, the schedule, and the guard of reserved views.
+// Strategy paced: the number of Gaussians, the schedule, and the guard of reserved views.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -22,9 +22,9 @@ namespace {
 
 using test::expect_same;
 
-TrainSettings budget_settings(int iterations, std::size_t gaussians = 0) {
+TrainSettings paced_settings(int iterations, std::size_t gaussians = 0) {
   TrainSettings settings;
-  settings.strategy = "budget";
+  settings.strategy = "paced";
   settings.iterations = iterations;
   settings.max_gaussians = gaussians;
   settings.sh_degree = 0;
@@ -38,13 +38,13 @@ struct GrowthCase {
   int changes;
 };
 
-class BudgetGrowth : public testing::TestWithParam<GrowthCase> {};
+class PacedGrowth : public testing::TestWithParam<GrowthCase> {};
 
 // The changes of a run, without training between them.
-TEST_P(BudgetGrowth, the_number_follows_the_line_and_ends_at_the_target) {
+TEST_P(PacedGrowth, the_number_follows_the_line_and_ends_at_the_target) {
   const GrowthCase& c = GetParam();
-  const TrainSettings settings = budget_settings(c.iterations, c.target);
-  const Strategy& strategy = find_strategy("budget");
+  const TrainSettings settings = paced_settings(c.iterations, c.target);
+  const Strategy& strategy = find_strategy("paced");
   const RunFacts run{.views = c.views, .pace = Pace(c.iterations)};
   ModelState model = ModelState::starting_with(test::ball_of_gaussians(c.start, 1));
   int changes = 0, last = 0;
@@ -72,7 +72,7 @@ TEST_P(BudgetGrowth, the_number_follows_the_line_and_ends_at_the_target) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Budget, BudgetGrowth,
+    Paced, PacedGrowth,
     testing::Values(GrowthCase{10'000, 84, 100, 2000, 60}, GrowthCase{10'000, 255, 100, 2000, 25},
                     GrowthCase{10'000, 10'000, 100, 300, 1}, GrowthCase{30'000, 84, 50, 777, 60},
                     GrowthCase{30'000, 500, 50, 777, 39}, GrowthCase{1000, 10, 20, 401, 6},
@@ -84,15 +84,15 @@ INSTANTIATE_TEST_SUITE_P(
                          row.param.target);
     });
 
-TEST(Budget, a_corrected_pace_keeps_the_intervals_and_the_target) {
+TEST(Paced, a_corrected_pace_keeps_the_intervals_and_the_target) {
   const std::vector<std::vector<Pace::Row>> paces = {
       {{0, 30'000}, {400, 5000}, {1500, 2500}},
       {{0, 30'000}, {900, 800}, {1000, 3000}},
       {{0, 300}, {100, 30'000}, {5000, 10'000}},
       {{0, 10'000}, {6900, 100}},
   };
-  const TrainSettings settings = budget_settings(1, 2000);
-  const Strategy& strategy = find_strategy("budget");
+  const TrainSettings settings = paced_settings(1, 2000);
+  const Strategy& strategy = find_strategy("paced");
   for (const std::vector<Pace::Row>& rows : paces) {
     const RunFacts run{.views = 10, .pace = Pace(rows)};
     ModelState model = ModelState::starting_with(test::ball_of_gaussians(10, 1));
@@ -110,9 +110,9 @@ TEST(Budget, a_corrected_pace_keeps_the_intervals_and_the_target) {
   }
 }
 
-TEST(Budget, the_target_is_a_gaussian_for_every_200_pixels_of_the_photographs) {
-  const TrainSettings settings = budget_settings(1000);
-  const Strategy& strategy = find_strategy("budget");
+TEST(Paced, the_target_is_a_gaussian_for_every_200_pixels_of_the_photographs) {
+  const TrainSettings settings = paced_settings(1000);
+  const Strategy& strategy = find_strategy("paced");
   const RunFacts run{.views = 10, .pixels = 20'099, .pace = Pace(1000)};
   const ModelState model = ModelState::starting_with(test::ball_of_gaussians(40, 1));
   Plan plan;
@@ -123,18 +123,18 @@ TEST(Budget, the_target_is_a_gaussian_for_every_200_pixels_of_the_photographs) {
   EXPECT_EQ(plan.growth.budget, 100u);
 }
 
-TEST(Budget, a_run_has_70_iterations_for_each_view_between_two_limits) {
+TEST(Paced, a_run_has_70_iterations_for_each_view_between_two_limits) {
   const std::pair<std::size_t, int> rows[] = {{0, 3000},     {1, 3000},        {42, 3000},
                                               {43, 3010},    {84, 5880},       {428, 29'960},
                                               {429, 30'000}, {100'000, 30'000}};
-  for (const auto& [views, iterations] : rows) EXPECT_EQ(budget_iterations(views), iterations);
-  EXPECT_STREQ(default_strategy().name, "budget");
+  for (const auto& [views, iterations] : rows) EXPECT_EQ(paced_iterations(views), iterations);
+  EXPECT_STREQ(default_strategy().name, "paced");
 }
 
-TEST(Budget, rates_follow_the_run_and_fall_at_its_end) {
+TEST(Paced, rates_follow_the_run_and_fall_at_its_end) {
   for (const int n : {100, 1000, 30'000}) {
-    const TrainSettings settings = budget_settings(n);
-    const Strategy& strategy = find_strategy("budget");
+    const TrainSettings settings = paced_settings(n);
+    const Strategy& strategy = find_strategy("paced");
     const auto rates = [&](double time, int stopped_after = 0) {
       const RunFacts run{.views = 10, .pace = Pace(n), .stopped_after = stopped_after};
       const int iteration = static_cast<int>(std::lround(time * n));
@@ -257,7 +257,7 @@ class NotingViews : public test::ForwardingModel {
 
 TEST(Guard, reserved_views_are_not_trained_before_four_fifths_of_the_run) {
   const DataSet& data = many_views();
-  const TrainSettings settings = budget_settings(300, 50);
+  const TrainSettings settings = paced_settings(300, 50);
   auto model = std::make_unique<NotingViews>();
   NotingViews& noting = *model;
   model->set_state(ModelState::starting_with(test::ball_of_gaussians(40, 2)));
@@ -292,7 +292,7 @@ DataSet noisy_views() {
 
 TEST(Guard, stops_the_growth_of_a_run_that_remembers_its_few_photographs) {
   const DataSet data = noisy_views();
-  TrainSettings settings = budget_settings(800, 2000);
+  TrainSettings settings = paced_settings(800, 2000);
   Trainer trainer = test::trainer_on(Backend::cpu, settings, data,
                                      ModelState::starting_with(test::ball_of_gaussians(40, 1)));
   std::size_t stopped_with = 0;
@@ -326,8 +326,8 @@ ModelState trained_in_parts(const DataSet& data, const TrainSettings& settings,
   return state;
 }
 
-TEST(Budget, a_run_in_parts_and_with_other_threads_gives_the_same_bits) {
-  const TrainSettings grows = budget_settings(400, 120), stops = budget_settings(800, 2000);
+TEST(Paced, a_run_in_parts_and_with_other_threads_gives_the_same_bits) {
+  const TrainSettings grows = paced_settings(400, 120), stops = paced_settings(800, 2000);
   const ModelState grown = trained_in_parts(many_views(), grows, {400}, 2);
   EXPECT_EQ(grown.size(), 120u);
   expect_same(trained_in_parts(many_views(), grows, {130, 131, 281, 400}, 1), grown);
@@ -337,9 +337,9 @@ TEST(Budget, a_run_in_parts_and_with_other_threads_gives_the_same_bits) {
   expect_same(trained_in_parts(noisy, stops, {200, 201, 400, 600, 800}, 1), stopped);
 }
 
-TEST(Budget, decays_clear_all_moments) {
-  const TrainSettings settings = budget_settings(1000, 50);
-  const Strategy& strategy = find_strategy("budget");
+TEST(Paced, decays_clear_all_moments) {
+  const TrainSettings settings = paced_settings(1000, 50);
+  const Strategy& strategy = find_strategy("paced");
   const RunFacts run{.views = 10, .pace = Pace(1000)};
   ModelState model = ModelState::starting_with(test::ball_of_gaussians(40, 1));
   for (glm::vec3& value : model.adam.second.sh) value = glm::vec3(7);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// A budget of Gaussians: their number grows on a straight line from the start's to the target, and
-// reaches it exactly at the end of growth. Everything follows the time of the run, which goes from
-// 0 to 1: growth lasts from 0.05 to 0.7, with at most 60 changes, each after at least one pass over
-// the training views. The rate of the means falls exponentially until the end, the other rates in
-// the last part.
+// Growth by the pace of a run: the number of Gaussians grows on a straight line from the start's to
+// the target, and reaches it exactly at the end of growth. Everything follows the time of the run,
+// which goes from 0 to 1: growth lasts from 0.05 to 0.7, with at most 60 changes, each after at
+// least one pass over the training views. The rate of the means falls exponentially until the end,
+// the other rates in the last part.
 //
 // The choices are from published trainers, one by one by experiment (docs/log/training.md): the
 // line, the halved opacities and the cleared moments from LiteGS (its code), the split along the
@@ -20,13 +20,13 @@
 namespace qs::train {
 namespace {
 
-constexpr double kGrowthBegin = 0.05, kGrowthEnd = kBudgetGrowthEnd;
+constexpr double kGrowthBegin = 0.05, kGrowthEnd = kPacedGrowthEnd;
 constexpr int kLeastChangeInterval = 100, kMostChanges = 60, kDecays = 9;
 constexpr double kLastInterval = 0.75;  // at least, times the usual one
 constexpr double kPixelsPerGaussian = 200;
 constexpr std::size_t kIterationsPerView = 70, kLeastIterations = 3'000, kMostIterations = 30'000;
 constexpr double kRounding = 1e-6;
-constexpr double kFirstBudgetMeanRate = 1.6e-4, kLastBudgetMeanRate = 1.6e-5;  // times the extent
+constexpr double kFirstPacedMeanRate = 1.6e-4, kLastPacedMeanRate = 1.6e-5;  // times the extent
 constexpr double kRatesFallFrom = 0.7, kFallenRates = 0.1;
 constexpr double kLeastDecayed = 1.0 / 128, kPruned = 1.0 / 255;
 // A child of a split, times the values of its parent; the offset in standard deviations.
@@ -134,22 +134,22 @@ void split_long(Plan& plan, std::size_t i, const glm::quat& rotation) {
 
 }  // namespace
 
-std::size_t budget_target(const TrainSettings& settings, const RunFacts& run) {
+std::size_t paced_target(const TrainSettings& settings, const RunFacts& run) {
   if (settings.max_gaussians > 0) return settings.max_gaussians;
   return static_cast<std::size_t>(static_cast<double>(run.pixels) / kPixelsPerGaussian);
 }
 
-int budget_iterations(std::size_t views) {
+int paced_iterations(std::size_t views) {
   return static_cast<int>(
       std::clamp(kIterationsPerView * views, kLeastIterations, kMostIterations));
 }
 
-bool budget_changes_after(const RunFacts& run, int iteration) {
+bool paced_changes_after(const RunFacts& run, int iteration) {
   if (run.stopped_after > 0) return iteration == run.stopped_after;
   return Growth{run}.changes_after(iteration);
 }
 
-void budget_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
+void paced_change(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
   if (context.run.stopped_after > 0) {
     halve_opacities(plan);
     return;
@@ -157,7 +157,7 @@ void budget_change(const IterationContext& context, const GaussianFacts& facts, 
   const Growth growth{context.run};
   const int over = context.iteration - 1;
   if (plan.growth.initial == 0)
-    plan.growth = {facts.size(), budget_target(context.settings, context.run)};
+    plan.growth = {facts.size(), paced_target(context.settings, context.run)};
   remove_faint(kPruned, plan);
   const auto [initial, target] = plan.growth;
   if (target > initial && plan.size() > 0) {
@@ -171,7 +171,7 @@ void budget_change(const IterationContext& context, const GaussianFacts& facts, 
   if (growth.halves_after(over)) halve_opacities(plan);
 }
 
-void budget_step(const IterationContext& context, StepOrder& order) {
+void paced_step(const IterationContext& context, StepOrder& order) {
   const double t = context.run.pace.time(context.iteration);
   const int stopped = context.run.stopped_after;
   double falls_from = kRatesFallFrom;
@@ -182,8 +182,8 @@ void budget_step(const IterationContext& context, StepOrder& order) {
   for (double* rate :
        {&rates.log_scale, &rates.rotation, &rates.opacity, &rates.sh_dc, &rates.sh_rest})
     *rate *= factor;
-  rates.mean = kFirstBudgetMeanRate * std::pow(kLastBudgetMeanRate / kFirstBudgetMeanRate, t) *
-               context.extent;
+  rates.mean =
+      kFirstPacedMeanRate * std::pow(kLastPacedMeanRate / kFirstPacedMeanRate, t) * context.extent;
   order.counts_density = stopped == 0 && t <= kGrowthEnd;
 }
 

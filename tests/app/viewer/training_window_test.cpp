@@ -454,7 +454,7 @@ TEST(TrainingWindow, starts_from_the_menu_s_dialog_and_says_what_is_wrong) {
   EXPECT_THAT(state("refused")["training"]["state"].get<std::string>(), HasSubstr("nothing"));
   const nlohmann::json training = state("paused")["training"];
   EXPECT_EQ(training["state"], "paused");
-  EXPECT_THAT(training["iteration"].get<std::string>(), HasSubstr(" of 7,000"));
+  EXPECT_THAT(training["iteration"].get<std::string>(), HasSubstr(" of 3,000"));
   EXPECT_EQ(training["model"], path("data_model"));
   EXPECT_EQ(state("paused")["scene"], "data_model");
   EXPECT_TRUE(std::filesystem::exists(folder / "data_model/checkpoint")) << "closing saves it";

@@ -37,6 +37,8 @@ class ServedRoom {
                           },
                           [this](int visitor, const Actions& actions) {
                             post(visitor, [actions](ServedRoom& room, int number) {
+                              // As the server: an empty report is the end of a job.
+                              if (actions.empty()) room.of(number).host().job_ended();
                               room.of(number).apply(actions, room.now);
                             });
                           },

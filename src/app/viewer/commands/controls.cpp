@@ -583,9 +583,9 @@ Controls select_controls() {
           [](const Viewer& v) { return v.editing.history.has_steps(); },
           button_row("Save the edits", call(action::save_edits), command_hint("Save the edits")))};
   add(rows, value_controls("opacity", &Selecting::opacity, SelectTool::opacity, 1, "0 to 1"));
-  add(rows, value_controls("size", &Selecting::size, SelectTool::size, 1e9,
+  add(rows, value_controls("size", &Selecting::size, SelectTool::size, 1e7,
                            "the longest standard deviation, world units"));
-  add(rows, value_controls("distance", &Selecting::distance, SelectTool::distance, 1e9,
+  add(rows, value_controls("distance", &Selecting::distance, SelectTool::distance, 1e7,
                            "of the centres from the last measured point, world units"));
   return rows;
 }

@@ -31,13 +31,15 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
                             float guess) {
   std::unique_lock lock(mutex_);
   StreamedCut result{tree_, {}};
+  Array<LodVisit> kept = std::exchange(kept_, {});
   lock.unlock();
   try {
-    result.cut = cut_of(result.tree, gain, limit, pool, guess);
+    result.cut = cut_of(result.tree, gain, limit, pool, guess, &kept);
   } catch (const Error& error) {
     fail("{}: {}", source_.name, error.what());
   }
   lock.lock();
+  kept_ = std::move(kept);
   ++cuts_;
   const std::uint64_t page_bytes = tree_.pages[0]->bytes();
   std::uint64_t needed = page_bytes;  // of memory

@@ -160,40 +160,47 @@ class Descent {
   // Returns the largest gain of a node that stays closed.
   float open_all(float low, float high) {
     float most = 0;
-    std::vector<std::size_t> firsts;  // by chunk of visits: the first visit of their children
+    std::vector<std::size_t>
+        firsts;                   // by chunk of opened visits: the first visit of their children
+    Array<std::uint32_t> opened;  // visits whose children come next
     for (std::size_t begin = 0, end; begin < (end = visits_.size()); begin = end) {
-      const auto is_opened = [&](const LodVisit& v) { return v.gain > low && v.gain <= high; };
-      std::size_t next = end;
+      opened.resize(end - begin);
+      std::size_t count = 0;
+      for (std::size_t i = begin; i < end; ++i) {  // without branches, which nothing predicts
+        const float gain = visits_[i].gain;
+        most = std::max(most, gain <= low ? gain : 0.0f);
+        opened[count] = static_cast<std::uint32_t>(i);
+        count += static_cast<std::size_t>(gain > low) & static_cast<std::size_t>(gain <= high);
+      }
+      opened.resize(count);
+      std::size_t next = end, here = 0;
       firsts.clear();
-      for (std::size_t i = begin; i < end; ++i) {
+      for (const std::uint32_t i : opened) {
         LodVisit& v = visits_[i];
-        if ((i - begin) % kLodGrain == 0) firsts.push_back(next);
-        if (v.gain <= low) most = std::max(most, v.gain);
-        if (!is_opened(v)) continue;
         count_ += v.added();
         v.is_awaited = !pages_[first_page(v)] || !pages_[last_page(v)];
-        if (!v.is_awaited) next += v.children;
+        if (v.is_awaited) continue;
+        if (here % kLodGrain == 0) firsts.push_back(next);
+        opened[here++] = i;
+        next += v.children;
       }
+      opened.resize(here);
       if (next > tree_.count) fail("a node of the tree is the child of several nodes");
       visits_.resize(next);
-      pool_.for_chunks(end - begin, kLodGrain, [&](std::size_t first, std::size_t last, int) {
+      pool_.for_chunks(here, kLodGrain, [&](std::size_t first, std::size_t last, int) {
         Batch batch(*this);
         std::size_t child = firsts[first / kLodGrain];
-        for (std::size_t i = begin + first; i < begin + last; ++i) {
-          const LodVisit& v = visits_[i];
-          if (const LodVisit& ahead = visits_[std::min(i + kAhead, begin + last - 1)];
-              is_opened(ahead) && !ahead.is_awaited)
-            prefetch_children(ahead);
-          if (!is_opened(v) || v.is_awaited) continue;
+        for (std::size_t k = first; k < last; ++k) {
+          prefetch_children(visits_[opened[std::min(k + kAhead, last - 1)]]);
+          const LodVisit& v = visits_[opened[k]];
           std::size_t page = first_page(v);
           std::uint32_t row = v.first_child - static_cast<std::uint32_t>(page) * page_nodes_;
-          for (std::uint32_t k = 0; k < v.children; ++k, ++row) {
+          for (std::uint32_t c = 0; c < v.children; ++c, ++row) {
             if (row == page_nodes_) {
               ++page;
               row = 0;
             }
-            batch.visit(child++, *pages_[page], row, v.first_child + k,
-                        static_cast<std::uint32_t>(i));
+            batch.visit(child++, *pages_[page], row, v.first_child + c, opened[k]);
           }
         }
       });

@@ -7,6 +7,7 @@
 #include "raster/cuda/common/gl_target.cuh"
 #include "raster/cuda/common/gpu_info.h"
 #include "raster/cuda/common/mode_pairs.cuh"
+#include "raster/cuda/common/selection.cuh"
 #include "raster/cuda/common/stream.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
 #include "raster/cuda/renderer.h"
@@ -202,6 +203,8 @@ class CudaRenderer final : public Renderer {
     clock_.read(result_.stats);
     if (outputs.depth) pipeline.draw_depth(frame, pixels_);
     collect_maps(frame.camera, frame.settings.mode, outputs, target);
+    if (outputs.seen || outputs.share)
+      selection_.fill(frame, pipeline.lists(frame), outputs, result_);
   }
 
   /// Waits for the frame and copies the requested maps to the host.
@@ -249,6 +252,7 @@ class CudaRenderer final : public Renderer {
   Pixels pixels_;
   GlTarget gl_target_;
   ModeCounter mode_counter_;
+  Selection selection_;
   // Optional, so that their buffers can be freed; never empty.
   std::optional<classic::ClassicPipeline> classic_;
   std::optional<fast::FastPipeline> fast_;

@@ -233,9 +233,9 @@ TEST_F(EditsFiles, hidden_and_removed_gaussians_are_never_selected_nor_in_front)
   const std::vector<std::uint32_t> numbers = first.complement().numbers();
   const auto renderer = make_renderer(Backend::cpu, pool());
   renderer->upload(select(scene.cloud(), numbers), {});
-  const Frame& frame = renderer->render(camera, {}, {.color = false, .trace = true});
   GaussianSet expected(first.size());
-  gaussians_seen(frame, {800, 600}, shape_of(front.select), kSelectWeight, pool())
+  seen_by(*renderer, select(scene.cloud(), numbers), camera, shape_of(front.select), kSelectWeight,
+          pool(), {})
       .for_each([&](std::size_t i) { expected.add(numbers[i]); });
   EXPECT_EQ(second, expected);
   // Selecting all or inverting leaves the hidden ones out; showing does not select them.

@@ -119,6 +119,9 @@ class FastPipeline {
   /// Enqueues a pass that fills Pixels::depth of the drawn frame.
   void draw_depth(const FrameContext& frame, Pixels& pixels);
 
+  /// The lists and the splats of the drawn frame.
+  ListInput lists(const FrameContext& frame) const { return scratch_.lists(frame); }
+
  private:
   /// True if the frame of this size found the samples of long lists if it has any, and blended
   /// their segments. Sets the size for drawing it again, or for the next frame.

@@ -166,8 +166,8 @@ class SelectJobs : public test::RenderingViewer {
     const GaussianCloud cloud = select(cloud_, numbers);
     renderer->upload(GaussianCloud(cloud), {});
     GaussianSet all(300);
-    seen_in_whole(*renderer, cloud, viewer().camera, Shape::rectangle(from, to), kSelectWeight,
-                  test::pool(), {})
+    seen_by(*renderer, cloud, viewer().camera, Shape::rectangle(from, to), kSelectWeight,
+            test::pool(), {})
         .for_each([&](std::size_t i) { all.add(numbers[i]); });
     return all;
   }
@@ -185,7 +185,8 @@ TEST_F(SelectJobs, a_rectangle_selects_the_visible_gaussians_which_are_tinted_an
   drag(a_, b_);
   EXPECT_EQ(selected(), seen(a_, b_, all_));
   EXPECT_GT(selected().count(), 10u);
-  EXPECT_EQ(wanted_crop(viewer()).view, CropView::marked);
+  ASSERT_TRUE(viewer().crop.tint);
+  EXPECT_EQ(*viewer().crop.tint, selected());
   EXPECT_EQ(crop_text(viewer()),
             fmt::format("{0} of 300 Gaussians would go: {0} selected", selected().count()));
   // Modifiers combine with the selection before.
@@ -495,8 +496,8 @@ TEST_F(SelectJobs, clicks_set_the_corners_of_a_polygon_and_enter_or_the_first_on
   }
   const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(GaussianCloud(cloud_), {});
-  EXPECT_EQ(selected(), seen_in_whole(*renderer, cloud_, viewer().camera, Shape::polygon(corners),
-                                      kSelectWeight, test::pool(), {}));
+  EXPECT_EQ(selected(), seen_by(*renderer, cloud_, viewer().camera, Shape::polygon(corners),
+                                kSelectWeight, test::pool(), {}));
 }
 
 TEST_F(SelectJobs, a_sphere_is_around_the_surface_at_its_first_pixel) {
@@ -531,7 +532,7 @@ TEST_F(SelectJobs, a_colour_is_taken_from_the_pixel_also_while_it_is_tinted) {
   ASSERT_FALSE(first.empty()) << last_toast();
   const glm::dvec3 color = steps_of(viewer()).back().select.color;
   EXPECT_EQ(first, gaussians_of_color(cloud_, color, 20, test::pool()));
-  EXPECT_TRUE(viewer().scene->edits.tinted);
+  EXPECT_TRUE(viewer().crop.tint);
   EXPECT_EQ(click(), first);
 }
 

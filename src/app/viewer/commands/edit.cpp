@@ -98,7 +98,7 @@ void write_edits(RenderContext& context, const Viewer& viewer) {
 }
 
 // A file of edits that the window did not write or read gets another name.
-void keep_edits(RenderContext& context, const EditHistory& history, bool owns_file) {
+void keep_beside_scene(RenderContext& context, const EditHistory& history, bool owns_file) {
   const Scene& whole = *context.session.scene;
   const std::filesystem::path path = kept_edits_file(whole.path);
   std::string problem;
@@ -149,12 +149,21 @@ void action::follow_edits(Viewer& v, Host& host) {
     host.run([step, before = v.editing.history.shared_state()](RenderContext& context) {
       carry_out_step(context, step, *before);
     });
-  } else if (!v.editing.kept && v.editing.keeps && v.keeps_work && !v.is_remote) {
-    v.editing.kept = true;
-    host.run([history = v.editing.history, owns = v.editing.owns_file](RenderContext& context) {
-      keep_edits(context, history, owns);
-    });
+  } else if (edits_are_to_keep(v)) {
+    // Files of large selections take long, so they are written between the strokes of a brush.
+    constexpr std::size_t kSmall = std::size_t{1} << 20;
+    constexpr double kRestSeconds = 1;
+    if (v.editing.history.memory() < kSmall || v.now - v.editing.changed > kRestSeconds)
+      keep_edits(v, host, {});
   }
+}
+
+void action::keep_edits(Viewer& v, Host& host, const Action& then) {
+  v.editing.kept = true;
+  host.run([history = v.editing.history, owns = v.editing.owns_file, then](RenderContext& context) {
+    keep_beside_scene(context, history, owns);
+    if (then) context.report(then);
+  });
 }
 
 void action::open_edits(Viewer& v, Host& host, const std::filesystem::path& file) {

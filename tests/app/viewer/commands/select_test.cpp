@@ -381,6 +381,40 @@ TEST_F(KeptEdits, are_written_after_each_step_and_offered_when_the_scene_is_open
   EXPECT_FALSE(is_there(file()));
 }
 
+TEST_F(KeptEdits, of_large_selections_are_written_at_rest_and_before_the_window_closes) {
+  drag(a_, b_);
+  // A list of 2 MB, as in a scene of many millions.
+  change([](Viewer& v) {
+    EditStep step;
+    step.select.tool = SelectTool::brush;
+    step.select.members.emplace(131'072);
+    v.editing.history.take(step, v.editing.history.state());
+    v.editing.kept = false;
+    v.now = v.editing.changed = 100;
+  });
+  apply(call(action::follow_edits));
+  EXPECT_FALSE(viewer().editing.kept) << "the next stroke may follow at once";
+  change([](Viewer& v) { v.now = 100.9; });
+  apply(call(action::follow_edits));
+  EXPECT_FALSE(viewer().editing.kept);
+  change([](Viewer& v) { v.now = 101.1; });
+  apply(call(action::follow_edits));
+  EXPECT_TRUE(viewer().editing.kept);
+  settle();
+  EXPECT_TRUE(is_there(file()));
+  // A window that closes before has written it.
+  std::filesystem::remove(file());
+  change([](Viewer& v) {
+    v.editing.kept = false;
+    v.editing.changed = v.now;
+  });
+  apply(call(action::leave, std::filesystem::path()));
+  EXPECT_EQ(quits, 0);
+  settle();
+  EXPECT_TRUE(is_there(file()));
+  EXPECT_EQ(quits, 1);
+}
+
 TEST_F(KeptEdits, a_file_that_was_not_applied_is_set_aside) {
   write_text(file(), "{\"version\": 1, \"steps\": []}");
   reopen();

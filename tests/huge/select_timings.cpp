@@ -114,8 +114,10 @@ void run(std::size_t count, std::size_t view) {
     select(SelectTool::brush, SelectHow::add, {{300 + 50 * i, 400}, {340 + 50 * i, 800}});
   fmt::print("{:<44} {:8.1f} MB more, {:.1f} MB of history\n", "20 strokes of a brush",
              resident_mb() - before, static_cast<double>(history.memory()) / 1e6);
+  EditsFile file;
+  file.steps = history.steps();
   fmt::print("{:<44} {:8.1f} MB\n", "their file",
-             static_cast<double>(format_edits({{}, history.steps()}, glm::dvec3(0)).size()) / 1e6);
+             static_cast<double>(format_edits(file, glm::dvec3(0)).size()) / 1e6);
   measure("a step that hides half, and the renderer's set", [&] {
     GaussianSet odd = GaussianSet::where(count, pool, [](std::size_t i) { return i % 2 == 1; });
     EditState state = history.state();

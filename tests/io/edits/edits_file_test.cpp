@@ -235,7 +235,7 @@ TEST_F(EditsFiles, long_lists_are_bits_and_read_back) {
   // Few runs stay pairs that a person can read.
   EXPECT_THAT(
       format_edits({{}, {list_of(100, [](std::size_t i) { return i < 7; })}}, glm::dvec3(0)),
-      AllOf(HasSubstr("\"members\": [0, 7]"), HasSubstr("\"version\": 1")));
+      AllOf(HasSubstr("\"members\":[0,7]"), HasSubstr("\"version\": 1")));
 }
 
 TEST_F(EditsFiles, damaged_bits_are_refused_in_a_sentence) {

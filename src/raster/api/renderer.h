@@ -260,6 +260,9 @@ struct DepthMaps {
 struct DeviceMaps {
   const float* color = nullptr;                                          ///< height x width x 3
   const float *alpha = nullptr, *expected = nullptr, *median = nullptr;  ///< see DepthMaps
+  /// CUDA's stream in which the renderer will overwrite the maps: work that is enqueued there
+  /// before reads them in time.
+  void* stream = nullptr;
 };
 
 struct Frame {
@@ -322,6 +325,18 @@ class Renderer {
   virtual const Frame& render(const Camera& camera, const RenderSettings& settings = {},
                               const Outputs& outputs = {}, const Target& target = HostImage{},
                               std::stop_token stop = {}) = 0;
+
+  using UseFrame = std::function<void(const Frame& frame, std::size_t number)>;
+
+  /// Calls `use` with the frame of each camera, in their order. A frame is valid until `use`
+  /// returns. CUDA draws several frames of a DeviceImage at the same time, so the sum of their
+  /// milliseconds exceeds the time that passes. Throws as render(), and what `use` throws.
+  virtual void render_each(std::span<const Camera> cameras, const RenderSettings& settings,
+                           const Outputs& outputs, const Target& target, std::stop_token stop,
+                           const UseFrame& use) {
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+      use(render(cameras[i], settings, outputs, target, stop), i);
+  }
 
   /// Optional hint: the next frame will be drawn into `target`, so the backend may map it now,
   /// while the GPU is busy with other work. The renderer owns a hinted GlTexture until it is drawn

@@ -31,6 +31,7 @@ class GpuFaceSums {
 
   void begin(glm::ivec2 size, const Outputs& outputs) {
     check(cudaSetDevice(device_), "cudaSetDevice");
+    added_.make_wait(stream_);  // a cancelled picture
     size_ = size;
     pixels_ = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
     maps_ = {};
@@ -50,13 +51,15 @@ class GpuFaceSums {
                  const glm::vec3& background) {
     const MapCopy& copy = copy_of(std::move(map));
     eye_ = maps_.from(first_pixel);
-    if (eye_.color == nullptr) return;
-    for_each_item(
-        "lens", copy.map->nearest.size(), stream_,
-        [=, color = eye_.color, nearest = copy.nearest.data()] __device__(std::size_t at) {
-          if (nearest[at] != LensMap::kNoFace) return;
-          for (int c = 0; c < 3; ++c) color[3 * at + c] = background[c];
-        });
+    added_.make_wait(stream_);
+    if (eye_.color != nullptr)
+      for_each_item(
+          "lens", copy.map->nearest.size(), stream_,
+          [=, color = eye_.color, nearest = copy.nearest.data()] __device__(std::size_t at) {
+            if (nearest[at] != LensMap::kNoFace) return;
+            for (int c = 0; c < 3; ++c) color[3 * at + c] = background[c];
+          });
+    added_.record(stream_);
   }
 
   void add(const Frame& frame, std::size_t number) {
@@ -64,17 +67,22 @@ class GpuFaceSums {
     const FaceMap& face = copy.map->faces[number];
     const AddedFace added{frame.on_device, face.camera.width, eye_, copy.nearest.data(),
                           static_cast<std::uint8_t>(number)};
-    for_each_item("lens", face.pixels.size(), stream_,
+    // One face after the other, because two of them add to the pixels at their border, and sums of
+    // floats depend on the order.
+    const auto stream = static_cast<cudaStream_t>(frame.on_device.stream);
+    added_.make_wait(stream);
+    for_each_item("lens", face.pixels.size(), stream,
                   [=, pixels = copy.faces[number].data()] __device__(std::size_t k) {
                     added.add(pixels[k]);
                   });
-    check(cudaStreamSynchronize(stream_), "lens");  // the next face is drawn into the frame
+    added_.record(stream);
   }
+
+  void wait() const { added_.wait("lens"); }
 
   void finish(const Target& target, Frame& result) {
     if (std::holds_alternative<DeviceImage>(target)) {
       result.on_device = {maps_.color, maps_.alpha, maps_.expected, maps_.median};
-      check(cudaStreamSynchronize(stream_), "lens");
       return;
     }
     if (maps_.color != nullptr) {
@@ -107,6 +115,7 @@ class GpuFaceSums {
 
   int device_;
   Stream stream_;
+  Event added_;                  // the last face
   std::vector<MapCopy> copies_;  // the last used last
   DeviceBuffer<float> color_, depth_;
   SummedMaps maps_, eye_;

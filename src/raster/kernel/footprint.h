@@ -19,7 +19,7 @@ struct FootprintRules {
   bool keep_faint;    ///< keep Gaussians with opacity <= 1/255 (mode 3dgs)
   bool antialiased;   ///< scale the opacity by compensation()
   float splat_scale;  ///< factor on every standard deviation; 1 = as trained
-  float dilation = static_cast<float>(kDilation);  ///< px^2 added to both variances
+  float dilation = static_cast<float>(kDilation);  ///< px^2 added to both variances, see dilate()
   bool is_solid = false;                           ///< draw solid ellipses, see kSolidLog2
   float solid_above = 0;  ///< log2 of 255 times the opacity above which they are drawn
 
@@ -59,15 +59,14 @@ QS_HD bool project(const View<float>& view, const Rules& rules, const ActiveGaus
   out.depth = depth_of(view, in_view);
   if (!rules.draws_depth(view, out.depth)) return false;
   const glm::vec3 point = projected_point(view, in_view);
-  Covariance2<float> covariance =
-      project_covariance(view, rules.slope_limits(view), point, gaussian.covariance);
+  const SlopeLimits<float> limits = rules.slope_limits(view);
+  Covariance2<float> covariance = project_covariance(view, limits, point, gaussian.covariance);
   const float scale2 = rules.splat_scale * rules.splat_scale;
   covariance.xx = covariance.xx * scale2;
   covariance.xy = covariance.xy * scale2;
   covariance.yy = covariance.yy * scale2;
   const float before = covariance.determinant();
-  covariance.xx = covariance.xx + rules.dilation;
-  covariance.yy = covariance.yy + rules.dilation;
+  dilate(view, limits, point, float{rules.dilation}, covariance);
   const float determinant = covariance.determinant();
   if (!(determinant > 0.0f) || !(determinant < INFINITY)) return false;
   float log2_255_opacity = gaussian.log2_255_opacity;

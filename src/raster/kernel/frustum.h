@@ -55,8 +55,12 @@ class Frustum {
               std::sqrt(focal.x * focal.x * stretch2(view, 0, limit.x) +
                         focal.y * focal.y * stretch2(view, 1, limit.y));
     const double level = rules.is_solid ? kSolidLevel : kLevel;
+    // dilate() enlarges a variance at most by the square of this factor.
+    const double dilated =
+        view.projection == Projection::face ? 1 + limit.x * limit.x + limit.y * limit.y : 1;
     const double room =
-        kLargestK * std::sqrt(2 * level * static_cast<double>(rules.dilation)) + 2 * kTileSize;
+        kLargestK * dilated * std::sqrt(2 * level * static_cast<double>(rules.dilation)) +
+        2 * kTileSize;
     const glm::dvec2 size = static_cast<double>(kTileSize) * glm::dvec2(grid.columns, grid.rows);
     for (int side = 0; side < 4; ++side) {
       const int axis = side / 2;

@@ -129,6 +129,24 @@ QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::ve
   return project_covariance(view, SlopeLimits<Real>::of(view), point, sigma);
 }
 
+/// Adds the dilation, px^2, to a covariance on the image. In a face it is a circle of directions
+/// around the one to the point, of one angle all over the face, because the lens's picture has no
+/// faces: a pixel of a face covers a smaller angle towards its edge.
+template <class Real>
+QS_HD void dilate(const View<Real>& view, const SlopeLimits<Real>& limits,
+                  const glm::vec<3, Real>& point, Real dilation, Covariance2<Real>& covariance) {
+  if (view.projection != Projection::face) {
+    covariance.xx = covariance.xx + dilation;
+    covariance.yy = covariance.yy + dilation;
+    return;
+  }
+  const Real x = limits.clamped(0, point.x / point.z), y = limits.clamped(1, point.y / point.z);
+  const Real along = dilation * (Real(1) + x * x + y * y);
+  covariance.xx = covariance.xx + along * (Real(1) + x * x);
+  covariance.xy = covariance.xy + along * (x * y);
+  covariance.yy = covariance.yy + along * (Real(1) + y * y);
+}
+
 /// log2(x) for x in (0, 1], relative error about 1e-6. Uses only + - * /, so that every backend
 /// gets the same bits when the logarithm decides about listed tiles.
 QS_HD float log2_portable(float x) {

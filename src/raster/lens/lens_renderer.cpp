@@ -41,7 +41,6 @@ Camera eye_of_lens(Camera camera, double side, double eye_distance) {
 }
 
 void add(RenderStats& sum, const RenderStats& face) {
-  sum.frame_ms += face.frame_ms;
   sum.cpu_ms += face.cpu_ms;
   sum.count_ms += face.count_ms;
   for (int stage = 0; stage < kStageCount; ++stage) sum.stage_ms[stage] += face.stage_ms[stage];
@@ -117,6 +116,8 @@ class HostFaceSums {
                           static_cast<std::uint8_t>(number)};
     pool_.for_each(face.pixels.size(), 1 << 14, [&](std::size_t k) { added.add(face.pixels[k]); });
   }
+
+  void wait() const {}
 
   void finish(const Target&, Frame& result) {
     result.color = std::move(color_);

@@ -7,8 +7,9 @@
 //   void begin_eye(std::shared_ptr<const LensMap> map, std::size_t first_pixel,
 //                  const glm::vec3& background): begins the picture of an eye. Pixels that its lens
 //                  does not show get the background
-//   void add(const Frame& face, std::size_t number): adds face `number` of the map; has read the
-//                  frame when it returns
+//   void add(const Frame& face, std::size_t number): adds face `number` of the map; reads it at
+//                  once, or in DeviceMaps::stream
+//   void wait(): until all faces are added
 //   void finish(const Target& target, Frame& result): moves the picture to its target
 #pragma once
 
@@ -34,6 +35,11 @@ Camera parallel(Camera camera, double height);
 /// The camera of an eye beside the lens's: -0.5 for the left one and 0.5 for the right one.
 Camera eye_of_lens(Camera camera, double side, double eye_distance);
 
+inline float ms_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// Adds all but frame_ms: faces may be drawn at the same time.
 void add(RenderStats& sum, const RenderStats& face);
 void add(std::vector<ModePairs>& sum, const std::vector<ModePairs>& face);
 
@@ -151,29 +157,37 @@ class LensRenderer final : public Renderer {
     if (is_seen)
       sums_.begin_eye(shared_map, static_cast<std::size_t>(eye) * map.nearest.size(),
                       settings.background);
-    const auto parts = static_cast<float>(eyes) * static_cast<float>(map.faces.size());
-    for (std::size_t i = 0; i < map.faces.size(); ++i) {
+    std::vector<Camera> faces;
+    for (const FaceMap& face : map.faces) faces.push_back(face.placed(camera));
+    const auto parts = static_cast<float>(eyes) * static_cast<float>(faces.size());
+    const auto report_face = [&](std::size_t i) {
       const float done =
           static_cast<float>(eye) / static_cast<float>(eyes) + static_cast<float>(i) / parts;
       if (report_)
         inner_->report_frames_to([=, this](float fraction) { report_(done + fraction / parts); });
-      const FaceMap& face = map.faces[i];
-      const Frame& frame =
-          inner_->render(face.placed(camera), plain, outputs, sums_.face_target(), stop);
-      lens::add(result_.mode_pairs, frame.mode_pairs);
-      const auto begin = std::chrono::steady_clock::now();
-      const double processor_seconds = pool_.processor_seconds();
-      if (is_seen) sums_.add(frame, i);
-      RenderStats stats = frame.stats;
-      const float ms =
-          std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - begin)
-              .count();
-      stats.frame_ms += ms;
-      if (stats.threads > 0)
-        stats.cpu_ms += static_cast<float>(1e3 * (pool_.processor_seconds() - processor_seconds));
-      stats.stage_ms[static_cast<int>(Stage::blend)] += ms;
-      lens::add(result_.stats, stats);
-    }
+    };
+    report_face(0);
+    const auto begin = std::chrono::steady_clock::now();
+    const float count_ms = result_.stats.count_ms;
+    inner_->render_each(
+        faces, plain, outputs, sums_.face_target(), stop, [&](const Frame& frame, std::size_t i) {
+          lens::add(result_.mode_pairs, frame.mode_pairs);
+          const auto drawn = std::chrono::steady_clock::now();
+          const double processor_seconds = pool_.processor_seconds();
+          if (is_seen) sums_.add(frame, i);
+          RenderStats stats = frame.stats;
+          if (stats.threads > 0)
+            stats.cpu_ms +=
+                static_cast<float>(1e3 * (pool_.processor_seconds() - processor_seconds));
+          if (outputs.stage_times) {
+            sums_.wait();
+            stats.stage_ms[static_cast<int>(Stage::blend)] += lens::ms_since(drawn);
+          }
+          lens::add(result_.stats, stats);
+          report_face(i + 1);
+        });
+    sums_.wait();
+    result_.stats.frame_ms += lens::ms_since(begin) - (result_.stats.count_ms - count_ms);
     if (report_) inner_->report_frames_to(report_);
   }
 

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Frames through lenses on CUDA: the pictures and numbers of the CPU backend, and faces that are
 // added up as the host adds them.
+#include <cstdlib>
+#include <vector>
+
 #include "io/camera/lens_views.h"
 #include "raster/cuda/renderer.h"
+#include "raster/kernel/cull/table.h"
 #include "raster/lens/lens_renderer.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
@@ -78,6 +82,50 @@ TEST_P(CudaLens, adds_faces_up_with_the_bits_of_the_host) {
         EXPECT_EQ(b.depth.median, a.depth.median);
         EXPECT_EQ(b.stats.tile_pairs, a.stats.tile_pairs);
       }
+    }
+  }
+}
+
+// Faces are drawn at the same time in several lanes, by buffers that hold the faces before them.
+TEST_P(CudaLens, draws_the_same_bits_in_any_number_of_lanes) {
+  const GaussianCloud cloud = test::surrounding_cloud(1500, 1, 8);
+  LensView stereo = panorama_view(180), few = panorama_view(360);
+  stereo.eye_distance = 0.1;
+  few.faces = kFewFaces;
+  const struct {
+    LensView view;
+    int width, height;
+  } cases[] = {{panorama_view(360), 64, 32}, {stereo, 20, 40}, {few, 48, 24}};
+  Outputs outputs;
+  outputs.depth = true;
+  outputs.mode_pairs = true;
+  std::vector<Frame> alone;
+  for (const char* lanes : {"1", "3", "100"}) {
+    SCOPED_TRACE(lanes);
+    setenv("QUADSPLAT_LANES", lanes, 1);
+    const auto gpu = renderer_of(Backend::cuda, cloud);
+    std::vector<Frame> drawn;
+    for (const auto& [view, width, height] : cases) {
+      RenderSettings settings = settings_of_pipeline();
+      settings.lens = std::make_shared<const LensView>(view);
+      for (const CullMode mode : {default_mode(), find_culler("3dgs")}) {
+        settings.mode = mode;
+        for (int again = 0; again < (mode == default_mode() ? 2 : 1); ++again)
+          drawn.push_back(gpu->render(test::front_camera(width, height), settings, outputs));
+        // A frame without a lens between them.
+        drawn.push_back(gpu->render(test::front_camera(40, 30), settings_of_pipeline(), outputs));
+      }
+    }
+    unsetenv("QUADSPLAT_LANES");
+    if (alone.empty()) alone = drawn;
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+      SCOPED_TRACE(i);
+      EXPECT_EQ(drawn[i].color.values, alone[i].color.values);
+      EXPECT_EQ(drawn[i].depth.alpha, alone[i].depth.alpha);
+      EXPECT_EQ(drawn[i].depth.median, alone[i].depth.median);
+      EXPECT_EQ(drawn[i].mode_pairs, alone[i].mode_pairs);
+      EXPECT_EQ(drawn[i].stats.tile_pairs, alone[i].stats.tile_pairs);
+      EXPECT_EQ(drawn[i].stats.pipeline, GetParam());
     }
   }
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Memory of a small GPU: what can be copied again makes room for what is needed now.
 #include <algorithm>
+#include <cstdlib>
 
 #include <gtest/gtest.h>
 
 #include "cuda_runtime.h"
+#include "io/camera/lens_views.h"
 #include "learn/step/cuda/gpu_model.h"
 #include "support/golden_field.h"
 #include "support/gpu.h"
@@ -185,6 +187,31 @@ TEST_F(SmallGpu, photographs_are_kept_while_they_leave_half_of_the_free_memory) 
   leave(10 * rgb.size());
   for (std::size_t number = 1; number < 100; ++number) model.compare_with(number, {rgb, {}, {}});
   EXPECT_LT(emulator::used_bytes, emulator::total_bytes);
+}
+
+TEST_F(SmallGpu, lanes_of_faces_end_where_memory_does) {
+  const GaussianCloud cloud = test::surrounding_cloud(8'000, 0, 8);
+  RenderSettings settings;
+  settings.lens = std::make_shared<const LensView>(panorama_view(360));
+  const Camera camera = test::front_camera(128, 64);
+  setenv("QUADSPLAT_LANES", "24", 1);
+  const auto plenty = make_renderer(Backend::cuda, test::pool());
+  plenty->upload(cloud, {});
+  const Frame whole = plenty->render(camera, settings);
+  const std::size_t used_by_lanes = emulator::used_bytes;
+  for (const std::size_t megabytes : {3, 8}) {
+    SCOPED_TRACE(megabytes);
+    const auto renderer = make_renderer(Backend::cuda, test::pool());
+    renderer->upload(cloud, {});
+    leave(megabytes << 20);
+    const Frame& frame = renderer->render(camera, settings);
+    EXPECT_EQ(frame.color.values, whole.color.values);
+    EXPECT_EQ(frame.stats.tile_pairs, whole.stats.tile_pairs);
+    EXPECT_LT(emulator::used_bytes, emulator::total_bytes);
+    emulator::total_bytes = emulator::kTotalBytes;
+  }
+  unsetenv("QUADSPLAT_LANES");
+  EXPECT_GT(used_by_lanes, std::size_t{24} * cloud.size() * 104);
 }
 
 TEST_F(SmallGpu, a_graph_that_cannot_be_instantiated_is_destroyed) {

@@ -544,6 +544,34 @@ TEST(Lens, sums_the_numbers_of_its_faces) {
   EXPECT_LT(small.stats.tile_pairs, pairs);
 }
 
+TEST(Lens, dilates_by_the_same_angle_everywhere) {
+  // Gaussians much smaller than a pixel: the dilation gives them their size.
+  const auto seen = [](const LensView& view, glm::dvec2 slope) {
+    constexpr int kSide = 5;  // Gaussians next to each other, at several places of pixels
+    GaussianCloud cloud;
+    double expected = 0;
+    for (int i = 0; i < kSide * kSide; ++i) {
+      const glm::dvec2 at = slope + 0.063 * glm::dvec2(i % kSide - 2, i / kSide - 2);
+      test::append(cloud, test::single_gaussian({3 * at.x, 3 * at.y, 3}, 1e-4f, {1, 1, 1}, 9));
+      // The picture has more pixels per angle across the direction to its middle.
+      const double angle = std::atan(glm::length(at));
+      expected += angle > 0 ? angle / std::sin(angle) : 1;
+    }
+    const Image image = drawn(cloud, eye(200, 200), through(view)).color;
+    double sum = 0;
+    for (std::size_t i = 0; i < image.values.size(); i += 3) sum += double{image.values[i]};
+    return sum / expected;
+  };
+  const double area = 2 * std::numbers::pi * kDilation * 0.99;
+  for (const int faces : {kManyFaces, kFewFaces}) {
+    LensView view = fisheye_view(100);
+    view.faces = faces;
+    for (const glm::dvec2 slope :
+         {glm::dvec2(0), {0.1, 0.05}, {0.4, 0.4}, {0.2, -0.4}, {-0.8, 0.02}, {0.5, 0.6}})
+      EXPECT_NEAR(seen(view, slope) / area, 1, 0.05) << faces << " " << slope.x << " " << slope.y;
+  }
+}
+
 TEST(Lens, refuses_maps_of_one_picture) {
   const GaussianCloud cloud = around(10, 1, 2, 1);
   for (const Outputs& outputs : {Outputs{.pairs = true}, Outputs{.evaluated = true},

@@ -48,8 +48,7 @@ bool project_reference(const FrameContext& frame, const View<double>& view, cons
   const double scale2 = shape.splat_scale * shape.splat_scale;
   covariance = {covariance.xx * scale2, covariance.xy * scale2, covariance.yy * scale2};
   const double before = covariance.determinant();
-  covariance.xx += shape.dilation;
-  covariance.yy += shape.dilation;
+  dilate(view, SlopeLimits<double>::of(view), point, shape.dilation, covariance);
   const double determinant = covariance.determinant();
   if (!(determinant > 0) || !std::isfinite(determinant)) return false;
   // Drop the Gaussian if no pixel can have alpha >= 1/255.

@@ -147,13 +147,27 @@ struct Projector {
             hn::Mul(dot(vx, vy, vz, svx, svy, svz), scale2)};
   }
 
+  /// dilate()
+  HWY_INLINE CovarianceLanes with_dilation(const PointLanes& point,
+                                           const CovarianceLanes& c) const {
+    const V dilation = hn::Set(d, rules.dilation);
+    if (view.projection != Projection::face)
+      return {hn::Add(c.xx, dilation), c.xy, hn::Add(c.yy, dilation)};
+    const V one = hn::Set(d, 1.0f);
+    const V x = clamp(d, point.slope_x, view.slope_limit.x);
+    const V y = clamp(d, point.slope_y, view.slope_limit.y);
+    const V xx = hn::Mul(x, x), yy = hn::Mul(y, y);
+    const V along = hn::Mul(dilation, hn::Add(hn::Add(one, xx), yy));
+    return {hn::Add(c.xx, hn::Mul(along, hn::Add(one, xx))),
+            hn::Add(c.xy, hn::Mul(along, hn::Mul(x, y))),
+            hn::Add(c.yy, hn::Mul(along, hn::Add(one, yy)))};
+  }
+
   /// The footprint of a covariance before the dilation; multiplies the opacity by compensation(),
   /// or makes it a solid's.
   HWY_INLINE FootprintLanes footprint(const PointLanes& point, const CovarianceLanes& undilated,
                                       V& log2_255_opacity, M& keep) const {
-    const V dilation = hn::Set(d, rules.dilation);
-    const CovarianceLanes dilated{hn::Add(undilated.xx, dilation), undilated.xy,
-                                  hn::Add(undilated.yy, dilation)};
+    const CovarianceLanes dilated = with_dilation(point, undilated);
     const V det = dilated.determinant();
     keep = hn::And(keep, hn::And(hn::Gt(det, hn::Zero(d)), hn::Lt(det, hn::Set(d, INFINITY))));
     if (rules.antialiased) {

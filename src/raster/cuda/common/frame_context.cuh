@@ -24,6 +24,7 @@ struct FrameContext {
   /// Pipelines call it right after they have enqueued the frame, and again if the frame has to be
   /// redrawn with larger buffers.
   std::function<void()> enqueue_behind;
+  std::size_t number = 0;  ///< of the frame among the frames of a picture: these differ in size
 
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }

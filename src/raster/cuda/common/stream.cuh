@@ -82,12 +82,18 @@ void copy_to_device(const char* what, const Array& from, DeviceBuffer<T>& to, cu
   copy_to_device(from.data(), from.size(), to.data(), stream);
 }
 
+/// Enqueues the copy of `count` elements to the host.
+template <class T>
+void enqueue_copy_to_host(const T* from, T* to, std::size_t count, cudaStream_t stream) {
+  check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToHost, stream),
+        "copy to the host");
+}
+
 /// Copies `count` elements to the host and waits.
 template <class T>
 void copy_to_host(const T* from, T* to, std::size_t count, cudaStream_t stream) {
   if (count == 0) return;
-  check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToHost, stream),
-        "copy to the host");
+  enqueue_copy_to_host(from, to, count, stream);
   check(cudaStreamSynchronize(stream), "frame");
 }
 

@@ -129,7 +129,7 @@ FastPipeline::FastPipeline(int device)
       full_stream_(device, true),
       scratch_(multiprocessors()),
       macro_size_policy_(most_in_shared_memory()) {
-  size_.pair_capacity = 1 << 16;
+  last_size_.pair_capacity = 1 << 16;
   forced_slabs_ = forced_slabs();
   force_cut_rule(scratch_.segments);
 }
@@ -146,42 +146,60 @@ bool FastPipeline::can_draw(TileGrid grid) {
   return MacroTiles::count_of(grid) <= MacroTiles::kMost;
 }
 
-bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
-                        StageClock& clock) {
+bool FastPipeline::occludes(const FrameContext& frame, const Outputs& outputs) {
+  return frame.settings.occlusion && allows_occlusion(outputs) &&
+         frame.camera.projection == Projection::pinhole;
+}
+
+void FastPipeline::enqueue(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
+                           StageClock& clock) {
   frame.throw_if_cancelled();
   pixels.reserve(frame.camera, outputs);
-  FrameSize size = size_;
+  const auto [found, is_new] = views_.try_emplace(frame.number);
+  FrameSize& size = found->second.size;
+  if (is_new) size = last_size_;
   size.gaussians = frame.cloud.count;
   size.grid = frame.grid;
   size.width = frame.camera.width;
   size.height = frame.camera.height;
-  const bool may_occlude = frame.settings.occlusion && allows_occlusion(outputs) &&
-                           frame.camera.projection == Projection::pinhole;
-  size.slabs = may_occlude ? slabs_ : 1;
+  size.slabs = occludes(frame, outputs) ? slabs_ : 1;
+  enqueue_again(frame, outputs, pixels, clock);
+}
+
+void FastPipeline::enqueue_again(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
+                                 StageClock& clock) {
+  View& view = views_.at(frame.number);
+  const FrameSize& size = view.size;
+  scratch_.reserve(size);
+  pixels.reserve_used(outputs, size.pair_capacity);
+  if (outputs.stage_times) {
+    clock.begin(true, frame.stream);
+    run(frame, outputs, pixels, clock, frame.stream);
+  } else {
+    const Graph::Topology topology{size.macro.has_slices(),
+                                   size.macro.keeps_whole(),
+                                   outputs.blends(),
+                                   outputs.used,
+                                   needs_color(outputs),
+                                   cuts_long_lists(outputs) && size.blends_segments,
+                                   has_thin_rows(frame.settings),
+                                   static_cast<int>(size.slabs)};
+    view.graph.capture(frame.stream, topology,
+                       [&] { run(frame, outputs, pixels, clock, side_stream_); });
+    clock.begin(false, frame.stream);
+    view.graph.launch(frame.stream);
+  }
+  clock.finish(frame.stream);
+  frame.enqueue_behind();
+  enqueue_copy_to_host(scratch_.counters, of_slabs_->data(), size.slabs, frame.stream);
+}
+
+bool FastPipeline::finish(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
+                          StageClock& clock) {
+  FrameSize& size = views_.at(frame.number).size;
+  const bool may_occlude = occludes(frame, outputs);
   for (;;) {
-    scratch_.reserve(size);
-    pixels.reserve_used(outputs, size.pair_capacity);
-    size_ = size;
-    if (outputs.stage_times) {
-      clock.begin(true, frame.stream);
-      run(frame, outputs, pixels, clock, frame.stream);
-    } else {
-      const Graph::Topology topology{size.macro.has_slices(),
-                                     size.macro.keeps_whole(),
-                                     outputs.blends(),
-                                     outputs.used,
-                                     needs_color(outputs),
-                                     cuts_long_lists(outputs) && size.blends_segments,
-                                     has_thin_rows(frame.settings),
-                                     static_cast<int>(size.slabs)};
-      graph_.capture(frame.stream, topology,
-                     [&] { run(frame, outputs, pixels, clock, side_stream_); });
-      clock.begin(false, frame.stream);
-      graph_.launch(frame.stream);
-    }
-    clock.finish(frame.stream);
-    frame.enqueue_behind();
-    copy_to_host(scratch_.counters, of_slabs_->data(), size.slabs, frame.stream);
+    check(cudaStreamSynchronize(frame.stream), "frame");
     merge_counters(size.slabs);
     const bool pairs_fit = counters_.tile_pairs <= size.pair_capacity;
     const bool macro_tiles_fit = MacroSizePolicy::fits(counters_, size.macro);
@@ -189,7 +207,7 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
     const bool segments_fit = !cuts_long_lists(outputs) || !macro_tiles_fit || fit_segments(size);
     const std::optional<MacroSize> macro = macro_size_policy_.next(counters_, size);
     size.macro = macro.value_or(MacroSize{});
-    size_ = size;
+    last_size_ = size;
     if (may_occlude) slabs_ = slabs_of(counters_.shown_blocks);
     const bool slabs_fit = !may_occlude || size.slabs == slabs_;
     if (pairs_fit && segments_fit && macro_tiles_fit && slabs_fit) return true;
@@ -197,6 +215,7 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
     if (!pairs_fit) size.pair_capacity = larger_capacity(counters_.tile_pairs);
     if (may_occlude) size.slabs = slabs_;
     frame.throw_if_cancelled();
+    enqueue_again(frame, outputs, pixels, clock);
   }
 }
 

@@ -4,11 +4,12 @@
 // long lists blended concurrently with the others. The host does not wait before the frame is
 // complete: stages read the numbers of Gaussians and pairs on the device. Every frame is captured
 // as a CUDA graph, which updates the previous instance unless the topology has changed. The buffers
-// have the capacities that earlier frames needed. A frame that exceeds a capacity is detected, and
-// redrawn with larger buffers before its pixels are read.
+// have the capacities that earlier frames of the same number needed (FrameContext::number). A frame
+// that exceeds a capacity is detected, and redrawn with larger buffers before its pixels are read.
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -107,10 +108,14 @@ class FastPipeline {
   /// False for pictures of more than MacroTiles::kMost macro-tiles.
   static bool can_draw(TileGrid grid);
 
-  /// Draws a scene in Order::space. Fills `pixels` and waits for the frame. Returns false if the
-  /// slices of a macro-tile do not fit, because its samples were not representative. Throws Error
-  /// and Cancelled.
-  bool draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
+  /// Enqueues a frame of a scene in Order::space, which fills `pixels`. Throws Error and Cancelled.
+  void enqueue(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
+               StageClock& clock);
+
+  /// Waits for the enqueued frame, and draws it again if it exceeded a capacity. The arguments must
+  /// be the same as in enqueue(). Returns false if the slices of a macro-tile do not fit, because
+  /// its samples were not representative. Throws Error and Cancelled.
+  bool finish(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
 
   /// Fills statistics, pairs, used pairs and trace of the drawn frame, as requested.
   void collect(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
@@ -123,6 +128,16 @@ class FastPipeline {
   ListInput lists(const FrameContext& frame) const { return scratch_.lists(frame); }
 
  private:
+  /// Frames of a number.
+  struct View {
+    Graph graph;
+    FrameSize size;  ///< of the frame, or with the capacities for the next
+  };
+
+  static bool occludes(const FrameContext& frame, const Outputs& outputs);
+  /// Enqueues the frame with the size of its view.
+  void enqueue_again(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
+                     StageClock& clock);
   /// True if the frame of this size found the samples of long lists if it has any, and blended
   /// their segments. Sets the size for drawing it again, or for the next frame.
   bool fit_segments(FrameSize& size);
@@ -140,14 +155,14 @@ class FastPipeline {
   Stream side_stream_;  // low priority: its kernels yield to the main stream
   Stream full_stream_;  // for full macro-tiles
   Event footprints_known_, projected_, listed_, colored_, scheduled_, blended_;
-  Graph graph_;
+  std::map<std::size_t, View> views_;  // by FrameContext::number
   PinnedValue<std::array<FastCounters, OcclusionView::kMostSlabs>> of_slabs_;
   FastCounters counters_{};  // the largest of all slabs; visible and entries: their sums
   std::uint64_t pairs_ = 0;  // of all slabs
   Scratch scratch_;
   DeviceBuffer<float> depths_;  // by place, for draw_depth()
   MacroSizePolicy macro_size_policy_;
-  FrameSize size_;  // of the previous frame, with the capacities for the next
+  FrameSize last_size_;                    // with the capacities for frames of new numbers
   unsigned slabs_ = 1, forced_slabs_ = 0;  // of the previous frame with occlusion; if not 0
 };
 

@@ -387,6 +387,7 @@ TEST_F(KeptEdits, of_large_selections_are_written_at_rest_and_before_the_window_
   change([](Viewer& v) {
     EditStep step;
     step.select.tool = SelectTool::brush;
+    step.select.camera = v.camera;
     step.select.members.emplace();
     for (std::uint64_t i = 0; i < 131'072; ++i) step.select.members->push_back({2 * i, 1});
     v.editing.history.take(step, v.editing.history.state());

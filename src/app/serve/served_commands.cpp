@@ -7,7 +7,7 @@
 namespace qs {
 namespace {
 
-// The culling modes are allowed too.
+// The culling modes and the moves of the cross are allowed too.
 constexpr std::string_view kServed[] = {
     "Heat map",
     "Next heat map",
@@ -52,14 +52,6 @@ constexpr std::string_view kServed[] = {
     "Save the edits",
     "Measure distances",
     "Copy the measures",
-    "Move the cross of a tool to the left",
-    "Move the cross of a tool to the left, 10 pixels",
-    "Move the cross of a tool to the right",
-    "Move the cross of a tool to the right, 10 pixels",
-    "Move the cross of a tool up",
-    "Move the cross of a tool up, 10 pixels",
-    "Move the cross of a tool down",
-    "Move the cross of a tool down, 10 pixels",
     "Use the cross; close the shape or the line",
     "Cameras and path",
     "Set a keyframe",
@@ -81,7 +73,7 @@ bool is_served(const KeyCommand& command) {
   const std::string_view name = command.help;
   const CullMode mode = command.menu == Menu::mode ? find_culler(command.help) : -1;
   return std::ranges::find(kServed, name) != std::end(kServed) ||
-         (mode >= 1 && mode <= culler_count());
+         name.starts_with("Move the cross of a tool") || (mode >= 1 && mode <= culler_count());
 }
 
 }  // namespace

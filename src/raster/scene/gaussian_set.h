@@ -59,8 +59,10 @@ class GaussianSet {
   void toggle(std::size_t i) { words_[i / kBits] ^= std::uint64_t{1} << i % kBits; }
   /// The same for several threads at once.
   void add_atomically(std::size_t i) {
-    std::atomic_ref(words_[i / kBits])
-        .fetch_or(std::uint64_t{1} << i % kBits, std::memory_order_relaxed);
+    const std::atomic_ref word(words_[i / kBits]);
+    const std::uint64_t bit = std::uint64_t{1} << i % kBits;
+    if ((word.load(std::memory_order_relaxed) & bit) == 0)
+      word.fetch_or(bit, std::memory_order_relaxed);
   }
 
   std::size_t count() const {

@@ -377,6 +377,7 @@ TEST_F(CropJobs, without_the_tint_the_picture_stays_and_what_goes_is_counted) {
 TEST_F(CropJobs, every_renderer_of_the_session_leaves_out_what_is_gone) {
   press("R");
   apply(call(action::change_crop, boxed(box_)));
+  follow();
   press("Shift+R");
   follow();
   const std::vector<std::uint8_t> rest =

@@ -387,7 +387,9 @@ TEST_F(KeptEdits, of_large_selections_are_written_at_rest_and_before_the_window_
   change([](Viewer& v) {
     EditStep step;
     step.select.tool = SelectTool::brush;
-    step.select.members.emplace(131'072);
+    step.select.camera = v.camera;
+    step.select.members.emplace();
+    for (std::uint64_t i = 0; i < 131'072; ++i) step.select.members->push_back({2 * i, 1});
     v.editing.history.take(step, v.editing.history.state());
     v.editing.kept = false;
     v.now = v.editing.changed = 100;
@@ -447,7 +449,7 @@ TEST_F(KeptEdits, of_another_scene_or_damaged_are_refused_and_change_nothing) {
   const EditState before = state();
   const std::pair<const char*, const char*> wrong[] = {
       {"{\"version\": 1, \"scene\": {\"gaussians\": 7}, \"steps\": []}", "7 Gaussians"},
-      {"{\"version\": 2, \"steps\": []}", "version"},
+      {"{\"version\": 3, \"steps\": []}", "version"},
       {"{\"version\": 1, \"steps\": [", "JSON"},
       {"{\"version\": 1, \"steps\": [{\"step\": \"remove\", \"x\": 1}, {\"step\": \"what\"}]}",
        "what"},

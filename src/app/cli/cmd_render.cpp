@@ -73,7 +73,7 @@ void check(const RenderCommand& command) {
        {command.frame.settings.occlusion &&
             (command.several_modes() || heat.quantity || quantity != Quantity::color),
         "--occlusion on draws the colours of one mode: modes differ most in hidden Gaussians"},
-       {heat.quantity && command.lens.has_faces(), kNoLensHeatmap},
+       {heat.quantity == HeatQuantity::missed && command.lens.has_faces(), kNoLensHeatmap},
        {command.depth_step && quantity != Quantity::depth && quantity != Quantity::median_depth,
         "--depth-step needs --picture depth or median-depth"}});
   if (quantity == Quantity::color) return;

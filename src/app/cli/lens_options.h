@@ -25,8 +25,9 @@ struct LensOptions {
   double panorama_degrees() const { return fov.value_or(360); }
 };
 
+/// HeatQuantity::missed compares the traces of two pictures.
 inline constexpr const char* kNoLensHeatmap =
-    "--heatmap counts in tiles of one picture, and a --lens has a picture for each face";
+    "--heatmap missed compares the lists of one picture, and a --lens has a picture for each face";
 
 void declare_lens_options(Options& options, LensOptions& lens);
 

@@ -80,8 +80,8 @@ TEST_F(LensOptionsTest, that_do_not_fit_together_are_usage_errors) {
     EXPECT_THAT(render.err, HasSubstr(said));
   }
   const ProgramRun heat =
-      run("render", {"--lens", "fisheye", "--heatmap", "pairs", "--output", path("out.png")});
-  EXPECT_THAT(heat.err, HasSubstr("--heatmap counts in tiles of one picture"));
+      run("render", {"--lens", "fisheye", "--heatmap", "missed", "--output", path("out.png")});
+  EXPECT_THAT(heat.err, HasSubstr("--heatmap missed compares the lists of one picture"));
   const ProgramRun film =
       run("film", {"--lens", "equirectangular", "--size", "30x10", "--output", path("film")});
   EXPECT_THAT(film.err, HasSubstr("film: --lens equirectangular is twice as wide as high"));
@@ -161,6 +161,17 @@ TEST_F(LensOptionsTest, make_pictures_of_every_lens) {
     const ProgramRun bench = run("bench", options);
     ASSERT_EQ(bench.exit_code, 0) << bench.err;
     EXPECT_THAT(bench.out, HasSubstr(text));
+  }
+}
+
+TEST_F(LensOptionsTest, have_heat_maps_of_their_faces) {
+  for (const char* quantity : {"pairs", "evaluated", "false-positive"}) {
+    SCOPED_TRACE(quantity);
+    const ProgramRun heat =
+        run("render", {"--lens", "fisheye", "--fov", "220", "--size", "320x240", "--heatmap",
+                       quantity, "--overwrite", "--output", path("heat.png")});
+    ASSERT_EQ(heat.exit_code, 0) << heat.err;
+    EXPECT_GT(read_image(path("heat.png")).height, 240) << "there is a legend";
   }
 }
 

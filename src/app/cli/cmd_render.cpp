@@ -315,6 +315,7 @@ CommandAction render_command(Options& options) {
       "quadsplat render plush.spz --camera-path path.json --path-steps 240 --output f.png",
       "the pictures of a flight: f_0000.png to f_0239.png");
   return [command](Arguments) {
+    if (!command->reference) use_own_lens(command->lens, command->cameras, command->frame);
     check(*command);
     if (command->reference) require_reference(*command->reference);
     note_inputs(command->frame);

@@ -204,7 +204,8 @@ std::vector<std::string> CameraSet::pinhole_sentences() const {
   if (first != cameras.end())
     all.push_back(
         fmt::format("{}: {} of {} cameras have lenses too wide for a pinhole camera: their front "
-                    "faces are used (the whole lens of the first: --lens {})",
+                    "faces are used, but for render --camera-index N (the lens of the first: "
+                    "--lens {})",
                     file.string(), std::ranges::count_if(cameras, is_wide), cameras.size(),
                     photograph_view(*first->lens).text));
   return all;

@@ -36,7 +36,7 @@ room(app/viewer/panel_model app/viewer/commands app/viewer/state app/inspect app
 room(app/viewer/commands app/viewer/render app/viewer/state app/report app/film app/measure app/session app/inspect
      app/picture io/camera io/scene io/picture io/bytes raster/select raster/scene base)
 room(app/viewer/render app/viewer/state app/measure app/session app/framing app/inspect app/picture io/camera
-     io/scene io/bytes raster/api raster/select raster/scene raster/kernel base)
+     io/scene io/bytes raster/api raster/select raster/scene base)
 room(app/viewer/state app/report app/remote app/measure app/session app/framing app/inspect app/picture learn/run
      io/camera io/cloud io/bytes raster/api raster/select raster/scene base)
 room(app/report app/measure app/session app/framing app/inspect app/picture learn/run io/camera io/scene io/picture
@@ -105,7 +105,7 @@ room(raster/field raster/kernel base)
 room(raster/clock base)
 room(raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(raster/kernel/cull raster/kernel)
-room(raster/pages raster/scene base)
+room(raster/pages raster/scene raster/kernel base)
 room(raster/scene raster/kernel base)
 room(raster/kernel)
 room(options base)

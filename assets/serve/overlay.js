@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // What is drawn over the picture: the divider and the names of a split, the labels of all modes side
-// by side, the box of the crop with its handles. Its colours fit the picture, not the page.
+// by side, the box of the crop with its handles, shapes that select, rulers. Its colours fit the
+// picture, not the page.
 "use strict";
 
 function plate(text, at, parent) {
@@ -102,6 +103,8 @@ function showBox(place, shape) {
     const ends = { x1: from[0] * box.width, y1: from[1] * box.height, x2: to[0] * box.width, y2: to[1] * box.height };
     drawing.append(makeSvg("line", { ...ends, stroke: "#000a", "stroke-width": 3 }), makeSvg("line", { ...ends, stroke: "#56b4e9", "stroke-width": 1.5 }));
   }
+  for (const [spot, text] of (shape && shape.labels) || [])
+    plate(text, { left: 100 * spot[0] + "%", top: 100 * spot[1] + "%", transform: "translate(-50%, -140%)" }, place);
   const faces = ["x low", "x high", "y low", "y high", "z low", "z high"];
   const handles = (shape && shape.handles) || [];
   for (let face = 0; face < faces.length; ++face) {

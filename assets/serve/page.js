@@ -305,7 +305,10 @@ function flushCursor() {
 
 const kButtons = [0, 2, 1];  // of the browser: left, middle, right
 const fingers = new Map();
+const kTapPixels = 8;  // a finger that moves less taps
+let resting = null;    // the press of a finger that has not moved yet
 let pinch = null, pinchDue = false;
+let pinched = false;   // a second finger came: the last one to leave does nothing
 
 function press(button, down, event) {
   if (cursor) flushCursor();
@@ -324,10 +327,12 @@ canvas.addEventListener("pointerdown", (event) => {
   canvas.setPointerCapture(event.pointerId);
   if (event.pointerType !== "touch") return press(kButtons[event.button] ?? 0, true, event);
   fingers.set(event.pointerId, event);
-  if (fingers.size === 1) press(0, true, event);
+  if (fingers.size === 1) resting = event;
   if (fingers.size === 2) {  // two fingers pan, as the middle button does
     pinch = middle();
-    press(0, false, event);
+    if (!resting && !pinched) press(0, false, event);
+    resting = null;
+    pinched = true;
     press(2, true, pinch);
   }
 });
@@ -338,7 +343,14 @@ canvas.addEventListener("pointermove", (event) => {
   }
   if (!fingers.has(event.pointerId)) return;
   fingers.set(event.pointerId, event);
-  if (fingers.size === 1) return moveCursor(placeOnPicture(event));
+  if (fingers.size === 1 && !pinched) {
+    if (resting) {
+      if (Math.hypot(event.clientX - resting.clientX, event.clientY - resting.clientY) < kTapPixels) return;
+      press(0, true, resting);
+      resting = null;
+    }
+    return moveCursor(placeOnPicture(event));
+  }
   if (fingers.size !== 2 || pinchDue) return;
   pinchDue = true;
   requestAnimationFrame(() => {
@@ -357,8 +369,12 @@ function lift(event) {
   if (event.pointerType !== "touch") return press(kButtons[event.button] ?? 0, false, event);
   if (fingers.size === 2) press(2, false, middle());
   fingers.delete(event.pointerId);
-  if (fingers.size === 1) press(0, true, [...fingers.values()][0]);
-  if (fingers.size === 0) press(0, false, event);
+  if (fingers.size > 0) return;
+  const taps = resting && event.type === "pointerup";
+  if (taps) press(0, true, resting);
+  if (!pinched && (taps || !resting)) press(0, false, resting ?? event);
+  resting = null;
+  pinched = false;
 }
 canvas.addEventListener("pointerup", lift);
 canvas.addEventListener("pointercancel", lift);
@@ -373,7 +389,8 @@ canvas.addEventListener("wheel", (event) => {
 function key(event, down) {
   if (event.metaKey || (event.target !== canvas && event.target !== document.body)) return;
   const browsers = ["Tab", "F5", "F11", "F12"];  // keys that stay the browser's
-  if (browsers.includes(event.key) || (event.ctrlKey && down && event.code !== "KeyZ")) return;
+  const withControl = ["KeyZ", "KeyA", "KeyI", "KeyH", "KeyM", "KeyS", "Period", "Comma"];
+  if (browsers.includes(event.key) || (event.ctrlKey && down && !withControl.includes(event.code))) return;
   if (event.code === "F1") {
     event.preventDefault();
     if (down) at("ask").click();

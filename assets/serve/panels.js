@@ -215,7 +215,10 @@ function showPanelMenu() {
       button.type = "button";
       button.dataset.panel = panel.name;
       make("kbd", panel.key, button);
-      button.onclick = () => togglePanel(panel);
+      button.onclick = () => {
+        togglePanel(panel);
+        if (matchMedia("(max-width: 720px)").matches) at("choose").click();  // the list covers the picture
+      };
     }
   }
   for (const panel of sections.panels)

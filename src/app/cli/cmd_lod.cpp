@@ -29,7 +29,7 @@ constexpr std::uint64_t kLeastMemory = 64'000'000;
 struct LodCommand {
   std::filesystem::path input;
   std::vector<std::filesystem::path> others;  // inputs, then the output
-  std::uint64_t memory = 4'000'000'000;
+  std::uint64_t memory = 0;
   std::string axes;
 };
 
@@ -95,7 +95,8 @@ CommandAction lod_command(Options& options) {
                       return bytes;
                     },
                     "memory for the parts that are built at a time, such as 512M; scenes that are "
-                    "no binary .ply must fit beside it (default: 4G)",
+                    "no binary .ply or instances must fit beside it (default: 4G, or more for many "
+                    "threads)",
                     {"64M", "2G"});
   declare_axes_option(options, command->axes);
   options.overwrite();

@@ -94,7 +94,7 @@ ordered_json scene_json(const Session& session) {
                        {"hash", file_hash(scene.path)},
                        {"format", scene.format},
                        {"bytes", scene.file_bytes},
-                       {"gaussians", scene.cloud.size()},
+                       {"gaussians", drawn_count(session)},
                        {"sh_degree", scene.cloud.sh_degree},
                        {"antialiased", scene.cloud.antialiased}};
   alterations_of(session).add_to(json);

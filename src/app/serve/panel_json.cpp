@@ -14,6 +14,7 @@
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/select_actions.h"
 #include "app/viewer/state/zoom_actions.h"
@@ -276,11 +277,36 @@ Json grid_json(const Viewer& v) {
           {"columns", places.columns}};
 }
 
-// The box of the crop and the shape of a selecting tool, as shares of the picture's width and
-// height.
+// A line of each ruler and a cross at each point, and their texts.
+void add_rulers(const Viewer& v, std::vector<PictureLine>& lines,
+                std::vector<std::pair<glm::dvec2, std::string>>& labels) {
+  const auto add = [&](glm::dvec3 from, glm::dvec3 to, const std::string& text) {
+    const auto line = line_in_picture(v.camera, from, to);
+    if (line) labels.emplace_back(0.5 * (line->from + line->to), text);
+    return line;
+  };
+  for (const Ruler& ruler : rulers_of(v))
+    if (const auto line = add(ruler.from.position, ruler.to.position, ruler.text))
+      lines.push_back(*line);
+  int number = 0;
+  constexpr double kArm = 7;  // pixels
+  for (const auto& points : v.measures.lines)
+    for (const SurfacePoint& point : points)
+      if (const auto at = add(point.position, point.position, std::to_string(++number)))
+        for (const glm::dvec2 arm : {glm::dvec2(kArm, 0), glm::dvec2(0, kArm)})
+          lines.push_back({at->from - arm, at->from + arm});
+}
+
+// The box of the crop, the shape of a selecting tool, the cross of the arrow keys and rulers, as
+// shares of the picture's width and height.
 Json box_json(const Viewer& v) {
   const bool boxed = v.panels.crop && v.crop.wish.boxed;
   std::vector<PictureLine> lines = shape_lines(v);
+  std::vector<std::pair<glm::dvec2, std::string>> labels;
+  if (v.panels.measures) add_rulers(v, lines, labels);
+  if (v.cross)
+    for (const glm::dvec2 arm : {glm::dvec2(12, 0), glm::dvec2(0, 12)})
+      lines.push_back({*v.cross - arm, *v.cross + arm});
   if (!boxed && lines.empty()) return nullptr;
   const Camera& camera = v.camera;
   const auto place = [&](glm::dvec2 pixel) {
@@ -297,7 +323,10 @@ Json box_json(const Viewer& v) {
     handles.push_back(pixel ? place(*pixel) : Json());
   }
   if (boxed) std::ranges::copy(box_lines(camera, v.crop.wish.box), std::back_inserter(lines));
-  return {{"lines", json_list(lines, line_of)}, {"handles", handles}};
+  const auto label_of = [&](const auto& label) { return Json{place(label.first), label.second}; };
+  return {{"lines", json_list(lines, line_of)},
+          {"handles", handles},
+          {"labels", json_list(labels, label_of)}};
 }
 
 Json job_json(const Viewer& v) {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "app/serve/sharing.h"
 
-#include <fmt/format.h>
+#include <utility>
 
 #include "app/viewer/state/actions.h"
-#include "base/text.h"
+#include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/edit_actions.h"
 
 namespace qs {
 CropRequest Sharing::crop_of(std::size_t scene) {
@@ -15,17 +16,13 @@ CropRequest Sharing::crop_of(std::size_t scene) {
 void Sharing::follow_edits(Viewer& v, const Shared& shared) {
   v.editing = shared.editing;
   v.editing.waiting.clear();
-  v.crop = {};
-  v.crop.marks = false;
+  const bool marks = std::exchange(v.crop, {}).marks;
+  v.crop.marks = marks;
   v.crop.asked = {.gone = shared.editing.gone, .steps = shared.editing.steps};
-  v.scene->gaussians = shared.gaussians;
-  v.scene->edits = shared.edits;
-  v.inspected.reset();
-  action::view_changed(v);
+  show_edits(v, shared.edits, shared.gaussians);
   action::notify(v, shared.editing.gone
-                        ? fmt::format("the scene is cropped for all visitors: {} Gaussians stay",
-                                      grouped(shared.gaussians))
-                        : std::string("another visitor undid the crop: the whole scene again"));
+                        ? "the scene is edited for all visitors: " + edits_text(v)
+                        : std::string("another visitor undid the edits: the whole scene again"));
 }
 
 bool Sharing::meet(Visitor& visitor, double now) {

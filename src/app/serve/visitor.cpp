@@ -36,7 +36,6 @@ Viewer first_viewer(const OpenedScene& scene, glm::ivec2 size) {
   viewer.settings.mode = scene.settings.mode;
   viewer.animates_moves = true;
   viewer.is_remote = true;
-  viewer.crop.marks = false;  // tints would be seen by all visitors
   return viewer;
 }
 
@@ -109,7 +108,6 @@ void Visitor::show_scene(std::size_t scene) {
   scene_ = scene;
   met_ = {{}, scenes_[scene]->backend};
   store_.apply(call(action::scene_opened, *scenes_[scene]), host_);
-  store_.apply(call(action::mark_removed, false), host_);
 }
 
 // A zoom that has not begun will not, and does not report its end.

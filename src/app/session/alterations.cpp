@@ -54,8 +54,7 @@ Alterations alterations_of(const RenderSettings& settings, const SceneNature& sc
       {{"steps", edits.steps}, {"kept", edits.kept}, {"of", edits.of}, {"hash", edits.crc}},
       fmt::format("edited: {} step{}, {}, {}", edits.steps, edits.steps == 1 ? "" : "s", gaussians,
                   edits.crc),
-      "cropped: " + gaussians);
-  add_setting(edits.tinted, "tinted", true, "Gaussians to remove are tinted");
+      "edited: " + gaussians);
   add_setting(edits.copies != glm::ivec2(1), "copies", std::vector{edits.copies.x, edits.copies.y},
               fmt::format("{} x {} copies", edits.copies.x, edits.copies.y));
   add_setting(scene.axes != scene.declared_axes, "axes", scene.axes,
@@ -87,7 +86,7 @@ Alterations alterations_of(const Session& session) {
   const bool exact = scene.network && session.network != NetworkUse::never;
   return alterations_of(session.settings, {scene.cloud.sh_degree, scene.cloud.antialiased,
                                            model_wants_white_background(scene.path), scene.axes,
-                                           scene.declared_axes, scene.edits,
+                                           scene.declared_axes, edits_of(session),
                                            !exact                                     ? ""
                                            : session.network == NetworkUse::reference ? "reference"
                                                                                       : "all",

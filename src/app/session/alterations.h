@@ -28,7 +28,7 @@ struct Alterations {
   nlohmann::ordered_json json;
   /// "splat scale 0.56, edited: 1 step, 23,615 of 34,321 Gaussians, crc32:89abcdef"; or empty.
   std::string text;
-  std::string brief;  ///< for a window: "splat scale 0.56, cropped: 23,615 of 34,321 Gaussians"
+  std::string brief;  ///< for a window: "splat scale 0.56, edited: 23,615 of 34,321 Gaussians"
 
   /// Sets "altered" in an object, if anything is altered.
   void add_to(nlohmann::ordered_json& object) const;

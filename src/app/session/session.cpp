@@ -14,6 +14,7 @@
 #include "base/progress_bar.h"
 #include "io/camera/cameras.h"
 #include "io/scene/compact/compact.h"
+#include "raster/scene/cloud_order.h"
 
 namespace qs {
 namespace {
@@ -40,6 +41,7 @@ std::unique_ptr<Renderer> upload(const Session& session, Backend backend, bool e
     renderer = with_levels(std::move(renderer), session.levels, *session.pool);
   expect_stream(*renderer, session.scene->stream);
   renderer->upload(cloud_of(session.scene), progress.value_or(bar.progress()));
+  leave_out(session, *renderer);
   return renderer;
 }
 
@@ -138,6 +140,32 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.settings.mode = frame.modes.front();
   session.settings.background = frame.background.value_or(glm::vec3(white ? 1.0f : 0.0f));
   return session;
+}
+
+void leave_out(const Session& session, Renderer& renderer) {
+  if (session.gone) renderer.set_drawn(session.gone->complement());
+}
+
+void leave_out(Session& session, const std::shared_ptr<const GaussianSet>& gone, int steps) {
+  const GaussianSet drawn = gone ? gone->complement() : GaussianSet();
+  for (const auto* renderer : {&session.renderer, &session.second, &session.exact})
+    if (*renderer && gone != session.gone) (*renderer)->set_drawn(drawn);
+  session.gone = gone;
+  if (gone) session.edits = session.scene->edits.with(*gone, steps);
+}
+
+EditFacts edits_of(const Session& session) {
+  return session.gone ? session.edits : session.scene->edits;
+}
+
+std::size_t drawn_count(const Session& session) {
+  return session.scene->cloud.size() - (session.gone ? session.gone->count() : 0);
+}
+
+std::shared_ptr<const GaussianCloud> drawn_cloud(const Session& session) {
+  if (!session.gone) return cloud_of(session.scene);
+  return std::make_shared<const GaussianCloud>(
+      select(session.scene->cloud, session.gone->complement().numbers()));
 }
 
 Renderer& renderer_on(Session& session, Backend backend, const std::optional<Progress>& progress) {

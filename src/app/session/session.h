@@ -84,7 +84,21 @@ struct Session {
   NetworkUse network = NetworkUse::never;
   LevelOptions levels;
   std::unique_ptr<Renderer> exact;  ///< renders reference_image() with NetworkUse::reference
+  std::shared_ptr<const GaussianSet> gone = {};  ///< of the scene, see leave_out(); null: none
+  EditFacts edits = {};                          ///< of the scene and `gone`, if that is not null
 };
+
+/// All renderers of the session leave these Gaussians of the scene out of later frames; null: none.
+/// `steps` of editing took them.
+void leave_out(Session& session, const std::shared_ptr<const GaussianSet>& gone, int steps);
+/// The same for a renderer to which the scene was just uploaded.
+void leave_out(const Session& session, Renderer& renderer);
+
+/// The edits of the Gaussians that frames show.
+EditFacts edits_of(const Session& session);
+/// The Gaussians that frames show, and their number.
+std::size_t drawn_count(const Session& session);
+std::shared_ptr<const GaussianCloud> drawn_cloud(const Session& session);
 
 /// The name of a pipeline in reports: "cpu" for the default pipeline of the CPU backend. The
 /// pipeline that drew a frame (RenderStats::pipeline) can differ from the requested pipeline.

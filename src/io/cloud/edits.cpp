@@ -23,4 +23,15 @@ void Edits::remove(int count_of_steps, const GaussianSet& gone) {
   steps += count_of_steps;
 }
 
+EditFacts Edits::with(const GaussianSet& gone, int count_of_steps) const {
+  Edits all = *this;
+  if (removed.empty()) {
+    all.remove(count_of_steps, gone);
+  } else {
+    all.remove(gone.size(), [&](std::size_t i) { return gone[i]; });
+    all.steps += count_of_steps - 1;
+  }
+  return all;
+}
+
 }  // namespace qs

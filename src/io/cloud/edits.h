@@ -23,7 +23,6 @@ struct EditFacts {
   std::uint64_t kept = 0;   ///< Gaussians of the file that are left
   std::uint64_t of = 0;     ///< Gaussians of the file as it was read
   std::string crc;          ///< "crc32:89abcdef" of Edits::removed; empty without steps
-  bool tinted = false;      ///< some Gaussians have another colour
   glm::ivec2 copies{1, 1};  ///< the rest is repeated on a grid
 
   bool operator==(const EditFacts&) const = default;
@@ -38,6 +37,9 @@ struct Edits : EditFacts {
   void remove(std::size_t count, const std::function<bool(std::size_t i)>& goes);
   /// So many steps: these Gaussians of the file are gone now.
   void remove(int count_of_steps, const GaussianSet& gone);
+
+  /// The facts after so many more steps, by which these of the Gaussians that are left are gone.
+  EditFacts with(const GaussianSet& gone, int count_of_steps) const;
 };
 
 }  // namespace qs

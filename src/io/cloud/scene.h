@@ -120,6 +120,9 @@ struct ReadOptions {
   /// The cloud has all nodes of a .rad file's tree, not only its leaves.
   bool keeps_nodes = false;
   StreamedTrees streams = StreamedTrees::none;
+  /// Most bytes of a streamed tree's pages in memory; 0, or more than that: half of the available
+  /// memory.
+  std::uint64_t page_memory = 0;
   Progress progress = {};
   Sampling sampling = {};
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "io/edits/edits_file.h"
 
+#include <algorithm>
 #include <set>
 #include <span>
 
@@ -9,17 +10,22 @@
 
 #include "base/json_of.h"
 #include "base/text.h"
+#include "io/bytes/base64.h"
 #include "io/bytes/byte_text.h"
+#include "io/bytes/inflate.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"
+#include "raster/select/edit_history.h"
 
 namespace qs {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;               // the newest; 1 has no bits
+constexpr std::size_t kMostPairs = 1000;  // longer lists are written as bits
+constexpr std::size_t kMostGaussians = std::size_t{1} << 32;
 
 // The members of a select step that its tool uses.
 enum Uses : unsigned {
@@ -59,9 +65,21 @@ constexpr ToolRow kTools[] = {{SelectTool::rectangle, kPicture, 2, 2},
                               {SelectTool::none, 0}};
 static_assert(std::size(kTools) == std::size(kSelectToolNames));
 
+// The lists of a small file can be large in memory: this is left for them.
+struct Room {
+  std::size_t runs = EditHistory::kMostBytes / sizeof(GaussianRun);
+  std::size_t bytes = kMostGaussians / 8;  // of unpacked bits
+
+  void take(std::size_t& left, std::size_t count, const std::string& where) const {
+    if (count > left) fail("{}: the lists of the file are too large", where);
+    left -= count;
+  }
+};
+
 // An object of the file. It remembers the members that were read.
 struct Reading : JsonEntry {
   const glm::dvec3& origin;
+  Room& room;
   std::set<std::string> known = {};
 
   bool reads(const char* key) {
@@ -104,15 +122,60 @@ struct Reading : JsonEntry {
   }
 };
 
+// The runs of ones in packed bits, the least significant first.
+std::vector<GaussianRun> parse_bits(Reading& entry) {
+  const std::string where = entry.where + ": bits";
+  const Array<std::byte> packed = decode_data_uri(entry.text("bits"), where);
+  Inflater inflater({packed.data(), packed.size()}, where, DeflateForm::deflate);
+  std::vector<GaussianRun> runs;
+  std::vector<std::byte> piece(1 << 16);
+  for (std::uint64_t first = 0;; first += 8 * piece.size()) {
+    const std::size_t size = inflater.read(piece);
+    entry.room.take(entry.room.bytes, size, where);
+    for (GaussianRun run : GaussianSet::of_bytes(8 * size, piece).runs()) {
+      run.first += first;
+      if (!runs.empty() && runs.back().first + runs.back().count == run.first) {
+        runs.back().count += run.count;
+      } else {
+        entry.room.take(entry.room.runs, 1, where);
+        runs.push_back(run);
+      }
+    }
+    if (size == piece.size()) continue;
+    if (inflater.left() > 0) fail("{}: {} bytes behind its data", where, inflater.left());
+    return runs;
+  }
+}
+
 std::vector<GaussianRun> parse_members(Reading& entry) {
   entry.known.insert("members");
+  if (entry.reads("bits")) return parse_bits(entry);
   const nlohmann::json& list = entry.get("members");
   if (!list.is_array() || list.size() % 2 != 0)
     fail("{}: members is not a list of pairs", entry.where);
   std::vector<GaussianRun> runs;
-  for (std::size_t i = 0; i < list.size(); i += 2)
-    runs.push_back({entry.whole(list[i], "members"), entry.whole(list[i + 1], "members")});
+  std::uint64_t end = 0;
+  for (std::size_t i = 0; i < list.size(); i += 2) {
+    const auto [first, count] = runs.emplace_back(
+        GaussianRun{entry.whole(list[i], "members"), entry.whole(list[i + 1], "members")});
+    if (count == 0 || first < end || first + count > kMostGaussians)
+      fail("{}: members {} + {} are no ascending run", entry.where, first, count);
+    end = first + count;
+  }
+  entry.room.take(entry.room.runs, runs.size(), entry.where);
   return runs;
+}
+
+bool is_long(const SelectStep& step) { return step.members && step.members->size() > kMostPairs; }
+
+std::string packed_bits(const std::vector<GaussianRun>& runs) {
+  GaussianSet set(static_cast<std::size_t>(runs.back().first + runs.back().count));
+  for (const GaussianRun& run : runs)
+    for (std::uint64_t i = 0; i < run.count; ++i) set.add(static_cast<std::size_t>(run.first + i));
+  const std::span<const std::byte> bytes = set.bytes();
+  constexpr int kLevel = 6;
+  return "data:application/octet-stream;base64," +
+         base64(deflated({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, kLevel));
 }
 
 void parse_picture(Reading& entry, const ToolRow& row, SelectStep& step) {
@@ -158,7 +221,8 @@ SelectStep parse_select(Reading& entry) {
     step.steps = static_cast<int>(entry.number_within("steps", 1, 1000));
   if (entry.reads("count")) step.count = entry.whole("count");
   if (entry.reads("crc")) step.crc = entry.text("crc");
-  if (step.tool == SelectTool::list || entry.reads("members")) step.members = parse_members(entry);
+  if (step.tool == SelectTool::list || entry.reads("members") || entry.reads("bits"))
+    step.members = parse_members(entry);
   return step;
 }
 
@@ -237,6 +301,10 @@ void add_select(const SelectStep& step, const glm::dvec3& origin, ordered_json& 
   if (step.count) json["count"] = *step.count;
   if (!step.crc.empty()) json["crc"] = step.crc;
   if (!step.members) return;
+  if (is_long(step)) {
+    json["bits"] = packed_bits(*step.members);
+    return;
+  }
   json["members"] = ordered_json::array();
   for (const GaussianRun& run : *step.members) {
     json["members"].push_back(run.first);
@@ -280,14 +348,15 @@ EditsFile read_edits(const std::filesystem::path& path, const glm::dvec3& origin
 EditsFile parse_edits(std::string_view text, const std::string& source, const glm::dvec3& origin) {
   const nlohmann::json json = parse_json(text, source);
   if (!json.is_object()) fail("{}: is not a file of edits: it has no object", source);
-  Reading file{{json, source}, origin};
+  Room room;
+  Reading file{{json, source}, origin, room};
   if (!file.reads("version") || !file.reads("steps"))
     fail("{}: is not a file of edits: it has no version or no steps", source);
-  if (const double version = file.number("version"); version != kVersion)
-    fail("{}: version {} is not readable, only {}", source, version, kVersion);
+  if (const double version = file.number("version"); version != 1 && version != kVersion)
+    fail("{}: version {} is not readable, only 1 and {}", source, version, kVersion);
   EditsFile edits;
   if (file.reads("scene")) {
-    Reading scene{file.child("scene"), origin};
+    Reading scene{file.child("scene"), origin, room};
     if (scene.reads("name")) edits.scene.name = scene.text("name");
     if (scene.reads("hash")) edits.scene.hash = scene.text("hash");
     if (scene.reads("bytes")) edits.scene.bytes = scene.whole("bytes");
@@ -301,7 +370,7 @@ EditsFile parse_edits(std::string_view text, const std::string& source, const gl
   for (const nlohmann::json& each : steps) {
     const std::string where = fmt::format("{}: step {}", source, edits.steps.size() + 1);
     if (!each.is_object()) fail("{}: is not an object", where);
-    Reading entry{{each, where}, origin};
+    Reading entry{{each, where}, origin, room};
     edits.steps.push_back(parse_step(entry));
     warn_unknown(entry, edits.warnings);
   }
@@ -311,12 +380,14 @@ EditsFile parse_edits(std::string_view text, const std::string& source, const gl
 
 std::string format_edits(const EditsFile& edits, const glm::dvec3& origin) {
   const EditedScene& scene = edits.scene;
-  std::string text = fmt::format("{{\"version\": {},\n \"scene\": {},\n \"steps\": [", kVersion,
-                                 json_line({{"name", scene.name},
-                                            {"hash", scene.hash},
-                                            {"bytes", scene.bytes},
-                                            {"gaussians", scene.gaussians},
-                                            {"axes", scene.axes}}));
+  const bool has_bits = std::ranges::any_of(edits.steps, is_long, &EditStep::select);
+  std::string text =
+      fmt::format("{{\"version\": {},\n \"scene\": {},\n \"steps\": [", has_bits ? kVersion : 1,
+                  json_line({{"name", scene.name},
+                             {"hash", scene.hash},
+                             {"bytes", scene.bytes},
+                             {"gaussians", scene.gaussians},
+                             {"axes", scene.axes}}));
   const char* between = "\n  ";
   for (const EditStep& step : edits.steps) {
     text += between + json_line(step_json(step, origin));

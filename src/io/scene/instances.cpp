@@ -114,8 +114,10 @@ bool recognises_instances(ByteSpan content, const std::filesystem::path&) {
   return json_kind(text_of(content)) == JsonKind::instances;
 }
 
-void read_instances(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-                    const ReadOptions& options, Scene& scene) {
+InstanceFile open_instances(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                            const ReadOptions& options) {
+  InstanceFile file;
+  file.path = path;
   const std::string source = path.string();
   const nlohmann::json json = parse_json(text_of(content), source);
   if (!json.is_object()) fail("{}: is not an object", source);
@@ -123,33 +125,49 @@ void read_instances(ByteSpan content, const std::filesystem::path& path, ThreadP
   if (const auto version = entry.whole("version"); version != 1)
     fail("{}: version {}, only 1 exists", source, version);
   std::set<std::string> unknown;
-  const std::vector<Instance> instances = parse_instances(entry.get("instances"), source, unknown);
-  const Scene one = read_source(entry.text("scene"), source, pool, options);
-  require_memory(one, instances.size(), source);
+  file.instances = parse_instances(entry.get("instances"), source, unknown);
+  file.one = read_source(entry.text("scene"), source, pool, options);
+  const std::string name = file.one.path.filename().string();
+  for (const std::string& warning : file.one.warnings)
+    file.warnings.push_back(fmt::format("{}: {}", name, warning));
+  if (file.one.network)
+    file.warnings.push_back(fmt::format("The colours of the network of {} were not used.", name));
+  for (const std::string& member : unknown)
+    file.warnings.push_back(
+        fmt::format("The member '{}' of instances is not known and was ignored.", member));
+  return file;
+}
+
+void fill_instances(const InstanceFile& file, std::size_t begin, std::size_t end, ThreadPool& pool,
+                    const Progress& progress, Scene& scene) {
+  const Scene& one = file.one;
   const std::size_t size = one.cloud.size();
-  scene.cloud = make_cloud(instances.size() * size, one.cloud.sh_degree);
+  require_memory(one, end - begin, file.path.string());
+  scene.cloud = make_cloud((end - begin) * size, one.cloud.sh_degree);
   scene.cloud.antialiased = one.cloud.antialiased;
-  scene.cloud.origin = origin_of(instances.size(), [&](std::size_t i) {
-    return glm::dvec3(matrix_of(instances[i]) *
+  scene.cloud.origin = origin_of(file.instances.size(), [&](std::size_t i) {
+    return glm::dvec3(matrix_of(file.instances[i]) *
                       glm::dvec4(one.cloud.origin + glm::dvec3(one.cloud.positions[0]), 1));
   });
-  for (std::size_t i = 0; i < instances.size(); ++i) {
-    place_instance(one.cloud, instances[i], scene.cloud, i * size, pool);
-    options.progress.update(0.5f + 0.4f * static_cast<float>(i + 1) /
-                                       static_cast<float>(instances.size()));
+  for (std::size_t i = begin; i < end; ++i) {
+    place_instance(one.cloud, file.instances[i], scene.cloud, (i - begin) * size, pool);
+    progress.update(0.5f +
+                    0.4f * static_cast<float>(i + 1 - begin) / static_cast<float>(end - begin));
   }
   scene.format = "instances of " + one.format;
   scene.file_bytes += one.file_bytes;
   scene.vertical_axis = one.vertical_axis;
-  const std::string name = one.path.filename().string();
   scene.parts.push_back(
-      {name, one.file_bytes,
-       fmt::format("{} of {}", counted(instances.size(), "instance"), counted(size, "Gaussian"))});
-  for (const std::string& warning : one.warnings) scene.warn("{}: {}", name, warning);
-  if (one.network) scene.warn("The colours of the network of {} were not used.", name);
-  for (const std::string& member : unknown)
-    scene.warn("The member '{}' of instances is not known and was ignored.", member);
-  fill_cloud(scene, pool, options.progress, 0.9f, [](std::size_t, std::size_t) {});
+      {one.path.filename().string(), one.file_bytes,
+       fmt::format("{} of {}", counted(end - begin, "instance"), counted(size, "Gaussian"))});
+  for (const std::string& warning : file.warnings) add_new(scene.warnings, warning);
+  fill_cloud(scene, pool, progress, 0.9f, [](std::size_t, std::size_t) {});
+}
+
+void read_instances(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                    const ReadOptions& options, Scene& scene) {
+  const InstanceFile file = open_instances(content, path, pool, options);
+  fill_instances(file, 0, file.instances.size(), pool, options.progress, scene);
 }
 
 }  // namespace qs

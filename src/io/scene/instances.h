@@ -9,6 +9,9 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
 #include <vector>
 
 #include <glm/gtc/quaternion.hpp>
@@ -29,6 +32,22 @@ struct Instance {
 /// Both have the same SH degree; positions of `cloud` count from its own origin.
 void place_instance(const GaussianCloud& source, const Instance& instance, GaussianCloud& cloud,
                     std::size_t first, ThreadPool& pool);
+
+/// A file of instances, and the scene that it names.
+struct InstanceFile {
+  std::filesystem::path path;
+  Scene one;
+  std::vector<Instance> instances;
+  std::vector<std::string> warnings;
+};
+
+InstanceFile open_instances(std::span<const std::byte> content, const std::filesystem::path& path,
+                            ThreadPool& pool, const ReadOptions& options);
+
+/// Instances [begin, end) as a scene. The origin is the same for each range. Reports progress from
+/// 0.5 to 1. Throws as read_instances().
+void fill_instances(const InstanceFile& file, std::size_t begin, std::size_t end, ThreadPool& pool,
+                    const Progress& progress, Scene& scene);
 
 RecogniseScene recognises_instances;
 /// Reads the scene and all of its instances into one cloud. Throws Error(device) if that takes more

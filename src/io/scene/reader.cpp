@@ -131,8 +131,7 @@ std::optional<int> iteration_of(const std::string& name) {
   return iteration;
 }
 
-constexpr std::uint64_t kPageMemory = 3'000'000'000;  // of streamed trees, if the system has twice
-constexpr std::uint64_t kNodeBytes = 300;             // of memory
+constexpr std::uint64_t kNodeBytes = 300;  // of memory
 
 // Opens a tree as Scene::stream. False if the file is to be read whole.
 bool stream_tree(const ReadOptions& options, ThreadPool& pool, Scene& scene) {
@@ -173,8 +172,9 @@ bool stream_tree(const ReadOptions& options, ThreadPool& pool, Scene& scene) {
                     [file, placed](std::size_t i) { return placed(file->read(i)); },
                     [file] { return file->is_unchanged(); }};
   for (const RadHeader::Range& chunk : header.chunks) source.stored_bytes.push_back(chunk.bytes);
-  scene.stream = std::make_shared<PageStream>(std::move(tree), std::move(source),
-                                              std::min(kPageMemory, memory));
+  scene.stream = std::make_shared<PageStream>(
+      std::move(tree), std::move(source),
+      options.page_memory > 0 ? std::min(options.page_memory, memory) : memory);
   return true;
 }
 

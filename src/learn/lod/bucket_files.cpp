@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <numeric>
 
 #include "base/morton.h"
 #include "base/rank.h"
@@ -106,7 +107,8 @@ void BucketWriter::add(const GaussianCloud& cloud, std::uint64_t first, ThreadPo
   const std::size_t row_bytes = sizeof(BucketRow) + 2 * sh_values_;
   const std::size_t own_values = 3 * sh_count(cloud);
   std::vector<char> rows(std::min(kBatch, cloud.size()) * row_bytes);
-  std::vector<std::uint32_t> buckets(std::min(kBatch, cloud.size()));
+  std::vector<std::uint32_t> buckets(std::min(kBatch, cloud.size())), order(buckets.size());
+  std::vector<std::uint32_t> ends(waiting_.size() + 1);
   for (std::size_t begin = 0; begin < cloud.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, cloud.size() - begin);
     pool.for_each(count, 4096, [&](std::size_t k) {
@@ -123,11 +125,19 @@ void BucketWriter::add(const GaussianCloud& cloud, std::uint64_t first, ThreadPo
       buckets[k] =
           static_cast<std::uint32_t>(ranges_.bucket({ranges_.code(row.position), first + i}));
     });
-    for (std::size_t k = 0; k < count; ++k) {
-      std::string& bytes = waiting_[buckets[k]];
-      bytes.append(&rows[k * row_bytes], row_bytes);
-      if (bytes.size() > kWaiting) flush(buckets[k]);
-    }
+    // Rows by bucket, so that each bucket has one thread.
+    std::ranges::fill(ends, 0u);
+    for (std::size_t k = 0; k < count; ++k) ++ends[buckets[k] + 1];
+    std::partial_sum(ends.begin(), ends.end(), ends.begin());
+    std::vector<std::uint32_t> next(ends.begin(), ends.end() - 1);
+    for (std::size_t k = 0; k < count; ++k)
+      order[next[buckets[k]]++] = static_cast<std::uint32_t>(k);
+    pool.for_each(waiting_.size(), 1, [&](std::size_t bucket) {
+      std::string& bytes = waiting_[bucket];
+      for (std::uint32_t k = ends[bucket]; k < ends[bucket + 1]; ++k)
+        bytes.append(&rows[order[k] * row_bytes], row_bytes);
+      if (bytes.size() > kWaiting) flush(bucket);
+    });
   }
 }
 

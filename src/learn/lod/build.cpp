@@ -7,6 +7,7 @@
 #include <fstream>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <semaphore>
 #include <span>
 #include <system_error>
@@ -21,6 +22,8 @@
 #include "io/bytes/json_text.h"
 #include "io/bytes/mapped_file.h"
 #include "io/bytes/replace_file.h"
+#include "io/cloud/cloud_memory.h"
+#include "io/scene/instances.h"
 #include "io/scene/ply/ply.h"
 #include "io/scene/reader.h"
 #include "learn/lod/bucket_files.h"
@@ -46,16 +49,27 @@ struct Survey {
   bool antialiased = false;
 };
 
-// A scene file, or the rows [begin, end) of a .ply if `end` is not 0.
+// A scene file; or, if `end` is not 0, rows [begin, end) of a .ply or instances of a scene.
 struct Part {
   fs::path path;
   std::uint64_t begin = 0, end = 0;
+  std::shared_ptr<const InstanceFile> instances = {};
 };
+
+// Enough for one bucket per thread, but at most half of the available memory, or 4 GB.
+std::uint64_t usual_memory(int threads) {
+  constexpr std::uint64_t kUsual = 4'000'000'000;
+  return std::clamp(static_cast<std::uint64_t>(threads) * kMostLeaves * kBytesOfLeaf, kUsual,
+                    std::max(kUsual, available_memory() / 2));
+}
 
 class Builder {
  public:
   Builder(const LodBuild& build, ThreadPool& pool)
-      : build_(build), pool_(pool), folder_(build.output.string() + ".unfinished") {}
+      : build_(build),
+        pool_(pool),
+        folder_(build.output.string() + ".unfinished"),
+        memory_(build.memory > 0 ? build.memory : usual_memory(pool.size())) {}
 
   LodReport run() {
     for (const fs::path& input : build_.inputs) inputs_.push_back(find_scene_file(input));
@@ -86,7 +100,11 @@ class Builder {
   fs::path section(std::size_t i) const { return folder_ / fmt::format("section_{:06}", i); }
   std::size_t buckets() const { return survey_.buckets; }
   std::uint64_t leaves_of_bucket() const {
-    return std::clamp<std::uint64_t>(build_.memory / (2 * kBytesOfLeaf), 1024, kMostLeaves);
+    return std::clamp<std::uint64_t>(memory_ / (2 * kBytesOfLeaf), 1024, kMostLeaves);
+  }
+  // So many fit into the memory.
+  std::size_t buckets_at_a_time() const {
+    return std::max<std::uint64_t>(1, memory_ / (leaves_of_bucket() * kBytesOfLeaf));
   }
   SectionOptions options() const { return {survey_.footprint, survey_.antialiased}; }
 
@@ -122,24 +140,36 @@ class Builder {
     return false;
   }
 
-  // Binary .ply files are read in parts.
+  // Binary .ply files and instances are read in parts.
   void divide_inputs() {
-    const std::uint64_t rows = std::clamp<std::uint64_t>(build_.memory / 2000, 1024, 1 << 22);
+    const std::uint64_t rows = std::clamp<std::uint64_t>(memory_ / 2000, 1024, 1 << 22);
     for (const fs::path& path : inputs_) {
-      const std::uint64_t all = divisible_rows(MappedFile(path).content(), path);
-      if (all <= rows) parts_.push_back({path});
-      for (std::uint64_t begin = 0; all > rows && begin < all; begin += rows)
-        parts_.push_back({path, begin, std::min(all, begin + rows)});
+      const MappedFile file(path);
+      std::uint64_t all = divisible_rows(file.content(), path), step = rows;
+      std::shared_ptr<const InstanceFile> instances;
+      if (recognises_instances(file.content(), path)) {
+        instances =
+            std::make_shared<const InstanceFile>(open_instances(file.content(), path, pool_, {}));
+        all = instances->instances.size();
+        step = std::max<std::uint64_t>(1, rows / instances->one.cloud.size());
+      }
+      if (all <= step) parts_.push_back({path});
+      for (std::uint64_t begin = 0; all > step && begin < all; begin += step)
+        parts_.push_back({path, begin, std::min(all, begin + step), instances});
     }
   }
 
   Scene read_part(const Part& part, const ReadOptions& options) {
     if (part.end == 0) return read_scene(part.path, pool_, options);
-    const MappedFile file(part.path);
-    const std::string rows = ply_part(file.content(), part.path, part.begin, part.end);
     Scene scene;
     scene.path = part.path;
-    read_ply(std::as_bytes(std::span(rows)), part.path, pool_, options, scene);
+    if (part.instances) {
+      fill_instances(*part.instances, part.begin, part.end, pool_, options.progress, scene);
+    } else {
+      const MappedFile file(part.path);
+      const std::string rows = ply_part(file.content(), part.path, part.begin, part.end);
+      read_ply(std::as_bytes(std::span(rows)), part.path, pool_, options, scene);
+    }
     move_near_origin(scene.cloud);
     if (!options.axes.empty()) assume_axes(scene, options.axes);
     return scene;
@@ -206,9 +236,7 @@ class Builder {
   }
 
   void make_sections() {
-    // So many buckets fit into the memory.
-    std::counting_semaphore<> places(static_cast<std::ptrdiff_t>(
-        std::max<std::uint64_t>(1, build_.memory / (leaves_of_bucket() * kBytesOfLeaf))));
+    std::counting_semaphore<> places(static_cast<std::ptrdiff_t>(buckets_at_a_time()));
     std::size_t done = 0;
     std::mutex mutex;
     build_.progress.update(kSorted);
@@ -264,52 +292,32 @@ class Builder {
       std::ofstream stream(temporary, std::ios::binary);
       RadWriter writer(
           stream, {report.nodes, survey_.sh_degree, survey_.footprint, survey_.antialiased}, pool_);
-      std::vector<RadNodes> chunks(1);
       std::uint64_t leaves = 0;
-      const std::size_t values = upper.tree.sh.size() / upper.tree.nodes.size();
-      const auto flush = [&](bool is_last) {
-        const bool full = chunks.back().nodes.size() == RadWriter::kChunk;
-        if (!is_last && !full) return;
-        if (full && !is_last && chunks.size() < 2 * static_cast<std::size_t>(pool_.size())) {
-          chunks.emplace_back();
-          return;
-        }
-        if (chunks.back().nodes.empty()) chunks.pop_back();
-        writer.write(chunks);
+      std::vector<RadNodes> parts;  // of the file, that are not written yet
+      parts.push_back(std::move(upper.tree));
+      for (std::size_t b = 0; b < buckets();) {
+        const std::size_t first = parts.size();
+        const std::size_t count =
+            std::min({buckets() - b, buckets_at_a_time(), static_cast<std::size_t>(pool_.size())});
+        parts.resize(first + count);
+        std::vector<std::uint64_t> leaves_of(count);
+        pool_.for_each(count, 1, [&](std::size_t i) {
+          const std::uint64_t roots_before = first_root[b + i];
+          parts[first + i] = placed_section(
+              b + i, std::span(place).subspan(roots_before, first_root[b + i + 1] - roots_before),
+              base[b + i], leaves_of[i]);
+        });
+        leaves = std::accumulate(leaves_of.begin(), leaves_of.end(), leaves);
+        b += count;
+        write_chunks(writer, parts, b == buckets());
         if (!stream) fail_to_write(build_.output, temporary);
-        chunks.assign(1, {});
-      };
-      const auto add = [&](const LodNode& node, std::span<const std::uint16_t> sh) {
-        chunks.back().nodes.push_back(node);
-        chunks.back().sh.insert(chunks.back().sh.end(), sh.begin(), sh.end());
-        flush(false);
-      };
-      const auto sh_of_node = [&](const RadNodes& from, std::size_t i) {
-        return std::span(from.sh).subspan(i * values, values);
-      };
-      for (std::size_t i = 0; i < upper.tree.nodes.size(); ++i)
-        add(upper.tree.nodes[i], sh_of_node(upper.tree, i));
-      for (std::size_t b = 0; b < buckets(); ++b) {
-        const RadNodes tree = read_section(section(b), false).tree;
-        const std::uint64_t count = first_root[b + 1] - first_root[b];
-        for (const LodNode& node : tree.nodes) leaves += node.child_count == 0 ? 1 : 0;
-        for (std::size_t i = count; i < tree.nodes.size(); ++i) {
-          LodNode node = tree.nodes[i];
-          if (node.child_count > 0)
-            node.first_child = static_cast<std::uint32_t>(node.first_child - count + base[b]);
-          node.parent = node.parent < count
-                            ? place[first_root[b] + node.parent]
-                            : static_cast<std::uint32_t>(node.parent - count + base[b]);
-          add(node, sh_of_node(tree, i));
-        }
-        build_.progress.update(kBuilt + (1 - kBuilt) * static_cast<float>(b + 1) /
+        build_.progress.update(kBuilt + (1 - kBuilt) * static_cast<float>(b) /
                                             static_cast<float>(buckets()));
       }
       // The computer may have lost its power while they were written.
       if (leaves != survey_.leaves)
         fail("{}: damaged: {} of {} Gaussians are left; delete this folder and try again",
              folder_.string(), leaves, survey_.leaves);
-      flush(true);
       writer.finish();
       stream.close();
       if (!stream) fail_to_write(build_.output, temporary);
@@ -317,9 +325,64 @@ class Builder {
     return report;
   }
 
+  // The nodes of a bucket below its roots. `roots`: the places of the roots in the file; `base`:
+  // the place of the first node. Counts the leaves, roots too.
+  RadNodes placed_section(std::size_t b, std::span<const std::uint32_t> roots, std::uint64_t base,
+                          std::uint64_t& leaves) const {
+    RadNodes tree = read_section(section(b), false).tree;
+    const std::size_t values = tree.sh.size() / tree.nodes.size();
+    for (LodNode& node : tree.nodes) {
+      leaves += node.child_count == 0 ? 1 : 0;
+      if (node.child_count > 0)
+        node.first_child = static_cast<std::uint32_t>(node.first_child - roots.size() + base);
+      node.parent = node.parent < roots.size()
+                        ? roots[node.parent]
+                        : static_cast<std::uint32_t>(node.parent - roots.size() + base);
+    }
+    const auto count = static_cast<std::ptrdiff_t>(roots.size());
+    tree.nodes.erase(tree.nodes.begin(), tree.nodes.begin() + count);
+    tree.sh.erase(tree.sh.begin(), tree.sh.begin() + count * static_cast<std::ptrdiff_t>(values));
+    return tree;
+  }
+
+  // Writes all full chunks of the parts, or everything at the end, and keeps the rest.
+  void write_chunks(RadWriter& writer, std::vector<RadNodes>& parts, bool is_last) {
+    std::vector<std::size_t> ends;
+    std::size_t all = 0;
+    for (const RadNodes& part : parts) ends.push_back(all += part.nodes.size());
+    const std::size_t full = all / RadWriter::kChunk, rest = all % RadWriter::kChunk;
+    std::vector<RadNodes> chunks(full + (rest > 0 ? 1 : 0));
+    pool_.for_each(chunks.size(), 1, [&](std::size_t i) {
+      std::size_t begin = i * RadWriter::kChunk;
+      const std::size_t end = std::min(all, begin + RadWriter::kChunk);
+      for (auto p = static_cast<std::size_t>(std::ranges::upper_bound(ends, begin) - ends.begin());
+           begin < end; begin = ends[p++]) {
+        const std::size_t start = ends[p] - parts[p].nodes.size();
+        append(chunks[i], parts[p], begin - start, std::min(end, ends[p]) - start);
+      }
+    });
+    parts.clear();
+    if (rest > 0 && !is_last) {
+      parts.push_back(std::move(chunks.back()));
+      chunks.pop_back();
+    }
+    writer.write(chunks);
+  }
+
+  static void append(RadNodes& to, const RadNodes& from, std::size_t begin, std::size_t end) {
+    if (begin == end) return;
+    const std::size_t values = from.sh.size() / from.nodes.size();
+    const auto at = [](const auto& list, std::size_t i) {
+      return list.begin() + static_cast<std::ptrdiff_t>(i);
+    };
+    to.nodes.insert(to.nodes.end(), at(from.nodes, begin), at(from.nodes, end));
+    to.sh.insert(to.sh.end(), at(from.sh, begin * values), at(from.sh, end * values));
+  }
+
   const LodBuild& build_;
   ThreadPool& pool_;
   fs::path folder_;
+  std::uint64_t memory_;
   std::vector<fs::path> inputs_;
   std::vector<Part> parts_;
   std::vector<std::string> warnings_;

@@ -22,12 +22,12 @@
 namespace qs {
 
 struct LodBuild {
-  /// Each must fit into memory, except binary .ply files, which are read in parts.
+  /// Each must fit into memory, except binary .ply files and instances, which are read in parts.
   std::vector<std::filesystem::path> inputs;
   std::filesystem::path output;
-  std::uint64_t memory =
-      4'000'000'000;  ///< bytes for the buckets that are worked on, at least 64 MB
-  std::string axes;   ///< as ReadOptions::axes
+  /// Bytes for the buckets that are worked on, at least 64 MB; 0: by the threads and the system.
+  std::uint64_t memory = 0;
+  std::string axes;  ///< as ReadOptions::axes
   Progress progress;
   /// Receives warnings of the readers, and a sentence if the call goes on with an interrupted one.
   std::function<void(const std::string& sentence)> warn;

@@ -24,11 +24,11 @@ SeenInPicture seen_in(OpenScene& scene, const Use& use) {
           seen_in_rest = SeenInPicture()](const GaussianSet& rest, const Camera& camera,
                                           const Shape& shape, float weight) mutable {
     if (rest.count() == rest.size())
-      return seen_in_whole(scene.renderer(use.stop()), *cloud, camera, shape, weight, use.pool(),
-                           use.stop());
+      return seen_by(scene.renderer(use.stop()), *cloud, camera, shape, weight, use.pool(),
+                     use.stop());
     if (!rest_renderer) {
       rest_renderer = scene.context().make_renderer();
-      seen_in_rest = seen_with(*rest_renderer, cloud, use.pool(), use.stop());
+      seen_in_rest = seen_with(*rest_renderer, cloud, use.pool(), false, use.stop());
     }
     return seen_in_rest(rest, camera, shape, weight);
   };

@@ -88,6 +88,19 @@ inline constexpr double kLeastOpacity = 0.2;
 
 struct LensView;  // raster/lens/lens_view.h
 
+/// Pixels [x0, x1) x [y0, y1).
+struct PixelBox {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+};
+
+/// Pixels of a picture, and the least weight with which they show a Gaussian: alpha times the
+/// transmittance in front.
+struct SeenPixels {
+  PixelBox box;                      ///< inside the image
+  std::vector<std::uint8_t> chosen;  ///< of the box, row by row: 1 or 0
+  float weight = 0;                  ///< 0: all Gaussians that a chosen pixel blends
+};
+
 struct RenderSettings {
   CullMode mode = default_mode();  ///< 0 = reference (CPU only), else a row of table.h
   Pipeline pipeline = kDefaultPipeline;
@@ -136,11 +149,6 @@ inline FootprintRules footprint_rules(const RenderSettings& settings, bool antia
           static_cast<float>(std::log2(255 * shape.least_opacity))};
 }
 
-/// Pixels [x0, x1) x [y0, y1).
-struct PixelBox {
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-};
-
 /// A view whose pairs Outputs::mode_pairs counts. The mode and the pipeline of the settings do not
 /// matter.
 struct CountedView {
@@ -167,6 +175,10 @@ struct Outputs {
   /// inside the image; mode reference draws only these pixels, the rest is 0
   std::optional<PixelBox> region = {};
   bool stage_times = false;  ///< RenderStats::stage_ms; measuring them may slow the frame
+  /// Frame::seen and Frame::share: passes behind the frame over its lists, not in mode reference.
+  /// The times of a frame do not include them.
+  std::shared_ptr<const SeenPixels> seen = {};
+  std::shared_ptr<const GaussianSet> share = {};  ///< of the uploaded cloud
 
   /// True if the frame needs the blend stage.
   bool blends() const { return color || evaluated || used; }
@@ -264,6 +276,8 @@ struct Frame {
   /// Per mode 1..culler_count(), index = mode - 1: the statistics of that mode's own frame of the
   /// view. The mode of this frame does not matter. Empty without Outputs::mode_pairs.
   std::vector<ModePairs> mode_pairs;
+  GaussianSet seen;          ///< the Gaussians of the uploaded cloud that Outputs::seen finds
+  std::vector<float> share;  ///< per pixel: the weight of the Gaussians of Outputs::share, 0..1
   Trace trace;
   RenderStats stats;
 };

@@ -88,6 +88,8 @@ class CpuRenderer final : public Renderer {
     result_.stats.frame_ms = frame_clock.ms();
     result_.stats.cpu_ms =
         static_cast<float>(1e3 * (pool_.processor_seconds() - processor_seconds));
+    if ((outputs.seen || outputs.share) && !reference)
+      fast_.select(frame, !classic, outputs, result_);
     if (outputs.mode_pairs) count_modes(frame, outputs.counted);
     return result_;
   }
@@ -123,6 +125,8 @@ class CpuRenderer final : public Renderer {
     result_.used.clear();
     result_.mode_pairs.clear();
     result_.trace = {};
+    result_.seen = GaussianSet(outputs.seen ? cloud_->size() : 0);
+    result_.share.assign(outputs.share ? pixels : 0, 0.0f);
     for (std::vector<float>* map :
          {&result_.depth.alpha, &result_.depth.expected, &result_.depth.median}) {
       map->assign(outputs.depth ? pixels : 0, 0.0f);

@@ -13,6 +13,7 @@
 #include "raster/cuda/common/gl_target.cuh"
 #include "raster/cuda/common/gpu_info.h"
 #include "raster/cuda/common/mode_pairs.cuh"
+#include "raster/cuda/common/selection.cuh"
 #include "raster/cuda/common/stream.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
 #include "raster/cuda/renderer.h"
@@ -44,7 +45,7 @@ struct Lane {
 /// because a small frame leaves most of its multiprocessors idle. For measurements and tests
 /// QUADSPLAT_LANES=N overrides it.
 std::size_t lanes_for(std::size_t pixels, std::size_t gaussians) {
-  constexpr std::size_t kMost = 12, kPixels = 8 << 20;
+  constexpr std::size_t kMost = 24, kPixels = 24 << 20;
   constexpr std::size_t kBytesOfGaussian = 104, kBytesOfPixel = 25;  // see fast::Scratch
   if (const char* forced = std::getenv("QUADSPLAT_LANES")) {
     unsigned lanes = 0;
@@ -313,6 +314,8 @@ class CudaRenderer final : public Renderer {
     lane.clock.read(lane.result.stats);
     if (outputs.depth) pipeline.draw_depth(frame, lane.pixels);
     collect_maps(lane, frame.camera, frame.settings.mode, outputs, target);
+    if (outputs.seen || outputs.share)
+      selection_.fill(frame, pipeline.lists(frame), outputs, lane.result);
   }
 
   /// Waits for the frame and copies the requested maps to the host.
@@ -361,6 +364,7 @@ class CudaRenderer final : public Renderer {
   std::size_t drawn_count_ = 0;
   std::array<std::optional<DeviceCloud>, 2> clouds_;  // by order, on the GPU
   GlTarget gl_target_;
+  Selection selection_;
   std::optional<classic::ClassicPipeline>
       classic_;           // so that its buffers can be freed; never empty
   int rest_of_fast_ = 0;  // frames, see fast_draws()

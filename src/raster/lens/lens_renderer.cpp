@@ -65,10 +65,11 @@ void add(std::vector<ModePairs>& sum, const std::vector<ModePairs>& face) {
 }
 
 void check_outputs(const LensView& lens, const Outputs& outputs, const Target& target) {
-  if (outputs.trace || outputs.region || std::holds_alternative<GlTexture>(target))
+  if (outputs.trace || outputs.region || outputs.seen || outputs.share ||
+      std::holds_alternative<GlTexture>(target))
     fail(ErrorKind::device,
-         "lens {}: its faces are separate pictures: there is no trace, no region and no texture of "
-         "the whole",
+         "lens {}: its faces are separate pictures: there is no trace, no region, no texture and no "
+         "selection of the whole",
          lens.text);
 }
 

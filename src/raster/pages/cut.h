@@ -13,6 +13,9 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <span>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <glm/mat3x3.hpp>
@@ -56,6 +59,10 @@ struct LodView {
 
   LodSight operator()(const glm::vec3& center, float radius) const;
 
+  /// The same for `count` balls: their centres, radii, footprints and shares.
+  void see(std::size_t count, const float* x, const float* y, const float* z, const float* radius,
+           float* footprint, float* share) const;
+
   Camera camera;
   float outside;  ///< LodSight::share of nodes outside of the picture
 
@@ -95,18 +102,56 @@ struct LodCut {
   std::vector<LodPart> missing = {};  ///< pages that the cut lacks, the largest gain first
 };
 
-/// The gain of a merged node: of row `row` of a page of the tree.
-using LodGain = std::function<float(const LodPage& page, std::size_t row)>;
+/// A merged node whose gain is asked for.
+struct LodAsked {
+  const LodPage* page;
+  std::uint32_t row;
+  float gain;
+};
+
+inline constexpr std::size_t kLodBatch = 256;
+
+/// The gains of merged nodes, at most kLodBatch at a time. Several threads may ask.
+class LodGain {
+ public:
+  using OfNodes = std::function<void(std::span<LodAsked> nodes)>;
+
+  explicit LodGain(OfNodes of_nodes) : of_nodes_(std::move(of_nodes)) {}
+
+  /// `of_node(page, row)`: the gain of one node.
+  template <class OfNode>
+  requires std::is_invocable_r_v<float, OfNode, const LodPage&, std::size_t> LodGain(OfNode of_node)
+      : of_nodes_([of_node = std::move(of_node)](std::span<LodAsked> nodes) {
+          for (LodAsked& node : nodes) node.gain = of_node(*node.page, node.row);
+        }) {}
+
+  void operator()(std::span<LodAsked> nodes) const { of_nodes_(nodes); }
+
+ private:
+  OfNodes of_nodes_;
+};
 
 /// The gains in a view. `smallest`: LodPages::footprint; if that is 0, a node gains the square of
 /// its radius in pixels.
 LodGain gain_in(const LodView& view, float smallest);
 
+/// A node on the way down the tree.
+struct LodVisit {
+  std::uint32_t node, parent;  ///< parent: the number of its visit
+  std::uint32_t first_child;
+  float gain;  ///< 0: it stays closed, as leaves do
+  float parent_gain;
+  std::uint16_t children;
+  bool is_awaited;  ///< it was opened, and its children are missing
+
+  std::uint32_t added() const { return children - 1u; }
+};
+
 /// The cut with the smallest limit that the budget allows. If the budget does not hold all nodes of
 /// one gain, the first nodes of the tree are open. Page 0 is in memory. `guess`: the limit of a
-/// similar cut, which saves time and changes nothing. Throws Error(input) if a node is the child of
-/// several nodes.
+/// similar cut, which saves time and changes nothing. `kept`: memory of a cut before, which saves
+/// the time of getting it again. Throws Error(input) if a node is the child of several nodes.
 LodCut cut_of(const LodPages& tree, const LodGain& gain, const LodLimit& limit, ThreadPool& pool,
-              float guess = 0);
+              float guess = 0, Array<LodVisit>* kept = nullptr);
 
 }  // namespace qs

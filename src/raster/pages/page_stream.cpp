@@ -14,8 +14,10 @@
 namespace qs {
 namespace {
 
-constexpr int kReaders = 4;
-constexpr std::size_t kBatch = 16;  // pages that are asked for before the cut is made again
+// Unpacking a page takes longer than reading it, but a disk may be slow too.
+std::size_t reader_count() {
+  return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 4, 32);
+}
 
 }  // namespace
 
@@ -23,7 +25,7 @@ PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_byte
     : source_(std::move(source)), tree_(std::move(tree)), uses_(tree_.pages.size()) {
   tree_.dead.resize(tree_.pages.size());
   facts_ = {tree_.count, tree_.pages.size(), 1, 0, 0, 0, tree_.pages[0]->bytes(), most_bytes};
-  for (int i = 0; i < kReaders; ++i)
+  for (std::size_t i = 0; i < reader_count(); ++i)
     threads_.emplace_back([this](const std::stop_token& stop) { read_pages(stop); });
 }
 
@@ -31,13 +33,15 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
                             float guess) {
   std::unique_lock lock(mutex_);
   StreamedCut result{tree_, {}};
+  Array<LodVisit> kept = std::exchange(kept_, {});
   lock.unlock();
   try {
-    result.cut = cut_of(result.tree, gain, limit, pool, guess);
+    result.cut = cut_of(result.tree, gain, limit, pool, guess, &kept);
   } catch (const Error& error) {
     fail("{}: {}", source_.name, error.what());
   }
   lock.lock();
+  kept_ = std::move(kept);
   ++cuts_;
   const std::uint64_t page_bytes = tree_.pages[0]->bytes();
   std::uint64_t needed = page_bytes;  // of memory
@@ -47,7 +51,7 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
   }
   wanted_.clear();
   for (const LodPart& part : result.cut.missing) {
-    if (stopped_ || wanted_.size() == kBatch) break;
+    if (stopped_ || wanted_.size() == 4 * threads_.size()) break;
     if (tree_.pages[part.page] || tree_.dead[part.page] || in_flight_.contains(part.page)) continue;
     needed += page_bytes;
     if (needed > facts_.most_bytes) {

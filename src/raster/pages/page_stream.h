@@ -80,6 +80,7 @@ class PageStream {
   std::function<void()> report_;
   std::condition_variable_any wanted_changed_, arrived_;
   LodPages tree_;
+  Array<LodVisit> kept_;  // of the last cut
   struct Use {
     std::uint64_t cut = 0;  // number of the last cut that used the page
     float gain = 0;         // of that cut

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -26,8 +27,9 @@ struct GaussianRun {
 
 class GaussianSet {
  public:
+  GaussianSet() = default;
   /// No Gaussian of `size`.
-  explicit GaussianSet(std::size_t size = 0) : size_(size), words_((size + kBits - 1) / kBits) {}
+  explicit GaussianSet(std::size_t size) : size_(size), words_((size + kBits - 1) / kBits) {}
 
   /// The Gaussians i of `size` for which has(i) is true, which is called in several threads.
   template <class Has>
@@ -40,6 +42,14 @@ class GaussianSet {
         bits |= std::uint64_t{has(word * kBits + bit)} << bit;
       set.words_[word] = bits;
     });
+    return set;
+  }
+
+  /// The set whose bytes() these are, without the bits behind the last Gaussian.
+  static GaussianSet of_bytes(std::size_t size, std::span<const std::byte> bytes) {
+    GaussianSet set(size);
+    std::memcpy(set.words_.data(), bytes.data(), std::min(bytes.size(), (size + 7) / 8));
+    set.clear_tail();
     return set;
   }
 
@@ -79,7 +89,7 @@ class GaussianSet {
   GaussianSet complement() const {
     GaussianSet all(size_);
     for (std::size_t word = 0; word < words_.size(); ++word) all.words_[word] = ~words_[word];
-    if (size_ % kBits != 0) all.words_.back() &= (std::uint64_t{1} << size_ % kBits) - 1;
+    all.clear_tail();
     return all;
   }
   bool operator==(const GaussianSet&) const = default;
@@ -121,6 +131,10 @@ class GaussianSet {
  private:
   static constexpr std::size_t kBits = 64;
 
+  void clear_tail() {
+    if (size_ % kBits != 0) words_.back() &= (std::uint64_t{1} << size_ % kBits) - 1;
+  }
+
   template <class Combined>
   GaussianSet& combine(const GaussianSet& other, const Combined& combined) {
     for (std::size_t word = 0; word < words_.size(); ++word)
@@ -128,7 +142,7 @@ class GaussianSet {
     return *this;
   }
 
-  std::size_t size_;
+  std::size_t size_ = 0;
   std::vector<std::uint64_t> words_;
 };
 

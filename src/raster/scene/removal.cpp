@@ -114,27 +114,30 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
 }
 
 // The Gaussians that stay, in their order.
-Numbers staying(const Removal& removal) {
+Numbers staying(const Removal& removal, const GaussianSet* among) {
   Numbers numbers;
   numbers.reserve(removal.marks.size());
   for (std::size_t i = 0; i < removal.marks.size(); ++i)
-    if (removal.marks[i] == Removed::no) numbers.push_back(static_cast<std::uint32_t>(i));
+    if (removal.marks[i] == Removed::no && (among == nullptr || (*among)[i]))
+      numbers.push_back(static_cast<std::uint32_t>(i));
   return numbers;
 }
 
 }  // namespace
 
 Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& box,
-                     const std::optional<Floaters>& floaters, const Progress& progress) {
+                     const std::optional<Floaters>& floaters, const Progress& progress,
+                     const GaussianSet* among) {
   Removal removal;
   removal.marks.assign(cloud.size(), Removed::no);
   // Mark Gaussians outside of the box.
+  const auto is_there = [&](std::size_t i) { return among == nullptr || (*among)[i]; };
   if (box)
     for (std::size_t i = 0; i < cloud.size(); ++i)
-      if (!box->contains(cloud.positions[i])) removal.marks[i] = Removed::outside;
+      if (is_there(i) && !box->contains(cloud.positions[i])) removal.marks[i] = Removed::outside;
   // Mark floaters among the rest.
   if (floaters) {
-    const Numbers inside = staying(removal);
+    const Numbers inside = staying(removal, among);
     const float core = floaters->large ? core_size(cloud, inside) : 0;
     const double largest = core > 0 ? std::log(double{core} * double{floaters->largest_size})
                                     : std::numeric_limits<double>::infinity();
@@ -148,15 +151,16 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
     }
     if (floaters->isolated)
       for (const std::uint32_t i :
-           isolated(cloud, staying(removal), floaters->fewest_neighbours, progress))
+           isolated(cloud, staying(removal, among), floaters->fewest_neighbours, progress))
         removal.marks[i] = Removed::isolated;
   }
-  for (const Removed mark : removal.marks) ++removal.counts[static_cast<std::size_t>(mark)];
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    removal.counts[static_cast<std::size_t>(removal.marks[i])] += is_there(i);
   return removal;
 }
 
 GaussianCloud keep_rest(const GaussianCloud& cloud, const Removal& removal) {
-  return select(cloud, staying(removal));
+  return select(cloud, staying(removal, nullptr));
 }
 
 }  // namespace qs

@@ -16,6 +16,7 @@
 
 #include "base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
+#include "raster/scene/gaussian_set.h"
 
 namespace qs {
 
@@ -52,25 +53,30 @@ struct RemovalCounts {
   std::size_t all() const { return std::accumulate(counts.begin(), counts.end(), std::size_t{0}); }
   std::size_t staying() const { return counts[static_cast<std::size_t>(Removed::no)]; }
   std::size_t going() const { return all() - staying(); }
+  /// So many of the Gaussians that stay are selected by the user.
+  void add_selected(std::size_t selected) {
+    counts[static_cast<std::size_t>(Removed::no)] -= selected;
+    counts[static_cast<std::size_t>(Removed::selected)] += selected;
+  }
   bool operator==(const RemovalCounts&) const = default;
 };
 
 struct Removal : RemovalCounts {
   std::vector<Removed> marks;  ///< per Gaussian
 
-  /// Marks a Gaussian that stays as selected by the user.
-  void select(std::size_t i) {
-    if (marks[i] != Removed::no) return;
-    marks[i] = Removed::selected;
-    --counts[static_cast<std::size_t>(Removed::no)];
-    ++counts[static_cast<std::size_t>(Removed::selected)];
+  /// The marked Gaussians.
+  GaussianSet gone(ThreadPool& pool) const {
+    return GaussianSet::where(marks.size(), pool,
+                              [&](std::size_t i) { return marks[i] != Removed::no; });
   }
 };
 
 /// Floaters are searched among the Gaussians in the box, and sizes and neighbours refer to those
-/// Gaussians only. Values that are not numbers fail every criterion. Throws Cancelled.
+/// Gaussians only. Values that are not numbers fail every criterion. Only the
+/// Gaussians of `among` are searched, marked and counted; null: all. Throws Cancelled.
 Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& box,
-                     const std::optional<Floaters>& floaters, const Progress& progress = {});
+                     const std::optional<Floaters>& floaters, const Progress& progress = {},
+                     const GaussianSet* among = nullptr);
 
 /// The Gaussians that stay, in their order. `removal` is of this cloud.
 GaussianCloud keep_rest(const GaussianCloud& cloud, const Removal& removal);

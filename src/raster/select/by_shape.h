@@ -3,6 +3,8 @@
 // Selects the Gaussians that a shape in a picture meets.
 #pragma once
 
+#include <memory>
+
 #include "raster/api/renderer.h"
 #include "raster/scene/gaussian_set.h"
 #include "raster/select/shape.h"
@@ -14,10 +16,8 @@ namespace qs {
 GaussianSet gaussians_through(const GaussianCloud& cloud, const Camera& camera, const Shape& shape,
                               ThreadPool& pool);
 
-/// The Gaussians that a pixel with its centre in the shape blends with at least this weight: alpha
-/// times the transmittance in front. 0: all that a pixel blends. `frame` has a trace, and `size` is
-/// its image's. Throws Cancelled.
-GaussianSet gaussians_seen(const Frame& frame, glm::ivec2 size, const Shape& shape, float weight,
-                           ThreadPool& pool, std::stop_token stop = {});
+/// The pixels of a picture of `size` with their centres in the shape, for Outputs::seen.
+std::shared_ptr<const SeenPixels> pixels_in(const Shape& shape, glm::ivec2 size, float weight,
+                                            ThreadPool& pool);
 
 }  // namespace qs

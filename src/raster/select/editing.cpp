@@ -5,7 +5,6 @@
 
 #include "base/fail.h"
 #include "base/text.h"
-#include "raster/scene/cloud_order.h"
 #include "raster/select/by_shape.h"
 #include "raster/select/by_value.h"
 
@@ -126,19 +125,12 @@ void remove_all(EditState& state, const GaussianSet& gone) {
   state.hidden -= state.removed;
 }
 
-// Floaters are searched in the rest.
 GaussianSet removed_by(const EditStep& step, const EditTools& tools, const GaussianSet& rest) {
-  const std::vector<std::uint32_t> numbers = rest.numbers();
-  const bool is_whole = numbers.size() == tools.cloud.size();
-  const Removal removal =
-      find_removal(is_whole ? tools.cloud : select(tools.cloud, numbers),
-                   step.kind == EditKind::crop ? std::optional(step.box) : std::nullopt,
-                   step.kind == EditKind::floaters ? std::optional(step.floaters) : std::nullopt,
-                   tools.progress);
-  GaussianSet gone(rest.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i)
-    if (removal.marks[i] != Removed::no) gone.add(numbers[i]);
-  return gone;
+  const Removal removal = find_removal(
+      tools.cloud, step.kind == EditKind::crop ? std::optional(step.box) : std::nullopt,
+      step.kind == EditKind::floaters ? std::optional(step.floaters) : std::nullopt, tools.progress,
+      &rest);
+  return removal.gone(tools.pool);
 }
 
 }  // namespace
@@ -150,34 +142,25 @@ Shape shape_of(const SelectStep& step) {
   return Shape::polygon(step.pixels);
 }
 
-GaussianSet seen_in_whole(Renderer& renderer, const GaussianCloud& cloud, const Camera& camera,
-                          const Shape& shape, float weight, ThreadPool& pool,
-                          std::stop_token stop) {
-  const Frame& frame = renderer.render(camera.placed(cloud.origin), {},
-                                       {.color = false, .trace = true}, HostImage{}, stop);
-  return gaussians_seen(frame, {camera.width, camera.height}, shape, weight, pool, stop);
+GaussianSet seen_by(Renderer& renderer, const GaussianCloud& cloud, const Camera& camera,
+                    const Shape& shape, float weight, ThreadPool& pool, std::stop_token stop) {
+  Outputs outputs{.color = false};
+  outputs.seen = pixels_in(shape, {camera.width, camera.height}, weight, pool);
+  return renderer.render(camera.placed(cloud.origin), {}, outputs, HostImage{}, std::move(stop))
+      .seen;
 }
 
 SeenInPicture seen_with(Renderer& renderer, std::shared_ptr<const GaussianCloud> cloud,
-                        ThreadPool& pool, std::stop_token stop) {
-  struct Uploaded {
-    GaussianSet rest;
-    std::vector<std::uint32_t> numbers;  // in the whole cloud
-  };
-  return [&renderer, &pool, cloud = std::move(cloud), stop,
-          uploaded = std::make_shared<Uploaded>()](const GaussianSet& rest, const Camera& camera,
-                                                   const Shape& shape, float weight) {
-    if (rest.empty()) return GaussianSet(rest.size());
-    if (uploaded->rest != rest) {
-      *uploaded = {rest, rest.numbers()};
-      renderer.upload(select(*cloud, uploaded->numbers), {{}, stop});
-    }
-    GaussianSet seen(rest.size());
-    seen_in_whole(renderer, *cloud, camera, shape, weight, pool, stop).for_each([&](std::size_t i) {
-      seen.add(uploaded->numbers[i]);
-    });
-    return seen;
-  };
+                        ThreadPool& pool, bool has_cloud, std::stop_token stop) {
+  return
+      [&renderer, &pool, cloud = std::move(cloud), stop, has_cloud, drawn = GaussianSet()](
+          const GaussianSet& rest, const Camera& camera, const Shape& shape, float weight) mutable {
+        if (!has_cloud) renderer.upload(cloud, {{}, stop});
+        has_cloud = true;
+        if (drawn != rest) renderer.set_drawn(rest);
+        drawn = rest;
+        return seen_by(renderer, *cloud, camera, shape, weight, pool, stop);
+      };
 }
 
 std::string carry_out(const EditStep& step, const EditTools& tools, const std::string& where,

@@ -34,18 +34,18 @@ struct EditState {
   bool operator==(const EditState&) const = default;
 };
 
-/// The Gaussians under a tool in the picture of the rest of a scene, see gaussians_seen(), by their
-/// indices in the whole scene.
+/// The Gaussians under a tool in the picture of the rest of a scene, by their indices in the whole
+/// scene: a pixel in the shape blends them with at least the weight, see SeenPixels.
 using SeenInPicture = std::function<GaussianSet(const GaussianSet& rest, const Camera& camera,
                                                 const Shape& shape, float weight)>;
 
-/// The Gaussians under a tool, if the renderer has the cloud and nothing is hidden or removed.
-GaussianSet seen_in_whole(Renderer& renderer, const GaussianCloud& cloud, const Camera& camera,
-                          const Shape& shape, float weight, ThreadPool& pool, std::stop_token stop);
+/// The drawn Gaussians under a tool. The renderer has the cloud.
+GaussianSet seen_by(Renderer& renderer, const GaussianCloud& cloud, const Camera& camera,
+                    const Shape& shape, float weight, ThreadPool& pool, std::stop_token stop);
 
-/// Draws with a renderer of its own, to which it uploads the rest of the cloud.
+/// Lets the renderer draw the rest; `has_cloud`: it has the cloud, else it is uploaded first.
 SeenInPicture seen_with(Renderer& renderer, std::shared_ptr<const GaussianCloud> cloud,
-                        ThreadPool& pool, std::stop_token stop = {});
+                        ThreadPool& pool, bool has_cloud = false, std::stop_token stop = {});
 
 struct EditTools {
   const GaussianCloud& cloud;

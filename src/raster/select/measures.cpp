@@ -16,6 +16,11 @@ double degrees_between(glm::dvec3 a, glm::dvec3 b) {
   return glm::degrees(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)));
 }
 
+// 0 in place of a value that is nothing but rounding beside `size`.
+double without_noise(double value, double size) {
+  return std::abs(value) <= 1e-9 * size ? 0.0 : value;
+}
+
 }  // namespace
 
 std::optional<GroundPlane> ground_through(std::span<const SurfacePoint, 3> points) {
@@ -54,7 +59,7 @@ double degrees_at(const SurfacePoint& a, const SurfacePoint& b, const SurfacePoi
 }
 
 std::string length_text(double length, double error, const std::string& unit) {
-  return fmt::format("{:.5g} ± {:.2g} {}", length, error, unit);
+  return fmt::format("{:.5g} ± {:.2g} {}", without_noise(length, error), error, unit);
 }
 
 std::vector<MeasureRow> measure_rows(std::span<const SurfacePoint> line, std::size_t first,
@@ -68,7 +73,9 @@ std::vector<MeasureRow> measure_rows(std::span<const SurfacePoint> line, std::si
         {fmt::format("{} to {}", first + i, first + i + 1),
          length_text(length.length, length.error, scale.name()),
          fmt::format("x {:.4g}, y {:.4g}, z {:.4g}{}", offset.x, offset.y, offset.z,
-                     up ? fmt::format("; height {:.4g}", glm::dot(offset, *up) + 0.0) : "")});
+                     up ? fmt::format("; height {:.4g}",
+                                      without_noise(glm::dot(offset, *up), length.length))
+                        : "")});
     total += length.length;
     variance += length.error * length.error;
   }

@@ -358,8 +358,8 @@ TEST(SplitScreen, a_long_line_of_a_label_is_broken_between_words) {
     while (screen.picture().at(320, top, 0) == 1) ++top;
     return top;
   };
-  EXPECT_EQ(top_of_label({"splat scale 0.56, cropped: 23,615 of 34,321 Gaussians"}),
-            top_of_label({"splat scale 0.56,", "cropped: 23,615", "of 34,321 Gaussians"}));
+  EXPECT_EQ(top_of_label({"splat scale 0.56, edited: 23,615 of 34,321 Gaussians"}),
+            top_of_label({"splat scale 0.56,", "edited: 23,615", "of 34,321 Gaussians"}));
 }
 
 FilmPlan plan_of_three_pictures() {

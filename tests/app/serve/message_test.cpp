@@ -130,13 +130,15 @@ TEST(ServeMessage, browsers_have_every_key_that_visitors_may_use) {
       if (key_of_code(fmt::format("Key{}", static_cast<char>('A' + code))) == key) return true;
       if (code < 10 && key_of_code(fmt::format("Digit{}", code)) == key) return true;
     }
-    for (const char* code : {"Space", "Minus", "Equal", "BracketLeft", "BracketRight", "Backquote",
-                             "Home", "Backspace", "F9", "F10"}) {
+    for (const char* code :
+         {"Space", "Minus", "Equal", "BracketLeft", "BracketRight", "Backquote", "Home",
+          "Backspace", "F9", "F10", "Delete", "Escape", "Comma", "Period", "Enter", "ArrowLeft",
+          "ArrowRight", "ArrowUp", "ArrowDown"}) {
       if (key_of_code(code) == key) return true;
     }
     return false;
   };
-  EXPECT_EQ(served_commands().size(), 45u + static_cast<std::size_t>(culler_count()))
+  EXPECT_EQ(served_commands().size(), 70u + static_cast<std::size_t>(culler_count()))
       << "a name in the list of served commands is not one of the window's commands";
   for (const KeyCommand* command : served_commands())
     EXPECT_TRUE(has_code(command->key)) << command->help;

@@ -21,6 +21,7 @@
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/mode_table.h"
+#include "base/text.h"
 
 namespace qs {
 namespace {
@@ -474,7 +475,8 @@ TEST(ServePanels, a_crop_is_shared_and_a_box_is_not) {
   EXPECT_GT(rest, 0u);
   EXPECT_EQ(room.viewer(2).scene->gaussians, rest);
   EXPECT_GT(room.viewer(2).view_version, before);
-  EXPECT_THAT(room.viewer(2).log.back().text, HasSubstr("cropped for all visitors"));
+  EXPECT_THAT(room.viewer(2).log.back().text,
+              HasSubstr(fmt::format("edited for all visitors: {} of", grouped(rest))));
   room.add();
   room.turn();
   EXPECT_TRUE(room.viewer(3).editing.gone) << "a newcomer sees the same";
@@ -509,8 +511,65 @@ TEST(ServePanels, two_visitors_who_crop_at_once_end_with_one_scene) {
   }));
   for (int i = 0; i < 20; ++i) room.turn();
   EXPECT_EQ(room.viewer(1).scene->gaussians, room.viewer(2).scene->gaussians);
-  EXPECT_EQ(room.small.scenes[0]->context.session.scene->cloud.size(),
-            room.viewer(1).scene->gaussians);
+  EXPECT_EQ(drawn_count(room.small.scenes[0]->context.session), room.viewer(1).scene->gaussians);
+}
+
+// A visitor drags with the left button from one place of the picture to another, or clicks.
+void drag(ServedRoom& room, glm::dvec2 from, glm::dvec2 to, int number = 1) {
+  room.take(message::Button{0, true, from}, number);
+  if (to != from) room.take(message::Cursor{to}, number);
+  room.take(message::Button{0, false, to}, number);
+}
+
+TEST(ServePanels, a_selection_and_its_tint_are_a_visitor_s_and_hiding_is_for_all) {
+  ServedRoom room(2);
+  const int before = room.viewer(2).version;
+  room.command("Select with the next tool");
+  drag(room, {5, 5}, {60, 44});
+  ASSERT_TRUE(room.until([&] { return room.viewer().crop.tint && !room.viewer().crop.busy; }));
+  EXPECT_EQ(*room.viewer().crop.tint, *room.viewer().editing.selected);
+  EXPECT_EQ(full_frame(room.viewer()).tint, room.viewer().crop.tint);
+  for (int i = 0; i < 10; ++i) room.turn();
+  EXPECT_FALSE(room.viewer(2).editing.selected);
+  EXPECT_FALSE(full_frame(room.viewer(2)).tint);
+  EXPECT_EQ(room.viewer(2).version, before);
+  const std::size_t selected = room.viewer().editing.selected->count();
+  room.command("Hide the selected Gaussians");
+  ASSERT_TRUE(room.until([&] { return room.viewer(2).editing.gone != nullptr; }));
+  EXPECT_EQ(room.viewer(2).editing.gone->count(), selected);
+  EXPECT_THAT(room.viewer(2).log.back().text,
+              HasSubstr(fmt::format("of 300 Gaussians are left: {} hidden", selected)));
+  room.command("Save the edits");
+  ASSERT_TRUE(room.until([&] { return !room.files.empty(); }));
+  EXPECT_THAT(*room.files[0].bytes, HasSubstr("\"step\": \"hide\""));
+}
+
+TEST(ServePanels, points_are_measured_by_a_visitor_and_drawn_over_the_picture) {
+  ServedRoom room(2);
+  room.command("Measure distances");
+  EXPECT_TRUE(room.viewer().panels.measures);
+  std::size_t points = 0;
+  for (int x = 8; x < 60 && points < 2; x += 4) {
+    drag(room, {x, 24}, {x, 24});
+    ASSERT_TRUE(room.until([&] { return !room.viewer().measures.busy; }));
+    points = room.viewer().measures.points();
+  }
+  ASSERT_EQ(points, 2u) << "half of the light is stopped somewhere";
+  EXPECT_EQ(room.viewer(2).measures.points(), 0u);
+  const Json drawn = section(room.of(1), "box");
+  EXPECT_EQ(drawn.at("lines").size(), 5u) << "a ruler and two crosses";
+  ASSERT_EQ(drawn.at("labels").size(), 3u);
+  EXPECT_THAT(drawn.at("labels").at(0).at(1).get<std::string>(), HasSubstr(" units"));
+  EXPECT_EQ(drawn.at("labels").at(2).at(1), "2");
+  EXPECT_TRUE(section(room.of(2), "box").is_null());
+  EXPECT_THAT(section(room.of(1), "measures/facts").dump(), HasSubstr("1 to 2"));
+  room.set("Copy", 0);
+  ASSERT_EQ(room.files.size() + room.of(1).host().take_files().size(), 1u);
+  room.set("known length", 2);
+  room.set("Set the scale", 0);
+  EXPECT_THAT(section(room.of(1), "measures/facts").dump(), HasSubstr("2 \u00b1"));
+  room.command("Undo");
+  EXPECT_EQ(room.viewer().measures.points(), 1u);
 }
 
 TEST(ServePanels, the_box_is_dragged_by_its_handles) {

@@ -71,8 +71,6 @@ TEST(Alterations, have_a_clause_and_a_member_for_every_setting) {
        [](auto&, auto& n) {
          n.edits.copies = {3, 2};
        }},
-      {"Gaussians to remove are tinted", R"({"tinted":true)",
-       [](auto&, auto& n) { n.edits.tinted = true; }},
       {"exact colours: all", R"({"exact_colors":"all")",
        [](auto&, auto& n) { n.exact_colors = "all"; }},
   };
@@ -109,7 +107,7 @@ TEST(Alterations, name_edits_by_their_number_their_rest_and_their_hash) {
   edits.remove(34321, [](std::size_t i) { return i >= 23615; });
   scene.edits = edits;
   const Alterations altered = alterations_of(settings, scene);
-  EXPECT_EQ(altered.brief, "splat scale 0.562, cropped: 23,615 of 34,321 Gaussians");
+  EXPECT_EQ(altered.brief, "splat scale 0.562, edited: 23,615 of 34,321 Gaussians");
   EXPECT_EQ(altered.text,
             "splat scale 0.562, edited: 1 step, 23,615 of 34,321 Gaussians, " + edits.crc);
   EXPECT_EQ(altered.json["edits"].dump(),

@@ -5,12 +5,16 @@
 #include "io/edits/edits_file.h"
 
 #include <fstream>
+#include <functional>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
+#include "io/bytes/base64.h"
+#include "io/bytes/inflate.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
@@ -26,6 +30,7 @@
 namespace qs::test {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -127,7 +132,7 @@ TEST_F(EditsFiles, that_do_not_fit_are_refused_in_a_sentence) {
   EXPECT_THAT(refused("{"), HasSubstr("not valid JSON"));
   EXPECT_EQ(refused("[1]"), "is not a file of edits: it has no object");
   EXPECT_EQ(refused("{}"), "is not a file of edits: it has no version or no steps");
-  EXPECT_EQ(refused(R"({"version": 2, "steps": []})"), "version 2 is not readable, only 1");
+  EXPECT_EQ(refused(R"({"version": 3, "steps": []})"), "version 3 is not readable, only 1 and 2");
   EXPECT_EQ(refused(R"({"version": 1, "steps": {}})"),
             "steps is not a list of at most 10,000 objects");
   EXPECT_EQ(refused(R"({"version": 1, "steps": [7]})"), "step 1: is not an object");
@@ -164,6 +169,13 @@ TEST_F(EditsFiles, that_do_not_fit_are_refused_in_a_sentence) {
       {R"("step": "select", "tool": "all", "members": [1])", "members is not a list of pairs"},
       {R"("step": "select", "tool": "all", "members": [1, -2])",
        "members is -2, but must be a whole number from 0 up"},
+      {R"("step": "select", "tool": "all", "members": [5, 3, 7, 1])",
+       "members 7 + 1 are no ascending run"},
+      {R"("step": "select", "tool": "all", "members": [5, 0])",
+       "members 5 + 0 are no ascending run"},
+      {R"("step": "select", "tool": "all", "members": [0, 1000000000000])",
+       "members 0 + 1000000000000 are no ascending run"},
+      {R"("step": "select", "tool": "all", "bits": 7)", "bits is not a string"},
       {R"("step": "select", "tool": "all", "count": 1.5)",
        "count is 1.5, but must be a whole number from 0 up"},
       {R"("step": "scale", "factor": 0)", "factor is 0, but must be within 1e-09 and 1000000000"},
@@ -177,6 +189,79 @@ TEST_F(EditsFiles, that_do_not_fit_are_refused_in_a_sentence) {
   EXPECT_THAT(read(R"({"version": 1, "by": 1, "steps": [{"step": "hide", "radius": 2}]})").warnings,
               ElementsAre(HasSubstr("step 1: the member radius is not known"),
                           HasSubstr("a.edits.json: the member by is not known")));
+}
+
+// Gaussian i is in the list if has(i).
+EditStep list_of(std::size_t size, const std::function<bool(std::size_t)>& has) {
+  GaussianSet set(size);
+  for (std::size_t i = 0; i < size; ++i)
+    if (has(i)) set.add(i);
+  return {.select = {.tool = SelectTool::list, .members = set.runs()}};
+}
+
+std::string packed_step(const std::string& packed) {
+  return R"("step": "select", "tool": "list", "bits": "data:application/octet-stream;base64,)" +
+         base64(packed) + "\"";
+}
+std::string bits_step(const std::string& content) { return packed_step(deflated(content, 6)); }
+
+TEST_F(EditsFiles, long_lists_are_bits_and_read_back) {
+  for (const std::size_t size : {2002u, 2003u, 524'288u, 524'289u, 1'048'576u, 3'000'000u}) {
+    SCOPED_TRACE(size);
+    std::minstd_rand random(7);
+    const EditStep steps[] = {
+        list_of(size, [](std::size_t i) { return i % 2 == 0; }),
+        list_of(size, [](std::size_t i) { return i % 2 == 1; }),
+        list_of(size, [&](std::size_t) { return random() % 10 < 3; }),
+        list_of(size, [&](std::size_t i) { return i % 700 < 300 && (i < 9000 || i % 3 == 0); })};
+    for (const EditStep& step : steps) {
+      const std::string text = format_edits({{}, {step}}, glm::dvec3(0));
+      const bool is_long = step.select.members->size() > 1000;
+      EXPECT_EQ(text.find("\"bits\"") != std::string::npos, is_long);
+      EXPECT_EQ(text.find("\"version\": 2") != std::string::npos, is_long);
+      const EditsFile back = read(text, glm::dvec3(0));
+      EXPECT_THAT(back.warnings, IsEmpty());
+      EXPECT_EQ(*back.steps[0].select.members, *step.select.members);
+      EXPECT_LT(text.size(), size / 5 + 20'000) << "a bit and a third for each Gaussian";
+    }
+  }
+  // Another program wrote this one: python3 -c "import zlib, base64".
+  const EditsFile other = read_edits(source_path("tests/data/long_list.edits.json"), glm::dvec3(0));
+  const std::vector<GaussianRun>& runs = *other.steps[0].select.members;
+  ASSERT_EQ(runs.size(), 200u);
+  EXPECT_EQ(runs[0], (GaussianRun{0, 1}));
+  EXPECT_EQ(runs[4], (GaussianRun{16, 11}));
+  EXPECT_EQ(runs[199], (GaussianRun{32 * 39 + 16, 11}));
+  // Few runs stay pairs that a person can read.
+  EXPECT_THAT(
+      format_edits({{}, {list_of(100, [](std::size_t i) { return i < 7; })}}, glm::dvec3(0)),
+      AllOf(HasSubstr("\"members\":[0,7]"), HasSubstr("\"version\": 1")));
+}
+
+TEST_F(EditsFiles, damaged_bits_are_refused_in_a_sentence) {
+  EXPECT_THAT(*read("{\"version\": 2, \"steps\": [{" + bits_step("\x05\x80") + "}]}", glm::dvec3(0))
+                   .steps[0]
+                   .select.members,
+              ElementsAre(GaussianRun{0, 1}, GaussianRun{2, 1}, GaussianRun{15, 1}));
+  const std::string good = bits_step(std::string(5000, 'a'));
+  const std::size_t begin = good.find("base64,") + 7;
+  EXPECT_THAT(refused_step(R"("step": "select", "tool": "list", "bits": "abc")"),
+              HasSubstr("step 2: bits"));
+  EXPECT_THAT(refused_step(good.substr(0, begin) + "!\""), HasSubstr("step 2: bits"));
+  EXPECT_THAT(refused_step(good.substr(0, begin + 8) + "\""), HasSubstr("step 2: bits"));
+  EXPECT_THAT(refused_step(packed_step("")), HasSubstr("step 2: bits"));
+  std::string longer = good;
+  longer.insert(longer.size() - 1, "AAAA");
+  EXPECT_THAT(refused_step(longer), HasSubstr("step 2: bits"));
+  // A small file cannot take all memory: 600 MB of zeros, and 20 million runs.
+  std::string zeros;
+  Deflater deflater(DeflateForm::deflate, 1, 8, [&](std::string_view part) { zeros += part; });
+  for (int i = 0; i < 600; ++i) deflater.write(std::string(1'000'000, '\0'));
+  deflater.finish();
+  EXPECT_THAT(refused_step(packed_step(zeros)),
+              HasSubstr("step 2: bits: the lists of the file are too large"));
+  EXPECT_THAT(refused_step(bits_step(std::string(5'000'000, 'U'))),
+              HasSubstr("step 2: bits: the lists of the file are too large"));
 }
 
 TEST_F(EditsFiles, lists_that_are_no_runs_of_the_scene_are_refused) {
@@ -233,9 +318,9 @@ TEST_F(EditsFiles, hidden_and_removed_gaussians_are_never_selected_nor_in_front)
   const std::vector<std::uint32_t> numbers = first.complement().numbers();
   const auto renderer = make_renderer(Backend::cpu, pool());
   renderer->upload(select(scene.cloud(), numbers), {});
-  const Frame& frame = renderer->render(camera, {}, {.color = false, .trace = true});
   GaussianSet expected(first.size());
-  gaussians_seen(frame, {800, 600}, shape_of(front.select), kSelectWeight, pool())
+  seen_by(*renderer, select(scene.cloud(), numbers), camera, shape_of(front.select), kSelectWeight,
+          pool(), {})
       .for_each([&](std::size_t i) { expected.add(numbers[i]); });
   EXPECT_EQ(second, expected);
   // Selecting all or inverting leaves the hidden ones out; showing does not select them.

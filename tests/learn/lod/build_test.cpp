@@ -26,6 +26,7 @@
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/image_metrics.h"
 #include "support/error_of.h"
+#include "support/instances_text.h"
 #include "support/lod_cuts.h"
 #include "support/paths.h"
 #include "support/pool.h"
@@ -179,6 +180,23 @@ TEST_F(LodBuilding, a_ply_file_in_parts_gives_the_same_bytes) {
               whole = read_scene(build.output, pool());
   expect_same_gaussians(cloud, parts.cloud);
   EXPECT_EQ(parts.levels, whole.levels);
+}
+
+TEST_F(LodBuilding, instances_are_read_in_parts) {
+  write(walls(700, 1), "one.ply");
+  std::vector<Instance> instances(5);
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    instances[i].position = {10 * static_cast<double>(i), -3, 1000};
+    instances[i].rotation = glm::angleAxis(0.4 * static_cast<double>(i), glm::dvec3(0, 1, 0));
+    instances[i].scale = 0.5 + static_cast<double>(i);
+  }
+  std::ofstream(folder_ / "all.json") << format_instances("one.ply", instances);
+  LodBuild build = job(folder_ / "all.json");
+  build.memory = 2'000'000;  // a part has one instance
+  EXPECT_EQ(build_lod(build, pool()).leaves, 3500u);
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("out.rad: its positions count from")));
+  expect_same_gaussians(read_scene(folder_ / "all.json", pool()).cloud,
+                        read_scene(folder_ / "out.rad", pool()).cloud);
 }
 
 TEST_F(LodBuilding, a_ply_file_that_is_cut_off_is_one_sentence) {

@@ -95,8 +95,9 @@ inline std::uint32_t atomicMax(std::uint32_t* address, std::uint32_t value) {
   *address = std::max(old, value);
   return old;
 }
-inline unsigned long long atomicOr(unsigned long long* address, unsigned long long value) {
-  const unsigned long long old = *address;
+template <class T>
+T atomicOr(T* address, T value) {
+  const T old = *address;
   *address = old | value;
   return old;
 }

@@ -76,6 +76,10 @@ TEST(MeasureRows, have_distances_their_sum_and_angles) {
   EXPECT_EQ(rows[0].value, "6 ± 0.0057 cm");
   EXPECT_EQ(rows[0].more, "x 6, y 0, z 0; height 0");
   EXPECT_EQ(rows[1].more, "x 0, y 8, z 0; height -8");
+  // A turn leaves nothing but rounding of a height.
+  const auto turned = measure_rows(line, 1, {}, glm::dvec3(1e-18, -1, 0));
+  EXPECT_EQ(turned[0].more, "x 3, y 0, z 0; height 0");
+  EXPECT_EQ(length_text(-2.45e-18, 0.003, "m"), "0 ± 0.003 m");
   EXPECT_EQ(rows[2].name, "together");
   EXPECT_EQ(rows[2].value, "14 ± 0.008 cm");
   EXPECT_EQ(rows[3].name, "angle at 8");

@@ -52,6 +52,7 @@ void bench_view(RenderContext& context, const Viewer& viewer) {
   BenchReport report;
   report.environment = environment_json(session);
   report.scenes.push_back(scene_facts(*session.scene, name));
+  report.scenes.back()["gaussians"] = drawn_count(session);
   alterations_of(session).add_to(report.scenes.back());
   ViewPlan plan = session.backend == Backend::cpu ? ViewPlan{1, 1, 5} : ViewPlan{20, 4, 5};
   GpuClock clock = clock_of(session);

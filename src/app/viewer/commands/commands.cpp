@@ -408,17 +408,20 @@ std::string menu_label(const KeyCommand& command) {
   return command.help + (command.opens_dialog ? " ..." : "");
 }
 
+bool has_words(const std::string& about, const std::string& text) {
+  const auto lower = [](unsigned char c) { return std::tolower(c); };
+  return std::ranges::all_of(separated(text, ' '), [&](const std::string& word) {
+    return std::ranges::search(about, word, {}, lower, lower).begin() != about.end();
+  });
+}
+
 std::vector<const KeyCommand*> find_commands(const std::string& text, const Viewer& viewer) {
   std::vector<const KeyCommand*> found;
   for (const KeyCommand& row : key_commands()) {
     if (row.menu == Menu::none || !(row.without_scene || viewer.scene)) continue;
     const std::string about = fmt::format("{} {} {}", kMenuNames[static_cast<int>(row.menu)],
                                           row.help, key_name(row.key, row.mods));
-    const auto lower = [](unsigned char c) { return std::tolower(c); };
-    const auto has_word = [&](const std::string& word) {
-      return std::ranges::search(about, word, {}, lower, lower).begin() != about.end();
-    };
-    if (std::ranges::all_of(separated(text, ' '), has_word)) found.push_back(&row);
+    if (has_words(about, text)) found.push_back(&row);
   }
   return found;
 }

@@ -47,6 +47,9 @@ std::string command_hint(std::string_view help);
 /// The label in the menu.
 std::string menu_label(const KeyCommand& command);
 
+/// True if `about` has every word of the text, in letters of either case.
+bool has_words(const std::string& about, const std::string& text);
+
 /// The commands that act now and whose menu, label or key contain every word of the text.
 std::vector<const KeyCommand*> find_commands(const std::string& text, const Viewer& viewer);
 

@@ -2,6 +2,7 @@
 #include "app/viewer/commands/controls.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <functional>
 #include <iterator>
@@ -599,7 +600,7 @@ Controls measure_controls() {
   const auto points = [](std::size_t least) {
     return [least](const Viewer& v) { return v.measures.points() >= least; };
   };
-  Controls rows = {
+  return {
       switch_row(
           "Set points", [](const Viewer& v) { return v.measures.picks; }, action::pick_points,
           "a click in the picture sets a point on the surface there"),
@@ -619,10 +620,6 @@ Controls measure_controls() {
                                         "lengths are shown in the unit; the scene stays as it is")),
       gray_unless(points(3), button_row("Set the ground", call(action::set_ground),
                                         "the last three points are level: up is their side"))};
-  // Pages have no clipboard of this machine, and each visitor has tools of its own.
-  for (Control& row : rows)
-    row = only_if([](const Viewer& v) { return !v.is_remote; }, std::move(row));
-  return rows;
 }
 
 Controls crop_controls() {
@@ -637,17 +634,16 @@ Controls crop_controls() {
   add(rows,
       floater_controls("isolated", &Floaters::isolated, "fewer neighbours than this around it",
                        "neighbours", &Floaters::fewest_neighbours, between(1, 200, 1)));
-  add(rows, {only_if([](const Viewer& v) { return !v.is_remote; },
-                     switch_row(
-                         "Tint what goes", [](const Viewer& v) { return v.crop.marks; },
-                         [](Viewer& v, bool marks) { v.crop.marks = marks; })),
-             gray_unless([](const Viewer& v) { return v.crop.wish.removes(); },
-                         button_row("Apply", call(action::apply_crop),
-                                    command_hint("Apply or undo the crop"))),
-             // The window asks for a file.
-             only_if([](const Viewer& v) { return v.is_remote && v.editing.gone; },
-                     button_row("Save the cropped scene",
-                                call(action::save_crop, std::filesystem::path(), Action())))});
+  add(rows,
+      {switch_row(
+           "Tint what goes", [](const Viewer& v) { return v.crop.marks; }, action::mark_removed),
+       gray_unless(
+           [](const Viewer& v) { return v.crop.wish.removes(); },
+           button_row("Apply", call(action::apply_crop), command_hint("Apply or undo the crop"))),
+       // The window asks for a file.
+       only_if([](const Viewer& v) { return v.is_remote && v.editing.gone; },
+               button_row("Save the cropped scene",
+                          call(action::save_crop, std::filesystem::path(), Action())))});
   return rows;
 }
 
@@ -919,6 +915,30 @@ std::optional<Action> set_control(const Viewer& viewer, const Control& control, 
   const std::optional<ControlNow> now = control_now(viewer, control);
   if (!now || !now->is_enabled || !is_value_of(control.kind, *now, value)) return {};
   return control.set(value, index);
+}
+
+std::vector<NamedUse> find_uses(const std::string& text, const Viewer& viewer) {
+  const std::string last = text.substr(text.find_last_of(' ') + 1);
+  double typed = NAN;
+  const auto end = std::from_chars(last.data(), last.data() + last.size(), typed).ptr;
+  if (end != last.data() + last.size()) typed = NAN;
+  std::vector<NamedUse> found;
+  for (const Control& control : controls()) {
+    const std::optional<ControlNow> now = control_now(viewer, control);
+    if (text.empty() || !now) continue;
+    const auto add = [&](const std::string& value_text, double value) {
+      const std::string label = label_of(control, *now) + value_text;
+      if (!has_words(label, text)) return;
+      if (auto action = set_control(viewer, control, value, 0)) found.push_back({label, *action});
+    };
+    if (control.kind == ControlKind::button) add("", 0);
+    if (control.kind == ControlKind::toggle)
+      add(now->value != 0 ? ": off" : ": on", now->value != 0 ? 0 : 1);
+    if (control.kind == ControlKind::number) add(": " + last, typed);
+    for (std::size_t i = 0; i < now->choices.size(); ++i)
+      add(": " + now->choices[i], static_cast<double>(i));
+  }
+  return found;
 }
 
 }  // namespace qs

@@ -61,4 +61,13 @@ const Control* find_control(std::string_view name);
 std::optional<Action> set_control(const Viewer& viewer, const Control& control, double value,
                                   std::size_t index);
 
+/// A use of a control by its words: "Floaters: on", "how: add", "weight: 0.2".
+struct NamedUse {
+  std::string label;
+  Action action;
+};
+
+/// The uses that the text names now: of numbers, the value that ends the text. None without text.
+std::vector<NamedUse> find_uses(const std::string& text, const Viewer& viewer);
+
 }  // namespace qs

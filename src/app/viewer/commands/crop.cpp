@@ -19,34 +19,35 @@ namespace qs {
 namespace {
 
 // The rest of the scene. The key may be pressed before the window shows it.
-const GaussianCloud& demand_crop(const RenderContext& context, const std::filesystem::path& path) {
-  if (!context.cropped || !context.cropped->gone)
-    fail(ErrorKind::usage, "{}: the window does not show a cropped scene, nothing was saved",
+std::shared_ptr<const GaussianCloud> demand_crop(const RenderContext& context,
+                                                 const std::filesystem::path& path) {
+  if (!context.session.gone)
+    fail(ErrorKind::usage, "{}: the window does not show an edited scene, nothing was saved",
          path.string());
-  return context.cropped->rest->cloud;
+  return drawn_cloud(context.session);
 }
 
 void send(RenderContext& context, const Viewer& viewer) {
   const OutputFile output(viewer, "", viewer.scene->name + "_cropped", ".ply");
-  const GaussianCloud& cloud = demand_crop(context, output.path().filename());
+  const auto cloud = demand_crop(context, output.path().filename());
   const auto end = hide_progress_at_end(context);
-  write_scene(cloud, output.path(), *context.session.pool,
+  write_scene(*cloud, output.path(), *context.session.pool,
               shown_progress(output.path(), "writing", context.stop, context.reports));
   output.done(context, "");
 }
 
 void write(RenderContext& context, const std::filesystem::path& path) {
-  const GaussianCloud& cloud = demand_crop(context, path);
+  const auto cloud = demand_crop(context, path);
   std::error_code error;
   if (std::filesystem::exists(std::filesystem::symlink_status(path, error)))
     fail(ErrorKind::usage, "{}: this file exists already: choose another name", path.string());
   const auto end = hide_progress_at_end(context);
   context.report(action::show_progress, Loading{path, "writing", 0});
   try {
-    write_scene(cloud, path, *context.session.pool,
+    write_scene(*cloud, path, *context.session.pool,
                 shown_progress(path, "writing", context.stop, context.reports));
     context.report(action::notify_file, path,
-                   fmt::format(" ({})", counted(cloud.size(), "Gaussian")));
+                   fmt::format(" ({})", counted(cloud->size(), "Gaussian")));
   } catch (const Cancelled&) {
     context.report(action::notify, std::string("writing was cancelled, nothing was saved"));
     throw;

@@ -29,33 +29,19 @@
 namespace qs {
 namespace {
 
-// The picture of the rest is the window's, whose Gaussians have the numbers of the rest.
-GaussianSet seen_in_window(RenderContext& context, const GaussianSet& rest, const Camera& camera,
-                           const Shape& shape, float weight) {
-  Session& session = context.session;
-  GaussianSet seen = seen_in_whole(*session.renderer, session.scene->cloud, camera, shape, weight,
-                                   *session.pool, context.stop);
-  if (seen.size() == rest.size()) return seen;
-  const std::vector<std::uint32_t> numbers = rest.numbers();
-  GaussianSet all(rest.size());
-  seen.for_each([&](std::size_t i) { all.add(numbers[i]); });
-  return all;
-}
-
 // Steps that begin at a pixel: a sphere around the surface there, through another pixel, and the
 // base colour of the Gaussian that makes the surface.
-void find_at_pixel(RenderContext& context, const EditState& state, const GaussianCloud& whole,
-                   SelectStep& step) {
+void find_at_pixel(RenderContext& context, SelectStep& step) {
   if (step.pixels.empty() || (step.tool != SelectTool::sphere && step.tool != SelectTool::color))
     return;
-  const auto point =
-      MeasuredView(context, step.camera.placed(whole.origin)).surface(step.pixels[0]);
+  const GaussianCloud& cloud = context.session.scene->cloud;
+  const Camera camera = step.camera.placed(cloud.origin);
+  const auto point = MeasuredView(context, camera).surface(step.pixels[0]);
   if (!point) fail("no surface is here: more than half of the light passes");
   if (step.tool == SelectTool::color) {
-    step.color = glm::clamp(base_srgb(whole, state.rest().numbers()[point->gaussian]), 0.0, 1.0);
+    step.color = glm::clamp(base_srgb(cloud, point->gaussian), 0.0, 1.0);
   } else {
-    const double depth =
-        (step.camera.placed(whole.origin).view_from_world * glm::dvec4(point->position, 1)).z;
+    const double depth = (camera.view_from_world * glm::dvec4(point->position, 1)).z;
     step.point = point->position;
     step.radius = depth * glm::length((step.pixels[1] - step.pixels[0]) / step.camera.focal_px);
   }
@@ -63,20 +49,22 @@ void find_at_pixel(RenderContext& context, const EditState& state, const Gaussia
 }
 
 void carry_out_step(RenderContext& context, EditStep step, const EditState& before) {
-  const std::shared_ptr<const Scene> whole = whole_scene(context);
-  const GaussianCloud& cloud = whole->cloud;
+  Session& session = context.session;
+  const GaussianCloud& cloud = session.scene->cloud;
   auto after = std::make_shared<EditState>(
       before.removed.size() == cloud.size() ? before : EditState(cloud.size()));
   const EditTools tools{
       cloud,
-      *context.session.pool,
-      [&](const GaussianSet& rest, const Camera& camera, const Shape& shape, float weight) {
-        return seen_in_window(context, rest, camera, shape, weight);
+      *session.pool,
+      // The rest is in the window.
+      [&](const GaussianSet&, const Camera& camera, const Shape& shape, float weight) {
+        return seen_by(*session.renderer, cloud, camera, shape, weight, *session.pool,
+                       context.stop);
       },
       set_hash,
       {{}, context.stop}};
   try {
-    find_at_pixel(context, *after, cloud, step.select);
+    find_at_pixel(context, step.select);
     carry_out(step, tools, "edit", *after);
     if (step.kind == EditKind::select) note_result(*after, set_hash, step.select);
     context.report(action::step_done, step, std::shared_ptr<const EditState>(after));
@@ -101,26 +89,25 @@ std::vector<EditStep> saved_steps(const Viewer& v) {
 }
 
 void write_edits(RenderContext& context, const Viewer& viewer) {
-  const std::shared_ptr<const Scene> whole = whole_scene(context);
+  const Scene& whole = *context.session.scene;
   const OutputFile output(viewer, "", viewer.scene->name, ".edits.json");
-  const EditsFile file = edits_file(*whole, saved_steps(viewer), true);
-  write_text(output.path(), format_edits(file, whole->cloud.origin));
+  const EditsFile file = edits_file(whole, saved_steps(viewer), true);
+  write_text(output.path(), format_edits(file, whole.cloud.origin));
   output.done(context, fmt::format(" ({})", counted(file.steps.size(), "step")));
   context.report(action::edits_saved);
 }
 
 // A file of edits that the window did not write or read gets another name.
-void keep_edits(RenderContext& context, const EditHistory& history, bool owns_file) {
-  const std::shared_ptr<const Scene> whole = whole_scene(context);
-  const std::filesystem::path path = kept_edits_file(whole->path);
+void keep_beside_scene(RenderContext& context, const EditHistory& history, bool owns_file) {
+  const Scene& whole = *context.session.scene;
+  const std::filesystem::path path = kept_edits_file(whole.path);
   std::string problem;
   try {
     if (!owns_file && is_there(path))
       std::filesystem::rename(
-          path, free_name(path.parent_path(), whole->path.filename().string(), ".edits.json"));
+          path, free_name(path.parent_path(), whole.path.filename().string(), ".edits.json"));
     if (history.has_steps()) {
-      write_text(path,
-                 format_edits(edits_file(*whole, history.steps(), false), whole->cloud.origin));
+      write_text(path, format_edits(edits_file(whole, history.steps(), false), whole.cloud.origin));
     } else {
       std::filesystem::remove(path);
     }
@@ -131,14 +118,14 @@ void keep_edits(RenderContext& context, const EditHistory& history, bool owns_fi
 }
 
 void read_edits_file(RenderContext& context, const std::filesystem::path& path) {
-  const std::shared_ptr<const Scene> whole = whole_scene(context);
+  const Scene& whole = *context.session.scene;
   try {
-    if (whole->edits.steps > 0)
+    if (whole.edits.steps > 0)
       fail(ErrorKind::usage,
            "{}: edits are of a whole file, but this scene was opened without some of its Gaussians",
            path.string());
-    EditHistory history(whole->cloud.size());
-    edited(*whole, {path}, *context.session.pool,
+    EditHistory history(whole.cloud.size());
+    edited(whole, {path}, *context.session.pool,
            [&](const EditStep& step, const EditState& state) { history.take(step, state); });
     context.report(action::edits_opened, path, history);
   } catch (const std::exception& error) {
@@ -162,12 +149,21 @@ void action::follow_edits(Viewer& v, Host& host) {
     host.run([step, before = v.editing.history.shared_state()](RenderContext& context) {
       carry_out_step(context, step, *before);
     });
-  } else if (!v.editing.kept && v.editing.keeps && v.keeps_work && !v.is_remote) {
-    v.editing.kept = true;
-    host.run([history = v.editing.history, owns = v.editing.owns_file](RenderContext& context) {
-      keep_edits(context, history, owns);
-    });
+  } else if (edits_are_to_keep(v)) {
+    // Files of large selections take long, so they are written between the strokes of a brush.
+    constexpr std::size_t kSmall = std::size_t{1} << 20;
+    constexpr double kRestSeconds = 1;
+    if (v.editing.history.memory() < kSmall || v.now - v.editing.changed > kRestSeconds)
+      keep_edits(v, host, {});
   }
+}
+
+void action::keep_edits(Viewer& v, Host& host, const Action& then) {
+  v.editing.kept = true;
+  host.run([history = v.editing.history, owns = v.editing.owns_file, then](RenderContext& context) {
+    keep_beside_scene(context, history, owns);
+    if (then) context.report(then);
+  });
 }
 
 void action::open_edits(Viewer& v, Host& host, const std::filesystem::path& file) {

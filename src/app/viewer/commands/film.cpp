@@ -25,7 +25,7 @@ CameraTrack track_of(const RenderContext& context, const Viewer& viewer, glm::iv
   if (viewer.keyframes.size() < 2) {
     const ViewedScene& scene = *viewer.scene;
     const Session& session = context.session;
-    return turntable_of(session.scene->cloud, scene.cameras, scene.framing,
+    return turntable_of(*drawn_cloud(session), scene.cameras, scene.framing,
                         {std::nullopt, Ease::none, size}, *session.pool);
   }
   return along(viewer.keyframes, Ease::none, viewer.loops_path);

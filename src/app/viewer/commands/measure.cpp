@@ -79,8 +79,7 @@ void action::measure_selection(Viewer& v, Host& host) {
     MeasuredBox box{selected->count()};
     const AtEnd end{[&] { context.report(action::box_measured, box); }};
     GaussianCloud centres;
-    const std::shared_ptr<const Scene> whole = whole_scene(context);
-    const GaussianCloud& cloud = whole->cloud;
+    const GaussianCloud& cloud = context.session.scene->cloud;
     selected->for_each([&](std::size_t i) {
       if (i < cloud.size()) centres.positions.emplace_back(level * glm::dvec3(cloud.positions[i]));
     });

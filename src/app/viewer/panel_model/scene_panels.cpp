@@ -66,13 +66,13 @@ Blocks crop_blocks(const Viewer& v) {
           block::Line{},
           selecting,
           in_line({{"All"}, {"Nothing"}, {"Invert"}, {"Grow"}, {"Shrink"}, {"Same colour"}}),
-          values,
           in_line({{"Remove"}, {"Keep only"}, {"Hide"}, {"Show hidden"}}),
-          block::Line{},
           block::Text{crop_text(v)},
-          fields(0, {"Tint what goes"}),
           in_line({{"Undo"}, {"Redo"}, {"Save the edits"}, {"Save the cropped scene"}}),
-          block::Local::crop_file};
+          block::Local::crop_file,
+          block::Line{},
+          values,
+          fields(0, {"Tint what goes"})};
 }
 
 // ---- measuring ---------------------------------------------------------------------------------

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// Two dialogs: the palette, which finds commands by words, and the question what to do with work
-// that is not saved.
+// Two dialogs: the palette, which finds commands and controls of panels by words, and the question
+// what to do with work that is not saved.
 #include <algorithm>
 
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
 #include "app/viewer/commands/commands.h"
+#include "app/viewer/commands/controls.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
@@ -29,26 +30,34 @@ void draw_palette(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (!begin_dialog(kTitle, 36, 24, open)) return;
   if (draw_first_field(state, 0, "words, arrow keys select, Enter runs", state.words))
     state.chosen_command = 0;
-  const std::vector<const KeyCommand*> found = find_commands(state.words, viewer);
+  struct Found {
+    std::string label, key;
+    Action action;
+  };
+  std::vector<Found> found;
+  for (const KeyCommand* row : find_commands(state.words, viewer))
+    found.push_back({std::string(kMenuNames[static_cast<int>(row->menu)]) + ": " + menu_label(*row),
+                     key_name(row->key, row->mods),
+                     row->panel == &Panels::palette ? call([](Viewer&) {}) : row->action});
+  for (const NamedUse& use : find_uses(state.words, viewer))
+    found.push_back({use.label, "", use.action});
   const int last = static_cast<int>(found.size()) - 1;
   const int by = (pressed(ImGuiKey_DownArrow) ? 1 : 0) - (pressed(ImGuiKey_UpArrow) ? 1 : 0);
   state.chosen_command = std::clamp(state.chosen_command + by, 0, std::max(last, 0));
-  const KeyCommand* run = nullptr;
+  const Found* run = nullptr;
   ImGui::BeginChild("commands");
   for (int i = 0; i <= last; ++i) {
-    const KeyCommand& row = *found[static_cast<std::size_t>(i)];
+    const Found& row = found[static_cast<std::size_t>(i)];
     const bool chosen = i == state.chosen_command;
-    const std::string label = std::string(kMenuNames[static_cast<int>(row.menu)]) + ": ";
-    if (ImGui::Selectable((label + menu_label(row)).c_str(), chosen) || (chosen && enter_pressed()))
-      run = &row;
+    if (ImGui::Selectable(row.label.c_str(), chosen) || (chosen && enter_pressed())) run = &row;
     if (chosen && by != 0) ImGui::SetScrollHereY();
     ImGui::SameLine();
-    right_aligned(key_name(row.key, row.mods));
+    right_aligned(row.key);
   }
   ImGui::EndChild();
   if (run != nullptr || !open || pressed(ImGuiKey_Escape)) {
     actions.push_back(call(action::toggle_panel, &Panels::palette));
-    if (run != nullptr && run->panel != &Panels::palette) actions.push_back(run->action);
+    if (run != nullptr) actions.push_back(run->action);
     ImGui::CloseCurrentPopup();
   }
   ImGui::EndPopup();

@@ -38,7 +38,8 @@ bool can_measure(const Viewer& viewer) {
 
 bool shows_colors_alone(const FrameRequest& request) {
   return !request.heatmap && !request.other && !request.grid &&
-         request.quantity == Quantity::color && request.settings.mode != kReferenceMode;
+         request.quantity == Quantity::color && request.settings.mode != kReferenceMode &&
+         !request.tint;
 }
 
 }  // namespace
@@ -69,6 +70,7 @@ FrameRequest full_frame(const Viewer& viewer) {
   } else if (!viewer.shows_grid) {
     request.quantity = viewer.quantity;
   }
+  if (viewer.crop.marks && !has_faces(request.settings)) request.tint = viewer.crop.tint;
   return request;
 }
 

@@ -2,6 +2,7 @@
 #include "app/viewer/render/host_frames.h"
 
 #include "app/inspect/heatmap_frame.h"
+#include "app/picture/palette.h"
 #include "app/viewer/render/all_modes.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/samples.h"
@@ -68,6 +69,10 @@ MappedFrame draw_mapped(RenderContext& context, Renderer& renderer, const FrameR
                   context.stop);
   Outputs outputs = with_counts(maker ? maker->outputs() : Outputs(), request);
   outputs.pairs |= pairs;
+  // A trained model or a cut of a tree may have replaced the Gaussians since the request.
+  const Scene& scene = *context.session.scene;
+  if (request.tint && request.tint->size() == scene.cloud.size() && !scene.stream)
+    outputs.share = request.tint;
   const Frame& frame =
       renderer.render(camera, request.settings, outputs, HostImage{}, context.stop);
   return {frame, maker ? std::optional(maker->map(frame)) : std::nullopt};
@@ -84,6 +89,7 @@ FirstFrame draw_first(RenderContext& context, const FrameRequest& request, const
   const HeldScale scale = heat_scale(context, request, camera);
   MappedFrame drawn = draw_mapped(context, *context.session.renderer, request, camera, pairs);
   RenderedFrame rendered = rendered_of(context, request, drawn.frame);
+  rendered.share = drawn.frame.share;
   if (drawn.map) {
     show_map(rendered.shown, std::move(drawn.map->heatmap), scale);
     rendered.shown.missed = std::move(drawn.map->missed);
@@ -98,6 +104,7 @@ void draw_other(RenderContext& context, const FrameRequest& request, const Camer
   second.settings.mode = request.other->mode;
   second.settings.pipeline = request.other->pipeline;
   second.counted.reset();  // the first side has counted the view
+  second.tint.reset();
   const bool beside = request.beside && context.beside;
   Renderer& renderer =
       beside ? renderer_beside(context) : renderer_on(context, request.other->backend);
@@ -131,6 +138,34 @@ RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
     other.pixels = image_difference(rendered.rgba, rendered.other, rendered.width, other.region);
   }
   return rendered;
+}
+
+// Tints a picture by the share of selected Gaussians in each pixel, with stripes for eyes that do
+// not see the colour. Pixels without a share stay as they are.
+void tint(std::vector<std::uint8_t>& rgba, const std::vector<float>& share, int width,
+          ThreadPool& pool) {
+  constexpr float kStrong = 0.75f, kWeak = 0.55f;
+  constexpr std::size_t kStripe = 4;  // pixels
+  const auto columns = static_cast<std::size_t>(width);
+  pool.for_each(share.size() / columns, 16, [&](std::size_t row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      const std::size_t at = row * columns + column;
+      if (share[at] <= 0) continue;
+      const float part = share[at] * ((row + column) / kStripe % 2 == 0 ? kStrong : kWeak);
+      for (std::size_t c = 0; c < 3; ++c) {
+        std::uint8_t& value = rgba[4 * at + c];
+        const float old = static_cast<float>(value) / 255;
+        value = to_8bit(old + part * (kVermillion[static_cast<int>(c)] - old));
+      }
+    }
+  });
+}
+
+RenderedFrame draw_any(RenderContext& context, const FrameRequest& request, const Camera& camera) {
+  if (request.grid) return draw_grid(context, request, camera);
+  if (request.other) return draw_beside(context, request, camera);
+  if (request.quantity != Quantity::color) return draw_values(context, request, camera);
+  return draw_first(context, request, camera, false).rendered;
 }
 
 }  // namespace
@@ -180,16 +215,19 @@ bool has_faces(const RenderSettings& settings) {
 }
 
 bool takes_one_frame(const FrameRequest& request) {
-  return !has_faces(request.settings) && !request.other && !request.grid &&
+  return !has_faces(request.settings) && !request.tint && !request.other && !request.grid &&
          request.quantity == Quantity::color && request.heatmap != HeatQuantity::missed;
 }
 
 RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,
                            const Camera& camera) {
-  if (request.grid) return draw_grid(context, request, camera);
-  if (request.other) return draw_beside(context, request, camera);
-  if (request.quantity != Quantity::color) return draw_values(context, request, camera);
-  return draw_first(context, request, camera, false).rendered;
+  RenderedFrame rendered = draw_any(context, request, camera);
+  const std::vector<float> share = std::move(rendered.share);
+  if (share.empty()) return rendered;
+  tint(rendered.rgba, share, rendered.width, *context.session.pool);
+  if (!rendered.other.empty() && !request.beside)
+    tint(rendered.other, share, rendered.width, *context.session.pool);
+  return rendered;
 }
 
 HeldScale heat_scale(RenderContext& context, const FrameRequest& request, const Camera& camera) {

@@ -129,7 +129,7 @@ Job compare_test_view(const Training& training) {
       if (!compared) context.report(action::test_view_given_up);
     }};
     const Session& session = context.session;
-    if (!session.scene || session.scene->path != folder || context.cropped) return;
+    if (!session.scene || session.scene->path != folder || session.gone) return;
     const Clock::time_point begin = Clock::now();
     try {
       const Frame& frame = session.renderer->render(views->cameras[view], views->settings, {},

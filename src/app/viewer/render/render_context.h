@@ -31,6 +31,8 @@ struct FrameRequest {
   bool beside = false;                      ///< `other` draws RenderContext::beside
   bool grid = false;                        ///< all modes side by side; `other` is unset
   HeatStyle heat_style;                     ///< the grid's maps; the window colours other maps
+  /// These Gaussians are tinted over the finished picture; null: none.
+  std::shared_ptr<const GaussianSet> tint = {};
   /// If set, the frame also counts every mode's pairs for this view at full size.
   std::optional<CountedView> counted = {};
   int version = 0, view_version = 0;  ///< as in Viewer
@@ -45,6 +47,7 @@ struct RenderedFrame {
   std::vector<std::uint8_t> rgba;        ///< rows from the top; empty if `texture` holds them
   std::vector<std::uint8_t> other = {};  ///< the pixels of shown.other; empty without it
   GlTexture texture = {};                ///< name 0: unused
+  std::vector<float> share = {};         ///< Frame::share of FrameRequest::tint, not yet tinted
 };
 
 /// The scale of the heat maps of a view.
@@ -70,13 +73,6 @@ struct RenderedBeside {
   std::unique_ptr<Renderer> renderer;  ///< runs on `backend`
 };
 
-/// The whole scene, from which edits made session.scene.
-struct CroppedScene {
-  std::shared_ptr<const Scene> whole;
-  std::shared_ptr<const GaussianSet> gone = {};  ///< CropRequest::gone
-  std::shared_ptr<const Scene> rest = {};        ///< without these; session.scene may be tinted
-};
-
 struct RenderContext {
   ActionQueue& reports;
   std::function<void(const FrameRequest&)> show;    ///< draws into the window from within a job
@@ -90,8 +86,7 @@ struct RenderContext {
         return qs::make_renderer(backend, *owner.pool, owner.device);
       };
 
-  Session session = {};                      ///< scene and renderer are initially null
-  std::optional<CroppedScene> cropped = {};  ///< set while session.scene is cropped or tinted
+  Session session = {};  ///< scene and renderer are initially null
   std::optional<RenderedBeside> beside = {};
   int trained_iteration = 0;                     ///< the last model that training gave
   std::optional<ReferenceImage> reference = {};  ///< the last computed image

@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 using Report = std::function<void(ReadingReport)>;
 
 constexpr std::size_t kMaxCamerasBytes = std::size_t{256} << 20;
+constexpr std::uint64_t kPageMemory = 3'000'000'000;  // of a tree, beside other programs
 
 // Scenes and other files are `none`.
 JsonKind kind_of_cameras(const fs::path& path) {
@@ -139,6 +140,7 @@ ReadingReport read_any(const OpenRequest& request, int threads, Sampling samplin
   options.iteration = request.iteration;
   options.axes = request.axes;
   options.streams = request.streams;
+  options.page_memory = kPageMemory;
   options.progress = stepped_progress(
       [&](float fraction) {
         report(Loading{path, "reading", fraction});

@@ -199,7 +199,7 @@ Job show_model(const TrainedModel& model) {
     const auto begin = std::chrono::steady_clock::now();
     session.second.reset();
     context.reference.reset();
-    context.cropped.reset();
+    session.gone = nullptr;
     session.renderer->upload(cloud_of(model.scene), {});
     session.scene = model.scene;
     context.trained_iteration = model.iteration;

@@ -5,14 +5,11 @@
 #include <cmath>
 #include <memory>
 
-#include "app/picture/palette.h"
 #include "app/session/levels.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/render/resolution.h"
 #include "base/error.h"
-#include "raster/kernel/constants.h"
-#include "raster/scene/cloud_order.h"
 
 namespace qs {
 Progress upload_progress(RenderContext& context, const Scene& scene) {
@@ -25,6 +22,7 @@ std::unique_ptr<Renderer> upload_to(RenderContext& context,
   auto renderer = context.make_renderer(backend, context.session);
   expect_stream(*renderer, scene->stream);
   renderer->upload(cloud_of(scene), progress);
+  if (scene == context.session.scene) leave_out(context.session, *renderer);
   return renderer;
 }
 
@@ -74,77 +72,31 @@ std::unique_ptr<Renderer> make_room_and_upload(RenderContext& context,
   return renderer;
 }
 
-// The facts of a scene, with other Gaussians.
-std::shared_ptr<Scene> with_cloud(const Scene& scene, GaussianCloud cloud) {
-  auto result = std::make_shared<Scene>();
-  result->path = scene.path;
-  result->format = scene.format;
-  result->axes = scene.axes;
-  result->declared_axes = scene.declared_axes;
-  result->vertical_axis = scene.vertical_axis;
-  result->file_bytes = scene.file_bytes;
-  result->edits = scene.edits;
-  result->cloud = std::move(cloud);
-  return result;
-}
-
-// The numbers in the whole scene of the Gaussians that are left.
-std::vector<std::uint32_t> left_of(const CropRequest& request) {
-  return request.gone->complement().numbers();
-}
-
-// The Gaussians of the rest that are wished away or selected.
-Removal removal_by(const GaussianCloud& rest, const CropRequest& request) {
-  Removal removal = find_removal(rest, request.wish.used_box(), request.wish.used_floaters());
-  if (!request.selected) return removal;
-  if (!request.gone) {
-    request.selected->for_each([&](std::size_t i) { removal.select(i); });
-    return removal;
-  }
-  const std::vector<std::uint32_t> numbers = left_of(request);
-  for (std::size_t i = 0; i < numbers.size(); ++i)
-    if ((*request.selected)[numbers[i]]) removal.select(i);
-  return removal;
-}
-
-// Replaces the scene of the session's renderer, or leaves everything as it is and throws.
-void show(RenderContext& context, const std::shared_ptr<const Scene>& scene) {
+// Shows the scene without the Gaussians of the request. Finds the Gaussians of the rest that are
+// wished away or selected.
+ShownCrop carry_out(RenderContext& context, const CropRequest& request) {
   Session& session = context.session;
-  if (scene == session.scene) return;
-  session.second.reset();
-  context.reference.reset();
-  upload_making_room(context, *session.renderer, scene, {});
-  session.scene = scene;
-}
-
-// The last rest is kept, because dragging a box asks often.
-std::shared_ptr<const Scene> rest_of(const RenderContext& context,
-                                     const std::shared_ptr<const Scene>& whole,
-                                     const CropRequest& request) {
-  if (!request.gone) return whole;
-  if (context.cropped && context.cropped->gone == request.gone) return context.cropped->rest;
-  auto rest = with_cloud(*whole, select(whole->cloud, left_of(request)));
-  rest->edits.remove(whole->cloud.size(), [&](std::size_t i) { return (*request.gone)[i]; });
-  rest->edits.steps = whole->edits.steps + request.steps;
-  return rest;
-}
-
-std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest& request) {
-  const std::shared_ptr<const Scene> whole = whole_scene(context);
-  const std::shared_ptr<const Scene> rest = rest_of(context, whole, request);
-  std::optional<Removal> removal;
-  if (request.view != CropView::rest) removal = removal_by(rest->cloud, request);
-  const bool tints = request.view == CropView::marked && removal->going() > 0;
-  if (tints) {
-    auto marked = with_cloud(*rest, tinted(rest->cloud, *removal));
-    marked->edits.tinted = true;
-    show(context, marked);
-  } else {
-    show(context, rest);
+  if (session.gone != request.gone) context.reference.reset();
+  leave_out(session, request.gone, request.steps);
+  ShownCrop shown{.edits = edits_of(session), .gaussians = drawn_count(session)};
+  if (!request.counts()) return shown;
+  RemovalCounts& counts = shown.counts.emplace();
+  GaussianSet tint(session.scene->cloud.size());
+  counts.counts[0] = shown.gaussians;
+  if (request.wish.removes()) {
+    const GaussianSet rest = (request.gone ? *request.gone : tint).complement();
+    const Removal removal = find_removal(session.scene->cloud, request.wish.used_box(),
+                                         request.wish.used_floaters(), {}, &rest);
+    tint = removal.gone(*session.pool);
+    counts = removal;
   }
-  context.cropped.reset();
-  if (tints || rest != whole) context.cropped = CroppedScene{whole, request.gone, rest};
-  return removal;
+  if (request.selected) {
+    const std::size_t others = tint.count();
+    tint |= *request.selected;
+    counts.add_selected(tint.count() - others);
+  }
+  if (!tint.empty()) shown.tint = std::make_shared<const GaussianSet>(std::move(tint));
+  return shown;
 }
 
 }  // namespace
@@ -176,7 +128,7 @@ OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const P
     });
   }
   context.reference.reset();
-  context.cropped.reset();
+  session.gone = nullptr;
   session.scene = order.scene;
   session.backend = order.backend;
   session.settings = order.settings;
@@ -229,26 +181,10 @@ Renderer& renderer_beside(RenderContext& context) {
   return *beside.renderer;
 }
 
-GaussianCloud tinted(GaussianCloud cloud, const Removal& removal) {
-  constexpr float kOld = 0.3f;
-  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
-  const glm::vec3 tint = (kVermillion - 0.5f) / static_cast<float>(kSh0);
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (removal.marks[i] == Removed::no) continue;
-    glm::vec3* sh = &cloud.sh[i * coefficients];
-    for (std::size_t k = 0; k < coefficients; ++k) sh[k] *= kOld;
-    sh[0] += (1 - kOld) * tint;
-  }
-  return cloud;
-}
-
 Job show_crop(const CropRequest& request) {
   return [request](RenderContext& context) {
     try {
-      const std::optional<RemovalCounts> counts = carry_out(context, request);
-      context.report(action::scene_edited, EditFacts(context.session.scene->edits));
-      context.report(action::crop_shown, request, counts,
-                     std::uint64_t{context.session.scene->cloud.size()});
+      context.report(action::crop_shown, request, carry_out(context, request));
     } catch (const std::bad_alloc&) {
       context.report(action::crop_failed, std::string("there is not enough memory to crop"));
     } catch (const std::exception& error) {

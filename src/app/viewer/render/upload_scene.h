@@ -40,7 +40,8 @@ SceneBeside show_beside(RenderContext& context, const std::shared_ptr<const Scen
 /// Progress of an upload that the window shows.
 Progress upload_progress(RenderContext& context, const Scene& scene);
 
-/// A renderer with the scene. Throws Error and Cancelled.
+/// A renderer with the scene; of the session's scene it draws what the session draws. Throws Error
+/// and Cancelled.
 std::unique_ptr<Renderer> upload_to(RenderContext& context,
                                     const std::shared_ptr<const Scene>& scene, Backend backend,
                                     const Progress& progress);
@@ -61,19 +62,7 @@ void change_renderer(Session& session, Backend backend,
 /// after a change of the backend. Throws Error and Cancelled.
 Renderer& renderer_beside(RenderContext& context);
 
-// ---- a part of the scene -----------------------------------------------------------------------
-// The whole scene stays in RenderContext::cropped meanwhile.
-
-/// The cloud with the Gaussians to remove in a special colour, through which their old colour is
-/// visible.
-GaussianCloud tinted(GaussianCloud cloud, const Removal& removal);
-
-/// The scene as it was read; session.scene may be a part of it.
-inline std::shared_ptr<const Scene> whole_scene(const RenderContext& context) {
-  return context.cropped ? context.cropped->whole : context.session.scene;
-}
-
 /// Shows the scene as requested and reports crop_shown(). If that fails, the window keeps the old
-/// scene, and crop_failed() is reported.
+/// picture, and crop_failed() is reported.
 Job show_crop(const CropRequest& request);
 }  // namespace qs

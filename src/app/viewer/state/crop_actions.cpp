@@ -23,7 +23,6 @@ CropRequest wanted_crop(const Viewer& viewer) {
   if (!viewer.scene || viewer.remote || is_training(viewer)) return {};
   CropRequest request{.gone = viewer.editing.gone, .steps = viewer.editing.steps};
   if (viewer.panels.crop && (crop.wish.removes() || viewer.editing.selected)) {
-    request.view = crop.marks ? CropView::marked : CropView::counted;
     request.wish = crop.wish;
     request.selected = viewer.editing.selected;
   }
@@ -158,7 +157,10 @@ void action::choose_crop(Viewer& v, const std::string& words) {
   change_crop(v, wish);
 }
 
-void action::mark_removed(Viewer& v, bool marks) { v.crop.marks = marks; }
+void action::mark_removed(Viewer& v, bool marks) {
+  v.crop.marks = marks;
+  picture_changed(v);
+}
 
 void action::fit_crop_box(Viewer& v) {
   if (!v.scene) return;
@@ -197,20 +199,20 @@ void action::toggle_crop(Viewer& v) {
   v.crop.wish.removes() || !v.editing.history.can_undo() ? apply_crop(v) : step_back(v, true);
 }
 
-void action::crop_shown(Viewer& v, const CropRequest& request,
-                        const std::optional<RemovalCounts>& counts, std::uint64_t gaussians) {
+void action::crop_shown(Viewer& v, const CropRequest& request, const ShownCrop& shown) {
   Crop& crop = v.crop;
   crop.busy = false;
-  crop.counts = counts;
+  crop.counts = shown.counts;
   crop.asked = request;
-  if (!v.scene) return;
-  v.scene->gaussians = gaussians;
-  v.inspected.reset();  // it refers to Gaussians by their indices
-  view_changed(v);
+  if (std::exchange(crop.tint, shown.tint) != shown.tint) picture_changed(v);
+  if (v.scene && v.scene->edits != shown.edits) show_edits(v, shown.edits, shown.gaussians);
 }
 
-void action::scene_edited(Viewer& v, const EditFacts& edits) {
-  if (v.scene) v.scene->edits = edits;
+void show_edits(Viewer& v, const EditFacts& edits, std::uint64_t gaussians) {
+  v.scene->edits = edits;
+  v.scene->gaussians = gaussians;
+  v.inspected.reset();
+  action::view_changed(v);
 }
 
 void action::crop_failed(Viewer& v, const std::string& sentence) {

@@ -51,6 +51,9 @@ std::optional<CropBox> dragged(const CropBox& box, int face, const Camera& camer
 std::optional<double> slide_along(const Camera& camera, glm::dvec3 point, glm::dvec3 direction,
                                   glm::dvec2 pixel);
 
+/// The window shows the scene with these edits now, so many Gaussians.
+void show_edits(Viewer& viewer, const EditFacts& edits, std::uint64_t gaussians);
+
 namespace action {
 
 /// Changes the criteria. They refer to the scene as it is edited. A face of the box cannot pass the
@@ -71,11 +74,7 @@ void apply_crop(Viewer& viewer);
 void toggle_crop(Viewer& viewer);
 
 // ---- reports of the render thread --------------------------------------------------------------
-/// `gaussians`: of the scene in the window now.
-void crop_shown(Viewer& viewer, const CropRequest& request,
-                const std::optional<RemovalCounts>& counts, std::uint64_t gaussians);
-/// The scene in the window has these edits now.
-void scene_edited(Viewer& viewer, const EditFacts& edits);
+void crop_shown(Viewer& viewer, const CropRequest& request, const ShownCrop& shown);
 void crop_failed(Viewer& viewer, const std::string& sentence);
 
 }  // namespace action

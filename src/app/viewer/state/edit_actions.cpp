@@ -69,6 +69,10 @@ std::filesystem::path kept_edits_file(const std::filesystem::path& scene) {
   return scene.string() + ".edits.json";
 }
 
+bool edits_are_to_keep(const Viewer& v) {
+  return !v.editing.kept && v.editing.keeps && v.keeps_work && !v.is_remote;
+}
+
 namespace action {
 
 void edit(Viewer& v, const EditStep& step) {

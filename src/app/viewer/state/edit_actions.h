@@ -19,8 +19,11 @@ std::vector<EditStep> steps_of(const Viewer& viewer);
 /// "488 of 500 Gaussians are left: 10 removed, 2 hidden"; empty if none is gone.
 std::string edits_text(const Viewer& viewer);
 
-/// SCENE.edits.json beside the scene. The window writes it after each step.
+/// SCENE.edits.json beside the scene. The window writes it after each step; if the selections are
+/// large, once the user rests.
 std::filesystem::path kept_edits_file(const std::filesystem::path& scene);
+/// True if that file is not of the last step.
+bool edits_are_to_keep(const Viewer& viewer);
 
 namespace action {
 
@@ -37,6 +40,9 @@ void step_back(Viewer& viewer, bool back);
 
 /// Runs what the window does not show yet, else the step that waits, if nothing runs.
 void follow_edits(Viewer& viewer, Host& host);
+
+/// Writes the file beside the scene, then runs an action, which may be null.
+void keep_edits(Viewer& viewer, Host& host, const Action& then);
 
 /// Writes a file of edits.
 void save_edits(Viewer& viewer, Host& host);

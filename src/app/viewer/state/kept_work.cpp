@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/edit_actions.h"
 #include "base/error.h"
 #include "base/text.h"
 
@@ -78,6 +79,7 @@ void leave(Viewer& v, Host& host, const std::filesystem::path& opens) {
 void leave_now(Viewer& v, Host& host, const std::filesystem::path& opens, bool keeps) {
   v.leaving.reset();
   if (v.zoom.running || is_filming(v)) host.leave_job(keeps);
+  if (keeps && edits_are_to_keep(v)) return keep_edits(v, host, call(leave, opens));
   opens.empty() ? host.quit() : host.open(opens, {});
 }
 

@@ -130,6 +130,7 @@ void copy_measures(Viewer& v, Host& host) {
   for (const MeasureRow& row : rows_of_measures(v))
     text += fmt::format("{}\t{}\t{}\n", row.name, row.value, row.more);
   if (text.empty()) return notify(v, "there is nothing to copy: no point is measured");
+  if (v.is_remote) return host.write_file("measures.tsv", text);
   host.set_clipboard(text);
   notify(v, "copied the measures as a table");
 }

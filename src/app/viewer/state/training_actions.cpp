@@ -171,7 +171,7 @@ bool window_shows_model(const Viewer& viewer) {
 }
 
 bool shows_part_of_model(const Viewer& viewer) {
-  return viewer.crop.asked != CropRequest() || viewer.crop.busy;
+  return viewer.crop.asked.gone || viewer.crop.busy;
 }
 
 std::string remote_state(const RemoteRun& run) {

@@ -21,7 +21,7 @@ bool may_draw(const Viewer& viewer);
 /// True if the scene in the window is the model of the run.
 bool window_shows_model(const Viewer& viewer);
 
-/// True if the render thread has a part of the scene, or tints Gaussians in it: see CropView.
+/// True if the renderers draw a part of the scene, or will after the job that runs.
 bool shows_part_of_model(const Viewer& viewer);
 
 /// The facts of the panel; empty without training.

@@ -38,7 +38,7 @@
 
 namespace qs {
 
-// Editing: the scene that was read stays whole; render/upload_scene.h shows parts of it.
+// Editing: the scene that was read stays whole; its renderers leave out Gaussians.
 
 /// The user's criteria of removal. Numbers stay while their switch is off.
 struct CropWish {
@@ -54,19 +54,24 @@ struct CropWish {
   bool operator==(const CropWish&) const = default;
 };
 
-/// The scene as it is edited; with a count of the Gaussians that are selected or wished away; or
-/// with these tinted.
-enum class CropView { rest, counted, marked };
-
-/// The view of the scene that the render thread should show. Sets are of the whole scene.
+/// The part of the scene that the render thread should show. Sets are of the whole scene.
 struct CropRequest {
-  CropView view = CropView::rest;
   std::shared_ptr<const GaussianSet> gone = {};  ///< hidden or removed; null: none
   int steps = 0;                                 ///< that took these
-  // Used by the other views.
+  // Of the rest, these Gaussians are counted and found for the tint:
   CropWish wish = {};
   std::shared_ptr<const GaussianSet> selected = {};  ///< null: none
+
+  bool counts() const { return wish.removes() || selected; }
   bool operator==(const CropRequest&) const = default;
+};
+
+/// The answer.
+struct ShownCrop {
+  std::optional<RemovalCounts> counts = {};      ///< unset unless CropRequest::counts()
+  std::shared_ptr<const GaussianSet> tint = {};  ///< selected or wished away; null: none
+  EditFacts edits = {};                          ///< of the Gaussians in the window
+  std::uint64_t gaussians = 0;                   ///< their number
 };
 
 struct Crop {
@@ -74,7 +79,9 @@ struct Crop {
   bool marks = true;  ///< while the panel is open, the Gaussians to remove are tinted
   CropRequest asked;  ///< the last request
   bool busy = false;  ///< the render thread has not answered it yet
-  std::optional<RemovalCounts> counts;  ///< of `asked`; unset for CropView::rest
+  // Of the last answer:
+  std::optional<RemovalCounts> counts;
+  std::shared_ptr<const GaussianSet> tint;
 };
 
 /// The edits of the scene in the window.

@@ -50,4 +50,49 @@ void blend(const FrameContext& frame, const FastVisible& visible, const TileList
   });
 }
 
+void mark_seen(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
+               const SeenPixels& pixels, GaussianSet& seen) {
+  const PixelBox& box = pixels.box;
+  if (box.x0 >= box.x1 || box.y0 >= box.y1) return;
+  const int left = box.x0 / kTileSize, top = box.y0 / kTileSize;
+  const int columns = (box.x1 - 1) / kTileSize - left + 1;
+  const int rows = (box.y1 - 1) / kTileSize - top + 1;
+  const auto mark = [&](std::size_t tile, int x0, int y0) {
+    std::uint8_t chosen[kTileSize * kTileSize] = {};
+    for (int y = std::max(y0, box.y0); y < std::min(y0 + kTileSize, box.y1); ++y)
+      for (int x = std::max(x0, box.x0); x < std::min(x0 + kTileSize, box.x1); ++x)
+        chosen[(y - y0) * kTileSize + x - x0] =
+            pixels.chosen[static_cast<std::size_t>((y - box.y0) * (box.x1 - box.x0) + x - box.x0)];
+    if (std::ranges::count(chosen, 0) == kTileSize * kTileSize) return;
+    std::vector<std::uint8_t> marks(lists.pairs(tile));
+    const std::uint32_t* const list = lists.slots.data() + lists.begin[tile];
+    blend_tile({.list = list,
+                .length = lists.pairs(tile),
+                .records = visible.records.data(),
+                .x0 = x0,
+                .y0 = y0,
+                .width = std::min(kTileSize, frame.camera.width - x0),
+                .height = std::min(kTileSize, frame.camera.height - y0),
+                .background = glm::vec3(0),
+                .least_transmittance = static_cast<float>(frame.least_transmittance()),
+                .color = nullptr,
+                .evaluated = nullptr,
+                .stride = 0,
+                .seen = marks.data(),
+                .chosen = chosen,
+                .weight = pixels.weight});
+    for (std::size_t k = 0; k < marks.size(); ++k)
+      if (marks[k] != 0) seen.add_atomically(visible.gaussians[list[k]]);
+  };
+  frame.for_chunks(static_cast<std::size_t>(columns * rows), 4,
+                   [&](std::size_t begin, std::size_t end, int) {
+                     for (std::size_t i = begin; i < end; ++i) {
+                       const int column = left + static_cast<int>(i) % columns;
+                       const int row = top + static_cast<int>(i) / columns;
+                       mark(static_cast<std::size_t>(row * frame.grid.columns + column),
+                            column * kTileSize, row * kTileSize);
+                     }
+                   });
+}
+
 }  // namespace qs::cpu::fast

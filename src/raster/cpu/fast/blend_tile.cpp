@@ -180,11 +180,16 @@ HWY_INLINE void note_stop(M stops, std::uint32_t number, std::uint32_t* evaluate
   hn::Store(hn::IfThenElse(hn::RebindMask(du, stops), hn::Set(du, number), old), du, evaluated);
 }
 
+/// The work beside the colours, or in their place: `evaluated` notes where pixels stop, `seen` the
+/// entries that they blend.
+enum class Notes { none, evaluated, seen };
+
 /// Composites the batch's entries onto pixels [at, at + kLanes) of a cell. `before` is the number
-/// of list entries in front of the batch. True if a pixel is still live. kNotes: fills `evaluated`.
-template <bool kNotes, bool kLimits>
+/// of list entries in front of the batch. True if a pixel is still live. Fills `evaluated` of the
+/// cell, or `seen` of the list, if kNotes says so.
+template <Notes kNotes, bool kLimits>
 HWY_INLINE bool blend_pixels(const Batch& batch, std::uint32_t before, int index, int at,
-                             Cell& cell, std::uint32_t* evaluated) {
+                             Cell& cell, std::uint32_t* evaluated, std::uint8_t* seen) {
   const D d;
   const V rows = rows_of(index, at);
   const int column = index % kCellsInRow * kCellSide + at % kCellSide;
@@ -205,10 +210,15 @@ HWY_INLINE bool blend_pixels(const Batch& batch, std::uint32_t before, int index
       pixels.transmittance = hn::Sub(pixels.transmittance, weight);
       // A transmittance never grows, so pixels that have stopped stay below the least.
       const M still = hn::Ge(pixels.transmittance, least);
-      if constexpr (kNotes)
+      if constexpr (kNotes == Notes::evaluated)
         note_stop(hn::AndNot(still, live), before + entries[j] + 1, evaluated + at);
       live = still;
-      pixels.add(batch, entries[j], hn::IfThenElseZero(live, weight));
+      if constexpr (kNotes == Notes::seen) {
+        if (!hn::AllFalse(d, hn::And(live, hn::Ge(weight, hn::Set(d, batch.weight)))))
+          seen[before + entries[j]] = 1;
+      } else {
+        pixels.add(batch, entries[j], hn::IfThenElseZero(live, weight));
+      }
     });
     pixels.transmittance = hn::IfThenElseZero(live, pixels.transmittance);  // avoids tiny numbers
   }
@@ -216,25 +226,28 @@ HWY_INLINE bool blend_pixels(const Batch& batch, std::uint32_t before, int index
   return !hn::AllFalse(d, live);
 }
 
-template <bool kNotes, bool kLimits>
-HWY_INLINE void blend_batch(const Batch& batch, std::uint32_t before, Tile& tile) {
+template <Notes kNotes, bool kLimits>
+HWY_INLINE void blend_batch(const Batch& batch, std::uint32_t before, Tile& tile,
+                            std::uint8_t* seen = nullptr) {
   for (int cell = 0; cell < kCells; ++cell) {
     if (!tile.open[cell]) continue;
     bool live = false;
     for (int at = 0; at < kCellPixels; at += kLanes)
       live |= blend_pixels<kNotes, kLimits>(batch, before, cell, at, tile.cells[cell],
-                                            tile.evaluated[cell]);
+                                            tile.evaluated[cell], seen);
     tile.open[cell] = live;
   }
 }
 
-void blend_onto(const Batch& batch, std::uint32_t before, bool notes, Tile& tile) {
-  if (notes) {
-    blend_batch<true, true>(batch, before, tile);
+void blend_onto(const Batch& batch, std::uint32_t before, const TileJob& job, Tile& tile) {
+  if (job.seen != nullptr) {
+    blend_batch<Notes::seen, true>(batch, before, tile, job.seen);
+  } else if (job.evaluated != nullptr) {
+    blend_batch<Notes::evaluated, true>(batch, before, tile);
   } else if (batch.limited) {
-    blend_batch<false, true>(batch, before, tile);
+    blend_batch<Notes::none, true>(batch, before, tile);
   } else {
-    blend_batch<false, false>(batch, before, tile);
+    blend_batch<Notes::none, false>(batch, before, tile);
   }
 }
 
@@ -267,7 +280,7 @@ void blend_tile(const TileJob& job) {
   prefetch_pixels(job);
   for (std::uint32_t first = 0; first < job.length && tile.live(); first += Batch::kEntries) {
     batch.load(job, first, std::min(Batch::kEntries, job.length - first), tile.open);
-    HWY_DYNAMIC_DISPATCH(blend_onto)(batch, first, job.evaluated != nullptr, tile);
+    HWY_DYNAMIC_DISPATCH(blend_onto)(batch, first, job, tile);
   }
   tile.write(job);
 }

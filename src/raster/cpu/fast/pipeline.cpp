@@ -88,11 +88,15 @@ void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced
   visible.count_all();
 }
 
-void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame& result) {
-  RenderStats& stats = result.stats;
-  timed(Stage::preprocess, stats, [&] { preprocess(frame, scene_, outputs.trace, visible_); });
+void FastPipeline::list(const FrameContext& frame, bool traced, RenderStats& stats) {
+  timed(Stage::preprocess, stats, [&] { preprocess(frame, scene_, traced, visible_); });
   timed(Stage::sort, stats, [&] { sort(frame, visible_, bands_); });
   timed(Stage::bin, stats, [&] { bin(frame, visible_, bands_, lists_); });
+}
+
+void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame& result) {
+  RenderStats& stats = result.stats;
+  list(frame, outputs.trace, stats);
   if (outputs.color || outputs.evaluated)
     timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, queue_, outputs, result); });
   const auto splat_of = [&](std::uint32_t slot) {
@@ -101,6 +105,34 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame
                       {record.red, record.green, record.blue});
   };
   collect(frame, visible_, lists_, splat_of, outputs, result);
+}
+
+void FastPipeline::select(const FrameContext& frame, bool is_drawn, const Outputs& outputs,
+                          Frame& result) {
+  RenderSettings settings = frame.settings;
+  settings.background = glm::vec3(0);
+  FrameContext view{frame.cloud, frame.camera,
+                    settings,    TileGrid::of_image(frame.camera.width, frame.camera.height),
+                    frame.pool,  frame.stop,
+                    {},          frame.drawn};
+  RenderStats unused;
+  if (!is_drawn) list(view, false, unused);
+  if (outputs.seen) mark_seen(view, visible_, lists_, *outputs.seen, result.seen);
+  if (!outputs.share) return;
+  // The picture in which the Gaussians of the set are white and all others black.
+  frame.pool.for_each(visible_.chunk_counts.size(), 1, [&](std::size_t chunk) {
+    const std::size_t first = chunk * FastVisible::kChunk;
+    for (std::size_t slot = first; slot < first + visible_.chunk_counts[chunk]; ++slot) {
+      Record& record = visible_.records[slot];
+      record.red = (*outputs.share)[visible_.gaussians[slot]] ? 1.0f : 0.0f;
+      record.green = record.blue = 0;
+    }
+  });
+  Frame shares;
+  shares.color.values.resize(3 * result.share.size());
+  blend(view, visible_, lists_, queue_, {}, shares);
+  for (std::size_t i = 0; i < result.share.size(); ++i)
+    result.share[i] = shares.color.values[3 * i];
 }
 
 }  // namespace qs::cpu::fast

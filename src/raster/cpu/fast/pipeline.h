@@ -132,6 +132,10 @@ struct TileQueue {
 void blend(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
            TileQueue& queue, const Outputs& outputs, Frame& result);
 
+/// Outputs::seen: adds the Gaussians of the lists to Frame::seen, which is empty.
+void mark_seen(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
+               const SeenPixels& pixels, GaussianSet& seen);
+
 class FastPipeline {
  public:
   void upload(SceneBlocks scene) { scene_ = std::move(scene); }
@@ -145,10 +149,16 @@ class FastPipeline {
   /// scene was made of frame.cloud.
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
 
+  /// Fills Frame::seen and Frame::share of a frame that draw() has drawn, or another
+  /// pipeline.
+  void select(const FrameContext& frame, bool is_drawn, const Outputs& outputs, Frame& result);
+
   /// Adds the counts of every mode for a view to `sums`; needs no frame of it.
   void count_modes(const FrameContext& counted, ModeSums& sums) const;
 
  private:
+  void list(const FrameContext& frame, bool traced, RenderStats& stats);
+
   SceneBlocks scene_;
   FastVisible visible_;
   Bands bands_;

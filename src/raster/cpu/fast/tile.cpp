@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/tile.cpp"
@@ -178,7 +179,9 @@ namespace qs::cpu::fast {
 HWY_EXPORT(load_batch);
 HWY_EXPORT(write_tile);
 
-Batch::Batch(const TileJob& job) : least_transmittance(job.least_transmittance) {
+Batch::Batch(const TileJob& job)
+    : least_transmittance(job.least_transmittance),
+      weight(std::max(job.weight, std::numeric_limits<float>::min())) {
   std::fill_n(columns[kNone].level, kTileSize, -1e6f);
   std::fill_n(columns[kNone].offset, kTileSize, 0.0f);
   factors[kNone] = {0, 0, 0, 0};
@@ -197,12 +200,13 @@ Tile::Tile(const TileJob& job) {
   }
   std::fill_n(open, kCells, true);
   std::fill_n(evaluated[0], kCells * kCellPixels, job.length);
-  if (job.width == kTileSize && job.height == kTileSize) return;
+  if (job.width == kTileSize && job.height == kTileSize && job.chosen == nullptr) return;
   std::fill_n(open, kCells, false);
   for (int row = 0; row < kTileSize; ++row) {
     for (int column = 0; column < kTileSize; ++column) {
       const int cell = cell_of(column, row);
-      if (column < job.width && row < job.height) {
+      const bool inside = column < job.width && row < job.height;
+      if (inside && (job.chosen == nullptr || job.chosen[row * kTileSize + column] != 0)) {
         open[cell] = true;
       } else {
         cells[cell].transmittance[pixel_of(column, row)] = 0;

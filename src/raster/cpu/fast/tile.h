@@ -22,6 +22,10 @@ struct TileJob {
   float* color;               ///< at the tile's first pixel; null = not requested
   std::uint32_t* evaluated;   ///< at the tile's first pixel; null = not requested
   std::size_t stride;         ///< pixels per row of the image
+  /// Instead of colours, notes entries that a chosen pixel blends with a weight: 1 per list entry.
+  std::uint8_t* seen = nullptr;
+  const std::uint8_t* chosen = nullptr;  ///< with `seen`: of the tile's pixels, row by row
+  float weight = 0;                      ///< with `seen`
 };
 
 /// Tiles consist of cells, because most Gaussians reach only a part of a tile.
@@ -85,6 +89,7 @@ struct alignas(64) Batch {
   std::uint32_t counts[kCells];
   bool limited;               ///< true if an entry may have an alpha above kAlphaMax
   float least_transmittance;  ///< of the job
+  float weight;               ///< of the job, above 0
 
   explicit Batch(const TileJob& job);
 

@@ -42,10 +42,13 @@ void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
       [&](Trace& trace) { append_gaussians(frame, trace); }, result);
 }
 
+BlendInput<LogSplat> ClassicPipeline::lists(const FrameContext& frame) const {
+  return BlendInput<LogSplat>::of(frame, pairs_.ranges.data(), pairs_.buffers.values.data(),
+                                  visible_.splats.data());
+}
+
 void ClassicPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) const {
-  const auto in = BlendInput<LogSplat>::of(frame, pairs_.ranges.data(),
-                                           pairs_.buffers.values.data(), visible_.splats.data());
-  cuda::draw_depth(frame, in, visible_.depths.data(), pixels);
+  cuda::draw_depth(frame, lists(frame), visible_.depths.data(), pixels);
 }
 
 void ClassicPipeline::append_gaussians(const FrameContext& frame, Trace& trace) const {

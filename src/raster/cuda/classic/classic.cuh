@@ -114,6 +114,9 @@ class ClassicPipeline {
   /// Enqueues a pass that fills Pixels::depth of the drawn frame.
   void draw_depth(const FrameContext& frame, Pixels& pixels) const;
 
+  /// The lists and the splats of the drawn frame.
+  BlendInput<LogSplat> lists(const FrameContext& frame) const;
+
  private:
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Alpha and depth of a drawn frame (Outputs::depth): a pass over its tile lists, a block per tile
-// and a thread per pixel. The same for both pipelines; frames without it run no other kernels.
+// Passes over the tile lists of a drawn frame, and the pass for its alpha and depth
+// (Outputs::depth).
 #pragma once
 
 #include "raster/cuda/common/flush.cuh"
@@ -10,14 +10,11 @@
 
 namespace qs::cuda {
 
-/// Per pixel, see DepthMaps. Passed by value.
-struct DepthOutput {
-  float *alpha, *expected, *median;
-};
-
-/// A Gaussian of a tile's list.
-struct DepthEntry {
-  float x, y, xx, xy, yy, log2_opacity, depth;
+/// A Gaussian of a tile's list, with the value that a pass needs.
+template <class Value>
+struct PassEntry {
+  float x, y, xx, xy, yy, log2_opacity;
+  Value value;
 
   __device__ float log2_alpha(float pixel_x, float pixel_y) const {
     const float dx = x - pixel_x, dy = y - pixel_y;
@@ -25,32 +22,43 @@ struct DepthEntry {
   }
 };
 
-/// `depths` are indexed as the splats.
-template <class Entry>
-__global__ void __launch_bounds__(kThreads)
-    draw_depth_tiles(BlendInput<Entry> in, const float* depths, DepthOutput out) {
+/// A pass over the tile lists of a drawn frame, a block per tile and a thread per pixel. `Pass` has
+///   value_of(gaussian): the value of a Gaussian, by its index into the splats
+///   takes(x, y): false for pixels that the pass does not need
+///   Pixel: the state of a pixel, with a transmittance
+///   add(pixel, alpha, value, next): blends a Gaussian; `next` is the transmittance behind it
+///   store(at, pixel): keeps the result of the pixel number `at`
+/// The same for both pipelines; frames without passes run no other kernels.
+template <class Entry, class Pass>
+__global__ void __launch_bounds__(kThreads) walk_tiles(BlendInput<Entry> in, Pass pass) {
   static_assert(kThreads == kTileSize * kTileSize);
-  __shared__ DepthEntry batch[kThreads];
+  using Value = decltype(pass.value_of(0));
+  __shared__ PassEntry<Value> batch[kThreads];
   const unsigned tile = blockIdx.x, thread = threadIdx.x;
   const int x = static_cast<int>(tile % in.columns * kTileSize + thread % kTileSize);
   const int y = static_cast<int>(tile / in.columns * kTileSize + thread / kTileSize);
-  const bool inside = x < in.width && y < in.height;
+  const bool inside = x < in.width && y < in.height && pass.takes(x, y);
   const ListRange range = in.ranges[tile];
 
-  PixelDepth<float> pixel;
+  typename Pass::Pixel pixel;
   bool live = inside;
   for (std::uint32_t first = range.begin; first < range.end; first += kThreads) {
     if (__syncthreads_count(live) == 0) break;
     if (first + thread < range.end) {
       const std::uint32_t gaussian = in.gaussians[first + thread];
       const Entry& splat = in.splats[gaussian];
-      batch[thread] = {splat.x,         splat.y, splat.xx, splat.xy, splat.yy, splat.log2_opacity,
-                       depths[gaussian]};
+      batch[thread] = {splat.x,
+                       splat.y,
+                       splat.xx,
+                       splat.xy,
+                       splat.yy,
+                       splat.log2_opacity,
+                       pass.value_of(gaussian)};
     }
     __syncthreads();
     const int size = static_cast<int>(min(range.end - first, kThreads));
     for (int k = 0; live && k < size; ++k) {
-      const DepthEntry& entry = batch[k];
+      const PassEntry<Value>& entry = batch[k];
       const float log2_alpha = entry.log2_alpha(static_cast<float>(x), static_cast<float>(y));
       // A larger alpha than the opacity comes from a conic that rounding broke. False for NaN.
       if (!(log2_alpha >= -kLog2Of255 && log2_alpha <= entry.log2_opacity)) continue;
@@ -59,16 +67,29 @@ __global__ void __launch_bounds__(kThreads)
       if (next < kTransmittanceMin)
         live = false;
       else
-        pixel.add(alpha, entry.depth, next);
+        pass.add(pixel, alpha, entry.value, next);
     }
   }
-
-  if (!inside) return;
-  const std::size_t at = static_cast<std::size_t>(y) * in.width + x;
-  out.alpha[at] = pixel.alpha();
-  out.expected[at] = pixel.expected();
-  out.median[at] = pixel.median;
+  if (inside) pass.store(static_cast<std::size_t>(y) * in.width + x, pixel);
 }
+
+/// The maps of Outputs::depth, see DepthMaps. Passed by value.
+struct DepthPass {
+  const float* depths;  ///< indexed as the splats
+  float *alpha, *expected, *median;
+
+  using Pixel = PixelDepth<float>;
+  __device__ float value_of(std::uint32_t gaussian) const { return depths[gaussian]; }
+  __device__ bool takes(int, int) const { return true; }
+  __device__ void add(Pixel& pixel, float a, float depth, float next) const {
+    pixel.add(a, depth, next);
+  }
+  __device__ void store(std::size_t at, const Pixel& pixel) const {
+    alpha[at] = pixel.alpha();
+    expected[at] = pixel.expected();
+    median[at] = pixel.median;
+  }
+};
 
 /// Fills Pixels::depth, which has its size. `in` has the lists and splats of the frame.
 template <class Entry>
@@ -76,8 +97,8 @@ void draw_depth(const FrameContext& frame, const BlendInput<Entry>& in, const fl
                 Pixels& pixels) {
   const std::size_t count = Pixels::count_of(frame.camera);
   float* const maps = pixels.depth.data();
-  launch("depth", draw_depth_tiles<Entry>, static_cast<unsigned>(frame.grid.count()), frame.stream,
-         in, depths, DepthOutput{maps, maps + count, maps + 2 * count});
+  launch("depth", walk_tiles<Entry, DepthPass>, static_cast<unsigned>(frame.grid.count()),
+         frame.stream, in, DepthPass{depths, maps, maps + count, maps + 2 * count});
 }
 
 }  // namespace qs::cuda

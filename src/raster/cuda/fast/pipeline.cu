@@ -18,7 +18,7 @@ namespace {
 
 /// True if the output of the `color` kernel is used.
 bool needs_color(const Outputs& outputs) {
-  return outputs.blends() || outputs.trace || outputs.depth;
+  return outputs.blends() || outputs.trace || outputs.depth || outputs.seen || outputs.share;
 }
 
 /// Writes the depths of visible Gaussians by their place, as lists have it.
@@ -49,10 +49,10 @@ unsigned forced_slabs() {
 }
 
 /// True if a frame with these outputs may leave out hidden Gaussians. Lists, counts of pairs,
-/// depths and times of stages include all Gaussians.
+/// depths, selections and times of stages include all Gaussians.
 bool allows_occlusion(const Outputs& outputs) {
   return cuts_long_lists(outputs) && !outputs.pairs && !outputs.depth && !outputs.trace &&
-         !outputs.stage_times;
+         !outputs.seen && !outputs.share && !outputs.stage_times;
 }
 
 /// For scripts/far: QUADSPLAT_CUT=LEAST,EACH sets CutRule, in pairs.

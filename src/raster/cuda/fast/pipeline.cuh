@@ -124,6 +124,9 @@ class FastPipeline {
   /// Enqueues a pass that fills Pixels::depth of the drawn frame.
   void draw_depth(const FrameContext& frame, Pixels& pixels);
 
+  /// The lists and the splats of the drawn frame.
+  ListInput lists(const FrameContext& frame) const { return scratch_.lists(frame); }
+
  private:
   /// Frames of a number.
   struct View {

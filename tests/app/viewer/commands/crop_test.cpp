@@ -17,7 +17,7 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/edit_actions.h"
-#include "raster/kernel/constants.h"
+#include "support/pool.h"
 
 namespace qs {
 namespace {
@@ -104,9 +104,7 @@ TEST(Crop, the_first_box_is_around_the_core_and_is_counted_while_the_panel_is_op
   wish.boxed = true;
   driven.apply(change_crop, wish);
   EXPECT_EQ(driven.viewer.crop.wish.box, (CropBox{glm::vec3(-1.5f), glm::vec3(1.5f)}));
-  EXPECT_EQ(wanted_crop(driven.viewer).view, CropView::marked);
-  driven.apply(mark_removed, false);
-  EXPECT_EQ(wanted_crop(driven.viewer).view, CropView::counted);
+  EXPECT_TRUE(wanted_crop(driven.viewer).counts());
   driven.press("R");
   EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
 }
@@ -123,12 +121,16 @@ TEST(Crop, one_request_is_under_way_and_the_newest_comes_next) {
   driven.apply(follow_edits);
   EXPECT_THAT(driven.jobs, SizeIs(1));
   EXPECT_EQ(crop_text(driven.viewer), "counting");
-  driven.apply(crop_shown, CropRequest{.view = CropView::marked, .wish = boxed(kUnit)},
-               RemovalCounts{{497, 3}}, std::uint64_t{500});
+  const auto shown = [&](std::size_t left, std::size_t outside) {
+    return ShownCrop{.counts = RemovalCounts{{left, outside}},
+                     .edits = driven.viewer.scene->edits,
+                     .gaussians = 500};
+  };
+  driven.apply(crop_shown, CropRequest{.wish = boxed(kUnit)}, shown(497, 3));
   EXPECT_EQ(crop_text(driven.viewer), "not counted");
   driven.apply(follow_edits);
   EXPECT_THAT(driven.jobs, SizeIs(2));
-  driven.apply(crop_shown, wanted_crop(driven.viewer), RemovalCounts{{496, 4}}, std::uint64_t{500});
+  driven.apply(crop_shown, wanted_crop(driven.viewer), shown(496, 4));
   driven.apply(follow_edits);
   EXPECT_THAT(driven.jobs, SizeIs(2));
   EXPECT_EQ(crop_text(driven.viewer), "4 of 500 Gaussians would go: 4 outside of the box");
@@ -196,8 +198,7 @@ TEST(Crop, applying_twice_crops_twice_and_each_undo_takes_one_crop_back) {
   answer(driven, {7});
   const auto first = driven.viewer.editing.gone;
   driven.apply(change_crop, second);
-  const CropRequest request{
-      .view = CropView::marked, .gone = first, .steps = 1, .wish = driven.viewer.crop.wish};
+  const CropRequest request{.gone = first, .steps = 1, .wish = driven.viewer.crop.wish};
   EXPECT_EQ(wanted_crop(driven.viewer), request) << "of the rest of the first";
   driven.press("Shift+R");
   answer(driven, {7, 8});
@@ -310,6 +311,7 @@ class CropJobs : public test::RenderingViewer {
 
 TEST_F(CropJobs, what_goes_is_tinted_then_gone_then_back) {
   const std::vector<std::uint8_t> before = picture();
+  const int view = viewer().view_version;
   press("R");
   apply(call(action::change_crop, boxed(box_)));
   follow();
@@ -317,8 +319,33 @@ TEST_F(CropJobs, what_goes_is_tinted_then_gone_then_back) {
   EXPECT_EQ(viewer().crop.counts->counts[0], inside_);
   EXPECT_EQ(viewer().scene->gaussians, 300u);
   const Removal removal = find_removal(cloud_, box_, {});
-  EXPECT_EQ(picture(), picture_of(tinted(cloud_, removal)));
-  EXPECT_NE(picture(), before);
+  // The tint is over the finished picture: more where more of a pixel goes, with stripes.
+  const std::vector<std::uint8_t> shown = picture();
+  Outputs outputs;
+  outputs.share = viewer().crop.tint;
+  ASSERT_TRUE(outputs.share);
+  EXPECT_EQ(*outputs.share, removal.gone(test::pool()));
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(GaussianCloud(cloud_), {});
+  const std::vector<float> share =
+      renderer->render(viewer().camera, viewer().settings, outputs).share;
+  const glm::vec3 tint = kVermillion;
+  std::size_t strong = 0, weak = 0;
+  for (std::size_t i = 0; i < share.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float old = static_cast<float>(before[4 * i + c]) / 255;
+      const float way = tint[static_cast<int>(c)] - old;
+      const float moved = static_cast<float>(shown[4 * i + c]) / 255 - old;
+      EXPECT_GE(moved * way, 0) << i;
+      EXPECT_LE(std::abs(moved), 0.8f * share[i] * std::abs(way) + 0.003f) << i;
+      if (share[i] > 0.3f && std::abs(way) > 0.3f)
+        (moved / way / share[i] > 0.65f ? strong : weak) += 1;
+    }
+  }
+  EXPECT_GT(strong, 50u);
+  EXPECT_GT(weak, 50u);
+  EXPECT_EQ(viewer().view_version, view) << "numbers of the view stay";
+  EXPECT_TRUE(viewer().scene->edits == EditFacts());
 
   press("Shift+R");
   follow();
@@ -341,6 +368,30 @@ TEST_F(CropJobs, without_the_tint_the_picture_stays_and_what_goes_is_counted) {
   follow();
   EXPECT_EQ(viewer().crop.counts->counts[0], inside_);
   EXPECT_EQ(picture(), before);
+  const int version = viewer().version;
+  apply(call(action::mark_removed, true));
+  EXPECT_GT(viewer().version, version) << "the picture is drawn again";
+  EXPECT_NE(picture(), before);
+}
+
+TEST_F(CropJobs, every_renderer_of_the_session_leaves_out_what_is_gone) {
+  press("R");
+  apply(call(action::change_crop, boxed(box_)));
+  press("Shift+R");
+  follow();
+  const std::vector<std::uint8_t> rest =
+      picture_of(keep_rest(cloud_, find_removal(cloud_, box_, {})));
+  // A backend that is chosen again uploads the scene and leaves out the same.
+  thread_.run([&](RenderContext& context) {
+    change_renderer(context.session, Backend::cpu, [&](Backend wanted) {
+      return upload_to(context, context.session.scene, wanted, {});
+    });
+    EXPECT_EQ(drawn_count(context.session), inside_);
+    EXPECT_EQ(drawn_cloud(context.session)->size(), inside_);
+    EXPECT_EQ(context.session.renderer->render(viewer().camera).stats.gaussians, inside_);
+  });
+  settle();
+  EXPECT_EQ(picture(), rest);
 }
 
 TEST_F(CropJobs, nothing_is_lost_if_nothing_would_stay) {
@@ -373,7 +424,7 @@ TEST_F(CropJobs, the_rest_is_saved_to_new_files_only) {
   // The saved file has no tints.
   apply(call(action::edit, EditStep{}));
   follow();
-  EXPECT_TRUE(viewer().scene->edits.tinted);
+  EXPECT_TRUE(viewer().crop.tint);
   press("Ctrl+R");
   settle();
   const GaussianCloud rest = keep_rest(cloud_, find_removal(cloud_, box_, {}));
@@ -396,22 +447,6 @@ TEST_F(CropJobs, the_rest_is_saved_to_new_files_only) {
   settle();
   EXPECT_TRUE(viewer().toasts.back().error);
   EXPECT_FALSE(viewer().loading);
-}
-
-TEST(CropTint, colours_only_what_goes) {
-  const GaussianCloud cloud = test::random_cloud(3, 1, 7);
-  const Removal removal = [] {
-    Removal marked;
-    marked.marks = {Removed::no, Removed::isolated, Removed::no};
-    marked.counts = {2, 0, 0, 0, 1};
-    return marked;
-  }();
-  const GaussianCloud shown = tinted(cloud, removal);
-  EXPECT_EQ(shown.positions, cloud.positions);
-  EXPECT_EQ(shown.opacity_logits, cloud.opacity_logits);
-  for (std::size_t i = 0; i < 12; ++i) EXPECT_EQ(shown.sh[i] == cloud.sh[i], i / 4 != 1) << i;
-  const glm::vec3 tint = (kVermillion - 0.5f) / static_cast<float>(kSh0);
-  EXPECT_LT(glm::distance(shown.sh[4], 0.3f * cloud.sh[4] + 0.7f * tint), 1e-5f);
 }
 
 }  // namespace

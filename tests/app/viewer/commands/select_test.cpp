@@ -166,8 +166,8 @@ class SelectJobs : public test::RenderingViewer {
     const GaussianCloud cloud = select(cloud_, numbers);
     renderer->upload(GaussianCloud(cloud), {});
     GaussianSet all(300);
-    seen_in_whole(*renderer, cloud, viewer().camera, Shape::rectangle(from, to), kSelectWeight,
-                  test::pool(), {})
+    seen_by(*renderer, cloud, viewer().camera, Shape::rectangle(from, to), kSelectWeight,
+            test::pool(), {})
         .for_each([&](std::size_t i) { all.add(numbers[i]); });
     return all;
   }
@@ -185,7 +185,8 @@ TEST_F(SelectJobs, a_rectangle_selects_the_visible_gaussians_which_are_tinted_an
   drag(a_, b_);
   EXPECT_EQ(selected(), seen(a_, b_, all_));
   EXPECT_GT(selected().count(), 10u);
-  EXPECT_EQ(wanted_crop(viewer()).view, CropView::marked);
+  ASSERT_TRUE(viewer().crop.tint);
+  EXPECT_EQ(*viewer().crop.tint, selected());
   EXPECT_EQ(crop_text(viewer()),
             fmt::format("{0} of 300 Gaussians would go: {0} selected", selected().count()));
   // Modifiers combine with the selection before.
@@ -380,6 +381,40 @@ TEST_F(KeptEdits, are_written_after_each_step_and_offered_when_the_scene_is_open
   EXPECT_FALSE(is_there(file()));
 }
 
+TEST_F(KeptEdits, of_large_selections_are_written_at_rest_and_before_the_window_closes) {
+  drag(a_, b_);
+  // A list of 2 MB, as in a scene of many millions.
+  change([](Viewer& v) {
+    EditStep step;
+    step.select.tool = SelectTool::brush;
+    step.select.members.emplace(131'072);
+    v.editing.history.take(step, v.editing.history.state());
+    v.editing.kept = false;
+    v.now = v.editing.changed = 100;
+  });
+  apply(call(action::follow_edits));
+  EXPECT_FALSE(viewer().editing.kept) << "the next stroke may follow at once";
+  change([](Viewer& v) { v.now = 100.9; });
+  apply(call(action::follow_edits));
+  EXPECT_FALSE(viewer().editing.kept);
+  change([](Viewer& v) { v.now = 101.1; });
+  apply(call(action::follow_edits));
+  EXPECT_TRUE(viewer().editing.kept);
+  settle();
+  EXPECT_TRUE(is_there(file()));
+  // A window that closes before has written it.
+  std::filesystem::remove(file());
+  change([](Viewer& v) {
+    v.editing.kept = false;
+    v.editing.changed = v.now;
+  });
+  apply(call(action::leave, std::filesystem::path()));
+  EXPECT_EQ(quits, 0);
+  settle();
+  EXPECT_TRUE(is_there(file()));
+  EXPECT_EQ(quits, 1);
+}
+
 TEST_F(KeptEdits, a_file_that_was_not_applied_is_set_aside) {
   write_text(file(), "{\"version\": 1, \"steps\": []}");
   reopen();
@@ -495,8 +530,8 @@ TEST_F(SelectJobs, clicks_set_the_corners_of_a_polygon_and_enter_or_the_first_on
   }
   const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(GaussianCloud(cloud_), {});
-  EXPECT_EQ(selected(), seen_in_whole(*renderer, cloud_, viewer().camera, Shape::polygon(corners),
-                                      kSelectWeight, test::pool(), {}));
+  EXPECT_EQ(selected(), seen_by(*renderer, cloud_, viewer().camera, Shape::polygon(corners),
+                                kSelectWeight, test::pool(), {}));
 }
 
 TEST_F(SelectJobs, a_sphere_is_around_the_surface_at_its_first_pixel) {
@@ -531,7 +566,7 @@ TEST_F(SelectJobs, a_colour_is_taken_from_the_pixel_also_while_it_is_tinted) {
   ASSERT_FALSE(first.empty()) << last_toast();
   const glm::dvec3 color = steps_of(viewer()).back().select.color;
   EXPECT_EQ(first, gaussians_of_color(cloud_, color, 20, test::pool()));
-  EXPECT_TRUE(viewer().scene->edits.tinted);
+  EXPECT_TRUE(viewer().crop.tint);
   EXPECT_EQ(click(), first);
 }
 

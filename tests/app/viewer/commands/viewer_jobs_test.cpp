@@ -456,7 +456,7 @@ TEST_F(AlteredViewer, all_that_is_saved_shown_and_copied_says_the_scale_and_the_
         EXPECT_THAT(saved_text, Not(AnyOf(HasSubstr("ltered"), HasSubstr("edited")))) << name;
       }
     }
-    const std::string brief = "splat scale 2, cropped: " + edits();
+    const std::string brief = "splat scale 2, edited: " + edits();
     EXPECT_EQ(window_title(viewer()),
               altered ? "random (" + brief + ") - quadsplat" : "random - quadsplat");
     const std::string line = status_line(viewer()).numbers;
@@ -476,7 +476,7 @@ TEST_F(AlteredViewer, a_second_crop_is_a_second_step_and_undoing_it_leaves_the_f
   wish.box.high.y = 0;
   apply(call(action::change_crop, wish));
   crop();
-  EXPECT_TRUE(viewer().scene->edits.tinted);
+  EXPECT_TRUE(viewer().crop.tint);
   press("Shift+R");
   crop();
   const EditFacts second = viewer().scene->edits;

@@ -18,6 +18,7 @@
 
 #include "app/support/driven_viewer.h"
 #include "app/viewer/commands/commands.h"
+#include "app/viewer/commands/controls.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
@@ -155,6 +156,33 @@ TEST_F(PanelsTest, the_palette_finds_a_command_by_its_words_and_runs_it) {
   draw("", ImGuiKey_Escape);
   EXPECT_FALSE(driven_.viewer.panels.palette);
   EXPECT_EQ(driven_.quits, 0);
+}
+
+TEST_F(PanelsTest, the_palette_uses_the_controls_of_panels_by_their_words) {
+  const auto use = [&](const char* words) {
+    driven_.press("Ctrl+Shift+P");
+    for (int i = 0; i < 3; ++i) draw();
+    draw(words);
+    draw("", ImGuiKey_Enter);
+    EXPECT_FALSE(driven_.viewer.panels.palette) << words;
+    draw();
+    draw();
+  };
+  use("floaters: on");
+  EXPECT_TRUE(driven_.viewer.crop.wish.cleans);
+  use("FAINT off");
+  EXPECT_FALSE(driven_.viewer.crop.wish.floaters.faint);
+  use("floaters off");
+  EXPECT_FALSE(driven_.viewer.crop.wish.cleans);
+  use("select with lasso");
+  EXPECT_EQ(driven_.viewer.selecting.tool, SelectTool::lasso);
+  use("weight 0.25");
+  EXPECT_EQ(driven_.viewer.selecting.weight, 0.25f);
+  use("known length 3");
+  EXPECT_EQ(driven_.viewer.measures.known, 3);
+  EXPECT_THAT(find_uses("weight 7", driven_.viewer), IsEmpty()) << "7 is none of its values";
+  EXPECT_THAT(find_uses("weight", driven_.viewer), IsEmpty()) << "a value is missing";
+  EXPECT_THAT(find_uses("", driven_.viewer), IsEmpty());
 }
 
 TEST_F(PanelsTest, the_arrow_keys_choose_a_command_of_the_palette) {

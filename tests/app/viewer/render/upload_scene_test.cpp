@@ -28,12 +28,15 @@ class SmallRenderer : public Renderer {
     size_ = cloud->size();
     gpu_.used += size_;
     drawn = std::move(cloud);
+    set = GaussianSet();
   }
+  void set_drawn(GaussianSet of_drawn) override { set = std::move(of_drawn); }
   const Frame& render(const Camera&, const RenderSettings&, const Outputs&, const Target&,
                       std::stop_token) override {
     return frame_;
   }
   std::shared_ptr<const GaussianCloud> drawn;
+  GaussianSet set;
 
  private:
   SmallGpu& gpu_;
@@ -116,13 +119,29 @@ TEST_F(Uploads, the_old_scene_returns_to_its_backend_if_the_new_one_does_not_fit
   EXPECT_EQ(renderer().drawn->size(), 600u);
 }
 
-TEST_F(Uploads, the_whole_scene_makes_room_when_a_crop_ends) {
-  set_beside(300);
-  context_.cropped = CroppedScene{scene_of(900)};
+TEST_F(Uploads, an_edit_uploads_nothing_and_another_scene_is_whole) {
+  gpu_.total = 2000;
+  const auto drawn = renderer().drawn;
+  GaussianSet gone(600);
+  for (std::size_t i = 0; i < 200; ++i) gone.add(i);
+  show_crop({.gone = std::make_shared<const GaussianSet>(gone), .steps = 2})(context_);
+  EXPECT_EQ(renderer().drawn, drawn);
+  EXPECT_EQ(renderer().set, gone.complement());
+  EXPECT_EQ(session().scene->cloud.size(), 600u);
+  EXPECT_EQ(drawn_count(session()), 400u);
+  EXPECT_EQ(drawn_cloud(session())->size(), 400u);
+  EXPECT_EQ(edits_of(session()).steps, 2);
+  EXPECT_EQ(edits_of(session()).kept, 400u);
+  // Another renderer of the scene draws the same.
+  const auto second = upload_to(context_, session().scene, Backend::cpu, {});
+  EXPECT_EQ(dynamic_cast<SmallRenderer&>(*second).set, gone.complement());
   show_crop({})(context_);
-  EXPECT_EQ(renderer().drawn->size(), 900u);
-  EXPECT_EQ(session().scene->cloud.size(), 900u);
-  EXPECT_EQ(context_.beside->renderer, nullptr);
+  EXPECT_EQ(renderer().set.size(), 0u);
+  EXPECT_EQ(edits_of(session()), EditFacts());
+  show_crop({.gone = std::make_shared<const GaussianSet>(gone), .steps = 2})(context_);
+  show(300);
+  EXPECT_FALSE(session().gone);
+  EXPECT_EQ(drawn_count(session()), 300u);
 }
 
 TEST_F(Uploads, the_old_renderer_goes_before_another_backend_s_comes) {

@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "io/cloud/cloud_memory.h"
 #include "io/scene/rad/rad_writer.h"
 #include "io/scene/reader.h"
 #include "raster/pages/page_stream.h"
@@ -130,6 +131,20 @@ TEST_F(RadPagesTest, all_leaves_have_the_bits_of_the_whole_file) {
         EXPECT_THAT(scene.stream->take_sentences(), IsEmpty());
       }
     }
+  }
+}
+
+TEST_F(RadPagesTest, pages_have_the_given_memory_or_half_of_what_is_available) {
+  write(page_file(10));
+  ReadOptions options;
+  options.streams = StreamedTrees::all;
+  options.page_memory = 12'345'678;
+  EXPECT_EQ(read_scene(path_, pool(), options).stream->facts().most_bytes, 12'345'678u);
+  for (const std::uint64_t memory : {std::uint64_t{0}, ~std::uint64_t{0}}) {
+    options.page_memory = memory;
+    const std::uint64_t most = read_scene(path_, pool(), options).stream->facts().most_bytes;
+    EXPECT_GT(most, available_memory() / 4);
+    EXPECT_LT(most, available_memory());
   }
 }
 

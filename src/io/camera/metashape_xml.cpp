@@ -35,7 +35,7 @@ constexpr std::string_view kXmlSpace = " \t\r\n";
 struct XmlElement {
   std::string_view name = "";
   std::map<std::string_view, std::string> attributes = {};
-  std::string text = {};  // without that of its children
+  std::string text = {};  // its own, not of its children
   std::vector<XmlElement> children = {};
 
   const XmlElement* child(std::string_view wanted) const {

@@ -67,10 +67,11 @@ void add(std::vector<ModePairs>& sum, const std::vector<ModePairs>& face) {
 void check_outputs(const LensView& lens, const Outputs& outputs, const Target& target) {
   if (outputs.trace || outputs.region || outputs.seen || outputs.share ||
       std::holds_alternative<GlTexture>(target))
-    fail(ErrorKind::device,
-         "lens {}: its faces are separate pictures: there is no trace, no region, no texture and no "
-         "selection of the whole",
-         lens.text);
+    fail(
+        ErrorKind::device,
+        "lens {}: its faces are separate pictures: there is no trace, no region, no texture and no "
+        "selection of the whole",
+        lens.text);
 }
 
 CountMaps::CountMaps(const TileGrid& grid, glm::ivec2 size, const Outputs& outputs)

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "raster/kernel/composite.h"
+#include "raster/lens/lens_view.h"
 
 namespace qs {
 namespace {
@@ -115,6 +116,7 @@ HeatmapMaker::HeatmapMaker(Renderer& renderer, const Camera& camera, const Rende
     : quantity_(quantity),
       size_(camera.width, camera.height),
       background_(settings.background),
+      is_of_faces_(settings.lens && !settings.lens->is_parallel()),
       pool_(pool),
       stop_(std::move(stop)) {
   if (quantity != HeatQuantity::missed) return;
@@ -129,7 +131,11 @@ Outputs HeatmapMaker::outputs() const {
 }
 
 FrameHeatmap HeatmapMaker::map(const Frame& frame) const {
-  if (!baseline_) return {make_heatmap(frame, quantity_, size_.x, size_.y), std::nullopt};
+  if (!baseline_) {
+    Heatmap heatmap = make_heatmap(frame, quantity_, size_.x, size_.y);
+    heatmap.is_of_faces = is_of_faces_;
+    return {std::move(heatmap), std::nullopt};
+  }
   MissedMap missed = missed_contributions(*baseline_, frame, size_, background_, pool_, stop_);
   return {missed_heatmap(missed), std::move(missed)};
 }

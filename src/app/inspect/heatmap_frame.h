@@ -62,6 +62,7 @@ class HeatmapMaker {
   HeatQuantity quantity_;
   glm::ivec2 size_;
   glm::vec3 background_;
+  bool is_of_faces_;
   ThreadPool& pool_;
   std::stop_token stop_;
   std::optional<Frame> baseline_;

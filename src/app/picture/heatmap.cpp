@@ -91,6 +91,9 @@ Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode,
   const HeatmapRow& row = heatmap_row(heatmap.quantity);
   Legend legend;
   legend.title = fmt::format(fmt::runtime(row.title), heatmap.cell_px);
+  if (heatmap.is_of_faces)
+    legend.title += heatmap.cell_px > 1 ? ", sums over the faces of the lens"
+                                        : ", of the nearest pixel of a face of the lens";
   const std::string share = heatmap.whole == 0
                                 ? ""
                                 : fmt::format(", {:.1f} % of {}",

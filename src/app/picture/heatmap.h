@@ -53,6 +53,7 @@ struct Heatmap {
   std::uint64_t total = 0;
   std::uint64_t whole = 0;  ///< a number other than 0: the legend prints `total` as a share of it
   std::uint32_t largest = 0;
+  bool is_of_faces = false;  ///< of a lens: sums over its faces, or values of their pixels
 };
 
 /// Sets `total` and `largest` from the values.

@@ -16,10 +16,13 @@
 #include "app/measure/lod_levels.h"
 #include "app/measure/scene_facts.h"
 #include "app/measure/statistics.h"
+#include "app/picture/palette.h"
+#include "app/report/plot.h"
 #include "app/session/alterations.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
+#include "base/warn.h"
 #include "io/bytes/mapped_file.h"
 #include "io/bytes/replace_file.h"
 #include "learn/lod/cut.h"
@@ -129,6 +132,9 @@ class LodRun {
     replace_folder(*bench_.out_dir, [&](const std::filesystem::path& hidden) {
       write_text(hidden / "lod.csv", kCsvHeader + (altered_.empty() ? "\n" : ",altered\n") + csv_);
       write_text(hidden / "lod.md", "<!-- written by quadsplat bench -->\n" + text);
+      if (const std::string problem = draw_plots(hidden, error_plots(), *bench_.out_dir);
+          !problem.empty())
+        warn(problem);
     });
     fmt::print(stderr, "wrote {}\n", bench_.out_dir->string());
   }
@@ -302,6 +308,8 @@ class LodRun {
           if (error[i] == 0)
             for (auto* list : {&guess, &error})
               list->erase(list->begin() + static_cast<std::ptrdiff_t>(i));
+        for (std::size_t i = 0; i < error.size(); ++i)
+          blocks_[distance_].push_back(fmt::format("{:.4g} {:.4g}", guess[i], error[i]));
         if (const auto correlation = rank_correlation(guess, error)) {
           cell.correlations.push_back(*correlation);
           comparison = fmt::format("{:.4f},{:.4f}", *correlation,
@@ -315,6 +323,29 @@ class LodRun {
                           q.height, q.psnr, q.ssim, q.flip, worst, ms, comparison);
       csv_ += altered_.empty() ? "\n" : "," + csv_field(altered_) + "\n";
     }
+  }
+
+  // Estimated and measured errors of blocks, if a tree has estimates.
+  std::vector<Plot> error_plots() const {
+    std::string commands =
+        "set logscale xy\nset format xy '%.0e'\nset key bottom right\n"
+        "set xlabel 'estimated squared error of a block'\n"
+        "set ylabel 'measured squared error'\n";
+    constexpr std::array kColors = {kVermillion, kGreen, kBlue};
+    std::vector<std::string> curves = {"x with lines dashtype 2 linecolor 'grey' title 'equal'"};
+    for (std::size_t i = 0; i < kDistances.size(); ++i) {
+      if (blocks_[i].empty()) continue;
+      commands += data_block(kDistances[i].name, blocks_[i]);
+      curves.push_back(fmt::format("${} with points pointtype {} pointsize 0.7 {} title {}",
+                                   kDistances[i].name, 4 + 2 * i, color_option(kColors[i]),
+                                   quoted(kDistances[i].name)));
+    }
+    if (curves.size() == 1) return {};
+    return {{"lod_errors", "Estimated and measured errors of levels of detail",
+             fmt::format("{}: blocks of 64 x 64 pixels, all budgets, mean squared difference of "
+                         "colours 0 to 1",
+                         scene_),
+             commands + plot_command(curves), altered_}};
   }
 
   std::string table() const {
@@ -339,7 +370,9 @@ class LodRun {
   std::vector<LodMethod> methods_;
   std::vector<LodView> views_;
   std::map<Key, std::array<LodCell, 2>> cells_;
-  std::string csv_;           // its rows
+  std::string csv_;  // its rows
+  // By distance: the estimated and the measured error of each block.
+  std::array<std::vector<std::string>, kDistances.size()> blocks_;
   std::size_t distance_ = 0;  // of the pictures that are drawn
   ProgressBar bar_{"levels"};
   Progress progress_;

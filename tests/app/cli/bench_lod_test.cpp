@@ -10,6 +10,7 @@
 #include "app/cli/command.h"
 #include "app/support/run_program.h"
 #include "base/text.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "raster/scene/cloud_order.h"
@@ -164,6 +165,9 @@ TEST_F(LodProgram, a_tree_of_quadsplat_is_cut_by_its_errors_too) {
     EXPECT_LT(std::stod(row["error_ratio"]), 100);
   }
   EXPECT_GE(compared, 1);
+  // The plot has a point for each block.
+  EXPECT_THAT(read_text_file(folder_ / "out/lod_errors.gp", 1 << 20),
+              AllOf(HasSubstr("$near << END\n"), HasSubstr("$near with points")));
 }
 
 TEST_F(LodProgram, georeferenced_scenes_and_levels_are_in_one_place) {

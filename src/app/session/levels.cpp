@@ -5,6 +5,7 @@
 #include <atomic>
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -13,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include "app/picture/level_mapper.h"
 #include "base/seconds.h"
 #include "base/text.h"
 #include "base/warn.h"
@@ -20,6 +22,7 @@
 #include "io/cloud/cloud_memory.h"
 #include "learn/lod/cut.h"
 #include "learn/lod/cut_slots.h"
+#include "learn/lod/error_cloud.h"
 
 namespace qs {
 namespace {
@@ -71,7 +74,7 @@ std::size_t moved(const LodCut& a, const LodCut& b) {
   return count;
 }
 
-class LevelRenderer final : public Renderer {
+class LevelRenderer final : public Renderer, public LevelMapper {
  public:
   LevelRenderer(std::unique_ptr<Renderer> inner, const LevelOptions& options, ThreadPool& pool,
                 LevelReport report, const std::atomic<bool>* awaits)
@@ -145,6 +148,30 @@ class LevelRenderer final : public Renderer {
     const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
     if (budget_ms_ && !awaits) follow_time(static_cast<double>(frame.stats.frame_ms));
     return frame;
+  }
+
+  std::vector<std::uint32_t> level_map(const Camera& camera, const RenderSettings& settings,
+                                       bool errors, std::stop_token stop) override {
+    if (!stream_) return {};
+    const LevelView view = view_of(camera, settings);
+    const StreamedCut made = awaits()
+                                 ? stream_->await_cut(gain_of(view), view.limit, pool_, guess_)
+                                 : stream_->cut(gain_of(view), view.limit, pool_, guess_, seat_);
+    GaussianCloud cloud = cloud_of(made, view);
+    paint_levels(made.tree, made.cut, view.view, view.dilation, errors, cloud);
+    show_alone(std::move(cloud));
+    // The next frame has colours again, and a window its slots.
+    awaited_ = awaits() ? std::nullopt : std::optional(view);
+    RenderSettings on_black = settings;
+    on_black.background = {};
+    const Frame& frame = inner_->render(camera, on_black, {}, HostImage{}, std::move(stop));
+    std::vector<std::uint32_t> map;
+    for (std::size_t i = 0; i < frame.color.values.size(); i += 3) {
+      const float value = frame.color.values[i];
+      map.push_back(
+          static_cast<std::uint32_t>(std::lround(255 * (errors ? std::sqrt(value / 3) : value))));
+    }
+    return map;
   }
 
   void prepare_target(const Target& target) override { inner_->prepare_target(target); }

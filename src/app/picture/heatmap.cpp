@@ -100,9 +100,12 @@ Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode,
                                               100 * static_cast<double>(heatmap.total) /
                                                   static_cast<double>(heatmap.whole),
                                               grouped(heatmap.whole));
-  legend.facts =
-      fmt::format("mode {} \u00b7 {} in all{} \u00b7 at most {} in a {}", mode,
-                  counted(heatmap.total, row.unit), share, grouped(heatmap.largest), row.cell);
+  const std::string sum =  // of counts
+      heatmap.quantity > HeatQuantity::missed
+          ? ""
+          : fmt::format("{} in all{} \u00b7 ", counted(heatmap.total, row.unit), share);
+  legend.facts = fmt::format("mode {} \u00b7 {}at most {} in a {}", mode, sum,
+                             grouped(heatmap.largest), row.cell);
   const auto maximum = static_cast<float>(scale.maximum);
   for (const std::uint32_t tick : scale.ticks())
     legend.ticks.push_back({static_cast<float>(tick) / maximum, grouped(tick)});

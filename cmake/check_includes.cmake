@@ -44,10 +44,10 @@ room(app/report app/measure app/session app/framing app/inspect app/picture lear
 room(app/remote raster/scene base)
 room(app/film app/measure app/framing app/inspect app/picture io/picture io/bytes raster/api raster/scene base)
 room(app/measure app/session app/framing io/camera io/scene io/cloud io/bytes raster/clock raster/lens raster/api raster/scene base)
-room(app/session app/framing learn/lod io/edits io/camera io/scene io/scene/compact io/cloud io/picture io/bytes raster/pages
+room(app/session app/framing app/picture learn/lod io/edits io/camera io/scene io/scene/compact io/cloud io/picture io/bytes raster/pages
      raster/field raster/select raster/lens raster/api raster/scene base)
 room(app/framing io/scene raster/api raster/scene raster/kernel base)
-room(app/inspect app/picture raster/api raster/kernel/cull raster/scene raster/kernel base)
+room(app/inspect app/picture raster/lens raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(app/picture io/picture io/bytes raster/api raster/kernel/cull raster/scene raster/kernel base)
 room(library/api library/check learn/diff/cuda learn/step/cpu learn/diff/cpu learn/lpips learn/run learn/diff learn/step
      learn/gradient io/edits io/camera io/scene io/cloud io/picture io/bytes quadsplat raster/api raster/select raster/scene

@@ -32,9 +32,9 @@ class Camera:
     near_depth: Gaussians with view z <= near_depth are not drawn, units of the scene, >= 0.
     name: of the photograph.
     model: None: a pinhole camera; or the name of a camera model of COLMAP, as "OPENCV_FISHEYE", of
-        "BROWN_CONRADY", "METASHAPE" and "FISHEYE624", or "ORTHOGRAPHIC", for parallel rays. A
-        model without distortion gives a pinhole camera. render() draws all models, and everything
-        else takes pinhole cameras alone.
+        "BROWN_CONRADY", "METASHAPE", "METASHAPE_FISHEYE" and "FISHEYE624", or "ORTHOGRAPHIC",
+        for parallel rays. A model without distortion gives a pinhole camera. render() draws all
+        models, and everything else takes pinhole cameras alone.
     parameters: numbers of the model, in the order and the units of COLMAP, which puts the centre of
         pixel i at i + 0.5. "EQUIRECTANGULAR" has (width, height), and "ORTHOGRAPHIC" the height of
         the picture in units of the scene.

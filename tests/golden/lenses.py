@@ -21,8 +21,12 @@ def even(s, *k):
 
 
 # Metashape, with its order of p1 and p2: u = width / 2 + cx + x f + x b1 + y b2, v = height / 2 + cy + y f.
-def metashape(ray, f, b1, b2, center, k, p1, p2):
+# Its fisheye has the angle to the axis in place of its tangent.
+def metashape(ray, f, b1, b2, center, k, p1, p2, is_fisheye=False):
     x, y = ray[0] / ray[2], ray[1] / ray[2]
+    if is_fisheye:
+        r0 = hypot(x, y)
+        x, y = x * atan(r0) / r0, y * atan(r0) / r0
     r2 = x * x + y * y
     u = x * even(r2, *k) + p1 * (r2 + 2 * x * x) + 2 * p2 * x * y
     v = y * even(r2, *k) + p2 * (r2 + 2 * y * y) + 2 * p1 * x * y
@@ -150,6 +154,8 @@ def main():
     rays = [(0.3, -0.2, 1), (-0.7, 0.5, 1), (0.1, 0.6, 1)]
     for ray in rays:
         print("METASHAPE %.3f %.3f" % metashape(ray, 510, -10, 3, (320, 240), (0.05, -0.02, 0.004, -0.001), 0.002, -0.003))
+    for ray in rays:
+        print("METASHAPE_FISHEYE %.3f %.3f" % metashape(ray, 510, -10, 3, (320, 240), (0.05, -0.02, 0.004, -0.001), 0.002, -0.003, True))
     for ray in rays:
         print("FISHEYE624 %.3f %.3f" % aria(ray, (500, 510), (320, 240), (0.05, -0.02, 0.004, -0.001, 0.0005, -0.0002), (0.002, -0.003),
                                             (0.001, -0.0005, -0.002, 0.0003)))

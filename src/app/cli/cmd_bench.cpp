@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // quadsplat bench: scenes x views x culling modes -> a table, CSV, JSON, Markdown and plots.
-// bench_lod.h measures levels of detail instead.
+// bench_lod.h measures levels of detail instead, and bench_flight.h a flight.
 #include <algorithm>
 #include <cstdio>
 #include <memory>
 
+#include "app/cli/bench_flight.h"
 #include "app/cli/bench_lod.h"
 #include "app/cli/bench_plugins.h"
 #include "app/cli/camera_choice.h"
@@ -38,7 +39,7 @@ struct BenchCommand {
   std::optional<glm::ivec2> replicate;
   int scaling = 0;
   Shard shard;
-  bool psnr = false, load = false, lod = false, exact_color = false;
+  bool psnr = false, load = false, lod = false, flight = false, exact_color = false;
   std::vector<double> budgets;  // of --lod, per cent
   std::vector<std::filesystem::path> plugins;
   LensOptions lens;
@@ -241,42 +242,65 @@ void check_bench(const BenchCommand& command) {
             (!command.plugins.empty() || chooses || cameras.holdout > 0 || command.out_dir),
         "--load measures reading alone: it excludes --plugin, --camera-index, --camera-path, "
         "--holdout and --out-dir"},
+       {command.flight && (command.lod || !cameras.path),
+        "--flight flies along a --camera-path; it excludes --lod"},
        {cameras.steps && !cameras.path, "--path-steps needs a --camera-path"},
        {!command.plugins.empty() && command.lens.is_drawn(), "--plugin draws without a --lens"},
        {!command.budgets.empty() && !command.lod, "--budgets needs --lod"}});
 }
 
+bool given(Arguments arguments, const char* option) {
+  return given_option(arguments, {&option, 1}) != nullptr;
+}
+
+// The frame options of --lod and --flight, which draw in one mode and exclude other options.
+FrameOptions in_one_mode(const BenchCommand& command, Arguments arguments, const char* option,
+                         const char* subject, std::vector<const char*> excluded) {
+  for (const char* name :
+       {"--rounds", "--baseline", "--load", "--psnr", "--exact-color", "--plugin",
+        "--plugin-timeout", "--replicate", "--scaling", "--shard", "--lens"})
+    excluded.push_back(name);
+  if (const char* const other = given_option(arguments, excluded))
+    fail(ErrorKind::usage, "bench: {} measures {}: it excludes {}", option, subject, other);
+  FrameOptions frame = command.frame;
+  frame.scene = command.scenes.front();
+  if (!given(arguments, "--cull")) frame.modes = {default_mode()};
+  if (frame.modes.size() > 1)
+    fail(ErrorKind::usage, "bench: {} draws in one mode: choose one with --cull", option);
+  note_inputs(frame);
+  return frame;
+}
+
 int run_lod(const BenchCommand& command, Arguments arguments) {
-  const auto given = [&](std::initializer_list<const char*> names) {
-    return given_option(arguments, {names.begin(), names.size()});
-  };
-  if (const char* const other =
-          given({"--rounds", "--baseline", "--load", "--psnr", "--exact-color", "--plugin",
-                 "--plugin-timeout", "--replicate", "--scaling", "--shard", "--lens", "--budget",
-                 "--lod-error"}))
-    fail(ErrorKind::usage, "bench: --lod measures levels of detail: it excludes {}", other);
   LodBench bench;
-  bench.frame = command.frame;
+  bench.frame =
+      in_one_mode(command, arguments, "--lod", "levels of detail", {"--budget", "--lod-error"});
   bench.cameras = command.cameras;
-  bench.frame.scene = command.scenes.front();
   bench.others.assign(command.scenes.begin() + 1, command.scenes.end());
-  if (!given({"--cull"})) bench.frame.modes = {default_mode()};
-  if (bench.frame.modes.size() > 1)
-    fail(ErrorKind::usage, "bench: --lod draws in one mode: choose one with --cull");
   bench.frame.levels = {};
-  note_inputs(bench.frame);
   bench.budgets = command.budgets;
   if (bench.budgets.empty()) bench.budgets = {5, 10, 25, 50};
-  if (given({"--frames"})) bench.frames = command.plan.frames;
-  if (given({"--warmup"})) bench.warmup = command.plan.warmup;
+  if (given(arguments, "--frames")) bench.frames = command.plan.frames;
+  if (given(arguments, "--warmup")) bench.warmup = command.plan.warmup;
   bench.out_dir = command.out_dir;
   check_report(bench.out_dir, kLodFiles);
   run_lod_bench(bench);
   return kExitOk;
 }
 
+int run_flight(const BenchCommand& command, Arguments arguments) {
+  const FrameOptions frame =
+      in_one_mode(command, arguments, "--flight", "a flight",
+                  {"--frames", "--warmup", "--path-steps", "--camera-index", "--holdout"});
+  if (command.scenes.size() > 1) fail(ErrorKind::usage, "bench: --flight: name one scene");
+  check_report(command.out_dir, kFlightFiles);
+  bench_flight(frame, *command.cameras.path, command.out_dir);
+  return kExitOk;
+}
+
 int run(const BenchCommand& command, Arguments arguments) {
   check_bench(command);
+  if (command.flight) return run_flight(command, arguments);
   if (command.lod) return run_lod(command, arguments);
   for (const std::filesystem::path& library : command.plugins) note_input(library);
   for (const std::filesystem::path& scene : command.scenes) {
@@ -349,6 +373,13 @@ void declare_lod(Options& options, BenchCommand* c) {
                "of --lod: per cent of the Gaussians (default: 5,10,25,50)", {"20", "50,10"});
 }
 
+void declare_flight(Options& options, BenchCommand* c) {
+  options.flag("--flight", c->flight,
+               "flies along the --camera-path in real time instead, as the window draws: at its "
+               "own speed, ten times as fast, and in jumps; times of frames and of cuts of levels "
+               "of detail, frames with missing pages, popping");
+}
+
 void add_examples(Options& options) {
   options.example("quadsplat bench plush.spz --size 1600x1200 --out-dir results",
                   "all modes on every camera of a scene");
@@ -362,6 +393,8 @@ void add_examples(Options& options) {
                   "another renderer beside the modes, in turns with them");
   options.example("quadsplat bench --lod plush.spz plush.rad theirs_10.ply --out-dir results",
                   "levels of detail: baselines, a tree, and a level of another tool");
+  options.example("quadsplat bench city.rad --flight --camera-path path.json --budget 500000",
+                  "a flight over a huge scene, whose pages are read meanwhile");
 }
 
 }  // namespace
@@ -379,6 +412,7 @@ CommandAction bench_command(Options& options) {
   declare_plugins(options, c);
   declare_copies(options, c);
   declare_lod(options, c);
+  declare_flight(options, c);
   declare_shard_option(options, c->shard, "measures every N-th view, from the I-th");
   options.text("--out-dir", "DIR", c->out_dir,
                "folder of bench.csv, ratios.csv, bench.json, bench.md and plots", {"out"});

@@ -63,7 +63,7 @@ void check(const FilmCommand& command) {
       "film",
       {{command.turntable && command.path, "--turntable and --camera-path exclude each other"},
        {command.arc && command.path, "--arc is the angle of a turntable, not of a --camera-path"},
-       {command.heat.quantity && command.lens.has_faces(), kNoLensHeatmap},
+       {command.heat.quantity == HeatQuantity::missed && command.lens.has_faces(), kNoLensHeatmap},
        {command.loop && !command.path,
         "--loop needs a --camera-path; a turntable is a loop already"}});
   require_colors("film", command.heat, command.plan.quantity);

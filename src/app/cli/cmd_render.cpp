@@ -73,7 +73,7 @@ void check(const RenderCommand& command) {
        {command.frame.settings.occlusion &&
             (command.several_modes() || heat.quantity || quantity != Quantity::color),
         "--occlusion on draws the colours of one mode: modes differ most in hidden Gaussians"},
-       {heat.quantity && command.lens.has_faces(), kNoLensHeatmap},
+       {heat.quantity == HeatQuantity::missed && command.lens.has_faces(), kNoLensHeatmap},
        {command.depth_step && quantity != Quantity::depth && quantity != Quantity::median_depth,
         "--depth-step needs --picture depth or median-depth"}});
   if (quantity == Quantity::color) return;
@@ -315,6 +315,7 @@ CommandAction render_command(Options& options) {
       "quadsplat render plush.spz --camera-path path.json --path-steps 240 --output f.png",
       "the pictures of a flight: f_0000.png to f_0239.png");
   return [command](Arguments) {
+    if (!command->reference) use_own_lens(command->lens, command->cameras, command->frame);
     check(*command);
     if (command->reference) require_reference(*command->reference);
     note_inputs(command->frame);

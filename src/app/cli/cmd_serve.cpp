@@ -104,6 +104,7 @@ CommandAction serve_command(Options& options) {
   const auto command = std::make_shared<ServeCommand>();
   options.positionals("SCENE", command->scenes, 1, kSceneHelp, kSceneSamples);
   declare_common_options(options, command->frame);
+  declare_level_options(options, command->frame.levels);
   declare_serve_options(options, command->serve, {"192.0.2.1", "nowhere"});
   options.flag("--sibr", command->answers_sibr,
                "also answers INRIA's remote viewer (SIBR_remoteGaussian) on this machine");

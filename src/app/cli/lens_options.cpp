@@ -8,6 +8,7 @@
 #include "app/framing/first_view.h"
 #include "app/framing/up_axis.h"
 #include "base/fail.h"
+#include "io/camera/cameras.h"
 #include "io/camera/lens_views.h"
 
 namespace qs {
@@ -53,7 +54,8 @@ glm::dvec3 up_of(const FrameOptions& frame, const Session& session) {
 void declare_lens_options(Options& options, LensOptions& lens) {
   options.text("--lens", "NAME", lens.lens,
                "draws through a lens: equirectangular, fisheye, orthographic, or "
-               "MODEL,WIDTH,HEIGHT,PARAMETERS as COLMAP has them (default: pinhole)",
+               "MODEL,WIDTH,HEIGHT,PARAMETERS as COLMAP has them (default: pinhole; for one "
+               "--camera-index of render the lens of that camera if it is too wide)",
                {"fisheye", "equirectangular", "orthographic",
                 "OPENCV_FISHEYE,100,80,40,40,50,40,0.01,0,0,0"});
   options.offers({"pinhole", "equirectangular", "fisheye", "orthographic"});
@@ -109,6 +111,24 @@ void check_lens(const char* command, const LensOptions& lens, FrameOptions& fram
                      : "is twice as wide as high",
          fmt::format("such as {}x{}", kUsualPanorama * shape.x, kUsualPanorama * shape.y),
          frame.size->x, frame.size->y);
+}
+
+void use_own_lens(LensOptions& lens, const CameraChoice& cameras, const FrameOptions& frame) {
+  if (!lens.lens.empty() || cameras.indices.size() != 1 || cameras.json || cameras.path ||
+      cameras.all || frame.levels.given())
+    return;
+  const auto file = cameras_file(frame, frame.scene);
+  if (!file) return;
+  const CameraSet set = read_camera_set(*file);
+  const auto index = static_cast<std::size_t>(cameras.indices[0]);
+  if (index >= set.cameras.size()) return;  // named when the views are chosen
+  const LensCamera& camera = set.cameras[index];
+  if (!camera.lens || camera.lens->face != kAllFaces) return;
+  lens.lens = photograph_view(*camera.lens).text;
+  warn(fmt::format(
+      "camera {}{} is drawn through its lens, --lens {}; --lens pinhole draws its "
+      "front face",
+      index, camera.camera.name.empty() ? "" : " (" + camera.camera.name + ")", lens.lens));
 }
 
 void set_lens(const LensOptions& lens, const FrameOptions& frame, Session& session) {

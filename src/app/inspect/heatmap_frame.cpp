@@ -8,9 +8,11 @@
 
 #include "app/inspect/inspection.h"
 #include "app/inspect/pixel.h"
+#include "app/picture/level_mapper.h"
 #include "base/error.h"
 #include "base/text.h"
 #include "raster/kernel/composite.h"
+#include "raster/lens/lens_view.h"
 
 namespace qs {
 namespace {
@@ -115,8 +117,14 @@ HeatmapMaker::HeatmapMaker(Renderer& renderer, const Camera& camera, const Rende
     : quantity_(quantity),
       size_(camera.width, camera.height),
       background_(settings.background),
+      is_of_faces_(settings.lens && !settings.lens->is_parallel()),
       pool_(pool),
       stop_(std::move(stop)) {
+  if (quantity > HeatQuantity::missed) {
+    if (auto* const mapper = dynamic_cast<LevelMapper*>(&renderer))
+      levels_ = mapper->level_map(camera, settings, quantity == HeatQuantity::error, stop_);
+    levels_.resize(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y));
+  }
   if (quantity != HeatQuantity::missed) return;
   RenderSettings baseline = settings;
   baseline.mode = kBaselineMode;
@@ -129,7 +137,16 @@ Outputs HeatmapMaker::outputs() const {
 }
 
 FrameHeatmap HeatmapMaker::map(const Frame& frame) const {
-  if (!baseline_) return {make_heatmap(frame, quantity_, size_.x, size_.y), std::nullopt};
+  if (!levels_.empty()) {
+    Heatmap heatmap{quantity_, size_.x, size_.y, 1, levels_};
+    sum_up(heatmap);
+    return {std::move(heatmap), std::nullopt};
+  }
+  if (!baseline_) {
+    Heatmap heatmap = make_heatmap(frame, quantity_, size_.x, size_.y);
+    heatmap.is_of_faces = is_of_faces_;
+    return {std::move(heatmap), std::nullopt};
+  }
   MissedMap missed = missed_contributions(*baseline_, frame, size_, background_, pool_, stop_);
   return {missed_heatmap(missed), std::move(missed)};
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Frames with a heat map of any quantity. HeatQuantity::missed compares two frames; all other
-// quantities need one frame.
+// Frames with a heat map of any quantity. HeatQuantity::missed compares two frames; maps of levels
+// are frames of their own; all other quantities need one frame.
 // Missed are the contributions (alpha >= 1/255 before the pixel stops) that a mode drops, because
 // its lists lack the Gaussian in the pixel's tile. They are found by comparing with a frame of a
 // lossless mode, whose lists are complete. Mode `3dgs` drops contributions beyond three standard
@@ -49,8 +49,8 @@ struct FrameHeatmap {
 /// Makes heat maps for frames of one view.
 class HeatmapMaker {
  public:
-  /// Renders a frame in kBaselineMode if `quantity` needs it. The pool must outlive this object.
-  /// Throws Error and Cancelled.
+  /// Renders a frame in kBaselineMode or of the levels if `quantity` needs it. The pool must
+  /// outlive this object. Throws Error and Cancelled.
   HeatmapMaker(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
                HeatQuantity quantity, ThreadPool& pool, std::stop_token stop = {});
 
@@ -62,9 +62,11 @@ class HeatmapMaker {
   HeatQuantity quantity_;
   glm::ivec2 size_;
   glm::vec3 background_;
+  bool is_of_faces_;
   ThreadPool& pool_;
   std::stop_token stop_;
   std::optional<Frame> baseline_;
+  std::vector<std::uint32_t> levels_;  // by pixel
 };
 
 /// The mode whose map gives heat maps of commands their scale.

@@ -91,15 +91,21 @@ Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode,
   const HeatmapRow& row = heatmap_row(heatmap.quantity);
   Legend legend;
   legend.title = fmt::format(fmt::runtime(row.title), heatmap.cell_px);
+  if (heatmap.is_of_faces)
+    legend.title += heatmap.cell_px > 1 ? ", sums over the faces of the lens"
+                                        : ", of the nearest pixel of a face of the lens";
   const std::string share = heatmap.whole == 0
                                 ? ""
                                 : fmt::format(", {:.1f} % of {}",
                                               100 * static_cast<double>(heatmap.total) /
                                                   static_cast<double>(heatmap.whole),
                                               grouped(heatmap.whole));
-  legend.facts =
-      fmt::format("mode {} \u00b7 {} in all{} \u00b7 at most {} in a {}", mode,
-                  counted(heatmap.total, row.unit), share, grouped(heatmap.largest), row.cell);
+  const std::string sum =  // of counts
+      heatmap.quantity > HeatQuantity::missed
+          ? ""
+          : fmt::format("{} in all{} \u00b7 ", counted(heatmap.total, row.unit), share);
+  legend.facts = fmt::format("mode {} \u00b7 {}at most {} in a {}", mode, sum,
+                             grouped(heatmap.largest), row.cell);
   const auto maximum = static_cast<float>(scale.maximum);
   for (const std::uint32_t tick : scale.ticks())
     legend.ticks.push_back({static_cast<float>(tick) / maximum, grouped(tick)});

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Heat maps drawn over a frame: listed pairs, evaluated pairs, false positives or missed
-// contributions. A legend strip below shows the scale, its unit, the mode and the total.
-// To add a quantity of a frame: a row in kHeatmaps, and its values in make_heatmap().
+// Heat maps drawn over a frame: listed pairs, evaluated pairs, false positives, missed
+// contributions, levels of detail or their errors. A legend strip below shows the scale, its unit,
+// the mode and the total. To add a quantity of a frame: a row in kHeatmaps, and its values in
+// make_heatmap().
 #pragma once
 
 #include <array>
@@ -17,7 +18,7 @@
 
 namespace qs {
 
-enum class HeatQuantity { pairs, evaluated, false_positive, missed };
+enum class HeatQuantity { pairs, evaluated, false_positive, missed, level, error };
 
 struct HeatmapRow {
   const char* name;   ///< the name that users type
@@ -26,7 +27,7 @@ struct HeatmapRow {
   const char* cell;   ///< "tile" or "pixel"
 };
 
-/// Index = HeatQuantity. One frame determines a quantity but the last, see
+/// Index = HeatQuantity. One frame determines a quantity up to false_positive, see
 /// inspect/heatmap_frame.h.
 inline constexpr std::array kHeatmaps = {
     HeatmapRow{"pairs", "Tile pairs per {0} \u00d7 {0} tile", "pair", "tile"},
@@ -34,6 +35,10 @@ inline constexpr std::array kHeatmaps = {
     HeatmapRow{"false-positive",
                "False positives per {0} \u00d7 {0} tile: pairs that no pixel used", "pair", "tile"},
     HeatmapRow{"missed", "Missed contributions per pixel: what the mode drops", "contribution",
+               "pixel"},
+    HeatmapRow{"level", "Level of detail per pixel: nodes of level k are for about 2^k Gaussians",
+               "level", "pixel"},
+    HeatmapRow{"error", "Estimated error of levels of detail per pixel, in steps of 1/255", "step",
                "pixel"},
 };
 inline constexpr std::size_t kHeatQuantities = kHeatmaps.size();
@@ -53,12 +58,17 @@ struct Heatmap {
   std::uint64_t total = 0;
   std::uint64_t whole = 0;  ///< a number other than 0: the legend prints `total` as a share of it
   std::uint32_t largest = 0;
+  bool is_of_faces = false;  ///< of a lens: sums over its faces, or values of their pixels
 };
 
 /// Sets `total` and `largest` from the values.
 void sum_up(Heatmap& map);
 
-/// The outputs that make_heatmap() needs. `quantity` is not `missed`.
+constexpr bool takes_one_frame(HeatQuantity quantity) {
+  return quantity <= HeatQuantity::false_positive;
+}
+
+/// The outputs that make_heatmap() needs; none for quantities that take more than one frame.
 Outputs outputs_for(HeatQuantity quantity);
 
 /// `frame` has width x height pixels and was rendered with outputs_for(quantity).

@@ -6,10 +6,13 @@
 #include <limits>
 #include <new>
 #include <ranges>
+#include <set>
 #include <utility>
 
+#include "app/session/levels.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
+#include "app/viewer/render/upload_scene.h"
 #include "base/error.h"
 #include "io/picture/image_file.h"
 
@@ -47,7 +50,20 @@ Pictures::Pictures(ServedScenes& scenes, Receiver receiver)
       reports.take(actions);
       if (!actions.empty()) receiver_.report(reporting_, std::move(actions));
     };
-    scene->context.give_way = [this] { serve_each(); };
+    RenderContext& context = scene->context;
+    context.give_way = [this] { serve_each(); };
+    context.make_renderer = [this, make = context.make_renderer](Backend backend,
+                                                                 const Session& owner) {
+      // The visitor may have gone on to another scene.
+      const auto report = [this, visitor = reporting_,
+                           path = owner.scene->path](const LevelFacts& facts) {
+        receiver_.report(visitor, {[path, facts](Viewer& viewer, Host&) {
+                           if (viewer.scene && viewer.scene->path == path)
+                             action::levels_made(viewer, facts);
+                         }});
+      };
+      return with_levels(make(backend, owner), owner.levels, *owner.pool, report, &awaits_cuts_);
+    };
   }
   for (unsigned i = 1; i < processors_; ++i)
     encoders_.emplace_back([this](const std::stop_token& stop) { encode(stop); });
@@ -86,22 +102,24 @@ void MeasuringTurns::measured(int visitor, int version, double ms, bool answered
 }
 
 // ---- pictures and jobs --------------------------------------------------------------------------
-Pictures::~Pictures() {
-  all_.request_stop();
-  renderer_.request_stop();
-  for (std::jthread& encoder : encoders_) encoder.request_stop();
-  const std::lock_guard lock(mutex_);
-  for (auto& [visitor, work] : work_) work.stop.request_stop();
-  long_stop_.request_stop();
-  measuring_stop_.request_stop();
-  changed_.notify_all();
-}
-
 template <class Change>
 void Pictures::change(Change&& change) {
   const std::lock_guard lock(mutex_);
   change();
   changed_.notify_all();
+}
+
+Pictures::~Pictures() {
+  all_.request_stop();
+  renderer_.request_stop();
+  for (std::jthread& encoder : encoders_) encoder.request_stop();
+  change([&] {
+    for (auto& [visitor, work] : work_) work.stop.request_stop();
+    long_stop_.request_stop();
+    measuring_stop_.request_stop();
+  });
+  renderer_.join();
+  for (const auto& scene : scenes_) scene->own.clear();  // they report to this object
 }
 
 Pictures::Work* Pictures::find(int visitor) {
@@ -284,6 +302,58 @@ void Pictures::measure_next(Lock& lock) {
   measured_visitor_ = -1;
 }
 
+// In its scope the renderer's thread works for a visitor, with the visitor's own renderers if the
+// scene has levels of detail.
+class Pictures::Turn {
+ public:
+  /// `awaits`: cuts wait for their pages.
+  Turn(Pictures& pictures, int visitor, std::size_t scene, bool awaits)
+      : Turn(pictures, *pictures.scenes_[scene]) {
+    pictures.reporting_ = visitor;
+    pictures.awaits_cuts_ = awaits;
+    Session& session = scene_.context.session;
+    if (!session.scene || !session.scene->stream || scene_.own[visitor].in_use) return;
+    std::set<int> here;
+    pictures.change([&] {
+      for (const auto& [number, work] : pictures.work_) here.insert(number);
+    });
+    std::erase_if(scene_.own, [&](const auto& entry) {
+      return entry.first != visitor && !entry.second.in_use && !here.contains(entry.first);
+    });
+    OwnRenderers& own = scene_.own[visitor];
+    if (!own.renderer || own.backend != session.backend)
+      own = {session.backend, upload_to(scene_.context, session.scene, session.backend, {})};
+    own_ = &own;
+    swap();
+  }
+  ~Turn() {
+    pictures_.reporting_ = outer_visitor_;
+    pictures_.awaits_cuts_ = outer_awaits_;
+    if (own_ == nullptr) return;
+    swap();
+    own_->backend = scene_.context.session.backend;  // a job may have changed it
+  }
+
+ private:
+  Turn(Pictures& pictures, ServedScene& scene)
+      : pictures_(pictures),
+        scene_(scene),
+        outer_visitor_(pictures.reporting_),
+        outer_awaits_(pictures.awaits_cuts_) {}
+
+  void swap() {
+    own_->in_use = !own_->in_use;
+    std::swap(own_->renderer, scene_.context.session.renderer);
+    std::swap(own_->second, scene_.context.session.second);
+  }
+
+  Pictures& pictures_;
+  ServedScene& scene_;
+  const int outer_visitor_;
+  const bool outer_awaits_;
+  OwnRenderers* own_ = nullptr;
+};
+
 void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
                     std::optional<HeldScale> heat_scale) {
   Drawn drawn;
@@ -294,6 +364,7 @@ void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
   RenderContext& context = scenes_[drawn.picture.order.scene]->context;
   const std::stop_token outer_stop = std::exchange(context.stop, stop);
   try {
+    const Turn turn(*this, visitor, drawn.picture.order.scene, false);
     context.heat_scale = std::move(heat_scale);
     FrameRequest scaled = request;
     Camera camera = request.camera;
@@ -333,22 +404,26 @@ void Pictures::pair(int visitor, const PictureOrder& order, const RenderStats& s
   run_job(
       visitor, order.scene,
       [&](RenderContext& context) { paired.follow(context, order.request, camera, shown); },
-      all_.get_token());
+      all_.get_token(), false);
   change([&] {
     if (Work* const work = find(visitor)) work->paired = paired;
   });
 }
 
-void Pictures::run_job(int visitor, std::size_t scene, const Job& job, std::stop_token stop) {
+void Pictures::run_job(int visitor, std::size_t scene, const Job& job, std::stop_token stop,
+                       bool awaits) {
   ServedScene& served = *scenes_[scene];
   const int outer = std::exchange(reporting_, visitor);
+  std::optional<Turn> turn;
   const std::stop_token outer_stop = std::exchange(served.context.stop, std::move(stop));
   try {
+    turn.emplace(*this, visitor, scene, awaits);
     job(served.context);
   } catch (...) {
     const std::string sentence = sentence_of(std::current_exception());
     if (!sentence.empty()) served.context.report(action::notify_error, sentence);
   }
+  turn.reset();
   served.context.stop = outer_stop;
   reporting_ = outer;
 }

@@ -2,8 +2,9 @@
 //
 // Makes the visitors' pictures: one thread renders, the other processors encode. Each visitor has
 // at most one order; a newer order replaces one that waits. The visitor who has used the renderer
-// least is next, and a visitor without orders costs nothing. A long job, such as a film, runs while
-// no picture and no short job waits, and gives way to them between its parts. The modes are
+// least is next, and a visitor without orders costs nothing. Of a scene with levels of detail each
+// visitor has a renderer and a cut, and they share the pages. A long job, such as a film, runs
+// while no picture and no short job waits, and gives way to them between its parts. The modes are
 // measured for one visitor after the other while there is no other work at all; a new order
 // interrupts that.
 #pragma once
@@ -119,6 +120,7 @@ class Pictures {
   void forget(int visitor);
 
  private:
+  class Turn;
   struct Work {
     std::optional<PictureOrder> order;
     std::deque<std::pair<std::size_t, Job>> jobs;
@@ -166,7 +168,8 @@ class Pictures {
   void draw(int visitor, PictureOrder order, std::stop_token stop,
             std::optional<HeldScale> heat_scale);
   void pair(int visitor, const PictureOrder& order, const RenderStats& shown);
-  void run_job(int visitor, std::size_t scene, const Job& job, std::stop_token stop);
+  void run_job(int visitor, std::size_t scene, const Job& job, std::stop_token stop,
+               bool awaits = true);
 
   ServedScenes& scenes_;
   Receiver receiver_;
@@ -182,9 +185,10 @@ class Pictures {
   int long_visitor_ = -1;       // whose long job runs; -1: none
   std::stop_source long_stop_;  // of it
   MeasuringTurns turns_;
-  int measured_visitor_ = -1;        // who is being measured; -1: nobody
-  std::stop_source measuring_stop_;  // of it
-  int reporting_ = -1;               // whose job reports; only the renderer's thread uses it
+  int measured_visitor_ = -1;              // who is being measured; -1: nobody
+  std::stop_source measuring_stop_;        // of it
+  int reporting_ = -1;                     // whose turn it is; only the renderer's thread uses it
+  std::atomic<bool> awaits_cuts_ = false;  // of levels of detail: in jobs
   std::stop_source all_;
   std::vector<std::jthread> encoders_;
   std::jthread renderer_;

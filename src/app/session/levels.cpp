@@ -5,6 +5,7 @@
 #include <atomic>
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -13,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include "app/picture/level_mapper.h"
 #include "base/seconds.h"
 #include "base/text.h"
 #include "base/warn.h"
@@ -20,6 +22,7 @@
 #include "io/cloud/cloud_memory.h"
 #include "learn/lod/cut.h"
 #include "learn/lod/cut_slots.h"
+#include "learn/lod/error_cloud.h"
 
 namespace qs {
 namespace {
@@ -71,7 +74,7 @@ std::size_t moved(const LodCut& a, const LodCut& b) {
   return count;
 }
 
-class LevelRenderer final : public Renderer {
+class LevelRenderer final : public Renderer, public LevelMapper {
  public:
   LevelRenderer(std::unique_ptr<Renderer> inner, const LevelOptions& options, ThreadPool& pool,
                 LevelReport report, const std::atomic<bool>* awaits)
@@ -97,7 +100,7 @@ class LevelRenderer final : public Renderer {
     antialiased_ = cloud->antialiased;
     inner_->upload(std::move(cloud), progress);
     if (!stream_ || !report_) return;
-    stream_->report_pages_to([this] { note_news(); });
+    seat_ = stream_->add_view([this] { note_news(); });
     thread_ = std::jthread([this](const std::stop_token& stop) {
       try {
         make_cuts(stop);
@@ -120,15 +123,13 @@ class LevelRenderer final : public Renderer {
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                       const Target& target, std::stop_token stop) override {
     if (!stream_) return inner_->render(camera, settings, outputs, target, std::move(stop));
-    const bool keeps_light = settings.antialiased.value_or(antialiased_);
-    const bool awaits = !report_ || (awaits_ != nullptr && *awaits_);
-    const LevelView view{
-        {camera, awaits ? kOutside : kOutsideWindow}, keeps_light ? 0 : settings.dilation, limit_};
+    const bool awaits = this->awaits();
+    const LevelView view = view_of(camera, settings);
     std::unique_lock lock(mutex_);
     std::vector<CutChange> ready = std::exchange(ready_, {});
     if (awaits) {
       lock.unlock();
-      if (!awaited_ || !awaited_->serves(view, false)) show_alone(await_cut(view), view);
+      if (!awaited_ || !awaited_->serves(view, false)) show_alone(cloud_of(await_cut(view), view));
       awaited_ = view;
     } else {
       const bool is_new = awaited_ || !wanted_ || !wanted_->serves(view, true);
@@ -139,7 +140,7 @@ class LevelRenderer final : public Renderer {
       if (is_new) note_news();
       if (awaited_) {
         ready.clear();
-        show_alone(stream_->cut(gain_of(view), view.limit, pool_, guess_), view);
+        show_alone(cloud_of(stream_->cut(gain_of(view), view.limit, pool_, guess_, seat_), view));
         awaited_.reset();
       }
       for (CutChange& change : ready) apply(std::move(change));
@@ -149,6 +150,30 @@ class LevelRenderer final : public Renderer {
     return frame;
   }
 
+  std::vector<std::uint32_t> level_map(const Camera& camera, const RenderSettings& settings,
+                                       bool errors, std::stop_token stop) override {
+    if (!stream_) return {};
+    const LevelView view = view_of(camera, settings);
+    const StreamedCut made = awaits()
+                                 ? stream_->await_cut(gain_of(view), view.limit, pool_, guess_)
+                                 : stream_->cut(gain_of(view), view.limit, pool_, guess_, seat_);
+    GaussianCloud cloud = cloud_of(made, view);
+    paint_levels(made.tree, made.cut, view.view, view.dilation, errors, cloud);
+    show_alone(std::move(cloud));
+    // The next frame has colours again, and a window its slots.
+    awaited_ = awaits() ? std::nullopt : std::optional(view);
+    RenderSettings on_black = settings;
+    on_black.background = {};
+    const Frame& frame = inner_->render(camera, on_black, {}, HostImage{}, std::move(stop));
+    std::vector<std::uint32_t> map;
+    for (std::size_t i = 0; i < frame.color.values.size(); i += 3) {
+      const float value = frame.color.values[i];
+      map.push_back(
+          static_cast<std::uint32_t>(std::lround(255 * (errors ? std::sqrt(value / 3) : value))));
+    }
+    return map;
+  }
+
   void prepare_target(const Target& target) override { inner_->prepare_target(target); }
   void report_frames_to(std::function<void(float fraction)> report) override {
     inner_->report_frames_to(std::move(report));
@@ -156,8 +181,8 @@ class LevelRenderer final : public Renderer {
 
  private:
   void leave_stream() {
-    if (stream_) stream_->report_pages_to({});
     thread_ = {};  // waits for its end
+    if (seat_ != 0) stream_->remove_view(std::exchange(seat_, 0));
   }
 
   void note_news() {
@@ -180,16 +205,29 @@ class LevelRenderer final : public Renderer {
     if (uploaded_ && change.drawn.size() > 0) inner_->set_drawn(std::move(change.drawn));
   }
 
-  LevelFacts facts_of(const LodCut& cut, double ms, bool is_new) {
-    return {cut.count, cut.missing.size(),       cut.limit, ms, stream_->facts(),
-            is_new,    stream_->take_sentences()};
+  LevelFacts facts_of(const LevelView& view, const LodCut& cut, double ms, bool is_new) {
+    return {view.view.camera,      cut.count, cut.missing.size(),       cut.limit, ms,
+            stream_->facts(seat_), is_new,    stream_->take_sentences()};
   }
 
   LodGain gain_of(const LevelView& view) const { return gain_in(view.view, stream_->footprint()); }
 
+  bool awaits() const { return !report_ || (awaits_ != nullptr && *awaits_); }
+
+  LevelView view_of(const Camera& camera, const RenderSettings& settings) const {
+    const bool keeps_light = settings.antialiased.value_or(antialiased_);
+    return {{camera, awaits() ? kOutside : kOutsideWindow},
+            keeps_light ? 0 : settings.dilation,
+            limit_};
+  }
+
+  GaussianCloud cloud_of(const StreamedCut& made, const LevelView& view) {
+    return cut_cloud(made.tree, made.cut, view.view, view.dilation, pool_);
+  }
+
   // Uploads a cut to which no change belongs.
-  void show_alone(const StreamedCut& made, const LevelView& view) {
-    apply({.whole = cut_cloud(made.tree, made.cut, view.view, view.dilation, pool_)});
+  void show_alone(GaussianCloud cloud) {
+    apply({.whole = std::move(cloud)});
     uploaded_.reset();
   }
 
@@ -197,7 +235,7 @@ class LevelRenderer final : public Renderer {
     const auto start = std::chrono::steady_clock::now();
     StreamedCut made = stream_->await_cut(gain_of(view), view.limit, pool_, guess_);
     guess_ = made.cut.limit;
-    const LevelFacts facts = facts_of(made.cut, milliseconds_since(start), !report_);
+    const LevelFacts facts = facts_of(view, made.cut, milliseconds_since(start), !report_);
     if (report_) {
       report_(facts);
     } else {
@@ -235,7 +273,7 @@ class LevelRenderer final : public Renderer {
       const std::size_t number = views_;
       lock.unlock();
       const auto start = std::chrono::steady_clock::now();
-      const StreamedCut made = stream_->cut(gain_of(view), view.limit, alone, guess_);
+      const StreamedCut made = stream_->cut(gain_of(view), view.limit, alone, guess_, seat_);
       guess_ = made.cut.limit;
       const LodCut& shown = slots_.shown();
       const double change = static_cast<double>(moved(shown, made.cut) + moved(made.cut, shown)) /
@@ -243,7 +281,7 @@ class LevelRenderer final : public Renderer {
       const bool was_exact = change == 0 && exact == number;
       const bool is_new = restarts || (came ? change >= kMoved : !was_exact);
       const LevelFacts facts =
-          facts_of(made.cut, milliseconds_since(start), is_new && !(restarts && change == 0));
+          facts_of(view, made.cut, milliseconds_since(start), is_new && !(restarts && change == 0));
       CutChange step;
       if (is_new) {
         step = slots_.follow(made, view.view, view.dilation, !came || restarts, alone);
@@ -266,6 +304,7 @@ class LevelRenderer final : public Renderer {
   LevelReport report_;
   const std::atomic<bool>* awaits_;
   std::shared_ptr<PageStream> stream_, expected_;
+  int seat_ = 0;  // its number among the views of the stream
   bool antialiased_ = false;
   std::optional<LevelView> awaited_;         // its cut was uploaded last; of render()
   std::atomic<float> guess_ = 0;             // limit of the last cut

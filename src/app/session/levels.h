@@ -16,6 +16,7 @@ namespace qs {
 
 /// Facts of a cut.
 struct LevelFacts {
+  Camera camera = {};       ///< of the view
   std::size_t drawn = 0;    ///< nodes
   std::size_t missing = 0;  ///< pages that the cut lacks
   float limit = 0;          ///< LodCut::limit

@@ -32,19 +32,27 @@ constexpr std::array kFormats = {
                  "cameras.json",
                  {},
                  {JsonKind::cameras, JsonKind::camera_path},
+                 "",
                  read_cameras_json},
     CameraFormat{"COLMAP binary",
                  "sparse/0/images.bin",
                  {"images.bin", "cameras.bin"},
                  {},
+                 "",
                  read_colmap_binary},
-    CameraFormat{
-        "COLMAP text", "sparse/0/images.txt", {"images.txt", "cameras.txt"}, {}, read_colmap_text},
+    CameraFormat{"COLMAP text",
+                 "sparse/0/images.txt",
+                 {"images.txt", "cameras.txt"},
+                 {},
+                 "",
+                 read_colmap_text},
     CameraFormat{"transforms.json",
                  "transforms.json",
                  {},
                  {JsonKind::transforms, JsonKind::other},
+                 "",
                  read_transforms_json},
+    CameraFormat{"Metashape XML", "cameras.xml", {}, {}, "<document", read_metashape_xml},
 };
 
 template <class Value>
@@ -130,8 +138,10 @@ CameraSet file_in(const std::filesystem::path& folder) {
     elsewhere = fmt::format("; {} is one, further below", file.string());
     break;
   }
-  fail("{}: a folder without cameras.json, COLMAP's images.bin or images.txt, or transforms.json{}",
-       folder.string(), elsewhere);
+  fail(
+      "{}: a folder without cameras.json, COLMAP's images.bin or images.txt, transforms.json, or "
+      "Metashape's cameras.xml{}",
+      folder.string(), elsewhere);
 }
 
 // Sentences about intrinsics that files rarely mean.
@@ -204,7 +214,8 @@ std::vector<std::string> CameraSet::pinhole_sentences() const {
   if (first != cameras.end())
     all.push_back(
         fmt::format("{}: {} of {} cameras have lenses too wide for a pinhole camera: their front "
-                    "faces are used (the whole lens of the first: --lens {})",
+                    "faces are used, but for render --camera-index N (the lens of the first: "
+                    "--lens {})",
                     file.string(), std::ranges::count_if(cameras, is_wide), cameras.size(),
                     photograph_view(*first->lens).text));
   return all;
@@ -214,16 +225,20 @@ CameraSet read_camera_set(const std::filesystem::path& path) {
   if (!is_there(path)) fail("{}: cannot be read: no such file", path.string());
   const CameraSet found = is_folder(path) ? file_in(path) : CameraSet{path};
   const std::filesystem::path& file = found.file;
-  const JsonKind kind = json_kind(text_of(MappedFile(file).content()).substr(0, kStartBytes));
+  const MappedFile mapped(file);
+  const std::string_view start = without_mark(text_of(mapped.content())).substr(0, kStartBytes);
+  const JsonKind kind = json_kind(start);
   const std::string name = file.filename().string();
   const auto format = std::ranges::find_if(kFormats, [&](const CameraFormat& row) {
     return holds(row.names, std::string_view(name)) ||
-           (kind != JsonKind::none && holds(row.kinds, kind));
+           (kind != JsonKind::none && holds(row.kinds, kind)) ||
+           (start.starts_with('<') && !row.root.empty() &&
+            start.find(row.root) != std::string_view::npos);
   });
   if (format == kFormats.end() && kind == JsonKind::none)
     fail(
-        "{}: not a file of cameras: these are cameras.json, transforms.json, and images.bin and "
-        "images.txt of COLMAP",
+        "{}: not a file of cameras: these are cameras.json, transforms.json, images.bin and "
+        "images.txt of COLMAP, and Metashape's XML",
         file.string());
   // Another file is passed to the reader of cameras.json, whose message names the defect.
   CameraSet read = format == kFormats.end() ? read_cameras_json(file) : format->read(file);

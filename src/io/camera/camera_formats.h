@@ -28,9 +28,10 @@ namespace qs {
 struct CameraFormat {
   const char* name;
   const char* place;  ///< the identifying file, relative to the data set's folder
-  // It is recognised by the name of the file, or by the kind of JSON.
+  // It is recognised by the name of the file, by the kind of JSON, or by the first tag of XML.
   std::array<std::string_view, 2> names;
   std::array<JsonKind, 2> kinds;
+  std::string_view root;
   CameraSet (*read)(const std::filesystem::path& file);  ///< throws Error(input)
 };
 
@@ -56,6 +57,10 @@ std::size_t count_colmap_images(const std::filesystem::path& file);
 /// NeRF's transforms.json: an object with "frames".
 
 CameraSet read_transforms_json(const std::filesystem::path& file);
+
+/// Metashape's export of cameras as XML: a document with a chunk.
+
+CameraSet read_metashape_xml(const std::filesystem::path& file);
 
 /// Adds the camera that make() returns. One that is not finite is left out, and its sentence gets
 /// the photograph's name.

@@ -125,6 +125,8 @@ constexpr std::array kLensModels = {
     LensModel{-1, "FISHEYE624", 2, kRadTan, false, equidistant, kAround, rad_tan_thin_prism},
     LensModel{-1, "BROWN_CONRADY", 1, "k1 k2 k3 p1 p2", true, perspective, kAhead, brown_conrady},
     LensModel{-1, "METASHAPE", 2, "k1 k2 k3 k4 p1 p2 skew", true, perspective, kAhead, metashape},
+    LensModel{-1, "METASHAPE_FISHEYE", 2, "k1 k2 k3 k4 p1 p2 skew", false, equidistant, kAround,
+              metashape},
 };
 
 }  // namespace

@@ -2,6 +2,8 @@
 #include "learn/lod/error_cloud.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "learn/lod/cut.h"
 #include "learn/lod/merging.h"
@@ -9,31 +11,60 @@
 #include "raster/scene/activated_cloud.h"
 
 namespace qs {
+namespace {
+
+void paint(GaussianCloud& cloud, std::size_t k, double grey) {
+  glm::vec3* const sh = sh_of(cloud, k);
+  std::fill_n(sh, sh_count(cloud), glm::vec3(0));
+  sh[0] = glm::vec3(static_cast<float>((grey - 0.5) / static_cast<double>(kSh0)));
+}
+
+// The grey of a node that is Gaussian `k` of the cloud.
+double grey_of_error(LodFacts node, float smallest, const LodView& view, double dilation,
+                     const GaussianCloud& drawn, std::size_t k) {
+  node.gains = node.errors;
+  const float footprint = view(drawn.positions[k], node.radius).footprint;
+  const double h = static_cast<double>(footprint), v = dilation * h * h;
+  const Covariance3<double> c = world_covariance(drawn, k);
+  LodCovariance wide;
+  std::ranges::transform(std::array{c.xx + v, c.xy, c.xz, c.yy + v, c.yz, c.zz + v}, wide.begin(),
+                         [](double value) { return static_cast<float>(value); });
+  // The integral of a Gaussian's opacity is twice the mean area of its projections.
+  const double light = opacity_of_logit(drawn.opacity_logits[k]) *
+                       static_cast<double>(ellipsoid_area(wide)) / (2 * h * h);
+  return light > 0 ? static_cast<double>(lod_gain(node, smallest, footprint)) / light : 0;
+}
+
+double grey_of_level(const LodFacts& node) {
+  return node.child_count == 0
+             ? 0
+             : (1 + std::floor(std::log2(std::max(static_cast<double>(node.opacities), 1.0)))) /
+                   255;
+}
+
+}  // namespace
 
 GaussianCloud error_cloud(const RadLevels& levels, std::span<const std::uint32_t> cut,
                           GaussianCloud drawn, const Camera& camera) {
-  RadLevels part{{}, levels.footprint};
-  for (const std::uint32_t i : cut) {
-    part.nodes.push_back(levels.nodes[i]);
-    part.nodes.back().gains = part.nodes.back().errors;
-  }
-  const LodGains errors = gains_in(part, drawn, {&camera, 1}, 1);
-  for (std::size_t k = 0; k < cut.size(); ++k) {
-    const double h = static_cast<double>(errors.footprints[k]);
-    const double v = drawn.antialiased ? 0 : static_cast<double>(kDilation) * h * h;
-    const Covariance3<double> c = world_covariance(drawn, k);
-    LodCovariance wide;
-    std::ranges::transform(std::array{c.xx + v, c.xy, c.xz, c.yy + v, c.yz, c.zz + v}, wide.begin(),
-                           [](double value) { return static_cast<float>(value); });
-    // The integral of a Gaussian's opacity is twice the mean area of its projections.
-    const double light = opacity_of_logit(drawn.opacity_logits[k]) *
-                         static_cast<double>(ellipsoid_area(wide)) / (2 * h * h);
-    const double grey = light > 0 ? static_cast<double>(errors.gains[k]) / light : 0;
-    glm::vec3* const sh = sh_of(drawn, k);
-    std::fill_n(sh, sh_count(drawn), glm::vec3(0));
-    sh[0] = glm::vec3(static_cast<float>((grey - 0.5) / static_cast<double>(kSh0)));
-  }
+  const LodView view(camera, 1);
+  const double dilation = drawn.antialiased ? 0 : static_cast<double>(kDilation);
+  for (std::size_t k = 0; k < cut.size(); ++k)
+    paint(drawn, k,
+          grey_of_error(levels.nodes[cut[k]], levels.footprint, view, dilation, drawn, k));
   return drawn;
+}
+
+void paint_levels(const LodPages& tree, const LodCut& cut, const LodView& view, double dilation,
+                  bool errors, GaussianCloud& drawn) {
+  std::size_t k = 0;
+  for (const LodPart& part : cut.parts)
+    part.for_each([&](std::size_t row) {
+      const LodFacts& node = tree.pages[part.page]->nodes[row];
+      paint(drawn, k,
+            errors ? grey_of_error(node, tree.footprint, view, dilation, drawn, k)
+                   : grey_of_level(node));
+      ++k;
+    });
 }
 
 }  // namespace qs

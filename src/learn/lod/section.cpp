@@ -29,7 +29,9 @@ void draw(const LodGaussian& gaussian, const NodeLevels& levels, float footprint
   const float area = ellipsoid_area(gaussian.covariance);
   node.layers = area > 0 ? gaussian.mass / area : 0;
   node.opacities = gaussian.opacities;
-  node.radius = levels.radius;
+  // The Gaussian may reach farther than the centres of its leaves.
+  node.radius =
+      std::max(levels.radius, 3 * std::max({node.scales.x, node.scales.y, node.scales.z}));
   node.gains = levels.gains;
   for (std::size_t k = 0; k < kLodFootprints; ++k)
     node.errors[k] = lod_step(levels.errors[k], footprint);

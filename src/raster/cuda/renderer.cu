@@ -42,18 +42,21 @@ struct Lane {
 };
 
 /// The number of frames of `pixels` each that are drawn at the same time: as many as fill a GPU,
-/// because a small frame leaves most of its multiprocessors idle. For measurements and tests
-/// QUADSPLAT_LANES=N overrides it.
-std::size_t lanes_for(std::size_t pixels, std::size_t gaussians) {
+/// because a small frame leaves most of its multiprocessors idle. `made`: lanes that there are. New
+/// ones take at most a quarter of the free memory. For measurements and tests QUADSPLAT_LANES=N
+/// overrides it.
+std::size_t lanes_for(std::size_t pixels, std::size_t gaussians, std::size_t made) {
   constexpr std::size_t kMost = 24, kPixels = 24 << 20;
   constexpr std::size_t kBytesOfGaussian = 104, kBytesOfPixel = 25;  // see fast::Scratch
   if (const char* forced = std::getenv("QUADSPLAT_LANES")) {
     unsigned lanes = 0;
     if (std::sscanf(forced, "%u", &lanes) == 1 && lanes > 0) return lanes;
   }
+  const std::size_t wanted = std::min(kMost, kPixels / pixels + 1);
+  if (wanted <= made) return wanted;
   const std::size_t fitting =
       DeviceMemory::now().free / 4 / (gaussians * kBytesOfGaussian + pixels * kBytesOfPixel + 1);
-  return std::max<std::size_t>(std::min({kMost, kPixels / pixels + 1, fitting}), 1);
+  return std::min(wanted, made + fitting);
 }
 
 class CudaRenderer final : public Renderer {
@@ -208,7 +211,8 @@ class CudaRenderer final : public Renderer {
     std::deque<FrameContext> frames;  // enqueued, of the cameras after `used`
     try {
       cloud_in(Order::space, stop);
-      const std::size_t lanes = std::min(lanes_for(pixels, scene_->size()), cameras.size());
+      const std::size_t lanes =
+          std::min(lanes_for(pixels, scene_->size(), lanes_.size()), cameras.size());
       while (lanes_.size() < lanes) lanes_.emplace_back(device_);
       lane().uploaded.record(lane().stream);
       for (Lane& each : lanes_) lane().uploaded.make_wait(each.stream);

@@ -2,6 +2,7 @@
 #include "raster/lens/lens_renderer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -64,12 +65,62 @@ void add(std::vector<ModePairs>& sum, const std::vector<ModePairs>& face) {
 }
 
 void check_outputs(const LensView& lens, const Outputs& outputs, const Target& target) {
-  if (outputs.pairs || outputs.evaluated || outputs.trace || outputs.region || outputs.seen ||
-      outputs.share || std::holds_alternative<GlTexture>(target))
-    fail(ErrorKind::device,
-         "lens {}: its faces are separate pictures: there is no map of tiles or pairs, no trace, "
-         "no region, no texture and no selection of the whole",
-         lens.text);
+  if (outputs.trace || outputs.region || outputs.seen || outputs.share ||
+      std::holds_alternative<GlTexture>(target))
+    fail(
+        ErrorKind::device,
+        "lens {}: its faces are separate pictures: there is no trace, no region, no texture and no "
+        "selection of the whole",
+        lens.text);
+}
+
+CountMaps::CountMaps(const TileGrid& grid, glm::ivec2 size, const Outputs& outputs)
+    : grid_(grid), width_(size.x) {
+  const auto tiles = static_cast<std::size_t>(grid.count());
+  if (outputs.pairs) pairs_.resize(tiles);
+  if (outputs.used) used_.resize(tiles);
+  if (outputs.evaluated)
+    evaluated_.resize(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
+}
+
+void CountMaps::add(const LensMap& map, std::size_t number, const Frame& face,
+                    std::size_t first_pixel) {
+  const FaceMap& own = map.faces[number];
+  const auto tile_at = [](const TileGrid& grid, std::size_t x, std::size_t y) {
+    const auto side = static_cast<std::size_t>(grid.tile_px);
+    return y / side * static_cast<std::size_t>(grid.columns) + x / side;
+  };
+  const auto column = [](const FacePixel& pixel) {
+    return static_cast<std::size_t>(pixel.x + 0.5f);
+  };
+  const auto row = [](const FacePixel& pixel) { return static_cast<std::size_t>(pixel.y + 0.5f); };
+  std::vector<double> shown;  // pixels of the picture, per tile of the face
+  if (!pairs_.empty() || !used_.empty()) shown.resize(static_cast<std::size_t>(face.grid.count()));
+  if (!shown.empty())
+    for (const FacePixel& pixel : own.pixels)
+      shown[tile_at(face.grid, column(pixel), row(pixel))] += double{pixel.weight};
+  for (const FacePixel& pixel : own.pixels) {
+    const std::size_t at = first_pixel + pixel.pixel;
+    const auto width = static_cast<std::size_t>(width_);
+    if (!shown.empty()) {
+      const std::size_t from = tile_at(face.grid, column(pixel), row(pixel));
+      const std::size_t to = tile_at(grid_, at % width, at / width);
+      const double share = double{pixel.weight} / shown[from];
+      if (!pairs_.empty()) pairs_[to] += share * face.pairs[from];
+      if (!used_.empty()) used_[to] += share * face.used[from];
+    }
+    if (!evaluated_.empty() && map.nearest[pixel.pixel] == number)
+      evaluated_[at] =
+          face.evaluated[row(pixel) * static_cast<std::size_t>(own.camera.width) + column(pixel)];
+  }
+}
+
+void CountMaps::finish(Frame& result) const {
+  for (const double pairs : pairs_)
+    result.pairs.push_back(static_cast<std::uint32_t>(std::lround(pairs)));
+  for (const double used : used_)
+    result.used.push_back(static_cast<std::uint32_t>(std::lround(used)));
+  result.evaluated = evaluated_;
 }
 
 }  // namespace lens

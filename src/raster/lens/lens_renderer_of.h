@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -42,6 +43,24 @@ inline float ms_since(std::chrono::steady_clock::time_point begin) {
 /// Adds all but frame_ms: faces may be drawn at the same time.
 void add(RenderStats& sum, const RenderStats& face);
 void add(std::vector<ModePairs>& sum, const std::vector<ModePairs>& face);
+
+/// The maps of tiles and pixels of a picture of faces. A tile's pairs in a face are divided among
+/// the tiles of the picture as the pixels that show it are; tiles that no pixel shows are in no
+/// map. A pixel has the evaluated pairs of the nearest pixel of a face.
+class CountMaps {
+ public:
+  CountMaps(const TileGrid& grid, glm::ivec2 size, const Outputs& outputs);
+
+  /// Adds face `number` of the map, whose picture begins at a pixel of the whole picture.
+  void add(const LensMap& map, std::size_t number, const Frame& face, std::size_t first_pixel);
+  void finish(Frame& result) const;
+
+ private:
+  TileGrid grid_;
+  int width_;
+  std::vector<double> pairs_, used_;  // per tile; empty: not requested
+  std::vector<std::uint32_t> evaluated_;
+};
 
 /// Throws Error(device) for outputs and targets that pictures of faces do not have.
 void check_outputs(const LensView& lens, const Outputs& outputs, const Target& target);
@@ -123,10 +142,12 @@ class LensRenderer final : public Renderer {
     result_ = {};
     result_.grid = TileGrid::of_image(camera.width, camera.height, settings.tile_px);
     sums_.begin({camera.width, camera.height}, outputs);
+    counts_.emplace(result_.grid, glm::ivec2(camera.width, camera.height), outputs);
     Outputs of_face = outputs;
     if (outputs.counted) of_face.mode_pairs = false;
     draw({camera, settings}, of_face, stop);
     sums_.finish(target, result_);
+    counts_->finish(result_);
     if (outputs.counted && outputs.mode_pairs) {
       const RenderStats stats = result_.stats;
       draw(*outputs.counted, {.color = false, .mode_pairs = true}, stop);
@@ -154,9 +175,8 @@ class LensRenderer final : public Renderer {
     plain.lens.reset();
     plain.dilation *= kFaceScale * kFaceScale;
     const bool is_seen = outputs.color || outputs.depth;
-    if (is_seen)
-      sums_.begin_eye(shared_map, static_cast<std::size_t>(eye) * map.nearest.size(),
-                      settings.background);
+    const std::size_t first_pixel = static_cast<std::size_t>(eye) * map.nearest.size();
+    if (is_seen) sums_.begin_eye(shared_map, first_pixel, settings.background);
     std::vector<Camera> faces;
     for (const FaceMap& face : map.faces) faces.push_back(face.placed(camera));
     const auto parts = static_cast<float>(eyes) * static_cast<float>(faces.size());
@@ -175,6 +195,7 @@ class LensRenderer final : public Renderer {
           const auto drawn = std::chrono::steady_clock::now();
           const double processor_seconds = pool_.processor_seconds();
           if (is_seen) sums_.add(frame, i);
+          counts_->add(map, i, frame, first_pixel);
           RenderStats stats = frame.stats;
           if (stats.threads > 0)
             stats.cpu_ms +=
@@ -194,6 +215,7 @@ class LensRenderer final : public Renderer {
   std::unique_ptr<Renderer> inner_;
   ThreadPool& pool_;
   Sums sums_;
+  std::optional<lens::CountMaps> counts_;  // of the picture that is drawn
   std::function<void(float fraction)> report_;
   std::vector<Made> made_;  // the last used first
   Frame result_;

@@ -53,7 +53,9 @@ struct LodFacts {
   LodSteps errors{};    ///< estimated: against all of its leaves
   float layers = 0;     ///< mass / area; above 1 the scales have grown, see learn/lod/merging.h
   float opacities = 0;  ///< sum over its leaves
-  float radius = 0;     ///< the ball around its centre has the centres of its leaves
+  /// The ball around its centre has the centres of its leaves, and 3 standard deviations of its
+  /// Gaussian.
+  float radius = 0;
 };
 
 struct LodNode : LodFacts {

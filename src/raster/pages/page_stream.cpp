@@ -29,8 +29,21 @@ PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_byte
     threads_.emplace_back([this](const std::stop_token& stop) { read_pages(stop); });
 }
 
+int PageStream::add_view(std::function<void()> report) {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [number, view] : views_)
+    if (view.report) view.report();  // its share of the memory is less now
+  views_[++last_view_].report = std::move(report);
+  return last_view_;
+}
+
+void PageStream::remove_view(int view) {
+  const std::lock_guard lock(mutex_);
+  views_.erase(view);
+}
+
 StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPool& pool,
-                            float guess) {
+                            float guess, int view) {
   std::unique_lock lock(mutex_);
   StreamedCut result{tree_, {}};
   Array<LodVisit> kept = std::exchange(kept_, {});
@@ -43,28 +56,37 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
   lock.lock();
   kept_ = std::move(kept);
   ++cuts_;
+  View& own = views_[view];
+  const std::size_t others = views_.size() - views_.count(0);
+  const std::uint64_t share = view == 0 ? facts_.most_bytes : facts_.most_bytes / others;
   const std::uint64_t page_bytes = tree_.pages[0]->bytes();
   std::uint64_t needed = page_bytes;  // of memory
-  for (const LodPart& part : result.cut.parts) {
-    uses_[part.page] = {cuts_, part.gain};
-    if (part.page != 0) needed += result.tree.pages[part.page]->bytes();
+  own.lacks_pages = !result.cut.missing.empty();
+  own.kept.assign(tree_.pages.size(), false);
+  std::vector<const LodPart*> parts;  // the largest gain first
+  for (const LodPart& part : result.cut.parts) parts.push_back(&part);
+  std::ranges::stable_sort(parts, std::ranges::greater(), &LodPart::gain);
+  for (const LodPart* const part : parts) {
+    uses_[part->page] = {cuts_, part->gain};
+    if (part->page != 0) needed += result.tree.pages[part->page]->bytes();
+    own.kept[part->page] = views_.size() == 1 || needed <= share;
   }
-  wanted_.clear();
+  own.wanted.clear();
   for (const LodPart& part : result.cut.missing) {
-    if (stopped_ || wanted_.size() == 4 * threads_.size()) break;
+    if (stopped_ || own.wanted.size() == 4 * threads_.size()) break;
     if (tree_.pages[part.page] || tree_.dead[part.page] || in_flight_.contains(part.page)) continue;
     needed += page_bytes;
-    if (needed > facts_.most_bytes) {
+    if (needed > share) {
       if (!std::exchange(was_full_, true))
         sentences_.push_back(fmt::format(
             "{}: a view needs more than the {} MB of memory for its pages, so it is coarser",
-            source_.name, facts_.most_bytes / 1'000'000));
+            source_.name, share / 1'000'000));
       break;
     }
     uses_[part.page].gain = part.gain;
-    wanted_.push_back(part.page);
+    own.wanted.push_back(part.page);
   }
-  std::ranges::reverse(wanted_);
+  std::ranges::reverse(own.wanted);
   wanted_changed_.notify_all();
   return result;
 }
@@ -76,18 +98,26 @@ StreamedCut PageStream::await_cut(const LodGain& gain, const LodLimit& limit, Th
     const std::uint64_t events = events_;
     lock.unlock();
     StreamedCut result = cut(gain, limit, pool, guess);
-    if (result.cut.missing.empty()) return result;
     guess = result.cut.limit;
     lock.lock();
-    arrived_.wait(lock, [&] { return wanted_.empty() && in_flight_.empty(); });
-    if (events_ == events) return result;  // no more pages can come
+    arrived_.wait(lock, [&] {
+      return views_[0].wanted.empty() &&
+             std::ranges::none_of(result.cut.missing, [&](const LodPart& part) {
+               return in_flight_.contains(part.page);
+             });
+    });
+    if (!result.cut.missing.empty() && events_ != events) continue;
+    views_.erase(0);
+    return result;  // no more pages can come
   }
 }
 
-StreamFacts PageStream::facts() const {
+StreamFacts PageStream::facts(int view) const {
   const std::lock_guard lock(mutex_);
   StreamFacts facts = facts_;
-  facts.reading = wanted_.size() + in_flight_.size();
+  const auto found = views_.find(view);
+  if (found != views_.end()) facts.reading = found->second.wanted.size();
+  for (const auto& [page, reader] : in_flight_) facts.reading += reader == view ? 1 : 0;
   return facts;
 }
 
@@ -96,12 +126,30 @@ std::vector<std::string> PageStream::take_sentences() {
   return std::exchange(sentences_, {});
 }
 
+// The view whose page is read next: views take turns.
+PageStream::View* PageStream::next_reader() {
+  const auto wants = [](const auto& entry) { return !entry.second.wanted.empty(); };
+  auto next = std::find_if(views_.upper_bound(last_served_), views_.end(), wants);
+  if (next == views_.end()) next = std::ranges::find_if(views_, wants);
+  if (next == views_.end()) return nullptr;
+  last_served_ = next->first;
+  return &next->second;
+}
+
+void PageStream::stop_reading() {
+  for (auto& [number, view] : views_) view.wanted.clear();
+}
+
 void PageStream::read_pages(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  while (wanted_changed_.wait(lock, stop, [&] { return !wanted_.empty(); })) {
-    const std::uint32_t page = wanted_.back();
-    wanted_.pop_back();
-    in_flight_.insert(page);
+  View* reader = nullptr;
+  while (wanted_changed_.wait(lock, stop, [&] { return (reader = next_reader()) != nullptr; })) {
+    const std::uint32_t page = reader->wanted.back();
+    reader->wanted.pop_back();
+    if (tree_.pages[page] || !in_flight_.emplace(page, last_served_).second) {
+      arrived_.notify_all();
+      continue;
+    }
     lock.unlock();
     std::shared_ptr<const LodPage> got;
     std::string problem;
@@ -121,14 +169,15 @@ void PageStream::read_pages(const std::stop_token& stop) {
         sentences_.push_back(fmt::format(
             "{}: another program changed it: no more of it is read, so pictures stay coarse",
             source_.name));
-      wanted_.clear();
+      stop_reading();
     } else if (is_short) {
       halve();
     } else {
       store(page, std::move(got), problem);
     }
     arrived_.notify_all();
-    if (report_) report_();
+    for (const auto& [number, view] : views_)
+      if (view.lacks_pages && view.report) view.report();
   }
 }
 
@@ -147,6 +196,8 @@ void PageStream::store(std::uint32_t page, std::shared_ptr<const LodPage> got,
   ++facts_.resident;
   ++events_;
   uses_[page].cut = cuts_;
+  for (auto& [number, view] : views_)
+    if (view.lacks_pages) view.kept[page] = true;  // until its next cut
   tree_.pages[page] = std::move(got);
 }
 
@@ -155,18 +206,24 @@ void PageStream::halve() {
   sentences_.push_back(fmt::format("{}: memory is short: its pages have {} MB now", source_.name,
                                    facts_.most_bytes / 1'000'000));
   make_room(0);
-  wanted_.clear();
+  stop_reading();
 }
 
 bool PageStream::make_room(std::uint64_t bytes) {
+  const bool awaits = views_.contains(0);
   while (facts_.bytes + bytes > facts_.most_bytes) {
     std::size_t victim = 0;
     const auto order = [&](std::size_t page) {
       return std::tuple(uses_[page].gain, uses_[page].cut);
     };
+    const auto is_kept = [&](std::size_t page) {
+      return std::ranges::any_of(views_, [&](const auto& entry) {
+        const auto& [number, view] = entry;
+        return (number == 0 || !awaits) && !view.kept.empty() && view.kept[page];
+      });
+    };
     for (std::size_t page = 1; page < uses_.size(); ++page)
-      if (tree_.pages[page] && uses_[page].cut != cuts_ &&
-          (victim == 0 || order(page) < order(victim)))
+      if (tree_.pages[page] && !is_kept(page) && (victim == 0 || order(page) < order(victim)))
         victim = page;
     if (victim == 0) return false;
     facts_.bytes -= tree_.pages[victim]->bytes();

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 // --lens and its options in render, film and bench.
+#include <fstream>
+#include <iterator>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -80,8 +83,8 @@ TEST_F(LensOptionsTest, that_do_not_fit_together_are_usage_errors) {
     EXPECT_THAT(render.err, HasSubstr(said));
   }
   const ProgramRun heat =
-      run("render", {"--lens", "fisheye", "--heatmap", "pairs", "--output", path("out.png")});
-  EXPECT_THAT(heat.err, HasSubstr("--heatmap counts in tiles of one picture"));
+      run("render", {"--lens", "fisheye", "--heatmap", "missed", "--output", path("out.png")});
+  EXPECT_THAT(heat.err, HasSubstr("--heatmap missed compares the lists of one picture"));
   const ProgramRun film =
       run("film", {"--lens", "equirectangular", "--size", "30x10", "--output", path("film")});
   EXPECT_THAT(film.err, HasSubstr("film: --lens equirectangular is twice as wide as high"));
@@ -162,6 +165,51 @@ TEST_F(LensOptionsTest, make_pictures_of_every_lens) {
     ASSERT_EQ(bench.exit_code, 0) << bench.err;
     EXPECT_THAT(bench.out, HasSubstr(text));
   }
+}
+
+TEST_F(LensOptionsTest, have_heat_maps_of_their_faces) {
+  for (const char* quantity : {"pairs", "evaluated", "false-positive"}) {
+    SCOPED_TRACE(quantity);
+    const ProgramRun heat =
+        run("render", {"--lens", "fisheye", "--fov", "220", "--size", "320x240", "--heatmap",
+                       quantity, "--overwrite", "--output", path("heat.png")});
+    ASSERT_EQ(heat.exit_code, 0) << heat.err;
+    EXPECT_GT(read_image(path("heat.png")).height, 240) << "there is a legend";
+  }
+}
+
+TEST_F(LensOptionsTest, are_those_of_the_chosen_camera_of_a_file) {
+  std::ofstream(folder_ / "cameras.txt") << "1 SIMPLE_FISHEYE 60 60 19.1 30 30\n"
+                                            "2 SIMPLE_FISHEYE 60 60 99 30 30\n";
+  std::ofstream(folder_ / "images.txt") << "1 1 0 0 0 0 0 3 1 a.png\n\n2 1 0 0 0 0 0 3 2 b.png\n\n";
+  const std::string lens = "SIMPLE_FISHEYE,60,60,19.1,30,30";
+  const struct {
+    std::vector<std::string> options;
+    bool is_own;
+  } cases[] = {
+      {{"--camera-index", "0"}, true},  {{"--camera-index", "0", "--lens", "pinhole"}, false},
+      {{"--camera-index", "1"}, false}, {{"--camera-index", "0,1"}, false},
+      {{"--all-cameras"}, false},       {{}, false}};
+  for (std::size_t i = 0; i < std::size(cases); ++i) {
+    SCOPED_TRACE(i);
+    std::vector<std::string> options = {"--cameras", path("images.txt"), "--output",
+                                        path(std::to_string(i) + ".pfm")};
+    options.insert(options.end(), cases[i].options.begin(), cases[i].options.end());
+    const ProgramRun render = run("render", options);
+    ASSERT_EQ(render.exit_code, 0) << render.err;
+    const auto says = HasSubstr("camera 0 (a) is drawn through its lens, --lens " + lens +
+                                "; --lens pinhole draws its front face");
+    if (cases[i].is_own)
+      EXPECT_THAT(render.err, says);
+    else
+      EXPECT_THAT(render.err, Not(says));
+  }
+  ASSERT_EQ(run("render",
+                {"--cameras", path("images.txt"), "--lens", lens, "--output", path("given.pfm")})
+                .exit_code,
+            0);
+  EXPECT_EQ(test::content_of(path("0.pfm")), test::content_of(path("given.pfm")));
+  EXPECT_NE(test::content_of(path("0.pfm")), test::content_of(path("1.pfm")));
 }
 
 TEST_F(LensOptionsTest, have_the_size_of_a_panorama_without_a_size) {

@@ -138,7 +138,7 @@ TEST(ServeMessage, browsers_have_every_key_that_visitors_may_use) {
     }
     return false;
   };
-  EXPECT_EQ(served_commands().size(), 66u + static_cast<std::size_t>(culler_count()))
+  EXPECT_EQ(served_commands().size(), 70u + static_cast<std::size_t>(culler_count()))
       << "a name in the list of served commands is not one of the window's commands";
   for (const KeyCommand* command : served_commands())
     EXPECT_TRUE(has_code(command->key)) << command->help;

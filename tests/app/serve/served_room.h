@@ -23,7 +23,8 @@ class ServedRoom {
   std::vector<int> measured;                       ///< numbers of those who were measured, in order
   Sharing sharing;
 
-  explicit ServedRoom(int count = 1, int scenes = 2) : small(scenes) {
+  explicit ServedRoom(int count = 1, int scenes = 2, std::optional<int> budget = {})
+      : small(scenes, budget) {
     for (int i = 0; i < count; ++i) add();
     pictures_ = std::make_unique<Pictures>(
         small.scenes, Pictures::Receiver{

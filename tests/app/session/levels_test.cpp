@@ -4,6 +4,7 @@
 #include "app/session/levels.h"
 
 #include <atomic>
+#include <cmath>
 #include <cstring>
 #include <mutex>
 #include <numeric>
@@ -12,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/inspect/heatmap_frame.h"
 #include "app/session/alterations.h"
 #include "io/scene/writer.h"
 #include "learn/lod/build.h"
@@ -247,6 +249,92 @@ TEST_F(LevelsTest, the_budget_follows_the_time_of_frames) {
   for (int i = 0; i < 60; ++i) renderer->render(camera_);
   const Frame* frame = settled(*renderer, reports);
   EXPECT_LE(frame->stats.gaussians, 1000u);  // the least budget
+}
+
+double mean_of(const Heatmap& map) {
+  return static_cast<double>(map.total) / static_cast<double>(map.values.size());
+}
+
+TEST_F(LevelsTest, heat_maps_show_levels_and_estimated_errors) {
+  Session whole = open_session(frame_);
+  const Image leaves = picture(whole, camera_);
+  for (const HeatQuantity quantity : {HeatQuantity::level, HeatQuantity::error}) {
+    const auto map_of = [&](Session& session) {
+      return render_with_heatmap(*session.renderer, camera_, session.settings, quantity,
+                                 *session.pool)
+          .heatmap;
+    };
+    EXPECT_EQ(mean_of(map_of(whole)), 0);
+    frame_.levels = {};
+    frame_.levels.error = 0;
+    Session exact = open_session(frame_);
+    EXPECT_EQ(map_of(exact).largest, 0u);
+    double before = 1e9;
+    frame_.levels = {};
+    for (const int budget : {1, 40, 400, 1500, 3000}) {
+      frame_.levels.budget = budget;
+      Session session = open_session(frame_);
+      const Heatmap map = map_of(session);
+      ASSERT_EQ(map.values.size(), 160u * 120u);
+      EXPECT_EQ(map.quantity, quantity);
+      EXPECT_GT(map.largest, 0u) << budget;
+      EXPECT_LT(mean_of(map), before) << budget;
+      before = mean_of(map);
+      if (quantity == HeatQuantity::level) {
+        EXPECT_LE(map.largest, 12u) << budget;  // 4000 leaves
+      }
+    }
+  }
+  // The mean estimate is near the mean difference of the pictures.
+  frame_.levels.budget = 1500;
+  Session session = open_session(frame_);
+  const HeatmapFrame mapped = render_with_heatmap(*session.renderer, camera_, session.settings,
+                                                  HeatQuantity::error, *session.pool);
+  double measured = 0, estimated = 0;
+  for (std::size_t i = 0; i < leaves.values.size(); ++i)
+    measured += std::pow(255 * (static_cast<double>(mapped.frame.color.values[i]) -
+                                static_cast<double>(leaves.values[i])),
+                         2);
+  for (const std::uint32_t value : mapped.heatmap.values) estimated += 3.0 * value * value;
+  EXPECT_GT(estimated, 0.2 * measured);
+  EXPECT_LT(estimated, 20 * measured);
+}
+
+TEST_F(LevelsTest, a_heat_map_leaves_the_picture_as_it_is) {
+  frame_.levels.budget = 700;
+  Session session = open_session(frame_);
+  const Image before = picture(session, camera_);
+  for (const HeatQuantity quantity : {HeatQuantity::level, HeatQuantity::error}) {
+    const HeatmapFrame mapped =
+        render_with_heatmap(*session.renderer, camera_, session.settings, quantity, *session.pool);
+    EXPECT_EQ(mapped.frame.color.values, before.values);
+  }
+  EXPECT_EQ(picture(session, camera_).values, before.values);
+  const Heatmap map = render_with_heatmap(*session.renderer, camera_, session.settings,
+                                          HeatQuantity::level, *session.pool)
+                          .heatmap;
+  const Legend legend = make_legend(map, scale_for(map.values), "quadbox");
+  EXPECT_THAT(legend.facts, HasSubstr("mode quadbox"));
+  EXPECT_THAT(legend.facts, testing::Not(HasSubstr("in all")));  // a sum of levels is no fact
+}
+
+TEST_F(LevelsTest, a_window_shows_its_cut_again_after_a_heat_map) {
+  const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
+  LevelOptions options;
+  options.budget = 800;
+  std::atomic<int> reports = 0;
+  const auto renderer = with_levels(make_renderer(Backend::cpu, test::pool()), options,
+                                    test::pool(), [&](const LevelFacts&) { ++reports; });
+  expect_stream(*renderer, scene.stream);
+  renderer->upload(scene.cloud, {});
+  const Image before = settled(*renderer, reports)->color;
+  for (int round = 0; round < 3; ++round) {
+    const HeatmapFrame mapped =
+        render_with_heatmap(*renderer, camera_, {}, HeatQuantity::level, test::pool());
+    EXPECT_GT(mapped.heatmap.total, 0u);
+    EXPECT_GT(psnr(mapped.frame.color, before, test::pool()), 40);
+  }
+  EXPECT_EQ(settled(*renderer, reports)->color.values, before.values);
 }
 
 }  // namespace

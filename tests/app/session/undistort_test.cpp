@@ -207,7 +207,8 @@ TEST(Undistort, a_command_without_photographs_names_the_front_faces_that_it_uses
   ASSERT_EQ(placed.warnings.size(), 1u);
   EXPECT_EQ(test::without_folder(placed.warnings[0], folder.path()),
             "images.txt: 1 of 2 cameras have lenses too wide for a pinhole camera: their front "
-            "faces are used (the whole lens of the first: --lens SIMPLE_FISHEYE,60,60,19.1,30,30)");
+            "faces are used, but for render --camera-index N (the lens of the first: --lens "
+            "SIMPLE_FISHEYE,60,60,19.1,30,30)");
 }
 
 }  // namespace

@@ -133,6 +133,44 @@ json transforms(const std::vector<Camera>& cameras) {
           {"frames", frames}};
 }
 
+// A chunk whose component is turned, moved and scaled.
+std::string metashape_xml(const std::vector<Camera>& cameras) {
+  const glm::dmat3 turn = glm::mat3_cast(glm::normalize(glm::dquat(0.5, 0.1, -0.7, 0.2)));
+  const glm::dvec3 move(3, -1, 20);
+  constexpr double kScale = 2.5;
+  const auto rows = [](const glm::dmat3& m) {
+    return fmt::format("{} {} {} {} {} {} {} {} {}", m[0][0], m[1][0], m[2][0], m[0][1], m[1][1],
+                       m[2][1], m[0][2], m[1][2], m[2][2]);
+  };
+  std::string sensors, shots;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Camera& c = cameras[i];
+    const glm::dvec2 middle = c.center_px - 0.5 * (glm::dvec2(c.width, c.height) - 1.0);
+    const glm::dmat3 own = glm::transpose(turn) * glm::transpose(glm::dmat3(c.view_from_world));
+    const glm::dvec3 place = glm::transpose(turn) * (c.position() - move) / kScale;
+    sensors += fmt::format(
+        "<sensor id=\"{0}\" type=\"frame\"><resolution width=\"{1}\" height=\"{2}\"/>"
+        "<calibration class=\"initial\"><f>1</f></calibration>"
+        "<calibration type='frame' class='adjusted'><resolution width=\"{1}\" height=\"{2}\"/>"
+        "<f>{3}</f><b1>{4}</b1><cx>{5}</cx><cy>{6}</cy></calibration></sensor>\n",
+        i, c.width, c.height, c.focal_px.y, c.focal_px.x - c.focal_px.y, middle.x, middle.y);
+    shots += fmt::format(
+        "<camera id=\"{0}\" sensor_id=\"{0}\" component_id=\"4\" label=\"{1}.jpg\">"
+        "<transform>{2} {3} {4} {5}\n{6} {7} {8} {9} {10} {11} {12} {13} 0 0 0 1</transform>"
+        "</camera>",
+        i, c.name, own[0][0], own[1][0], own[2][0], place.x, own[0][1], own[1][1], own[2][1],
+        place.y, own[0][2], own[1][2], own[2][2], place.z);
+    if (i == 2) shots += "<group id=\"0\" label=\"the others\">";
+  }
+  return fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- cameras -->\n<document "
+      "version=\"2.0.0\"><chunk label=\"A &amp; B\"><sensors>{}</sensors><components><component "
+      "id=\"4\"><transform><rotation>{}</rotation><translation>{} {} {}</translation>"
+      "<scale>{}</scale></transform></component></components><cameras>{}</group></cameras>"
+      "</chunk></document>\n",
+      sensors, rows(turn), move.x, move.y, move.z, kScale, shots);
+}
+
 void expect_same(const std::vector<Camera>& read, const std::vector<Camera>& expected) {
   ASSERT_EQ(read.size(), expected.size());
   for (std::size_t i = 0; i < read.size(); ++i) {
@@ -155,10 +193,13 @@ TEST(CameraFormats, give_one_pose_for_one_image) {
   write(folder / "binary/sparse/0/cameras.bin", colmap_binary_lenses(cameras));
   write(folder / "binary/sparse/0/images.bin", colmap_binary_images(cameras));
   write(folder / "nerf/transforms.json", transforms(cameras).dump());
-  for (const char* path : {"text", "text/sparse", "text/sparse/0", "text/sparse/0/images.txt",
-                           "text/sparse/0/cameras.txt", "binary", "binary/sparse",
-                           "binary/sparse/0", "binary/sparse/0/images.bin",
-                           "binary/sparse/0/cameras.bin", "nerf", "nerf/transforms.json"}) {
+  write(folder / "metashape/cameras.xml", metashape_xml(cameras));
+  write(folder / "exported.xml", metashape_xml(cameras));
+  for (const char* path :
+       {"text", "text/sparse", "text/sparse/0", "text/sparse/0/images.txt",
+        "text/sparse/0/cameras.txt", "binary", "binary/sparse", "binary/sparse/0",
+        "binary/sparse/0/images.bin", "binary/sparse/0/cameras.bin", "nerf", "nerf/transforms.json",
+        "metashape", "exported.xml"}) {
     SCOPED_TRACE(path);
     expect_same(read_cameras(folder / path), cameras);
   }
@@ -167,6 +208,8 @@ TEST(CameraFormats, give_one_pose_for_one_image) {
 TEST(CameraFormats, are_found_beside_the_scene_after_cameras_json) {
   const TemporaryFolder folder;
   const auto scene = folder / "model/point_cloud/iteration_7/point_cloud.ply";
+  write(folder / "model/cameras.xml", "");
+  EXPECT_EQ(find_cameras_file(scene), folder / "model/cameras.xml");
   write(folder / "model/transforms.json", "{}");
   EXPECT_EQ(find_cameras_file(scene), folder / "model/transforms.json");
   write(folder / "model/sparse/0/images.txt", "");

@@ -107,6 +107,11 @@ std::vector<Golden> golden_points() {
        {470.809, 136.927},
        {-35.283, 499.368},
        {372.827, 549.334}},
+      {"METASHAPE_FISHEYE",
+       {kGolden1, kGolden2, kGolden3, kGolden4, kTangential1, kTangential2, 3.0 / 500},
+       {464.656, 141.137},
+       {28.152, 453.141},
+       {367.316, 517.309}},
   };
 }
 

@@ -37,11 +37,15 @@ TEST_P(CudaLens, draws_the_picture_of_the_cpu) {
     Outputs outputs;
     outputs.depth = true;
     outputs.mode_pairs = true;
+    outputs.pairs = outputs.used = outputs.evaluated = true;
     const Frame a = cpu->render(test::front_camera(width, height), settings, outputs);
     const Frame& b = gpu->render(test::front_camera(width, height), settings, outputs);
     EXPECT_EQ(b.stats.tile_pairs, a.stats.tile_pairs);
     EXPECT_EQ(b.stats.visible, a.stats.visible);
     EXPECT_EQ(b.mode_pairs, a.mode_pairs);
+    EXPECT_EQ(b.pairs, a.pairs);
+    EXPECT_EQ(b.used.size(), a.used.size());
+    EXPECT_EQ(b.evaluated.size(), a.evaluated.size());
     test::expect_same_image(b.color, a.color);
     for (std::size_t i = 0; i < a.depth.alpha.size(); ++i)
       ASSERT_NEAR(a.depth.alpha[i], b.depth.alpha[i], 1e-4f);

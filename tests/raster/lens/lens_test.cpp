@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Frames through lenses: against an oracle that evaluates rays, a chart of known directions, poles,
 // borders, seams, stereo, level horizons, alpha and depth.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -544,6 +545,55 @@ TEST(Lens, sums_the_numbers_of_its_faces) {
   EXPECT_LT(small.stats.tile_pairs, pairs);
 }
 
+TEST(Lens, has_maps_of_the_pairs_of_its_faces) {
+  const Outputs outputs{.pairs = true, .evaluated = true, .used = true};
+  LensView stereo = panorama_view(180);
+  stereo.eye_distance = 0.2;
+  const Case cases[] = {{"panorama", panorama_view(360), {256, 128}},
+                        {"odd size", panorama_view(360), {250, 125}},
+                        {"fisheye", fisheye_view(120), {100, 90}},
+                        {"stereo", stereo, {120, 240}}};
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.name);
+    const RenderSettings settings = through(each.view);
+    const Frame frame =
+        drawn(around(2000, 1, 6, 9), eye(each.size.x, each.size.y), settings, outputs);
+    const auto tiles = static_cast<std::size_t>(frame.grid.count());
+    ASSERT_EQ(frame.pairs.size(), tiles);
+    ASSERT_EQ(frame.used.size(), tiles);
+    ASSERT_EQ(frame.evaluated.size(), static_cast<std::size_t>(each.size.x * each.size.y));
+    // Tiles in the corners of faces are not shown.
+    const auto pairs = static_cast<double>(sum_of(frame.pairs)),
+               all = static_cast<double>(frame.stats.tile_pairs);
+    EXPECT_LT(pairs, 1.001 * all);
+    EXPECT_GT(pairs, 0.6 * all);
+    for (std::size_t tile = 0; tile < tiles; ++tile)
+      ASSERT_LE(frame.used[tile], frame.pairs[tile]) << tile;
+    EXPECT_GT(sum_of(frame.used), sum_of(frame.pairs) / 4);
+    EXPECT_GT(sum_of(frame.evaluated), frame.evaluated.size());
+  }
+
+  // A Gaussian counts where it is seen.
+  const Frame one = drawn(test::single_gaussian({1, 0.5f, 2}, 0.02f, {1, 1, 1}, 9), eye(512, 256),
+                          through(panorama_view(360)), outputs);
+  const glm::ivec2 seen(255.5 + 256 * std::atan2(1, 2) / std::numbers::pi,
+                        127.5 + 256 * std::atan2(0.5, std::hypot(1, 2)) / std::numbers::pi);
+  const std::size_t tile = static_cast<std::size_t>(seen.y / 16 * one.grid.columns + seen.x / 16);
+  EXPECT_GE(one.pairs[tile], 1u);
+  EXPECT_LE(sum_of(one.pairs), 6u);
+  for (int y = 0; y < 256; ++y)
+    for (int x = 0; x < 512; ++x) {
+      const std::uint32_t evaluated = one.evaluated[static_cast<std::size_t>(512 * y + x)];
+      const double away = glm::length(glm::dvec2(glm::ivec2(x, y) - seen));
+      if (away < 2) {
+        ASSERT_EQ(evaluated, 1u) << x << "," << y;
+      }
+      if (away > 50) {
+        ASSERT_EQ(evaluated, 0u) << x << "," << y;
+      }
+    }
+}
+
 TEST(Lens, dilates_by_the_same_angle_everywhere) {
   // Gaussians much smaller than a pixel: the dilation gives them their size.
   const auto seen = [](const LensView& view, glm::dvec2 slope) {
@@ -574,8 +624,7 @@ TEST(Lens, dilates_by_the_same_angle_everywhere) {
 
 TEST(Lens, refuses_maps_of_one_picture) {
   const GaussianCloud cloud = around(10, 1, 2, 1);
-  for (const Outputs& outputs : {Outputs{.pairs = true}, Outputs{.evaluated = true},
-                                 Outputs{.trace = true}, Outputs{.region = PixelBox{0, 0, 4, 4}}})
+  for (const Outputs& outputs : {Outputs{.trace = true}, Outputs{.region = PixelBox{0, 0, 4, 4}}})
     EXPECT_THROW(drawn(cloud, eye(64, 32), through(panorama_view(360)), outputs), std::exception);
   EXPECT_GT(sum_of(drawn(cloud, eye(64, 32), through(parallel_view(60)), {.pairs = true}).pairs),
             0u);

@@ -154,17 +154,18 @@ TEST_F(Streamed, memory_of_one_page_draws_that_page) {
   EXPECT_THAT(stream.take_sentences(), IsEmpty());
 }
 
+// The gains of views that open the even and the odd half of a tree.
+LodGain half(unsigned odd) {
+  return [odd](const LodPage& p, std::size_t row) {
+    return p.cloud.positions[row].x < 30 || static_cast<unsigned>(p.nodes[row].parent) % 2 == odd
+               ? p.nodes[row].radius
+               : 1e-4f;
+  };
+}
+
 TEST_F(Streamed, pages_of_earlier_views_leave_when_memory_is_short) {
   const std::uint64_t page = whole_.pages[0]->bytes();
   PageStream stream = this->stream(20 * page);
-  // Two views that open the even and the odd half of the tree.
-  const auto half = [](unsigned odd) {
-    return [odd](const LodPage& p, std::size_t row) {
-      return p.cloud.positions[row].x < 30 || static_cast<unsigned>(p.nodes[row].parent) % 2 == odd
-                 ? p.nodes[row].radius
-                 : 1e-4f;
-    };
-  };
   for (int round = 0; round < 6; ++round) {
     const LodGain gain = half(round % 2);
     const LodCut got = stream.await_cut(gain, {150}, pool()).cut;
@@ -172,6 +173,97 @@ TEST_F(Streamed, pages_of_earlier_views_leave_when_memory_is_short) {
     EXPECT_EQ(nodes_of(whole_, got), nodes_of(whole_, cut_of(whole_, gain, {150}, pool())));
     EXPECT_LE(stream.facts().bytes, 20 * page);
   }
+}
+
+// Two views that make a cut whenever the stream says so, as windows do.
+struct TwoViews {
+  TwoViews(PageStream& of, std::size_t of_budget) : stream(of), budget(of_budget) {
+    for (std::atomic<int>& due : dues) {
+      due = 1;
+      numbers.push_back(stream.add_view([&due] { ++due; }));
+    }
+  }
+  ~TwoViews() {
+    for (const int number : numbers) stream.remove_view(number);
+  }
+  // Makes the cuts that are due until none is for a while. Returns the number of cuts.
+  int settle() {
+    int cuts = 0;
+    for (int quiet = 0; quiet < 20 && cuts < 1000; ++quiet) {
+      for (unsigned i = 0; i < 2; ++i)
+        if (dues[i].exchange(0) > 0) {
+          made[i] = stream.cut(half(i), {budget}, pool(), 0, numbers[i]).cut;
+          ++cuts;
+          quiet = 0;
+        }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return cuts;
+  }
+
+  PageStream& stream;
+  std::size_t budget;
+  std::atomic<int> dues[2];
+  std::vector<int> numbers;
+  LodCut made[2];
+};
+
+TEST_F(Streamed, views_share_pages_and_each_has_the_cut_of_its_own) {
+  PageStream stream = this->stream();
+  TwoViews views(stream, 400);
+  EXPECT_LT(views.settle(), 1000);
+  for (unsigned i = 0; i < 2; ++i) {
+    EXPECT_THAT(views.made[i].missing, IsEmpty());
+    EXPECT_EQ(nodes_of(whole_, views.made[i]),
+              nodes_of(whole_, cut_of(whole_, half(i), {400}, pool())));
+    EXPECT_EQ(stream.facts(views.numbers[i]).reading, 0u);
+  }
+  EXPECT_EQ(static_cast<std::size_t>(reads_), stream.facts().read);  // no page twice
+}
+
+TEST_F(Streamed, views_that_need_more_than_the_memory_do_not_fight) {
+  const std::uint64_t page = whole_.pages[0]->bytes();
+  for (const std::uint64_t pages : {1, 2, 3, 8, 20, 31}) {
+    PageStream stream = this->stream(pages * page);
+    TwoViews views(stream, 6000);
+    EXPECT_LT(views.settle(), 1000) << pages;  // pages are not read in turns for ever
+    for (const LodCut& cut : views.made) {
+      EXPECT_GT(cut.count, 0u);
+      EXPECT_FALSE(cut.missing.empty());
+    }
+    if (pages >= 8) {  // neither view has nearly all of the memory
+      EXPECT_LT(views.made[0].count, 3 * views.made[1].count) << pages;
+      EXPECT_LT(views.made[1].count, 3 * views.made[0].count) << pages;
+    }
+    EXPECT_LE(stream.facts().bytes, pages * page);
+    EXPECT_THAT(stream.take_sentences(), ElementsAre(HasSubstr("needs more than")));
+  }
+}
+
+TEST_F(Streamed, an_awaited_cut_has_all_the_memory_beside_a_view) {
+  const std::uint64_t page = whole_.pages[0]->bytes();
+  PageStream stream = this->stream(20 * page);
+  TwoViews views(stream, 150);
+  views.settle();
+  for (unsigned i = 0; i < 4; ++i) {
+    const LodCut got = stream.await_cut(half(i % 2), {150}, pool()).cut;
+    EXPECT_EQ(nodes_of(whole_, got), nodes_of(whole_, cut_of(whole_, half(i % 2), {150}, pool())));
+  }
+}
+
+TEST_F(Streamed, a_view_that_left_is_not_told_and_gives_its_share_back) {
+  const std::uint64_t page = whole_.pages[0]->bytes();
+  PageStream stream = this->stream(20 * page);
+  { TwoViews(stream, 6000).settle(); }
+  std::atomic<int> due = 0;
+  const int alone = stream.add_view([&] { ++due; });
+  LodCut cut;
+  do {
+    cut = stream.cut(half(0), {150}, pool(), 0, alone).cut;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  } while (due.exchange(0) > 0);
+  EXPECT_THAT(cut.missing, IsEmpty());
+  stream.remove_view(alone);
 }
 
 TEST_F(Streamed, short_memory_halves_the_pages_and_goes_on) {

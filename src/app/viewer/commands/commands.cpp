@@ -117,8 +117,9 @@ void paste_camera(Viewer& v, Host& host) {
 
 void set_lens(Viewer& v, const std::shared_ptr<const LensView>& lens) {
   v.settings.lens = lens;
-  if (lens && !lens->is_parallel() && (v.heatmap || v.shows_grid || v.panels.split))
-    notify(v, "heat maps, the split and all modes are drawn by a pinhole camera");
+  if (lens && !lens->is_parallel() &&
+      (v.heatmap == HeatQuantity::missed || v.shows_grid || v.panels.split))
+    notify(v, "missed contributions, the split and all modes are drawn by a pinhole camera");
   view_changed(v);
 }
 

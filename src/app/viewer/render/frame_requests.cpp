@@ -124,7 +124,8 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
   if (!are_up_to_date(viewer) || divisor < divisor_ || continuous || rescales || sharpens ||
       uncounted) {
     FrameRequest request = full_frame(viewer);
-    is_quick_ = has_faces(request.settings) && (viewer.moving() || divisor > 1);
+    // Other faces have other counts.
+    is_quick_ = has_faces(request.settings) && !request.heatmap && (viewer.moving() || divisor > 1);
     if (is_quick_) request.settings.lens = quick(request.settings.lens);
     request.divisor = divisor;
     request.moving = viewer.moving();

@@ -216,7 +216,8 @@ bool has_faces(const RenderSettings& settings) {
 
 bool takes_one_frame(const FrameRequest& request) {
   return !has_faces(request.settings) && !request.tint && !request.other && !request.grid &&
-         request.quantity == Quantity::color && request.heatmap != HeatQuantity::missed;
+         request.quantity == Quantity::color &&
+         (!request.heatmap || takes_one_frame(*request.heatmap));
 }
 
 RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,

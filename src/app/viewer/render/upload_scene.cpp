@@ -166,7 +166,10 @@ Renderer& renderer_on(RenderContext& context, Backend backend) {
   Session& session = context.session;
   if (backend == session.backend || session.second) return renderer_on(session, backend);
   const auto end = hide_progress_at_end(context);
-  return renderer_on(session, backend, upload_progress(context, *session.scene));
+  const Progress progress = upload_progress(context, *session.scene);
+  // A window does not wait for cuts.
+  if (session.scene->stream) session.second = upload_to(context, session.scene, backend, progress);
+  return renderer_on(session, backend, progress);
 }
 
 Renderer& renderer_beside(RenderContext& context) {

@@ -313,6 +313,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
   const bool is_new = other_file && is_unknown(v, scene);
   if (v.scene) v.last_views[v.scene->path.string()] = format_camera(v.camera);
   keep_work(v);
+  if (other_file) v.levels.reset();
   const CullMode mode = v.settings.mode;
   v.scene = scene;
   v.settings = opened.settings;

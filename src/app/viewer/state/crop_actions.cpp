@@ -20,7 +20,7 @@ namespace qs {
 
 CropRequest wanted_crop(const Viewer& viewer) {
   const Crop& crop = viewer.crop;
-  if (!viewer.scene || viewer.remote || is_training(viewer)) return {};
+  if (!viewer.scene || viewer.remote || viewer.levels || is_training(viewer)) return {};
   CropRequest request{.gone = viewer.editing.gone, .steps = viewer.editing.steps};
   if (viewer.panels.crop && (crop.wish.removes() || viewer.editing.selected)) {
     request.wish = crop.wish;
@@ -130,6 +130,7 @@ std::optional<CropBox> dragged(const CropBox& box, int face, const Camera& camer
 
 void action::change_crop(Viewer& v, const CropWish& wish) {
   if (!v.scene || wish == v.crop.wish) return;
+  if (v.levels) return notify(v, "a tree that is not read whole cannot be cropped");
   const CropWish before = std::exchange(v.crop.wish, wish);
   CropBox& box = v.crop.wish.box;
   if (wish.boxed && box == CropBox{}) box = first_box(*v.scene, v.camera.position());

@@ -50,7 +50,8 @@ std::string scene_summary(const Viewer& viewer) {
 RenderSettings shown_settings(const Viewer& viewer) {
   RenderSettings settings = viewer.settings;
   settings.mode = viewer.mode();
-  const bool has_maps = viewer.heatmap || viewer.panels.split || viewer.shows_grid;
+  const bool has_maps =
+      viewer.heatmap == HeatQuantity::missed || viewer.panels.split || viewer.shows_grid;
   if (settings.lens && settings.lens->is_parallel()) {
     const double distance = glm::length(viewer.pivot - viewer.camera.position());
     settings.lens = std::make_shared<const LensView>(

@@ -94,8 +94,8 @@ Json fly(Session& session, const std::vector<Keyframe>& path, const FlightPace& 
     std::this_thread::sleep_until(next);
     next = std::max(next + std::chrono::duration_cast<Clock::duration>(kFrame), Clock::now());
     std::unique_lock lock(mutex);
-    const bool is_sharp =
-        !stream || (last.missing == 0 && last.camera.view_from_world == camera.view_from_world);
+    const bool is_sharp = !stream || (last.drawn > 0 && last.missing == 0 &&
+                                      last.camera.view_from_world == camera.view_from_world);
     incomplete += last.missing > 0 ? 1 : 0;
     lock.unlock();
     const bool on_host = keeps || session.backend == Backend::cpu;

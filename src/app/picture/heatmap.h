@@ -36,10 +36,9 @@ inline constexpr std::array kHeatmaps = {
                "False positives per {0} \u00d7 {0} tile: pairs that no pixel used", "pair", "tile"},
     HeatmapRow{"missed", "Missed contributions per pixel: what the mode drops", "contribution",
                "pixel"},
-    HeatmapRow{"level", "Level of detail per pixel: nodes of level k are for about 2^k Gaussians",
-               "level", "pixel"},
-    HeatmapRow{"error", "Estimated error of levels of detail per pixel, in steps of 1/255", "step",
+    HeatmapRow{"level", "Level of detail per pixel: log2 of the Gaussians of a node", "level",
                "pixel"},
+    HeatmapRow{"error", "Estimated error per pixel, in steps of 1/255", "step", "pixel"},
 };
 inline constexpr std::size_t kHeatQuantities = kHeatmaps.size();
 

@@ -317,9 +317,11 @@ class Pictures::Turn {
     pictures.change([&] {
       for (const auto& [number, work] : pictures.work_) here.insert(number);
     });
-    std::erase_if(scene_.own, [&](const auto& entry) {
-      return entry.first != visitor && !entry.second.in_use && !here.contains(entry.first);
-    });
+    for (const auto& other : pictures.scenes_)  // a visitor looks at one scene at a time
+      std::erase_if(other->own, [&](const auto& entry) {
+        const auto& [number, own] = entry;
+        return !own.in_use && (number == visitor ? other.get() != &scene_ : !here.contains(number));
+      });
     OwnRenderers& own = scene_.own[visitor];
     if (!own.renderer || own.backend != session.backend)
       own = {session.backend, upload_to(scene_.context, session.scene, session.backend, {})};

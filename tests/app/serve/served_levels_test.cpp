@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Visitors of a scene with levels of detail: each view has its own cut, and they share the pages.
+#include <atomic>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -88,12 +90,18 @@ TEST(ServedLevels, visitors_come_and_go) {
   EXPECT_TRUE(room.until([&] { return has_its_cut(room, 3); }));
 }
 
-TEST(ServedLevels, a_screenshot_awaits_its_cut_and_leaves_the_others_alone) {
+TEST(ServedLevels, a_job_awaits_its_cut_and_leaves_the_others_alone) {
   ServedRoom room(2, 1, kBudget);
   for (int number = 1; number <= 2; ++number)
     ASSERT_TRUE(room.until([&] { return has_its_cut(room, number); }));
-  room.command("Screenshot of the picture");
-  ASSERT_TRUE(room.until([&] { return !room.files.empty(); }));
+  std::atomic<unsigned> drawn = 0;
+  room.pictures().run(1, 0, [&](RenderContext& context) {
+    const Camera camera = look_at({0, 0, -20}, {0, 0, 0}, {0, -1, 0}, 0.9, 64, 48);
+    drawn = context.session.renderer->render(camera, context.session.settings).stats.gaussians;
+  });
+  ASSERT_TRUE(room.until([&] { return drawn > 0; }));
+  EXPECT_LE(drawn, kBudget);
+  EXPECT_GE(drawn, kBudget * 9 / 10);
   move(room, 1, 5);
   EXPECT_TRUE(room.until([&] { return has_its_cut(room, 1); }));
   EXPECT_TRUE(has_its_cut(room, 2));

@@ -85,6 +85,7 @@ CountMaps::CountMaps(const TileGrid& grid, glm::ivec2 size, const Outputs& outpu
 
 void CountMaps::add(const LensMap& map, std::size_t number, const Frame& face,
                     std::size_t first_pixel) {
+  if (pairs_.empty() && used_.empty() && evaluated_.empty()) return;
   const FaceMap& own = map.faces[number];
   const auto tile_at = [](const TileGrid& grid, std::size_t x, std::size_t y) {
     const auto side = static_cast<std::size_t>(grid.tile_px);

@@ -59,7 +59,8 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "exif",         "points3D_ply",
                                           "rad",          "hier",
                                           "rad_levels",   "instances",
-                                          "rad_pages",    "edits"};
+                                          "rad_pages",    "edits",
+                                          "cameras_xml"};
   EXPECT_EQ(names, expected);
 }
 

@@ -125,6 +125,9 @@ TEST(Leaving, asks_only_about_what_would_be_lost) {
   work(driven);
   crop(driven);
   driven.press("Ctrl+Q");
+  EXPECT_EQ(driven.quits, 0) << "the edits are written first";
+  EXPECT_TRUE(driven.viewer.editing.kept);
+  driven.apply(leave, std::filesystem::path());  // as the thread that wrote them reports
   EXPECT_EQ(driven.quits, 1) << "the work is kept";
   driven.apply([](Viewer& viewer) { viewer.keeps_work = false; });
   driven.press("Ctrl+Q");

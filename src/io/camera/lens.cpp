@@ -96,7 +96,16 @@ double densest(const Lens& lens) {
   if (lens.model->plane != LensPlane::panorama) {
     constexpr int kRings = 32;
     const bool is_slope = lens.model->plane == LensPlane::perspective;
-    const double edge = std::min(lens.limit, is_slope ? std::tan(kHalfFace) : kHalfTurn);
+    // Formulas may grow without limit beyond the photograph's corners.
+    double farthest = 0;
+    for (const double x : {-0.5, lens.size_px.x - 0.5})
+      for (const double y : {-0.5, lens.size_px.y - 0.5}) {
+        const auto seen = lens.direction({x, y});
+        farthest =
+            std::max(farthest, seen ? glm::length(to_plane(lens.model->plane, *seen)) : lens.limit);
+      }
+    const double edge =
+        std::min({lens.limit, farthest, is_slope ? std::tan(kHalfFace) : kHalfTurn});
     for (int ring = 0; ring < kRings; ++ring) {
       const double radius = edge * ring / kRings;
       const glm::dvec2 slope =

@@ -48,7 +48,8 @@ class GaussianSet {
   /// The set whose bytes() these are, without the bits behind the last Gaussian.
   static GaussianSet of_bytes(std::size_t size, std::span<const std::byte> bytes) {
     GaussianSet set(size);
-    std::memcpy(set.words_.data(), bytes.data(), std::min(bytes.size(), (size + 7) / 8));
+    if (const std::size_t count = std::min(bytes.size(), (size + 7) / 8); count > 0)
+      std::memcpy(set.words_.data(), bytes.data(), count);
     set.clear_tail();
     return set;
   }

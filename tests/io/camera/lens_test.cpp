@@ -180,6 +180,17 @@ TEST(Lens, of_faces_stay_together_if_names_of_other_photographs_fall_between_the
   EXPECT_EQ(cameras[5].photograph, "a_c");
 }
 
+TEST(LensFaces, are_as_fine_as_the_photograph_and_not_as_its_formula_beyond_it) {
+  // 130 degrees wide. At 180 degrees from the axis the formula grows 5 times as fast.
+  const auto views =
+      views_of(colmap_camera_of("OPENCV_FISHEYE 188 141 82.79 82.79 94 70.5 0.02 -0.005 0.001 0"));
+  ASSERT_GT(views.size(), 1u);
+  for (const LensCamera& view : views) {
+    EXPECT_GE(view.camera.focal_px.x, 82.79);
+    EXPECT_LE(view.camera.focal_px.x, 1.2 * 82.79);
+  }
+}
+
 TEST(Lens, of_a_face_survives_cameras_json) {
   const TemporaryFolder folder;
   const std::vector<LensCamera> views =

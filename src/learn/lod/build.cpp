@@ -56,7 +56,8 @@ struct Part {
   std::shared_ptr<const InstanceFile> instances = {};
 };
 
-// Enough for one bucket per thread, but at most half of the available memory, or 4 GB.
+// Bytes for one bucket per thread: at least 4 GB, and above that at most half of the available
+// memory.
 std::uint64_t usual_memory(int threads) {
   constexpr std::uint64_t kUsual = 4'000'000'000;
   return std::clamp(static_cast<std::uint64_t>(threads) * kMostLeaves * kBytesOfLeaf, kUsual,
@@ -102,7 +103,7 @@ class Builder {
   std::uint64_t leaves_of_bucket() const {
     return std::clamp<std::uint64_t>(memory_ / (2 * kBytesOfLeaf), 1024, kMostLeaves);
   }
-  // So many fit into the memory.
+  // The number of buckets that fit into the memory.
   std::size_t buckets_at_a_time() const {
     return std::max<std::uint64_t>(1, memory_ / (leaves_of_bucket() * kBytesOfLeaf));
   }

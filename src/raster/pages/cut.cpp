@@ -145,7 +145,7 @@ class Descent {
     return tree_.dead[first_page(v)] || tree_.dead[last_page(v)];
   }
 
-  // Most of the time would be waiting for memory.
+  // Without this, the way down mostly waits for memory.
   void prefetch_children(const LodVisit& v) const {
     const std::size_t page = first_page(v);
     const std::uint32_t row = v.first_child - static_cast<std::uint32_t>(page) * page_nodes_;
@@ -166,7 +166,7 @@ class Descent {
     for (std::size_t begin = 0, end; begin < (end = visits_.size()); begin = end) {
       opened.resize(end - begin);
       std::size_t count = 0;
-      for (std::size_t i = begin; i < end; ++i) {  // without branches, which nothing predicts
+      for (std::size_t i = begin; i < end; ++i) {  // no branches: they would be mispredicted
         const float gain = visits_[i].gain;
         most = std::max(most, gain <= low ? gain : 0.0f);
         opened[count] = static_cast<std::uint32_t>(i);

@@ -22,6 +22,23 @@ void queue_longest_first(const TileLists& lists, std::size_t tiles, TileQueue& q
     queue.tiles[begins[class_of(tile)]++] = static_cast<std::uint32_t>(tile);
 }
 
+// The job of a tile that draws nothing yet. `x0`, `y0`: the tile's first pixel.
+TileJob job_of(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
+               std::size_t tile, int x0, int y0) {
+  return {.list = lists.slots.data() + lists.begin[tile],
+          .length = lists.pairs(tile),
+          .records = visible.records.data(),
+          .x0 = x0,
+          .y0 = y0,
+          .width = std::min(kTileSize, frame.camera.width - x0),
+          .height = std::min(kTileSize, frame.camera.height - y0),
+          .background = glm::vec3(0),
+          .least_transmittance = static_cast<float>(frame.least_transmittance()),
+          .color = nullptr,
+          .evaluated = nullptr,
+          .stride = 0};
+}
+
 }  // namespace
 
 void blend(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
@@ -34,18 +51,12 @@ void blend(const FrameContext& frame, const FastVisible& visible, const TileList
       const int x0 = static_cast<int>(tile) % frame.grid.columns * kTileSize;
       const int y0 = static_cast<int>(tile) / frame.grid.columns * kTileSize;
       const std::size_t pixel = frame.pixel(x0, y0);
-      blend_tile({.list = lists.slots.data() + lists.begin[tile],
-                  .length = lists.pairs(tile),
-                  .records = visible.records.data(),
-                  .x0 = x0,
-                  .y0 = y0,
-                  .width = std::min(kTileSize, frame.camera.width - x0),
-                  .height = std::min(kTileSize, frame.camera.height - y0),
-                  .background = frame.settings.background,
-                  .least_transmittance = static_cast<float>(frame.least_transmittance()),
-                  .color = outputs.color ? result.color.values.data() + 3 * pixel : nullptr,
-                  .evaluated = outputs.evaluated ? result.evaluated.data() + pixel : nullptr,
-                  .stride = static_cast<std::size_t>(frame.camera.width)});
+      TileJob job = job_of(frame, visible, lists, tile, x0, y0);
+      job.background = frame.settings.background;
+      if (outputs.color) job.color = result.color.values.data() + 3 * pixel;
+      if (outputs.evaluated) job.evaluated = result.evaluated.data() + pixel;
+      job.stride = static_cast<std::size_t>(frame.camera.width);
+      blend_tile(job);
     }
   });
 }
@@ -65,24 +76,13 @@ void mark_seen(const FrameContext& frame, const FastVisible& visible, const Tile
             pixels.chosen[static_cast<std::size_t>((y - box.y0) * (box.x1 - box.x0) + x - box.x0)];
     if (std::ranges::count(chosen, 0) == kTileSize * kTileSize) return;
     std::vector<std::uint8_t> marks(lists.pairs(tile));
-    const std::uint32_t* const list = lists.slots.data() + lists.begin[tile];
-    blend_tile({.list = list,
-                .length = lists.pairs(tile),
-                .records = visible.records.data(),
-                .x0 = x0,
-                .y0 = y0,
-                .width = std::min(kTileSize, frame.camera.width - x0),
-                .height = std::min(kTileSize, frame.camera.height - y0),
-                .background = glm::vec3(0),
-                .least_transmittance = static_cast<float>(frame.least_transmittance()),
-                .color = nullptr,
-                .evaluated = nullptr,
-                .stride = 0,
-                .seen = marks.data(),
-                .chosen = chosen,
-                .weight = pixels.weight});
+    TileJob job = job_of(frame, visible, lists, tile, x0, y0);
+    job.seen = marks.data();
+    job.chosen = chosen;
+    job.weight = pixels.weight;
+    blend_tile(job);
     for (std::size_t k = 0; k < marks.size(); ++k)
-      if (marks[k] != 0) seen.add_atomically(visible.gaussians[list[k]]);
+      if (marks[k] != 0) seen.add_atomically(visible.gaussians[job.list[k]]);
   };
   frame.for_chunks(static_cast<std::size_t>(columns * rows), 4,
                    [&](std::size_t begin, std::size_t end, int) {

@@ -75,8 +75,14 @@ void make_copies(const HugeCommand& command) {
   const std::size_t count = one.size() * copies.instances.size();
   if (command.output.extension() == ".json") {
     std::filesystem::path source = cameras_of(command.output);
-    source.replace_filename(command.output.stem().stem().string() + "_source.ply");
-    write_scene(one, source, pool);
+    const bool is_tree = command.scene.extension() == ".rad";  // which keeps its levels
+    source.replace_filename(command.output.stem().stem().string() + "_source" +
+                            (is_tree ? ".rad" : ".ply"));
+    if (is_tree)
+      std::filesystem::copy_file(command.scene, source,
+                                 std::filesystem::copy_options::overwrite_existing);
+    else
+      write_scene(one, source, pool);
     write_text(command.output,
                test::format_instances(source.filename().string(), copies.instances));
   } else {

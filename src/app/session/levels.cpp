@@ -23,6 +23,7 @@
 #include "learn/lod/cut.h"
 #include "learn/lod/cut_slots.h"
 #include "learn/lod/error_cloud.h"
+#include "learn/lod/instance_tree.h"
 
 namespace qs {
 namespace {
@@ -337,6 +338,13 @@ std::unique_ptr<Renderer> with_levels(std::unique_ptr<Renderer> inner, const Lev
 
 void expect_stream(Renderer& renderer, const std::shared_ptr<PageStream>& stream) {
   if (auto* const levels = dynamic_cast<LevelRenderer*>(&renderer)) levels->expect(stream);
+}
+
+Scene open_scene(const std::filesystem::path& path, ThreadPool& pool, const ReadOptions& options) {
+  Scene scene;
+  scene.path = find_scene_file(path, options.iteration);
+  return stream_instances(options, pool, scene) ? std::move(scene)
+                                                : read_scene(path, pool, options);
 }
 
 }  // namespace qs

@@ -41,6 +41,9 @@ std::unique_ptr<Renderer> with_levels(std::unique_ptr<Renderer> inner, const Lev
                                       ThreadPool& pool, LevelReport report = {},
                                       const std::atomic<bool>* awaits = nullptr);
 
+/// As read_scene(); instances of a tree are a tree too.
+Scene open_scene(const std::filesystem::path& path, ThreadPool& pool, const ReadOptions& options);
+
 /// The tree of the scene that is uploaded next; null for scenes without. Other renderers than those
 /// of with_levels() ignore it.
 void expect_stream(Renderer& renderer, const std::shared_ptr<PageStream>& stream);

@@ -68,7 +68,7 @@ Scene read_with_progress(const std::filesystem::path& path, ThreadPool& pool, in
   options.axes = axes;
   options.streams = streams;
   options.progress = bar.progress();
-  return read_scene(path, pool, options);
+  return open_scene(path, pool, options);
 }
 
 // The difference of the spherical harmonics does not matter if they are not drawn.

@@ -27,11 +27,6 @@
 namespace qs {
 namespace {
 
-glm::dmat4 matrix_of(const Instance& instance) {
-  return glm::translate(glm::dmat4(1), instance.position) * glm::mat4_cast(instance.rotation) *
-         glm::scale(glm::dmat4(1), glm::dvec3(instance.scale));
-}
-
 Instance parse_instance(const JsonEntry& entry) {
   Instance instance;
   if (entry.has("position")) instance.position = entry.vector<3>("position");
@@ -67,17 +62,14 @@ std::vector<Instance> parse_instances(const nlohmann::json& list, const std::str
   return instances;
 }
 
-// The scene, which is no file of instances itself.
-Scene read_source(const std::string& name, const std::string& source, ThreadPool& pool,
-                  const ReadOptions& options) {
+// The scene's file, which is no file of instances itself.
+std::filesystem::path find_source(const std::string& name, const std::string& source) {
   const auto file = std::filesystem::path(source).parent_path() / checked_file_name(name, source);
   if (!std::filesystem::is_regular_file(file))
     fail("{}: the scene {} that it names is missing", source, printable(name));
   if (recognises_instances(MappedFile(file).content(), file))
     fail("{}: its scene {} consists of instances too", source, printable(name));
-  ReadOptions own;
-  own.progress = {[&](float done) { options.progress.update(done / 2); }, options.progress.stop};
-  return read_scene(file, pool, own);
+  return file;
 }
 
 void require_memory(const Scene& one, std::size_t instances, const std::string& source) {
@@ -95,18 +87,19 @@ void require_memory(const Scene& one, std::size_t instances, const std::string& 
 
 }  // namespace
 
+glm::dmat4 matrix_of(const Instance& instance, const glm::dvec3& from, const glm::dvec3& to) {
+  return glm::translate(glm::dmat4(1), -to) * glm::translate(glm::dmat4(1), instance.position) *
+         glm::mat4_cast(instance.rotation) * glm::scale(glm::dmat4(1), glm::dvec3(instance.scale)) *
+         glm::translate(glm::dmat4(1), from);
+}
+
 void place_instance(const GaussianCloud& source, const Instance& instance, GaussianCloud& cloud,
                     std::size_t first, ThreadPool& pool) {
-  const Transform transform(glm::translate(glm::dmat4(1), -cloud.origin) * matrix_of(instance) *
-                            glm::translate(glm::dmat4(1), source.origin));
-  // Colours are 0.5 + kSh0 * DC + the other bands.
-  const glm::vec3 shift = (instance.tint - 1.0f) * static_cast<float>(0.5 / kSh0);
+  const Placement placement{Transform(matrix_of(instance, source.origin, cloud.origin)),
+                            instance.tint};
   pool.for_each(source.size(), 1024, [&](std::size_t i) {
     copy_gaussian(source, i, cloud, first + i);
-    if (!transform.is_identity()) transform.apply(cloud, first + i);
-    glm::vec3* const sh = sh_of(cloud, first + i);
-    for (std::size_t k = 0; k < sh_count(cloud); ++k) sh[k] *= instance.tint;
-    sh[0] += shift;
+    placement.apply(cloud, first + i);
   });
 }
 
@@ -114,10 +107,9 @@ bool recognises_instances(ByteSpan content, const std::filesystem::path&) {
   return json_kind(text_of(content)) == JsonKind::instances;
 }
 
-InstanceFile open_instances(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-                            const ReadOptions& options) {
-  InstanceFile file;
-  file.path = path;
+InstanceList read_instance_list(ByteSpan content, const std::filesystem::path& path) {
+  InstanceList list;
+  list.path = path;
   const std::string source = path.string();
   const nlohmann::json json = parse_json(text_of(content), source);
   if (!json.is_object()) fail("{}: is not an object", source);
@@ -125,16 +117,27 @@ InstanceFile open_instances(ByteSpan content, const std::filesystem::path& path,
   if (const auto version = entry.whole("version"); version != 1)
     fail("{}: version {}, only 1 exists", source, version);
   std::set<std::string> unknown;
-  file.instances = parse_instances(entry.get("instances"), source, unknown);
-  file.one = read_source(entry.text("scene"), source, pool, options);
-  const std::string name = file.one.path.filename().string();
-  for (const std::string& warning : file.one.warnings)
-    file.warnings.push_back(fmt::format("{}: {}", name, warning));
-  if (file.one.network)
-    file.warnings.push_back(fmt::format("The colours of the network of {} were not used.", name));
+  list.instances = parse_instances(entry.get("instances"), source, unknown);
+  list.scene = find_source(entry.text("scene"), source);
   for (const std::string& member : unknown)
-    file.warnings.push_back(
+    list.warnings.push_back(
         fmt::format("The member '{}' of instances is not known and was ignored.", member));
+  return list;
+}
+
+InstanceFile open_instances(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
+                            const ReadOptions& options) {
+  InstanceFile file{read_instance_list(content, path), {}};
+  ReadOptions own;
+  own.progress = {[&](float done) { options.progress.update(done / 2); }, options.progress.stop};
+  file.one = read_scene(file.scene, pool, own);
+  const std::string name = file.one.path.filename().string();
+  std::vector<std::string> warnings;
+  for (const std::string& warning : file.one.warnings)
+    warnings.push_back(fmt::format("{}: {}", name, warning));
+  if (file.one.network)
+    warnings.push_back(fmt::format("The colours of the network of {} were not used.", name));
+  file.warnings.insert(file.warnings.begin(), warnings.begin(), warnings.end());
   return file;
 }
 
@@ -146,8 +149,8 @@ void fill_instances(const InstanceFile& file, std::size_t begin, std::size_t end
   scene.cloud = make_cloud((end - begin) * size, one.cloud.sh_degree);
   scene.cloud.antialiased = one.cloud.antialiased;
   scene.cloud.origin = origin_of(file.instances.size(), [&](std::size_t i) {
-    return glm::dvec3(matrix_of(file.instances[i]) *
-                      glm::dvec4(one.cloud.origin + glm::dvec3(one.cloud.positions[0]), 1));
+    return glm::dvec3(matrix_of(file.instances[i], one.cloud.origin) *
+                      glm::dvec4(one.cloud.positions[0], 1));
   });
   for (std::size_t i = begin; i < end; ++i) {
     place_instance(one.cloud, file.instances[i], scene.cloud, (i - begin) * size, pool);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include <glm/gtc/quaternion.hpp>
+#include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
 #include "io/cloud/scene.h"
@@ -28,17 +29,29 @@ struct Instance {
   glm::vec3 tint{1};                ///< factors of the colours, 0 to 1000
 };
 
+/// Moves points that count from the origin `from` of the scene to the instance, where they count
+/// from the origin `to`.
+glm::dmat4 matrix_of(const Instance& instance, const glm::dvec3& from,
+                     const glm::dvec3& to = glm::dvec3(0));
+
 /// Writes the Gaussians of `source`, transformed by `instance`, to `cloud` from place `first` on.
 /// Both have the same SH degree; positions of `cloud` count from its own origin.
 void place_instance(const GaussianCloud& source, const Instance& instance, GaussianCloud& cloud,
                     std::size_t first, ThreadPool& pool);
 
-/// A file of instances, and the scene that it names.
-struct InstanceFile {
-  std::filesystem::path path;
-  Scene one;
+/// A file of instances.
+struct InstanceList {
+  std::filesystem::path path, scene;  ///< of the file, and of the scene that it names
   std::vector<Instance> instances;
   std::vector<std::string> warnings;
+};
+
+InstanceList read_instance_list(std::span<const std::byte> content,
+                                const std::filesystem::path& path);
+
+/// A file of instances, and the scene that it names.
+struct InstanceFile : InstanceList {
+  Scene one;
 };
 
 InstanceFile open_instances(std::span<const std::byte> content, const std::filesystem::path& path,

@@ -131,56 +131,66 @@ std::optional<int> iteration_of(const std::string& name) {
   return iteration;
 }
 
-constexpr std::uint64_t kNodeBytes = 300;  // of memory
-
 // Opens a tree as Scene::stream. False if the file is to be read whole.
 bool stream_tree(const ReadOptions& options, ThreadPool& pool, Scene& scene) {
-  if (options.streams == StreamedTrees::none) return false;
-  std::array<char, kRadFileMagic.size()> start{};
-  std::ifstream(scene.path, std::ios::binary).read(start.data(), start.size());
-  if (std::string_view(start.data(), start.size()) != kRadFileMagic) return false;
+  if (options.streams == StreamedTrees::none || !is_rad_file(scene.path)) return false;
   const auto file = std::make_shared<const RadPages>(scene.path);
   const RadHeader& header = file->header();
-  const std::uint64_t memory = available_memory() / 2;
-  if (!header.has_tree ||
-      (options.streams == StreamedTrees::large && header.count * kNodeBytes < memory))
-    return false;
+  if (!header.has_tree || !is_streamed(options, header.count)) return false;
   LodPage first = file->read(0);
   if (!options.keeps_place) move_near_origin(first.cloud);
   const auto placed = [axes = options.axes, origin = first.cloud.origin](LodPage page) {
-    Scene part;
-    part.cloud = std::move(page.cloud);
-    place(part.cloud, origin);
-    if (!axes.empty()) assume_axes(part, axes);
-    page.cloud = std::move(part.cloud);
+    place(page.cloud, origin);
+    if (!axes.empty()) assume_axes(page, axes);
     return page;
   };
   LodPages tree{header.count, header.chunk_nodes, header.footprint};
   tree.pages.resize(header.chunks.size());
   tree.pages[0] = std::make_shared<const LodPage>(placed(std::move(first)));
-  std::vector<std::uint32_t> finest;
-  cut_of(
-      tree, [](const LodPage&, std::size_t) { return 1.0f; }, {}, pool)
-      .parts[0]
-      .for_each([&](std::size_t row) { finest.push_back(static_cast<std::uint32_t>(row)); });
-  scene.cloud = select(tree.pages[0]->cloud, finest);
   scene.format = "rad";
-  if (!options.axes.empty()) scene.axes = options.axes;
   scene.file_bytes = file->file_bytes();
-  scene.levels = {0, header.count, 0, 0, header.footprint > 0};
   PageSource source{scene.path.string(),
-                    [file, placed](std::size_t i) { return placed(file->read(i)); },
+                    [file, placed](std::size_t i) {
+                      return std::make_shared<const LodPage>(placed(file->read(i)));
+                    },
                     [file] { return file->is_unchanged(); }};
   for (const RadHeader::Range& chunk : header.chunks) source.stored_bytes.push_back(chunk.bytes);
-  scene.stream = std::make_shared<PageStream>(
-      std::move(tree), std::move(source),
-      options.page_memory > 0 ? std::min(options.page_memory, memory) : memory);
+  set_stream(std::move(tree), std::move(source), options, pool, scene);
   return true;
 }
 
 }  // namespace
 
 std::span<const ReaderRow> readers() { return kReaders; }
+
+bool is_streamed(const ReadOptions& options, std::uint64_t nodes) {
+  constexpr std::uint64_t kNodeBytes = 300;  // of memory
+  return options.streams == StreamedTrees::all ||
+         (options.streams == StreamedTrees::large && nodes * kNodeBytes >= available_memory() / 2);
+}
+
+void set_stream(LodPages tree, PageSource source, const ReadOptions& options, ThreadPool& pool,
+                Scene& scene) {
+  std::vector<std::uint32_t> finest;
+  cut_of(
+      tree, [](const LodPage&, std::size_t) { return 1.0f; }, {}, pool)
+      .parts[0]
+      .for_each([&](std::size_t row) { finest.push_back(static_cast<std::uint32_t>(row)); });
+  scene.cloud = select(tree.pages[0]->cloud, finest);
+  if (!options.axes.empty()) scene.axes = options.axes;
+  scene.levels = {0, tree.count, 0, 0, tree.footprint > 0};
+  const std::uint64_t memory = available_memory() / 2;
+  scene.stream = std::make_shared<PageStream>(
+      std::move(tree), std::move(source),
+      options.page_memory > 0 ? std::min(options.page_memory, memory) : memory);
+}
+
+void assume_axes(LodPage& page, std::string_view axes) {
+  Scene scene;
+  scene.cloud = std::move(page.cloud);
+  assume_axes(scene, axes);
+  page.cloud = std::move(scene.cloud);
+}
 
 void assume_axes(Scene& scene, std::string_view axes) {
   if (!is_axes(axes))

@@ -19,6 +19,10 @@
 
 namespace qs {
 
+struct LodPage;
+struct LodPages;
+struct PageSource;
+
 /// One file format.
 struct ReaderRow {
   const char* name;        ///< "ply"
@@ -43,6 +47,17 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool,
 /// Reinterprets the scene as if its file had declared the frame `axes`, for files that declare no
 /// frame or a wrong one. Throws Error(usage) unless is_axes(axes).
 void assume_axes(Scene& scene, std::string_view axes);
+
+/// The same for a page of a tree in RDF.
+void assume_axes(LodPage& page, std::string_view axes);
+
+/// True if a tree of so many nodes is read page by page.
+bool is_streamed(const ReadOptions& options, std::uint64_t nodes);
+
+/// Sets the stream of a scene whose tree has page 0 in memory. Its cloud becomes the finest nodes
+/// of that page.
+void set_stream(LodPages tree, PageSource source, const ReadOptions& options, ThreadPool& pool,
+                Scene& scene);
 
 /// The scene file of FOLDER/iteration_N, point_cloud.ply for most, by N, in increasing order: 30000
 /// comes after 7000.

@@ -30,20 +30,6 @@ std::size_t values_of_degree(int degree) {
   return 3 * static_cast<std::size_t>(sh_coefficient_count(degree));
 }
 
-LodGaussian item_of(const GaussianCloud& cloud, std::size_t i) {
-  LodGaussian item;
-  item.mean = cloud.positions[i];
-  const Covariance3<double> c = world_covariance(cloud, i);
-  const std::array<double, 6> values{c.xx, c.xy, c.xz, c.yy, c.yz, c.zz};
-  std::ranges::transform(values, item.covariance.begin(),
-                         [](double v) { return static_cast<float>(v); });
-  set_opacity(item, static_cast<float>(opacity_of_logit(cloud.opacity_logits[i])));
-  const glm::vec3* const sh = sh_of(cloud, i);
-  for (std::size_t k = 0; k < kLodColors && k < 3 * sh_count(cloud); ++k)
-    item.color[k] = static_cast<float>(kSh0) * sh[k / 3][static_cast<int>(k % 3)];
-  return item;
-}
-
 }  // namespace
 
 std::uint64_t BucketRanges::code(glm::vec3 position) const {

@@ -117,7 +117,7 @@ class Builder {
       files.push_back({path.string(), fs::file_size(path, error),
                        fs::last_write_time(path, error).time_since_epoch().count()});
     }
-    return {{"version", 2},
+    return {{"version", 3},
             {"inputs", files},
             {"axes", build_.axes},
             {"leaves_of_bucket", leaves_of_bucket()}};

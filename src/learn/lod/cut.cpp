@@ -19,6 +19,16 @@ void put_drawn(const GaussianCloud& nodes, std::size_t i, const LodFacts& node, 
                GaussianCloud& cloud, std::size_t k) {
   copy_gaussian(nodes, i, cloud, k);
   if (node.child_count == 0 || v == 0) return;
+  const DrawnLod shown = drawn(merged_node(nodes, i, node), v);
+  cloud.opacity_logits[k] = std::log(shown.opacity / (1 - shown.opacity));
+  if (node.layers <= 1 && shown.opacity < 1) return;
+  const auto& s = shown.covariance;
+  set_covariance(cloud, k, glm::dmat3(s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]));
+}
+
+}  // namespace
+
+LodGaussian merged_node(const GaussianCloud& nodes, std::size_t i, const LodFacts& node) {
   // The file has the node as it is drawn without a filter.
   const Covariance3<double> c = world_covariance(nodes, i);
   const double growth = node.layers > 1 ? static_cast<double>(harmonic_number(node.layers)) : 1;
@@ -29,14 +39,8 @@ void put_drawn(const GaussianCloud& nodes, std::size_t i, const LodFacts& node, 
   gaussian.mass = node.layers * ellipsoid_area(gaussian.covariance);
   gaussian.opacities = node.opacities;
   gaussian.is_leaf = false;
-  const DrawnLod shown = drawn(gaussian, v);
-  cloud.opacity_logits[k] = std::log(shown.opacity / (1 - shown.opacity));
-  if (node.layers <= 1 && shown.opacity < 1) return;
-  const auto& s = shown.covariance;
-  set_covariance(cloud, k, glm::dmat3(s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]));
+  return gaussian;
 }
-
-}  // namespace
 
 LodGains gains_in(const RadLevels& levels, const GaussianCloud& nodes,
                   std::span<const Camera> cameras, float outside) {
@@ -69,17 +73,21 @@ GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
   return cloud;
 }
 
-float filter_variance(const LodPages& tree, const LodPage& page, std::size_t row,
-                      const LodView& view, double dilation) {
-  if (tree.footprint == 0 || page.nodes[row].child_count == 0) return 0;
-  const float footprint = view(page.cloud.positions[row], page.nodes[row].radius).footprint;
+float filter_variance(const LodPages& tree, std::size_t page, std::size_t row, const LodView& view,
+                      double dilation) {
+  if (tree.footprint == 0 || tree.pages[page]->nodes[row].child_count == 0) return 0;
+  const auto [center, radius] = lod_ball(*tree.pages[page], row, tree.placement(page));
+  const float footprint = view(center, radius).footprint;
   return static_cast<float>(dilation) * footprint * footprint;
 }
 
-float put_node(const LodPages& tree, const LodPage& page, std::size_t row, const LodView& view,
+float put_node(const LodPages& tree, std::size_t page, std::size_t row, const LodView& view,
                double dilation, GaussianCloud& cloud, std::size_t k) {
   const float variance = filter_variance(tree, page, row, view, dilation);
-  put_drawn(page.cloud, row, page.nodes[row], variance, cloud, k);
+  const LodPlacement* const placement = tree.placement(page);
+  const float unit = placement ? placement->scale * placement->scale : 1;
+  put_drawn(tree.pages[page]->cloud, row, tree.pages[page]->nodes[row], variance / unit, cloud, k);
+  if (placement) placement->apply(cloud, k);
   return variance;
 }
 
@@ -93,10 +101,9 @@ GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& 
   std::vector<std::size_t> first(1);
   for (const LodPart& part : cut.parts) first.push_back(first.back() + part.count);
   pool.for_each(cut.parts.size(), 1, [&](std::size_t p) {
-    const LodPage& page = *tree.pages[cut.parts[p].page];
     std::size_t k = first[p];
     cut.parts[p].for_each([&](std::size_t row) {
-      const float variance = put_node(tree, page, row, view, dilation, cloud, k);
+      const float variance = put_node(tree, cut.parts[p].page, row, view, dilation, cloud, k);
       if (variances) (*variances)[k] = variance;
       ++k;
     });

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/scene/rad/rad.h"
+#include "learn/lod/merging.h"
 #include "raster/pages/cut.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
@@ -31,15 +32,18 @@ LodGains gains_in(const RadLevels& levels, const GaussianCloud& nodes,
 GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
                         std::span<const std::uint32_t> cut, const LodGains& gains);
 
+/// A merged node of a file as it was before it was drawn, without its mean and colours.
+LodGaussian merged_node(const GaussianCloud& nodes, std::size_t i, const LodFacts& node);
+
 // Nodes in a view. `dilation` is the variance of the renderer's filter, px^2; 0 if it keeps the
 // light of each Gaussian (antialiased).
 
 /// The variance of the filter at a node that is fitted to it, world units^2; 0 for other nodes.
-float filter_variance(const LodPages& tree, const LodPage& page, std::size_t row,
-                      const LodView& view, double dilation);
+float filter_variance(const LodPages& tree, std::size_t page, std::size_t row, const LodView& view,
+                      double dilation);
 
 /// Stores a node as Gaussian `k` of `cloud`, as it is drawn. Returns its filter_variance().
-float put_node(const LodPages& tree, const LodPage& page, std::size_t row, const LodView& view,
+float put_node(const LodPages& tree, std::size_t page, std::size_t row, const LodView& view,
                double dilation, GaussianCloud& cloud, std::size_t k);
 
 /// The Gaussians of the cut of a view, in the order of the file. `variances`: the filter_variance()

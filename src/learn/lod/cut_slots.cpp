@@ -82,7 +82,7 @@ CutChange CutSlots::follow(const StreamedCut& made, const LodView& view, double 
           drawn_.toggle(slots[row]);
         } else if (part.page % kTurns == turn_) {
           const float fitted = variances_[slots[row]];
-          const float variance = filter_variance(tree, *tree.pages[part.page], row, view, dilation);
+          const float variance = filter_variance(tree, part.page, row, view, dilation);
           if (variance <= kRefit * fitted && kRefit * variance >= fitted) return;
         } else {
           return;
@@ -96,7 +96,7 @@ CutChange CutSlots::follow(const StreamedCut& made, const LodView& view, double 
       const SlottedNode& node = changed[k];
       change.slots[k] = node.slot;
       variances_[node.slot] =
-          put_node(tree, *tree.pages[node.page], node.row, view, dilation, change.gaussians, k);
+          put_node(tree, node.page, node.row, view, dilation, change.gaussians, k);
     });
   }
   change.drawn = drawn_;

@@ -19,11 +19,11 @@ void paint(GaussianCloud& cloud, std::size_t k, double grey) {
   sh[0] = glm::vec3(static_cast<float>((grey - 0.5) / static_cast<double>(kSh0)));
 }
 
-// The grey of a node that is Gaussian `k` of the cloud.
-double grey_of_error(LodFacts node, float smallest, const LodView& view, double dilation,
-                     const GaussianCloud& drawn, std::size_t k) {
+// The grey of a node that is Gaussian `k` of the cloud. `scale`: of its instance.
+double grey_of_error(LodFacts node, float scale, float smallest, const LodView& view,
+                     double dilation, const GaussianCloud& drawn, std::size_t k) {
   node.gains = node.errors;
-  const float footprint = view(drawn.positions[k], node.radius).footprint;
+  const float footprint = view(drawn.positions[k], scale * node.radius).footprint;
   const double h = static_cast<double>(footprint), v = dilation * h * h;
   const Covariance3<double> c = world_covariance(drawn, k);
   LodCovariance wide;
@@ -32,7 +32,7 @@ double grey_of_error(LodFacts node, float smallest, const LodView& view, double 
   // The integral of a Gaussian's opacity is twice the mean area of its projections.
   const double light = opacity_of_logit(drawn.opacity_logits[k]) *
                        static_cast<double>(ellipsoid_area(wide)) / (2 * h * h);
-  return light > 0 ? static_cast<double>(lod_gain(node, smallest, footprint)) / light : 0;
+  return light > 0 ? static_cast<double>(lod_gain(node, smallest, footprint / scale)) / light : 0;
 }
 
 double grey_of_level(const LodFacts& node) {
@@ -50,21 +50,24 @@ GaussianCloud error_cloud(const RadLevels& levels, std::span<const std::uint32_t
   const double dilation = drawn.antialiased ? 0 : static_cast<double>(kDilation);
   for (std::size_t k = 0; k < cut.size(); ++k)
     paint(drawn, k,
-          grey_of_error(levels.nodes[cut[k]], levels.footprint, view, dilation, drawn, k));
+          grey_of_error(levels.nodes[cut[k]], 1, levels.footprint, view, dilation, drawn, k));
   return drawn;
 }
 
 void paint_levels(const LodPages& tree, const LodCut& cut, const LodView& view, double dilation,
                   bool errors, GaussianCloud& drawn) {
   std::size_t k = 0;
-  for (const LodPart& part : cut.parts)
+  for (const LodPart& part : cut.parts) {
+    const LodPlacement* const placement = tree.placement(part.page);
+    const float scale = placement ? placement->scale : 1;
     part.for_each([&](std::size_t row) {
       const LodFacts& node = tree.pages[part.page]->nodes[row];
       paint(drawn, k,
-            errors ? grey_of_error(node, tree.footprint, view, dilation, drawn, k)
+            errors ? grey_of_error(node, scale, tree.footprint, view, dilation, drawn, k)
                    : grey_of_level(node));
       ++k;
     });
+  }
 }
 
 }  // namespace qs

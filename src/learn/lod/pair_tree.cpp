@@ -2,8 +2,11 @@
 #include "learn/lod/pair_tree.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "base/morton.h"
@@ -18,6 +21,7 @@ constexpr float kMergedInARound = 0.25f;  // of the nodes: the cheapest pairs
 constexpr float kPixelOfSize = 0.6f;      // the footprint at which a pair is judged
 constexpr float kDilationPx = 0.3f;       // variance of the filter, px^2
 constexpr std::uint32_t kNone = ~0u;
+constexpr std::size_t kLayerNodes = 65'536;  // of the first layer, a page of the file
 
 // Middle 98 % of the coordinates, as one cube, so that far Gaussians do not make the cells coarse.
 struct Cube {
@@ -221,6 +225,55 @@ std::vector<NodeLevels> levels_of(const PairForest& forest, std::vector<NodeLeve
   return levels;
 }
 
+namespace {
+
+// Orders the nodes of a forest in order of breadth by layers, and in each layer by depth.
+FlatForest in_layers(const FlatForest& flat, std::size_t roots,
+                     const std::vector<NodeLevels>& levels) {
+  const auto& nodes = flat.nodes;
+  std::vector<std::uint32_t> parents, preorder(nodes.size()), stack;
+  std::vector<int> gains(nodes.size());
+  std::vector<std::size_t> layers(nodes.size());
+  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+    const LodSteps& steps = levels[nodes[i].number].gains;
+    gains[i] = std::accumulate(steps.begin(), steps.end(), 0);
+    if (nodes[i].child_count > 0) parents.push_back(i);
+  }
+  for (std::size_t i = roots; i-- > 0;) stack.push_back(static_cast<std::uint32_t>(i));
+  for (std::uint32_t place = 0; !stack.empty(); ++place) {
+    const std::uint32_t i = stack.back();
+    stack.pop_back();
+    preorder[i] = place;
+    for (std::uint32_t k = nodes[i].child_count; k-- > 0;)
+      stack.push_back(nodes[i].first_child + k);
+  }
+  // A parent comes before its children in both orders: its gain is at least as large.
+  std::ranges::stable_sort(parents, std::ranges::greater(), [&](auto i) { return gains[i]; });
+  std::size_t before = 0;
+  for (const std::uint32_t i : parents) {
+    layers[i] = static_cast<std::size_t>(std::bit_width(before / kLayerNodes + 1));
+    before += nodes[i].child_count;
+  }
+  std::ranges::sort(parents, {}, [&](auto i) { return std::pair(layers[i], preorder[i]); });
+  FlatForest result;
+  std::vector<std::uint32_t> place(nodes.size());
+  std::iota(place.begin(), place.end(), 0u);
+  result.nodes.assign(nodes.begin(), nodes.begin() + static_cast<std::ptrdiff_t>(roots));
+  for (const std::uint32_t i : parents) {
+    FlatForest::Node& parent = result.nodes[place[i]];
+    parent.first_child = static_cast<std::uint32_t>(result.nodes.size());
+    for (std::uint32_t k = 0; k < nodes[i].child_count; ++k) {
+      const std::uint32_t child = nodes[i].first_child + k;
+      place[child] = static_cast<std::uint32_t>(result.nodes.size());
+      result.nodes.push_back(nodes[child]);
+      result.nodes.back().parent = place[i];
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
 FlatForest flattened(const PairForest& forest, const std::vector<NodeLevels>& levels) {
   constexpr int kSameGain = 4;  // steps
   constexpr std::size_t kMostChildren = 64;
@@ -256,7 +309,7 @@ FlatForest flattened(const PairForest& forest, const std::vector<NodeLevels>& le
     nodes[i].child_count = static_cast<std::uint32_t>(below.size());
     for (const std::uint32_t child : below) nodes.push_back({child, i});
   }
-  return flat;
+  return in_layers(flat, forest.roots.size(), levels);
 }
 
 }  // namespace qs

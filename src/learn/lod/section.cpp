@@ -8,7 +8,11 @@
 
 #include "base/fail.h"
 #include "io/bytes/replace_file.h"
+#include "io/cloud/cloud_memory.h"
+#include "learn/lod/cut.h"
+#include "raster/kernel/constants.h"
 #include "raster/kernel/half.h"
+#include "raster/scene/activated_cloud.h"
 #include "raster/scene/transform.h"
 
 namespace qs {
@@ -55,6 +59,45 @@ void get(std::istream& stream, std::vector<T>& values) {
 }
 
 }  // namespace
+
+LodGaussian item_of(const GaussianCloud& cloud, std::size_t i) {
+  LodGaussian item;
+  item.mean = cloud.positions[i];
+  const Covariance3<double> c = world_covariance(cloud, i);
+  const std::array<double, 6> values{c.xx, c.xy, c.xz, c.yy, c.yz, c.zz};
+  std::ranges::transform(values, item.covariance.begin(),
+                         [](double v) { return static_cast<float>(v); });
+  set_opacity(item, static_cast<float>(opacity_of_logit(cloud.opacity_logits[i])));
+  const glm::vec3* const sh = sh_of(cloud, i);
+  for (std::size_t k = 0; k < kLodColors && k < 3 * sh_count(cloud); ++k)
+    item.color[k] = static_cast<float>(kSh0) * sh[k / 3][static_cast<int>(k % 3)];
+  return item;
+}
+
+void LodItems::add(const GaussianCloud& cloud, std::size_t i, const LodFacts& facts,
+                   float footprint) {
+  LodGaussian item = item_of(cloud, i);
+  LodNode node{facts};
+  node.center = cloud.positions[i];
+  node.scales = glm::exp(cloud.log_scales[i]);
+  node.rotation = cloud.rotations[i];
+  node.alpha = item.opacities;
+  NodeLevels own{.gains = facts.gains, .radius = facts.radius};
+  if (facts.child_count > 0) {
+    const LodGaussian merged = merged_node(cloud, i, facts);
+    item.covariance = merged.covariance;
+    item.mass = merged.mass;
+    item.opacities = merged.opacities;
+    item.is_leaf = false;
+    for (std::size_t k = 0; k < kLodFootprints; ++k)
+      own.errors[k] = lod_value(facts.errors[k], footprint);
+  }
+  gaussians.push_back(item);
+  levels.push_back(own);
+  drawn.nodes.push_back(node);
+  for (const glm::vec3* sh = sh_of(cloud, i); sh != sh_of(cloud, i) + sh_count(cloud); ++sh)
+    for (int channel = 0; channel < 3; ++channel) drawn.sh.push_back(nearest_half((*sh)[channel]));
+}
 
 void LodItems::append(const LodItems& other) {
   const auto add = [](auto& to, const auto& from) {

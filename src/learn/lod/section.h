@@ -11,8 +11,12 @@
 
 #include "io/scene/rad/rad_writer.h"
 #include "learn/lod/pair_tree.h"
+#include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
+
+/// Gaussian `i` as an item that is a leaf.
+LodGaussian item_of(const GaussianCloud& cloud, std::size_t i);
 
 /// Nodes without parents.
 struct LodItems {
@@ -21,6 +25,8 @@ struct LodItems {
   RadNodes drawn;
 
   std::size_t size() const { return gaussians.size(); }
+  /// Adds Gaussian `i`, a node with these facts, whose steps count from `footprint`.
+  void add(const GaussianCloud& cloud, std::size_t i, const LodFacts& facts, float footprint);
   void append(const LodItems& other);
 };
 
@@ -29,7 +35,7 @@ struct SectionOptions {
   bool antialiased = false;
 };
 
-/// Nodes in order of breadth. Parents and first children count from the first node.
+/// Nodes in the order of flattened(). Parents and first children count from the first node.
 struct LodSection {
   RadNodes tree;
   LodItems roots;                    ///< their first nodes

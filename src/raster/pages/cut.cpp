@@ -48,13 +48,6 @@ float place_of(float ratio) {
                   static_cast<float>(kLodFootprints - 1));
 }
 
-float step_at(const LodSteps& steps, float place) {
-  const auto below = std::min(static_cast<std::size_t>(place), kLodFootprints - 2);
-  const float part = place - static_cast<float>(below);
-  return static_cast<float>(steps[below]) * (1 - part) +
-         static_cast<float>(steps[below + 1]) * part;
-}
-
 float value_of_step(float step) { return exp2_polynomial(step / 4 - 28); }
 
 class Descent {
@@ -62,9 +55,12 @@ class Descent {
   Descent(const LodPages& tree, const LodGain& gain, ThreadPool& pool, Array<LodVisit>& visits)
       : tree_(tree), gain_(gain), pool_(pool), visits_(visits) {
     visits_.resize(1);
-    for (const auto& page : tree.pages) pages_.push_back(page.get());
+    for (const auto& page : tree.pages) {
+      pages_.push_back(page.get());
+      in_memory_ += page ? page->nodes.size() : 0;
+    }
     Batch batch(*this);
-    batch.visit(0, *pages_[0], 0, 0, 0);
+    batch.visit(0, 0, 0, 0, 0);
   }
 
   LodCut run(const LodLimit& limit, float guess) {
@@ -73,8 +69,7 @@ class Descent {
     float low = budget >= tree_.count ? limit.gain
                 : guess > 0           ? std::max(limit.gain, guess / round)
                                       : kEndless;
-    visits_.reserve(
-        std::min<std::size_t>(tree_.count, 5 * (std::min<std::size_t>(budget, tree_.count) / 2)));
+    visits_.reserve(std::min(in_memory_, 5 * (std::min<std::size_t>(budget, tree_.count) / 2)));
     for (float high = kEndless;;) {
       const std::size_t before = count_;
       float most = open_all(low, high);  // of the gains of closed nodes
@@ -105,15 +100,17 @@ class Descent {
     explicit Batch(Descent& descent) : descent_(descent) {}
     ~Batch() { ask(); }
 
-    void visit(std::size_t i, const LodPage& page, std::uint32_t row, std::uint32_t node,
+    void visit(std::size_t i, std::size_t page, std::uint32_t row, std::uint32_t node,
                std::uint32_t parent) {
-      const LodFacts& facts = page.nodes[row];
+      const LodFacts& facts = descent_.pages_[page]->nodes[row];
+      const LodPlacement* const placement = descent_.tree_.placement(page);
+      const std::uint32_t first_child = facts.first_child + (placement ? placement->base : 0);
       LodVisit& visit = descent_.visits_[i];
       // The root has no parent that limits its gain.
       const float parent_gain = node == 0 ? kEndless : descent_.visits_[parent].gain;
-      visit = {node, parent, facts.first_child, 0, parent_gain, facts.child_count, false};
+      visit = {node, parent, first_child, 0, parent_gain, facts.child_count, false};
       if (facts.child_count == 0 || (descent_.has_dead_ && descent_.has_dead_child(visit))) return;
-      asked_[count_] = {&page, row, 0};
+      asked_[count_] = {descent_.pages_[page], placement, row, 0};
       visits_[count_] = static_cast<std::uint32_t>(i);
       if (++count_ == kLodBatch) ask();
     }
@@ -200,7 +197,7 @@ class Descent {
               ++page;
               row = 0;
             }
-            batch.visit(child++, *pages_[page], row, v.first_child + c, opened[k]);
+            batch.visit(child++, page, row, v.first_child + c, opened[k]);
           }
         }
       });
@@ -324,6 +321,7 @@ class Descent {
   ThreadPool& pool_;
   const std::uint32_t page_nodes_ = static_cast<std::uint32_t>(tree_.page_nodes);
   const int shift_ = std::has_single_bit(page_nodes_) ? std::countr_zero(page_nodes_) : 0;
+  std::size_t in_memory_ = 0;  // nodes
   std::vector<const LodPage*> pages_;
   const bool has_dead_ = std::ranges::find(tree_.dead, true) != tree_.dead.end();
   Array<LodVisit>& visits_;  // parents before their children
@@ -336,6 +334,14 @@ class Descent {
 std::size_t LodPage::bytes() const {
   return cloud.size() * (sizeof(glm::vec3) * 2 + sizeof(glm::quat) + sizeof(float)) +
          cloud.sh.size() * sizeof(glm::vec3) + nodes.size() * sizeof(LodFacts);
+}
+
+std::pair<glm::vec3, float> lod_ball(const LodPage& page, std::size_t row,
+                                     const LodPlacement* placement) {
+  const glm::vec3& center = page.cloud.positions[row];
+  const float radius = page.nodes[row].radius;
+  if (!placement) return {center, radius};
+  return {placement->at(center), placement->scale * radius};
 }
 
 LodView::LodView(const Camera& of_camera, float share_outside)
@@ -387,7 +393,8 @@ void LodView::see(std::size_t count, const float* x, const float* y, const float
 
 float lod_gain(const LodFacts& node, float smallest, float footprint) {
   if (node.child_count == 0) return 0;
-  return smallest * smallest * value_of_step(step_at(node.gains, place_of(footprint / smallest))) /
+  return smallest * smallest *
+         value_of_step(lod_step_at(node.gains, place_of(footprint / smallest))) /
          (footprint * footprint);
 }
 
@@ -398,16 +405,19 @@ LodGain gain_in(const LodView& view, float smallest) {
     Values x{}, y{}, z{}, radius{}, footprint{}, share{}, value{};
     const std::size_t count = nodes.size();
     for (std::size_t k = 0; k < count; ++k) {
-      const glm::vec3& center = nodes[k].page->cloud.positions[nodes[k].row];
+      const auto [center, size] = lod_ball(*nodes[k].page, nodes[k].row, nodes[k].placement);
       x[k] = center.x, y[k] = center.y, z[k] = center.z;
-      radius[k] = nodes[k].page->nodes[nodes[k].row].radius;
+      radius[k] = size;
     }
     view.see(count, x.data(), y.data(), z.data(), radius.data(), footprint.data(), share.data());
+    // Gains are areas: an instance has the gain of its tree at the footprint in its units.
+    for (std::size_t k = 0; k < count; ++k)
+      if (nodes[k].placement) footprint[k] /= nodes[k].placement->scale;
     if (smallest > 0) {
       const float squared = smallest * smallest, inverse = 1 / smallest;
       for (std::size_t k = 0; k < count; ++k) value[k] = place_of(footprint[k] * inverse);
       for (std::size_t k = 0; k < count; ++k)
-        value[k] = step_at(nodes[k].page->nodes[nodes[k].row].gains, value[k]);
+        value[k] = lod_step_at(nodes[k].page->nodes[nodes[k].row].gains, value[k]);
       for (std::size_t k = 0; k < count; ++k)
         value[k] = share[k] * squared * value_of_step(value[k]) / (footprint[k] * footprint[k]);
     } else {

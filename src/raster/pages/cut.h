@@ -19,6 +19,7 @@
 #include <vector>
 
 #include <glm/mat3x3.hpp>
+#include <glm/mat4x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -26,6 +27,7 @@
 #include "raster/pages/lod_node.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
+#include "raster/scene/transform.h"
 
 namespace qs {
 
@@ -37,6 +39,22 @@ struct LodPage {
   std::size_t bytes() const;  ///< of memory
 };
 
+/// An instance of a tree within a tree.
+struct LodPlacement : Placement {
+  glm::mat4x3 matrix{1};   ///< of the transform
+  float scale = 1;         ///< of the transform
+  std::uint32_t base = 0;  ///< the number of the instance's first node; its children count from it
+
+  glm::vec3 at(const glm::vec3& point) const { return matrix * glm::vec4(point, 1); }
+};
+
+/// The pages from `first` on belong to instances of one tree, which has `each` pages. They share
+/// its pages in memory, and their nodes are placed when they are used.
+struct LodInstances {
+  std::size_t first = 0, each = 1;
+  std::vector<LodPlacement> placements;
+};
+
 /// A tree, of which some pages are in memory. Node 0 is the root; children are consecutive and come
 /// after their parent.
 struct LodPages {
@@ -45,7 +63,25 @@ struct LodPages {
   float footprint = 0;               ///< the smallest one, world units; 0: the nodes have no gains
   std::vector<std::shared_ptr<const LodPage>> pages = {};  ///< null: not in memory
   std::vector<bool> dead = {};  ///< pages that will never come: the nodes above them are leaves
+  std::shared_ptr<const LodInstances> instances = {};  ///< or null
+
+  /// The instance to which a page belongs, or null.
+  const LodPlacement* placement(std::size_t page) const {
+    return !instances || page < instances->first
+               ? nullptr
+               : &instances->placements[(page - instances->first) / instances->each];
+  }
+  /// The first page with the same content in memory.
+  std::size_t content(std::size_t page) const {
+    return !instances || page < instances->first
+               ? page
+               : instances->first + (page - instances->first) % instances->each;
+  }
 };
+
+/// The ball of a node: the centre and the radius. `placement`: of its page, or null.
+std::pair<glm::vec3, float> lod_ball(const LodPage& page, std::size_t row,
+                                     const LodPlacement* placement);
 
 /// The part of a picture in which a node is seen.
 struct LodSight {
@@ -105,6 +141,7 @@ struct LodCut {
 /// A merged node whose gain is asked for.
 struct LodAsked {
   const LodPage* page;
+  const LodPlacement* placement;  ///< of the page, or null
   std::uint32_t row;
   float gain;
 };
@@ -118,7 +155,7 @@ class LodGain {
 
   explicit LodGain(OfNodes of_nodes) : of_nodes_(std::move(of_nodes)) {}
 
-  /// `of_node(page, row)`: the gain of one node.
+  /// `of_node(page, row)`: the gain of one node, in all instances.
   template <class OfNode>
   requires std::is_invocable_r_v<float, OfNode, const LodPage&, std::size_t> LodGain(OfNode of_node)
       : of_nodes_([of_node = std::move(of_node)](std::span<LodAsked> nodes) {

@@ -42,6 +42,14 @@ inline float lod_value(std::uint8_t step, float smallest) {
   return step == 0 ? 0 : smallest * smallest * std::exp2(static_cast<float>(step) / 4 - 28);
 }
 
+/// The value, in steps, at a place among the footprints, 0 to kLodFootprints - 1: interpolated.
+inline float lod_step_at(const LodSteps& steps, float place) {
+  const auto below = std::min(static_cast<std::size_t>(place), kLodFootprints - 2);
+  const float part = place - static_cast<float>(below);
+  return static_cast<float>(steps[below]) * (1 - part) +
+         static_cast<float>(steps[below + 1]) * part;
+}
+
 /// A node without its Gaussian.
 struct LodFacts {
   std::uint32_t parent = 0, first_child = 0;

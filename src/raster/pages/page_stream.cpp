@@ -22,7 +22,10 @@ std::size_t reader_count() {
 }  // namespace
 
 PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_bytes)
-    : source_(std::move(source)), tree_(std::move(tree)), uses_(tree_.pages.size()) {
+    : source_(std::move(source)),
+      tree_(std::move(tree)),
+      uses_(tree_.pages.size()),
+      owners_(tree_.pages.size()) {
   tree_.dead.resize(tree_.pages.size());
   facts_ = {tree_.count, tree_.pages.size(), 1, 0, 0, 0, tree_.pages[0]->bytes(), most_bytes};
   for (std::size_t i = 0; i < reader_count(); ++i)
@@ -61,6 +64,11 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
   const std::uint64_t share = view == 0 ? facts_.most_bytes : facts_.most_bytes / others;
   const std::uint64_t page_bytes = tree_.pages[0]->bytes();
   std::uint64_t needed = page_bytes;  // of memory
+  std::vector<bool> is_counted(owners_.size());
+  const auto counts = [&](std::uint32_t page) {  // pages of one content need it once
+    const auto counted = is_counted[tree_.content(page)];
+    return page != 0 && !counted && (is_counted[tree_.content(page)] = true);
+  };
   own.lacks_pages = !result.cut.missing.empty();
   own.kept.assign(tree_.pages.size(), false);
   std::vector<const LodPart*> parts;  // the largest gain first
@@ -68,14 +76,18 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
   std::ranges::stable_sort(parts, std::ranges::greater(), &LodPart::gain);
   for (const LodPart* const part : parts) {
     uses_[part->page] = {cuts_, part->gain};
-    if (part->page != 0) needed += result.tree.pages[part->page]->bytes();
+    if (counts(part->page)) needed += result.tree.pages[part->page]->bytes();
     own.kept[part->page] = views_.size() == 1 || needed <= share;
   }
   own.wanted.clear();
+  std::size_t contents = 0;
   for (const LodPart& part : result.cut.missing) {
-    if (stopped_ || own.wanted.size() == 4 * threads_.size()) break;
+    if (stopped_ || contents == 4 * threads_.size()) break;
     if (tree_.pages[part.page] || tree_.dead[part.page] || in_flight_.contains(part.page)) continue;
-    needed += page_bytes;
+    if (counts(part.page)) {
+      needed += page_bytes;
+      contents += owners_[tree_.content(part.page)] == 0 ? 1 : 0;
+    }
     if (needed > share) {
       if (!std::exchange(was_full_, true))
         sentences_.push_back(fmt::format(
@@ -155,7 +167,7 @@ void PageStream::read_pages(const std::stop_token& stop) {
     std::string problem;
     bool is_short = false;
     for (int attempt = 0; attempt < 2 && !got && !is_short; ++attempt) try {
-        got = std::make_shared<const LodPage>(source_.read(page));
+        got = source_.read(page);
       } catch (const std::bad_alloc&) {
         is_short = true;
       } catch (const std::exception& error) {
@@ -189,10 +201,14 @@ void PageStream::store(std::uint32_t page, std::shared_ptr<const LodPage> got,
     sentences_.push_back(problem + "; coarser nodes are drawn in its place");
     return;
   }
-  ++facts_.read;
-  if (!source_.stored_bytes.empty()) facts_.read_bytes += source_.stored_bytes[page];
-  if (!make_room(got->bytes())) return;
-  facts_.bytes += got->bytes();
+  std::size_t& owners = owners_[tree_.content(page)];
+  if (owners == 0) {
+    ++facts_.read;
+    if (!source_.stored_bytes.empty()) facts_.read_bytes += source_.stored_bytes[page];
+    if (!make_room(got->bytes())) return;
+    facts_.bytes += got->bytes();
+  }
+  ++owners;
   ++facts_.resident;
   ++events_;
   uses_[page].cut = cuts_;
@@ -226,7 +242,7 @@ bool PageStream::make_room(std::uint64_t bytes) {
       if (tree_.pages[page] && !is_kept(page) && (victim == 0 || order(page) < order(victim)))
         victim = page;
     if (victim == 0) return false;
-    facts_.bytes -= tree_.pages[victim]->bytes();
+    if (--owners_[tree_.content(victim)] == 0) facts_.bytes -= tree_.pages[victim]->bytes();
     --facts_.resident;
     tree_.pages[victim].reset();
   }

@@ -25,7 +25,7 @@ namespace qs {
 struct PageSource {
   std::string name;  ///< for sentences
   /// Reads a page, or throws an exception if it is damaged.
-  std::function<LodPage(std::size_t page)> read;
+  std::function<std::shared_ptr<const LodPage>(std::size_t page)> read;
   /// False if another program changed the file after it was opened.
   std::function<bool()> is_unchanged = [] { return true; };
   std::vector<std::uint64_t> stored_bytes = {};  ///< by page, in the file
@@ -99,6 +99,7 @@ class PageStream {
     float gain = 0;         // of that cut
   };
   std::vector<Use> uses_;                   // by page
+  std::vector<std::size_t> owners_;         // pages in memory, by LodPages::content()
   std::map<int, View> views_;               // by number; 0: the view that awaits cuts, if any
   int last_view_ = 0, last_served_ = 0;     // numbers: of the newest view, and of a page's reader
   std::map<std::uint32_t, int> in_flight_;  // pages that are being read, and for whom

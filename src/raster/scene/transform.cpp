@@ -9,6 +9,7 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/matrix.hpp>
 
+#include "raster/kernel/constants.h"
 #include "raster/kernel/sh.h"
 
 namespace qs {
@@ -131,6 +132,15 @@ void Transform::apply(GaussianCloud& cloud, std::size_t i) const {
   }
   turn_sh(&cloud.sh[i * static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree))],
           cloud.sh_degree);
+}
+
+void Placement::apply(GaussianCloud& cloud, std::size_t i) const {
+  if (!transform.is_identity()) transform.apply(cloud, i);
+  const auto count = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  glm::vec3* const sh = &cloud.sh[i * count];
+  for (std::size_t k = 0; k < count; ++k) sh[k] *= tint;
+  // Colours are 0.5 + kSh0 * DC + the other bands.
+  sh[0] += (tint - 1.0f) * static_cast<float>(0.5 / kSh0);
 }
 
 void set_covariance(GaussianCloud& cloud, std::size_t i, const glm::dmat3& covariance) {

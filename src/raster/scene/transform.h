@@ -46,6 +46,14 @@ class Transform {
   std::array<std::array<std::array<float, 7>, 7>, kMaxShDegree + 1> sh_{};
 };
 
+/// Places a Gaussian of an instance: transforms it and multiplies its colours by `tint`.
+struct Placement {
+  Transform transform;
+  glm::vec3 tint{1};
+
+  void apply(GaussianCloud& cloud, std::size_t i) const;
+};
+
 /// Sets the scale and the rotation of Gaussian `i` so that it has this covariance: symmetric, world
 /// units^2, eigenvalues below 0 count as 0.
 void set_covariance(GaussianCloud& cloud, std::size_t i, const glm::dmat3& covariance);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <random>
 #include <set>
 #include <vector>
@@ -179,20 +180,49 @@ TEST(PairTree, the_flat_forest_has_all_items_once) {
   const auto levels = levels_of(forest, std::vector<NodeLevels>(800), 1e-3f, false);
   const FlatForest flat = flattened(forest, levels);
   EXPECT_LT(flat.nodes.size(), forest.nodes.size());
-  std::vector<int> seen(forest.nodes.size(), 0);
-  std::uint32_t next = 5;
+  std::vector<int> seen(forest.nodes.size(), 0), is_child(flat.nodes.size(), 0);
   for (std::uint32_t i = 0; i < flat.nodes.size(); ++i) {
     const FlatForest::Node& node = flat.nodes[i];
     ++seen[node.number];
     EXPECT_EQ(node.number < 800, node.child_count == 0);
     if (node.child_count == 0) continue;
-    EXPECT_EQ(node.first_child, next);
+    EXPECT_GT(node.first_child, i);
     EXPECT_GE(node.child_count, 2u);
-    for (std::uint32_t c = 0; c < node.child_count; ++c) EXPECT_EQ(flat.nodes[next + c].parent, i);
-    next += node.child_count;
+    for (std::uint32_t child = 0; child < node.child_count; ++child) {
+      EXPECT_EQ(flat.nodes[node.first_child + child].parent, i);
+      ++is_child[node.first_child + child];
+    }
   }
-  EXPECT_EQ(next, flat.nodes.size());
+  for (std::size_t i = 0; i < flat.nodes.size(); ++i) EXPECT_EQ(is_child[i], i < 5 ? 0 : 1);
   for (std::size_t i = 0; i < 800; ++i) EXPECT_EQ(seen[i], 1);
+}
+
+// Nodes with large gains are in the first pages; below them, a page has one part of the scene.
+TEST(PairTree, a_part_of_the_scene_is_in_few_pages) {
+  constexpr std::size_t kItems = 120'000;
+  const PairForest forest = merge_pairs(random_items(kItems, 3), 500, false);
+  const auto levels = levels_of(forest, std::vector<NodeLevels>(kItems), 1e-3f, false);
+  const FlatForest flat = flattened(forest, levels);
+  constexpr std::uint32_t kPage = 65536;
+  const auto last_page = static_cast<std::uint32_t>((flat.nodes.size() - 1) / kPage);
+  ASSERT_GE(last_page, 2u);
+  int least_above = 1 << 20, most_below = 0;
+  std::vector<std::uint32_t> root(flat.nodes.size());
+  std::vector<std::set<std::uint32_t>> pages(500);
+  for (std::uint32_t i = 0; i < flat.nodes.size(); ++i) {
+    root[i] = i < 500 ? i : root[flat.nodes[i].parent];
+    pages[root[i]].insert(i / kPage);
+    if (i < 500) continue;
+    const LodSteps& gains = levels[flat.nodes[flat.nodes[i].parent].number].gains;
+    const int sum = std::accumulate(gains.begin(), gains.end(), 0);
+    if (i < kPage) least_above = std::min(least_above, sum);
+    if (i > kPage + 500 + 64) most_below = std::max(most_below, sum);
+  }
+  EXPECT_GE(least_above, most_below);
+  // In order of breadth a tree is in nearly all pages.
+  std::size_t sum = 0;
+  for (const auto& of_root : pages) sum += of_root.size();
+  EXPECT_LT(static_cast<double>(sum) / 500, 0.75 * (last_page + 1));
 }
 
 TEST(LodSteps, are_quarters_of_powers_of_two) {

@@ -9,6 +9,7 @@
 #include "app/framing/scene_box.h"
 #include "app/framing/whole_subject.h"
 #include "app/measure/scene_facts.h"
+#include "app/session/levels.h"
 #include "app/session/placed_cameras.h"
 #include "app/viewer/render/render_context.h"
 #include "base/fail.h"
@@ -108,7 +109,7 @@ LoadedScene read_whole(const OpenRequest& request, int threads, ReadOptions opti
   EarlyView early(report, request);
   options.sampling.take = [&](SceneSample sample) { early.begin(std::move(sample)); };
   ThreadPool pool(threads);
-  Scene scene = read_scene(request.path, pool, options);
+  Scene scene = open_scene(request.path, pool, options);
   apply_edits(scene, request.edits, pool);
   const std::vector<Framing> framings = early.framings_of(scene);
   const std::size_t skipped = request.skip_huge ? drop_huge(scene) : 0;

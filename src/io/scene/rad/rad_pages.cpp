@@ -6,7 +6,9 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <numeric>
+#include <string_view>
 #include <utility>
 
 #include <fcntl.h>
@@ -19,6 +21,12 @@
 #include "io/cloud/fill_cloud.h"
 
 namespace qs {
+
+bool is_rad_file(const std::filesystem::path& path) {
+  std::array<char, kRadFileMagic.size()> start{};
+  std::ifstream(path, std::ios::binary).read(start.data(), start.size());
+  return std::string_view(start.data(), start.size()) == kRadFileMagic;
+}
 
 RadPages::RadPages(std::filesystem::path path)
     : path_(std::move(path)), file_(open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {

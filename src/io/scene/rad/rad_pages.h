@@ -15,6 +15,9 @@
 
 namespace qs {
 
+/// True if the file begins as a .rad file with all chunks does.
+bool is_rad_file(const std::filesystem::path& path);
+
 class RadPages {
  public:
   /// Throws Error(input) if the file is damaged.

@@ -167,7 +167,7 @@ bool stream_tree(const ReadOptions& options, ThreadPool& pool, Scene& scene) {
   scene.format = "rad";
   if (!options.axes.empty()) scene.axes = options.axes;
   scene.file_bytes = file->file_bytes();
-  scene.levels = {0, header.count, 0, 0, header.footprint > 0};
+  scene.levels = {0, header.count, 0, 0, header.footprint > 0, header.has_originals};
   PageSource source{scene.path.string(),
                     [file, placed](std::size_t i) { return placed(file->read(i)); },
                     [file] { return file->is_unchanged(); }};

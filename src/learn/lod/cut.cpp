@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "io/cloud/cloud_memory.h"
 #include "learn/lod/merging.h"
@@ -83,6 +84,19 @@ float put_node(const LodPages& tree, const LodPage& page, std::size_t row, const
   return variance;
 }
 
+CutPlaces::CutPlaces(const LodPages& tree, const LodCut& cut) {
+  if (tree.pages[0]->numbers.empty()) return;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> order;  // number, k
+  for (const LodPart& part : cut.parts)
+    part.for_each([&, &numbers = tree.pages[part.page]->numbers](std::size_t row) {
+      order.emplace_back(numbers.empty() ? kNoNumber : numbers[row],
+                         static_cast<std::uint32_t>(order.size()));
+    });
+  std::ranges::sort(order);
+  places_.resize(order.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) places_[order[i].second] = i;
+}
+
 GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& view,
                         double dilation, ThreadPool& pool, std::vector<float>* variances) {
   const GaussianCloud& top = tree.pages[0]->cloud;
@@ -90,15 +104,16 @@ GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& 
   cloud.antialiased = top.antialiased;
   cloud.origin = top.origin;
   if (variances) variances->resize(cut.count);
+  const CutPlaces places(tree, cut);
   std::vector<std::size_t> first(1);
   for (const LodPart& part : cut.parts) first.push_back(first.back() + part.count);
   pool.for_each(cut.parts.size(), 1, [&](std::size_t p) {
     const LodPage& page = *tree.pages[cut.parts[p].page];
     std::size_t k = first[p];
     cut.parts[p].for_each([&](std::size_t row) {
-      const float variance = put_node(tree, page, row, view, dilation, cloud, k);
-      if (variances) (*variances)[k] = variance;
-      ++k;
+      const std::size_t place = places[k++];
+      const float variance = put_node(tree, page, row, view, dilation, cloud, place);
+      if (variances) (*variances)[place] = variance;
     });
   });
   return cloud;

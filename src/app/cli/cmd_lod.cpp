@@ -31,6 +31,7 @@ struct LodCommand {
   std::vector<std::filesystem::path> others;  // inputs, then the output
   std::uint64_t memory = 0;
   std::string axes;
+  bool original = false;
 };
 
 int run(const LodCommand& command) {
@@ -39,6 +40,9 @@ int run(const LodCommand& command) {
   const bool is_file = output.filename() == "lod-meta.json";
   if (!is_tree && !is_file && !output.extension().empty())
     fail(ErrorKind::usage, "lod: {}: only .rad files and folders of streamed SOG can be written",
+         output.string());
+  if (command.original && !is_tree)
+    fail(ErrorKind::usage, "lod: --original: {}: only .rad files keep the original values",
          output.string());
   const std::filesystem::path folder =
       is_file || !output.has_filename() ? absolute(output).parent_path() : output;
@@ -49,6 +53,7 @@ int run(const LodCommand& command) {
   build.output = is_tree ? output : work / "tree.rad";
   build.memory = command.memory;
   build.axes = command.axes;
+  build.original = command.original;
   build.warn = [](const std::string& sentence) { warn(sentence); };
   for (const std::filesystem::path& input : build.inputs) note_input(find_scene_file(input));
   note_own(work);
@@ -98,6 +103,9 @@ CommandAction lod_command(Options& options) {
                     "no binary .ply or instances must fit beside it (default: 4G, or more for many "
                     "threads)",
                     {"64M", "2G"});
+  options.flag("--original", command->original,
+               "also keeps the leaves as the scenes have them, bit for bit and in their order; "
+               "without it a .rad file rounds all but their centres");
   declare_axes_option(options, command->axes);
   options.overwrite();
   options.example("quadsplat lod city.ply city.rad", "a tree that quadsplat and Spark open");

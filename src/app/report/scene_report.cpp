@@ -76,9 +76,10 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
   if (scene.levels)
     line("levels",
          fmt::format("{}, in a tree of {} nodes: {} leaves were read, {} merged Gaussians "
-                     "were left out",
+                     "were left out{}",
                      scene.levels->levels, grouped(scene.levels->nodes),
-                     grouped(scene.levels->leaves), grouped(scene.levels->merged)));
+                     grouped(scene.levels->leaves), grouped(scene.levels->merged),
+                     scene.levels->has_originals ? "; with original values" : ""));
   line("SH degree", fmt::format("{}", scene.cloud.sh_degree));
   line("axes", scene.axes);
   line("antialiased", scene.cloud.antialiased ? "yes" : "no");
@@ -121,7 +122,8 @@ nlohmann::ordered_json report_json(const Scene& scene, const SceneReport& report
     json["tree"] = {{"levels", scene.levels->levels},
                     {"nodes", scene.levels->nodes},
                     {"leaves", scene.levels->leaves},
-                    {"merged", scene.levels->merged}};
+                    {"merged", scene.levels->merged},
+                    {"original", scene.levels->has_originals}};
   for (const FilePart& part : scene.parts)
     json["parts"].push_back(
         {{"name", part.name}, {"bytes", part.bytes}, {"content", part.content}});

@@ -44,10 +44,11 @@ struct NetworkColors {
 /// The levels of detail of a file. Its leaves, the finest Gaussians, are in the cloud.
 struct LevelsOfDetail {
   std::uint64_t levels = 0;
-  std::uint64_t nodes = 0;   ///< of the tree
-  std::uint64_t leaves = 0;  ///< Gaussians that were read
-  std::uint64_t merged = 0;  ///< Gaussians of coarser levels, which were left out
-  bool has_errors = false;   ///< quadsplat lod wrote the file: read_rad_levels() reads its errors
+  std::uint64_t nodes = 0;     ///< of the tree
+  std::uint64_t leaves = 0;    ///< Gaussians that were read
+  std::uint64_t merged = 0;    ///< Gaussians of coarser levels, which were left out
+  bool has_errors = false;     ///< quadsplat lod wrote the file: read_rad_levels() reads its errors
+  bool has_originals = false;  ///< the leaves have the bits and the order of their sources
   bool operator==(const LevelsOfDetail&) const = default;
 };
 

@@ -178,7 +178,7 @@ void set_stream(LodPages tree, PageSource source, const ReadOptions& options, Th
       .for_each([&](std::size_t row) { finest.push_back(static_cast<std::uint32_t>(row)); });
   scene.cloud = select(tree.pages[0]->cloud, finest);
   if (!options.axes.empty()) scene.axes = options.axes;
-  scene.levels = {0, tree.count, 0, 0, tree.footprint > 0};
+  scene.levels = {0, tree.count, 0, 0, tree.footprint > 0, !tree.pages[0]->numbers.empty()};
   const std::uint64_t memory = available_memory() / 2;
   scene.stream = std::make_shared<PageStream>(
       std::move(tree), std::move(source),

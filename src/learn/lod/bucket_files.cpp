@@ -12,6 +12,7 @@
 #include "io/bytes/mapped_file.h"
 #include "io/bytes/replace_file.h"
 #include "io/cloud/cloud_memory.h"
+#include "io/scene/rad/rad_original.h"
 #include "raster/kernel/constants.h"
 #include "raster/kernel/half.h"
 #include "raster/scene/activated_cloud.h"
@@ -19,7 +20,7 @@
 namespace qs {
 namespace {
 
-// A row of a bucket's file; the SH follow as halves.
+// A row of a bucket's file; the SH follow as halves, then perhaps the original values.
 struct BucketRow {
   glm::vec3 position, log_scale;
   glm::quat rotation;
@@ -28,6 +29,10 @@ struct BucketRow {
 
 std::size_t values_of_degree(int degree) {
   return 3 * static_cast<std::size_t>(sh_coefficient_count(degree));
+}
+
+std::size_t bytes_of_row(std::size_t sh_values, std::size_t words) {
+  return sizeof(BucketRow) + 2 * sh_values + words * sizeof(std::uint32_t);
 }
 
 }  // namespace
@@ -82,15 +87,18 @@ float CloudSample::footprint() const {
   return std::exp2(std::clamp(std::floor(log2_size) - 4, -40.0f, 40.0f));
 }
 
-BucketWriter::BucketWriter(const BucketRanges& ranges, int sh_degree,
+BucketWriter::BucketWriter(const BucketRanges& ranges, int sh_degree, bool original,
                            std::function<std::filesystem::path(std::size_t i)> path)
-    : ranges_(ranges), sh_values_(values_of_degree(sh_degree)), path_(std::move(path)) {
+    : ranges_(ranges),
+      sh_values_(values_of_degree(sh_degree)),
+      original_words_(original ? original_words(sh_degree) : 0),
+      path_(std::move(path)) {
   waiting_.resize(ranges.splits.size() + 1);
 }
 
 void BucketWriter::add(const GaussianCloud& cloud, std::uint64_t first, ThreadPool& pool) {
   constexpr std::size_t kBatch = 1 << 18, kWaiting = 1 << 18;  // Gaussians, bytes
-  const std::size_t row_bytes = sizeof(BucketRow) + 2 * sh_values_;
+  const std::size_t row_bytes = bytes_of_row(sh_values_, original_words_);
   const std::size_t own_values = 3 * sh_count(cloud);
   std::vector<char> rows(std::min(kBatch, cloud.size()) * row_bytes);
   std::vector<std::uint32_t> buckets(std::min(kBatch, cloud.size())), order(buckets.size());
@@ -107,6 +115,12 @@ void BucketWriter::add(const GaussianCloud& cloud, std::uint64_t first, ThreadPo
         const std::uint16_t half =
             v < own_values ? nearest_half(sh[v / 3][static_cast<int>(v % 3)]) : std::uint16_t{0};
         std::memcpy(&rows[k * row_bytes + sizeof row + 2 * v], &half, sizeof half);
+      }
+      if (original_words_ > 0) {
+        std::vector<std::uint32_t> words(original_words_);
+        pack_original(cloud, i, static_cast<std::uint32_t>(first + i), words);
+        std::memcpy(&rows[k * row_bytes + sizeof row + 2 * sh_values_], words.data(),
+                    words.size() * sizeof words[0]);
       }
       buckets[k] =
           static_cast<std::uint32_t>(ranges_.bucket({ranges_.code(row.position), first + i}));
@@ -140,10 +154,11 @@ void BucketWriter::finish() {
   for (std::size_t i = 0; i < waiting_.size(); ++i) flush(i);
 }
 
-LodItems read_bucket(const std::filesystem::path& path, int sh_degree) {
+LodItems read_bucket(const std::filesystem::path& path, int sh_degree, bool original) {
   const MappedFile file(path);
   const std::size_t values = values_of_degree(sh_degree);
-  const std::size_t row_bytes = sizeof(BucketRow) + 2 * values;
+  const std::size_t words = original ? original_words(sh_degree) : 0;
+  const std::size_t row_bytes = bytes_of_row(values, words);
   const std::size_t count = file.content().size() / row_bytes;
   GaussianCloud one;
   one.resize(1, sh_degree);
@@ -152,11 +167,15 @@ LodItems read_bucket(const std::filesystem::path& path, int sh_degree) {
   items.levels.resize(count);
   items.drawn.nodes.resize(count);
   items.drawn.sh.resize(count * values);
+  items.drawn.original.resize(count * words);
   for (std::size_t i = 0; i < count; ++i) {
     const std::byte* const at = &file.content()[i * row_bytes];
     const auto row = load<BucketRow>(at);
     std::uint16_t* const sh = &items.drawn.sh[i * values];
     std::memcpy(sh, at + sizeof row, 2 * values);
+    if (original)
+      std::memcpy(&items.drawn.original[i * words], at + sizeof row + 2 * values,
+                  words * sizeof(std::uint32_t));
     for (std::size_t v = 0; v < values; ++v)
       one.sh[v / 3][static_cast<int>(v % 3)] = float_of_half(sh[v]);
     one.positions[0] = row.position;

@@ -55,8 +55,8 @@ class CloudSample {
 
 class BucketWriter {
  public:
-  /// `path(i)`: the file of bucket `i`.
-  BucketWriter(const BucketRanges& ranges, int sh_degree,
+  /// `original`: the rows have the words of rad_original.h too. `path(i)`: the file of bucket `i`.
+  BucketWriter(const BucketRanges& ranges, int sh_degree, bool original,
                std::function<std::filesystem::path(std::size_t i)> path);
 
   void add(const GaussianCloud& cloud, std::uint64_t first, ThreadPool& pool);
@@ -68,12 +68,12 @@ class BucketWriter {
   void flush(std::size_t bucket);
 
   const BucketRanges& ranges_;
-  std::size_t sh_values_;
+  std::size_t sh_values_, original_words_;
   std::function<std::filesystem::path(std::size_t i)> path_;
   std::vector<std::string> waiting_;  // bytes of each bucket
 };
 
 /// The Gaussians of a bucket's file in the order of their numbers. Throws Error(input).
-LodItems read_bucket(const std::filesystem::path& path, int sh_degree);
+LodItems read_bucket(const std::filesystem::path& path, int sh_degree, bool original);
 
 }  // namespace qs

@@ -25,6 +25,7 @@
 #include "io/cloud/cloud_memory.h"
 #include "io/scene/instances.h"
 #include "io/scene/ply/ply.h"
+#include "io/scene/rad/rad_original.h"
 #include "io/scene/reader.h"
 #include "learn/lod/bucket_files.h"
 #include "learn/lod/section.h"
@@ -37,7 +38,8 @@ using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr float kRead = 0.1f, kSorted = 0.2f, kBuilt = 0.85f;  // of the progress
-constexpr std::uint64_t kBytesOfLeaf = 1500;    // of memory while its bucket is worked on
+// Of memory while its bucket is worked on; original values are kept twice.
+constexpr std::uint64_t kBytesOfLeaf = 1500, kBytesOfOriginal = 8 * original_words(3);
 constexpr std::uint64_t kMostLeaves = 262'144;  // of a bucket
 constexpr std::size_t kLeavesOfRoot = 256;
 
@@ -58,9 +60,9 @@ struct Part {
 
 // Bytes for one bucket per thread: at least 4 GB, and above that at most half of the available
 // memory.
-std::uint64_t usual_memory(int threads) {
+std::uint64_t usual_memory(int threads, std::uint64_t bytes_of_leaf) {
   constexpr std::uint64_t kUsual = 4'000'000'000;
-  return std::clamp(static_cast<std::uint64_t>(threads) * kMostLeaves * kBytesOfLeaf, kUsual,
+  return std::clamp(static_cast<std::uint64_t>(threads) * kMostLeaves * bytes_of_leaf, kUsual,
                     std::max(kUsual, available_memory() / 2));
 }
 
@@ -70,7 +72,8 @@ class Builder {
       : build_(build),
         pool_(pool),
         folder_(build.output.string() + ".unfinished"),
-        memory_(build.memory > 0 ? build.memory : usual_memory(pool.size())) {}
+        bytes_of_leaf_(kBytesOfLeaf + (build.original ? kBytesOfOriginal : 0)),
+        memory_(build.memory > 0 ? build.memory : usual_memory(pool.size(), bytes_of_leaf_)) {}
 
   LodReport run() {
     for (const fs::path& input : build_.inputs) inputs_.push_back(find_scene_file(input));
@@ -101,11 +104,11 @@ class Builder {
   fs::path section(std::size_t i) const { return folder_ / fmt::format("section_{:06}", i); }
   std::size_t buckets() const { return survey_.buckets; }
   std::uint64_t leaves_of_bucket() const {
-    return std::clamp<std::uint64_t>(memory_ / (2 * kBytesOfLeaf), 1024, kMostLeaves);
+    return std::clamp<std::uint64_t>(memory_ / (2 * bytes_of_leaf_), 1024, kMostLeaves);
   }
   // The number of buckets that fit into the memory.
   std::size_t buckets_at_a_time() const {
-    return std::max<std::uint64_t>(1, memory_ / (leaves_of_bucket() * kBytesOfLeaf));
+    return std::max<std::uint64_t>(1, memory_ / (leaves_of_bucket() * bytes_of_leaf_));
   }
   SectionOptions options() const { return {survey_.footprint, survey_.antialiased}; }
 
@@ -120,6 +123,7 @@ class Builder {
     return {{"version", 3},
             {"inputs", files},
             {"axes", build_.axes},
+            {"original", build_.original},
             {"leaves_of_bucket", leaves_of_bucket()}};
   }
 
@@ -225,7 +229,8 @@ class Builder {
   }
 
   void sort() {
-    BucketWriter writer(ranges_, survey_.sh_degree, [&](std::size_t i) { return bucket(i); });
+    BucketWriter writer(ranges_, survey_.sh_degree, build_.original,
+                        [&](std::size_t i) { return bucket(i); });
     std::uint64_t done = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const GaussianCloud& cloud = read(i, kRead, kSorted, false);
@@ -245,7 +250,7 @@ class Builder {
       if (!is_file(section(i))) {
         places.acquire();
         try {
-          LodItems items = read_bucket(bucket(i), survey_.sh_degree);
+          LodItems items = read_bucket(bucket(i), survey_.sh_degree, build_.original);
           const std::size_t roots = (items.size() + kLeavesOfRoot - 1) / kLeavesOfRoot;
           write_section(section(i), make_section(std::move(items), roots, options()));
         } catch (...) {
@@ -291,8 +296,10 @@ class Builder {
     }
     replace_file(build_.output, [&](const fs::path& temporary) {
       std::ofstream stream(temporary, std::ios::binary);
-      RadWriter writer(
-          stream, {report.nodes, survey_.sh_degree, survey_.footprint, survey_.antialiased}, pool_);
+      RadWriter writer(stream,
+                       {report.nodes, survey_.sh_degree, survey_.footprint, survey_.antialiased,
+                        build_.original},
+                       pool_);
       std::uint64_t leaves = 0;
       std::vector<RadNodes> parts;  // of the file, that are not written yet
       parts.push_back(std::move(upper.tree));
@@ -330,8 +337,7 @@ class Builder {
   // the place of the first node. Counts the leaves, roots too.
   RadNodes placed_section(std::size_t b, std::span<const std::uint32_t> roots, std::uint64_t base,
                           std::uint64_t& leaves) const {
-    RadNodes tree = read_section(section(b), false).tree;
-    const std::size_t values = tree.sh.size() / tree.nodes.size();
+    RadNodes tree = read_section(section(b), false).tree, below;
     for (LodNode& node : tree.nodes) {
       leaves += node.child_count == 0 ? 1 : 0;
       if (node.child_count > 0)
@@ -340,10 +346,8 @@ class Builder {
                         ? roots[node.parent]
                         : static_cast<std::uint32_t>(node.parent - roots.size() + base);
     }
-    const auto count = static_cast<std::ptrdiff_t>(roots.size());
-    tree.nodes.erase(tree.nodes.begin(), tree.nodes.begin() + count);
-    tree.sh.erase(tree.sh.begin(), tree.sh.begin() + count * static_cast<std::ptrdiff_t>(values));
-    return tree;
+    below.append(tree, roots.size(), tree.nodes.size());
+    return below;
   }
 
   // Writes all full chunks of the parts, or everything at the end, and keeps the rest.
@@ -359,7 +363,7 @@ class Builder {
       for (auto p = static_cast<std::size_t>(std::ranges::upper_bound(ends, begin) - ends.begin());
            begin < end; begin = ends[p++]) {
         const std::size_t start = ends[p] - parts[p].nodes.size();
-        append(chunks[i], parts[p], begin - start, std::min(end, ends[p]) - start);
+        chunks[i].append(parts[p], begin - start, std::min(end, ends[p]) - start);
       }
     });
     parts.clear();
@@ -370,20 +374,10 @@ class Builder {
     writer.write(chunks);
   }
 
-  static void append(RadNodes& to, const RadNodes& from, std::size_t begin, std::size_t end) {
-    if (begin == end) return;
-    const std::size_t values = from.sh.size() / from.nodes.size();
-    const auto at = [](const auto& list, std::size_t i) {
-      return list.begin() + static_cast<std::ptrdiff_t>(i);
-    };
-    to.nodes.insert(to.nodes.end(), at(from.nodes, begin), at(from.nodes, end));
-    to.sh.insert(to.sh.end(), at(from.sh, begin * values), at(from.sh, end * values));
-  }
-
   const LodBuild& build_;
   ThreadPool& pool_;
   fs::path folder_;
-  std::uint64_t memory_;
+  std::uint64_t bytes_of_leaf_, memory_;
   std::vector<fs::path> inputs_;
   std::vector<Part> parts_;
   std::vector<std::string> warnings_;

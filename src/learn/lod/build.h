@@ -27,7 +27,8 @@ struct LodBuild {
   std::filesystem::path output;
   /// Bytes for the buckets that are worked on, at least 64 MB; 0: by the threads and the system.
   std::uint64_t memory = 0;
-  std::string axes;  ///< as ReadOptions::axes
+  std::string axes;       ///< as ReadOptions::axes
+  bool original = false;  ///< the file keeps the bits and the order of the leaves, too
   Progress progress;
   /// Receives warnings of the readers, and a sentence if the call goes on with an interrupted one.
   std::function<void(const std::string& sentence)> warn;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "io/cloud/cloud_memory.h"
 #include "learn/lod/merging.h"
@@ -91,6 +93,22 @@ float put_node(const LodPages& tree, std::size_t page, std::size_t row, const Lo
   return variance;
 }
 
+CutPlaces::CutPlaces(const LodPages& tree, const LodCut& cut) {
+  if (std::ranges::all_of(
+          cut.parts, [&](const LodPart& part) { return tree.pages[part.page]->numbers.empty(); }))
+    return;
+  // The instance, the number and k.
+  std::vector<std::tuple<const LodPlacement*, std::uint32_t, std::uint32_t>> order;
+  for (const LodPart& part : cut.parts)
+    part.for_each([&, &numbers = tree.pages[part.page]->numbers](std::size_t row) {
+      order.emplace_back(tree.placement(part.page), numbers.empty() ? kNoNumber : numbers[row],
+                         static_cast<std::uint32_t>(order.size()));
+    });
+  std::ranges::sort(order);
+  places_.resize(order.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) places_[std::get<2>(order[i])] = i;
+}
+
 GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& view,
                         double dilation, ThreadPool& pool, std::vector<float>* variances) {
   const GaussianCloud& top = tree.pages[0]->cloud;
@@ -98,14 +116,15 @@ GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& 
   cloud.antialiased = top.antialiased;
   cloud.origin = top.origin;
   if (variances) variances->resize(cut.count);
+  const CutPlaces places(tree, cut);
   std::vector<std::size_t> first(1);
   for (const LodPart& part : cut.parts) first.push_back(first.back() + part.count);
   pool.for_each(cut.parts.size(), 1, [&](std::size_t p) {
     std::size_t k = first[p];
     cut.parts[p].for_each([&](std::size_t row) {
-      const float variance = put_node(tree, cut.parts[p].page, row, view, dilation, cloud, k);
-      if (variances) (*variances)[k] = variance;
-      ++k;
+      const std::size_t place = places[k++];
+      const float variance = put_node(tree, cut.parts[p].page, row, view, dilation, cloud, place);
+      if (variances) (*variances)[place] = variance;
     });
   });
   return cloud;

@@ -46,7 +46,19 @@ float filter_variance(const LodPages& tree, std::size_t page, std::size_t row, c
 float put_node(const LodPages& tree, std::size_t page, std::size_t row, const LodView& view,
                double dilation, GaussianCloud& cloud, std::size_t k);
 
-/// The Gaussians of the cut of a view, in the order of the file. `variances`: the filter_variance()
+/// The place of each node of a cut, by page and row, among the Gaussians of its cloud. Leaves whose
+/// numbers in the sources are known come first, by number; the others have the order of the file.
+class CutPlaces {
+ public:
+  CutPlaces(const LodPages& tree, const LodCut& cut);
+
+  std::size_t operator[](std::size_t k) const { return places_.empty() ? k : places_[k]; }
+
+ private:
+  std::vector<std::uint32_t> places_;  // empty: the order of the file
+};
+
+/// The Gaussians of the cut of a view, at their CutPlaces. `variances`: the filter_variance()
 /// of each; null: not stored.
 GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& view,
                         double dilation, ThreadPool& pool, std::vector<float>* variances = nullptr);

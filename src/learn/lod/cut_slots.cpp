@@ -41,12 +41,13 @@ CutChange CutSlots::whole(const StreamedCut& made, const LodView& view, double d
     free_.push_back(static_cast<std::uint32_t>(slot));
   }
   slots_.assign(made.tree.pages.size(), {});
-  std::uint32_t slot = 0;
+  const CutPlaces places(made.tree, made.cut);
+  std::uint32_t node = 0;
   for (const LodPart& part : made.cut.parts) {
     slots_[part.page].resize(made.tree.page_nodes);
     part.for_each([&](std::size_t row) {
-      drawn_.add(slot);
-      slots_[part.page][row] = slot++;
+      drawn_.add(node);
+      slots_[part.page][row] = static_cast<std::uint32_t>(places[node++]);
     });
   }
   return change;

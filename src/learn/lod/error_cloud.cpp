@@ -56,16 +56,17 @@ GaussianCloud error_cloud(const RadLevels& levels, std::span<const std::uint32_t
 
 void paint_levels(const LodPages& tree, const LodCut& cut, const LodView& view, double dilation,
                   bool errors, GaussianCloud& drawn) {
-  std::size_t k = 0;
+  const CutPlaces places(tree, cut);
+  std::size_t node_of_cut = 0;
   for (const LodPart& part : cut.parts) {
     const LodPlacement* const placement = tree.placement(part.page);
     const float scale = placement ? placement->scale : 1;
     part.for_each([&](std::size_t row) {
+      const std::size_t k = places[node_of_cut++];
       const LodFacts& node = tree.pages[part.page]->nodes[row];
       paint(drawn, k,
             errors ? grey_of_error(node, scale, tree.footprint, view, dilation, drawn, k)
                    : grey_of_level(node));
-      ++k;
     });
   }
 }

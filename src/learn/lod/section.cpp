@@ -105,8 +105,7 @@ void LodItems::append(const LodItems& other) {
   };
   add(gaussians, other.gaussians);
   add(levels, other.levels);
-  add(drawn.nodes, other.drawn.nodes);
-  add(drawn.sh, other.drawn.sh);
+  drawn.append(other.drawn, 0, other.size());
 }
 
 LodSection make_section(LodItems items, std::size_t roots, const SectionOptions& options) {
@@ -132,12 +131,21 @@ LodSection make_section(LodItems items, std::size_t roots, const SectionOptions&
   tree.nodes.resize(flat.nodes.size());
   tree.sh.resize(flat.nodes.size() * values);
   section.items.resize(flat.nodes.size(), ~0u);
+  std::vector<std::size_t> leaves(count + 1);  // among the items before
+  for (std::size_t i = 0; i < count; ++i)
+    leaves[i + 1] = leaves[i] + (items.drawn.nodes[i].child_count == 0 ? 1 : 0);
+  const auto original_of = [&, at = items.drawn.original.begin()](std::size_t leaf) {
+    return at + static_cast<std::ptrdiff_t>(leaf * items.drawn.original.size() /
+                                            std::max<std::size_t>(leaves.back(), 1));
+  };
   for (std::size_t i = 0; i < flat.nodes.size(); ++i) {
     const FlatForest::Node& from = flat.nodes[i];
     LodNode& node = tree.nodes[i];
     if (from.number < count) {
       node = items.drawn.nodes[from.number];
       section.items[i] = from.number;
+      tree.original.insert(tree.original.end(), original_of(leaves[from.number]),
+                           original_of(leaves[from.number + 1]));
     } else {
       draw(forest.nodes[from.number], levels[from.number], options.footprint, node);
       node.first_child = from.first_child;
@@ -150,10 +158,7 @@ LodSection make_section(LodItems items, std::size_t roots, const SectionOptions&
     section.roots.gaussians.push_back(forest.nodes[from.number]);
     section.roots.levels.push_back(levels[from.number]);
   }
-  section.roots.drawn.nodes.assign(
-      tree.nodes.begin(), tree.nodes.begin() + static_cast<std::ptrdiff_t>(forest.roots.size()));
-  section.roots.drawn.sh.assign(
-      tree.sh.begin(), tree.sh.begin() + static_cast<std::ptrdiff_t>(forest.roots.size() * values));
+  section.roots.drawn.append(tree, 0, forest.roots.size());
   return section;
 }
 
@@ -166,8 +171,10 @@ void write_section(const std::filesystem::path& path, const LodSection& section)
     put(stream, roots.levels);
     put(stream, roots.drawn.nodes);
     put(stream, roots.drawn.sh);
+    put(stream, roots.drawn.original);
     put(stream, section.tree.nodes);
     put(stream, section.tree.sh);
+    put(stream, section.tree.original);
   });
 }
 
@@ -186,9 +193,11 @@ LodSection read_section(const std::filesystem::path& path, bool roots_only) {
   get(stream, section.roots.levels);
   get(stream, section.roots.drawn.nodes);
   get(stream, section.roots.drawn.sh);
+  get(stream, section.roots.drawn.original);
   if (!roots_only) {
     get(stream, section.tree.nodes);
     get(stream, section.tree.sh);
+    get(stream, section.tree.original);
   }
   if (!stream) fail("{}: cannot be read: it was cut off or removed during the work", path.string());
   return section;

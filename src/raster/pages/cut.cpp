@@ -333,7 +333,8 @@ class Descent {
 
 std::size_t LodPage::bytes() const {
   return cloud.size() * (sizeof(glm::vec3) * 2 + sizeof(glm::quat) + sizeof(float)) +
-         cloud.sh.size() * sizeof(glm::vec3) + nodes.size() * sizeof(LodFacts);
+         cloud.sh.size() * sizeof(glm::vec3) + nodes.size() * sizeof(LodFacts) +
+         numbers.size() * sizeof(std::uint32_t);
 }
 
 std::pair<glm::vec3, float> lod_ball(const LodPage& page, std::size_t row,
@@ -344,21 +345,26 @@ std::pair<glm::vec3, float> lod_ball(const LodPage& page, std::size_t row,
   return {placement->at(center), placement->scale * radius};
 }
 
-LodView::LodView(const Camera& of_camera, float share_outside)
-    : camera(of_camera), outside(share_outside) {
+LodView::LodView(const Camera& of_camera, float share_outside, const LodReach& of_lens)
+    : camera(of_camera), outside(share_outside), reach(of_lens) {
   const glm::vec2 focal(camera.focal_px), middle(camera.center_px);
   const glm::vec2 size(camera.width, camera.height);
-  footprint_of_depth_ = 1 / std::sqrt(focal.x * focal.y);
+  const bool is_parallel = camera.projection == Projection::orthographic;
+  const float footprint = 1 / std::sqrt(focal.x * focal.y);
+  footprint_of_depth_ = is_parallel ? 0 : footprint;
+  footprint_ = is_parallel ? footprint : 0;
   near_depth_ = static_cast<float>(camera.near_depth);
   eye_ = camera.position();
   turn_ = glm::mat3(camera.view_from_world);
   for (int axis = 0; axis < 2; ++axis) {
     const auto side = [&](float pixels) {
-      return glm::vec2(focal[axis], pixels) / std::hypot(focal[axis], pixels);
+      if (is_parallel) return glm::vec3(1, 0, pixels / focal[axis]);
+      return glm::vec3(focal[axis], pixels, 0) / std::hypot(focal[axis], pixels);
     };
     sides_[2 * axis] = side(size[axis] - middle[axis]);
     sides_[2 * axis + 1] = side(middle[axis] + 1);
   }
+  if (reach.angle > 0) sides_[0] = glm::vec3(std::cos(reach.angle), std::sin(reach.angle), 0);
 }
 
 LodSight LodView::operator()(const glm::vec3& center, float radius) const {
@@ -370,6 +376,8 @@ LodSight LodView::operator()(const glm::vec3& center, float radius) const {
 void LodView::see(std::size_t count, const float* x, const float* y, const float* z,
                   const float* radius, float* footprint, float* share) const {
   const glm::mat3& m = turn_;
+  const bool is_wide = reach.angle > 0;
+  const auto eye = static_cast<float>(reach.eye);
   for (std::size_t k = 0; k < count; ++k) {
     const auto dx = static_cast<float>(x[k] - eye_.x), dy = static_cast<float>(y[k] - eye_.y),
                dz = static_cast<float>(z[k] - eye_.z);
@@ -377,16 +385,18 @@ void LodView::see(std::size_t count, const float* x, const float* y, const float
                        m[0].y * dx + m[1].y * dy + m[2].y * dz,
                        m[0].z * dx + m[1].z * dy + m[2].z * dz);
     // The planes of the frustum: distance of the ball's centre to each, outward.
-    const auto beyond = [&](float along, const glm::vec2& side) {
-      return along * side.x - at.z * side.y;
+    const auto beyond = [&](float along, const glm::vec3& side) {
+      return along * side.x - at.z * side.y - side.z;
     };
     const float across = std::max(beyond(at.x, sides_[0]), beyond(-at.x, sides_[1]));
     const float down = std::max(beyond(at.y, sides_[2]), beyond(-at.y, sides_[3]));
-    const float farthest = std::max(near_depth_ - at.z, std::max(across, down));
+    const float from_axis = at.x * at.x + at.y * at.y;
+    const float farthest = is_wide ? beyond(std::sqrt(from_axis), sides_[0]) - eye
+                                   : std::max(near_depth_ - at.z, std::max(across, down));
     const bool is_inside = farthest <= radius[k];
-    const float distance = std::sqrt(at.x * at.x + at.y * at.y + at.z * at.z);
-    const float depth = (is_inside ? at.z : distance) - radius[k];
-    footprint[k] = std::max(depth, kSmallestDepth * near_depth_) * footprint_of_depth_;
+    const float distance = std::sqrt(from_axis + at.z * at.z);
+    const float depth = (is_inside && !is_wide ? at.z : distance) - radius[k] - eye;
+    footprint[k] = std::max(depth, kSmallestDepth * near_depth_) * footprint_of_depth_ + footprint_;
     share[k] = is_inside ? 1.0f : outside;
   }
 }

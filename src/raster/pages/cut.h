@@ -34,7 +34,10 @@ namespace qs {
 /// Consecutive nodes, as they are drawn without a filter.
 struct LodPage {
   GaussianCloud cloud;
-  std::vector<LodFacts> nodes;
+  std::vector<LodFacts> nodes = {};
+  /// By node: the number of a leaf in the sources of the file, kNoNumber for merged nodes. Empty if
+  /// the file does not know it.
+  std::vector<std::uint32_t> numbers = {};
 
   std::size_t bytes() const;  ///< of memory
 };
@@ -89,9 +92,16 @@ struct LodSight {
   float share = 1;      ///< of its gain that counts: less than 1 outside of the picture
 };
 
+/// The picture of a wide lens, whose camera has pixels per radian as its focal lengths.
+struct LodReach {
+  double angle = 0;  ///< from the axis, radians; 0: the picture is the camera's
+  double eye = 0;    ///< from the camera to each of two eyes, world units
+  bool operator==(const LodReach&) const = default;
+};
+
 /// Sees balls in the picture of a camera.
 struct LodView {
-  LodView(const Camera& of_camera, float share_outside);
+  LodView(const Camera& of_camera, float share_outside, const LodReach& of_lens = {});
 
   LodSight operator()(const glm::vec3& center, float radius) const;
 
@@ -101,12 +111,15 @@ struct LodView {
 
   Camera camera;
   float outside;  ///< LodSight::share of nodes outside of the picture
+  LodReach reach;
 
  private:
-  float footprint_of_depth_, near_depth_;
+  float footprint_of_depth_, footprint_, near_depth_;
   glm::dvec3 eye_;
-  glm::mat3 turn_;      ///< of the world's axes
-  glm::vec2 sides_[4];  ///< normals of the planes right, left, below and above: along x or y, and z
+  glm::mat3 turn_;  ///< of the world's axes
+  /// Planes right, left, below and above: the normal along x or y, and z; the distance from the
+  /// eye. Of a wide lens the first plane, through a line from the eye, is turned about the axis.
+  glm::vec3 sides_[4];
 };
 
 /// The error that a merged node adds per Gaussian that it saves, colour^2 times square pixels.

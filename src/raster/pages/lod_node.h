@@ -17,6 +17,9 @@
 
 namespace qs {
 
+/// A merged node in a list of the numbers of leaves in their sources.
+inline constexpr std::uint32_t kNoNumber = 0xffffffff;
+
 inline constexpr std::size_t kLodFootprints = 8;
 /// Each footprint is so many times the footprint before it.
 inline constexpr float kLodFootprintRatio = 4;

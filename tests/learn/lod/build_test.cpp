@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <numeric>
 #include <vector>
@@ -17,6 +18,7 @@
 #include <sys/resource.h>
 
 #include "io/bytes/mapped_file.h"
+#include "io/cloud/cloud_memory.h"
 #include "io/scene/rad/rad.h"
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
@@ -38,6 +40,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 // Reproducible Gaussians on two walls.
 GaussianCloud walls(std::size_t count, int degree) {
@@ -115,6 +118,19 @@ void expect_same_gaussians(const GaussianCloud& expected, const GaussianCloud& g
     for (std::size_t k = 0; k < stride; ++k)
       EXPECT_LT(glm::length(expected.sh[a * stride + k] - got.sh[b * stride + k]), 0.006f);
   }
+}
+
+void expect_same_bits(const GaussianCloud& a, const GaussianCloud& b) {
+  ASSERT_EQ(a.size(), b.size());
+  ASSERT_EQ(a.sh_degree, b.sh_degree);
+  const auto same = [](const auto& x, const auto& y) {
+    return std::memcmp(x.data(), y.data(), x.size() * sizeof x[0]) == 0;
+  };
+  EXPECT_TRUE(same(a.positions, b.positions));
+  EXPECT_TRUE(same(a.log_scales, b.log_scales));
+  EXPECT_TRUE(same(a.rotations, b.rotations));
+  EXPECT_TRUE(same(a.opacity_logits, b.opacity_logits));
+  EXPECT_TRUE(same(a.sh, b.sh));
 }
 
 TEST_F(LodBuilding, the_leaves_are_the_gaussians_of_the_scene) {
@@ -206,6 +222,30 @@ TEST_F(LodBuilding, a_ply_file_that_is_cut_off_is_one_sentence) {
               HasSubstr("in.ply: cut off: "));
 }
 
+TEST_F(LodBuilding, original_values_keep_the_bits_and_the_order_of_the_leaves) {
+  GaussianCloud first = walls(5000, 3), second = walls(1, 1);
+  for (glm::vec3& sh : first.sh) sh *= 1.2345f;
+  LodBuild build = job(write(first, "first.ply"));
+  build.inputs.push_back(write(second, "second.ply"));
+  build.memory = 2'000'000;  // several buckets, and parts of the .ply file
+  build.original = true;
+  build_lod(build, pool());
+  const Scene scene = read_scene(build.output, pool());
+  EXPECT_TRUE(scene.levels->has_originals);
+  const GaussianCloud one = read_scene(build.inputs[1], pool()).cloud;
+  GaussianCloud expected = read_scene(build.inputs[0], pool()).cloud;
+  const std::size_t count = expected.size();
+  expected.resize(count + 1, 3);
+  std::fill_n(sh_of(expected, count), 16, glm::vec3(0));
+  copy_gaussian(one, 0, expected, count);
+  expect_same_bits(scene.cloud, expected);
+  build.output = folder_ / "other.rad";
+  build.original = false;
+  build_lod(build, pool());
+  EXPECT_FALSE(read_scene(build.output, pool()).levels->has_originals);
+  EXPECT_THAT(bytes("other.rad"), Not(HasSubstr("original")));
+}
+
 TEST_F(LodBuilding, small_and_odd_scenes_become_trees) {
   struct Row {
     std::string name;
@@ -234,7 +274,10 @@ TEST_F(LodBuilding, small_and_odd_scenes_become_trees) {
   for (const Row& row : rows) {
     LodBuild build = job(write(row.cloud), "out.rad");
     build.memory = 2'000'000;
+    build.original = true;
     EXPECT_EQ(build_lod(build, pool()).leaves, row.cloud.size()) << row.name;
+    expect_same_bits(read_scene(build.output, pool()).cloud,
+                     read_scene(build.inputs[0], pool()).cloud);
     Scene scene;
     const MappedFile file(build.output);
     const RadLevels levels = read_rad_levels(file.content(), build.output, pool(), scene);

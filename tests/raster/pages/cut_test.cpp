@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -165,6 +166,50 @@ TEST(LodView, sees_the_nearest_point_of_a_ball) {
     EXPECT_NEAR(sight.footprint, row.footprint, 1e-5f * row.footprint) << row.center.z;
     EXPECT_EQ(sight.share, row.share) << row.center.x << " " << row.center.z;
   }
+}
+
+TEST(LodView, of_a_wide_lens_sees_all_around_up_to_its_angle) {
+  Camera camera;  // at 0, looks along z
+  camera.focal_px = {50, 50};
+  const float right = std::numbers::sqrt2_v<float> / 2;
+  struct {
+    double angle;
+    glm::vec3 center;
+    float radius, distance, share;
+  } const rows[] = {
+      {3.2, {0, 0, -10}, 2, 8, 1},
+      {3.2, {0, -3, -4}, 1, 4, 1},
+      {1.6, {7, 0, 0}, 0, 7, 1},
+      {1.6, {7, 0, -1}, 0.5f, 6.5711f, 0.25f},
+      {0.7854, {5, 0, 3}, 1, 4.831f, 0.25f},  // 2 right units outside
+      {0.7854, {0, 5, 3}, 2 * right + 0.01f, 4.4067f, 1},
+      {2.5, {0, 0, -10}, 1, 9, 0.25f},
+      {2.5, {1, 0, -1}, 0, 1.4142f, 1},
+  };
+  for (const auto& row : rows) {
+    const LodSight sight = LodView{camera, 0.25f, {row.angle}}(row.center, row.radius);
+    EXPECT_NEAR(sight.footprint, row.distance / 50, 1e-4f * row.distance) << row.angle;
+    EXPECT_EQ(sight.share, row.share) << row.angle << " " << row.center.x;
+    const LodSight eyes = LodView{camera, 0.25f, {row.angle, 0.1}}(row.center, row.radius);
+    EXPECT_NEAR(eyes.footprint, (row.distance - 0.1f) / 50, 1e-4f * row.distance);
+  }
+}
+
+TEST(LodView, of_parallel_rays_has_one_footprint) {
+  Camera camera;  // at 0, looks along z, 8 units wide
+  camera.projection = Projection::orthographic;
+  camera.focal_px = {25, 25};
+  camera.center_px = {99.5, 49.5};
+  camera.width = 200, camera.height = 100;
+  const LodView view{camera, 0.25f};
+  for (const float z : {0.5f, 20.0f, 3000.0f}) {
+    EXPECT_EQ(view({3.9f, 1.9f, z}, 0).share, 1);
+    EXPECT_EQ(view({4.5f, 0, z}, 0.3f).share, 0.25f);
+    EXPECT_EQ(view({4.5f, 0, z}, 0.6f).share, 1);
+    EXPECT_EQ(view({0, -2.5f, z}, 0.3f).share, 0.25f);
+    EXPECT_FLOAT_EQ(view({0, 0, z}, 0.1f).footprint, 1.0f / 25);
+  }
+  EXPECT_EQ(view({0, 0, -5}, 1).share, 0.25f);
 }
 
 TEST(LodGain, is_interpolated_between_the_footprints) {

@@ -36,7 +36,7 @@ class Streamed : public testing::Test {
          [this](std::size_t page) {
            ++reads_;
            if (before_read_) before_read_(page);
-           return *whole_.pages[page];
+           return whole_.pages[page];
          },
          [this] { return !changed_; }, std::vector<std::uint64_t>(whole_.pages.size(), 1000)},
         most_bytes);
@@ -284,6 +284,35 @@ TEST_F(Streamed, ends_while_pages_are_being_read) {
   before_read_ = [](std::size_t) { std::this_thread::sleep_for(std::chrono::milliseconds(30)); };
   PageStream stream = this->stream();
   stream.cut(gain_of_scale, {6000}, pool());
+}
+
+// Four instances of a tree whose root has 5 leaves.
+TEST(StreamedInstances, share_one_page_in_memory) {
+  const auto page_of = [](std::size_t nodes) {
+    auto page = std::make_shared<LodPage>(*random_tree(nodes, nodes, 1).pages[0]);
+    std::ranges::fill(page->nodes, LodFacts{});
+    return page;
+  };
+  const auto top = page_of(5);
+  const std::shared_ptr<const LodPage> shared = page_of(6);
+  LodPages tree{25, 100, 0, {top, nullptr, nullptr, nullptr, nullptr}};
+  LodInstances instances{1, 1, {}};
+  top->nodes[0] = {0, 1, 4};
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    const std::uint32_t base = 100 * (1 + i);
+    top->nodes[1 + i] = {0, base + 1, 5};
+    instances.placements.push_back({{Transform(glm::dmat4(1))}, glm::mat4x3(1), 1, base});
+  }
+  tree.instances = std::make_shared<const LodInstances>(instances);
+  const std::uint64_t bytes = top->bytes() + shared->bytes();
+  PageStream stream(std::move(tree), {"city.json", [&](std::size_t) { return shared; }}, bytes);
+  const StreamedCut made =
+      stream.await_cut(LodGain([](const LodPage&, std::size_t) { return 1.0f; }), {}, pool());
+  EXPECT_EQ(made.cut.count, 20u);
+  EXPECT_THAT(made.cut.missing, IsEmpty());
+  EXPECT_EQ(stream.facts().bytes, bytes);
+  EXPECT_EQ(stream.facts().read, 1u);
+  EXPECT_THAT(stream.take_sentences(), IsEmpty());
 }
 
 }  // namespace

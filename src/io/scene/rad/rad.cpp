@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <iterator>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "io/cloud/fill_cloud.h"
 #include "io/cloud/lod_tree.h"
 #include "io/scene/rad/rad_file.h"
+#include "io/scene/rad/rad_original.h"
 
 namespace qs {
 namespace {
@@ -35,6 +37,7 @@ class RadFile {
     if (has_tree_) read_tree(keeps_nodes && !is_part_ ? &scene.parents : nullptr);
     reads_all_ = !has_tree_ || !scene.parents.empty();
     codes_.emplace(chunks_[0]);
+    if (header_.has_originals && !reads_all_) taken_ = decltype(taken_)(read_count());
   }
 
   // The Gaussians that are read: the leaves, or all nodes.
@@ -72,7 +75,20 @@ class RadFile {
     for (std::size_t k = 0; k < rows.size(); ++k)
       rows[k] = static_cast<std::uint32_t>((reads_all_ ? begin + k : tree_.leaves[begin + k]) -
                                            chunk.base);
-    unlabelled_ += fill_gaussians(chunk, *codes_, rows, begin, cloud, linear);
+    const RadOriginals originals(chunk);
+    std::vector<std::uint32_t> places(rows.size());
+    std::iota(places.begin(), places.end(), static_cast<std::uint32_t>(begin));
+    if (!taken_.empty() && !rows.empty()) {
+      const std::vector<std::uint32_t> numbers = originals.numbers();
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        places[k] = numbers[rows[k]];
+        if (places[k] >= taken_.size() || taken_[places[k]].exchange(true))
+          fail("{}: node {} is leaf {} of {}, or another leaf is it", chunk.source,
+               chunk.base + rows[k], places[k], taken_.size());
+      }
+    }
+    unlabelled_ += fill_gaussians(chunk, *codes_, rows, places, cloud, linear);
+    originals.restore(rows, places, cloud);
   }
 
   void describe(Scene& scene) const {
@@ -80,8 +96,9 @@ class RadFile {
     if (is_part_)
       scene.warn("A part of a .rad file: {} leaves of {} nodes were read.", read_count(), count_);
     else if (has_tree_)
-      scene.levels = {tree_.levels, count_, tree_.leaves.size(), count_ - tree_.leaves.size(),
-                      header_.footprint > 0};
+      scene.levels = {tree_.levels,          count_,
+                      tree_.leaves.size(),   count_ - tree_.leaves.size(),
+                      header_.footprint > 0, header_.has_originals};
     if (!scene.parents.empty() && scene.cloud.size() != count_)
       fail("{}: {} nodes of its tree cannot be drawn", path_, count_ - scene.cloud.size());
     std::uint64_t ignored = ignored_bytes_;
@@ -163,6 +180,7 @@ class RadFile {
   LodTree tree_;
   std::optional<RadCodes> codes_;
   std::atomic<std::size_t> unlabelled_ = 0;
+  std::vector<std::atomic<bool>> taken_;  // places of original leaves; empty: the file's order
 };
 
 void fill_leaves(RadFile& file, ThreadPool& pool, const ReadOptions& options, Scene& scene) {

@@ -168,15 +168,21 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
     chunk.properties[kind] = parse_property(stored, *row, part, rows);
   }
   if (entry.has("quadsplat")) {
+    const auto block = [&](const JsonEntry& place) {
+      const std::uint64_t offset = place.whole("offset"), bytes = place.whole("bytes");
+      if (offset != end || end > payload.size() || bytes > payload.size() - end)
+        fail("{}: {} bytes at offset {} of {}", place.where, bytes, offset, payload.size());
+      const ByteSpan stored = payload.subspan(end, bytes);
+      const auto crc =
+          crc32(0, reinterpret_cast<const Bytef*>(stored.data()), static_cast<uInt>(stored.size()));
+      if (crc != place.whole("crc32")) fail("{}: damaged: its checksum is wrong", place.where);
+      end += (bytes + 7) / 8 * 8;
+      return stored;
+    };
     const JsonEntry own{entry.get("quadsplat"), source + ": quadsplat"};
-    const std::uint64_t offset = own.whole("offset"), bytes = own.whole("bytes");
-    if (offset != end || end > payload.size() || bytes > payload.size() - end)
-      fail("{}: {} bytes at offset {} of {}", own.where, bytes, offset, payload.size());
-    chunk.own = payload.subspan(end, bytes);
-    const auto crc = crc32(0, reinterpret_cast<const Bytef*>(chunk.own.data()),
-                           static_cast<uInt>(chunk.own.size()));
-    if (crc != own.whole("crc32")) fail("{}: damaged: its checksum is wrong", own.where);
-    end += (bytes + 7) / 8 * 8;
+    chunk.own = block(own);
+    if (own.has("original"))
+      chunk.original = block({own.get("original"), own.where + ": original"});
   }
   chunk.ignored_bytes =
       payload.size() - std::min<std::uint64_t>(end, payload.size()) + cursor.left();

@@ -70,7 +70,7 @@ struct RadChunk {
   Array<std::byte> loaded;            ///< content of a file of its own, else empty
   std::uint64_t base = 0, count = 0;  ///< nodes
   std::array<std::optional<RadProperty>, kRadKinds> properties;
-  ByteSpan own;                      ///< the block of rad_writer.h, deflated; else empty
+  ByteSpan own, original;            ///< the blocks of rad_writer.h, deflated; else empty
   std::uint64_t ignored_bytes = 0;   ///< after the properties
   std::vector<std::string> unknown;  ///< names of properties
 

@@ -48,6 +48,8 @@ RadChunk RadHeader::chunk(std::size_t i, ByteSpan content, const std::string& so
   if (chunk.base != base || chunk.count != expected)
     fail("{}: holds {} nodes from node {} on, but must hold {} from node {} on", chunk.source,
          chunk.count, chunk.base, expected, base);
+  if (has_originals && chunk.original.empty())
+    fail("{}: has no original values, unlike its file", chunk.source);
   return chunk;
 }
 
@@ -69,7 +71,9 @@ RadHeader read_rad_header(ByteCursor& cursor, const std::string& source) {
     const JsonEntry own{entry.get("quadsplat"), source + ": quadsplat"};
     const double footprint = own.number("footprint");
     if (footprint > 0 && footprint < 1e30) header.footprint = static_cast<float>(footprint);
-    header.antialiased = own.has("antialiased") && own.get("antialiased") == true;
+    const auto is_set = [&](const char* key) { return own.has(key) && own.get(key) == true; };
+    header.antialiased = is_set("antialiased");
+    header.has_originals = is_set("original");
   }
   if (entry.has("shCodeCount")) header.codes = entry.whole("shCodeCount");
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -90,13 +94,14 @@ RadCodes::RadCodes(const RadChunk& first) {
 }
 
 std::size_t fill_gaussians(const RadChunk& chunk, const RadCodes& codes,
-                           std::span<const std::uint32_t> rows, std::size_t first,
-                           GaussianCloud& cloud, LinearValues& linear) {
+                           std::span<const std::uint32_t> rows,
+                           std::span<const std::uint32_t> places, GaussianCloud& cloud,
+                           LinearValues& linear) {
   // Calls use(k, v) for Gaussian k and its values v(0), v(1) ... of a property.
   const auto fill_from = [&](std::size_t kind, const auto& use) {
     const std::vector<float> values = rad_values(chunk, kind);
     for (std::size_t i = 0; i < rows.size(); ++i)
-      use(first + i, [&](std::size_t value) { return values[value * chunk.count + rows[i]]; });
+      use(places[i], [&](std::size_t value) { return values[value * chunk.count + rows[i]]; });
   };
   fill_from(kRadCenter, [&](std::size_t k, const auto& v) {
     cloud.positions[k] = {v(0), v(1), v(2)};
@@ -133,7 +138,7 @@ std::size_t fill_gaussians(const RadChunk& chunk, const RadCodes& codes,
     unlabelled += label >= codes.rows ? 1 : 0;
     for (std::size_t degree = 1; label < codes.rows && degree <= 3; ++degree)
       if (const std::vector<float>& band = codes.bands[degree - 1]; !band.empty())
-        put_band(degree, sh_of(cloud, first + i),
+        put_band(degree, sh_of(cloud, places[i]),
                  [&](std::size_t value) { return band[value * codes.rows + label]; });
   }
   return unlabelled;

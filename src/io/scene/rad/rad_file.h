@@ -22,7 +22,7 @@ inline constexpr std::string_view kRadFileMagic = "RAD0";
 
 struct RadHeader {
   std::uint64_t count = 0, chunk_nodes = 0;  ///< of the file and of a chunk
-  bool has_tree = false, antialiased = false;
+  bool has_tree = false, antialiased = false, has_originals = false;
   float footprint = 0;                 ///< the smallest one; 0: another program wrote the file
   std::optional<std::uint64_t> codes;  ///< rows of its tables of SH
   struct Range {
@@ -49,10 +49,11 @@ struct RadCodes {
   std::size_t rows = 0;
 };
 
-/// Fills Gaussians `first`, `first` + 1 ... of a cloud, which has the SH of the chunk, from these
-/// rows of the chunk. Returns the number of Gaussians whose SH are not in the tables.
+/// Fills Gaussians `places[i]` of a cloud, which has the SH of the chunk, from `rows[i]` of the
+/// chunk. Returns the number of Gaussians whose SH are not in the tables.
 std::size_t fill_gaussians(const RadChunk& chunk, const RadCodes& codes,
-                           std::span<const std::uint32_t> rows, std::size_t first,
-                           GaussianCloud& cloud, LinearValues& linear);
+                           std::span<const std::uint32_t> rows,
+                           std::span<const std::uint32_t> places, GaussianCloud& cloud,
+                           LinearValues& linear);
 
 }  // namespace qs

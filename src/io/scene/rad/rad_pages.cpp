@@ -19,6 +19,7 @@
 #include "io/bytes/file_source.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/fill_cloud.h"
+#include "io/scene/rad/rad_original.h"
 
 namespace qs {
 
@@ -54,12 +55,15 @@ LodPage RadPages::read(std::size_t i) const {
   if (chunk.sh_degree() > sh_degree_)
     fail("{}: has SH of degree {}, but the first chunk of degree {}", chunk.source,
          chunk.sh_degree(), sh_degree_);
-  LodPage page{make_cloud(chunk.count, sh_degree_), {}};
+  LodPage page{make_cloud(chunk.count, sh_degree_)};
   page.cloud.antialiased = header_.antialiased;
   std::vector<std::uint32_t> rows(chunk.count);
   std::iota(rows.begin(), rows.end(), 0u);
   LinearValues linear;
-  fill_gaussians(chunk, *codes_, rows, 0, page.cloud, linear);
+  fill_gaussians(chunk, *codes_, rows, rows, page.cloud, linear);
+  const RadOriginals originals(chunk);
+  originals.restore(rows, rows, page.cloud);
+  page.numbers = originals.numbers();
   ThreadPool alone(1);
   if (const auto flawed = fill_drawable(page.cloud, alone, {}, [](std::size_t, std::size_t) {});
       !flawed.empty())

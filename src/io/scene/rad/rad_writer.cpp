@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <ostream>
+#include <ranges>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -14,6 +15,7 @@
 #include "io/bytes/inflate.h"
 #include "io/bytes/json_text.h"
 #include "io/scene/rad/rad_chunk.h"
+#include "io/scene/rad/rad_original.h"
 #include "raster/kernel/constants.h"
 #include "raster/kernel/half.h"
 
@@ -74,12 +76,8 @@ class ChunkEncoder {
                                 [](const LodNode& n, std::size_t) { return n.child_count; });
     add_property<std::uint32_t>("child_start", "u32", 1,
                                 [](const LodNode& n, std::size_t) { return n.first_child; });
-    const std::string block = deflated(own_block(), kDeflateLevel);
-    const auto crc =
-        crc32(0, reinterpret_cast<const Bytef*>(block.data()), static_cast<uInt>(block.size()));
-    const ordered_json own = {{"offset", payload_.size()}, {"bytes", block.size()}, {"crc32", crc}};
-    payload_ += block;
-    pad(payload_);
+    ordered_json own = add_block(own_block());
+    if (plan_.original) own["original"] = add_block(original_block());
     const ordered_json json = {{"version", 1},
                                {"base", base},
                                {"count", chunk_.nodes.size()},
@@ -115,6 +113,17 @@ class ChunkEncoder {
     properties_.push_back(std::move(property));
     payload_ += packed;
     pad(payload_);
+  }
+
+  ordered_json add_block(const std::string& plain) {
+    const std::string block = deflated(plain, kDeflateLevel);
+    const auto crc =
+        crc32(0, reinterpret_cast<const Bytef*>(block.data()), static_cast<uInt>(block.size()));
+    const ordered_json described = {
+        {"offset", payload_.size()}, {"bytes", block.size()}, {"crc32", crc}};
+    payload_ += block;
+    pad(payload_);
+    return described;
   }
 
   template <class T, class Value>
@@ -166,6 +175,16 @@ class ChunkEncoder {
     return bytes + plane<std::uint32_t>(1, [](const LodNode& n, std::size_t) { return n.parent; });
   }
 
+  std::string original_block() const {
+    const std::size_t words = original_words(plan_.sh_degree);
+    std::string bytes;
+    for (std::size_t k = 0; k < words; ++k)
+      for (int shift = 0; shift < 32; shift += 8)
+        for (std::size_t i = k; i < chunk_.original.size(); i += words)
+          bytes += static_cast<char>(chunk_.original[i] >> shift);
+    return bytes;
+  }
+
   const RadNodes& chunk_;
   const RadPlan& plan_;
   std::string payload_;
@@ -173,6 +192,24 @@ class ChunkEncoder {
 };
 
 }  // namespace
+
+void RadNodes::append(const RadNodes& from, std::size_t begin, std::size_t end) {
+  if (begin == end) return;
+  const auto add = [](auto& to, const auto& list, std::size_t first, std::size_t last) {
+    to.insert(to.end(), list.begin() + static_cast<std::ptrdiff_t>(first),
+              list.begin() + static_cast<std::ptrdiff_t>(last));
+  };
+  const std::size_t values = from.sh.size() / from.nodes.size();
+  add(nodes, from.nodes, begin, end);
+  add(sh, from.sh, begin * values, end * values);
+  if (from.original.empty()) return;
+  const auto leaves = [&](std::size_t count) {
+    return static_cast<std::size_t>(
+        std::ranges::count(from.nodes | std::views::take(count), 0, &LodNode::child_count));
+  };
+  const std::size_t words = from.original.size() / leaves(from.nodes.size());
+  add(original, from.original, leaves(begin) * words, leaves(end) * words);
+}
 
 RadWriter::RadWriter(std::ostream& stream, const RadPlan& plan, ThreadPool& pool)
     : stream_(stream), plan_(plan), pool_(pool) {
@@ -207,7 +244,7 @@ std::string RadWriter::header(bool is_final) const {
     chunks.push_back({{"offset", is_final ? offset : kMostBytes}, {"bytes", bytes}});
     offset += bytes;
   }
-  const ordered_json json = {
+  ordered_json json = {
       {"version", 1},
       {"type", "gsplat"},
       {"count", plan_.nodes},
@@ -226,6 +263,7 @@ std::string RadWriter::header(bool is_final) const {
         {"sh3Max", 1.0},
         {"lodOpacity", false}}},
       {"quadsplat", {{"footprint", plan_.footprint}, {"antialiased", plan_.antialiased}}}};
+  if (plan_.original) json["quadsplat"]["original"] = true;
   std::string text = json_line(json);
   if (is_final) text.resize(header_bytes_ - 8, ' ');  // JSON may end with spaces
   return described("RAD0", text);

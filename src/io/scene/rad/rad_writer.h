@@ -7,6 +7,8 @@
 //   u8 gains[8], u8 errors[8]          planes, the smallest footprint first
 //   f16 log2 of layers, of opacities, of radius     planes; -65504 for 0
 //   u32 parent                         plane
+// With "original" in "quadsplat", a second such block follows: the words of rad_original.h of the
+// leaves, in byte planes: the lowest bytes of the first word of all leaves come first.
 // The description of the file has "quadsplat" too: the smallest footprint.
 #pragma once
 
@@ -26,6 +28,10 @@ namespace qs {
 struct RadNodes {
   std::vector<LodNode> nodes;  ///< their parent and first_child count from the root of the file
   std::vector<std::uint16_t> sh;
+  std::vector<std::uint32_t> original;  ///< original_words() of each leaf, in their order; or empty
+
+  /// Appends nodes [begin, end) of others, which have the same SH degree.
+  void append(const RadNodes& from, std::size_t begin, std::size_t end);
 };
 
 struct RadPlan {
@@ -33,6 +39,7 @@ struct RadPlan {
   int sh_degree = 0;        ///< 0..3
   float footprint = 1;      ///< the smallest one
   bool antialiased = false;
+  bool original = false;  ///< all nodes have RadNodes::original
 };
 
 class RadWriter {

@@ -3,9 +3,11 @@
 // RAD: every encoding against values computed by hand, and files whose claims do not fit.
 #include "io/scene/rad/rad.h"
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -18,6 +20,7 @@
 #include "base/parallel.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/inflate.h"
+#include "io/scene/rad/rad_original.h"
 #include "io/scene/rad/rad_writer.h"
 #include "io/scene/reader.h"
 #include "io/support/limits.h"
@@ -601,10 +604,10 @@ RadNodes small_tree() {
   return tree;
 }
 
-std::string written_tree(const RadNodes& tree, std::uint64_t nodes = 3) {
+std::string written_tree(const RadNodes& tree) {
   std::ostringstream stream;
   ThreadPool pool(2);
-  RadWriter writer(stream, {nodes, 1, 0.125f, true}, pool);
+  RadWriter writer(stream, {3, 1, 0.125f, true, !tree.original.empty()}, pool);
   writer.write({&tree, 1});
   writer.finish();
   return stream.str();
@@ -646,6 +649,84 @@ TEST(RadWriter, its_files_have_the_values_that_were_written) {
     const glm::mat3 a = glm::mat3_cast(q), b = glm::mat3_cast(tree.nodes[i].rotation);
     for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(std::abs(glm::dot(a[axis], b[axis])), 1, 1e-5);
   }
+}
+
+// The tree with the original values of its two leaves, and a cloud of these in their order.
+RadNodes original_tree(GaussianCloud& leaves, std::array<std::uint32_t, 2> numbers = {1, 0}) {
+  leaves = read(written_tree(small_tree())).cloud;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto f = static_cast<float>(i);
+    leaves.positions[i].x = 2 - f;  // the first leaf of the file has number 1
+    leaves.opacity_logits[i] = 0.1f + f;
+    leaves.log_scales[i] = {-0.3f * f, -1.7f, -20.1f};
+    leaves.rotations[i] = glm::normalize(glm::quat(0.1f, 0.7f + f, -0.3f, 0.2f));
+    for (std::size_t k = 0; k < 4; ++k) leaves.sh[4 * i + k] = glm::vec3(0.1f, f, -0.77f);
+  }
+  RadNodes tree = small_tree();
+  const std::size_t words = original_words(1);
+  tree.original.resize(2 * words);
+  for (std::size_t leaf = 0; leaf < 2; ++leaf)
+    pack_original(leaves, 1 - leaf, numbers[leaf],
+                  std::span(tree.original).subspan(leaf * words, words));
+  return tree;
+}
+
+TEST(RadWriter, original_values_come_back_in_the_order_of_the_source) {
+  GaussianCloud source;
+  const std::string text = written_tree(original_tree(source));
+  const Scene leaves = read(text);
+  EXPECT_THAT(leaves.warnings, IsEmpty());
+  EXPECT_TRUE(leaves.levels->has_originals);
+  EXPECT_EQ(leaves.cloud.positions, source.positions);
+  EXPECT_EQ(leaves.cloud.opacity_logits, source.opacity_logits);
+  EXPECT_EQ(leaves.cloud.log_scales, source.log_scales);
+  EXPECT_EQ(leaves.cloud.rotations, source.rotations);
+  EXPECT_EQ(leaves.cloud.sh, source.sh);
+  Scene nodes;  // these have the order of the file
+  read_levels(text, nodes);
+  EXPECT_EQ(nodes.cloud.positions[1].x, 1);
+  EXPECT_EQ(nodes.cloud.opacity_logits[1], source.opacity_logits[1]);
+  // Without them, everything but the description is the same, and the chunk is shorter.
+  const auto chunk = [](const std::string& file) { return file.substr(file.find("RADC")); };
+  const auto payload = [&](const std::string& file) {
+    const std::string part = chunk(file);
+    return part.substr(16 + (load<std::uint32_t>(std::as_bytes(std::span(part)).data() + 4) + 7) /
+                                8 * 8);
+  };
+  const std::string plain = written_tree(small_tree());
+  EXPECT_TRUE(payload(text).starts_with(payload(plain)));
+  EXPECT_EQ(plain.find("original"), plain.npos);
+  // A chunk alone has its leaves in its own order.
+  EXPECT_EQ(read(chunk(text)).cloud.opacity_logits[0], source.opacity_logits[1]);
+}
+
+TEST(RadWriter, damage_of_original_values_is_one_sentence) {
+  GaussianCloud cloud;
+  const auto sentence = [](const std::string& text) { return error_of([&] { read(text); }); };
+  const auto numbered = [&](std::uint32_t first, std::uint32_t second) {
+    return sentence(written_tree(original_tree(cloud, {first, second})));
+  };
+  EXPECT_THAT(numbered(1, 1), HasSubstr("is leaf 1 of 2, or another leaf is it"));
+  EXPECT_THAT(numbered(2, 0), HasSubstr("node 1 is leaf 2 of 2, or another leaf is it"));
+  EXPECT_THAT(numbered(~0u, 0), HasSubstr("node 1 is leaf 4294967295 of 2"));
+  RadNodes tree = original_tree(cloud);
+  const std::string sound = written_tree(tree);
+  std::string changed = sound;
+  changed[sound.size() - 12] ^= 1;
+  EXPECT_THAT(sentence(changed), HasSubstr("original: damaged: its checksum is wrong"));
+  std::string without = sound;
+  without.replace(sound.rfind("\"original\":{"), 10, "\"0riginal\"");
+  EXPECT_THAT(sentence(without), HasSubstr("chunk 0: has no original values, unlike its file"));
+  tree.original.pop_back();
+  EXPECT_THAT(sentence(written_tree(tree)), HasSubstr("original: not 168 bytes for 2 leaves"));
+  tree = original_tree(cloud);
+  tree.original.resize(3 * original_words(1));
+  EXPECT_THAT(sentence(written_tree(tree)), HasSubstr("original: not 168 bytes for 2 leaves"));
+  tree = original_tree(cloud);
+  tree.original[1] = 0x7fc00000;  // NaN
+  const Scene flawed = read(written_tree(tree));
+  EXPECT_EQ(flawed.cloud.size(), 1u);
+  EXPECT_THAT(flawed.warnings, ElementsAre(HasSubstr("were dropped for an opacity that is NaN")));
 }
 
 TEST(RadWriter, chunks_have_65536_nodes_and_the_header_has_their_bytes) {

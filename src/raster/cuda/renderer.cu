@@ -161,7 +161,7 @@ class CudaRenderer final : public Renderer {
   /// Of the frames that are drawn alone, and of uploads.
   Lane& lane() { return lanes_.front(); }
 
-  static void check_frame(const Camera& camera, const RenderSettings& settings) {
+  static void check_frame([[maybe_unused]] const Camera& camera, const RenderSettings& settings) {
     assert(settings.mode >= 0 && settings.mode <= mode_count());
     assert(camera.width > 0 && camera.height > 0);
     if (settings.mode == kReferenceMode)

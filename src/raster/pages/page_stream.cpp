@@ -29,6 +29,16 @@ PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_byte
     threads_.emplace_back([this](const std::stop_token& stop) { read_pages(stop); });
 }
 
+void PageStream::change_pages(const std::function<void(LodPage&)>& change) {
+  const std::lock_guard lock(mutex_);
+  const auto changed = [change](LodPage page) {
+    change(page);
+    return page;
+  };
+  source_.read = [changed, read = source_.read](std::size_t i) { return changed(read(i)); };
+  tree_.pages[0] = std::make_shared<const LodPage>(changed(*tree_.pages[0]));
+}
+
 int PageStream::add_view(std::function<void()> report) {
   const std::lock_guard lock(mutex_);
   for (const auto& [number, view] : views_)

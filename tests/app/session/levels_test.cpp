@@ -93,20 +93,20 @@ class EditedLevels : public LevelsTest {
   }
   static std::string camera() {
     return R"("camera": )" +
-           json_line(camera_json(look_at({3, 0, -6}, {0, 0, 0}, {0, -1, 0}, 0.7, 160, 120)));
+           json_line(camera_json(look_at({1.5, 0, -6}, {0, 0, 4}, {0, -1, 0}, 0.7, 160, 120)));
   }
 };
 
 TEST_F(EditedLevels, leaves_are_the_bits_of_the_edited_file) {
   const std::string cases[] = {
       R"({"step": "crop", "box": [[-1, -0.3, -9], [0.25, 0.4, 9]]})",
-      R"({"step": "select", "tool": "sphere", "point": [0.5, 0, 0], "radius": 0.4}, {"step": "keep"})",
+      R"({"step": "select", "tool": "sphere", "point": [0.5, 0, 3], "radius": 1}, {"step": "keep"})",
       R"({"step": "select", "tool": "distance", "point": [0.1, 0, 0], "normal": [1, 2, 0], "low": 0}, )"
       R"({"step": "hide"})",
       R"({"step": "select", "tool": "opacity", "high": 0.4}, {"step": "remove"})",
       R"({"step": "select", "tool": "brush", "kind": "through", "radius": 20, "pixels": [[40, 40], [90, 70]], )" +
           camera() + R"(}, {"step": "remove"})",
-      R"({"step": "select", "tool": "lasso", "kind": "through", "pixels": [[40, 40], [90, 50], [60, 90]], )" +
+      R"({"step": "select", "tool": "lasso", "kind": "through", "pixels": [[20, 10], [140, 20], [80, 110]], )" +
           camera() + R"(}, {"step": "keep"})"};
   for (const std::string& steps : cases) {
     write(steps);

@@ -326,6 +326,8 @@ canvas.addEventListener("pointerdown", (event) => {
   canvas.focus();
   canvas.setPointerCapture(event.pointerId);
   if (event.pointerType !== "touch") return press(kButtons[event.button] ?? 0, true, event);
+  // Messages cover a large part of a phone's picture.
+  for (const note of at("messages").querySelectorAll("p:not(.error)")) note.remove();
   fingers.set(event.pointerId, event);
   if (fingers.size === 1) resting = event;
   if (fingers.size === 2) {  // two fingers pan, as the middle button does

@@ -16,6 +16,7 @@
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "io/edits/edits_file.h"
+#include "io/edits/measures_file.h"
 #include "io/picture/picture_formats.h"
 #include "io/picture/webp_image.h"
 #include "io/scene/compact/huffman.h"
@@ -320,6 +321,19 @@ void read_edits_file(Bytes content) {
   });
 }
 
+void read_measures_file(Bytes content) {
+  const std::string text(reinterpret_cast<const char*>(content.data()), content.size());
+  expect_sentence_at_most("measures", [&] {
+    const MeasuresFile file = parse_measures(text, "measures", glm::dvec3(0));
+    const std::string written = format_measures(file, glm::dvec3(0));
+    demand(format_measures(parse_measures(written, "measures", glm::dvec3(0)), glm::dvec3(0)) ==
+               written,
+           "measures survive writing");
+    for (const auto& line : file.measures.lines)
+      measure_rows(line, 1, file.measures.scale, glm::dvec3(0, -1, 0));
+  });
+}
+
 // ---- messages -----------------------------------------------------------------------------------
 
 void read_view(const message::ShowView& view) {
@@ -423,6 +437,7 @@ std::vector<FuzzTarget> fuzz_targets() {
   targets.push_back({"sibr_request", ".sibr_request", read_sibr_requests});
   targets.push_back({"sibr_answer", ".sibr_answer", read_sibr_answers});
   targets.push_back({"edits", ".edits.json", read_edits_file});
+  targets.push_back({"measures", ".measures.json", read_measures_file});
   targets.push_back({"preferences", "/viewer.json", read_preferences_text});
   return targets;
 }

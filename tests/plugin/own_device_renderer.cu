@@ -53,7 +53,8 @@ class OwnOnDevice {
     bool is_drawn = false;
     if (settings_.pipeline == Pipeline::fast && fast::FastPipeline::can_draw(grid)) {
       const FrameContext frame = frame_of(Order::space);
-      is_drawn = fast_.draw(frame, outputs, pixels_, clock_);
+      fast_.enqueue(frame, outputs, pixels_, clock_);
+      is_drawn = fast_.finish(frame, outputs, pixels_, clock_);
       if (is_drawn) fast_.collect(frame, outputs, pixels_, result);
     }
     if (!is_drawn) {

@@ -15,9 +15,12 @@
 #include "app/cli/command.h"
 #include "app/framing/first_view.h"
 #include "app/session/alterations.h"
+#include "app/session/scene_edits.h"
 #include "app/session/shot.h"
 #include "base/fail.h"
 #include "base/json_of.h"
+#include "base/warn.h"
+#include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
 #include "raster/select/measures.h"
@@ -34,7 +37,7 @@ struct MeasureCommand {
   std::optional<double> known;
   std::string unit;
   bool levels = false;
-  std::optional<std::filesystem::path> json;
+  std::optional<std::filesystem::path> json, measures;
 };
 
 class Measurement {
@@ -55,6 +58,7 @@ class Measurement {
     const std::vector<Camera> cameras = cameras_of(command.frame, *session_.scene);
     up_ = declared_up(command.frame.up, session_.scene->vertical_axis);
     if (!up_ && !cameras.empty()) up_ = cameras_up(cameras, glm::dvec3(0, -1, 0));
+    if (command.measures) use_file(*command.measures);
     if (command.known) find_scale(*command.known);
     if (command.levels) find_level();
   }
@@ -131,6 +135,13 @@ class Measurement {
     return *points_[i];
   }
 
+  void use_file(const std::filesystem::path& path) {
+    const MeasuresFile file = measures_of(*session_.scene, path);
+    for (const std::string& sentence : file.warnings) warn("warning: " + sentence);
+    scale_ = file.measures.scale;
+    if (file.measures.ground) up_ = file.measures.ground->up;
+  }
+
   void find_scale(double known) {
     const auto scale =
         scale_of(required(0, "--known"), required(1, "--known"), known, command_.unit);
@@ -174,8 +185,11 @@ class Measurement {
 
 int run(const MeasureCommand& command) {
   require_one_picture("measure", command.cameras, command.frame);
-  check_rules("measure", {{!command.unit.empty() && !command.known, "--unit: needs --known"}});
+  check_rules("measure", {{!command.unit.empty() && !command.known, "--unit: needs --known"},
+                          {command.known && command.measures,
+                           "--known and --measures both give the scale: choose one"}});
   note_inputs(command.frame);
+  if (command.measures) note_input(*command.measures);
   check_targets({command.json});
   const Measurement measurement(command);
   if (command.json) write_text(*command.json, json_file_text(measurement.json()));
@@ -204,6 +218,9 @@ CommandAction measure_command(Options& options) {
                {"0.3"});
   options.named("--unit", {std::begin(kLengthUnits), std::end(kLengthUnits)}, command->unit,
                 "unit of --known (default: units)");
+  options.text("--measures", "FILE", command->measures,
+               "lengths in the scale of this file of measures, and heights above its ground",
+               {"scene.measures.json"});
   options.flag("--level", command->levels,
                "the first three points are on the ground: prints the step of a file of edits that "
                "makes it level");

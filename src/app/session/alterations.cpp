@@ -41,8 +41,10 @@ Alterations alterations_of(const RenderSettings& settings, const SceneNature& sc
     add(is_altered, name, value, text, text);
   };
   const EditFacts& edits = scene.edits;
+  // A tree that is not read whole has steps, and the hash of their file.
   const std::string gaussians =
-      fmt::format("{} of {} Gaussians", grouped(edits.kept), grouped(edits.of));
+      edits.of > 0 ? fmt::format("{} of {} Gaussians", grouped(edits.kept), grouped(edits.of))
+                   : std::string("each page");
   const glm::vec3 color = settings.background;
   const bool antialiased = settings.antialiased.value_or(scene.antialiased);
   add_setting(settings.splat_scale != 1, "splat_scale", settings.splat_scale,

@@ -2,6 +2,7 @@
 #include "app/session/scene_edits.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iterator>
 #include <utility>
@@ -9,6 +10,7 @@
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "app/session/page_edits.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
@@ -26,21 +28,23 @@ bool is_of_picture(const EditStep& step) {
          step.select.kind != SelectKind::through;
 }
 
-// Empty if the edits are of this scene. Hashes its file only if the edits have a hash.
-std::string other_scene(const EditedScene& of, const Scene& scene) {
-  const std::string name = scene.path.filename().string();
-  const std::size_t gaussians = scene.cloud.size();
-  if (of.axes != scene.axes && !of.axes.empty())
-    return fmt::format("its places are in axes {}, and the scene was read with {}", of.axes,
-                       scene.axes);
-  if (of.gaussians != gaussians && of.gaussians != 0)
-    return fmt::format("it is of a scene of {} Gaussians, and {} has {}", grouped(of.gaussians),
-                       name, grouped(gaussians));
-  if (of.hash.empty()) return {};
-  const std::string hash = file_hash(scene.path);
-  if (of.hash != hash)
-    return fmt::format("it is of a file with hash {}, and {} has {}", of.hash, name, hash);
-  return {};
+void warn_of_transform(const std::vector<EditStep>& steps, const std::filesystem::path& file) {
+  if (std::ranges::any_of(steps, [](const EditStep& step) { return step.kind >= EditKind::scale; }))
+    warn(
+        fmt::format("{}: its scale and level are for convert; this command leaves the scene where "
+                    "its cameras are",
+                    file.string()));
+}
+
+EditsFile read_with_warnings(const std::filesystem::path& path, const Scene& scene) {
+  note_input(path);
+  EditsFile file = read_edits(path, scene.cloud.origin);
+  for (const std::string& sentence : file.warnings) warn("warning: " + sentence);
+  return file;
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& reason) {
+  fail("{}: {}; --edits-anyway applies what does not depend on it", file.string(), reason);
 }
 
 // The results of steps do not fit another scene.
@@ -55,13 +59,64 @@ void forget_results(EditsFile& file) {
   }
 }
 
+// The pages of a tree are edited as they are read. The tree's file is not hashed, because it can be
+// far larger than the pages that are needed.
+void edit_pages(Scene& scene, const EditOptions& options) {
+  EditsFile file = read_with_warnings(*options.file, scene);
+  const EditedScene& of = file.scene;
+  const bool is_other = (of.axes != scene.axes && !of.axes.empty()) ||
+                        (of.bytes != scene.file_bytes && of.bytes != 0);
+  if (is_other && !options.anyway)
+    refuse(*options.file, "it is of a file of another size or of other axes");
+  if (is_other) forget_results(file);
+  warn_of_transform(file.steps, *options.file);
+  const auto edit = page_editor(file.steps, options.file->string(), scene.stream->footprint());
+  scene.stream->change_pages(edit);
+  LodPage coarse{scene.cloud, std::vector<LodFacts>(scene.cloud.size())};  // for the first view
+  edit(coarse);
+  std::vector<std::uint32_t> left;
+  for (std::uint32_t i = 0; i < scene.cloud.size(); ++i)
+    if (coarse.cloud.opacity_logits[i] > -INFINITY) left.push_back(i);
+  if (!left.empty()) scene.cloud = select(scene.cloud, left);
+  scene.edits.steps =
+      static_cast<int>(std::ranges::count_if(file.steps, takes_away, &EditStep::kind));
+  scene.edits.crc = file_hash(*options.file);
+  fmt::print(stderr, "edits: {}, carried out on each page of {} as it is read\n",
+             counted(file.steps.size(), "step"), scene.path.string());
+}
+
 }  // namespace
+
+EditedScene edited_scene(const Scene& scene, bool hashes) {
+  return {scene.path.filename().string(), hashes ? file_hash(scene.path) : "", scene.file_bytes,
+          std::max(scene.cloud.size(), scene.edits.removed.size()), scene.axes};
+}
+
+std::string other_scene(const EditedScene& of, const Scene& scene, std::size_t gaussians) {
+  const std::string name = scene.path.filename().string();
+  if (of.axes != scene.axes && !of.axes.empty())
+    return fmt::format("its places are in axes {}, and the scene was read with {}", of.axes,
+                       scene.axes);
+  if (of.gaussians != gaussians && of.gaussians != 0)
+    return fmt::format("it is of a scene of {} Gaussians, and {} has {}", grouped(of.gaussians),
+                       name, grouped(gaussians));
+  if (of.hash.empty()) return {};
+  const std::string hash = file_hash(scene.path);
+  if (of.hash != hash)
+    return fmt::format("it is of a file with hash {}, and {} has {}", of.hash, name, hash);
+  return {};
+}
+
+MeasuresFile measures_of(const Scene& scene, const std::filesystem::path& path) {
+  MeasuresFile file = read_measures(path, scene.cloud.origin);
+  const std::string other = other_scene(file.scene, scene, edited_scene(scene, false).gaussians);
+  if (!other.empty()) fail("{}: {}", path.string(), other);
+  return file;
+}
 
 EditsFile edits_file(const Scene& scene, std::vector<EditStep> steps, bool hashes) {
   const GaussianSet& others = scene.edits.removed;
-  EditsFile file{{scene.path.filename().string(), hashes ? file_hash(scene.path) : "",
-                  scene.file_bytes, std::max(scene.cloud.size(), others.size()), scene.axes},
-                 {}};
+  EditsFile file{edited_scene(scene, hashes), {}};
   if (!others.empty()) {
     const std::vector<std::uint32_t> numbers = others.complement().numbers();
     for (EditStep& step : steps) {
@@ -82,12 +137,9 @@ EditsFile edits_file(const Scene& scene, std::vector<EditStep> steps, bool hashe
 EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& pool,
                    const std::function<void(const EditStep&, const EditState&)>& each) {
   const std::string source = options.file->string();
-  note_input(*options.file);
-  EditedCloud all{EditState(scene.cloud.size()), read_edits(*options.file, scene.cloud.origin)};
-  for (const std::string& sentence : all.file.warnings) warn("warning: " + sentence);
-  const std::string other = other_scene(all.file.scene, scene);
-  if (!other.empty() && !options.anyway)
-    fail("{}: {}; --edits-anyway applies what does not depend on it", source, other);
+  EditedCloud all{EditState(scene.cloud.size()), read_with_warnings(*options.file, scene)};
+  const std::string other = other_scene(all.file.scene, scene, scene.cloud.size());
+  if (!other.empty() && !options.anyway) refuse(*options.file, other);
   if (!other.empty()) forget_results(all.file);
 
   ProgressBar bar("editing");
@@ -133,15 +185,9 @@ void keep_edited(Scene& scene, const EditedCloud& edited, const GaussianSet& kep
 
 void apply_edits(Scene& scene, const EditOptions& options, ThreadPool& pool) {
   if (!options.file) return;
-  if (scene.stream)
-    fail(ErrorKind::usage, "{}: {} is a tree that is not read whole: it cannot be edited",
-         options.file->string(), scene.path.string());
+  if (scene.stream) return edit_pages(scene, options);
   const EditedCloud all = edited(scene, options, pool);
-  if (all.transform != glm::dmat4(1))
-    warn(
-        fmt::format("{}: its scale and level are for convert; this command leaves the scene where "
-                    "its cameras are",
-                    options.file->string()));
+  warn_of_transform(all.file.steps, *options.file);
   const GaussianSet rest = all.state.rest();
   if (rest.empty())
     fail(ErrorKind::usage, "{}: no Gaussian of {} is left", options.file->string(),

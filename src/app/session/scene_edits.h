@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
 //
-// Applies a file of edits (docs/formats.md#edits) to a scene that was read.
+// Applies files of edits and of measures (docs/formats.md#edits) to a scene that was read.
 #pragma once
 
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/parallel.h"
 #include "io/cloud/scene.h"
 #include "io/edits/edits_file.h"
+#include "io/edits/measures_file.h"
 #include "raster/select/editing.h"
 
 namespace qs {
@@ -35,6 +37,15 @@ struct EditedCloud {
 /// null. Throws Error(input) if the file belongs to another scene.
 EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& pool,
                    const std::function<void(const EditStep&, const EditState&)>& each = {});
+
+/// The scene as its file has it; `hashes`: with the hash of the file.
+EditedScene edited_scene(const Scene& scene, bool hashes);
+/// The reason why a file is not of this scene, which has so many Gaussians, or "". Hashes the
+/// scene's file only if the other file has a hash.
+std::string other_scene(const EditedScene& of, const Scene& scene, std::size_t gaussians);
+
+/// Reads a file of measures of this scene. Throws Error(input), also if it is of another scene.
+MeasuresFile measures_of(const Scene& scene, const std::filesystem::path& path);
 
 /// The file of these steps, which were carried out on the scene. If the scene is a part of its
 /// file, because of earlier edits or Gaussians that were left out, the steps are of the whole file,

@@ -120,7 +120,7 @@ class ViewLoop final : public Host {
       apply(action::follow_view_choice);
       apply(action::follow_test_view);
       apply(action::follow_photograph);
-      apply(action::follow_rulers);
+      apply(action::follow_measures);
       begin_beside();
       take_frame();
       // The CPU draws the next frame while the window shows this frame, a GPU afterwards.

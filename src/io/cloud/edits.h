@@ -19,10 +19,11 @@ std::string set_hash(const GaussianSet& set);
 
 /// Edits as reports name them.
 struct EditFacts {
-  int steps = 0;            ///< steps that removed or hid Gaussians
-  std::uint64_t kept = 0;   ///< Gaussians of the file that are left
-  std::uint64_t of = 0;     ///< Gaussians of the file as it was read
-  std::string crc;          ///< "crc32:89abcdef" of Edits::removed; empty without steps
+  int steps = 0;           ///< steps that removed or hid Gaussians
+  std::uint64_t kept = 0;  ///< Gaussians of the file that are left
+  std::uint64_t of = 0;    ///< Gaussians of the file as it was read; 0: unknown, of a tree's pages
+  std::string
+      crc;  ///< "crc32:89abcdef" of Edits::removed, or of the edits' file; empty without steps
   glm::ivec2 copies{1, 1};  ///< the rest is repeated on a grid
 
   bool operator==(const EditFacts&) const = default;

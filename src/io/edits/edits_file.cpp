@@ -2,8 +2,6 @@
 #include "io/edits/edits_file.h"
 
 #include <algorithm>
-#include <set>
-#include <span>
 
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
@@ -16,6 +14,7 @@
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"
+#include "io/edits/scene_entry.h"
 #include "raster/select/edit_history.h"
 
 namespace qs {
@@ -76,40 +75,9 @@ struct Room {
   }
 };
 
-// An object of the file. It remembers the members that were read.
-struct Reading : JsonEntry {
-  const glm::dvec3& origin;
+// An object of the file.
+struct Reading : SceneEntry {
   Room& room;
-  std::set<std::string> known = {};
-
-  bool reads(const char* key) {
-    known.insert(key);
-    return has(key);
-  }
-  double number_within(const char* key, double low, double high) {
-    known.insert(key);
-    const double value = number(key);
-    if (!(value >= low && value <= high))
-      fail("{}: {} is {}, but must be within {} and {}", where, key, value, low, high);
-    return value;
-  }
-  glm::dvec3 place(const char* key) {
-    known.insert(key);
-    return vector<3>(key) - origin;
-  }
-
-  template <class Enum>
-  Enum word(const char* key, std::span<const char* const> names, Enum otherwise) {
-    return reads(key) ? word<Enum>(key, names) : otherwise;
-  }
-  template <class Enum>
-  Enum word(const char* key, std::span<const char* const> names) {
-    known.insert(key);
-    for (std::size_t i = 0; i < names.size(); ++i)
-      if (text(key) == names[i]) return static_cast<Enum>(i);
-    fail("{}: {} is '{}', which is none of {}", where, key, printable(text(key)),
-         joined(std::vector<std::string>(names.begin(), names.end()), ", "));
-  }
 
   CropBox box() {
     known.insert("box");
@@ -331,14 +299,6 @@ ordered_json step_json(const EditStep& step, const glm::dvec3& origin) {
   return json;
 }
 
-// A sentence about the members that were not read.
-void warn_unknown(const Reading& entry, std::vector<std::string>& warnings) {
-  for (const auto& [name, value] : entry.object.items())
-    if (!entry.known.contains(name))
-      warnings.push_back(
-          fmt::format("{}: the member {} is not known", entry.where, printable(name)));
-}
-
 }  // namespace
 
 EditsFile read_edits(const std::filesystem::path& path, const glm::dvec3& origin) {
@@ -349,45 +309,31 @@ EditsFile parse_edits(std::string_view text, const std::string& source, const gl
   const nlohmann::json json = parse_json(text, source);
   if (!json.is_object()) fail("{}: is not a file of edits: it has no object", source);
   Room room;
-  Reading file{{json, source}, origin, room};
+  Reading file{{{json, source}, origin}, room};
   if (!file.reads("version") || !file.reads("steps"))
     fail("{}: is not a file of edits: it has no version or no steps", source);
   if (const double version = file.number("version"); version != 1 && version != kVersion)
     fail("{}: version {} is not readable, only 1 and {}", source, version, kVersion);
   EditsFile edits;
-  if (file.reads("scene")) {
-    Reading scene{file.child("scene"), origin, room};
-    if (scene.reads("name")) edits.scene.name = scene.text("name");
-    if (scene.reads("hash")) edits.scene.hash = scene.text("hash");
-    if (scene.reads("bytes")) edits.scene.bytes = scene.whole("bytes");
-    if (scene.reads("gaussians")) edits.scene.gaussians = scene.whole("gaussians");
-    if (scene.reads("axes")) edits.scene.axes = scene.text("axes");
-    warn_unknown(scene, edits.warnings);
-  }
+  edits.scene = file.scene(edits.warnings);
   const nlohmann::json& steps = file.get("steps");
   if (!steps.is_array() || steps.size() > kMaxEditSteps)
     fail("{}: steps is not a list of at most {} objects", source, grouped(kMaxEditSteps));
   for (const nlohmann::json& each : steps) {
     const std::string where = fmt::format("{}: step {}", source, edits.steps.size() + 1);
     if (!each.is_object()) fail("{}: is not an object", where);
-    Reading entry{{each, where}, origin, room};
+    Reading entry{{{each, where}, origin}, room};
     edits.steps.push_back(parse_step(entry));
-    warn_unknown(entry, edits.warnings);
+    entry.warn_unknown(edits.warnings);
   }
-  warn_unknown(file, edits.warnings);
+  file.warn_unknown(edits.warnings);
   return edits;
 }
 
 std::string format_edits(const EditsFile& edits, const glm::dvec3& origin) {
-  const EditedScene& scene = edits.scene;
   const bool has_bits = std::ranges::any_of(edits.steps, is_long, &EditStep::select);
-  std::string text =
-      fmt::format("{{\"version\": {},\n \"scene\": {},\n \"steps\": [", has_bits ? kVersion : 1,
-                  json_line({{"name", scene.name},
-                             {"hash", scene.hash},
-                             {"bytes", scene.bytes},
-                             {"gaussians", scene.gaussians},
-                             {"axes", scene.axes}}));
+  std::string text = fmt::format("{{\"version\": {},\n \"scene\": {},\n \"steps\": [",
+                                 has_bits ? kVersion : 1, json_line(json_of(edits.scene)));
   const char* between = "\n  ";
   for (const EditStep& step : edits.steps) {
     text += between + json_line(step_json(step, origin));

@@ -3,7 +3,6 @@
 // The edits of a scene as a file, SCENE.edits.json (docs/formats.md#edits).
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -11,16 +10,10 @@
 
 #include <glm/vec3.hpp>
 
+#include "io/edits/scene_file.h"
 #include "raster/select/edit_step.h"
 
 namespace qs {
-
-/// The scene that was edited, as its file was read.
-struct EditedScene {
-  std::string name, hash;  ///< of the file; hash: see file_hash()
-  std::uint64_t bytes = 0, gaussians = 0;
-  std::string axes;
-};
 
 struct EditsFile {
   EditedScene scene;

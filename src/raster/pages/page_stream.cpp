@@ -32,6 +32,20 @@ PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_byte
     threads_.emplace_back([this](const std::stop_token& stop) { read_pages(stop); });
 }
 
+void PageStream::change_pages(const std::function<void(LodPage&)>& change) {
+  const std::lock_guard lock(mutex_);
+  if (tree_.instances)
+    fail(ErrorKind::usage, "{}: instances share their pages, so they cannot be edited alone",
+         source_.name);
+  const auto changed = [change](const LodPage& page) {
+    auto own = std::make_shared<LodPage>(page);
+    change(*own);
+    return own;
+  };
+  source_.read = [changed, read = source_.read](std::size_t i) { return changed(*read(i)); };
+  tree_.pages[0] = changed(*tree_.pages[0]);
+}
+
 int PageStream::add_view(std::function<void()> report) {
   const std::lock_guard lock(mutex_);
   for (const auto& [number, view] : views_)

@@ -51,6 +51,10 @@ class PageStream {
   /// `tree` has page 0, which stays. `most_bytes`: of all pages in memory.
   PageStream(LodPages tree, PageSource source, std::uint64_t most_bytes);
 
+  /// Changes each page after it is read, and page 0 now. Before all other calls. Throws
+  /// Error(usage) if the tree has instances, which share their pages.
+  void change_pages(const std::function<void(LodPage&)>& change);
+
   /// The number of another view. `report` is called when another cut is due: after every page while
   /// the last cut lacks pages, and when another view comes. It must not call the stream.
   int add_view(std::function<void()> report);
@@ -89,7 +93,7 @@ class PageStream {
   void halve();
   bool make_room(std::uint64_t bytes);
 
-  const PageSource source_;
+  PageSource source_;
   mutable std::mutex mutex_;  // guards everything below
   std::condition_variable_any wanted_changed_, arrived_;
   LodPages tree_;

@@ -95,19 +95,19 @@ enum class EditKind : std::uint8_t {
   hide,      ///< hides the selected Gaussians
   show,      ///< shows all hidden Gaussians
   remove,    ///< removes the selected Gaussians
+  keep,      ///< removes the Gaussians that are not selected, except hidden ones
   crop,      ///< removes the Gaussians with centres outside of `box`
   floaters,  ///< removes floaters
   scale,     ///< for convert: the scene is `factor` times as large
   level      ///< for convert: the scene is turned by `rotation`
 };
 /// Index = EditKind.
-inline constexpr const char* kEditKindNames[] = {"select", "hide",     "show",  "remove",
+inline constexpr const char* kEditKindNames[] = {"select", "hide",     "show",  "remove", "keep",
                                                  "crop",   "floaters", "scale", "level"};
 
 /// True for steps that can take Gaussians out of the picture.
 constexpr bool takes_away(EditKind kind) {
-  return kind == EditKind::hide || kind == EditKind::remove || kind == EditKind::crop ||
-         kind == EditKind::floaters;
+  return kind == EditKind::hide || (kind >= EditKind::remove && kind <= EditKind::floaters);
 }
 
 struct EditStep {

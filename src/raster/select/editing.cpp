@@ -177,6 +177,10 @@ std::string carry_out(const EditStep& step, const EditTools& tools, const std::s
     case EditKind::remove:
       remove_all(state, GaussianSet(state.selected));
       break;
+    case EditKind::keep:
+      remove_all(state, state.rest() -= state.selected);
+      state.selected = GaussianSet(tools.cloud.size());
+      break;
     case EditKind::crop:
     case EditKind::floaters:
       remove_all(state, removed_by(step, tools, state.rest()));

@@ -42,6 +42,20 @@ struct MeasureScale {
 
 inline constexpr const char* kLengthUnits[] = {"m", "cm", "mm", "ft", "in"};
 
+/// The points that were measured in a scene, and their meaning.
+struct Measures {
+  std::vector<std::vector<SurfacePoint>> lines = {{}};  ///< polylines; the last one grows
+  MeasureScale scale = {};
+  std::optional<GroundPlane> ground = {};
+
+  std::size_t points() const {
+    std::size_t count = 0;
+    for (const auto& line : lines) count += line.size();
+    return count;
+  }
+  bool operator==(const Measures&) const = default;
+};
+
 /// The scale that makes the distance of two points this length > 0. Empty if they are the same.
 std::optional<MeasureScale> scale_of(const SurfacePoint& from, const SurfacePoint& to, double known,
                                      std::string unit);

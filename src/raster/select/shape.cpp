@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 namespace qs {
 namespace {
@@ -80,6 +82,16 @@ std::span<const Shape::Line> Shape::near(double y) const {
       std::clamp(std::floor((y - low_.y) / row_height_), 0.0, static_cast<double>(rows - 1));
   const auto at = static_cast<std::size_t>(row);
   return std::span(lines_).subspan(row_begin_[at], row_begin_[at + 1] - row_begin_[at]);
+}
+
+bool Shape::has_border_near(glm::dvec2 point, double distance) const {
+  if (lines_.empty() || glm::any(glm::lessThan(point, low_ - distance)) ||
+      glm::any(glm::greaterThan(point, high_ + distance)))
+    return false;
+  double nearest2 = std::numeric_limits<double>::infinity();
+  for (const Line& line : lines_)
+    nearest2 = std::min(nearest2, distance2(line.from, line.to, point));
+  return std::abs(std::sqrt(nearest2) - radius_) <= distance;
 }
 
 bool Shape::contains(glm::dvec2 point) const {

@@ -27,6 +27,9 @@ class Shape {
 
   bool contains(glm::dvec2 point) const;
 
+  /// True if a point of the shape's border is within this distance of the point.
+  bool has_border_near(glm::dvec2 point, double distance) const;
+
   /// Pixels with centres that can be inside, at most [0, size.x) x [0, size.y).
   PixelBox pixels(glm::ivec2 size) const;
 

@@ -33,12 +33,9 @@ OnRay on_ray(const GaussianCloud& cloud, std::size_t i, glm::dvec3 eye, glm::dve
 std::optional<SurfacePoint> surface_at(const Frame& frame, const GaussianCloud& cloud,
                                        const Camera& camera, glm::ivec2 pixel) {
   if (pixel.x < 0 || pixel.y < 0 || pixel.x >= camera.width || pixel.y >= camera.height) return {};
-  const Camera here = camera.placed(cloud.origin);
-  const glm::dvec3 eye = here.position();
-  const glm::dvec2 slope = (glm::dvec2(pixel) - here.center_px) / here.focal_px;
-  const glm::dmat3 world_from_view = glm::inverse(glm::dmat3(here.view_from_world));
+  const auto [eye, direction, across] = sight_of(camera.placed(cloud.origin), pixel);
   SurfacePoint point;
-  point.direction = glm::normalize(world_from_view * glm::dvec3(slope, 1));
+  point.direction = direction;
 
   constexpr double kLeft[] = {0.75, 0.5, 0.25};  // of the light
   std::optional<OnRay> at[3];
@@ -62,9 +59,43 @@ std::optional<SurfacePoint> surface_at(const Frame& frame, const GaussianCloud& 
   if (!at[2]) at[2] = on_ray(cloud, *last, eye, point.direction);
   point.distance = at[1]->at;
   point.along = std::hypot((at[2]->at - at[0]->at) / 2, at[1]->sigma);
-  point.across = point.distance / (std::min(here.focal_px.x, here.focal_px.y) * std::sqrt(12.0));
+  point.across = across * point.distance;
   point.position = eye + point.distance * point.direction;
   return point;
+}
+
+Sight sight_of(const Camera& camera, glm::dvec2 pixel) {
+  const glm::dvec2 slope = (pixel - camera.center_px) / camera.focal_px;
+  const glm::dmat3 world_from_view = glm::inverse(glm::dmat3(camera.view_from_world));
+  return {camera.position(), glm::normalize(world_from_view * glm::dvec3(slope, 1)),
+          1 / (std::min(camera.focal_px.x, camera.focal_px.y) * std::sqrt(12.0))};
+}
+
+Sight sight_of(const SurfacePoint& point) {
+  return {point.position - point.distance * point.direction, point.direction,
+          point.across / point.distance};
+}
+
+std::optional<Crossing> crossing(const Sight& a, const Sight& b) {
+  constexpr double kParallel = 1e-9;
+  const double cosine = glm::dot(a.direction, b.direction), sine2 = 1 - cosine * cosine;
+  const glm::dvec3 between = b.eye - a.eye;
+  const double to_a = glm::dot(between, a.direction), to_b = glm::dot(between, b.direction);
+  const double at_a = (to_a - cosine * to_b) / sine2, at_b = (cosine * to_a - to_b) / sine2;
+  if (!(sine2 > kParallel && at_a > 0 && at_b > 0)) return {};
+  const glm::dvec3 on_a = a.eye + at_a * a.direction, on_b = b.eye + at_b * b.direction;
+  Crossing found;
+  found.gap = glm::distance(on_a, on_b);
+  // Each line fixes a place across itself, both as the worse one does: the inverse variances add up
+  // to 1 - cosine along the mean of the directions, and to 1 + cosine across it in their plane.
+  const double across = std::hypot(std::max(at_a * a.across, at_b * b.across), found.gap / 2);
+  const double least = across / std::sqrt(1 - std::abs(cosine));
+  found.point = {.position = 0.5 * (on_a + on_b),
+                 .direction = glm::normalize(a.direction + b.direction),
+                 .distance = at_a,
+                 .along = least,
+                 .across = cosine > 0 ? across / std::sqrt(1 + cosine) : least};
+  return found;
 }
 
 MeasuredLength length_between(const SurfacePoint& a, const SurfacePoint& b) {

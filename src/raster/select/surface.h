@@ -28,6 +28,7 @@ struct SurfacePoint {
 
   /// True if the surface is too soft for a distance.
   bool is_soft() const { return along > 0.05 * distance; }
+  bool operator==(const SurfacePoint&) const = default;
 };
 
 /// A Gaussian on a ray: the distance at which it is densest, not below 0, and the standard
@@ -42,6 +43,24 @@ OnRay on_ray(const GaussianCloud& cloud, std::size_t i, glm::dvec3 eye, glm::dve
 /// pixel is outside of the picture. `frame`: of this cloud and camera, with a trace.
 std::optional<SurfacePoint> surface_at(const Frame& frame, const GaussianCloud& cloud,
                                        const Camera& camera, glm::ivec2 pixel);
+
+/// A line of sight.
+struct Sight {
+  glm::dvec3 eye{0.0}, direction{0, 0, 1};  ///< counts from the cloud's origin; a unit vector
+  double across = 0;                        ///< SurfacePoint::across of a place at the distance 1
+};
+/// `camera`: its origin is the cloud's.
+Sight sight_of(const Camera& camera, glm::dvec2 pixel);
+
+/// The place where two lines of sight are nearest to each other, which is in their middle.
+struct Crossing {
+  SurfacePoint point;  ///< its uncertainty includes the gap; direction: the mean of both
+  double gap = 0;      ///< between the lines
+};
+/// Empty if they are parallel, or nearest behind an eye.
+std::optional<Crossing> crossing(const Sight& a, const Sight& b);
+/// The line of sight from which a point was measured; it must have a distance.
+Sight sight_of(const SurfacePoint& point);
 
 struct MeasuredLength {
   double length = 0, error = 0;  ///< error: from both points' uncertainties

@@ -83,6 +83,21 @@ TEST_F(MeasuredWall, is_scaled_to_a_known_length_and_turned_to_the_ground) {
     EXPECT_NEAR(position.y, 4 * 5 / (10 * pixel()), 1e-3);
 }
 
+TEST_F(MeasuredWall, takes_scale_and_ground_from_a_file_of_measures) {
+  std::ofstream(folder_ / "a.measures.json")
+      << R"({"version": 1, "scale": {"factor": 2, "unit": "cm"},
+             "ground": {"point": [0, 0, 4], "up": [1, 0, 0]}, "lines": []})";
+  const auto json = measured("--pixels 16,12 26,12 --measures @a.measures.json");
+  EXPECT_EQ(json["unit"], "cm");
+  EXPECT_NEAR(json["distances"][0]["length"], 20 * pixel(), 1e-4);
+  EXPECT_NEAR(json["distances"][0]["height"], 20 * pixel(), 1e-4);
+  std::ofstream(folder_ / "b.measures.json")
+      << R"({"version": 1, "scene": {"gaussians": 3}, "lines": []})";
+  const ProgramRun refused = run("measure @scene.ply --pixels 1,1 --measures @b.measures.json");
+  EXPECT_EQ(refused.exit_code, kExitInput);
+  EXPECT_THAT(refused.err, HasSubstr("b.measures.json: it is of a scene of 3 Gaussians"));
+}
+
 TEST_F(MeasuredWall, has_no_point_in_a_hole) {
   const auto json = measured("--pixels 1,12 16,12");
   EXPECT_FALSE(json["points"][0].contains("position"));
@@ -101,6 +116,7 @@ TEST_F(MeasuredWall, refuses_what_it_cannot_measure) {
       {"--pixels 16,12 1,12 --known 3", "--known: pixel 1,12 shows no surface"},
       {"--pixels 16,12 20,12 24,12 --level", "--level: the points lie on a line"},
       {"--pixels 16,12 --unit m", "--unit: needs --known"},
+      {"--pixels 16,12 20,12 --known 3 --measures @a.measures.json", "choose one"},
       {"--pixels 16,12 --cull 3dgs,exact", "choose one camera and one mode"}};
   for (const auto& [options, problem] : wrong) {
     const ProgramRun refused = run("measure @scene.ply --backend cpu " + std::string(options));

@@ -91,6 +91,7 @@ class Sweep : public testing::TestWithParam<Command> {
     cover.values[7] = 1;
     write_image(cover, "covers/view0.png");
     write_image(Image(48, 32, 3), "reference.pfm");
+    std::ofstream("scene.measures.json") << R"({"version": 1, "lines": []})";
     const Words frames = {"--frames", "1", "--warmup", "0", "--cull", "quadbox", "--out-dir"};
     for (const char* shard : {"1", "2"}) {
       const std::string out = std::string("shard") + shard;

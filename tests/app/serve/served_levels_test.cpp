@@ -112,7 +112,7 @@ TEST(ServedLevels, edits_of_a_tree_are_refused_in_one_sentence) {
   ASSERT_TRUE(room.until([&] { return has_its_cut(room, 1); }));
   room.of(1).apply({call(action::edit, EditStep{.kind = EditKind::show})}, room.now);
   ASSERT_FALSE(room.viewer().toasts.empty());
-  EXPECT_THAT(room.viewer().toasts.back().text, HasSubstr("cannot be edited"));
+  EXPECT_THAT(room.viewer().toasts.back().text, HasSubstr("cannot be edited here"));
 }
 
 }  // namespace

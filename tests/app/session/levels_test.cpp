@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <mutex>
 #include <numeric>
 #include <thread>
@@ -15,6 +16,8 @@
 
 #include "app/inspect/heatmap_frame.h"
 #include "app/session/alterations.h"
+#include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
 #include "io/scene/writer.h"
 #include "learn/lod/build.h"
 #include "raster/scene/image_metrics.h"
@@ -80,6 +83,71 @@ TEST_F(LevelsTest, error_0_draws_the_bits_of_the_whole_file_in_every_mode) {
     return s.renderer->render(camera_, s.settings, pairs).stats.tile_pairs;
   };
   EXPECT_EQ(counted(levels), counted(whole));
+}
+
+class EditedLevels : public LevelsTest {
+ protected:
+  void write(const std::string& steps) {
+    frame_.edits.file = folder_ / "a.edits.json";
+    std::ofstream(*frame_.edits.file) << R"({"version": 1, "steps": [)" << steps << "]}";
+  }
+  static std::string camera() {
+    return R"("camera": )" +
+           json_line(camera_json(look_at({1.5, 0, -6}, {0, 0, 4}, {0, -1, 0}, 0.7, 160, 120)));
+  }
+};
+
+TEST_F(EditedLevels, leaves_are_the_bits_of_the_edited_file) {
+  const std::string cases[] = {
+      R"({"step": "crop", "box": [[-1, -0.3, -9], [0.25, 0.4, 9]]})",
+      R"({"step": "select", "tool": "sphere", "point": [0.5, 0, 3], "radius": 1}, {"step": "keep"})",
+      R"({"step": "select", "tool": "distance", "point": [0.1, 0, 0], "normal": [1, 2, 0], "low": 0}, )"
+      R"({"step": "hide"})",
+      R"({"step": "select", "tool": "opacity", "high": 0.4}, {"step": "remove"})",
+      R"({"step": "select", "tool": "brush", "kind": "through", "radius": 20, "pixels": [[40, 40], [90, 70]], )" +
+          camera() + R"(}, {"step": "remove"})",
+      R"({"step": "select", "tool": "lasso", "kind": "through", "pixels": [[20, 10], [140, 20], [80, 110]], )" +
+          camera() + R"(}, {"step": "keep"})"};
+  for (const std::string& steps : cases) {
+    write(steps);
+    frame_.levels = {};
+    Session whole = open_session(frame_);
+    const Image expected = picture(whole, camera_);
+    frame_.levels.error = 0;
+    Session levels = open_session(frame_);
+    EXPECT_EQ(picture(levels, camera_).values, expected.values) << steps;
+    EXPECT_THAT(alterations_of(levels).text, HasSubstr("edited: 1 step, each page, crc32:"));
+    // Borders are exact long before all leaves are drawn.
+    frame_.levels = {};
+    frame_.levels.budget = 3000;
+    Session some = open_session(frame_);
+    EXPECT_GT(psnr(picture(some, camera_), expected, test::pool()), 30) << steps;
+  }
+}
+
+// A crop leaves a part of a far larger scene: its border is exact with a budget that is far too
+// small for the whole scene.
+TEST_F(EditedLevels, the_budget_goes_to_the_rest_and_its_border) {
+  write(R"({"step": "crop", "box": [[0.2, 0.2, -9], [0.5, 0.5, 9]]})");
+  Session whole = open_session(frame_);
+  const auto left = whole.scene->cloud.size();
+  ASSERT_LT(left, 500u);
+  frame_.levels.budget = 1500;
+  Session levels = open_session(frame_);
+  EXPECT_EQ(picture(levels, camera_).values, picture(whole, camera_).values);
+}
+
+TEST_F(EditedLevels, steps_that_need_the_whole_scene_are_refused) {
+  frame_.levels.budget = 100;
+  for (const std::string& step :
+       {std::string(R"({"step": "floaters"})"),
+        R"({"step": "select", "tool": "rectangle", "pixels": [[1, 1], [9, 9]], )" + camera() + "}",
+        std::string(R"({"step": "select", "tool": "list", "members": [0, 5]})"),
+        std::string(R"({"step": "select", "tool": "grow"})")}) {
+    write(R"({"step": "show"}, )" + step);
+    EXPECT_THAT(test::error_of([&] { open_session(frame_); }, ErrorKind::usage),
+                HasSubstr("a.edits.json: step 2 needs the whole scene"));
+  }
 }
 
 TEST_F(LevelsTest, every_view_has_the_cut_of_its_budget) {

@@ -113,7 +113,7 @@ TEST_F(EditsFiles, that_were_written_read_back_to_the_same_text) {
   const glm::dvec3 origin(100, 0, 0);
   const EditsFile edits = read(all_steps(), origin);
   EXPECT_THAT(edits.warnings, IsEmpty());
-  ASSERT_EQ(edits.steps.size(), 18u);
+  ASSERT_EQ(edits.steps.size(), 19u);
   EXPECT_THAT(*edits.steps[0].select.members, ElementsAre(GaussianRun{0, 2}, GaussianRun{4, 1}));
   EXPECT_EQ(edits.steps[3].select.point, glm::dvec3(1, 2, 3));
   EXPECT_EQ(edits.steps[5].select.box.low, glm::vec3(-0.5f, 0, 0));
@@ -140,7 +140,8 @@ TEST_F(EditsFiles, that_do_not_fit_are_refused_in_a_sentence) {
   const std::pair<std::string, std::string> kWrong[] = {
       {R"("tool": "all")", "step is missing"},
       {R"("step": "jump")",
-       "step is 'jump', which is none of select, hide, show, remove, crop, floaters, scale, level"},
+       "step is 'jump', which is none of select, hide, show, remove, keep, crop, floaters, scale, "
+       "level"},
       {R"("step": "select")", "tool is missing"},
       {R"("step": "select", "tool": "wand")",
        "tool is 'wand', which is none of rectangle, polygon, lasso, brush, sphere, box, color, "

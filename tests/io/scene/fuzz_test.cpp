@@ -60,7 +60,7 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "rad",          "hier",
                                           "rad_levels",   "instances",
                                           "rad_pages",    "edits",
-                                          "cameras_xml"};
+                                          "cameras_xml",  "measures"};
   EXPECT_EQ(names, expected);
 }
 

@@ -313,6 +313,8 @@ TEST(StreamedInstances, share_one_page_in_memory) {
   EXPECT_EQ(stream.facts().bytes, bytes);
   EXPECT_EQ(stream.facts().read, 1u);
   EXPECT_THAT(stream.take_sentences(), IsEmpty());
+  EXPECT_EQ(error_of([&] { stream.change_pages([](LodPage&) {}); }),
+            "city.json: instances share their pages, so they cannot be edited alone");
 }
 
 }  // namespace

@@ -126,6 +126,60 @@ TEST(Surface, distances_have_the_uncertainty_of_both_ends) {
   EXPECT_DOUBLE_EQ(length_between(a, a).error, std::hypot(0.3, 0.3));
 }
 
+// Two cameras look at a place from an angle; 500 clicks of each are off by less than a pixel.
+TEST(Sights, cross_at_the_place_that_both_see_within_the_uncertainty) {
+  const glm::dvec3 place(0.2, -0.1, 5);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> off(-0.5, 0.5);
+  for (const double degrees : {5.0, 40.0, 90.0, 140.0}) {
+    const double angle = glm::radians(degrees);
+    const glm::dvec3 second = place + 3.0 * glm::dvec3(std::sin(angle), 0, -std::cos(angle));
+    const Camera cameras[] = {look_at({0.2, -0.1, 0}, place, {0, -1, 0}, 1, 800, 600),
+                              look_at(second, place, {0, -1, 0}, 1, 800, 600)};
+    const auto sight = [&](int camera, glm::dvec2 by) {
+      return sight_of(cameras[camera], cameras[camera].center_px + by);
+    };
+    const auto exact = crossing(sight(0, {0, 0}), sight(1, {0, 0}));
+    ASSERT_TRUE(exact);
+    EXPECT_LT(glm::distance(exact->point.position, place), 1e-9);
+    EXPECT_LT(exact->gap, 1e-9);
+    EXPECT_NEAR(exact->point.distance, 5, 1e-9);
+    double along = 0, across = 0, most = 0;  // sums of squares
+    for (int click = 0; click < 500; ++click) {
+      const auto by = [&] { return glm::dvec2(off(random), off(random)); };
+      const auto found = crossing(sight(0, by()), sight(1, by()));
+      ASSERT_TRUE(found);
+      const glm::dvec3 error = found->point.position - place;
+      const double part = glm::dot(error, exact->point.direction);
+      along += part * part;
+      across += (glm::dot(error, error) - part * part) / 2;
+      most = std::max(most, found->gap);
+      EXPECT_GE(found->point.along, 0.9 * exact->point.along);
+    }
+    // The uncertainty is a bound: as of the worse line, and as along the worst direction.
+    EXPECT_LE(std::sqrt(along / 500), 1.1 * exact->point.along) << degrees;
+    EXPECT_GE(std::sqrt(along / 500), 0.25 * exact->point.along) << degrees;
+    EXPECT_LE(std::sqrt(across / 500), 1.1 * exact->point.across) << degrees;
+    EXPECT_GT(most, 0);
+  }
+}
+
+TEST(Sights, do_not_cross_if_they_are_parallel_or_meet_behind_an_eye) {
+  const Sight ahead{{0, 0, 0}, {0, 0, 1}, 0.001};
+  EXPECT_FALSE(crossing(ahead, ahead));
+  EXPECT_FALSE(crossing(ahead, {{1, 0, 0}, {0, 0, 1}, 0.001}));
+  EXPECT_FALSE(crossing(ahead, {{1, 0, 0}, {0, 0, -1}, 0.001}));
+  EXPECT_FALSE(crossing(ahead, {{1, 0, 0}, glm::normalize(glm::dvec3(1, 0, 1)), 0.001}));
+  const auto missed = crossing(ahead, {{1, 0.25, 3}, {-1, 0, 0}, 0.001});
+  ASSERT_TRUE(missed);
+  EXPECT_EQ(missed->point.position, glm::dvec3(0, 0.125, 3));
+  EXPECT_DOUBLE_EQ(missed->gap, 0.25);
+  EXPECT_GE(missed->point.along, 0.125);
+  const Sight back = sight_of(SurfacePoint{{0, 0, 4}, {0, 0, 1}, 4, 0.1, 0.02});
+  EXPECT_EQ(back.eye, glm::dvec3(0, 0, 0));
+  EXPECT_DOUBLE_EQ(back.across, 0.005);
+}
+
 TEST(Surface, a_gaussian_is_densest_where_its_density_is) {
   const GaussianCloud cloud = random_cloud(300, 0, 21);
   const glm::dvec3 eye(0.3, -0.2, -1), direction = glm::normalize(glm::dvec3(0.1, 0.2, 1));

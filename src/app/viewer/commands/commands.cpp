@@ -226,10 +226,10 @@ void add_cross_rows(std::vector<KeyCommand>& rows) {
                                {GLFW_KEY_UP, "up", {0, -1}},
                                {GLFW_KEY_DOWN, "down", {0, 1}}};
   for (const Arrow& arrow : kArrows) {
-    const std::string help = fmt::format("Move the cross of a tool {}", arrow.where);
+    const std::string help = fmt::format("Move the cross of a tool, or the view, {}", arrow.where);
     rows.push_back(row(arrow.key, 0, Menu::none, help.c_str(), move_cross, arrow.by));
-    rows.push_back(row(arrow.key, kShift, Menu::none, (help + ", 10 pixels").c_str(), move_cross,
-                       10.0 * arrow.by));
+    rows.push_back(row(arrow.key, kShift, Menu::none, (help + ", 10 times as far").c_str(),
+                       move_cross, 10.0 * arrow.by));
   }
 }
 
@@ -282,7 +282,8 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_COMMA, 0, edit, "Smaller brush", scale_brush, 0.8f),
       row(GLFW_KEY_DELETE, 0, edit, "Remove the selected Gaussians", edit_selected,
           EditKind::remove),
-      row(GLFW_KEY_DELETE, kShift, edit, "Keep only the selected Gaussians", keep_selected),
+      row(GLFW_KEY_DELETE, kShift, edit, "Keep only the selected Gaussians", edit_selected,
+          EditKind::keep),
       row(GLFW_KEY_H, kCtrl, edit, "Hide the selected Gaussians", edit_selected, EditKind::hide),
       row(GLFW_KEY_H, kCtrl | kShift, edit, "Show hidden Gaussians again", edit_selected,
           EditKind::show),

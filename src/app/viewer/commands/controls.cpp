@@ -569,8 +569,9 @@ Controls select_controls() {
       by("Same colour", SelectTool::flood, "Grows through Gaussians of the selection's colour"),
       gray_unless(has_selection, button_row("Remove", call(action::edit_selected, EditKind::remove),
                                             command_hint("Remove the selected Gaussians"))),
-      gray_unless(has_selection, button_row("Keep only", call(action::keep_selected),
-                                            command_hint("Keep only the selected Gaussians"))),
+      gray_unless(has_selection,
+                  button_row("Keep only", call(action::edit_selected, EditKind::keep),
+                             command_hint("Keep only the selected Gaussians"))),
       gray_unless(has_selection, button_row("Hide", call(action::edit_selected, EditKind::hide),
                                             command_hint("Hide the selected Gaussians"))),
       gray_unless([](const Viewer& v) { return !v.editing.history.state().hidden.empty(); },
@@ -604,12 +605,20 @@ Controls measure_controls() {
       switch_row(
           "Set points", [](const Viewer& v) { return v.measures.picks; }, action::pick_points,
           "a click in the picture sets a point on the surface there"),
+      gray_unless(
+          points(1),
+          switch_row(
+              "Second view", [](const Viewer& v) { return v.measures.again; }, action::pick_again,
+              "the next click shows the last point in another view: both lines of sight "
+              "cross there")),
       gray_unless(points(1), button_row("New line", call(action::end_line),
                                         "the next point begins a new line")),
       gray_unless(points(1), button_row("Remove the last point", call(action::remove_last_point))),
       gray_unless(points(1), button_row("Clear", call(action::clear_measures))),
       gray_unless(points(1), button_row("Copy", call(action::copy_measures),
                                         command_hint("Copy the measures"))),
+      gray_unless(points(1), button_row("Save the measures", call(action::save_measures, Action()),
+                                        "as a file that the window and the page read")),
       gray_unless(has_selection,
                   button_row("Measure the selection", call(action::measure_selection),
                              "the sides of the box of the selected Gaussians")),

@@ -10,6 +10,7 @@
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/kept_work.h"
+#include "app/viewer/state/measure_actions.h"
 #include "base/fail.h"
 #include "base/text.h"
 #include "io/bytes/replace_file.h"
@@ -75,9 +76,11 @@ void action::save_and_leave(Viewer& viewer, Host& host, const std::filesystem::p
   viewer.leaving.reset();
   if (opens.empty() && !viewer.unsaved_results.empty())
     return toggle_open_dialog(viewer, Choosing::results);
+  Action then = call(leave_now, opens, true);
+  if (measures_are_unsaved(viewer)) then = call(save_measures, then);
   if (!viewer.keeps_work) save_keyframes(viewer, host);
-  if (viewer.keeps_work || !viewer.editing.gone) return leave_now(viewer, host, opens, true);
-  save_crop(viewer, host, {}, call(leave_now, opens, true));
+  if (viewer.keeps_work || !viewer.editing.gone) return then(viewer, host);
+  save_crop(viewer, host, {}, then);
 }
 
 }  // namespace qs

@@ -20,7 +20,6 @@
 #include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/select_actions.h"
 #include "base/fail.h"
-#include "base/path_kind.h"
 #include "base/text.h"
 #include "io/bytes/replace_file.h"
 #include "raster/select/by_value.h"
@@ -97,23 +96,13 @@ void write_edits(RenderContext& context, const Viewer& viewer) {
   context.report(action::edits_saved);
 }
 
-// A file of edits that the window did not write or read gets another name.
 void keep_beside_scene(RenderContext& context, const EditHistory& history, bool owns_file) {
   const Scene& whole = *context.session.scene;
-  const std::filesystem::path path = kept_edits_file(whole.path);
-  std::string problem;
-  try {
-    if (!owns_file && is_there(path))
-      std::filesystem::rename(
-          path, free_name(path.parent_path(), whole.path.filename().string(), ".edits.json"));
-    if (history.has_steps()) {
-      write_text(path, format_edits(edits_file(whole, history.steps(), false), whole.cloud.origin));
-    } else {
-      std::filesystem::remove(path);
-    }
-  } catch (const std::exception& error) {
-    problem = fmt::format("{}: the edits cannot be kept: {}", path.string(), error.what());
-  }
+  const std::string problem = keep_beside(whole.path, ".edits.json", owns_file, "edits", [&] {
+    return history.has_steps()
+               ? format_edits(edits_file(whole, history.steps(), false), whole.cloud.origin)
+               : std::string();
+  });
   context.report(action::edits_kept, problem);
 }
 
@@ -168,6 +157,9 @@ void action::keep_edits(Viewer& v, Host& host, const Action& then) {
 
 void action::open_edits(Viewer& v, Host& host, const std::filesystem::path& file) {
   if (!v.scene || v.editing.busy) return;
+  if (v.levels)
+    return notify(v,
+                  "a tree that is not read whole is edited when it is opened, with --edits FILE");
   v.editing.busy = true;
   v.editing.waiting.clear();
   host.run([file](RenderContext& context) { read_edits_file(context, file); });

@@ -56,8 +56,8 @@ void film(Viewer& viewer, Host& host);
 /// that exists. `then`: after the file was written; may be null.
 void save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name, const Action& then);
 
-/// Writes keyframes and a crop to files, and leaves once they are written. For results it asks for
-/// a folder, and stays.
+/// Writes keyframes, measures and a crop to files, and leaves once they are written. For results it
+/// asks for a folder, and stays.
 void save_and_leave(Viewer& viewer, Host& host, const std::filesystem::path& opens);
 
 }  // namespace action

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Jobs of measuring: the surface at a pixel, the parts of rulers behind surfaces, the box of the
-// selection.
+// selection, and the file of measures.
 #include <cmath>
 #include <utility>
 
@@ -9,12 +9,15 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 
+#include "app/session/scene_edits.h"
 #include "app/viewer/commands/jobs.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/measured_view.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/measure_actions.h"
-#include "base/fail.h"
+#include "base/text.h"
+#include "io/bytes/replace_file.h"
 
 namespace qs {
 namespace {
@@ -49,18 +52,80 @@ void look_behind(RenderContext& context, const Viewer& v) {
   hidden = std::move(found);
 }
 
+std::string file_text(const Scene& scene, const Measures& measures, bool hashes) {
+  return format_measures({edited_scene(scene, hashes), measures}, scene.cloud.origin);
+}
+
+void write_measures(RenderContext& context, const Viewer& viewer, const Action& then) {
+  const OutputFile output(viewer, "", viewer.scene->name, ".measures.json");
+  write_text(output.path(), file_text(*context.session.scene, viewer.measures, true));
+  output.done(context, fmt::format(" ({})", counted(viewer.measures.points(), "point")));
+  context.report([saved = Measures(viewer.measures)](Viewer& v, Host&) {
+    if (!v.keeps_work || !v.measures.keeps) v.measures.kept = saved;
+  });
+  if (then) context.report(then);
+}
+
+// The last point is where its line of sight crosses the line of a pixel of this view.
+void cross_sights(Viewer& v, glm::dvec2 pixel) {
+  SurfacePoint* const point = v.measures.last_point();
+  v.measures.again = false;
+  if (point == nullptr || !(point->distance > 0))
+    return action::notify(v, "set a point first, then turn the view and show it again");
+  const auto found = crossing(sight_of(*point), sight_of(v.camera, pixel));
+  if (!found)
+    return action::notify(v, "both lines of sight are parallel: turn the view, then show it again");
+  const MeasureScale& scale = v.measures.scale;
+  const double from_surface = glm::distance(point->position, found->point.position);
+  *point = found->point;
+  v.measures.hidden_version = v.measures.asked_version = -1;
+  action::notify(
+      v, fmt::format("the last point from two views: ± {:.2g} {}; the lines of sight miss each "
+                     "other by {:.2g}, the surface was {:.2g} away",
+                     scale.factor * std::hypot(point->along, point->across), scale.name(),
+                     scale.factor * found->gap, scale.factor * from_surface));
+}
+
 }  // namespace
+
+void action::save_measures(Viewer& v, Host& host, const Action& then) {
+  if (v.scene) start_job(v, host, write_measures, then);
+}
+
+void action::open_measures(Viewer& v, Host& host, const std::filesystem::path& file) {
+  if (!v.scene) return;
+  host.run([file](RenderContext& context) {
+    const MeasuresFile read = measures_of(*context.session.scene, file);
+    for (const std::string& sentence : read.warnings) context.report(action::notify, sentence);
+    context.report(action::measures_opened, file, read.measures);
+  });
+}
+
+void action::keep_measures(Viewer& v, Host& host, const Action& then) {
+  const Measures measures = v.measures.kept = v.measures;
+  host.run([=, of = v.scene->path, owns = v.measures.owns_file](RenderContext& context) {
+    const Scene& scene = *context.session.scene;
+    if (scene.path != of) return;
+    const std::string problem = keep_beside(scene.path, ".measures.json", owns, "measures", [&] {
+      return measures == Measures() ? std::string() : file_text(scene, measures, false);
+    });
+    context.report(action::measures_kept, problem);
+    if (then) context.report(then);
+  });
+}
 
 void action::measure_pixel(Viewer& v, Host& host, glm::dvec2 pixel) {
   if (!v.scene || v.measures.busy) return;
   if (v.settings.lens) return notify(v, "points are measured by a pinhole camera (Shift+5)");
   if (v.levels) return notify(v, "a tree that is not read whole cannot be measured");
+  if (v.measures.again) return cross_sights(v, pixel);
   v.measures.busy = true;
   start_job(v, host, measure_at, pixel);
 }
 
-void action::follow_rulers(Viewer& v, Host& host) {
+void action::follow_measures(Viewer& v, Host& host) {
   PointMeasures& measuring = v.measures;
+  if (measures_are_to_keep(v)) keep_measures(v, host, {});
   const bool shows_view = v.shown.version == v.version && v.shown.divisor == 1 && v.still();
   if (!shows_view || !v.panels.measures || measuring.points() < 2 ||
       measuring.asked_version == v.view_version)

@@ -3,6 +3,7 @@
 
 #include "app/viewer/state/actions.h"
 #include "base/fail.h"
+#include "base/path_kind.h"
 #include "base/text.h"
 #include "io/bytes/mapped_file.h"
 #include "io/bytes/replace_file.h"
@@ -23,6 +24,25 @@ void save_results(RenderContext& context, const Viewer& viewer, const std::strin
   } catch (const Error& error) {
     context.unsaved.push_back(save_in);
     context.report(action::results_kept, folder, std::string(error.what()));
+  }
+}
+
+std::string keep_beside(const std::filesystem::path& scene, const std::string& ending, bool owns,
+                        const std::string& work, const std::function<std::string()>& text) {
+  const std::filesystem::path path = scene.string() + ending;
+  try {
+    if (!owns && is_there(path))
+      std::filesystem::rename(path,
+                              free_name(path.parent_path(), scene.filename().string(), ending));
+    const std::string content = text();
+    if (content.empty()) {
+      std::filesystem::remove(path);
+    } else {
+      write_text(path, content);
+    }
+    return {};
+  } catch (const std::exception& error) {
+    return fmt::format("{}: the {} cannot be kept: {}", path.string(), work, error.what());
   }
 }
 

@@ -40,6 +40,12 @@ void save_results(RenderContext& context, const Viewer& viewer, const std::strin
                   const std::function<void(const std::filesystem::path& path)>& save,
                   const std::string& more = "");
 
+/// Writes a file beside the scene, SCENE and an ending, or removes it if the text is empty. If
+/// there is a file that is not the window's own, it gets another name first. Returns a sentence if
+/// the file, which has the user's `work`, cannot be written, or "".
+std::string keep_beside(const std::filesystem::path& scene, const std::string& ending, bool owns,
+                        const std::string& work, const std::function<std::string()>& text);
+
 class OutputFile : NotCopied {
  public:
   /// The largest file that is sent, bytes.

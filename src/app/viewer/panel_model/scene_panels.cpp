@@ -81,9 +81,9 @@ Blocks measure_blocks(const Viewer& v) {
   for (const MeasureRow& row : rows_of_measures(v))
     facts.facts.push_back(
         {row.name, row.more.empty() ? row.value : fmt::format("{}\n{}", row.value, row.more)});
-  return {in_line({{"Set points"}, {"New line"}}),
+  return {in_line({{"Set points"}, {"New line"}, {"Second view"}}),
           std::move(facts),
-          in_line({{"Copy"}, {"Remove the last point"}, {"Clear"}}),
+          in_line({{"Copy"}, {"Save the measures"}, {"Remove the last point"}, {"Clear"}}),
           block::Line{},
           fields(-7, {"known length", "unit"}),
           block::Text{scale_preview(v), Tone::faint},

@@ -73,6 +73,10 @@ void draw_offer(ToastOffer offer, Actions& actions) {
     actions.push_back(call(action::toggle_open_dialog, Choosing::results));
 }
 
+bool has_buttons(const Toast& toast) {
+  return !toast.path.empty() || toast.offer != ToastOffer::none;
+}
+
 // Draws a message, counted from the newest.
 void draw_toast(const Viewer& viewer, std::size_t number, const std::string& shown,
                 const Rect& place, Actions& actions) {
@@ -82,7 +86,9 @@ void draw_toast(const Viewer& viewer, std::size_t number, const std::string& sho
   ImGui::SetNextWindowSize({place.size().x, place.size().y});
   ImGui::PushStyleColor(ImGuiCol_Border, toast.error ? palette::kError : palette::kAccent);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 2 * drawing_scale());
-  ImGui::Begin(fmt::format("toast {}", number).c_str(), nullptr, kBareWindow);
+  // A click of a tool is the picture's, unless there are buttons.
+  const int inputs = viewer.has_tool() && !has_buttons(toast) ? ImGuiWindowFlags_NoMouseInputs : 0;
+  ImGui::Begin(fmt::format("toast {}", number).c_str(), nullptr, kBareWindow | inputs);
   const bool hovered = ImGui::IsWindowHovered();
   ImGui::PushTextWrapPos(place.size().x - ImGui::GetStyle().WindowPadding.x);
   ImGui::TextUnformatted(shown.c_str());
@@ -110,7 +116,7 @@ void add_toasts(const Viewer& viewer, Floats& floats, Actions& actions) {
     const Toast& toast = viewer.toasts[viewer.toasts.size() - 1 - number];
     const std::string shown = fitted_text(toast, width);
     const ImVec2 text = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width);
-    const bool buttons = !toast.path.empty() || toast.offer != ToastOffer::none;
+    const bool buttons = has_buttons(toast);
     const float least = buttons ? std::min(8 * letter, width) : 0;
     const float more = buttons ? style.ItemSpacing.y + ImGui::GetFrameHeight() : 0;
     const glm::vec2 size = glm::vec2(std::max(text.x, least), text.y + more) + padding;

@@ -10,6 +10,7 @@
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/kept_work.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/samples.h"
@@ -244,6 +245,7 @@ void set_photograph_wipe(Viewer& v, float share) {
 
 void open(Viewer& v, Host& host, const std::filesystem::path& path) {
   if (v.scene && path.string().ends_with(".edits.json")) return open_edits(v, host, path);
+  if (v.scene && path.string().ends_with(".measures.json")) return open_measures(v, host, path);
   leave(v, host, path);
 }
 
@@ -323,6 +325,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
   restore_work(v, another);
   offer_edits(v);
   if (another) {
+    restore_measures(v, host);
     v.playback = {};
     forget_zoom_views(v.zoom);
     v.counts = {};

@@ -77,7 +77,8 @@ namespace action {
 
 void edit(Viewer& v, const EditStep& step) {
   if (!v.scene) return;
-  if (v.levels) return notify(v, "a tree that is not read whole cannot be edited");
+  if (v.levels)
+    return notify(v, "a tree that is not read whole cannot be edited here, but by --edits FILE");
   if (is_training(v)) return notify(v, "the model is being trained: stop that run before editing");
   v.editing.waiting.push_back(step);
 }
@@ -86,12 +87,6 @@ void edit_selected(Viewer& v, EditKind kind) {
   if (kind != EditKind::show && !v.editing.selected && v.editing.waiting.empty() && !v.editing.busy)
     return notify(v, "select Gaussians first (Shift+B)");
   edit(v, {.kind = kind});
-}
-
-void keep_selected(Viewer& v) {
-  if (!v.editing.selected) return notify(v, "select Gaussians first (Shift+B)");
-  edit(v, {.select = {.tool = SelectTool::invert}});
-  edit(v, {.kind = EditKind::remove});
 }
 
 void step_back(Viewer& v, bool back) {

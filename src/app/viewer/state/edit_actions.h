@@ -29,10 +29,8 @@ namespace action {
 
 /// Carries out a step, after the steps that wait.
 void edit(Viewer& viewer, const EditStep& step);
-/// Hides, shows or removes the selected Gaussians.
+/// Hides, shows, removes or keeps the selected Gaussians.
 void edit_selected(Viewer& viewer, EditKind kind);
-/// Removes the Gaussians that are not selected.
-void keep_selected(Viewer& viewer);
 
 /// Takes the last change `back`, or repeats it: of the edits or of the keyframes, by whichever
 /// changed last; a point while points are measured.

@@ -5,6 +5,7 @@
 
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/edit_actions.h"
+#include "app/viewer/state/measure_actions.h"
 #include "base/error.h"
 #include "base/text.h"
 
@@ -33,6 +34,7 @@ std::string unsaved_text(const Viewer& v, const std::filesystem::path& opens) {
   if (v.scene && !v.keeps_work) parts = work_of(v);
   if (v.scene && v.keeps_work && v.editing.gone && !v.editing.saved && !v.editing.keeps)
     parts.emplace_back("edits (Ctrl+S saves them)");
+  if (measures_are_unsaved(v)) parts.emplace_back("measures");
   if (opens.empty() && !v.unsaved_results.empty()) parts.push_back("a " + v.unsaved_results);
   if (v.zoom.running) parts.emplace_back("a zoom that is being recorded");
   if (is_filming(v))
@@ -80,6 +82,7 @@ void leave_now(Viewer& v, Host& host, const std::filesystem::path& opens, bool k
   v.leaving.reset();
   if (v.zoom.running || is_filming(v)) host.leave_job(keeps);
   if (keeps && edits_are_to_keep(v)) return keep_edits(v, host, call(leave, opens));
+  if (keeps && measures_are_to_keep(v)) return keep_measures(v, host, call(leave, opens));
   opens.empty() ? host.quit() : host.open(opens, {});
 }
 

@@ -11,6 +11,7 @@
 
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "base/path_kind.h"
 #include "base/text.h"
 
 namespace qs {
@@ -19,6 +20,10 @@ namespace {
 std::string sides_text(glm::dvec3 sides, const MeasureScale& scale) {
   sides *= scale.factor;
   return fmt::format("{:.4g} x {:.4g} x {:.4g} {}", sides.x, sides.y, sides.z, scale.name());
+}
+
+std::string scale_text(const MeasureScale& scale) {
+  return "1 unit = " + length_text(scale.factor, scale.factor * scale.error, scale.name());
 }
 
 // The last points of the line that grows, or of the line before it if it is new.
@@ -89,8 +94,20 @@ std::vector<MeasureRow> rows_of_measures(const Viewer& v) {
 
 std::string scale_preview(const Viewer& v) {
   const auto scale = typed_scale(v.measures);
-  if (!scale) return "Set two points at a known distance.";
-  return "1 unit = " + length_text(scale->factor, scale->factor * scale->error, scale->unit);
+  return scale ? scale_text(*scale) : "Set two points at a known distance.";
+}
+
+std::filesystem::path kept_measures_file(const std::filesystem::path& scene) {
+  return scene.string() + ".measures.json";
+}
+
+bool measures_are_to_keep(const Viewer& v) {
+  return v.scene && v.measures != v.measures.kept && v.measures.keeps && v.keeps_work &&
+         !v.is_remote;
+}
+
+bool measures_are_unsaved(const Viewer& v) {
+  return v.scene && v.measures != v.measures.kept && !measures_are_to_keep(v);
 }
 
 namespace action {
@@ -102,10 +119,17 @@ void toggle_measuring(Viewer& v) {
 
 void pick_points(Viewer& v, bool picks) {
   v.measures.picks = picks;
+  v.measures.again = false;
   if (!picks) return;
   v.selecting.tool.reset();
   v.selecting.drawn.clear();
   notify(v, "a click sets a point on a surface, Enter begins a new line, Escape ends");
+}
+
+void pick_again(Viewer& v, bool again) {
+  if (again) pick_points(v, true);
+  v.measures.again = again;
+  if (again) notify(v, "turn the view, then click where it shows the last point");
 }
 
 void end_line(Viewer& v) {
@@ -152,10 +176,38 @@ void set_ground(Viewer& v) {
 }
 
 void move_cross(Viewer& v, glm::dvec2 by) {
+  constexpr double kTurnPixels = 10;
+  if (!v.has_tool()) return (v.navigation == Navigation::fly ? look : orbit)(v, -kTurnPixels * by);
   const glm::dvec2 size(v.camera.width, v.camera.height);
-  if (!v.has_tool()) return;
   v.cross = glm::clamp(v.cross.value_or(glm::floor(0.5 * size)) + by, glm::dvec2(0), size - 1.0);
   v.cross_is_used = false;
+}
+
+void restore_measures(Viewer& v, Host& host) {
+  const std::filesystem::path file = kept_measures_file(v.scene->path);
+  if (v.keeps_work && !v.is_remote && is_there(file)) open_measures(v, host, file);
+}
+
+void measures_opened(Viewer& v, const std::filesystem::path& file, const Measures& measures) {
+  if (!v.scene) return;
+  PointMeasures& measuring = v.measures;
+  measuring.owns_file = file == kept_measures_file(v.scene->path);
+  static_cast<Measures&>(measuring) = measures;
+  if (!measuring.lines.back().empty()) measuring.lines.emplace_back();  // the next point's
+  if (measuring.owns_file) measuring.kept = measuring;
+  measuring.hidden_version = measuring.asked_version = -1;
+  // The window remembers the up of its scenes.
+  if (measuring.ground && !measuring.owns_file) declare_up(v, measuring.ground->up);
+  std::string text = counted(measuring.points(), "measured point");
+  if (measuring.scale != MeasureScale()) text += ", " + scale_text(measuring.scale);
+  if (measuring.ground) text += ", the ground";
+  notify(v, fmt::format("{}: {} (Shift+M)", file.filename().string(), text));
+}
+
+void measures_kept(Viewer& v, const std::string& problem) {
+  v.measures.owns_file = v.measures.keeps = problem.empty();
+  if (!problem.empty())
+    notify_error(v, problem + "; Save in the panel Measure saves them elsewhere");
 }
 
 void point_measured(Viewer& v, const std::optional<SurfacePoint>& point) {

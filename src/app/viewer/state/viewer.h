@@ -118,12 +118,13 @@ struct MeasuredBox {
 };
 
 /// Measuring with points of surfaces.
-struct PointMeasures {
-  bool picks = false;                                   ///< a click in the picture sets a point
-  bool busy = false;                                    ///< the render thread looks for a point
-  std::vector<std::vector<SurfacePoint>> lines = {{}};  ///< polylines; the last one grows
-  MeasureScale scale;
-  std::optional<GroundPlane> ground;
+struct PointMeasures : Measures {
+  bool picks = false;      ///< a click in the picture sets a point
+  bool again = false;      ///< the next click shows the last point in another view
+  bool busy = false;       ///< the render thread looks for a point
+  Measures kept = {};      ///< in the file beside the scene, see kept_measures_file()
+  bool keeps = true;       ///< that file can be written
+  bool owns_file = false;  ///< it is of these measures
   std::optional<MeasuredBox> box;
   double known = 1;      ///< the length that the user types
   std::size_t unit = 0;  ///< index into kLengthUnits
@@ -134,15 +135,10 @@ struct PointMeasures {
   int hidden_version = -1, asked_version = -1;  ///< Viewer::view_version; -1: none
 
   /// Null without points.
-  const SurfacePoint* last_point() const {
+  SurfacePoint* last_point() {
     for (auto line = lines.rbegin(); line != lines.rend(); ++line)
       if (!line->empty()) return &line->back();
     return nullptr;
-  }
-  std::size_t points() const {
-    std::size_t count = 0;
-    for (const auto& line : lines) count += line.size();
-    return count;
   }
 };
 

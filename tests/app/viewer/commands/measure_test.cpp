@@ -2,6 +2,9 @@
 //
 // Measuring without a window: clicks and the cross set points of surfaces, rulers are hidden behind
 // surfaces, a known length and a ground change the numbers.
+#include <filesystem>
+#include <fstream>
+
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 #include <glm/geometric.hpp>
@@ -11,12 +14,15 @@
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/commands/controls.h"
 #include "app/viewer/commands/input.h"
+#include "app/viewer/commands/jobs.h"
 #include "app/viewer/panel_model/panel_model.h"
 #include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/kept_work.h"
 #include "app/viewer/state/measure_actions.h"
 #include "io/camera/lens_views.h"
 #include "io/edits/edits_file.h"
+#include "io/edits/measures_file.h"
 #include "support/scene_files.h"
 
 namespace qs {
@@ -76,6 +82,13 @@ class Measures : public test::RenderingViewer {
     return glm::dvec3((pixel - camera.center_px) / camera.focal_px, 1) * z;
   }
   const PointMeasures& measuring() { return viewer().measures; }
+  // As a file has them: without the Gaussians.
+  qs::Measures stored() {
+    qs::Measures measures = measuring();
+    for (auto& line : measures.lines)
+      for (SurfacePoint& point : line) point.gaussian = 0;
+    return measures;
+  }
   std::string last_toast() { return viewer().toasts.back().text; }
 
   Input input_;
@@ -135,8 +148,11 @@ TEST_F(Measures, the_keyboard_alone_sets_points_and_ends_lines) {
   press("Escape");
   EXPECT_FALSE(measuring().picks);
   EXPECT_FALSE(viewer().cross);
+  const auto before = viewer().camera.view_from_world;
   press("Left");
   EXPECT_FALSE(viewer().cross) << "there is no tool";
+  EXPECT_NE(viewer().camera.view_from_world, before) << "the view turns";
+  press("Right");
   EXPECT_EQ(measuring().points(), 3u) << "the points stay";
 }
 
@@ -197,7 +213,7 @@ TEST_F(Measures, rulers_are_hidden_behind_surfaces) {
       v.shown.divisor = 1;
       v.now = v.last_motion + 10;
     });
-    apply(call(action::follow_rulers));
+    apply(call(action::follow_measures));
     for (Job& job : std::exchange(jobs_behind, {})) thread_.run(std::move(job));
     settle();
   };
@@ -249,6 +265,127 @@ TEST_F(Measures, numbers_are_copied_and_points_taken_back) {
   click({10, 20});
   use("Clear");
   EXPECT_THAT(rows_of_measures(viewer()), IsEmpty());
+}
+
+TEST_F(Measures, stay_beside_the_scene_and_come_back_with_it) {
+  const auto kept = scenes_ / "walls.ply.measures.json";
+  const auto rest = [&] {
+    apply(call(action::follow_measures));
+    settle();
+  };
+  rest();
+  EXPECT_FALSE(std::filesystem::exists(kept)) << "nothing is measured";
+  click({10, 20});
+  click({30, 20});
+  use("unit", 1);
+  use("Set the scale");
+  click({20, 50});
+  use("Set the ground");
+  EXPECT_TRUE(measures_are_to_keep(viewer()));
+  rest();
+  EXPECT_FALSE(measures_are_to_keep(viewer()));
+  const qs::Measures before = stored();
+  EXPECT_EQ(read_measures(kept, glm::dvec3(0)).measures, before);
+  // Another scene, and back.
+  const ViewedScene walls = *viewer().scene;
+  const auto open_walls = [&] {
+    Scene scene = test::read_scene(walls.path);
+    scene.path = walls.path;
+    show(std::move(scene), walls);
+    settle();
+  };
+  const auto open_other = [&] {
+    Scene scene;
+    scene.cloud = test::random_cloud(20, 0, 7);
+    scene.path = scenes_ / "other.ply";
+    ViewedScene facts;
+    facts.path = scene.path;
+    show(std::move(scene), facts);
+  };
+  open_other();
+  EXPECT_EQ(measuring().points(), 0u);
+  open_walls();
+  EXPECT_EQ(measuring().points(), 3u);
+  EXPECT_EQ(measuring().lines[0], before.lines[0]);
+  EXPECT_EQ(measuring().scale, before.scale);
+  EXPECT_EQ(measuring().ground, before.ground);
+  EXPECT_THAT(last_toast(), HasSubstr("walls.ply.measures.json: 3 measured points, 1 unit = "));
+  EXPECT_FALSE(measures_are_to_keep(viewer()));
+  // The file of another scene stays under another name.
+  open_other();
+  std::ofstream(kept) << R"({"version": 1, "scene": {"gaussians": 7}, "lines": []})";
+  open_walls();
+  EXPECT_THAT(last_toast(), HasSubstr("it is of a scene of 7 Gaussians, and walls.ply has"));
+  EXPECT_EQ(measuring().points(), 0u);
+  apply(call(action::pick_points, true));
+  click({10, 20});
+  rest();
+  EXPECT_TRUE(std::filesystem::exists(scenes_ / "walls.ply_0001.measures.json"));
+  EXPECT_EQ(read_measures(kept, glm::dvec3(0)).measures.points(), 1u);
+  // Without measures there is no file.
+  use("Clear");
+  rest();
+  EXPECT_FALSE(std::filesystem::exists(kept));
+  // Without settings nothing is kept, and leaving asks.
+  change([](Viewer& v) { v.keeps_work = false; });
+  click({10, 20});
+  rest();
+  EXPECT_FALSE(std::filesystem::exists(kept));
+  EXPECT_EQ(unsaved_text(viewer(), ""), "measures");
+  apply(call(action::save_and_leave, std::filesystem::path()));
+  settle();
+  EXPECT_EQ(quits, 1);
+  EXPECT_EQ(read_measures(scenes_ / "walls_0001.measures.json", glm::dvec3(0)).measures.points(),
+            1u);
+}
+
+TEST_F(Measures, a_saved_file_is_opened_and_another_scene_s_is_refused) {
+  click({10, 20});
+  click({30, 20});
+  click({20, 50});
+  use("Set the ground");
+  const qs::Measures before = stored();
+  use("Save the measures");
+  const auto file = scenes_ / "walls_0001.measures.json";
+  EXPECT_THAT(last_toast(), HasSubstr("walls_0001.measures.json (3 points)"));
+  use("Clear");
+  change([](Viewer& v) {
+    v.measures.ground.reset();
+    v.scene->up = {0, -1, 0};
+  });
+  apply(call(action::open, file));
+  settle();
+  EXPECT_EQ(measuring().lines[0], before.lines[0]);
+  EXPECT_EQ(viewer().scene->up, glm::dvec3(0, 0, -1));
+  // The next point begins a line.
+  click({10, 20});
+  EXPECT_THAT(measuring().lines, SizeIs(2));
+  std::ofstream(scenes_ / "walls.ply", std::ios::app) << "changed";
+  apply(call(action::open, file));
+  settle();
+  EXPECT_THAT(last_toast(), HasSubstr("it is of a file with hash"));
+  EXPECT_EQ(measuring().points(), 4u);
+}
+
+TEST_F(Measures, a_second_view_moves_the_last_point_to_where_both_sights_cross) {
+  EXPECT_FALSE(set_control(viewer(), *find_control("Second view"), 1, 0)) << "without a point";
+  click({10, 20});
+  const glm::dvec3 place = measuring().lines[0][0].position;
+  // Both views show a place before the wall, on the first line of sight.
+  const glm::dvec3 meant = 0.75 * place;
+  use("Second view", 1);
+  click({10, 20});
+  EXPECT_THAT(last_toast(), HasSubstr("parallel"));
+  EXPECT_EQ(measuring().lines[0][0].position, place);
+  use("Second view", 1);
+  const Camera second = look_at({2, 0.5, 0}, meant, {0, -1, 0}, glm::radians(60.0), 96, 64);
+  apply(call(action::set_camera, second));
+  apply(call(action::measure_pixel, viewer().camera.center_px));
+  ASSERT_THAT(measuring().lines[0], SizeIs(1));
+  EXPECT_LT(glm::distance(measuring().lines[0][0].position, meant), 1e-6);
+  EXPECT_THAT(last_toast(), HasSubstr("from two views: ± "));
+  EXPECT_FALSE(measuring().again) << "once";
+  EXPECT_TRUE(measuring().picks);
 }
 
 TEST_F(Measures, the_selection_has_dimensions_in_the_unit) {

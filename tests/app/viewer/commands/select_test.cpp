@@ -266,6 +266,10 @@ TEST_F(SelectJobs, keys_select_all_nothing_and_the_others) {
   drag(a_, b_);
   use("Shift+Delete");
   EXPECT_EQ(state().removed, first.complement());
+  EXPECT_TRUE(selected().empty());
+  use("Ctrl+Z");
+  EXPECT_TRUE(state().removed.empty()) << "one step";
+  EXPECT_EQ(selected(), first);
 }
 
 TEST_F(SelectJobs, keys_that_come_at_once_act_one_after_the_other) {

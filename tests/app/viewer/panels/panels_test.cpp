@@ -20,6 +20,7 @@
 #include "app/viewer/commands/commands.h"
 #include "app/viewer/commands/controls.h"
 #include "app/viewer/panels/style.h"
+#include "app/viewer/state/select_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "io/bytes/json_text.h"
@@ -549,6 +550,20 @@ TEST_F(PanelsTest, a_click_on_a_message_takes_it_away_and_does_not_reach_the_pic
   ASSERT_NE(toast, nullptr);
   EXPECT_TRUE(clicked_at([this] { draw(); }, toast->Rect().GetCenter()));
   EXPECT_THAT(driven_.viewer.toasts, IsEmpty());
+}
+
+TEST_F(PanelsTest, a_click_of_a_tool_reaches_the_picture_below_a_message_without_buttons) {
+  driven_.apply(action::choose_tool, std::optional(SelectTool::lasso));
+  driven_.apply(action::notify, "here");
+  draw();
+  draw();
+  const ImGuiWindow* toast = ImGui::FindWindowByName("toast 0");
+  ASSERT_NE(toast, nullptr);
+  EXPECT_FALSE(clicked_at([this] { draw(); }, toast->Rect().GetCenter()));
+  driven_.apply(action::notify_file, std::filesystem::path("/a.png"), std::string());
+  draw();
+  draw();
+  EXPECT_TRUE(clicked_at([this] { draw(); }, toast->Rect().GetCenter()));
 }
 
 TEST_F(PanelsTest, messages_and_the_strip_of_first_views_are_visible_in_their_first_drawing) {

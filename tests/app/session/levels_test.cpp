@@ -15,6 +15,7 @@
 
 #include "app/inspect/heatmap_frame.h"
 #include "app/session/alterations.h"
+#include "io/camera/lens_views.h"
 #include "io/scene/writer.h"
 #include "learn/lod/build.h"
 #include "raster/scene/image_metrics.h"
@@ -82,6 +83,39 @@ TEST_F(LevelsTest, error_0_draws_the_bits_of_the_whole_file_in_every_mode) {
   EXPECT_EQ(counted(levels), counted(whole));
 }
 
+TEST_F(LevelsTest, error_0_draws_the_bits_of_the_source_if_the_file_keeps_them) {
+  GaussianCloud cloud = test::random_cloud(3000, 2, 3);  // many have the same depth
+  for (glm::vec3& position : cloud.positions) position.z = std::floor(position.z);
+  test::write_scene(cloud, folder_ / "ties.ply");
+  LodBuild build;
+  build.inputs = {folder_ / "ties.ply"};
+  build.output = folder_ / "ties.rad";
+  build.memory = 2'000'000;  // several buckets
+  build.original = true;
+  build.warn = [](const std::string&) {};
+  build_lod(build, test::pool());
+  frame_.scene = build.inputs[0];
+  Session source = open_session(frame_);
+  frame_.scene = build.output;
+  Session whole = open_session(frame_);
+  frame_.levels.error = 0;
+  Session levels = open_session(frame_);
+  const Scene scene = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
+  std::atomic<int> reports = 0;
+  const auto window = with_levels(make_renderer(Backend::cpu, test::pool()), frame_.levels,
+                                  test::pool(), [&](const LevelFacts&) { ++reports; });
+  expect_stream(*window, scene.stream);
+  window->upload(scene.cloud, {});
+  for (const Pipeline pipeline : {Pipeline::fast, Pipeline::classic}) {
+    source.settings.pipeline = whole.settings.pipeline = levels.settings.pipeline = pipeline;
+    const Image expected = picture(source, camera_);
+    EXPECT_EQ(picture(whole, camera_).values, expected.values);
+    EXPECT_EQ(picture(levels, camera_).values, expected.values);
+    if (pipeline != RenderSettings{}.pipeline) continue;
+    EXPECT_EQ(settled(*window, reports)->color.values, expected.values);
+  }
+}
+
 TEST_F(LevelsTest, every_view_has_the_cut_of_its_budget) {
   Session whole = open_session(frame_);
   const Image expected = picture(whole, camera_);
@@ -109,6 +143,40 @@ TEST_F(LevelsTest, a_cut_does_not_depend_on_the_views_before) {
   for (const double z : {-1.0, -30.0, -3.0})
     picture(used, look_at({0, 0, z}, {0, 0, 1}, {0, -1, 0}, 0.9, 80, 60));
   EXPECT_EQ(picture(used, camera_).values, picture(fresh, camera_).values);
+}
+
+TEST_F(LevelsTest, a_lens_draws_one_cut_for_all_its_faces) {
+  LensView vr = panorama_view(180), level = fisheye_view(150);
+  vr.eye_distance = 0.2;
+  level.up = {0, -1, 0};
+  Session whole = open_session(frame_);
+  frame_.levels.error = 0;
+  Session leaves = open_session(frame_);
+  frame_.levels.error = 0.1;
+  Session cut = open_session(frame_);
+  const Camera inside = look_at({0, 0.3, 3}, {1, 0, 4}, {0, -1, 0}, 0.9, 160, 160);
+  Camera behind = inside;  // looks the other way
+  for (int column = 0; column < 4; ++column)
+    for (const int row : {0, 2}) behind.view_from_world[column][row] *= -1;
+  for (const LensView& lens :
+       {panorama_view(360), vr, fisheye_view(180), level, parallel_view(5)}) {
+    std::vector<double> drawn;
+    for (const Camera& camera : {inside, behind}) {
+      SCOPED_TRACE(lens.text);
+      for (Session* session : {&whole, &leaves, &cut})
+        session->settings.lens = std::make_shared<const LensView>(lens);
+      const Image expected = picture(whole, camera);
+      EXPECT_EQ(picture(leaves, camera).values, expected.values);
+      const Frame& frame = cut.renderer->render(camera, cut.settings);
+      drawn.push_back(frame.stats.gaussians);
+      EXPECT_LT(drawn.back(), 3500);
+      EXPECT_GT(psnr(frame.color, expected, test::pool()), 32);
+    }
+    // All directions count alike.
+    if (lens.text == panorama_view(360).text) {
+      EXPECT_NEAR(drawn[0], drawn[1], 5);
+    }
+  }
 }
 
 TEST_F(LevelsTest, both_limits_hold) {

@@ -89,15 +89,11 @@ void check_lens(const char* command, const LensOptions& lens, FrameOptions& fram
                 "--stereo over-under needs --lens equirectangular --fov 180"},
                {lens.stereo != lens.eye_distance.has_value(),
                 "--stereo over-under and --eye-distance UNITS need each other"},
-               {lens.is_drawn() && frame.levels.given(),
-                "a cut of levels is made for a pinhole camera: --lens draws all leaves, and "
-                "excludes --budget and --lod-error"},
                {lens.has_faces() && frame.settings.occlusion,
                 "--occlusion on leaves out nothing with a --lens"},
                {frame.network != NetworkUse::never && (lens.stereo || lens.lens == "orthographic"),
                 "--exact-color knows the colours from one point: it excludes --stereo and --lens "
                 "orthographic"}});
-  if (lens.is_drawn()) frame.levels.streams_large = false;
   if (lens.is_drawn()) lens_of(lens);  // throws
   if (!frame.size && lens.lens.find(',') != std::string::npos)
     frame.size = glm::ivec2(parse_lens(lens.lens, "--lens").size_px);
@@ -115,7 +111,7 @@ void check_lens(const char* command, const LensOptions& lens, FrameOptions& fram
 
 void use_own_lens(LensOptions& lens, const CameraChoice& cameras, const FrameOptions& frame) {
   if (!lens.lens.empty() || cameras.indices.size() != 1 || cameras.json || cameras.path ||
-      cameras.all || frame.levels.given())
+      cameras.all)
     return;
   const auto file = cameras_file(frame, frame.scene);
   if (!file) return;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <mutex>
+#include <numbers>
 #include <thread>
 #include <tuple>
 #include <utility>
@@ -24,6 +25,7 @@
 #include "learn/lod/cut_slots.h"
 #include "learn/lod/error_cloud.h"
 #include "learn/lod/instance_tree.h"
+#include "raster/lens/lens_renderer_of.h"
 
 namespace qs {
 namespace {
@@ -52,14 +54,34 @@ struct LevelView {
     const Camera &a = view.camera, &b = other.view.camera;
     const bool smaller = b.focal_px.y <= a.focal_px.y && b.width <= a.width &&
                          b.width * a.focal_px.x < 1.02 * a.width * b.focal_px.x;
+    constexpr double kSameAngle = 0.05;  // of one lens before pictures of different sizes
     return a.view_from_world == b.view_from_world && a.near_depth == b.near_depth &&
-           limit.budget == other.limit.budget &&
+           a.projection == b.projection && limit.budget == other.limit.budget &&
            (smaller_ones
-                ? smaller
-                : std::tie(a.width, a.height, a.focal_px, a.center_px, dilation) ==
-                      std::tie(b.width, b.height, b.focal_px, b.center_px, other.dilation));
+                ? smaller && std::abs(view.reach.angle - other.view.reach.angle) < kSameAngle
+                : std::tie(a.width, a.height, a.focal_px, a.center_px, dilation, view.reach) ==
+                      std::tie(b.width, b.height, b.focal_px, b.center_px, other.dilation,
+                               other.view.reach));
   }
 };
+
+// The view through a lens, all of whose faces draw one cut.
+LodView view_through(const LensView& lens, const Camera& camera, float outside) {
+  Camera eye = lens.up ? lens::leveled(camera, *lens.up) : camera;
+  if (lens.is_parallel()) return {lens::parallel(eye, lens.height), outside};
+  const glm::ivec2 size(camera.width, camera.height / (lens.eye_distance > 0 ? 2 : 1));
+  const SizedLens sized = lens.sized(size);
+  eye.focal_px = glm::dvec2(sized.pixels_per_radian);
+  constexpr int kPoints = 32;  // per side
+  double widest = 0;
+  for (int i = 0; i < (kPoints + 1) * (kPoints + 1); ++i) {
+    const glm::dvec2 share = glm::dvec2(i % (kPoints + 1), i / (kPoints + 1)) / double{kPoints};
+    if (const auto to = sized.direction(share * glm::dvec2(size) - 0.5))
+      widest = std::max(widest, std::atan2(std::hypot(to->x, to->y), to->z));
+  }
+  widest *= 1 + 2.0 / kPoints;  // between the points
+  return {eye, outside, {std::min(widest, std::numbers::pi), 0.5 * lens.eye_distance}};
+}
 
 // The number of nodes of `b` that are not in `a`.
 std::size_t moved(const LodCut& a, const LodCut& b) {
@@ -217,9 +239,10 @@ class LevelRenderer final : public Renderer, public LevelMapper {
 
   LevelView view_of(const Camera& camera, const RenderSettings& settings) const {
     const bool keeps_light = settings.antialiased.value_or(antialiased_);
-    return {{camera, awaits() ? kOutside : kOutsideWindow},
-            keeps_light ? 0 : settings.dilation,
-            limit_};
+    const float outside = awaits() ? kOutside : kOutsideWindow;
+    return {
+        settings.lens ? view_through(*settings.lens, camera, outside) : LodView(camera, outside),
+        keeps_light ? 0 : settings.dilation, limit_};
   }
 
   GaussianCloud cloud_of(const StreamedCut& made, const LevelView& view) {

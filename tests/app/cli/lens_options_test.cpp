@@ -53,7 +53,6 @@ TEST_F(LensOptionsTest, that_do_not_fit_together_are_usage_errors) {
       {{"--lens", "orthographic"}, "need each other"},
       {{"--lens", "fisheye", "--height", "2"}, "need each other"},
       {{"--level"}, "--level needs a --lens"},
-      {{"--lens", "fisheye", "--budget", "1000"}, "excludes --budget and --lod-error"},
       {{"--lens", "equirectangular", "--stereo", "over-under", "--eye-distance", "1"},
        "--stereo over-under needs --lens equirectangular --fov 180"},
       {{"--lens", "equirectangular", "--fov", "180", "--stereo", "over-under"},

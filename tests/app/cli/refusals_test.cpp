@@ -233,6 +233,7 @@ TEST_F(Refusals, results_never_replace_inputs_nor_each_other_nor_the_files_of_ot
                              "convert scene.ply images",
                              "convert scene.ply no/out.ply",
                              "lod scene.ply scene.ply --overwrite",
+                             "lod scene.ply mine --original",
                              "lod scene.ply mine.rad --memory 1M",
                              "lod scene.ply no/out.rad",
                              "lod none.ply out.rad",

@@ -97,9 +97,13 @@ class EarlyView {
   std::jthread thread_;
 };
 
-LoadedScene read_beside(const OpenRequest& request, int threads, const ReadOptions& options) {
+// Draws all leaves of a tree, also beside its levels.
+LoadedScene read_beside(const OpenRequest& request, int threads, ReadOptions options) {
   ThreadPool pool(threads);
+  options.streams = StreamedTrees::large;
   Scene scene = read_scene(request.path, pool, options);
+  if (scene.stream)
+    fail("{}: all its leaves would take more than half of the memory", scene.path.string());
   if (request.skip_huge) drop_huge(scene);
   return {std::make_shared<const Scene>(std::move(scene))};
 }

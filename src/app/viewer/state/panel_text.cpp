@@ -193,6 +193,8 @@ std::string value_text(const ShownFrame& shown, std::size_t pixel) {
 std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBeside& beside) {
   const std::filesystem::path& first = viewer.scene->path;
   const std::array<std::string, 2> names = {scene_name(first), scene_name(beside.path)};
+  if (viewer.levels && first == beside.path)
+    return {names[0] + ", levels of detail", names[1] + ", all leaves"};
   if (names[0] != names[1]) return names;
   return {first.string(), beside.path.string()};
 }

@@ -25,28 +25,27 @@ void pack_original(const GaussianCloud& cloud, std::size_t i, std::uint32_t numb
 
 RadOriginals::RadOriginals(const RadChunk& chunk) : words_(original_words(chunk.sh_degree())) {
   if (chunk.original.empty()) return;
-  std::uint32_t leaves = 0;
   for (const std::uint32_t children : rad_integers(chunk, kRadChildCount))
-    leaf_of_.push_back(children == 0 ? leaves++ : ~0u);
+    leaf_of_.push_back(children == 0 ? static_cast<std::uint32_t>(leaves_++) : ~0u);
   const std::string source = chunk.source + ": quadsplat: original";
-  const std::size_t needed = words_ * leaves * sizeof(std::uint32_t);
+  const std::size_t needed = words_ * leaves_ * sizeof(std::uint32_t);
   if (needed > kMaxInflation * chunk.original.size())
-    fail("{}: {} bytes for {} leaves", source, chunk.original.size(), leaves);
+    fail("{}: {} bytes for {} leaves", source, chunk.original.size(), leaves_);
   Array<std::byte> bytes(needed + 1);  // one more than allowed detects excess
   if (Inflater(chunk.original, source, DeflateForm::deflate).read(bytes) != needed)
-    fail("{}: not {} bytes for {} leaves", source, needed, leaves);
-  values_.resize(words_ * leaves);
+    fail("{}: not {} bytes for {} leaves", source, needed, leaves_);
+  values_.resize(words_ * leaves_);
   for (std::size_t k = 0; k < words_; ++k)
-    for (std::size_t i = 0; i < leaves; ++i)
+    for (std::size_t i = 0; i < leaves_; ++i)
       for (std::size_t b = 0; b < 4; ++b)
-        values_[i * words_ + k] |= static_cast<std::uint32_t>(bytes[(4 * k + b) * leaves + i])
-                                   << 8 * b;
+        values_[k * leaves_ + i] |= static_cast<std::uint32_t>(bytes[(4 * k + b) * leaves_ + i])
+                                    << 8 * b;
 }
 
 std::vector<std::uint32_t> RadOriginals::numbers() const {
   std::vector<std::uint32_t> numbers;
   for (const std::uint32_t leaf : leaf_of_)
-    numbers.push_back(leaf == ~0u ? kNoNumber : values_[leaf * words_]);
+    numbers.push_back(leaf == ~0u ? kNoNumber : values_[leaf]);
   return numbers;
 }
 
@@ -55,8 +54,8 @@ void RadOriginals::restore(std::span<const std::uint32_t> rows,
   for (std::size_t i = 0; i < rows.size() && !empty(); ++i) {
     if (leaf_of_[rows[i]] == ~0u) continue;
     const std::size_t place = places[i];
-    const std::uint32_t* next = &values_[leaf_of_[rows[i]] * words_ + 1];
-    const auto value = [&next] { return std::bit_cast<float>(*next++); };
+    std::size_t at = leaf_of_[rows[i]];
+    const auto value = [&] { return std::bit_cast<float>(values_[at += leaves_]); };
     const auto triple = [&value](glm::vec3& to) {
       for (int axis = 0; axis < 3; ++axis) to[axis] = value();
     };

@@ -40,9 +40,9 @@ class RadOriginals {
                GaussianCloud& cloud) const;
 
  private:
-  std::size_t words_;
+  std::size_t words_, leaves_ = 0;
   std::vector<std::uint32_t> leaf_of_;  // by row; ~0: a merged node
-  std::vector<std::uint32_t> values_;   // the words of each leaf
+  std::vector<std::uint32_t> values_;   // the first words of all leaves, then the second ones ...
 };
 
 }  // namespace qs

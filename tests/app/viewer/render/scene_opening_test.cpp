@@ -278,6 +278,22 @@ TEST_F(SceneOpeningTest, a_scene_beside_another_leaves_it) {
   EXPECT_EQ(context_.beside->scene->cloud.size(), 20u);
 }
 
+TEST_F(SceneOpeningTest, all_leaves_of_a_tree_are_beside_its_levels) {
+  OpenRequest levels;
+  levels.path = test::committed_corpus() / "valid/lod_own.rad";
+  levels.streams = StreamedTrees::all;
+  opening_.open(levels);
+  for (const bool beside : {false, true}) {
+    if (beside) open_scene(levels.path, true);
+    read();
+    run_jobs();
+    take_uploads();
+  }
+  EXPECT_TRUE(context_.session.scene->stream);
+  EXPECT_FALSE(context_.beside->scene->stream);
+  EXPECT_EQ(context_.beside->scene->cloud.size(), 24u);
+}
+
 TEST_F(SceneOpeningTest, cameras_and_paths_need_no_upload) {
   std::ofstream(folder_ / "path.json")
       << format_camera_path({{1, test::front_camera(8, 6)}, {3, test::front_camera(8, 6)}});

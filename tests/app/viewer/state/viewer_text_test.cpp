@@ -517,6 +517,9 @@ TEST(PanelText, a_scene_beside_is_named_with_the_numbers_of_both) {
       "house | garden  \u00b7  quadbox  \u00b7  ~2.5 | ~4.0 ms  \u00b7  5,678 | 1,796,342 pairs");
   viewer.shown.other->scene->path = "/data/two/garden.ply";
   EXPECT_THAT(split_names(viewer), ElementsAre("/data/two/garden.ply", "/data/one/garden.ply"));
+  viewer.shown.other->scene->path = viewer.scene->path;
+  viewer.levels.emplace();
+  EXPECT_THAT(split_names(viewer), ElementsAre("garden, all leaves", "garden, levels of detail"));
 }
 
 TEST(PanelText, differences_are_shown_by_the_chosen_factor_or_by_one_from_the_frames) {

@@ -281,8 +281,8 @@ class LevelRenderer final : public Renderer, public LevelMapper {
 
   void make_cuts(const std::stop_token& stop) {
     constexpr std::chrono::milliseconds kRest{300};
-    constexpr double kMoved = 0.02;  // share of the nodes
-    ThreadPool alone(1);
+    constexpr double kMoved = 0.02;                 // share of the nodes
+    ThreadPool own(std::max(1, pool_.size() / 2));  // frames are drawn at the same time
     bool is_late = false;   // the shown cut differs a little from the exact one
     std::size_t exact = 0;  // the number of the view whose exact cut is shown; 0: none
     std::unique_lock lock(mutex_);
@@ -297,7 +297,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       const std::size_t number = views_;
       lock.unlock();
       const auto start = std::chrono::steady_clock::now();
-      const StreamedCut made = stream_->cut(gain_of(view), view.limit, alone, guess_, seat_);
+      const StreamedCut made = stream_->cut(gain_of(view), view.limit, own, guess_, seat_);
       guess_ = made.cut.limit;
       const LodCut& shown = slots_.shown();
       const double change = static_cast<double>(moved(shown, made.cut) + moved(made.cut, shown)) /
@@ -308,7 +308,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
           facts_of(view, made.cut, milliseconds_since(start), is_new && !(restarts && change == 0));
       CutChange step;
       if (is_new) {
-        step = slots_.follow(made, view.view, view.dilation, !came || restarts, alone);
+        step = slots_.follow(made, view.view, view.dilation, !came || restarts, own);
         exact = step.whole.empty() ? 0 : number;
       }
       is_late = came && !(is_new ? exact == number : was_exact);

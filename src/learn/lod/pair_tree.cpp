@@ -21,7 +21,7 @@ constexpr float kMergedInARound = 0.25f;  // of the nodes: the cheapest pairs
 constexpr float kPixelOfSize = 0.6f;      // the footprint at which a pair is judged
 constexpr float kDilationPx = 0.3f;       // variance of the filter, px^2
 constexpr std::uint32_t kNone = ~0u;
-constexpr std::size_t kLayerNodes = 65'536;  // of the first layer, a page of the file
+constexpr std::size_t kLayerNodes = 16'384;  // of the first layer, a quarter of a page
 
 // Middle 98 % of the coordinates, as one cube, so that far Gaussians do not make the cells coarse.
 struct Cube {

@@ -39,9 +39,9 @@ std::vector<NodeLevels> levels_of(const PairForest& forest, std::vector<NodeLeve
                                   float footprint, bool antialiased);
 
 /// The forest without the nodes that no cut would show: their gains are nearly their
-/// parents' gains. The roots come first, then layers: a page of the nodes with the largest
-/// gains, then two pages, four pages and so on. A layer is in order of depth, so a page has nodes
-/// of one part of the scene, and a view reads few pages.
+/// parents' gains. The roots come first, then layers: a quarter of a page of the nodes
+/// with the largest gains, then layers of twice the size. A layer is in order of depth, so a page
+/// has nodes of one part of the scene, and a view reads few pages.
 struct FlatForest {
   struct Node {
     std::uint32_t number, parent;  ///< of the PairForest; of this forest, its own for roots

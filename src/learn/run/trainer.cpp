@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/fail.h"
+#include "io/camera/lens.h"
 #include "learn/run/field_model.h"
 #include "learn/run/initial.h"
 #include "raster/kernel/random.h"
@@ -50,9 +51,19 @@ class StageClock {
 
 RunFacts run_facts_of(const DataSet& data, const Pace& pace) {
   RunFacts facts{.views = data.training.size(), .pace = pace};
-  for (const PhotographView& view : data.training)
-    facts.pixels += std::uint64_t{1} * static_cast<unsigned>(view.camera.width) *
-                    static_cast<unsigned>(view.camera.height);
+  const std::vector<PhotographView>& views = data.training;
+  for (std::size_t i = 0; i < views.size();) {
+    const PhotographView& first = views[i];
+    std::uint64_t pixels = 0;  // of a photograph
+    for (; i < views.size() && views[i].source.file == first.source.file; ++i)
+      pixels += std::uint64_t{1} * static_cast<unsigned>(views[i].camera.width) *
+                static_cast<unsigned>(views[i].camera.height);
+    // Its faces have more pixels, of which many show nothing.
+    const LensCamera taken{first.camera, first.lens};
+    const glm::dvec2 size = taken.photograph_size();
+    if (taken.is_face()) pixels = std::min(pixels, static_cast<std::uint64_t>(size.x * size.y));
+    facts.pixels += pixels;
+  }
   return facts;
 }
 

@@ -197,13 +197,13 @@ TEST(PairTree, the_flat_forest_has_all_items_once) {
   for (std::size_t i = 0; i < 800; ++i) EXPECT_EQ(seen[i], 1);
 }
 
-// Nodes with large gains are in the first pages; below them, a page has one part of the scene.
+// Nodes with large gains come first; below them, a page has one part of the scene.
 TEST(PairTree, a_part_of_the_scene_is_in_few_pages) {
   constexpr std::size_t kItems = 120'000;
   const PairForest forest = merge_pairs(random_items(kItems, 3), 500, false);
   const auto levels = levels_of(forest, std::vector<NodeLevels>(kItems), 1e-3f, false);
   const FlatForest flat = flattened(forest, levels);
-  constexpr std::uint32_t kPage = 65536;
+  constexpr std::uint32_t kPage = 65536, kLayer = kPage / 4;
   const auto last_page = static_cast<std::uint32_t>((flat.nodes.size() - 1) / kPage);
   ASSERT_GE(last_page, 2u);
   int least_above = 1 << 20, most_below = 0;
@@ -215,8 +215,8 @@ TEST(PairTree, a_part_of_the_scene_is_in_few_pages) {
     if (i < 500) continue;
     const LodSteps& gains = levels[flat.nodes[flat.nodes[i].parent].number].gains;
     const int sum = std::accumulate(gains.begin(), gains.end(), 0);
-    if (i < kPage) least_above = std::min(least_above, sum);
-    if (i > kPage + 500 + 64) most_below = std::max(most_below, sum);
+    if (i < kLayer) least_above = std::min(least_above, sum);
+    if (i > kLayer + 500 + 64) most_below = std::max(most_below, sum);
   }
   EXPECT_GE(least_above, most_below);
   // In order of breadth a tree is in nearly all pages.

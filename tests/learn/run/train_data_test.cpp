@@ -9,6 +9,7 @@
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "learn/run/data_set.h"
+#include "learn/run/trainer.h"
 #include "raster/scene/place.h"
 #include "support/error_of.h"
 #include "support/pool.h"
@@ -538,6 +539,8 @@ TEST_F(TrainWide, photographs_are_divided_into_faces_and_held_out_as_a_whole) {
         EXPECT_EQ(view.rgb[i], value) << i;
       }
   }
+  EXPECT_EQ(run_facts_of(data, {}).views, 10u);
+  EXPECT_EQ(run_facts_of(data, {}).pixels, 2u * 40 * 40) << "of photographs, not of faces";
   // Left is the side to which x falls.
   const Camera& left = data.training[2].camera;
   EXPECT_NEAR((left.view_from_world * glm::dvec4(-99, 0, 4, 1)).z, 100, 1e-9);

@@ -539,8 +539,8 @@ TEST_F(TrainWide, photographs_are_divided_into_faces_and_held_out_as_a_whole) {
         EXPECT_EQ(view.rgb[i], value) << i;
       }
   }
-  EXPECT_EQ(run_facts_of(data, {}).views, 10u);
-  EXPECT_EQ(run_facts_of(data, {}).pixels, 2u * 40 * 40) << "of photographs, not of faces";
+  EXPECT_EQ(run_facts_of(data, Pace()).views, 10u);
+  EXPECT_EQ(run_facts_of(data, Pace()).pixels, 2u * 40 * 40) << "of photographs, not of faces";
   // Left is the side to which x falls.
   const Camera& left = data.training[2].camera;
   EXPECT_NEAR((left.view_from_world * glm::dvec4(-99, 0, 4, 1)).z, 100, 1e-9);

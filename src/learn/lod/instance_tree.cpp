@@ -55,30 +55,30 @@ class InstanceTree {
     const glm::dmat4 turn(options.axes.empty() ? glm::dmat3(1) : rdf_from(options.axes));
     for (const Instance& instance : list.instances) {
       const glm::dmat4 matrix = turn * matrix_of(instance, {}, origin);
-      instances_.placements.push_back({{Transform(matrix), instance.tint},
-                                       glm::mat4x3(matrix),
-                                       static_cast<float>(instance.scale),
-                                       0});
+      instances_->placements.push_back({{Transform(matrix), instance.tint},
+                                        glm::mat4x3(matrix),
+                                        static_cast<float>(instance.scale),
+                                        0});
     }
     const LodSection top = top_of(root, first.nodes[0]);
     nodes_ = top.tree.nodes.size() + count * (file_.header().count - 1);
-    instances_.first = (top.tree.nodes.size() + page_nodes_ - 1) / page_nodes_;
-    instances_.each = shared_.size();
+    instances_->first = (top.tree.nodes.size() + page_nodes_ - 1) / page_nodes_;
+    instances_->each = shared_.size();
     if (pages() > 0xffffffff / page_nodes_)
       fail("{}: {} pages of {} nodes, but a tree has at most 2^32 nodes", name_, pages(),
            page_nodes_);
     // The root of an instance is in the tree above, its children are in the pages of the instance.
     for (std::size_t i = 0; i < count; ++i)
-      instances_.placements[i].base =
-          static_cast<std::uint32_t>((instances_.first + i * instances_.each) * page_nodes_);
+      instances_->placements[i].base =
+          static_cast<std::uint32_t>((instances_->first + i * instances_->each) * page_nodes_);
     make_pages(top, root, first.nodes[0], turn * glm::dvec4(origin, 1));
   }
 
   LodPages tree() const {
     LodPages tree{nodes_, page_nodes_, file_.header().footprint};
     tree.pages.resize(pages());
-    std::ranges::copy(top_, tree.pages.begin());
-    tree.instances = std::make_shared<const LodInstances>(instances_);
+    tree.pages[0] = top_[0];
+    tree.instances = instances_;
     return tree;
   }
 
@@ -86,21 +86,21 @@ class InstanceTree {
     PageSource source{name_, [self](std::size_t page) { return self->read(page); },
                       [self] { return self->file_.is_unchanged(); }};
     source.stored_bytes.resize(pages());
-    for (std::size_t page = instances_.first; page < pages(); ++page)
+    for (std::size_t page = instances_->first; page < pages(); ++page)
       source.stored_bytes[page] =
-          file_.header().chunks[(page - instances_.first) % instances_.each].bytes;
+          file_.header().chunks[(page - instances_->first) % instances_->each].bytes;
     return source;
   }
 
  private:
   std::size_t pages() const {
-    return instances_.first + instances_.placements.size() * instances_.each;
+    return instances_->first + instances_->placements.size() * instances_->each;
   }
 
   // A page of all instances is read once.
   std::shared_ptr<const LodPage> read(std::size_t page) {
-    if (page < instances_.first) return top_[page];
-    const std::size_t own = (page - instances_.first) % instances_.each;
+    if (page < instances_->first) return top_[page];
+    const std::size_t own = (page - instances_->first) % instances_->each;
     const std::lock_guard lock(mutexes_[own]);
     std::shared_ptr<const LodPage> result = shared_[own].lock();
     if (!result) shared_[own] = result = std::make_shared<const LodPage>(file_.read(own));
@@ -113,8 +113,8 @@ class InstanceTree {
   LodSection top_of(const GaussianCloud& root, const LodFacts& facts) const {
     const float footprint = file_.header().footprint;
     LodItems items;
-    for (std::size_t i = 0; i < instances_.placements.size(); ++i) {
-      const LodPlacement& placement = instances_.placements[i];
+    for (std::size_t i = 0; i < instances_->placements.size(); ++i) {
+      const LodPlacement& placement = instances_->placements[i];
       const GaussianCloud placed = placed_root(root, i);
       const float octaves = std::log2(placement.scale);
       const auto place_steps = [&](LodSteps& steps) {
@@ -137,7 +137,7 @@ class InstanceTree {
 
   GaussianCloud placed_root(const GaussianCloud& root, std::size_t instance) const {
     GaussianCloud placed = root;
-    instances_.placements[instance].apply(placed, 0);
+    instances_->placements[instance].apply(placed, 0);
     require_drawable(placed,
                      [&](std::size_t) { return fmt::format("{}: instance {}", name_, instance); });
     return placed;
@@ -158,7 +158,7 @@ class InstanceTree {
         page->nodes.push_back(node);
         if (const std::uint32_t item = top.items[begin + k]; item != ~0u) {
           copy_gaussian(placed_root(root, item), 0, page->cloud, k);
-          page->nodes[k].first_child = facts.first_child + instances_.placements[item].base;
+          page->nodes[k].first_child = facts.first_child + instances_->placements[item].base;
           continue;
         }
         page->cloud.positions[k] = node.center;
@@ -179,7 +179,7 @@ class InstanceTree {
   RadPages file_;
   std::string name_;
   std::uint64_t page_nodes_ = 0, nodes_ = 0;
-  LodInstances instances_;
+  std::shared_ptr<LodInstances> instances_ = std::make_shared<LodInstances>();
   std::vector<std::shared_ptr<const LodPage>> top_;   // pages
   std::vector<std::weak_ptr<const LodPage>> shared_;  // pages of the file
   std::vector<std::mutex> mutexes_;                   // of these

@@ -30,8 +30,8 @@ using testing::HasSubstr;
 class InstanceTrees : public testing::Test {
  protected:
   // A tree of several buckets, and instances of it.
-  std::filesystem::path write(const std::vector<Instance>& instances) {
-    write_scene(random_cloud(5000, 3, 7), folder_ / "one.ply", pool());
+  std::filesystem::path write(const std::vector<Instance>& instances, std::size_t count = 5000) {
+    write_scene(random_cloud(count, 3, 7), folder_ / "one.ply", pool());
     LodBuild build;
     build.inputs = {folder_ / "one.ply"};
     build.output = folder_ / "one.rad";
@@ -113,6 +113,17 @@ TEST_F(InstanceTrees, a_larger_copy_is_cut_as_from_nearby) {
     EXPECT_LT(small, 5000u);
     EXPECT_NEAR(static_cast<double>(small), static_cast<double>(large), 2) << distance;
   }
+}
+
+// The page of such a tree has one node, so the tree over the instances has a page for each node.
+TEST_F(InstanceTrees, a_single_gaussian_has_instances) {
+  const Scene scene = open(write(kInstances, 1));
+  const StreamedCut made = scene.stream->await_cut(
+      LodGain([](const LodPage&, std::size_t) { return 1.0f; }), {}, pool());
+  EXPECT_EQ(made.cut.count, 3u);
+  const StreamFacts facts = scene.stream->facts();
+  EXPECT_EQ(facts.nodes, facts.resident);
+  EXPECT_LE(facts.nodes, 5u);
 }
 
 TEST_F(InstanceTrees, one_node_stands_for_all) {

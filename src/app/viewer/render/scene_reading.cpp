@@ -189,6 +189,7 @@ ViewedScene view_facts_with(
   facts.name = scene_name(scene.path);
   facts.format = scene.format;
   facts.gaussians = scene.cloud.size();
+  if (scene.stream) facts.nodes = scene.levels->nodes;
   facts.file_bytes = scene.file_bytes;
   facts.sh_degree = scene.cloud.sh_degree;
   facts.antialiased = scene.cloud.antialiased;

@@ -42,8 +42,10 @@ std::string totals_of_split(const Viewer& viewer) {
 }  // namespace
 
 std::string scene_summary(const Viewer& viewer) {
+  const ViewedScene& scene = *viewer.scene;
   return fmt::format(
-      "{}   {}   {}   {} x {}", viewer.scene->name, counted(viewer.scene->gaussians, "Gaussian"),
+      "{}   {}   {}   {} x {}", scene.name,
+      scene.nodes > 0 ? counted(scene.nodes, "node") : counted(scene.gaussians, "Gaussian"),
       kBackendNames[static_cast<int>(viewer.backend)], viewer.camera.width, viewer.camera.height);
 }
 

@@ -157,6 +157,8 @@ struct ViewedScene {
   std::filesystem::path path;
   std::string name, format;
   std::uint64_t gaussians = 0, file_bytes = 0;
+  std::uint64_t nodes =
+      0;  ///< of a tree that is not read whole, whose `gaussians` are a coarse cut
   int sh_degree = 0;
   bool antialiased = false, white_background = false;
   SceneBox core;                      ///< core_box()

@@ -697,6 +697,9 @@ TEST(PanelText, a_legend_of_depth_is_in_units_and_names_the_value_under_the_curs
 TEST(PanelText, the_scene_s_facts_are_those_of_its_file) {
   Viewer viewer = known_viewer();
   EXPECT_EQ(scene_summary(viewer), "garden   5,834,784 Gaussians   cpu   640 x 480");
+  Viewer streamed = known_viewer();
+  streamed.scene->nodes = 27'234'724;
+  EXPECT_EQ(scene_summary(streamed), "garden   27,234,724 nodes   cpu   640 x 480");
   const std::vector<Fact> facts = scene_facts_of(viewer);
   EXPECT_EQ(value_of(facts, "file"), "/data/garden.ply");
   EXPECT_EQ(value_of(facts, "Gaussians"), "5,834,784");

@@ -140,8 +140,11 @@ bool stream_tree(const ReadOptions& options, ThreadPool& pool, Scene& scene) {
   LodPage first = file->read(0);
   if (!options.keeps_place) move_near_origin(first.cloud);
   const auto placed = [axes = options.axes, origin = first.cloud.origin](LodPage page) {
-    place(page.cloud, origin);
-    if (!axes.empty()) assume_axes(page, axes);
+    Scene part;
+    part.cloud = std::move(page.cloud);
+    place(part.cloud, origin);
+    if (!axes.empty()) assume_axes(part, axes);
+    page.cloud = std::move(part.cloud);
     return page;
   };
   LodPages tree{header.count, header.chunk_nodes, header.footprint};
@@ -183,13 +186,6 @@ void set_stream(LodPages tree, PageSource source, const ReadOptions& options, Th
   scene.stream = std::make_shared<PageStream>(
       std::move(tree), std::move(source),
       options.page_memory > 0 ? std::min(options.page_memory, memory) : memory);
-}
-
-void assume_axes(LodPage& page, std::string_view axes) {
-  Scene scene;
-  scene.cloud = std::move(page.cloud);
-  assume_axes(scene, axes);
-  page.cloud = std::move(scene.cloud);
 }
 
 void assume_axes(Scene& scene, std::string_view axes) {

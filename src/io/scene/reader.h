@@ -19,7 +19,6 @@
 
 namespace qs {
 
-struct LodPage;
 struct LodPages;
 struct PageSource;
 
@@ -47,9 +46,6 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool,
 /// Reinterprets the scene as if its file had declared the frame `axes`, for files that declare no
 /// frame or a wrong one. Throws Error(usage) unless is_axes(axes).
 void assume_axes(Scene& scene, std::string_view axes);
-
-/// The same for a page of a tree in RDF.
-void assume_axes(LodPage& page, std::string_view axes);
 
 /// True if a tree of so many nodes is read page by page.
 bool is_streamed(const ReadOptions& options, std::uint64_t nodes);

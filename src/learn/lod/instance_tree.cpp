@@ -60,7 +60,15 @@ class InstanceTree {
                                         static_cast<float>(instance.scale),
                                         0});
     }
-    const LodSection top = top_of(root, first.nodes[0]);
+    GaussianCloud roots = make_cloud(count, root.sh_degree);
+    roots.antialiased = root.antialiased;
+    for (std::size_t i = 0; i < count; ++i) {
+      copy_gaussian(root, 0, roots, i);
+      instances_->placements[i].apply(roots, i);
+    }
+    require_drawable(roots,
+                     [&](std::size_t i) { return fmt::format("{}: instance {}", name_, i); });
+    const LodSection top = top_of(roots, first.nodes[0]);
     nodes_ = top.tree.nodes.size() + count * (file_.header().count - 1);
     instances_->first = (top.tree.nodes.size() + page_nodes_ - 1) / page_nodes_;
     instances_->each = shared_.size();
@@ -71,7 +79,7 @@ class InstanceTree {
     for (std::size_t i = 0; i < count; ++i)
       instances_->placements[i].base =
           static_cast<std::uint32_t>((instances_->first + i * instances_->each) * page_nodes_);
-    make_pages(top, root, first.nodes[0], turn * glm::dvec4(origin, 1));
+    make_pages(top, roots, first.nodes[0], turn * glm::dvec4(origin, 1));
   }
 
   LodPages tree() const {
@@ -110,12 +118,11 @@ class InstanceTree {
   // The tree over the roots of the instances. A tree of another size has its gains and errors at
   // footprints of another size. They are areas, and steps count from the square of the smallest
   // footprint.
-  LodSection top_of(const GaussianCloud& root, const LodFacts& facts) const {
+  LodSection top_of(const GaussianCloud& roots, const LodFacts& facts) const {
     const float footprint = file_.header().footprint;
     LodItems items;
     for (std::size_t i = 0; i < instances_->placements.size(); ++i) {
       const LodPlacement& placement = instances_->placements[i];
-      const GaussianCloud placed = placed_root(root, i);
       const float octaves = std::log2(placement.scale);
       const auto place_steps = [&](LodSteps& steps) {
         const LodSteps old = steps;
@@ -130,34 +137,26 @@ class InstanceTree {
       place_steps(node.gains);
       place_steps(node.errors);
       node.radius *= placement.scale;
-      items.add(placed, 0, node, footprint);
+      items.add(roots, i, node, footprint);
     }
-    return make_section(std::move(items), 1, {footprint, root.antialiased});
+    return make_section(std::move(items), 1, {footprint, roots.antialiased});
   }
 
-  GaussianCloud placed_root(const GaussianCloud& root, std::size_t instance) const {
-    GaussianCloud placed = root;
-    instances_->placements[instance].apply(placed, 0);
-    require_drawable(placed,
-                     [&](std::size_t) { return fmt::format("{}: instance {}", name_, instance); });
-    return placed;
-  }
-
-  void make_pages(const LodSection& top, const GaussianCloud& root, const LodFacts& facts,
+  void make_pages(const LodSection& top, const GaussianCloud& roots, const LodFacts& facts,
                   const glm::dvec3& origin) {
     const std::size_t values = top.tree.sh.size() / top.tree.nodes.size();
     LinearValues linear;
     for (std::size_t begin = 0; begin < top.tree.nodes.size(); begin += page_nodes_) {
       const std::size_t size = std::min<std::size_t>(page_nodes_, top.tree.nodes.size() - begin);
       const auto page = std::make_shared<LodPage>();
-      page->cloud = make_cloud(size, root.sh_degree);
-      page->cloud.antialiased = root.antialiased;
+      page->cloud = make_cloud(size, roots.sh_degree);
+      page->cloud.antialiased = roots.antialiased;
       page->cloud.origin = origin;
       for (std::size_t k = 0; k < size; ++k) {
         const LodNode& node = top.tree.nodes[begin + k];
         page->nodes.push_back(node);
         if (const std::uint32_t item = top.items[begin + k]; item != ~0u) {
-          copy_gaussian(placed_root(root, item), 0, page->cloud, k);
+          copy_gaussian(roots, item, page->cloud, k);
           page->nodes[k].first_child = facts.first_child + instances_->placements[item].base;
           continue;
         }

@@ -80,8 +80,10 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
   std::uint64_t needed = page_bytes;  // of memory
   std::vector<bool> is_counted(owners_.size());
   const auto counts = [&](std::uint32_t page) {  // pages of one content need it once
-    const auto counted = is_counted[tree_.content(page)];
-    return page != 0 && !counted && (is_counted[tree_.content(page)] = true);
+    const std::size_t content = tree_.content(page);
+    const bool is_new = page != 0 && !is_counted[content];
+    is_counted[content] = true;
+    return is_new;
   };
   own.lacks_pages = !result.cut.missing.empty();
   own.kept.assign(tree_.pages.size(), false);

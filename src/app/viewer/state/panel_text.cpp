@@ -79,7 +79,8 @@ std::vector<Fact> scene_facts_of(const Viewer& viewer) {
   std::vector<Fact> facts = {
       {"file", scene.path.string()},
       {"format", scene.format},
-      {"Gaussians", grouped(scene.gaussians)},
+      {scene.nodes > 0 ? "nodes" : "Gaussians",
+       grouped(scene.nodes > 0 ? scene.nodes : scene.gaussians)},
       {"size", bytes_text(scene.file_bytes)},
       {"SH degree",
        fmt::format("{}{}", scene.sh_degree, scene.antialiased ? ", trained antialiased" : "")},

@@ -33,8 +33,8 @@ constexpr std::chrono::duration<double> kFrame{1.0 / 60};
 constexpr double kLongestStay = 5;  // seconds at a place to which the camera jumped
 constexpr double kLongestOpening = 30;
 constexpr std::size_t kMostJumps = 8;
-constexpr std::size_t kPictures = 24;  // of a flight, whose popping is measured
-constexpr int kPoppingStep = 8;        // levels of 8 bits
+constexpr std::size_t kPictures = 24;  // of a flight, which are compared
+constexpr int kSeenStep = 8;           // levels of 8 bits
 
 struct FlightPace {
   const char* name;
@@ -42,10 +42,10 @@ struct FlightPace {
 };
 constexpr FlightPace kPaces[] = {{"walk", 1}, {"drive", 10}, {"jump", 0}};
 
-// The percentage of pixels with a value that differs by kPoppingStep or more.
-double popping(const Image& a, const Image& b) {
+// The percentage of pixels with a value that differs by kSeenStep or more.
+double changed_percent(const Image& a, const Image& b) {
   const auto differs = [&](std::size_t i) {
-    return std::abs(to_8bit(a.values[i]) - to_8bit(b.values[i])) >= kPoppingStep;
+    return std::abs(to_8bit(a.values[i]) - to_8bit(b.values[i])) >= kSeenStep;
   };
   double pixels = 0;
   for (std::size_t i = 0; i < a.values.size(); i += 3)
@@ -74,8 +74,9 @@ Json fly(Session& session, const std::vector<Keyframe>& path, const FlightPace& 
   };
   std::atomic<bool> awaits = false;
   session.renderer.reset();
-  const auto renderer = with_levels(make_renderer(session.backend, *session.pool, session.device),
-                                    session.levels, *session.pool, note, &awaits);
+  auto own = make_renderer(session.backend, *session.pool, session.device);
+  Renderer& inner = *own;  // draws the last cut
+  const auto renderer = with_levels(std::move(own), session.levels, *session.pool, note, &awaits);
   expect_stream(*renderer, stream);
   renderer->upload(cloud_of(session.scene), {});
   // The picture of the view's own cut, which is not measured.
@@ -85,13 +86,18 @@ Json fly(Session& session, const std::vector<Keyframe>& path, const FlightPace& 
     awaits = false;
     return frame;
   };
-  std::vector<double> frame_ms, whole_ms, sharp_s, pops;
+  std::vector<double> frame_ms, whole_ms, sharp_s, pops, behind;
   std::size_t incomplete = 0;
   std::vector<std::pair<Camera, Image>> kept;
   Clock::time_point start = Clock::now(), next = start;
+  double paused = 0;  // seconds of pictures that a flight does not have
   // Draws a frame when a display would show it. True if it has all pages of its view.
   const auto draw = [&](const Camera& camera, bool keeps) {
     std::this_thread::sleep_until(next);
+    const Clock::time_point came = Clock::now();
+    Image before;
+    if (keeps && pace.speed > 0) before = inner.render(camera, session.settings).color;
+    paused += seconds_since(came);
     next = std::max(next + std::chrono::duration_cast<Clock::duration>(kFrame), Clock::now());
     std::unique_lock lock(mutex);
     const bool is_sharp = !stream || (last.drawn > 0 && last.missing == 0 &&
@@ -105,6 +111,7 @@ Json fly(Session& session, const std::vector<Keyframe>& path, const FlightPace& 
     whole_ms.push_back(milliseconds_since(begin));
     frame_ms.push_back(static_cast<double>(frame.stats.frame_ms));
     if (keeps) kept.emplace_back(camera, frame.color);
+    if (!before.values.empty()) pops.push_back(changed_percent(before, frame.color));
     return is_sharp;
   };
   const auto stay = [&](const Camera& camera, double longest) {
@@ -118,11 +125,13 @@ Json fly(Session& session, const std::vector<Keyframe>& path, const FlightPace& 
     const std::lock_guard lock(mutex);
     for (auto* const values : {&frame_ms, &whole_ms, &cut_ms}) values->clear();
     incomplete = 0;
+    paused = 0;
     start = next = Clock::now();
   }
   const StreamFacts before = stream ? stream->facts() : StreamFacts();
   const double first = path.front().time, whole = path.back().time - first;
-  for (double t = 0; pace.speed > 0 && t < whole; t = seconds_since(start) * pace.speed) {
+  for (double t = 0; pace.speed > 0 && t < whole;
+       t = (seconds_since(start) - paused) * pace.speed) {
     draw(camera_at(path, first + t), t * kPictures >= whole * static_cast<double>(kept.size()));
     progress.update(static_cast<float>(t / whole));
   }
@@ -133,12 +142,13 @@ Json fly(Session& session, const std::vector<Keyframe>& path, const FlightPace& 
     draw(camera, true);
     progress.update(static_cast<float>(i + 1) / static_cast<float>(stops));
   }
-  const double seconds = seconds_since(start);
+  const double seconds = seconds_since(start) - paused;
   const StreamFacts after = stream ? stream->facts() : StreamFacts();
   std::unique_lock lock(mutex);
   const Json cuts = both(cut_ms);
   lock.unlock();
-  for (const auto& [camera, picture] : kept) pops.push_back(popping(picture, exact(camera).color));
+  for (const auto& [camera, picture] : kept)
+    behind.push_back(changed_percent(picture, exact(camera).color));
   return {{"pace", pace.name},
           {"seconds", seconds},
           {"frames", frame_ms.size()},
@@ -147,6 +157,7 @@ Json fly(Session& session, const std::vector<Keyframe>& path, const FlightPace& 
           {"cut_ms", cuts},
           {"frames_with_missing_pages", incomplete},
           {"popping_percent", both(pops)},
+          {"behind_percent", both(behind)},
           {"sharp_after_s", both(sharp_s)},
           {"pages_read", after.read - before.read},
           {"megabytes_read", static_cast<double>(after.read_bytes - before.read_bytes) / 1e6}};
@@ -204,8 +215,9 @@ void bench_flight(const FrameOptions& frame, const std::filesystem::path& path,
     json["flights"].push_back(fly(session, keyframes, pace, bar.progress()));
   }
   text += table_of(json["flights"]) +
-          "\nPairs are the median and the 99th percentile. Popping: pixels that differ by 8 of 255 "
-          "levels or more from the picture of the view's own cut.\n";
+          "\nPairs are the median and the 99th percentile. Pixels count that differ by 8 of 255 "
+          "levels or more. Popping: from the same view with the cut of the frame before. Behind: "
+          "from the picture of the view's own cut.\n";
   fmt::print("{}", text);
   if (!out_dir) return;
   replace_folder(*out_dir, [&](const std::filesystem::path& hidden) {

@@ -377,7 +377,7 @@ void declare_flight(Options& options, BenchCommand* c) {
   options.flag("--flight", c->flight,
                "flies along the --camera-path in real time instead, as the window draws: at its "
                "own speed, ten times as fast, and in jumps; times of frames and of cuts of levels "
-               "of detail, frames with missing pages, popping");
+               "of detail, frames with missing pages, popping, pixels behind");
 }
 
 void add_examples(Options& options) {

@@ -97,6 +97,11 @@ std::size_t moved(const LodCut& a, const LodCut& b) {
   return count;
 }
 
+struct ReadyCut {
+  CutChange change;
+  std::function<void()> upload;  // of Renderer::prepare_upload(); may be empty
+};
+
 class LevelRenderer final : public Renderer, public LevelMapper {
  public:
   LevelRenderer(std::unique_ptr<Renderer> inner, const LevelOptions& options, ThreadPool& pool,
@@ -149,7 +154,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     const bool awaits = this->awaits();
     const LevelView view = view_of(camera, settings);
     std::unique_lock lock(mutex_);
-    std::vector<CutChange> ready = std::exchange(ready_, {});
+    std::vector<ReadyCut> ready = std::exchange(ready_, {});
     if (awaits) {
       lock.unlock();
       if (!awaited_ || !awaited_->serves(view, false)) show_alone(cloud_of(await_cut(view), view));
@@ -166,9 +171,10 @@ class LevelRenderer final : public Renderer, public LevelMapper {
         show_alone(cloud_of(stream_->cut(gain_of(view), view.limit, pool_, guess_, seat_), view));
         awaited_.reset();
       }
-      for (CutChange& change : ready) apply(std::move(change));
+      for (ReadyCut& cut : ready) apply(std::move(cut));
     }
     const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
+    shares_processors_ = frame.stats.threads > 0;
     if (budget_ms_ && !awaits) follow_time(static_cast<double>(frame.stats.frame_ms));
     return frame;
   }
@@ -214,12 +220,15 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     changed_.notify_all();
   }
 
-  void apply(CutChange change) {
-    if (!change.whole.empty()) {
+  void apply(ReadyCut ready) {
+    CutChange& change = ready.change;
+    if (change.whole) {
       uploaded_.reset();  // if the upload fails, changes have no cloud
-      auto cloud = std::make_shared<GaussianCloud>(std::move(change.whole));
-      inner_->upload(cloud, {});
-      uploaded_ = std::move(cloud);
+      if (ready.upload)
+        ready.upload();
+      else
+        inner_->upload(change.whole, {});
+      uploaded_ = std::move(change.whole);
     } else if (uploaded_) {
       for (std::size_t k = 0; k < change.slots.size(); ++k)
         copy_gaussian(change.gaussians, k, *uploaded_, change.slots[k]);
@@ -251,7 +260,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
 
   // Uploads a cut to which no change belongs.
   void show_alone(GaussianCloud cloud) {
-    apply({.whole = std::move(cloud)});
+    apply({{.whole = std::make_shared<GaussianCloud>(std::move(cloud))}, {}});
     uploaded_.reset();
   }
 
@@ -281,7 +290,8 @@ class LevelRenderer final : public Renderer, public LevelMapper {
 
   void make_cuts(const std::stop_token& stop) {
     constexpr std::chrono::milliseconds kRest{300};
-    constexpr double kMoved = 0.02;                 // share of the nodes
+    constexpr double kMoved = 0.02;   // share of the nodes
+    constexpr double kLeastRest = 7;  // times the work, if frames are drawn on the same processors
     ThreadPool own(std::max(1, pool_.size() / 2));  // frames are drawn at the same time
     bool is_late = false;   // the shown cut differs a little from the exact one
     std::size_t exact = 0;  // the number of the view whose exact cut is shown; 0: none
@@ -297,6 +307,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       const std::size_t number = views_;
       lock.unlock();
       const auto start = std::chrono::steady_clock::now();
+      const double worked = own.processor_seconds();
       const StreamedCut made = stream_->cut(gain_of(view), view.limit, own, guess_, seat_);
       guess_ = made.cut.limit;
       const LodCut& shown = slots_.shown();
@@ -306,18 +317,24 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       const bool is_new = restarts || (came ? change >= kMoved : !was_exact);
       const LevelFacts facts =
           facts_of(view, made.cut, milliseconds_since(start), is_new && !(restarts && change == 0));
-      CutChange step;
+      ReadyCut step;
       if (is_new) {
-        step = slots_.follow(made, view.view, view.dilation, !came || restarts, own);
-        exact = step.whole.empty() ? 0 : number;
+        step.change = slots_.follow(made, view.view, view.dilation, !came || restarts, own);
+        exact = step.change.whole ? number : 0;
       }
+      const bool is_whole = step.change.whole != nullptr;
+      const double rest =
+          kLeastRest * (own.processor_seconds() - worked) / static_cast<double>(pool_.size());
+      if (is_whole) step.upload = inner_->prepare_upload(step.change.whole, own);
       is_late = came && !(is_new ? exact == number : was_exact);
       lock.lock();
-      if (!step.whole.empty()) ready_.clear();
+      if (is_whole) ready_.clear();
       if (is_new) ready_.push_back(std::move(step));
       lock.unlock();
       report_(facts);
       lock.lock();
+      if (shares_processors_ && came && !is_whole)
+        changed_.wait_for(lock, stop, std::chrono::duration<double>(rest), [] { return false; });
     }
   }
 
@@ -330,18 +347,19 @@ class LevelRenderer final : public Renderer, public LevelMapper {
   std::shared_ptr<PageStream> stream_, expected_;
   int seat_ = 0;  // its number among the views of the stream
   bool antialiased_ = false;
-  std::optional<LevelView> awaited_;         // its cut was uploaded last; of render()
-  std::atomic<float> guess_ = 0;             // limit of the last cut
-  CutSlots slots_;                           // of the thread of cuts
-  std::shared_ptr<GaussianCloud> uploaded_;  // to `inner_`, for changes
-  std::mutex mutex_;                         // guards everything below but the thread
+  std::optional<LevelView> awaited_;             // its cut was uploaded last; of render()
+  std::atomic<float> guess_ = 0;                 // limit of the last cut
+  std::atomic<bool> shares_processors_ = false;  // frames are drawn by the CPU
+  CutSlots slots_;                               // of the thread of cuts
+  std::shared_ptr<GaussianCloud> uploaded_;      // to `inner_`, for changes
+  std::mutex mutex_;                             // guards everything below but the thread
   std::condition_variable_any changed_;
   std::optional<LevelView> wanted_;
-  std::size_t views_ = 0;         // wanted ones so far
-  std::vector<CutChange> ready_;  // that `inner_` does not have yet
-  bool restarts_ = false;         // the uploaded cloud has another cut
-  bool has_news_ = false;         // another view, or another page
-  std::jthread thread_;           // the last member: it ends first
+  std::size_t views_ = 0;        // wanted ones so far
+  std::vector<ReadyCut> ready_;  // that `inner_` does not have yet
+  bool restarts_ = false;        // the uploaded cloud has another cut
+  bool has_news_ = false;        // another view, or another page
+  std::jthread thread_;          // the last member: it ends first
 };
 
 }  // namespace

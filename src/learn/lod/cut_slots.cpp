@@ -29,8 +29,9 @@ bool has(const std::vector<const LodPart*>& parts, std::uint32_t page, std::size
 CutChange CutSlots::whole(const StreamedCut& made, const LodView& view, double dilation,
                           ThreadPool& pool) {
   CutChange change;
-  GaussianCloud& cloud = change.whole;
-  cloud = cut_cloud(made.tree, made.cut, view, dilation, pool, &variances_);
+  change.whole = std::make_shared<GaussianCloud>(
+      cut_cloud(made.tree, made.cut, view, dilation, pool, &variances_));
+  GaussianCloud& cloud = *change.whole;
   const std::size_t count = cloud.size(), slots = count + count / 4 + kLeastSpare;
   cloud.resize(slots, cloud.sh_degree);
   variances_.resize(slots);

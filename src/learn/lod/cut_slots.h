@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "raster/pages/page_stream.h"
@@ -14,7 +15,7 @@ namespace qs {
 
 /// The step from the cut before.
 struct CutChange {
-  GaussianCloud whole = {};               ///< the cloud, if it has to be uploaded; otherwise empty
+  std::shared_ptr<GaussianCloud> whole;   ///< the cloud, if it has to be uploaded; otherwise null
   std::vector<std::uint32_t> slots = {};  ///< slots of the cloud that have other Gaussians now
   GaussianCloud gaussians = {};           ///< for `slots`
   GaussianSet drawn = GaussianSet();      ///< the slots of the cut; of size 0: all

@@ -302,6 +302,13 @@ class Renderer {
     upload(std::make_shared<const GaussianCloud>(std::move(cloud)), progress);
   }
 
+  /// The slow part of an upload, with another pool: another thread may call it while frames are
+  /// drawn. The returned function does the rest, for the thread of the frames. It is empty if the
+  /// renderer has no memory for both scenes, or cannot do it; then upload() can.
+  virtual std::function<void()> prepare_upload(std::shared_ptr<const GaussianCloud>, ThreadPool&) {
+    return {};
+  }
+
   /// Later frames draw only the Gaussians of the set, by their indices in the uploaded cloud; a set
   /// of size 0 stands for all, as after upload(). Frames equal frames of a cloud of these Gaussians
   /// in the same order, but a Trace keeps the indices of the uploaded cloud. Throws Error(device)

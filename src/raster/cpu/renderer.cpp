@@ -20,13 +20,21 @@ class CpuRenderer final : public Renderer {
 
   void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
     progress.update(0);
-    fast::SceneBlocks scene = fast::make_scene(*cloud, pool_);
+    const std::function<void()> show = prepare_upload(std::move(cloud), pool_);
     progress.update(1);
-    cloud_ = std::move(cloud);
-    fast_.upload(std::move(scene));
-    classic_ = {};
-    drawn_ = GaussianSet();
-    drawn_count_ = cloud_->size();
+    show();
+  }
+
+  std::function<void()> prepare_upload(std::shared_ptr<const GaussianCloud> cloud,
+                                       ThreadPool& pool) override {
+    const auto scene = std::make_shared<fast::SceneBlocks>(fast::make_scene(*cloud, pool));
+    return [this, cloud = std::move(cloud), scene] {
+      cloud_ = cloud;
+      fast_.upload(std::move(*scene));
+      classic_ = {};
+      drawn_ = GaussianSet();
+      drawn_count_ = cloud_->size();
+    };
   }
 
   void set_drawn(GaussianSet drawn) override {

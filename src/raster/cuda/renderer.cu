@@ -73,10 +73,27 @@ class CudaRenderer final : public Renderer {
     clouds_ = {};  // the old scene is uploaded again if the new one does not fit
     making_room([&] { return free_buffers(); },
                 [&] { upload_in(Order::space, *cloud, GaussianSet(), progress); });
-    scene_ = std::move(cloud);
-    drawn_ = GaussianSet();
-    drawn_count_ = scene_->size();
-    rest_of_fast_ = 0;
+    show(std::move(cloud));
+  }
+
+  std::function<void()> prepare_upload(std::shared_ptr<const GaussianCloud> cloud,
+                                       ThreadPool& pool) override {
+    select_device();
+    if (scene_bytes(*cloud, Order::space) > DeviceMemory::now().free / 2) return {};
+    const auto uploaded = std::make_shared<DeviceCloud>();
+    try {
+      const Stream stream(device_, false);
+      cuda::upload(*cloud, Order::space, pool, {}, stream, *uploaded);
+      cuda::expect_updates(stream, *uploaded);
+    } catch (const Error&) {  // the memory became short
+      return {};
+    }
+    return [this, cloud = std::move(cloud), uploaded] {
+      select_device();
+      clouds_ = {};
+      this->cloud(Order::space) = std::move(*uploaded);
+      show(cloud);
+    };
   }
 
   void set_drawn(GaussianSet drawn) override {
@@ -277,6 +294,14 @@ class CudaRenderer final : public Renderer {
     classic_.emplace();
     lane().pixels = {};
     return true;
+  }
+
+  /// All Gaussians of the scene that is on the GPU now.
+  void show(std::shared_ptr<const GaussianCloud> scene) {
+    scene_ = std::move(scene);
+    drawn_ = GaussianSet();
+    drawn_count_ = scene_->size();
+    rest_of_fast_ = 0;
   }
 
   /// Frees both pipelines' buffers and the other copy of the scene. True, as making_room() expects.

@@ -78,6 +78,11 @@ class LensRenderer final : public Renderer {
     inner_->upload(std::move(cloud), progress);
   }
 
+  std::function<void()> prepare_upload(std::shared_ptr<const GaussianCloud> cloud,
+                                       ThreadPool& pool) override {
+    return inner_->prepare_upload(std::move(cloud), pool);
+  }
+
   void set_drawn(GaussianSet drawn) override { inner_->set_drawn(std::move(drawn)); }
 
   void update(std::span<const std::uint32_t> changed) override { inner_->update(changed); }

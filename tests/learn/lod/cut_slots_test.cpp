@@ -54,10 +54,10 @@ class CutSlotsTest : public testing::Test {
     const StreamedCut made = cut_at(view, budget);
     expected_ = cut_cloud(made.tree, made.cut, view, dilation, pool());
     CutChange change = slots_.follow(made, view, dilation, exact, pool());
-    is_whole_ = !change.whole.empty();
+    is_whole_ = change.whole != nullptr;
     if (is_whole_) {
       EXPECT_THAT(change.slots, testing::IsEmpty());
-      cloud_ = std::move(change.whole);
+      cloud_ = std::move(*change.whole);
     }
     changed_ = change.slots.size();
     ASSERT_EQ(change.gaussians.size(), changed_);

@@ -232,20 +232,22 @@ std::uint64_t scene_bytes(const GaussianCloud& cloud, Order order) {
   return cloud.size() * each + of_order;
 }
 
+void expect_updates(cudaStream_t stream, DeviceCloud& device) {
+  if (device.file_indices.data() == nullptr || !device.places.empty()) return;
+  device.places.resize(device.count);
+  const auto indices = copied(device.file_indices.data(), device.count, stream);
+  for (std::uint32_t place = 0; place < device.count; ++place)
+    device.places[indices[place]] = place;
+  device.host_bounds = copied(device.bounds.data(), blocks_for(device.count), stream);
+}
+
 bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed, ThreadPool& pool,
             cudaStream_t stream, DeviceCloud& device) {
   if (changed.empty()) return true;
+  expect_updates(stream, device);
   std::vector<std::uint32_t> places(changed.begin(), changed.end());
-  if (device.file_indices.data() != nullptr) {
-    if (device.places.empty()) {
-      device.places.resize(device.count);
-      const auto indices = copied(device.file_indices.data(), device.count, stream);
-      for (std::uint32_t place = 0; place < device.count; ++place)
-        device.places[indices[place]] = place;
-      device.host_bounds = copied(device.bounds.data(), blocks_for(device.count), stream);
-    }
+  if (!device.places.empty())
     for (std::uint32_t& place : places) place = device.places[place];
-  }
   return Upload(cloud, {}, pool, stream, device).update(changed, places);
 }
 

@@ -113,6 +113,9 @@ std::uint64_t scene_bytes(const GaussianCloud& cloud, Order order);
 void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Progress& progress,
             cudaStream_t stream, DeviceCloud& device);
 
+/// Makes what update() keeps on the host, which it makes itself otherwise. Throws Error(device).
+void expect_updates(cudaStream_t stream, DeviceCloud& device);
+
 /// Uploads Gaussians of `cloud` again, whose scene is in `device`. False if their coefficients need
 /// floats in place of halves; then the scene must be uploaded again. Throws Error(device).
 bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed, ThreadPool& pool,

@@ -93,7 +93,7 @@ Views choose_views(const EvalCommand& command) {
     note_input(found[i]);  // some are read after pictures are written
     bool is_first = !is_next_face(cameras, i);
     for (const LensCamera& taken : views_of(cameras[i])) {
-      Camera camera = taken.camera;
+      Camera camera = compared_camera(taken.camera, taken.lens);
       if (frame.size) camera = camera.resized(frame.size->x, frame.size->y);
       views.list.push_back({camera, taken, found[i], std::exchange(is_first, false)});
     }

@@ -303,6 +303,11 @@ std::vector<LensCamera> views_of(const LensCamera& camera) {
   return views;
 }
 
+Camera compared_camera(Camera camera, const std::optional<Lens>& lens) {
+  if (lens && find_face(lens->face) != nullptr) camera.projection = Projection::face;
+  return camera;
+}
+
 bool is_next_face(const std::vector<LensCamera>& cameras, std::size_t i) {
   return i > 0 && cameras[i].is_face() && cameras[i - 1].is_face() &&
          cameras[i].photograph == cameras[i - 1].photograph;

@@ -109,6 +109,10 @@ LensCamera undistorted_camera(const Lens& lens, const std::string& where);
 /// shows a tenth at least, named NAME_front and so on.
 std::vector<LensCamera> views_of(const LensCamera& camera);
 
+/// The camera that draws a view to compare it with its photograph. A face is drawn such that a
+/// direction has one colour in all faces (Projection::face).
+Camera compared_camera(Camera camera, const std::optional<Lens>& lens);
+
 /// True if camera i and the camera before it are faces of one photograph.
 bool is_next_face(const std::vector<LensCamera>& cameras, std::size_t i);
 

@@ -28,12 +28,13 @@ struct ImageCovariance {
   template <class Rules>
   static QS_HD ImageCovariance of(const Rules& rules, const glm::vec<3, Real>& point,
                                   const Covariance3<Real>& sigma) {
-    Covariance2<Real> c =
-        project_covariance(rules.view, rules.slope_limits(rules.view), point, sigma);
+    const SlopeLimits<Real> limits = rules.slope_limits(rules.view);
+    Covariance2<Real> c = project_covariance(rules.view, limits, point, sigma);
     const Real scale2 = Real{rules.splat_scale} * Real{rules.splat_scale};
     c = {c.xx * scale2, c.xy * scale2, c.yy * scale2};
-    const auto dilation = static_cast<Real>(rules.dilation);
-    return {c, {c.xx + dilation, c.xy, c.yy + dilation}};
+    ImageCovariance result{c, c};
+    dilate(rules.view, limits, point, static_cast<Real>(rules.dilation), result.after);
+    return result;
   }
 };
 
@@ -103,23 +104,22 @@ QS_HD PlacedGradient<Real> placed_gradient(const Rules& rules, const glm::vec<3,
   const View<Real>& view = rules.view;
   const auto covariance = ImageCovariance<Real>::of(rules, point, sigma);
   Real d_opacity = splat.opacity;
-  Covariance2<Real> d_covariance = conic_gradient(covariance.after, splat.conic);
+  Covariance2<Real> d_after = conic_gradient(covariance.after, splat.conic), d_before{0, 0, 0};
   if (rules.antialiased) {
     const Real floor = rules.compensation_floor;
-    const Real factor =
+    d_opacity *=
         compensation(covariance.before.determinant(), covariance.after.determinant(), floor);
-    const Covariance2<Real> more =
-        compensation_gradient(covariance.before, covariance.after, splat.opacity * opacity, floor);
-    d_covariance.xx += more.xx;
-    d_covariance.xy += more.xy;
-    d_covariance.yy += more.yy;
-    d_opacity *= factor;
+    add_compensation_gradient(covariance.before, covariance.after, splat.opacity * opacity,
+                              d_before, d_after, floor);
   }
   const Real scale2 = Real{rules.splat_scale} * Real{rules.splat_scale};
-  d_covariance = {d_covariance.xx * scale2, d_covariance.xy * scale2, d_covariance.yy * scale2};
-  PlacedGradient<Real> result{
-      project_covariance_gradient(view, rules.slope_limits(view), point, sigma, d_covariance),
-      d_opacity};
+  d_before = {(d_before.xx + d_after.xx) * scale2, (d_before.xy + d_after.xy) * scale2,
+              (d_before.yy + d_after.yy) * scale2};
+  const SlopeLimits<Real> limits = rules.slope_limits(view);
+  PlacedGradient<Real> result{project_covariance_gradient(view, limits, point, sigma, d_before),
+                              d_opacity};
+  add_dilation_gradient(view, limits, point, static_cast<Real>(rules.dilation), d_after,
+                        result.geometry.mean);
   result.geometry.mean += pixel_gradient(view, point, splat.mean_px);
   return result;
 }

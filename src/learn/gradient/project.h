@@ -33,9 +33,36 @@ QS_HD glm::vec<3, Real> pixel_gradient(const View<Real>& view, const glm::vec<3,
   return {x, y, -(x * point.x + y * point.y) / point.z};
 }
 
+/// Passes derivatives on from the slopes x/z and y/z of a point in view axes, clamped to `limits`.
+/// A slope that is clamped is a constant.
+template <class Real>
+QS_HD void add_slope_gradient(const SlopeLimits<Real>& limits, const glm::vec<3, Real>& point,
+                              const glm::vec<2, Real>& d_slope, glm::vec<3, Real>& d_point) {
+  for (int axis = 0; axis < 2; ++axis) {
+    const Real slope = point[axis] / point.z;
+    if (!limits.contains(axis, slope)) continue;
+    d_point[axis] += d_slope[axis] / point.z;
+    d_point.z -= d_slope[axis] * slope / point.z;
+  }
+}
+
+/// Passes derivatives on from the covariance that dilate() adds to the point in view axes.
+template <class Real>
+QS_HD void add_dilation_gradient(const View<Real>& view, const SlopeLimits<Real>& limits,
+                                 const glm::vec<3, Real>& point, Real dilation,
+                                 const Covariance2<Real>& d, glm::vec<3, Real>& d_point) {
+  if (view.projection != Projection::face) return;
+  const Real x = limits.clamped(0, point.x / point.z), y = limits.clamped(1, point.y / point.z);
+  const Real along = 2 * dilation * (1 + x * x + y * y);
+  const Real by_along = 2 * dilation * (d.xx * (1 + x * x) + d.xy * x * y + d.yy * (1 + y * y));
+  add_slope_gradient(limits, point,
+                     {by_along * x + along * (d.xx * x + d.xy * y / 2),
+                      by_along * y + along * (d.yy * y + d.xy * x / 2)},
+                     d_point);
+}
+
 /// Passes derivatives on from project_covariance() to the point in view axes, through the Jacobian,
-/// to the covariance in the world and to the rotation of the view. A slope that is clamped is a
-/// constant.
+/// to the covariance in the world and to the rotation of the view.
 template <class Real>
 QS_HD GeometryGradient<Real> project_covariance_gradient(const View<Real>& view,
                                                          const SlopeLimits<Real>& limits,
@@ -82,14 +109,7 @@ QS_HD GeometryGradient<Real> project_covariance_gradient(const View<Real>& view,
   // j02 = -focal slope / z; the slope is x / z unless it is clamped.
   const Real d_slope_x = -d_j02 * view.focal_px.x / z, d_slope_y = -d_j12 * view.focal_px.y / z;
   result.mean.z = -(d_j00 * j00 + d_j02 * j02 + d_j11 * j11 + d_j12 * j12) / z;
-  if (limits.contains(0, point.x / z)) {
-    result.mean.x = d_slope_x / z;
-    result.mean.z -= d_slope_x * slope_x / z;
-  }
-  if (limits.contains(1, point.y / z)) {
-    result.mean.y = d_slope_y / z;
-    result.mean.z -= d_slope_y * slope_y / z;
-  }
+  add_slope_gradient(limits, point, {d_slope_x, d_slope_y}, result.mean);
   return result;
 }
 
@@ -126,20 +146,20 @@ QS_HD Covariance2<Real> conic_gradient(const Covariance2<Real>& covariance,
   return result;
 }
 
-/// Passes derivatives on from the factor compensation(before, after) to the covariance, which is
-/// `before` without and `after` with the dilation. Nothing where their ratio is at its lower bound.
+/// Passes derivatives on from the factor compensation(before, after): adds to the derivatives by
+/// the covariance without and with the dilation. Nothing where the ratio of their determinants is
+/// at its lower bound.
 template <class Real>
-QS_HD Covariance2<Real> compensation_gradient(const Covariance2<Real>& before,
-                                              const Covariance2<Real>& after, Real d_factor,
-                                              Real floor = Real(kCompensationFloor)) {
-  Covariance2<Real> result{0, 0, 0};
+QS_HD void add_compensation_gradient(const Covariance2<Real>& before,
+                                     const Covariance2<Real>& after, Real d_factor,
+                                     Covariance2<Real>& d_before, Covariance2<Real>& d_after,
+                                     Real floor = Real(kCompensationFloor)) {
   const Real determinant = after.determinant();
   const Real ratio = before.determinant() / determinant;
-  if (!(ratio > floor)) return result;
+  if (!(ratio > floor)) return;
   const Real d_ratio = d_factor / (2 * std::sqrt(ratio));
-  add_determinant_gradient(before, d_ratio / determinant, result);
-  add_determinant_gradient(after, -d_ratio * ratio / determinant, result);
-  return result;
+  add_determinant_gradient(before, d_ratio / determinant, d_before);
+  add_determinant_gradient(after, -d_ratio * ratio / determinant, d_after);
 }
 
 }  // namespace qs

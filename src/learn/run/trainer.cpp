@@ -178,7 +178,7 @@ void Trainer::count_errors(int iteration, int views) {
         &data_.training[i + 1 < drawn.size() ? drawn[i + 1] : view_at(iteration)];
     const PhotographView& full = photographs_.view(data_.training[drawn[i]], {&next, 1});
     const PhotographView& view = reduced_.view(drawn[i], full, !data_.on_disk());
-    model_->forward(view.camera, render);
+    forward(view, render);
     model_->count_errors(number_of(drawn[i]), view.photograph());
   }
 }
@@ -240,7 +240,7 @@ StepResult Trainer::step() {
         Random::of(settings_.seed, RandomUse::background, static_cast<std::uint64_t>(iteration));
     render.background = glm::vec3(random.uniform(0), random.uniform(1), random.uniform(2));
   }
-  model_->forward(view.camera, render);
+  forward(view, render);
   clock.next();
   model_->compare_with(number_of(view_at(iteration)), view.photograph());
   clock.next();
@@ -255,6 +255,10 @@ StepResult Trainer::step() {
   return result;
 }
 
+void Trainer::forward(const PhotographView& view, const RenderSettings& render) {
+  model_->forward(compared_camera(view.camera, view.lens), render);
+}
+
 Quality Trainer::mean_quality(std::span<const PhotographView* const> views,
                               const Progress& progress) {
   const RenderSettings render = render_settings(iteration());
@@ -262,7 +266,7 @@ Quality Trainer::mean_quality(std::span<const PhotographView* const> views,
   Quality mean;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const PhotographView& view = photographs_.view(*views[i], {&views[(i + 1) % views.size()], 1});
-    model_->forward(view.camera, render);
+    forward(view, render);
     const Quality quality = model_->quality(view.photograph());
     mean.psnr += quality.psnr / count;
     mean.ssim += quality.ssim / count;

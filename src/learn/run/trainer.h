@@ -83,6 +83,7 @@ class Trainer {
   std::optional<std::size_t> number_of(std::size_t view) const;
   std::size_t view_at(int iteration);
   void count_errors(int iteration, int views);
+  void forward(const PhotographView& view, const RenderSettings& render);
   /// Means over views of the data set.
   Quality mean_quality(std::span<const PhotographView* const> views, const Progress& progress = {});
   void measure_if_due();

@@ -129,7 +129,7 @@ Camera FaceMap::placed(const Camera& lens) const {
 
 LensMap make_lens_map(const SizedLens& lens, glm::ivec2 size, int faces, ThreadPool& pool) {
   const std::vector<Cell> cells = cells_of(faces);
-  const double focal = kFaceScale * lens.pixels_per_radian;
+  const double focal = face_scale(faces) * lens.pixels_per_radian;
   const auto width = static_cast<std::size_t>(size.x), rows = static_cast<std::size_t>(size.y);
   LensMap map{size, {}, std::vector<std::uint8_t>(width * rows, LensMap::kNoFace)};
 

@@ -15,8 +15,8 @@
 namespace qs {
 
 inline constexpr double kBlendDegrees = 2;
-/// Pixels of a face for each pixel of the lens, along a line.
-inline constexpr double kFaceScale = 1.5;
+/// Pixels of a face for each pixel of the lens, along a line; `faces` as for make_lens_map().
+constexpr double face_scale(int faces) { return faces == kFewFaces ? 1 : 1.5; }
 
 /// A pixel of the picture, and the place in a face from which it is interpolated.
 struct FacePixel {

@@ -12,12 +12,15 @@
 #include "app/support/forwarding_model.h"
 #include "app/support/training.h"
 #include "base/fail.h"
+#include "io/camera/lens_views.h"
+#include "io/camera/photographs.h"
 #include "learn/run/model_folder.h"
 #include "learn/run/run.h"
 #include "learn/run/trainer.h"
 #include "support/error_of.h"
 #include "support/pool.h"
 #include "support/temporary_folder.h"
+#include "support/train_scenes.h"
 
 namespace qs::train {
 namespace {
@@ -128,6 +131,34 @@ TEST(TrainFit, what_masks_hide_changes_neither_the_model_nor_its_measures) {
   expect_same(a.model(), b.model());
   EXPECT_EQ(a.test_quality()->psnr, b.test_quality()->psnr);
   EXPECT_EQ(a.test_quality()->ssim, b.test_quality()->ssim);
+}
+
+// The photograph's lens sorts by distance and has one dilation all over: so has every face of it.
+TEST(TrainFit, faces_of_a_photograph_are_drawn_as_it_is) {
+  auto scene = test::small_scene<float>(500, 3);
+  for (std::size_t i = 0; i < scene.size(); ++i)
+    scene.means[i] = glm::vec3(kCubeAxes[i % kCubeAxes.size()] * glm::dvec3(scene.means[i]));
+  const Lens lens{find_lens_model("FISHEYE"), {120, 120}, {60, 60}, {59.5, 59.5}};
+  const LensCamera camera = lens_camera(lens, "test");
+  RenderSettings through;
+  through.sh_degree = 0;
+  through.lens = std::make_shared<const LensView>(photograph_view(*camera.lens));
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(std::make_shared<const GaussianCloud>(to_cloud(scene, false)), {});
+  const Image photograph = renderer->render(camera.taken(), through).color;
+  DataSet data;
+  for (const LensCamera& face : views_of(camera)) {
+    const Image image = undistorted(photograph, face, test::pool());
+    PhotographView view{face.camera, face.lens, {}, {}, {}, {}};
+    std::ranges::transform(image.values, std::back_inserter(view.rgb), to_8bit);
+    view.mask = lens_mask(face, image.width, image.height, test::pool());
+    data.training.push_back(view);
+    data.test.push_back(view);
+  }
+  ASSERT_EQ(data.test.size(), 5u);
+  Trainer trainer =
+      test::trainer_on(Backend::cpu, flat_colours(), data, ModelState::starting_with(scene));
+  EXPECT_GE(trainer.test_quality()->psnr, 30);
 }
 
 // Runs out of memory in one iteration.

@@ -2,6 +2,7 @@
 // The forward and the backward pass of training: against the renderer, and against differences of
 // whole frames.
 #include <cmath>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -29,8 +30,9 @@ using test::small_scene;
 
 template <class Real>
 Gradients<Real> gradients_of(const Parameters<Real>& scene, const RenderSettings& settings,
-                             int threads = 2, const BackwardOrder& order = {}) {
-  const Camera camera = test::front_camera(kWidth, kHeight);
+                             int threads = 2, const BackwardOrder& order = {},
+                             Projection projection = Projection::pinhole) {
+  const Camera camera = test::with_projection(test::front_camera(kWidth, kHeight), projection);
   const StepView view{camera, settings, pool(threads)};
   ForwardFrame<Real> frame;
   BackwardScratch<Real> scratch;
@@ -40,10 +42,16 @@ Gradients<Real> gradients_of(const Parameters<Real>& scene, const RenderSettings
   return gradients;
 }
 
+// Antialiased or not, and the projections of training.
+constexpr std::pair<bool, Projection> kViews[] = {{false, Projection::pinhole},
+                                                  {true, Projection::pinhole},
+                                                  {false, Projection::face},
+                                                  {true, Projection::face}};
+
 TEST(TrainFrame, equals_the_renderers_picture) {
-  for (const bool antialiased : {false, true}) {
+  for (const auto& [antialiased, projection] : kViews) {
     const Parameters<float> scene = small_scene<float>(300, 1);
-    const Camera camera = test::front_camera(kWidth, kHeight);
+    const Camera camera = test::with_projection(test::front_camera(kWidth, kHeight), projection);
     const RenderSettings settings = settings_of(default_mode(), antialiased);
     ForwardFrame<float> frame;
     forward({camera, settings, pool()}, scene, frame);
@@ -58,12 +66,12 @@ TEST(TrainFrame, equals_the_renderers_picture) {
 }
 
 TEST(TrainFrame, gradients_of_every_parameter_equal_differences) {
-  for (const bool antialiased : {false, true}) {
+  for (const auto& [antialiased, projection] : kViews) {
     const RenderSettings settings = settings_of(find_culler("3dgs"), antialiased);
-    Parameters<double> scene = small_scene<double>(24, 5);
-    const Camera camera = test::front_camera(kWidth, kHeight);
+    Parameters<double> scene = small_scene<double>(24, 6);
+    const Camera camera = test::with_projection(test::front_camera(kWidth, kHeight), projection);
     const auto weights = pixel_weights<double>();
-    const Gradients<double> gradients = gradients_of(scene, settings);
+    const Gradients<double> gradients = gradients_of(scene, settings, 2, {}, projection);
     ForwardFrame<double> frame;
     const auto loss = [&] {
       forward({camera, settings, pool(1)}, scene, frame);
@@ -88,7 +96,8 @@ TEST(TrainFrame, gradients_of_every_parameter_equal_differences) {
         const double below = loss();
         first[i] = before;
         EXPECT_NEAR(expected[group][i], (above - below) / (2 * h), 1e-6 * scale)
-            << name << " " << i << (antialiased ? ", antialiased" : "");
+            << name << " " << i << (antialiased ? ", antialiased" : "")
+            << (projection == Projection::face ? ", a face" : "");
       }
       ++group;
     });

@@ -355,7 +355,7 @@ TEST(Faces, agree_at_their_borders) {
       std::vector<int> count(low.size(), 0);
       for (const FaceMap& face : map.faces) {
         RenderSettings settings;
-        settings.dilation *= kFaceScale * kFaceScale;
+        settings.dilation *= std::pow(face_scale(kManyFaces), 2);
         Camera camera = face.placed(eye(size.x, size.y));
         camera.projection = projection;
         const Image& image = renderer->render(camera, settings).color;

@@ -23,9 +23,8 @@ std::shared_ptr<const SeenPixels> pixels_in(const Shape& shape, glm::ivec2 size,
   const auto height = static_cast<std::size_t>(std::max(box.y1 - box.y0, 0));
   pixels->chosen.resize(width * height);
   pool.for_each(height, 8, [&](std::size_t row) {
-    for (std::size_t column = 0; column < width; ++column)
-      pixels->chosen[row * width + column] =
-          shape.contains(glm::dvec2(box.x0, box.y0) + glm::dvec2(glm::uvec2(column, row)));
+    shape.choose_row({box.x0, box.y0 + static_cast<int>(row)},
+                     std::span(pixels->chosen).subspan(row * width, width));
   });
   return pixels;
 }

@@ -13,10 +13,10 @@
 namespace qs {
 namespace {
 
-// True if the ray from the point to the right crosses the line.
-bool crosses(glm::dvec2 from, glm::dvec2 to, glm::dvec2 point) {
-  if ((from.y > point.y) == (to.y > point.y)) return false;
-  return point.x < (to.x - from.x) * (point.y - from.y) / (to.y - from.y) + from.x;
+// The x at which the line crosses the row y; left of all points if it does not.
+double crossing(glm::dvec2 from, glm::dvec2 to, double y) {
+  if ((from.y > y) == (to.y > y)) return -std::numeric_limits<double>::infinity();
+  return (to.x - from.x) * (y - from.y) / (to.y - from.y) + from.x;
 }
 
 double distance2(glm::dvec2 from, glm::dvec2 to, glm::dvec2 point) {
@@ -103,8 +103,24 @@ bool Shape::contains(glm::dvec2 point) const {
       return distance2(line.from, line.to, point) <= radius_ * radius_;
     });
   bool inside = false;
-  for (const Line& line : near(point.y)) inside ^= crosses(line.from, line.to, point);
+  for (const Line& line : near(point.y)) inside ^= point.x < crossing(line.from, line.to, point.y);
   return inside;
+}
+
+void Shape::choose_row(glm::ivec2 first, std::span<std::uint8_t> row) const {
+  if (radius_ > 0) {
+    for (std::size_t i = 0; i < row.size(); ++i)
+      row[i] = contains(glm::dvec2(first) + glm::dvec2(i, 0));
+    return;
+  }
+  std::ranges::fill(row, std::uint8_t{0});
+  for (const Line& line : near(first.y)) {
+    const double left = std::ceil(crossing(line.from, line.to, first.y)) - first.x;  // pixels
+    const auto count =
+        static_cast<std::size_t>(std::clamp(left, 0.0, static_cast<double>(row.size())));
+    if (count > 0) row[count - 1] ^= 1;
+  }
+  for (std::size_t i = row.size(); i-- > 1;) row[i - 1] ^= row[i];
 }
 
 PixelBox Shape::pixels(glm::ivec2 size) const {

@@ -4,6 +4,7 @@
 // centre of pixel i is at i.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -26,6 +27,8 @@ class Shape {
   static Shape stroke(std::span<const glm::dvec2> points, double radius);
 
   bool contains(glm::dvec2 point) const;
+  /// 1 for the pixels from `first`, one of pixels(), to the right that it contains, else 0.
+  void choose_row(glm::ivec2 first, std::span<std::uint8_t> row) const;
 
   /// True if a point of the shape's border is within this distance of the point.
   bool has_border_near(glm::dvec2 point, double distance) const;

@@ -104,5 +104,25 @@ TEST(Shapes, of_many_corners_decide_as_the_plain_rule) {
   }
 }
 
+TEST(Shapes, choose_the_pixels_of_a_row_that_they_contain) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> place(-20, 120);
+  Points corners;
+  for (int i = 0; i < 90; ++i) corners.emplace_back(place(random), place(random));
+  corners.insert(corners.end(), {{10, 7}, {40, 7}, {40, 63}, {10, 63}});  // at centres of pixels
+  for (const Shape& shape :
+       {Shape::polygon(corners), Shape::polygon(std::span(corners).last<4>()),
+        Shape::rectangle({-9, 3.5}, {200, 70}), Shape::stroke(std::span(corners).first<9>(), 6)}) {
+    const PixelBox box = shape.pixels({100, 80});
+    std::vector<std::uint8_t> row(static_cast<std::size_t>(box.x1 - box.x0));
+    for (int y = box.y0; y < box.y1; ++y) {
+      shape.choose_row({box.x0, y}, row);
+      for (int x = box.x0; x < box.x1; ++x)
+        EXPECT_EQ(row[static_cast<std::size_t>(x - box.x0)], shape.contains({x, y}))
+            << x << " " << y;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace qs::test

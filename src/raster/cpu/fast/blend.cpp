@@ -70,10 +70,10 @@ void mark_seen(const FrameContext& frame, const FastVisible& visible, const Tile
   const int rows = (box.y1 - 1) / kTileSize - top + 1;
   const auto mark = [&](std::size_t tile, int x0, int y0) {
     std::uint8_t chosen[kTileSize * kTileSize] = {};
+    const int x = std::max(x0, box.x0), width = std::min(x0 + kTileSize, box.x1) - x;
     for (int y = std::max(y0, box.y0); y < std::min(y0 + kTileSize, box.y1); ++y)
-      for (int x = std::max(x0, box.x0); x < std::min(x0 + kTileSize, box.x1); ++x)
-        chosen[(y - y0) * kTileSize + x - x0] =
-            pixels.chosen[static_cast<std::size_t>((y - box.y0) * (box.x1 - box.x0) + x - box.x0)];
+      std::copy_n(pixels.chosen.data() + (y - box.y0) * (box.x1 - box.x0) + x - box.x0, width,
+                  chosen + (y - y0) * kTileSize + x - x0);
     if (std::ranges::count(chosen, 0) == kTileSize * kTileSize) return;
     std::vector<std::uint8_t> marks(lists.pairs(tile));
     TileJob job = job_of(frame, visible, lists, tile, x0, y0);

@@ -216,6 +216,8 @@ HWY_INLINE bool blend_pixels(const Batch& batch, std::uint32_t before, int index
       if constexpr (kNotes == Notes::seen) {
         if (!hn::AllFalse(d, hn::And(live, hn::Ge(weight, hn::Set(d, batch.weight)))))
           seen[before + entries[j]] = 1;
+        // Behind less light than the weight nothing more is seen.
+        live = hn::And(live, hn::Ge(pixels.transmittance, hn::Set(d, batch.weight)));
       } else {
         pixels.add(batch, entries[j], hn::IfThenElseZero(live, weight));
       }

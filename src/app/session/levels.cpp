@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <deque>
 #include <mutex>
 #include <numbers>
 #include <thread>
@@ -97,9 +98,12 @@ std::size_t moved(const LodCut& a, const LodCut& b) {
   return count;
 }
 
-struct ReadyCut {
-  CutChange change;
-  std::function<void()> upload;  // of Renderer::prepare_upload(); may be empty
+// A whole cut to upload, or a part of a step to the next cut.
+struct ReadyStep {
+  std::shared_ptr<GaussianCloud> whole = {};  // or null
+  GaussianSet drawn = GaussianSet();          // of `whole`; of size 0: all
+  std::function<void()> upload = {};          // of Renderer::prepare_upload(); may be empty
+  CutPart part = {};
 };
 
 class LevelRenderer final : public Renderer, public LevelMapper {
@@ -154,7 +158,6 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     const bool awaits = this->awaits();
     const LevelView view = view_of(camera, settings);
     std::unique_lock lock(mutex_);
-    std::vector<ReadyCut> ready = std::exchange(ready_, {});
     if (awaits) {
       lock.unlock();
       if (!awaited_ || !awaited_->serves(view, false)) show_alone(cloud_of(await_cut(view), view));
@@ -164,6 +167,9 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       if (is_new) wanted_ = view;
       views_ += is_new ? 1 : 0;
       restarts_ = restarts_ || awaited_;
+      std::vector<ReadyStep> ready;
+      for (std::size_t n = ready_now(is_new); n-- > 0; ready_.pop_front())
+        ready.push_back(std::move(ready_.front()));
       lock.unlock();
       if (is_new) note_news();
       if (awaited_) {
@@ -171,7 +177,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
         show_alone(cloud_of(stream_->cut(gain_of(view), view.limit, pool_, guess_, seat_), view));
         awaited_.reset();
       }
-      for (ReadyCut& cut : ready) apply(std::move(cut));
+      apply(std::move(ready));
     }
     const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
     shares_processors_ = frame.stats.threads > 0;
@@ -220,21 +226,35 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     changed_.notify_all();
   }
 
-  void apply(ReadyCut ready) {
-    CutChange& change = ready.change;
-    if (change.whole) {
-      uploaded_.reset();  // if the upload fails, changes have no cloud
-      if (ready.upload)
-        ready.upload();
-      else
-        inner_->upload(change.whole, {});
-      uploaded_ = std::move(change.whole);
-    } else if (uploaded_) {
-      for (std::size_t k = 0; k < change.slots.size(); ++k)
-        copy_gaussian(change.gaussians, k, *uploaded_, change.slots[k]);
-      inner_->update(change.slots);
+  // The number of ready steps that the next frame shows: all of them at rest. While the view moves,
+  // they are spread over the frames until the next cut, so that little of a picture changes at
+  // once.
+  std::size_t ready_now(bool moves) {
+    if (std::exchange(has_cut_, false)) frames_per_cut_ = std::exchange(frames_, 0);
+    const std::size_t left = frames_per_cut_ > frames_ ? frames_per_cut_ - frames_ : 1;
+    ++frames_;
+    return moves ? (ready_.size() + left - 1) / left : ready_.size();
+  }
+
+  void apply(std::vector<ReadyStep> ready) {
+    for (ReadyStep& step : ready) {
+      if (step.whole) {
+        uploaded_.reset();  // if the upload fails, changes have no cloud
+        if (step.upload)
+          step.upload();
+        else
+          inner_->upload(step.whole, {});
+        uploaded_ = std::move(step.whole);
+        drawn_ = std::move(step.drawn);
+      } else if (uploaded_) {
+        const CutPart& part = step.part;
+        for (std::size_t k = 0; k < part.slots.size(); ++k)
+          copy_gaussian(part.gaussians, k, *uploaded_, part.slots[k]);
+        for (const std::uint32_t slot : part.toggled) drawn_.toggle(slot);
+        inner_->update(part.slots);
+      }
     }
-    if (uploaded_ && change.drawn.size() > 0) inner_->set_drawn(std::move(change.drawn));
+    if (!ready.empty() && uploaded_ && drawn_.size() > 0) inner_->set_drawn(drawn_);
   }
 
   LevelFacts facts_of(const LevelView& view, const LodCut& cut, double ms, bool is_new) {
@@ -260,7 +280,9 @@ class LevelRenderer final : public Renderer, public LevelMapper {
 
   // Uploads a cut to which no change belongs.
   void show_alone(GaussianCloud cloud) {
-    apply({{.whole = std::make_shared<GaussianCloud>(std::move(cloud))}, {}});
+    std::vector<ReadyStep> alone(1);
+    alone[0].whole = std::make_shared<GaussianCloud>(std::move(cloud));
+    apply(std::move(alone));
     uploaded_.reset();
   }
 
@@ -317,19 +339,24 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       const bool is_new = restarts || (came ? change >= kMoved : !was_exact);
       const LevelFacts facts =
           facts_of(view, made.cut, milliseconds_since(start), is_new && !(restarts && change == 0));
-      ReadyCut step;
+      CutChange step;
       if (is_new) {
-        step.change = slots_.follow(made, view.view, view.dilation, !came || restarts, own);
-        exact = step.change.whole ? number : 0;
+        step = slots_.follow(made, view.view, view.dilation, !came || restarts, own);
+        exact = step.whole ? number : 0;
       }
-      const bool is_whole = step.change.whole != nullptr;
+      const bool is_whole = step.whole != nullptr;
       const double rest =
           kLeastRest * (own.processor_seconds() - worked) / static_cast<double>(pool_.size());
-      if (is_whole) step.upload = inner_->prepare_upload(step.change.whole, own);
+      ReadyStep whole{step.whole, std::move(step.drawn)};
+      if (is_whole) whole.upload = inner_->prepare_upload(step.whole, own);
       is_late = came && !(is_new ? exact == number : was_exact);
       lock.lock();
-      if (is_whole) ready_.clear();
-      if (is_new) ready_.push_back(std::move(step));
+      if (is_whole) {
+        ready_.clear();
+        ready_.push_back(std::move(whole));
+      }
+      for (CutPart& part : step.parts) ready_.push_back({.part = std::move(part)});
+      has_cut_ = has_cut_ || is_new;
       lock.unlock();
       report_(facts);
       lock.lock();
@@ -356,10 +383,13 @@ class LevelRenderer final : public Renderer, public LevelMapper {
   std::condition_variable_any changed_;
   std::optional<LevelView> wanted_;
   std::size_t views_ = 0;        // wanted ones so far
-  std::vector<ReadyCut> ready_;  // that `inner_` does not have yet
-  bool restarts_ = false;        // the uploaded cloud has another cut
-  bool has_news_ = false;        // another view, or another page
-  std::jthread thread_;          // the last member: it ends first
+  std::deque<ReadyStep> ready_;  // that `inner_` does not have yet
+  bool has_cut_ = false;         // a cut came after the last frame
+  std::size_t frames_ = 0;       // since the last cut
+  std::size_t frames_per_cut_ = 1;
+  bool restarts_ = false;  // the uploaded cloud has another cut
+  bool has_news_ = false;  // another view, or another page
+  std::jthread thread_;    // the last member: it ends first
 };
 
 }  // namespace

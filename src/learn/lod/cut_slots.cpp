@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "learn/lod/cut_slots.h"
 
+#include <algorithm>
+#include <span>
+
 #include "io/cloud/cloud_memory.h"
 #include "learn/lod/cut.h"
+#include "learn/lod/cut_moves.h"
 
 namespace qs {
 namespace {
@@ -10,18 +14,15 @@ namespace {
 constexpr std::uint32_t kTurns = 8;  // calls until all pages were looked at
 constexpr std::size_t kLeastSpare = 1024;
 
+constexpr std::size_t kParts = 64;  // of the nodes of a cut; a part of a step has one
+constexpr std::size_t kLeastPart = 256;
+
 struct SlottedNode {
   std::uint32_t page, row, slot;
 };
 
-std::vector<const LodPart*> by_page(const LodCut& cut, std::size_t pages) {
-  std::vector<const LodPart*> parts(pages);
-  for (const LodPart& part : cut.parts) parts[part.page] = &part;
-  return parts;
-}
-
-bool has(const std::vector<const LodPart*>& parts, std::uint32_t page, std::size_t row) {
-  return parts[page] != nullptr && (parts[page]->mask[row / 64] >> row % 64 & 1) != 0;
+bool has(const LodPart* part, std::size_t row) {
+  return part != nullptr && (part->mask[row / 64] >> row % 64 & 1) != 0;
 }
 
 }  // namespace
@@ -57,51 +58,81 @@ CutChange CutSlots::whole(const StreamedCut& made, const LodView& view, double d
 CutChange CutSlots::follow(const StreamedCut& made, const LodView& view, double dilation,
                            bool exact, ThreadPool& pool) {
   CutChange change;
+  const LodPages& tree = made.tree;
   if (exact || made.cut.count > drawn_.size()) {
     change = whole(made, view, dilation, pool);
-  } else {
-    const LodPages& tree = made.tree;
-    turn_ = (turn_ + 1) % kTurns;
-    std::vector<SlottedNode> changed;
-    const auto before = by_page(shown_, tree.pages.size()),
-               now = by_page(made.cut, tree.pages.size());
-    for (const LodPart& part : shown_.parts) {
-      std::vector<std::uint32_t>& slots = slots_[part.page];
-      part.for_each([&](std::size_t row) {
-        if (has(now, part.page, row)) return;
-        free_.push_back(slots[row]);
-        drawn_.toggle(slots[row]);
-      });
-      if (!now[part.page]) slots = {};
-    }
-    for (const LodPart& part : made.cut.parts) {
-      std::vector<std::uint32_t>& slots = slots_[part.page];
-      slots.resize(tree.page_nodes);
-      part.for_each([&](std::size_t row) {
-        if (!has(before, part.page, row)) {
-          slots[row] = free_.back();
-          free_.pop_back();
-          drawn_.toggle(slots[row]);
-        } else if (part.page % kTurns == turn_) {
-          const float fitted = variances_[slots[row]];
-          const float variance = filter_variance(tree, part.page, row, view, dilation);
-          if (variance <= kRefit * fitted && kRefit * variance >= fitted) return;
-        } else {
-          return;
-        }
-        changed.push_back({part.page, static_cast<std::uint32_t>(row), slots[row]});
-      });
-    }
-    change.gaussians = make_cloud(changed.size(), tree.pages[0]->cloud.sh_degree);
-    change.slots.resize(changed.size());
+    change.drawn = drawn_;
+    shown_ = made.cut;
+    return change;
+  }
+  const std::size_t most = std::max(made.cut.count / kParts, kLeastPart);
+  std::vector<SlottedNode> changed;  // of the part
+  CutPart part;
+  const auto end_part = [&] {
+    if (changed.empty() && part.toggled.empty()) return;
+    part.gaussians = make_cloud(changed.size(), tree.pages[0]->cloud.sh_degree);
+    part.slots.resize(changed.size());
     pool.for_each(changed.size(), 256, [&](std::size_t k) {
       const SlottedNode& node = changed[k];
-      change.slots[k] = node.slot;
+      part.slots[k] = node.slot;
       variances_[node.slot] =
-          put_node(tree, node.page, node.row, view, dilation, change.gaussians, k);
+          put_node(tree, node.page, node.row, view, dilation, part.gaussians, k);
+    });
+    change.parts.push_back(std::move(part));
+    part = {};
+    changed.clear();
+  };
+  const auto go = [&](const LodMoves& moves) {
+    for (const LodMove& node : moves.go) {
+      const std::uint32_t slot = slots_[node.page][node.row];
+      free_.push_back(slot);
+      drawn_.toggle(slot);
+      part.toggled.push_back(slot);
+    }
+  };
+  const auto come = [&](const LodMoves& moves) {
+    for (const LodMove& node : moves.come) {
+      slots_[node.page].resize(tree.page_nodes);
+      const std::uint32_t slot = slots_[node.page][node.row] = free_.back();
+      free_.pop_back();
+      drawn_.toggle(slot);
+      part.toggled.push_back(slot);
+      changed.push_back({node.page, node.row, slot});
+    }
+  };
+  const std::vector<LodMoves> steps = moves_between(tree, shown_, made.cut, pool);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (free_.size() + steps[i].go.size() < steps[i].come.size()) {  // all others at once
+      const std::span rest = std::span(steps).subspan(i);
+      std::ranges::for_each(rest, go);
+      std::ranges::for_each(rest, come);
+      break;
+    }
+    go(steps[i]);
+    come(steps[i]);
+    if (part.toggled.size() >= most) end_part();
+  }
+  end_part();
+  // Opacities of nodes that stay.
+  turn_ = (turn_ + 1) % kTurns;
+  std::vector<const LodPart*> before(tree.pages.size()), now(tree.pages.size());
+  for (const LodPart& old : shown_.parts) before[old.page] = &old;
+  for (const LodPart& own : made.cut.parts) {
+    now[own.page] = &own;
+    if (own.page % kTurns != turn_) continue;
+    own.for_each([&](std::size_t row) {
+      if (!has(before[own.page], row)) return;
+      const std::uint32_t slot = slots_[own.page][row];
+      const float fitted = variances_[slot];
+      const float variance = filter_variance(tree, own.page, row, view, dilation);
+      if (variance <= kRefit * fitted && kRefit * variance >= fitted) return;
+      changed.push_back({own.page, static_cast<std::uint32_t>(row), slot});
+      if (changed.size() >= most) end_part();
     });
   }
-  change.drawn = drawn_;
+  end_part();
+  for (const LodPart& old : shown_.parts)
+    if (!now[old.page]) slots_[old.page] = {};
   shown_ = made.cut;
   return change;
 }

@@ -13,12 +13,18 @@
 
 namespace qs {
 
-/// The step from the cut before.
+/// A part of a step between cuts.
+struct CutPart {
+  std::vector<std::uint32_t> slots = {};    ///< slots of the cloud that have other Gaussians now
+  GaussianCloud gaussians = {};             ///< for `slots`
+  std::vector<std::uint32_t> toggled = {};  ///< slots that are drawn now, or no more
+};
+
+/// The step from the cut before: a whole cloud or parts.
 struct CutChange {
-  std::shared_ptr<GaussianCloud> whole;   ///< the cloud, if it has to be uploaded; otherwise null
-  std::vector<std::uint32_t> slots = {};  ///< slots of the cloud that have other Gaussians now
-  GaussianCloud gaussians = {};           ///< for `slots`
-  GaussianSet drawn = GaussianSet();      ///< the slots of the cut; of size 0: all
+  std::shared_ptr<GaussianCloud> whole = {};  ///< to upload; or null
+  GaussianSet drawn = GaussianSet();          ///< slots of `whole`
+  std::vector<CutPart> parts = {};            ///< after each of them the drawn slots are a cut
 };
 
 class CutSlots {

@@ -56,14 +56,20 @@ class CutSlotsTest : public testing::Test {
     CutChange change = slots_.follow(made, view, dilation, exact, pool());
     is_whole_ = change.whole != nullptr;
     if (is_whole_) {
-      EXPECT_THAT(change.slots, testing::IsEmpty());
+      EXPECT_THAT(change.parts, testing::IsEmpty());
       cloud_ = std::move(*change.whole);
+      drawn_ = std::move(change.drawn);
     }
-    changed_ = change.slots.size();
-    ASSERT_EQ(change.gaussians.size(), changed_);
-    for (std::size_t k = 0; k < changed_; ++k)
-      copy_gaussian(change.gaussians, k, cloud_, change.slots[k]);
-    drawn_ = std::move(change.drawn);
+    changed_ = 0;
+    parts_ = change.parts.size();
+    for (const CutPart& part : change.parts) {
+      changed_ += part.slots.size();
+      ASSERT_EQ(part.gaussians.size(), part.slots.size());
+      for (std::size_t k = 0; k < part.slots.size(); ++k)
+        copy_gaussian(part.gaussians, k, cloud_, part.slots[k]);
+      for (const std::uint32_t slot : part.toggled) drawn_.toggle(slot);
+      expect_cover();
+    }
     ASSERT_EQ(drawn_.size(), cloud_.size());
     expect_cut();
   }
@@ -82,6 +88,20 @@ class CutSlotsTest : public testing::Test {
     }
   }
 
+  // The drawn nodes are a cut: exactly one is above each leaf, or is it. Node i of the tree is at
+  // i.
+  void expect_cover() const {
+    std::vector<int> above(tree_.count);
+    drawn_.for_each(
+        [&](std::size_t slot) { ++above[static_cast<std::size_t>(cloud_.positions[slot].x)]; });
+    for (std::size_t i = 0; i < above.size(); ++i) {
+      const LodFacts& node = tree_.pages[i / tree_.page_nodes]->nodes[i % tree_.page_nodes];
+      if (node.child_count == 0) ASSERT_EQ(above[i], 1) << i;
+      for (std::size_t child = 0; child < node.child_count; ++child)
+        above[node.first_child + child] += above[i];
+    }
+  }
+
   void expect_exact() {
     for (std::size_t i = 0; i < expected_.size(); ++i) {
       ASSERT_TRUE(drawn_[i]);
@@ -96,7 +116,7 @@ class CutSlotsTest : public testing::Test {
   GaussianCloud cloud_, expected_;
   GaussianSet drawn_;
   bool is_whole_ = false;
-  std::size_t changed_ = 0, stale_ = 0;
+  std::size_t changed_ = 0, stale_ = 0, parts_ = 0;
 };
 
 TEST_F(CutSlotsTest, a_flight_changes_only_the_nodes_that_are_new) {

@@ -47,6 +47,7 @@ struct LevelView {
   LodView view;
   double dilation = 0;  // px^2 of the renderer's filter; 0: antialiased
   LodLimit limit;
+  std::uint64_t edition = 0;  // of the pages
 
   // `smaller_ones`: a reduced frame is served by the cut of the whole one, so that the two do not
   // alternate.
@@ -57,6 +58,7 @@ struct LevelView {
     constexpr double kSameAngle = 0.05;  // of one lens before pictures of different sizes
     return a.view_from_world == b.view_from_world && a.near_depth == b.near_depth &&
            a.projection == b.projection && limit.budget == other.limit.budget &&
+           edition == other.edition &&
            (smaller_ones
                 ? smaller && std::abs(view.reach.angle - other.view.reach.angle) < kSameAngle
                 : std::tie(a.width, a.height, a.focal_px, a.center_px, dilation, view.reach) ==
@@ -120,6 +122,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     ready_.clear();
     slots_ = {};
     uploaded_.reset();
+    selected_.reset();
     antialiased_ = cloud->antialiased;
     inner_->upload(std::move(cloud), progress);
     if (!stream_ || !report_) return;
@@ -168,10 +171,30 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       }
       for (CutChange& change : ready) apply(std::move(change));
     }
-    const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
+    Outputs all = outputs;
+    if (outputs.share) all.share = selected_;
+    const Frame& frame = inner_->render(camera, settings, all, target, std::move(stop));
     if (budget_ms_ && !awaits) follow_time(static_cast<double>(frame.stats.frame_ms));
     return frame;
   }
+
+  DrawnView draw_view(const Camera& camera, const Outputs& outputs, std::stop_token stop) {
+    awaited_ = view_of(camera, {});
+    const StreamedCut made = await_cut(*awaited_);
+    apply({.whole = cloud_of(made, *awaited_)});
+    DrawnView drawn{inner_->render(camera, {}, outputs, HostImage{}, std::move(stop)),
+                    std::exchange(uploaded_, nullptr), std::vector(made.cut.count, kNoNumber)};
+    const CutPlaces places(made.tree, made.cut);
+    std::size_t k = 0;
+    for (const LodPart& part : made.cut.parts)
+      part.for_each([&, &numbers = made.tree.pages[part.page]->numbers](std::size_t row) {
+        const std::size_t place = places[k++];
+        if (!numbers.empty()) drawn.numbers[place] = numbers[row];
+      });
+    return drawn;
+  }
+
+  bool has_stream() const { return stream_ != nullptr; }
 
   std::vector<std::uint32_t> level_map(const Camera& camera, const RenderSettings& settings,
                                        bool errors, std::stop_token stop) override {
@@ -215,6 +238,9 @@ class LevelRenderer final : public Renderer, public LevelMapper {
   }
 
   void apply(CutChange change) {
+    selected_.reset();
+    if (!change.selected.empty())
+      selected_ = std::make_shared<const GaussianSet>(std::move(change.selected));
     if (!change.whole.empty()) {
       uploaded_.reset();  // if the upload fails, changes have no cloud
       auto cloud = std::make_shared<GaussianCloud>(std::move(change.whole));
@@ -242,7 +268,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     const float outside = awaits() ? kOutside : kOutsideWindow;
     return {
         settings.lens ? view_through(*settings.lens, camera, outside) : LodView(camera, outside),
-        keeps_light ? 0 : settings.dilation, limit_};
+        keeps_light ? 0 : settings.dilation, limit_, stream_->edition()};
   }
 
   GaussianCloud cloud_of(const StreamedCut& made, const LevelView& view) {
@@ -283,6 +309,8 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     constexpr std::chrono::milliseconds kRest{300};
     constexpr double kMoved = 0.02;                 // share of the nodes
     ThreadPool own(std::max(1, pool_.size() / 2));  // frames are drawn at the same time
+    std::uint64_t edition = 0;                      // of the last cut
+    std::size_t selected = 0;                       // nodes of the shown cut
     bool is_late = false;   // the shown cut differs a little from the exact one
     std::size_t exact = 0;  // the number of the view whose exact cut is shown; 0: none
     std::unique_lock lock(mutex_);
@@ -292,8 +320,9 @@ class LevelRenderer final : public Renderer, public LevelMapper {
           is_late ? changed_.wait_for(lock, stop, kRest, news) : changed_.wait(lock, stop, news);
       if (stop.stop_requested()) return;
       has_news_ = false;
-      const bool restarts = std::exchange(restarts_, false);
       const LevelView view = *wanted_;
+      const bool is_edited = std::exchange(edition, view.edition) != view.edition;
+      const bool restarts = std::exchange(restarts_, false) || is_edited;
       const std::size_t number = views_;
       lock.unlock();
       const auto start = std::chrono::steady_clock::now();
@@ -304,13 +333,15 @@ class LevelRenderer final : public Renderer, public LevelMapper {
                             static_cast<double>(made.cut.count);
       const bool was_exact = change == 0 && exact == number;
       const bool is_new = restarts || (came ? change >= kMoved : !was_exact);
-      const LevelFacts facts =
-          facts_of(view, made.cut, milliseconds_since(start), is_new && !(restarts && change == 0));
+      LevelFacts facts = facts_of(view, made.cut, milliseconds_since(start),
+                                  is_new && (is_edited || !restarts || change > 0));
       CutChange step;
       if (is_new) {
         step = slots_.follow(made, view.view, view.dilation, !came || restarts, own);
         exact = step.whole.empty() ? 0 : number;
+        selected = step.selected.count();
       }
+      facts.selected = selected;
       is_late = came && !(is_new ? exact == number : was_exact);
       lock.lock();
       if (!step.whole.empty()) ready_.clear();
@@ -330,11 +361,12 @@ class LevelRenderer final : public Renderer, public LevelMapper {
   std::shared_ptr<PageStream> stream_, expected_;
   int seat_ = 0;  // its number among the views of the stream
   bool antialiased_ = false;
-  std::optional<LevelView> awaited_;         // its cut was uploaded last; of render()
-  std::atomic<float> guess_ = 0;             // limit of the last cut
-  CutSlots slots_;                           // of the thread of cuts
-  std::shared_ptr<GaussianCloud> uploaded_;  // to `inner_`, for changes
-  std::mutex mutex_;                         // guards everything below but the thread
+  std::optional<LevelView> awaited_;             // its cut was uploaded last; of render()
+  std::atomic<float> guess_ = 0;                 // limit of the last cut
+  CutSlots slots_;                               // of the thread of cuts
+  std::shared_ptr<GaussianCloud> uploaded_;      // to `inner_`, for changes
+  std::shared_ptr<const GaussianSet> selected_;  // of that cloud; null: none
+  std::mutex mutex_;                             // guards everything below but the thread
   std::condition_variable_any changed_;
   std::optional<LevelView> wanted_;
   std::size_t views_ = 0;         // wanted ones so far
@@ -361,6 +393,14 @@ std::unique_ptr<Renderer> with_levels(std::unique_ptr<Renderer> inner, const Lev
 
 void expect_stream(Renderer& renderer, const std::shared_ptr<PageStream>& stream) {
   if (auto* const levels = dynamic_cast<LevelRenderer*>(&renderer)) levels->expect(stream);
+}
+
+DrawnView draw_view(const Session& session, const Camera& camera, const Outputs& outputs,
+                    std::stop_token stop) {
+  auto* const levels = dynamic_cast<LevelRenderer*>(session.renderer.get());
+  if (levels && levels->has_stream()) return levels->draw_view(camera, outputs, std::move(stop));
+  return {session.renderer->render(camera, {}, outputs, HostImage{}, std::move(stop)),
+          cloud_of(session.scene)};
 }
 
 Scene open_scene(const std::filesystem::path& path, ThreadPool& pool, const ReadOptions& options) {

@@ -101,6 +101,12 @@ CutChange CutSlots::follow(const StreamedCut& made, const LodView& view, double 
     });
   }
   change.drawn = drawn_;
+  change.selected = GaussianSet(drawn_.size());
+  for (const LodPart& part : made.cut.parts)
+    if (const GaussianSet& selected = made.tree.pages[part.page]->selected; selected.size() > 0)
+      part.for_each([&](std::size_t row) {
+        if (selected[row]) change.selected.add(slots_[part.page][row]);
+      });
   shown_ = made.cut;
   return change;
 }

@@ -18,6 +18,7 @@ struct CutChange {
   std::vector<std::uint32_t> slots = {};  ///< slots of the cloud that have other Gaussians now
   GaussianCloud gaussians = {};           ///< for `slots`
   GaussianSet drawn = GaussianSet();      ///< the slots of the cut; of size 0: all
+  GaussianSet selected = GaussianSet();   ///< slots of nodes in LodPage::selected
 };
 
 class CutSlots {

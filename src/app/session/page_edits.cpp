@@ -94,10 +94,6 @@ struct Ball {
   double radius;
 };
 
-bool is_near(double value, double limit, const Ball& ball) {
-  return std::abs(value - limit) <= ball.radius;
-}
-
 bool has_border(const CropBox& box, const Ball& ball) {
   const glm::dvec3 beyond =
       glm::max(glm::dvec3(box.low) - ball.center, ball.center - glm::dvec3(box.high));
@@ -120,23 +116,23 @@ bool has_border(const Shape& shape, const Camera& camera, const Ball& ball) {
 
 // A test of balls: true if both sides of the step's border may be in the ball.
 std::function<bool(const Ball&)> border_of(const EditStep& step, const glm::dvec3& origin) {
-  if (step.kind == EditKind::crop)
-    return [box = step.box](const Ball& ball) { return has_border(box, ball); };
-  if (step.kind != EditKind::select) return {};
   const SelectStep& select = step.select;
+  const bool crops = step.kind == EditKind::crop;
+  if (crops || (step.kind == EditKind::select && select.tool == SelectTool::box))
+    return
+        [box = crops ? step.box : select.box](const Ball& ball) { return has_border(box, ball); };
+  if (step.kind != EditKind::select) return {};
   if (draws_in_picture(select.tool))
     return [shape = shape_of(select), camera = select.camera.placed(origin)](const Ball& ball) {
       return has_border(shape, camera, ball);
     };
-  if (select.tool == SelectTool::box)
-    return [box = select.box](const Ball& ball) { return has_border(box, ball); };
   const ValueRange range =
       select.tool == SelectTool::sphere ? ValueRange{0, select.radius} : select.range;
   if (select.tool == SelectTool::sphere || select.tool == SelectTool::distance)
     return [range, point = select.point, normal = select.normal](const Ball& ball) {
       const glm::dvec3 offset = ball.center - point;
       const double value = normal ? glm::dot(offset, glm::normalize(*normal)) : glm::length(offset);
-      return is_near(value, range.low, ball) || is_near(value, range.high, ball);
+      return std::min(std::abs(value - range.low), std::abs(value - range.high)) <= ball.radius;
     };
   return {};
 }

@@ -152,20 +152,13 @@ EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& p
   if (!other.empty()) forget_results(all.file);
 
   ProgressBar bar("editing");
-  std::unique_ptr<Renderer> renderer;
-  EditTools tools{scene.cloud,
-                  pool,
-                  [&, seen = SeenInPicture()](const GaussianSet& rest, const Camera& camera,
-                                              const Shape& shape, float weight) mutable {
-                    if (!renderer) {
-                      renderer = make_renderer(Backend::cpu, pool);
-                      seen = seen_with(*renderer, {std::shared_ptr<void>(), &scene.cloud}, pool);
-                    }
-                    return seen(rest, camera, shape, weight);
-                  },
-                  set_hash,
-                  bar.progress(),
-                  options.recomputes};
+  const auto renderer = make_renderer(Backend::cpu, pool);
+  const EditTools tools{scene.cloud,
+                        pool,
+                        seen_with(*renderer, {std::shared_ptr<void>(), &scene.cloud}, pool),
+                        set_hash,
+                        bar.progress(),
+                        options.recomputes};
   for (std::size_t i = 0; i < all.file.steps.size(); ++i) {
     const EditStep& step = all.file.steps[i];
     const std::string differs =

@@ -154,6 +154,14 @@ async function checkPanels(page, box) {
   await page.waitForFunction(() => (document.body.dataset.saved || "").endsWith(".mp4") || sections.messages.some((one) => one.text.includes("ffmpeg")), { timeout: 120000 });
   check("a film is saved, or the page says that ffmpeg is missing", true);
   await page.screenshot({ path: "path.png" });
+
+  const edits = join(mkdtempSync(join(tmpdir(), "quadsplat_edits_")), "mine.edits.json");
+  writeFileSync(edits, JSON.stringify({ version: 1, steps: [{ step: "select", tool: "sphere", point: [0, 0, 0], radius: 1 }, { step: "hide" }] }));
+  await (await page.$("#file")).uploadFile(edits);
+  await page.waitForFunction(() => sections.messages.some((one) => one.text.startsWith("mine.edits.json: 2 steps")), { timeout: 30000 });
+  check("a file of edits is opened", true);
+  rmSync(edits);
+  await page.evaluate(() => send({ type: "command", command: "Undo" }));
   await focusPicture();
   await page.keyboard.press("l");
 

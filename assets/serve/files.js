@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Files that the server sends, such as a film or a table: their parts are collected and saved.
+// Files that the server sends, such as a film or a table: their parts are collected and saved. Files of edits and of
+// measures go the other way.
 // src/app/serve/file_message.h has the header.
 "use strict";
 
@@ -30,6 +31,13 @@ function saveFile(blob, name) {
   link.click();
   document.body.dataset.saved = name;
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+async function openFile(file) {
+  const most = 1 << 20;
+  if (!file) return;
+  showTransfer(file.size > most ? `${file.name}: only files of at most 1 MiB are sent` : "");
+  if (file.size <= most) send({ type: "file", name: file.name, text: await file.text() });
 }
 
 let transfer = "";

@@ -438,6 +438,17 @@ at("shot").onclick = () => {
   canvas.toBlob((file) => saveFile(file, name + "_" + view.mode + "_" + canvas.width + "x" + canvas.height + ".png"), "image/png");
 };
 
+at("open").onclick = () => at("file").click();
+at("file").onchange = () => {
+  openFile(at("file").files[0]);
+  at("file").value = "";  // so that the same file can be opened again
+};
+addEventListener("dragover", (event) => event.preventDefault());
+addEventListener("drop", (event) => {
+  event.preventDefault();
+  openFile(event.dataTransfer.files[0]);
+});
+
 new ResizeObserver(() => {
   send({ type: "resize", ...pictureSize() });
   showPanels((...names) => names.includes("crop") || names.includes("table"));

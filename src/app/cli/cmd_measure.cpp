@@ -153,9 +153,16 @@ class Measurement {
 
   void find_level() {
     required(2, "--level");
-    const auto ground =
-        ground_through(std::array{required(0, "--level"), required(1, "--level"), *points_[2]});
+    const std::array<SurfacePoint, 3> corners{required(0, "--level"), required(1, "--level"),
+                                              *points_[2]};
+    const auto ground = ground_through(corners);
     if (!ground) fail(ErrorKind::usage, "measure: --level: the points lie on a line");
+    const double error = degrees_of_tilt_error(corners);
+    if (error > 3)
+      warn(fmt::format(
+          "warning: --level: the ground is uncertain by {:.2g} degrees; points that are "
+          "farther from one line are better",
+          error));
     const glm::dquat turn = level_turn(ground->up);
     steps_.push_back({{"step", "level"}, {"rotation", {turn.x, turn.y, turn.z, turn.w}}});
   }
@@ -164,13 +171,11 @@ class Measurement {
   template <class Each>
   void each_line(const Each& each) const {
     std::vector<SurfacePoint> line;
-    for (std::size_t i = 0; i <= points_.size(); ++i) {
-      if (i < points_.size() && points_[i]) {
-        line.push_back(*points_[i]);
-      } else {
-        each(std::span<const SurfacePoint>(line), i - line.size());
-        line.clear();
-      }
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (points_[i]) line.push_back(*points_[i]);
+      if (points_[i] && i + 1 < points_.size() && points_[i + 1]) continue;
+      each(std::span<const SurfacePoint>(line), i + 1 - line.size());
+      line.clear();
     }
   }
 

@@ -28,7 +28,7 @@ struct ServeLimits {
   ConnectionLimit requests{128, 64}, visitors{64, 32}, leaving{64, 64};
   std::size_t head_bytes = 8192;      ///< of a request
   std::size_t target_bytes = 1024;    ///< of the path in it
-  std::size_t message_bytes = 65536;  ///< of a client's message
+  std::size_t message_bytes = 65536;  ///< of a client's message, without a file
   int messages_per_second = 200;
   int wrong_tokens_per_minute = 10;             ///< from one address
   std::chrono::milliseconds head_time{5000};    ///< for a request to be complete

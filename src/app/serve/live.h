@@ -147,6 +147,7 @@ class Live : public std::enable_shared_from_this<Live> {
   }
 
   void greet() {
+    socket_.read_message_max(hub_.options.limits.message_bytes + 2 * kMostFile);  // with escapes
     if (!place_->move_to(ConnectionKind::visitor))
       return link_.close(CloseCode::try_later, "too many visitors");
     if (hub_.training != nullptr)

@@ -117,6 +117,11 @@ decltype(ClientMessage::body) body_of(std::string_view type, MessageReader& r) {
   if (type == "stop") return message::Stop{};
   if (type == "received") return message::Received{r.whole("count", 0, ~0u), r.held()};
   if (type == "video") return message::Video{r.flag("decodes")};
+  if (type == "file") {
+    message::OpenFile file{r.text("name"), r.text("text", kMostFile)};
+    r.sound = r.sound && file.name.find('/') == std::string::npos;
+    return file;
+  }
   r.sound = r.sound && type == "blur";
   return message::Blur{};
 }

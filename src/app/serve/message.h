@@ -20,6 +20,7 @@
 //                                                                 the age of the last in ms
 //   {"type":"video", "decodes":true}                              the page decodes VP9, from the
 //                                                                 next key picture on
+//   {"type":"file", "name":"a.edits.json", "text":"{...}"}        opens edits or measures
 //   {"type":"blur"}                                               the page lost the keyboard
 // Every message may have "input", the number of the user's input; pictures name the last input.
 #pragma once
@@ -38,8 +39,8 @@ namespace qs {
 
 /// The longest side of a picture.
 inline constexpr int kMostSide = 4096;
-/// The longest camera of a view, bytes.
-inline constexpr std::size_t kMostCamera = 4096;
+/// The longest camera of a view, and the longest text of a file, bytes.
+inline constexpr std::size_t kMostCamera = 4096, kMostFile = std::size_t{1} << 20;
 
 namespace message {
 
@@ -98,6 +99,10 @@ struct Received {
 struct Video {
   bool decodes = false;
 };
+struct OpenFile {
+  std::string name;  ///< without folders
+  std::string text;  ///< not checked
+};
 struct Blur {};
 
 }  // namespace message
@@ -107,7 +112,7 @@ struct ClientMessage {
   std::variant<message::Hello, message::Resize, message::Key, message::Button, message::Cursor,
                message::Wheel, message::Command, message::ShowScene, message::SetControl,
                message::DragHandle, message::ShowView, message::ShowPanels, message::Stop,
-               message::Received, message::Video, message::Blur>
+               message::Received, message::Video, message::OpenFile, message::Blur>
       body;
 };
 

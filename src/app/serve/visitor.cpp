@@ -12,6 +12,7 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/edit_actions.h"
+#include "app/viewer/state/measure_actions.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
@@ -185,6 +186,14 @@ void Visitor::take(const ClientMessage& message, double now) {
   if (const auto* view = std::get_if<message::ShowView>(&body)) show_view(*view);
   if (const auto* panels = std::get_if<message::ShowPanels>(&body))
     actions = actions_of(viewer(), *panels);
+  if (const auto* file = std::get_if<message::OpenFile>(&body))
+    actions.push_back([file = *file](Viewer& v, Host& host) {
+      if (file.name.ends_with(".edits.json"))
+        return action::open_edits(v, host, file.name, file.text);
+      if (file.name.ends_with(".measures.json"))
+        return action::open_measures(v, host, file.name, file.text);
+      action::notify(v, file.name + ": only files .edits.json and .measures.json are opened here");
+    });
   if (std::holds_alternative<message::Stop>(body)) stop_long_jobs();
   if (std::holds_alternative<message::Blur>(body)) input_.release_all(actions);
   do_all(actions);

@@ -48,6 +48,7 @@ struct LevelView {
   LodView view;
   double dilation = 0;  // px^2 of the renderer's filter; 0: antialiased
   LodLimit limit;
+  std::uint64_t edition = 0;  // of the pages
 
   // `smaller_ones`: a reduced frame is served by the cut of the whole one, so that the two do not
   // alternate.
@@ -58,6 +59,7 @@ struct LevelView {
     constexpr double kSameAngle = 0.05;  // of one lens before pictures of different sizes
     return a.view_from_world == b.view_from_world && a.near_depth == b.near_depth &&
            a.projection == b.projection && limit.budget == other.limit.budget &&
+           edition == other.edition &&
            (smaller_ones
                 ? smaller && std::abs(view.reach.angle - other.view.reach.angle) < kSameAngle
                 : std::tie(a.width, a.height, a.focal_px, a.center_px, dilation, view.reach) ==
@@ -104,6 +106,13 @@ struct ReadyStep {
   GaussianSet drawn = GaussianSet();          // of `whole`; of size 0: all
   std::function<void()> upload = {};          // of Renderer::prepare_upload(); may be empty
   CutPart part = {};
+  bool is_last = false;                              // of the step
+  std::shared_ptr<const GaussianSet> selected = {};  // of the last part; null: none
+};                                                   // or null
+GaussianSet drawn = GaussianSet();                   // of `whole`; of size 0: all
+std::function<void()> upload = {};                   // of Renderer::prepare_upload(); may be empty
+CutPart part = {};
+std::shared_ptr<const GaussianSet> selected = {};  // from now on; null: as before, none of `whole`
 };
 
 class LevelRenderer final : public Renderer, public LevelMapper {
@@ -129,6 +138,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     ready_.clear();
     slots_ = {};
     uploaded_.reset();
+    selected_.reset();
     antialiased_ = cloud->antialiased;
     inner_->upload(std::move(cloud), progress);
     if (!stream_ || !report_) return;
@@ -159,6 +169,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     const LevelView view = view_of(camera, settings);
     std::unique_lock lock(mutex_);
     if (awaits) {
+      ready_.clear();
       lock.unlock();
       if (!awaited_ || !awaited_->serves(view, false)) show_alone(cloud_of(await_cut(view), view));
       awaited_ = view;
@@ -167,23 +178,44 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       if (is_new) wanted_ = view;
       views_ += is_new ? 1 : 0;
       restarts_ = restarts_ || awaited_;
+      if (awaited_) ready_.clear();
       std::vector<ReadyStep> ready;
       for (std::size_t n = ready_now(is_new); n-- > 0; ready_.pop_front())
         ready.push_back(std::move(ready_.front()));
       lock.unlock();
       if (is_new) note_news();
       if (awaited_) {
-        ready.clear();
         show_alone(cloud_of(stream_->cut(gain_of(view), view.limit, pool_, guess_, seat_), view));
         awaited_.reset();
       }
       apply(std::move(ready));
     }
-    const Frame& frame = inner_->render(camera, settings, outputs, target, std::move(stop));
+    Outputs all = outputs;
+    if (outputs.share) all.share = selected_;
+    const Frame& frame = inner_->render(camera, settings, all, target, std::move(stop));
     shares_processors_ = frame.stats.threads > 0;
     if (budget_ms_ && !awaits) follow_time(static_cast<double>(frame.stats.frame_ms));
     return frame;
   }
+
+  DrawnView draw_view(const Camera& camera, const Outputs& outputs, std::stop_token stop) {
+    awaited_ = view_of(camera, {});
+    const StreamedCut made = await_cut(*awaited_);
+    const auto cloud = cloud_of(made, *awaited_);
+    show_alone(cloud);
+    DrawnView drawn{inner_->render(camera, {}, outputs, HostImage{}, std::move(stop)), cloud,
+                    std::vector(made.cut.count, kNoNumber)};
+    const CutPlaces places(made.tree, made.cut);
+    std::size_t k = 0;
+    for (const LodPart& part : made.cut.parts)
+      part.for_each([&, &numbers = made.tree.pages[part.page]->numbers](std::size_t row) {
+        const std::size_t place = places[k++];
+        if (!numbers.empty()) drawn.numbers[place] = numbers[row];
+      });
+    return drawn;
+  }
+
+  bool has_stream() const { return stream_ != nullptr; }
 
   std::vector<std::uint32_t> level_map(const Camera& camera, const RenderSettings& settings,
                                        bool errors, std::stop_token stop) override {
@@ -192,9 +224,9 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     const StreamedCut made = awaits()
                                  ? stream_->await_cut(gain_of(view), view.limit, pool_, guess_)
                                  : stream_->cut(gain_of(view), view.limit, pool_, guess_, seat_);
-    GaussianCloud cloud = cloud_of(made, view);
-    paint_levels(made.tree, made.cut, view.view, view.dilation, errors, cloud);
-    show_alone(std::move(cloud));
+    const auto cloud = cloud_of(made, view);
+    paint_levels(made.tree, made.cut, view.view, view.dilation, errors, *cloud);
+    show_alone(cloud);
     // The next frame has colours again, and a window its slots.
     awaited_ = awaits() ? std::nullopt : std::optional(view);
     RenderSettings on_black = settings;
@@ -238,6 +270,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
 
   void apply(std::vector<ReadyStep> ready) {
     for (ReadyStep& step : ready) {
+      if (step.whole || step.is_last) selected_ = std::move(step.selected);
       if (step.whole) {
         uploaded_.reset();  // if the upload fails, changes have no cloud
         if (step.upload)
@@ -271,17 +304,18 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     const float outside = awaits() ? kOutside : kOutsideWindow;
     return {
         settings.lens ? view_through(*settings.lens, camera, outside) : LodView(camera, outside),
-        keeps_light ? 0 : settings.dilation, limit_};
+        keeps_light ? 0 : settings.dilation, limit_, stream_->edition()};
   }
 
-  GaussianCloud cloud_of(const StreamedCut& made, const LevelView& view) {
-    return cut_cloud(made.tree, made.cut, view.view, view.dilation, pool_);
+  std::shared_ptr<GaussianCloud> cloud_of(const StreamedCut& made, const LevelView& view) {
+    return std::make_shared<GaussianCloud>(
+        cut_cloud(made.tree, made.cut, view.view, view.dilation, pool_));
   }
 
   // Uploads a cut to which no change belongs.
-  void show_alone(GaussianCloud cloud) {
+  void show_alone(std::shared_ptr<GaussianCloud> cloud) {
     std::vector<ReadyStep> alone(1);
-    alone[0].whole = std::make_shared<GaussianCloud>(std::move(cloud));
+    alone[0].whole = std::move(cloud);
     apply(std::move(alone));
     uploaded_.reset();
   }
@@ -315,6 +349,8 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     constexpr double kMoved = 0.02;   // share of the nodes
     constexpr double kLeastRest = 7;  // times the work, if frames are drawn on the same processors
     ThreadPool own(std::max(1, pool_.size() / 2));  // frames are drawn at the same time
+    std::uint64_t edition = 0;                      // of the last cut
+    std::size_t selected = 0;                       // nodes of the shown cut
     bool is_late = false;   // the shown cut differs a little from the exact one
     std::size_t exact = 0;  // the number of the view whose exact cut is shown; 0: none
     std::unique_lock lock(mutex_);
@@ -324,8 +360,9 @@ class LevelRenderer final : public Renderer, public LevelMapper {
           is_late ? changed_.wait_for(lock, stop, kRest, news) : changed_.wait(lock, stop, news);
       if (stop.stop_requested()) return;
       has_news_ = false;
-      const bool restarts = std::exchange(restarts_, false);
       const LevelView view = *wanted_;
+      const bool is_edited = std::exchange(edition, view.edition) != view.edition;
+      const bool restarts = std::exchange(restarts_, false) || is_edited;
       const std::size_t number = views_;
       lock.unlock();
       const auto start = std::chrono::steady_clock::now();
@@ -337,18 +374,22 @@ class LevelRenderer final : public Renderer, public LevelMapper {
                             static_cast<double>(made.cut.count);
       const bool was_exact = change == 0 && exact == number;
       const bool is_new = restarts || (came ? change >= kMoved : !was_exact);
-      const LevelFacts facts =
-          facts_of(view, made.cut, milliseconds_since(start), is_new && !(restarts && change == 0));
+      LevelFacts facts = facts_of(view, made.cut, milliseconds_since(start),
+                                  is_new && (is_edited || !restarts || change > 0));
       CutChange step;
       if (is_new) {
         step = slots_.follow(made, view.view, view.dilation, !came || restarts, own);
         exact = step.whole ? number : 0;
+        selected = step.selected.count();
       }
+      facts.selected = selected;
       const bool is_whole = step.whole != nullptr;
       const double rest =
           kLeastRest * (own.processor_seconds() - worked) / static_cast<double>(pool_.size());
       ReadyStep whole{step.whole, std::move(step.drawn)};
       if (is_whole) whole.upload = inner_->prepare_upload(step.whole, own);
+      std::shared_ptr<const GaussianSet> tint;
+      if (selected > 0) tint = std::make_shared<GaussianSet>(std::move(step.selected));
       is_late = came && !(is_new ? exact == number : was_exact);
       lock.lock();
       if (is_whole) {
@@ -356,6 +397,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
         ready_.push_back(std::move(whole));
       }
       for (CutPart& part : step.parts) ready_.push_back({.part = std::move(part)});
+      if (is_new) ready_.push_back({.is_last = true, .selected = std::move(tint)});
       has_cut_ = has_cut_ || is_new;
       lock.unlock();
       report_(facts);
@@ -379,6 +421,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
   std::atomic<bool> shares_processors_ = false;  // frames are drawn by the CPU
   CutSlots slots_;                               // of the thread of cuts
   std::shared_ptr<GaussianCloud> uploaded_;      // to `inner_`, for changes
+  std::shared_ptr<const GaussianSet> selected_;  // of that cloud; null: none
   std::mutex mutex_;                             // guards everything below but the thread
   std::condition_variable_any changed_;
   std::optional<LevelView> wanted_;
@@ -409,6 +452,14 @@ std::unique_ptr<Renderer> with_levels(std::unique_ptr<Renderer> inner, const Lev
 
 void expect_stream(Renderer& renderer, const std::shared_ptr<PageStream>& stream) {
   if (auto* const levels = dynamic_cast<LevelRenderer*>(&renderer)) levels->expect(stream);
+}
+
+DrawnView draw_view(const Session& session, const Camera& camera, const Outputs& outputs,
+                    std::stop_token stop) {
+  auto* const levels = dynamic_cast<LevelRenderer*>(session.renderer.get());
+  if (levels && levels->has_stream()) return levels->draw_view(camera, outputs, std::move(stop));
+  return {session.renderer->render(camera, {}, outputs, HostImage{}, std::move(stop)),
+          cloud_of(session.scene)};
 }
 
 Scene open_scene(const std::filesystem::path& path, ThreadPool& pool, const ReadOptions& options) {

@@ -24,6 +24,7 @@ struct LevelFacts {
   StreamFacts stream;
   bool is_new = false;                      ///< it differs from the cut before: draw it
   std::vector<std::string> sentences = {};  ///< PageStream::take_sentences()
+  std::size_t selected = 0;                 ///< nodes that edits select, in windows
 
   /// "24,000 of 1,720,559 nodes, limit 0.012, 27 pages read (3.4 MB), 0 missing, 230 ms"
   std::string text() const;
@@ -32,7 +33,8 @@ struct LevelFacts {
 using LevelReport = std::function<void(const LevelFacts&)>;
 
 /// Draws streamed trees, and other scenes as `inner` does. A new cut is uploaded to `inner`; the
-/// times of frames do not include that. Without `report` every view has its own cut, with all pages
+/// times of frames do not include that. In the place of any Outputs::share, windows draw the share
+/// of the nodes that edits select. Without `report` every view has its own cut, with all pages
 /// that it needs, and a line on stderr; `pool` makes it. With `report`, for a window, the last cut
 /// that is ready is drawn, while a thread makes the next one of the pages in memory and calls
 /// `report`. A cut that hardly differs from the shown one is drawn once the camera rests. While
@@ -47,5 +49,18 @@ Scene open_scene(const std::filesystem::path& path, ThreadPool& pool, const Read
 /// The tree of the scene that is uploaded next; null for scenes without. Other renderers than those
 /// of with_levels() ignore it.
 void expect_stream(Renderer& renderer, const std::shared_ptr<PageStream>& stream);
+
+/// A frame whose indices are of this cloud.
+struct DrawnView {
+  const Frame& frame;
+  std::shared_ptr<const GaussianCloud> cloud;
+  /// Of a tree: the numbers of leaves in the sources of its file, else kNoNumber.
+  std::vector<std::uint32_t> numbers = {};
+};
+
+/// Draws a view of the session's scene as the settings' defaults have it; of a tree the cut with
+/// all its pages.
+DrawnView draw_view(const Session& session, const Camera& camera, const Outputs& outputs,
+                    std::stop_token stop);
 
 }  // namespace qs

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -23,13 +24,67 @@ bool is_of_values(const EditStep& step) {
          (tool == SelectTool::color || tool == SelectTool::opacity || tool == SelectTool::size);
 }
 
-bool needs_whole_scene(const EditStep& step) {
+bool needs_whole_scene(const EditStep& step, bool has_numbers) {
   if (step.kind == EditKind::floaters) return true;
-  if (step.kind != EditKind::select) return false;
+  if (step.kind != EditKind::select || (step.select.members && has_numbers)) return false;
   const SelectTool tool = step.select.tool;
   return tool == SelectTool::list || tool == SelectTool::flood || tool == SelectTool::grow ||
-         tool == SelectTool::shrink ||
-         (draws_in_picture(tool) && step.select.kind != SelectKind::through);
+         tool == SelectTool::shrink || needs_frame(step.select);
+}
+
+// The step with the leaves of its list as rows of a page.
+EditStep step_on(const LodPage& page, EditStep step) {
+  if (!step.select.members) return step;
+  const std::vector<GaussianRun> all = std::exchange(*step.select.members, {});
+  GaussianSet rows(page.numbers.size());
+  for (std::size_t row = 0; row < page.numbers.size(); ++row) {
+    const std::uint64_t number = page.numbers[row];
+    const auto run = std::ranges::upper_bound(all, number, {}, &GaussianRun::first);
+    if (number != kNoNumber && run != all.begin() &&
+        number - std::prev(run)->first < std::prev(run)->count)
+      rows.add(row);
+  }
+  step.select.members = rows.runs();
+  return step;
+}
+
+bool takes_selection(EditKind kind) {
+  return kind == EditKind::hide || kind == EditKind::remove || kind == EditKind::keep;
+}
+
+// True if the selection after the step depends on a list.
+bool is_listed(const EditStep& step, bool before) {
+  if (step.kind != EditKind::select) return before && !takes_selection(step.kind);
+  const SelectTool tool = step.select.tool;
+  const bool is_new = tool == SelectTool::all || tool == SelectTool::none ||
+                      (!changes_selection(tool) && step.select.how == SelectHow::replace);
+  return step.select.members || (before && !is_new);
+}
+
+// The children of a node are in the page, whose first node is `first`.
+bool has_children(const LodPage& page, std::uint64_t first, const LodFacts& node) {
+  return node.first_child - first + node.child_count <= page.nodes.size();
+}
+
+// A merged node stays if one of its children does, or if its own is in `own` where they are in
+// another page. Returns the nodes with leaves that are gone and leaves that stay.
+GaussianSet follow_children(const LodPage& page, std::uint64_t first, const GaussianSet& own,
+                            GaussianSet& rest) {
+  GaussianSet mixed(rest.size());
+  for (std::size_t row = rest.size(); row-- > 0;) {
+    const LodFacts& node = page.nodes[row];
+    if (node.child_count == 0) continue;
+    const bool is_known = has_children(page, first, node);
+    bool stays = !is_known && own[row], goes = false;
+    for (std::uint64_t i = 0; is_known && i < node.child_count; ++i) {
+      const std::uint64_t child = node.first_child - first + i;
+      stays |= rest[child];
+      goes |= !rest[child] || mixed[child];
+    }
+    if (rest[row] != stays) rest.toggle(row);
+    if (stays && goes) mixed.add(row);
+  }
+  return mixed;
 }
 
 // ---- borders -----------------------------------------------------------------------------------
@@ -38,10 +93,6 @@ struct Ball {
   glm::dvec3 center;
   double radius;
 };
-
-bool is_near(double value, double limit, const Ball& ball) {
-  return std::abs(value - limit) <= ball.radius;
-}
 
 bool has_border(const CropBox& box, const Ball& ball) {
   const glm::dvec3 beyond =
@@ -65,63 +116,79 @@ bool has_border(const Shape& shape, const Camera& camera, const Ball& ball) {
 
 // A test of balls: true if both sides of the step's border may be in the ball.
 std::function<bool(const Ball&)> border_of(const EditStep& step, const glm::dvec3& origin) {
-  if (step.kind == EditKind::crop)
-    return [box = step.box](const Ball& ball) { return has_border(box, ball); };
-  if (step.kind != EditKind::select) return {};
   const SelectStep& select = step.select;
+  const bool crops = step.kind == EditKind::crop;
+  if (crops || (step.kind == EditKind::select && select.tool == SelectTool::box))
+    return
+        [box = crops ? step.box : select.box](const Ball& ball) { return has_border(box, ball); };
+  if (step.kind != EditKind::select) return {};
   if (draws_in_picture(select.tool))
     return [shape = shape_of(select), camera = select.camera.placed(origin)](const Ball& ball) {
       return has_border(shape, camera, ball);
     };
-  if (select.tool == SelectTool::box)
-    return [box = select.box](const Ball& ball) { return has_border(box, ball); };
   const ValueRange range =
       select.tool == SelectTool::sphere ? ValueRange{0, select.radius} : select.range;
   if (select.tool == SelectTool::sphere || select.tool == SelectTool::distance)
     return [range, point = select.point, normal = select.normal](const Ball& ball) {
       const glm::dvec3 offset = ball.center - point;
       const double value = normal ? glm::dot(offset, glm::normalize(*normal)) : glm::length(offset);
-      return is_near(value, range.low, ball) || is_near(value, range.high, ball);
+      return std::min(std::abs(value - range.low), std::abs(value - range.high)) <= ball.radius;
     };
   return {};
 }
 
 }  // namespace
 
-std::function<void(LodPage&)> page_editor(std::vector<EditStep> steps, const std::string& source,
-                                          float footprint) {
+PageEdit page_editor(std::vector<EditStep> steps, const std::string& source, const Scene& tree) {
+  const float footprint = tree.stream->footprint();
+  const bool has_numbers = tree.levels->has_originals;
   constexpr double kRounding = 1.0001;
   bool knows_leaves = footprint > 0;  // of merged nodes
+  bool has_lists = false;
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    if (needs_whole_scene(steps[i]))
-      fail(
-          ErrorKind::usage,
-          "{}: step {} needs the whole scene, and a tree that is not read whole has only crops and "
-          "selections by sphere, box, distance, opacity, size, color and shapes with the kind "
-          "through",
-          source, i + 1);
+    if (needs_whole_scene(steps[i], has_numbers))
+      fail(ErrorKind::usage,
+           "{}: step {} needs the whole scene; a tree that is not read whole has crops, selections "
+           "by sphere, box, distance, opacity, size, color and shapes with the kind through, and "
+           "lists if its leaves have numbers (quadsplat lod --original)",
+           source, i + 1);
     steps[i].select.count.reset();  // of leaves
     steps[i].select.crc.clear();
     knows_leaves = knows_leaves && !is_of_values(steps[i]);
+    has_lists = has_lists || steps[i].select.members;
   }
-  return [=](LodPage& page) {
+  const auto shared = std::make_shared<const std::vector<EditStep>>(std::move(steps));
+  return [=](LodPage& page, std::uint64_t first) {
     ThreadPool alone(1);
-    EditState state(page.cloud.size());
+    const EditTools tools{page.cloud, alone, {}, set_hash};
+    EditState state(page.cloud.size()), own = state;  // own: of merged nodes, which no list has
+    bool listed = false;
     std::vector<std::function<bool(const Ball&)>> borders;
-    for (const EditStep& step : steps) {
-      carry_out(step, {page.cloud, alone, {}, set_hash}, source, state);
+    for (const EditStep& step : *shared) {
+      const EditStep here = step_on(page, step);
+      carry_out(here, tools, source, state);
+      if (listed && takes_selection(step.kind)) {
+        own.selected = GaussianSet(page.cloud.size());
+      } else if (has_lists) {
+        carry_out(here, tools, source, own);
+      }
+      listed = is_listed(step, listed);
       if (auto border = border_of(step, page.cloud.origin)) borders.push_back(std::move(border));
     }
-    const GaussianSet rest = state.rest();
+    GaussianSet rest = state.rest();
+    const GaussianSet mixed =
+        has_lists ? follow_children(page, first, own.rest(), rest) : GaussianSet(rest.size());
+    if (!state.selected.empty()) page.selected = std::move(state.selected);
     for (std::size_t row = 0; row < page.nodes.size(); ++row) {
       LodFacts& node = page.nodes[row];
       const Ball ball{page.cloud.positions[row], kRounding * static_cast<double>(node.radius)};
       if (node.child_count > 0 && footprint > 0 &&
-          std::ranges::any_of(borders, [&](const auto& border) { return border(ball); })) {
+          (mixed[row] ||
+           std::ranges::any_of(borders, [&](const auto& border) { return border(ball); }))) {
         for (std::size_t k = 0; k < kLodFootprints && node.radius > lod_footprint(footprint, k);
              ++k)
           node.gains[k] = std::numeric_limits<std::uint8_t>::max();
-      } else if (!rest[row] && knows_leaves) {
+      } else if (!rest[row] && (knows_leaves || (has_lists && has_children(page, first, node)))) {
         node.child_count = 0;
       }
       if (rest[row]) continue;

@@ -23,11 +23,6 @@
 namespace qs {
 namespace {
 
-bool is_of_picture(const EditStep& step) {
-  return step.kind == EditKind::select && draws_in_picture(step.select.tool) &&
-         step.select.kind != SelectKind::through;
-}
-
 void warn_of_transform(const std::vector<EditStep>& steps, const std::filesystem::path& file) {
   if (std::ranges::any_of(steps, [](const EditStep& step) { return step.kind >= EditKind::scale; }))
     warn(
@@ -36,9 +31,11 @@ void warn_of_transform(const std::vector<EditStep>& steps, const std::filesystem
                     file.string()));
 }
 
-EditsFile read_with_warnings(const std::filesystem::path& path, const Scene& scene) {
-  note_input(path);
-  EditsFile file = read_edits(path, scene.cloud.origin);
+EditsFile read_with_warnings(const EditOptions& options, const Scene& scene) {
+  const std::filesystem::path& path = *options.file;
+  if (!options.text) note_input(path);
+  EditsFile file = options.text ? parse_edits(*options.text, path.string(), scene.cloud.origin)
+                                : read_edits(path, scene.cloud.origin);
   for (const std::string& sentence : file.warnings) warn("warning: " + sentence);
   return file;
 }
@@ -49,7 +46,12 @@ EditsFile read_with_warnings(const std::filesystem::path& path, const Scene& sce
 
 // The results of steps do not fit another scene.
 void forget_results(EditsFile& file) {
-  if (const std::size_t left_out = std::erase_if(file.steps, is_of_picture); left_out > 0)
+  if (const std::size_t left_out = std::erase_if(file.steps,
+                                                 [](const EditStep& step) {
+                                                   return step.kind == EditKind::select &&
+                                                          needs_frame(step.select);
+                                                 });
+      left_out > 0)
     warn(fmt::format("{} of visible or touching Gaussians left out, because the scene is another",
                      counted(left_out, "selection")));
   for (EditStep& step : file.steps) {
@@ -59,21 +61,13 @@ void forget_results(EditsFile& file) {
   }
 }
 
-// The pages of a tree are edited as they are read. The tree's file is not hashed, because it can be
-// far larger than the pages that are needed.
-void edit_pages(Scene& scene, const EditOptions& options) {
-  EditsFile file = read_with_warnings(*options.file, scene);
-  const EditedScene& of = file.scene;
-  const bool is_other = (of.axes != scene.axes && !of.axes.empty()) ||
-                        (of.bytes != scene.file_bytes && of.bytes != 0);
-  if (is_other && !options.anyway)
-    refuse(*options.file, "it is of a file of another size or of other axes");
-  if (is_other) forget_results(file);
+void edit_pages(Scene& scene, const EditOptions& options, ThreadPool& pool) {
+  const EditsFile file = edits_of_tree(scene, options);
   warn_of_transform(file.steps, *options.file);
-  const auto edit = page_editor(file.steps, options.file->string(), scene.stream->footprint());
-  scene.stream->change_pages(edit);
+  const PageEdit edit = page_editor(file.steps, options.file->string(), scene);
+  scene.stream->edit_pages(edit, pool);
   LodPage coarse{scene.cloud, std::vector<LodFacts>(scene.cloud.size())};  // for the first view
-  edit(coarse);
+  edit(coarse, 0);
   std::vector<std::uint32_t> left;
   for (std::uint32_t i = 0; i < scene.cloud.size(); ++i)
     if (coarse.cloud.opacity_logits[i] > -INFINITY) left.push_back(i);
@@ -87,9 +81,22 @@ void edit_pages(Scene& scene, const EditOptions& options) {
 
 }  // namespace
 
+EditsFile edits_of_tree(const Scene& scene, const EditOptions& options) {
+  EditsFile file = read_with_warnings(options, scene);
+  const EditedScene& of = file.scene;
+  const bool is_other = (of.axes != scene.axes && !of.axes.empty()) ||
+                        (of.bytes != scene.file_bytes && of.bytes != 0);
+  if (is_other && !options.anyway)
+    refuse(*options.file, "it is of a file of another size or of other axes");
+  if (is_other) forget_results(file);
+  return file;
+}
+
 EditedScene edited_scene(const Scene& scene, bool hashes) {
-  return {scene.path.filename().string(), hashes ? file_hash(scene.path) : "", scene.file_bytes,
-          std::max(scene.cloud.size(), scene.edits.removed.size()), scene.axes};
+  const bool is_whole = !scene.stream;
+  return {scene.path.filename().string(), hashes && is_whole ? file_hash(scene.path) : "",
+          scene.file_bytes, is_whole ? std::max(scene.cloud.size(), scene.edits.removed.size()) : 0,
+          scene.axes};
 }
 
 std::string other_scene(const EditedScene& of, const Scene& scene, std::size_t gaussians) {
@@ -97,7 +104,7 @@ std::string other_scene(const EditedScene& of, const Scene& scene, std::size_t g
   if (of.axes != scene.axes && !of.axes.empty())
     return fmt::format("its places are in axes {}, and the scene was read with {}", of.axes,
                        scene.axes);
-  if (of.gaussians != gaussians && of.gaussians != 0)
+  if (of.gaussians != gaussians && of.gaussians != 0 && !scene.stream)
     return fmt::format("it is of a scene of {} Gaussians, and {} has {}", grouped(of.gaussians),
                        name, grouped(gaussians));
   if (of.hash.empty()) return {};
@@ -107,8 +114,10 @@ std::string other_scene(const EditedScene& of, const Scene& scene, std::size_t g
   return {};
 }
 
-MeasuresFile measures_of(const Scene& scene, const std::filesystem::path& path) {
-  MeasuresFile file = read_measures(path, scene.cloud.origin);
+MeasuresFile measures_of(const Scene& scene, const std::filesystem::path& path,
+                         const std::optional<std::string>& text) {
+  MeasuresFile file = text ? parse_measures(*text, path.string(), scene.cloud.origin)
+                           : read_measures(path, scene.cloud.origin);
   const std::string other = other_scene(file.scene, scene, edited_scene(scene, false).gaussians);
   if (!other.empty()) fail("{}: {}", path.string(), other);
   return file;
@@ -137,26 +146,19 @@ EditsFile edits_file(const Scene& scene, std::vector<EditStep> steps, bool hashe
 EditedCloud edited(const Scene& scene, const EditOptions& options, ThreadPool& pool,
                    const std::function<void(const EditStep&, const EditState&)>& each) {
   const std::string source = options.file->string();
-  EditedCloud all{EditState(scene.cloud.size()), read_with_warnings(*options.file, scene)};
+  EditedCloud all{EditState(scene.cloud.size()), read_with_warnings(options, scene)};
   const std::string other = other_scene(all.file.scene, scene, scene.cloud.size());
   if (!other.empty() && !options.anyway) refuse(*options.file, other);
   if (!other.empty()) forget_results(all.file);
 
   ProgressBar bar("editing");
-  std::unique_ptr<Renderer> renderer;
-  EditTools tools{scene.cloud,
-                  pool,
-                  [&, seen = SeenInPicture()](const GaussianSet& rest, const Camera& camera,
-                                              const Shape& shape, float weight) mutable {
-                    if (!renderer) {
-                      renderer = make_renderer(Backend::cpu, pool);
-                      seen = seen_with(*renderer, {std::shared_ptr<void>(), &scene.cloud}, pool);
-                    }
-                    return seen(rest, camera, shape, weight);
-                  },
-                  set_hash,
-                  bar.progress(),
-                  options.recomputes};
+  const auto renderer = make_renderer(Backend::cpu, pool);
+  const EditTools tools{scene.cloud,
+                        pool,
+                        seen_with(*renderer, {std::shared_ptr<void>(), &scene.cloud}, pool),
+                        set_hash,
+                        bar.progress(),
+                        options.recomputes};
   for (std::size_t i = 0; i < all.file.steps.size(); ++i) {
     const EditStep& step = all.file.steps[i];
     const std::string differs =
@@ -185,7 +187,7 @@ void keep_edited(Scene& scene, const EditedCloud& edited, const GaussianSet& kep
 
 void apply_edits(Scene& scene, const EditOptions& options, ThreadPool& pool) {
   if (!options.file) return;
-  if (scene.stream) return edit_pages(scene, options);
+  if (scene.stream) return edit_pages(scene, options, pool);
   const EditedCloud all = edited(scene, options, pool);
   warn_of_transform(all.file.steps, *options.file);
   const GaussianSet rest = all.state.rest();

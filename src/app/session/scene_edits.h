@@ -21,8 +21,9 @@ namespace qs {
 /// The choice of edits that commands offer.
 struct EditOptions {
   std::optional<std::filesystem::path> file;
-  bool anyway = false;      ///< also for another scene
-  bool recomputes = false;  ///< uses the tools in place of the lists in the file
+  std::optional<std::string> text = {};  ///< the file's content, if it is not of this machine
+  bool anyway = false;                   ///< also for another scene
+  bool recomputes = false;               ///< uses the tools in place of the lists in the file
 };
 
 /// A whole scene with its edits.
@@ -44,8 +45,15 @@ EditedScene edited_scene(const Scene& scene, bool hashes);
 /// scene's file only if the other file has a hash.
 std::string other_scene(const EditedScene& of, const Scene& scene, std::size_t gaussians);
 
-/// Reads a file of measures of this scene. Throws Error(input), also if it is of another scene.
-MeasuresFile measures_of(const Scene& scene, const std::filesystem::path& path);
+/// Reads a file of measures of this scene. `text`: its content, if it is not of this machine.
+/// Throws Error(input), also if it is of another scene.
+MeasuresFile measures_of(const Scene& scene, const std::filesystem::path& path,
+                         const std::optional<std::string>& text = {});
+
+/// Reads a file of edits of a tree that is not read whole. The tree's file is not hashed, because
+/// it can be far larger than the pages that are needed. Throws Error(input), also if it is of
+/// another scene.
+EditsFile edits_of_tree(const Scene& scene, const EditOptions& options);
 
 /// The file of these steps, which were carried out on the scene. If the scene is a part of its
 /// file, because of earlier edits or Gaussians that were left out, the steps are of the whole file,

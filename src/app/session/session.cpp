@@ -10,10 +10,13 @@
 #include "app/framing/scene_box.h"
 #include "app/session/exact_color.h"
 #include "app/session/levels.h"
+#include "app/session/page_edits.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
+#include "io/bytes/file_hash.h"
 #include "io/camera/cameras.h"
 #include "io/scene/compact/compact.h"
+#include "raster/pages/page_stream.h"
 #include "raster/scene/cloud_order.h"
 
 namespace qs {
@@ -154,8 +157,22 @@ void leave_out(Session& session, const std::shared_ptr<const GaussianSet>& gone,
   if (gone) session.edits = session.scene->edits.with(*gone, steps);
 }
 
+void edit_pages(Session& session, const std::shared_ptr<const std::vector<EditStep>>& steps) {
+  if (steps == session.pages) return;
+  const Scene& tree = *session.scene;
+  tree.stream->edit_pages(steps ? page_editor(*steps, "edit", tree) : nullptr, *session.pool);
+  session.pages = steps;
+  session.edits = {};
+  if (!steps) return;
+  const auto count = std::ranges::count_if(*steps, takes_away, &EditStep::kind);
+  const std::string text = format_edits({{}, *steps}, tree.cloud.origin);
+  if (count > 0)
+    session.edits = {.steps = static_cast<int>(count),
+                     .crc = bytes_hash(std::as_bytes(std::span(text)))};
+}
+
 EditFacts edits_of(const Session& session) {
-  return session.gone ? session.edits : session.scene->edits;
+  return session.gone || session.pages ? session.edits : session.scene->edits;
 }
 
 std::size_t drawn_count(const Session& session) {

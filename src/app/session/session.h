@@ -85,7 +85,9 @@ struct Session {
   LevelOptions levels;
   std::unique_ptr<Renderer> exact;  ///< renders reference_image() with NetworkUse::reference
   std::shared_ptr<const GaussianSet> gone = {};  ///< of the scene, see leave_out(); null: none
-  EditFacts edits = {};                          ///< of the scene and `gone`, if that is not null
+  /// Edits of a tree that is not read whole; null: none.
+  std::shared_ptr<const std::vector<EditStep>> pages = {};
+  EditFacts edits = {};  ///< of the scene and `gone` or `pages`, if one is not null
 };
 
 /// All renderers of the session leave these Gaussians of the scene out of later frames; null: none.
@@ -93,6 +95,10 @@ struct Session {
 void leave_out(Session& session, const std::shared_ptr<const GaussianSet>& gone, int steps);
 /// The same for a renderer to which the scene was just uploaded.
 void leave_out(const Session& session, Renderer& renderer);
+
+/// Edits the pages of the session's tree by these steps, in place of earlier ones; null: none.
+/// Throws Error(usage) if a step needs the whole scene or the tree has instances.
+void edit_pages(Session& session, const std::shared_ptr<const std::vector<EditStep>>& steps);
 
 /// The edits of the Gaussians that frames show.
 EditFacts edits_of(const Session& session);

@@ -52,19 +52,14 @@ CutChange CutSlots::whole(const StreamedCut& made, const LodView& view, double d
       slots_[part.page][row] = static_cast<std::uint32_t>(places[node++]);
     });
   }
+  change.drawn = drawn_;
   return change;
 }
 
-CutChange CutSlots::follow(const StreamedCut& made, const LodView& view, double dilation,
-                           bool exact, ThreadPool& pool) {
+CutChange CutSlots::parts(const StreamedCut& made, const LodView& view, double dilation,
+                          ThreadPool& pool) {
   CutChange change;
   const LodPages& tree = made.tree;
-  if (exact || made.cut.count > drawn_.size()) {
-    change = whole(made, view, dilation, pool);
-    change.drawn = drawn_;
-    shown_ = made.cut;
-    return change;
-  }
   const std::size_t most = std::max(made.cut.count / kParts, kLeastPart);
   std::vector<SlottedNode> changed;  // of the part
   CutPart part;
@@ -133,6 +128,19 @@ CutChange CutSlots::follow(const StreamedCut& made, const LodView& view, double 
   end_part();
   for (const LodPart& old : shown_.parts)
     if (!now[old.page]) slots_[old.page] = {};
+  return change;
+}
+
+CutChange CutSlots::follow(const StreamedCut& made, const LodView& view, double dilation,
+                           bool exact, ThreadPool& pool) {
+  CutChange change = exact || made.cut.count > drawn_.size() ? whole(made, view, dilation, pool)
+                                                             : parts(made, view, dilation, pool);
+  change.selected = GaussianSet(drawn_.size());
+  for (const LodPart& part : made.cut.parts)
+    if (const GaussianSet& selected = made.tree.pages[part.page]->selected; selected.size() > 0)
+      part.for_each([&](std::size_t row) {
+        if (selected[row]) change.selected.add(slots_[part.page][row]);
+      });
   shown_ = made.cut;
   return change;
 }

@@ -24,6 +24,7 @@ struct CutPart {
 struct CutChange {
   std::shared_ptr<GaussianCloud> whole = {};  ///< to upload; or null
   GaussianSet drawn = GaussianSet();          ///< slots of `whole`
+  GaussianSet selected = GaussianSet();       ///< slots of nodes in LodPage::selected
   std::vector<CutPart> parts = {};            ///< after each of them the drawn slots are a cut
 };
 
@@ -41,6 +42,7 @@ class CutSlots {
 
  private:
   CutChange whole(const StreamedCut& made, const LodView& view, double dilation, ThreadPool& pool);
+  CutChange parts(const StreamedCut& made, const LodView& view, double dilation, ThreadPool& pool);
 
   LodCut shown_;
   std::uint32_t turn_ = 0;                         // decides the pages that a call looks at

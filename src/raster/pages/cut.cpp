@@ -332,9 +332,10 @@ class Descent {
 }  // namespace
 
 std::size_t LodPage::bytes() const {
+  const std::size_t each = sizeof(LodFacts) + (as_read ? sizeof(LodFacts) + sizeof(float) : 0);
   return cloud.size() * (sizeof(glm::vec3) * 2 + sizeof(glm::quat) + sizeof(float)) +
-         cloud.sh.size() * sizeof(glm::vec3) + nodes.size() * sizeof(LodFacts) +
-         numbers.size() * sizeof(std::uint32_t);
+         cloud.sh.size() * sizeof(glm::vec3) + nodes.size() * each +
+         numbers.size() * sizeof(std::uint32_t) + selected.memory();
 }
 
 std::pair<glm::vec3, float> lod_ball(const LodPage& page, std::size_t row,

@@ -27,6 +27,7 @@
 #include "raster/pages/lod_node.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
+#include "raster/scene/gaussian_set.h"
 #include "raster/scene/transform.h"
 
 namespace qs {
@@ -38,6 +39,10 @@ struct LodPage {
   /// By node: the number of a leaf in the sources of the file, kNoNumber for merged nodes. Empty if
   /// the file does not know it.
   std::vector<std::uint32_t> numbers = {};
+  /// The rows that edits select; of size 0: none.
+  GaussianSet selected = GaussianSet();
+  /// The nodes and opacities before edits, without the rest; null: not edited.
+  std::shared_ptr<const LodPage> as_read = {};
 
   std::size_t bytes() const;  ///< of memory
 };

@@ -32,18 +32,42 @@ PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_byte
     threads_.emplace_back([this](const std::stop_token& stop) { read_pages(stop); });
 }
 
-void PageStream::change_pages(const std::function<void(LodPage&)>& change) {
+std::shared_ptr<const LodPage> PageStream::edited(const LodPage& page, std::size_t number,
+                                                  const PageEdit& edit) const {
+  auto own = std::make_shared<LodPage>(page);
+  if (page.as_read) {
+    own->nodes = page.as_read->nodes;
+    own->cloud.opacity_logits = page.as_read->cloud.opacity_logits;
+    own->selected = GaussianSet();
+    own->as_read = nullptr;
+  }
+  if (!edit) return own;
+  const auto as_read = std::make_shared<LodPage>();
+  as_read->nodes = own->nodes;
+  as_read->cloud.opacity_logits = own->cloud.opacity_logits;
+  own->as_read = as_read;
+  edit(*own, number * tree_.page_nodes);
+  return own;
+}
+
+void PageStream::edit_pages(const PageEdit& edit, ThreadPool& pool) {
   const std::lock_guard lock(mutex_);
   if (tree_.instances)
     fail(ErrorKind::usage, "{}: instances share their pages, so they cannot be edited alone",
          source_.name);
-  const auto changed = [change](const LodPage& page) {
-    auto own = std::make_shared<LodPage>(page);
-    change(*own);
-    return own;
-  };
-  source_.read = [changed, read = source_.read](std::size_t i) { return changed(*read(i)); };
-  tree_.pages[0] = changed(*tree_.pages[0]);
+  edit_ = edit;
+  ++edition_;
+  ++events_;
+  pool.for_each(tree_.pages.size(), 1, [&](std::size_t i) {
+    if (tree_.pages[i]) tree_.pages[i] = edited(*tree_.pages[i], i, edit);
+  });
+  facts_.bytes = 0;
+  for (const auto& page : tree_.pages) facts_.bytes += page ? page->bytes() : 0;
+}
+
+std::uint64_t PageStream::edition() const {
+  const std::lock_guard lock(mutex_);
+  return edition_;
 }
 
 int PageStream::add_view(std::function<void()> report) {
@@ -178,12 +202,15 @@ void PageStream::read_pages(const std::stop_token& stop) {
       arrived_.notify_all();
       continue;
     }
+    const PageEdit edit = edit_;
+    const std::uint64_t edition = edition_;
     lock.unlock();
     std::shared_ptr<const LodPage> got;
     std::string problem;
     bool is_short = false;
     for (int attempt = 0; attempt < 2 && !got && !is_short; ++attempt) try {
         got = source_.read(page);
+        if (edit) got = edited(*got, page, edit);
       } catch (const std::bad_alloc&) {
         is_short = true;
       } catch (const std::exception& error) {
@@ -192,6 +219,7 @@ void PageStream::read_pages(const std::stop_token& stop) {
     const bool is_unchanged = source_.is_unchanged();
     lock.lock();
     in_flight_.erase(page);
+    if (got && edition != edition_) got = edited(*got, page, edit_);
     if (!is_unchanged) {
       if (!std::exchange(stopped_, true))
         sentences_.push_back(fmt::format(

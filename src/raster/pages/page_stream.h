@@ -37,6 +37,9 @@ struct StreamedCut {
   LodCut cut;
 };
 
+/// Changes nodes, opacities and LodPage::selected of a page with this first node.
+using PageEdit = std::function<void(LodPage& page, std::uint64_t first)>;
+
 struct StreamFacts {
   std::uint64_t nodes = 0;                  ///< of the file
   std::size_t pages = 0, resident = 0;      ///< of the file, and in memory
@@ -51,9 +54,11 @@ class PageStream {
   /// `tree` has page 0, which stays. `most_bytes`: of all pages in memory.
   PageStream(LodPages tree, PageSource source, std::uint64_t most_bytes);
 
-  /// Changes each page after it is read, and page 0 now. Before all other calls. Throws
-  /// Error(usage) if the tree has instances, which share their pages.
-  void change_pages(const std::function<void(LodPage&)>& change);
+  /// Edits each page: the pages in memory now, the others after they are read. An edit replaces the
+  /// edit before; null: pages are as they were read. Throws Error(usage) if the tree has instances,
+  /// which share their pages.
+  void edit_pages(const PageEdit& edit, ThreadPool& pool);
+  std::uint64_t edition() const;  ///< the number of edits so far
 
   /// The number of another view. `report` is called when another cut is due: after every page while
   /// the last cut lacks pages, and when another view comes. It must not call the stream.
@@ -90,6 +95,8 @@ class PageStream {
   void stop_reading();
   void read_pages(const std::stop_token& stop);
   void store(std::uint32_t page, std::shared_ptr<const LodPage> got, const std::string& problem);
+  std::shared_ptr<const LodPage> edited(const LodPage& page, std::size_t number,
+                                        const PageEdit& edit) const;
   void halve();
   bool make_room(std::uint64_t bytes);
 
@@ -107,7 +114,9 @@ class PageStream {
   std::map<int, View> views_;               // by number; 0: the view that awaits cuts, if any
   int last_view_ = 0, last_served_ = 0;     // numbers: of the newest view, and of a page's reader
   std::map<std::uint32_t, int> in_flight_;  // pages that are being read, and for whom
-  std::uint64_t cuts_ = 0, events_ = 0;     // events: pages that came or died, and halved memory
+  PageEdit edit_;
+  std::uint64_t edition_ = 0;
+  std::uint64_t cuts_ = 0, events_ = 0;  // events: pages that came or died, and halved memory
   StreamFacts facts_;
   std::vector<std::string> sentences_;
   bool stopped_ = false, was_full_ = false;

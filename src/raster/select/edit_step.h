@@ -90,6 +90,11 @@ struct SelectStep {
   std::optional<std::vector<GaussianRun>> members = {};
 };
 
+/// True if the Gaussians of the step depend on a frame.
+inline bool needs_frame(const SelectStep& step) {
+  return draws_in_picture(step.tool) && step.kind != SelectKind::through;
+}
+
 enum class EditKind : std::uint8_t {
   select,
   hide,      ///< hides the selected Gaussians

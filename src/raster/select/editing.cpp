@@ -196,8 +196,7 @@ void note_result(const EditState& state, const SetHash& hash, SelectStep& step) 
   step.count = state.selected.count();
   step.crc = hash(state.selected);
   step.members.reset();
-  if (draws_in_picture(step.tool) && step.kind != SelectKind::through)
-    step.members = state.selected.runs();
+  if (needs_frame(step)) step.members = state.selected.runs();
 }
 
 }  // namespace qs

@@ -37,6 +37,23 @@ std::optional<GroundPlane> ground_through(std::span<const SurfacePoint, 3> point
   return GroundPlane{points[0].position, up};
 }
 
+// A point that is off by h along the normal tilts the plane by h over its distance from the line of
+// the two others. The errors of the points are independent.
+double degrees_of_tilt_error(std::span<const SurfacePoint, 3> points) {
+  double variance = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const SurfacePoint& point = points[i];
+    const glm::dvec3 from = points[(i + 1) % 3].position, to = points[(i + 2) % 3].position;
+    const glm::dvec3 across = glm::cross(to - from, point.position - from);
+    const double cosine = glm::dot(point.direction, glm::normalize(across));
+    const double distance = glm::length(across) / glm::distance(from, to);
+    variance += (point.along * point.along * cosine * cosine +
+                 point.across * point.across * (1 - cosine * cosine)) /
+                (distance * distance);
+  }
+  return glm::degrees(std::sqrt(variance));
+}
+
 glm::dquat level_turn(glm::dvec3 up) { return glm::rotation(up, glm::dvec3(0, -1, 0)); }
 
 std::optional<MeasureScale> scale_of(const SurfacePoint& from, const SurfacePoint& to, double known,

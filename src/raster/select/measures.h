@@ -27,6 +27,9 @@ struct GroundPlane {
 /// that axis. Empty if the points are on a line.
 std::optional<GroundPlane> ground_through(std::span<const SurfacePoint, 3> points);
 
+/// The standard error of the tilt of that plane, degrees; large if they are nearly on a line.
+double degrees_of_tilt_error(std::span<const SurfacePoint, 3> points);
+
 /// The turn that makes `up` the up of a level scene, -y.
 glm::dquat level_turn(glm::dvec3 up);
 

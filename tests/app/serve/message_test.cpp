@@ -64,6 +64,10 @@ TEST(ServeMessage, each_kind_is_read) {
   EXPECT_EQ(body_of<message::Received>(R"({"type":"received","count":9,"held":12.5})").held, 12.5);
   EXPECT_TRUE(body_of<message::Video>(R"({"type":"video","decodes":true})").decodes);
   EXPECT_FALSE(body_of<message::Video>(R"({"type":"video","decodes":false})").decodes);
+  const auto file =
+      body_of<message::OpenFile>(R"({"type":"file","name":"a.edits.json","text":"{}"})");
+  EXPECT_EQ(file.name, "a.edits.json");
+  EXPECT_EQ(file.text, "{}");
   body_of<message::Blur>(R"({"type":"blur"})");
   EXPECT_EQ(parse_message(R"({"type":"blur","input":4294967295})")->input, 4294967295u);
 }
@@ -97,6 +101,8 @@ TEST(ServeMessage, all_else_is_refused) {
                            R"({"type":"video"})",
                            R"({"type":"video","decodes":1})",
                            R"({"type":"blur","input":-1})",
+                           R"({"type":"file","name":"../a.edits.json","text":"{}"})",
+                           R"({"type":"file","name":"a.edits.json"})",
                            R"({"type":"scene","scene":"/etc/passwd"})",
                            R"({"type":"set","control":"x"})",
                            R"({"type":"set","control":7,"value":1})",

@@ -31,6 +31,7 @@ struct SmallScenes {
         LodBuild build;
         build.inputs = {path};
         build.output = path.replace_extension(".rad");
+        build.original = true;
         build.warn = [](const std::string&) {};
         build_lod(build, pool());
       }

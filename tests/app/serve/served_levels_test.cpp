@@ -107,12 +107,55 @@ TEST(ServedLevels, a_job_awaits_its_cut_and_leaves_the_others_alone) {
   EXPECT_TRUE(has_its_cut(room, 2));
 }
 
-TEST(ServedLevels, edits_of_a_tree_are_refused_in_one_sentence) {
+TEST(ServedLevels, steps_edit_the_pages_for_all_visitors_and_are_undone) {
+  ServedRoom room(2, 1, kBudget);
+  for (int number = 1; number <= 2; ++number)
+    ASSERT_TRUE(room.until([&] { return has_its_cut(room, number); }));
+  const auto steps = [&](int number) {
+    const auto& pages = room.viewer(number).editing.pages;
+    return pages ? pages->size() : 0;
+  };
+  const CropBox left{glm::vec3(-100), glm::vec3(0, 100, 100)};
+  room.of(1).apply({call(action::edit, EditStep{.select = {.tool = SelectTool::box, .box = left}})},
+                   room.now);
+  ASSERT_TRUE(room.until([&] { return steps(1) == 1 && steps(2) == 1; }));
+  EXPECT_TRUE(room.until([&] { return room.viewer(1).levels->selected > 0; }));
+  room.of(2).apply({call(action::edit_selected, EditKind::remove)}, room.now);
+  ASSERT_TRUE(room.until([&] { return steps(1) == 2 && steps(2) == 2; }));
+  EXPECT_EQ(room.viewer(1).scene->edits.steps, 1);
+  EXPECT_THAT(state_message({}, state_sections(room.of(1), room.small.opened), 1),
+              HasSubstr("edited: each page, levels of detail"));
+  EXPECT_TRUE(room.until([&] { return room.viewer(1).levels->selected == 0; }));
+  room.of(1).apply({call(action::step_back, true)}, room.now);
+  ASSERT_TRUE(room.until([&] { return steps(1) == 1 && steps(2) == 1; }));
+  EXPECT_TRUE(room.until([&] { return room.viewer(2).levels->selected > 0; }));
+  EXPECT_EQ(room.viewer(2).scene->edits.steps, 0);
+}
+
+TEST(ServedLevels, visible_gaussians_are_a_list_of_the_drawn_leaves) {
   ServedRoom room(1, 1, kBudget);
   ASSERT_TRUE(room.until([&] { return has_its_cut(room, 1); }));
-  room.of(1).apply({call(action::edit, EditStep{.kind = EditKind::show})}, room.now);
-  ASSERT_FALSE(room.viewer().toasts.empty());
-  EXPECT_THAT(room.viewer().toasts.back().text, HasSubstr("cannot be edited here"));
+  const Viewer& v = room.viewer();
+  EditStep step{.select = {.camera = v.camera, .pixels = {{-1, -1}, {64, 48}}}};
+  step.select.tool = SelectTool::rectangle;
+  room.of(1).apply({call(action::edit, step)}, room.now);
+  ASSERT_TRUE(room.until([&] { return v.editing.pages && !v.crop.busy; }));
+  const SelectStep& list = v.editing.pages->front().select;
+  EXPECT_EQ(list.tool, SelectTool::list);
+  std::uint64_t leaves = 0;
+  for (const GaussianRun& run : *list.members) leaves += run.count;
+  EXPECT_GT(leaves, 0u);
+  EXPECT_LT(leaves, kBudget);
+  EXPECT_THAT(v.toasts.back().text, HasSubstr(" of the drawn leaves selected; "));
+}
+
+TEST(ServedLevels, a_step_that_needs_the_whole_scene_is_refused_in_one_sentence) {
+  ServedRoom room(1, 1, kBudget);
+  ASSERT_TRUE(room.until([&] { return has_its_cut(room, 1); }));
+  room.of(1).apply({call(action::edit, EditStep{.kind = EditKind::floaters})}, room.now);
+  ASSERT_TRUE(room.until([&] { return !room.viewer().toasts.empty(); }));
+  EXPECT_THAT(room.viewer().toasts.back().text, HasSubstr("needs the whole scene"));
+  EXPECT_EQ(room.viewer().editing.pages, nullptr);
 }
 
 }  // namespace

@@ -541,7 +541,21 @@ TEST(ServePanels, a_selection_and_its_tint_are_a_visitor_s_and_hiding_is_for_all
               HasSubstr(fmt::format("of 300 Gaussians are left: {} hidden", selected)));
   room.command("Save the edits");
   ASSERT_TRUE(room.until([&] { return !room.files.empty(); }));
-  EXPECT_THAT(*room.files[0].bytes, HasSubstr("\"step\":\"hide\""));
+  const std::string text = *room.files[0].bytes;
+  EXPECT_THAT(text, HasSubstr("\"step\":\"hide\""));
+  // Another visitor opens that file.
+  room.command("Undo");
+  ASSERT_TRUE(
+      room.until([&] { return !room.viewer(1).editing.gone && !room.viewer(2).editing.gone; }));
+  room.take(message::OpenFile{"mine.edits.json", text}, 2);
+  ASSERT_TRUE(
+      room.until([&] { return room.viewer(1).editing.gone && room.viewer(2).editing.gone; }));
+  EXPECT_EQ(room.viewer(1).editing.gone->count(), selected);
+  room.take(message::OpenFile{"other.edits.json", "{"}, 2);
+  ASSERT_TRUE(room.until([&] { return !room.viewer(2).editing.busy; }));
+  EXPECT_THAT(room.viewer(2).log.back().text, HasSubstr("other.edits.json: "));
+  room.take(message::OpenFile{"scene.ply", "ply"}, 2);
+  EXPECT_THAT(room.viewer(2).log.back().text, HasSubstr("scene.ply: only files "));
 }
 
 TEST(ServePanels, points_are_measured_by_a_visitor_and_drawn_over_the_picture) {
@@ -569,6 +583,12 @@ TEST(ServePanels, points_are_measured_by_a_visitor_and_drawn_over_the_picture) {
   room.set("known length", 2);
   room.set("Set the scale", 0);
   EXPECT_THAT(section(room.of(1), "measures/facts").dump(), HasSubstr("2 \u00b1"));
+  room.files.clear();
+  room.set("Save the measures", 0);
+  ASSERT_TRUE(room.until([&] { return !room.files.empty(); }));
+  room.take(message::OpenFile{"mine.measures.json", *room.files[0].bytes}, 2);
+  EXPECT_TRUE(room.until([&] { return room.viewer(2).measures.points() == 2; }));
+  EXPECT_EQ(room.viewer(2).measures.scale, room.viewer(1).measures.scale);
   room.command("Undo");
   EXPECT_EQ(room.viewer().measures.points(), 1u);
 }

@@ -16,6 +16,7 @@
 
 #include "app/inspect/heatmap_frame.h"
 #include "app/session/alterations.h"
+#include "app/session/page_edits.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/camera/lens_views.h"
@@ -37,14 +38,19 @@ class LevelsTest : public testing::Test {
  protected:
   LevelsTest() {
     test::write_scene(test::random_cloud(4000, 2, 3), folder_ / "scene.ply");
-    LodBuild build;
-    build.inputs = {folder_ / "scene.ply"};
-    build.output = folder_ / "scene.rad";
-    build.warn = [](const std::string&) {};
-    build_lod(build, test::pool());
-    frame_.scene = build.output;
+    frame_.scene = built(false);
     frame_.backend = Backend::cpu;
     camera_ = look_at({0, 0, -6}, {0, 0, 0}, {0, -1, 0}, 0.9, 160, 120);
+  }
+
+  std::filesystem::path built(bool original) {
+    LodBuild build;
+    build.inputs = {folder_ / "scene.ply"};
+    build.output = folder_ / (original ? "original.rad" : "scene.rad");
+    build.original = original;
+    build.warn = [](const std::string&) {};
+    build_lod(build, test::pool());
+    return build.output;
   }
 
   Image picture(Session& session, const Camera& camera) {
@@ -124,6 +130,88 @@ TEST_F(EditedLevels, leaves_are_the_bits_of_the_edited_file) {
     Session some = open_session(frame_);
     EXPECT_GT(psnr(picture(some, camera_), expected, test::pool()), 30) << steps;
   }
+}
+
+TEST_F(EditedLevels, lists_are_of_the_numbers_of_leaves) {
+  frame_.scene = built(true);
+  const Scene source = load_scene(folder_ / "scene.ply", test::pool());
+  std::string members;
+  for (const GaussianRun& run : gaussians_at_distance(source.cloud, glm::dvec3(0),
+                                                      glm::dvec3(1, 2, 0), {0, 100}, test::pool())
+                                    .runs())
+    members += fmt::format("{}{}, {}", members.empty() ? "" : ", ", run.first, run.count);
+  for (const std::string last :
+       {R"("remove"})", R"("keep"})",
+        R"("keep"}, {"step": "crop", "box": [[-1, -0.3, -9], [0.25, 0.4, 9]]})"}) {
+    write(R"({"step": "select", "tool": "list", "members": [)" + members + R"(]}, {"step": )" +
+          last);
+    frame_.levels = {};
+    Session whole = open_session(frame_);
+    const Image expected = picture(whole, camera_);
+    frame_.levels.error = 0;
+    Session levels = open_session(frame_);
+    EXPECT_EQ(picture(levels, camera_).values, expected.values) << last;
+    frame_.levels = {};
+    frame_.levels.budget = 3000;
+    Session some = open_session(frame_);
+    EXPECT_GT(psnr(picture(some, camera_), expected, test::pool()), 30) << last;
+  }
+}
+
+TEST_F(EditedLevels, a_window_draws_the_edits_of_its_pages_and_their_selection) {
+  write(R"({"step": "crop", "box": [[-1, -0.3, -9], [0.25, 0.4, 9]]})");
+  Session whole = open_session(frame_);
+  const Image edited = picture(whole, camera_);
+  frame_.edits = {};
+  Session unedited = open_session(frame_);
+  const Image plain = picture(unedited, camera_);
+  frame_.levels.error = 0;
+  const Scene tree = load_scene(frame_.scene, test::pool(), -1, "", StreamedTrees::all);
+  std::atomic<int> reports = 0;
+  std::atomic<std::size_t> selected = 0;
+  const auto window = with_levels(make_renderer(Backend::cpu, test::pool()), frame_.levels,
+                                  test::pool(), [&](const LevelFacts& facts) {
+                                    selected = facts.selected;
+                                    ++reports;
+                                  });
+  expect_stream(*window, tree.stream);
+  window->upload(std::make_shared<const GaussianCloud>(tree.cloud), {});
+  const auto edit = [&](const std::vector<EditStep>& steps) {
+    tree.stream->edit_pages(steps.empty() ? nullptr : page_editor(steps, "edit", tree),
+                            test::pool());
+    return settled(*window, reports)->color.values;
+  };
+  EXPECT_EQ(edit({}), plain.values);
+  EXPECT_EQ(edit(read_edits(folder_ / "a.edits.json", tree.cloud.origin).steps), edited.values);
+  EXPECT_EQ(edit({}), plain.values);
+  const SelectStep sphere{.tool = SelectTool::sphere, .radius = 1, .point = {0.5, 0, 3}};
+  EXPECT_EQ(edit({{.select = sphere}}), plain.values);
+  const GaussianSet expected = gaussians_at_distance(unedited.scene->cloud, sphere.point, {},
+                                                     {0, sphere.radius}, test::pool());
+  EXPECT_EQ(selected, expected.count());
+  Outputs outputs;
+  outputs.share = std::make_shared<const GaussianSet>(expected);
+  const std::vector<float> shares =
+      unedited.renderer->render(camera_, unedited.settings, outputs).share;
+  outputs.share = std::make_shared<const GaussianSet>();
+  EXPECT_EQ(window->render(camera_, unedited.settings, outputs).share, shares);
+}
+
+TEST_F(LevelsTest, a_drawn_view_knows_the_numbers_of_its_leaves) {
+  const Scene source = load_scene(folder_ / "scene.ply", test::pool());
+  frame_.scene = built(true);
+  frame_.levels.budget = 3000;
+  const Session session = open_session(frame_);
+  const DrawnView drawn = draw_view(session, camera_, {.color = false, .trace = true}, {});
+  ASSERT_EQ(drawn.numbers.size(), drawn.cloud->size());
+  std::size_t leaves = 0;
+  for (std::size_t i = 0; i < drawn.numbers.size(); ++i) {
+    if (drawn.numbers[i] == kNoNumber) continue;
+    ++leaves;
+    EXPECT_EQ(drawn.cloud->positions[i], source.cloud.positions[drawn.numbers[i]]);
+  }
+  EXPECT_GT(leaves, 1000u);
+  EXPECT_LT(leaves, drawn.numbers.size());
 }
 
 // A crop leaves a part of a far larger scene: its border is exact with a budget that is far too

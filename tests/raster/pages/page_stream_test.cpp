@@ -60,6 +60,50 @@ class Streamed : public testing::Test {
   LodCut last_;
 };
 
+TEST_F(Streamed, edits_are_of_pages_in_memory_and_of_later_ones_and_go_without_a_trace) {
+  PageStream stream = this->stream();
+  const LodGain gain(gain_of_scale);
+  stream.await_cut(gain, {400}, pool());
+  const auto pages = [&] { return stream.await_cut(gain, {6000}, pool()).tree.pages; };
+  EXPECT_EQ(stream.edition(), 0u);
+  for (const float value : {5.0f, 7.0f}) {  // the second edit replaces the first
+    stream.edit_pages(
+        [value](LodPage& page, std::uint64_t first) {
+          page.selected = GaussianSet(page.nodes.size());
+          page.nodes[0].opacities += value + static_cast<float>(first);
+          page.cloud.opacity_logits[1] += value;
+        },
+        pool());
+    std::uint64_t bytes = 0;
+    for (std::size_t i = 0; const auto& page : pages()) {
+      EXPECT_EQ(page->nodes[0].opacities, value + static_cast<float>(100 * i++));
+      EXPECT_EQ(page->cloud.opacity_logits[1], value);
+      EXPECT_EQ(page->selected.size(), page->nodes.size());
+      bytes += page->bytes();
+    }
+    EXPECT_EQ(stream.facts().bytes, bytes);
+  }
+  EXPECT_EQ(stream.edition(), 2u);
+  stream.edit_pages(nullptr, pool());
+  for (const auto& page : pages()) {
+    EXPECT_EQ(page->nodes[0].opacities, 0);
+    EXPECT_EQ(page->cloud.opacity_logits[1], 0);
+    EXPECT_EQ(page->selected.size(), 0u);
+  }
+  EXPECT_EQ(reads_, 59);
+}
+
+TEST_F(Streamed, a_page_that_is_read_during_an_edit_has_the_edit) {
+  PageStream stream = this->stream();
+  std::atomic<bool> edits = true;
+  before_read_ = [&](std::size_t) {
+    if (!edits.exchange(false)) return;
+    stream.edit_pages([](LodPage& page, std::uint64_t) { page.nodes[0].opacities = 3; }, pool());
+  };
+  for (const auto& page : stream.await_cut(LodGain(gain_of_scale), {6000}, pool()).tree.pages)
+    EXPECT_EQ(page->nodes[0].opacities, 3);
+}
+
 TEST_F(Streamed, a_cut_waits_for_all_its_pages_and_reads_no_page_twice) {
   PageStream stream = this->stream();
   for (const std::size_t budget : {1, 50, 400, 2000, 6000}) {
@@ -314,7 +358,7 @@ TEST(StreamedInstances, share_one_page_in_memory) {
   EXPECT_EQ(stream.facts().bytes, bytes);
   EXPECT_EQ(stream.facts().read, 1u);
   EXPECT_THAT(stream.take_sentences(), IsEmpty());
-  EXPECT_EQ(error_of([&] { stream.change_pages([](LodPage&) {}); }),
+  EXPECT_EQ(error_of([&] { stream.edit_pages([](LodPage&, std::uint64_t) {}, pool()); }),
             "city.json: instances share their pages, so they cannot be edited alone");
 }
 

@@ -4,6 +4,7 @@
 #include "raster/select/measures.h"
 
 #include <cmath>
+#include <random>
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -48,6 +49,37 @@ TEST(Ground, has_the_eye_above_it_and_snaps_to_axes) {
       ground_through(std::array{point_at({0, 0, 1}), point_at({1, 0, 1}), point_at({3, 0, 1})}));
   EXPECT_FALSE(
       ground_through(std::array{point_at({0, 0, 1}), point_at({0, 0, 1}), point_at({0, 0, 1})}));
+}
+
+// Against planes through points that are moved at random by their errors.
+TEST(Ground, has_the_error_of_its_tilt) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (const double c : {1.0, 0.3, 0.1}) {
+    std::array points{point_at({0, 0, 5}, 0.003), point_at({1, 0, 5.2}, 0.003),
+                      point_at({0.4, c, 5.1}, 0.003)};
+    for (SurfacePoint& point : points) point.direction = glm::normalize(point.position);
+    const auto up = [](const std::array<SurfacePoint, 3>& three) {
+      return glm::normalize(
+          glm::cross(three[1].position - three[0].position, three[2].position - three[0].position));
+    };
+    double squares = 0;
+    constexpr int kTrials = 4000;
+    for (int i = 0; i < kTrials; ++i) {
+      std::array moved = points;
+      for (SurfacePoint& point : moved) {
+        const glm::dvec3 aside =
+            glm::normalize(glm::cross(point.direction, glm::dvec3(normal(random), 1, 0)));
+        point.position += point.along * normal(random) * point.direction +
+                          point.across * normal(random) * aside +
+                          point.across * normal(random) * glm::cross(point.direction, aside);
+      }
+      const double angle = glm::degrees(std::asin(glm::length(glm::cross(up(points), up(moved)))));
+      squares += angle * angle;
+    }
+    const double expected = std::sqrt(squares / kTrials);
+    EXPECT_NEAR(degrees_of_tilt_error(points), expected, 0.05 * expected) << c;
+  }
 }
 
 TEST(MeasureScale, makes_a_known_length_of_two_points) {

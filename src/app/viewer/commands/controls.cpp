@@ -144,6 +144,11 @@ Control button_row(std::string name, Action action, std::string help = "") {
           [action = std::move(action)](double, std::size_t) { return action; }, std::move(help)};
 }
 
+// A button that does what a command does.
+Control command_row(std::string name, const char* command) {
+  return button_row(std::move(name), find_command(command)->action, command_hint(command));
+}
+
 // A part of rows of lists. `set` takes the row's index, and the value if the part has one.
 template <class... Value>
 Control item_row(const char* name, auto set, std::string help = "") {
@@ -449,8 +454,7 @@ Controls split_controls() {
               [](Split& split, double) { split.flipped = !split.flipped; },
               command_hint("Flip the split"))),
       only_if([](const Viewer& v) { return v.beside.has_value(); },
-              button_row("Close the scene beside", call(action::toggle_beside),
-                         command_hint("Open or close a scene beside"))),
+              command_row("Close the scene beside", "Open or close a scene beside")),
   };
 }
 
@@ -567,23 +571,20 @@ Controls select_controls() {
           field_row(kSelecting, "tolerance", number, &Selecting::tolerance,
                     logarithmic(0.5, 100, 1), "of colours, in CIELAB")),
       by("Same colour", SelectTool::flood, "Grows through Gaussians of the selection's colour"),
-      gray_unless(has_selection, button_row("Remove", call(action::edit_selected, EditKind::remove),
-                                            command_hint("Remove the selected Gaussians"))),
-      gray_unless(has_selection,
-                  button_row("Keep only", call(action::edit_selected, EditKind::keep),
-                             command_hint("Keep only the selected Gaussians"))),
-      gray_unless(has_selection, button_row("Hide", call(action::edit_selected, EditKind::hide),
-                                            command_hint("Hide the selected Gaussians"))),
-      gray_unless([](const Viewer& v) { return !v.editing.history.state().hidden.empty(); },
-                  button_row("Show hidden", call(action::edit_selected, EditKind::show),
-                             command_hint("Show hidden Gaussians again"))),
+      gray_unless(has_selection, command_row("Remove", "Remove the selected Gaussians")),
+      gray_unless(has_selection, command_row("Keep only", "Keep only the selected Gaussians")),
+      gray_unless(has_selection, command_row("Hide", "Hide the selected Gaussians")),
+      gray_unless(
+          [](const Viewer& v) {
+            return v.editing.pages || !v.editing.history.state().hidden.empty();
+          },
+          command_row("Show hidden", "Show hidden Gaussians again")),
       gray_unless([](const Viewer& v) { return v.editing.history.can_undo(); },
-                  button_row("Undo", call(action::step_back, true), command_hint("Undo"))),
+                  command_row("Undo", "Undo")),
       gray_unless([](const Viewer& v) { return v.editing.history.can_redo(); },
-                  button_row("Redo", call(action::step_back, false), command_hint("Redo"))),
-      only_if(
-          [](const Viewer& v) { return v.editing.history.has_steps(); },
-          button_row("Save the edits", call(action::save_edits), command_hint("Save the edits")))};
+                  command_row("Redo", "Redo")),
+      only_if([](const Viewer& v) { return v.editing.history.has_steps(); },
+              command_row("Save the edits", "Save the edits"))};
   add(rows, value_controls("opacity", &Selecting::opacity, SelectTool::opacity, 1, "0 to 1"));
   add(rows, value_controls("size", &Selecting::size, SelectTool::size, 1e7,
                            "the longest standard deviation, world units"));
@@ -615,8 +616,7 @@ Controls measure_controls() {
                                         "the next point begins a new line")),
       gray_unless(points(1), button_row("Remove the last point", call(action::remove_last_point))),
       gray_unless(points(1), button_row("Clear", call(action::clear_measures))),
-      gray_unless(points(1), button_row("Copy", call(action::copy_measures),
-                                        command_hint("Copy the measures"))),
+      gray_unless(points(1), command_row("Copy", "Copy the measures")),
       gray_unless(points(1), button_row("Save the measures", call(action::save_measures, Action()),
                                         "as a file that the window and the page read")),
       gray_unless(has_selection,
@@ -739,8 +739,7 @@ Controls recorder_controls() {
   Controls rows = {
       gray_unless([](const Viewer& v) { return !v.zoom.starting; },
                   labelled([](const Viewer& v) { return v.zoom.running ? "Stop" : "Record"; },
-                           button_row("Record", call(action::toggle_zoom_recording),
-                                      command_hint("Record a zoom")))),
+                           command_row("Record", "Record a zoom"))),
       only_if(std::not_fn(has_start),
               gray_unless(records_nothing,
                           button_row("start here", call(action::start_zoom_here),
@@ -797,7 +796,7 @@ bool has_path(const Viewer& v) { return v.keyframes.size() >= 2; }
 Controls camera_controls() {
   return {
       item_row("camera", go_to_camera),
-      button_row("Bookmark", call(action::keep_bookmark), command_hint("Bookmark this view")),
+      command_row("Bookmark", "Bookmark this view"),
       item_row("bookmark", action::go_to_bookmark),
       item_row("remove bookmark", action::remove_bookmark),
       only_if(has_cameras_here, switch_row(
@@ -826,12 +825,11 @@ ControlNow time_now(const Viewer& v) {
 
 Controls path_controls() {
   return {
-      button_row("Set here", call(action::add_keyframe), command_hint("Set a keyframe")),
-      button_row("Film", call(action::film), command_hint("Film of the path, or round the scene")),
+      command_row("Set here", "Set a keyframe"),
+      command_row("Film", "Film of the path, or round the scene"),
       only_if(has_path,
               labelled([](const Viewer& v) { return v.playback.running ? "Stop" : "Play"; },
-                       button_row("Play", call(action::toggle_playback),
-                                  command_hint("Play the path")))),
+                       command_row("Play", "Play the path"))),
       only_if(has_path,
               button_row("Save", call(action::save_keyframes), "Saves the path as a file")),
       only_if(has_path, switch_row(

@@ -60,6 +60,8 @@ void write(RenderContext& context, const std::filesystem::path& path) {
 void action::save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name,
                        const Action& then) {
   if (!viewer.scene) return;
+  if (viewer.editing.pages)
+    return notify(viewer, "save the edits (Ctrl+S): quadsplat convert --edits writes a tree");
   if (!viewer.editing.gone)
     return notify(viewer, "nothing is cropped: apply a box or the search for floaters first");
   if (viewer.is_remote) return start_job(viewer, host, send);

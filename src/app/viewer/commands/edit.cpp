@@ -10,6 +10,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "app/session/page_edits.h"
 #include "app/session/scene_edits.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_file.h"
@@ -22,6 +23,7 @@
 #include "base/fail.h"
 #include "base/text.h"
 #include "io/bytes/replace_file.h"
+#include "raster/select/by_shape.h"
 #include "raster/select/by_value.h"
 #include "raster/select/editing.h"
 
@@ -33,18 +35,59 @@ namespace {
 void find_at_pixel(RenderContext& context, SelectStep& step) {
   if (step.pixels.empty() || (step.tool != SelectTool::sphere && step.tool != SelectTool::color))
     return;
-  const GaussianCloud& cloud = context.session.scene->cloud;
-  const Camera camera = step.camera.placed(cloud.origin);
-  const auto point = MeasuredView(context, camera).surface(step.pixels[0]);
+  const Camera camera = step.camera.placed(context.session.scene->cloud.origin);
+  const MeasuredView view(context, camera);
+  const auto point = view.surface(step.pixels[0]);
   if (!point) fail("no surface is here: more than half of the light passes");
   if (step.tool == SelectTool::color) {
-    step.color = glm::clamp(base_srgb(cloud, point->gaussian), 0.0, 1.0);
+    step.color = glm::clamp(base_srgb(*view.drawn.cloud, point->gaussian), 0.0, 1.0);
   } else {
     const double depth = (camera.view_from_world * glm::dvec4(point->position, 1)).z;
     step.point = point->position;
     step.radius = depth * glm::length((step.pixels[1] - step.pixels[0]) / step.camera.focal_px);
   }
   step.pixels.clear();
+}
+
+// A selection in a tree that is not read whole is of leaves: visible and touching Gaussians become
+// the list of the drawn leaves. Returns a sentence about the others.
+std::string list_leaves(RenderContext& context, SelectStep& step) {
+  if (!needs_frame(step)) return {};
+  const Session& session = context.session;
+  if (!session.scene->levels->has_originals)
+    fail(ErrorKind::usage,
+         "the leaves of this tree have no numbers, which quadsplat lod --original keeps: select "
+         "through");
+  const Camera camera = step.camera.placed(session.scene->cloud.origin);
+  Outputs outputs{.color = false};
+  outputs.seen = pixels_in(shape_of(step), {camera.width, camera.height},
+                           step.kind == SelectKind::touching ? 0 : step.weight, *session.pool);
+  const DrawnView drawn = draw_view(session, camera, outputs, context.stop);
+  GaussianSet leaves(session.scene->levels->nodes);
+  drawn.frame.seen.for_each([&](std::size_t i) {
+    if (drawn.numbers[i] < leaves.size()) leaves.add(std::size_t{drawn.numbers[i]});
+  });
+  const std::size_t merged = drawn.frame.seen.count() - leaves.count();
+  step = {.tool = SelectTool::list, .how = step.how, .members = leaves.runs()};
+  return fmt::format("{} of the drawn leaves selected{}", grouped(leaves.count()),
+                     merged == 0 ? ""
+                                 : fmt::format("; {} coarser nodes are not: come closer to select "
+                                               "their leaves, or select through",
+                                               grouped(merged)));
+}
+
+// Checks a step of a tree that is not read whole; show_crop() carries it out.
+void check_step(RenderContext& context, EditStep& step) {
+  const Scene& tree = *context.session.scene;
+  if (tree.edits.steps > 0)
+    fail(ErrorKind::usage,
+         "{} was opened with --edits: open it without, then open the file of edits here",
+         tree.path.filename().string());
+  find_at_pixel(context, step.select);
+  const std::string sentence = list_leaves(context, step.select);
+  page_editor({step}, "edit", tree);
+  context.report(action::step_done, step, std::make_shared<const EditState>());
+  if (!sentence.empty()) context.report(action::notify, sentence);
 }
 
 void carry_out_step(RenderContext& context, EditStep step, const EditState& before) {
@@ -63,6 +106,7 @@ void carry_out_step(RenderContext& context, EditStep step, const EditState& befo
       set_hash,
       {{}, context.stop}};
   try {
+    if (session.scene->stream) return check_step(context, step);
     find_at_pixel(context, step.select);
     carry_out(step, tools, "edit", *after);
     if (step.kind == EditKind::select) note_result(*after, set_hash, step.select);
@@ -96,26 +140,23 @@ void write_edits(RenderContext& context, const Viewer& viewer) {
   context.report(action::edits_saved);
 }
 
-void keep_beside_scene(RenderContext& context, const EditHistory& history, bool owns_file) {
-  const Scene& whole = *context.session.scene;
-  const std::string problem = keep_beside(whole.path, ".edits.json", owns_file, "edits", [&] {
-    return history.has_steps()
-               ? format_edits(edits_file(whole, history.steps(), false), whole.cloud.origin)
-               : std::string();
-  });
-  context.report(action::edits_kept, problem);
-}
-
-void read_edits_file(RenderContext& context, const std::filesystem::path& path) {
+void read_edits_file(RenderContext& context, const EditOptions& options) {
+  const std::filesystem::path& path = *options.file;
   const Scene& whole = *context.session.scene;
   try {
     if (whole.edits.steps > 0)
       fail(ErrorKind::usage,
            "{}: edits are of a whole file, but this scene was opened without some of its Gaussians",
            path.string());
-    EditHistory history(whole.cloud.size());
-    edited(whole, {path}, *context.session.pool,
-           [&](const EditStep& step, const EditState& state) { history.take(step, state); });
+    EditHistory history(whole.stream ? 0 : whole.cloud.size());
+    if (whole.stream) {
+      const EditsFile file = edits_of_tree(whole, options);
+      page_editor(file.steps, path.string(), whole);  // refuses what it cannot do
+      for (const EditStep& step : file.steps) history.take(step, EditState());
+    } else {
+      edited(whole, options, *context.session.pool,
+             [&](const EditStep& step, const EditState& state) { history.take(step, state); });
+    }
     context.report(action::edits_opened, path, history);
   } catch (const std::exception& error) {
     context.report(action::step_failed, std::string(error.what()));
@@ -149,20 +190,20 @@ void action::follow_edits(Viewer& v, Host& host) {
 
 void action::keep_edits(Viewer& v, Host& host, const Action& then) {
   v.editing.kept = true;
-  host.run([history = v.editing.history, owns = v.editing.owns_file, then](RenderContext& context) {
-    keep_beside_scene(context, history, owns);
-    if (then) context.report(then);
-  });
+  const auto text = [history = v.editing.history](const Scene& scene) {
+    return history.has_steps()
+               ? format_edits(edits_file(scene, history.steps(), false), scene.cloud.origin)
+               : std::string();
+  };
+  keep_beside(v, host, {".edits.json", "edits", v.editing.owns_file, text, edits_kept}, then);
 }
 
-void action::open_edits(Viewer& v, Host& host, const std::filesystem::path& file) {
+void action::open_edits(Viewer& v, Host& host, const std::filesystem::path& file,
+                        const std::optional<std::string>& text) {
   if (!v.scene || v.editing.busy) return;
-  if (v.levels)
-    return notify(v,
-                  "a tree that is not read whole is edited when it is opened, with --edits FILE");
   v.editing.busy = true;
   v.editing.waiting.clear();
-  host.run([file](RenderContext& context) { read_edits_file(context, file); });
+  host.run([=](RenderContext& context) { read_edits_file(context, {file, text}); });
 }
 
 void action::use_cross(Viewer& v, Host& host) {

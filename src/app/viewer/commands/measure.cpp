@@ -92,32 +92,27 @@ void action::save_measures(Viewer& v, Host& host, const Action& then) {
   if (v.scene) start_job(v, host, write_measures, then);
 }
 
-void action::open_measures(Viewer& v, Host& host, const std::filesystem::path& file) {
+void action::open_measures(Viewer& v, Host& host, const std::filesystem::path& file,
+                           const std::optional<std::string>& text) {
   if (!v.scene) return;
-  host.run([file](RenderContext& context) {
-    const MeasuresFile read = measures_of(*context.session.scene, file);
+  host.run([=](RenderContext& context) {
+    const MeasuresFile read = measures_of(*context.session.scene, file, text);
     for (const std::string& sentence : read.warnings) context.report(action::notify, sentence);
     context.report(action::measures_opened, file, read.measures);
   });
 }
 
 void action::keep_measures(Viewer& v, Host& host, const Action& then) {
-  const Measures measures = v.measures.kept = v.measures;
-  host.run([=, of = v.scene->path, owns = v.measures.owns_file](RenderContext& context) {
-    const Scene& scene = *context.session.scene;
-    if (scene.path != of) return;
-    const std::string problem = keep_beside(scene.path, ".measures.json", owns, "measures", [&] {
-      return measures == Measures() ? std::string() : file_text(scene, measures, false);
-    });
-    context.report(action::measures_kept, problem);
-    if (then) context.report(then);
-  });
+  const auto text = [measures = v.measures.kept = v.measures](const Scene& scene) {
+    return measures == Measures() ? std::string() : file_text(scene, measures, false);
+  };
+  keep_beside(v, host, {".measures.json", "measures", v.measures.owns_file, text, measures_kept},
+              then);
 }
 
 void action::measure_pixel(Viewer& v, Host& host, glm::dvec2 pixel) {
   if (!v.scene || v.measures.busy) return;
   if (v.settings.lens) return notify(v, "points are measured by a pinhole camera (Shift+5)");
-  if (v.levels) return notify(v, "a tree that is not read whole cannot be measured");
   if (v.measures.again) return cross_sights(v, pixel);
   v.measures.busy = true;
   start_job(v, host, measure_at, pixel);
@@ -127,7 +122,7 @@ void action::follow_measures(Viewer& v, Host& host) {
   PointMeasures& measuring = v.measures;
   if (measures_are_to_keep(v)) keep_measures(v, host, {});
   const bool shows_view = v.shown.version == v.version && v.shown.divisor == 1 && v.still();
-  if (!shows_view || !v.panels.measures || measuring.points() < 2 ||
+  if (!shows_view || !v.panels.measures || measuring.points() < 2 || v.levels ||
       measuring.asked_version == v.view_version)
     return;
   measuring.asked_version = v.view_version;
@@ -137,6 +132,7 @@ void action::follow_measures(Viewer& v, Host& host) {
 void action::measure_selection(Viewer& v, Host& host) {
   const auto selected = v.editing.selected;
   if (!selected) return notify(v, "select Gaussians first (Shift+B)");
+  if (v.levels) return notify(v, "a selection in a tree that is not read whole has no known box");
   v.measures.busy = true;
   const glm::dmat3 level = glm::mat3_cast(v.measures.ground ? level_turn(v.measures.ground->up)
                                                             : glm::dquat(1, 0, 0, 0));

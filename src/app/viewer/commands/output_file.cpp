@@ -27,23 +27,25 @@ void save_results(RenderContext& context, const Viewer& viewer, const std::strin
   }
 }
 
-std::string keep_beside(const std::filesystem::path& scene, const std::string& ending, bool owns,
-                        const std::string& work, const std::function<std::string()>& text) {
-  const std::filesystem::path path = scene.string() + ending;
-  try {
-    if (!owns && is_there(path))
-      std::filesystem::rename(path,
-                              free_name(path.parent_path(), scene.filename().string(), ending));
-    const std::string content = text();
-    if (content.empty()) {
-      std::filesystem::remove(path);
-    } else {
-      write_text(path, content);
+void keep_beside(const Viewer& viewer, Host& host, const KeptWork& work, const Action& then) {
+  host.run([=, of = viewer.scene->path](RenderContext& context) {
+    if (const Scene& scene = *context.session.scene; scene.path == of) {
+      const std::filesystem::path path = of.string() + work.ending;
+      std::string problem;
+      try {
+        if (!work.owns_file && is_there(path))
+          std::filesystem::rename(
+              path, free_name(path.parent_path(), of.filename().string(), work.ending));
+        const std::string content = work.text(scene);
+        content.empty() ? void(std::filesystem::remove(path)) : write_text(path, content);
+      } catch (const std::exception& error) {
+        problem =
+            fmt::format("{}: the {} cannot be kept: {}", path.string(), work.name, error.what());
+      }
+      context.report(work.kept, problem);
     }
-    return {};
-  } catch (const std::exception& error) {
-    return fmt::format("{}: the {} cannot be kept: {}", path.string(), work, error.what());
-  }
+    if (then) context.report(then);
+  });
 }
 
 OutputFile::OutputFile(const Viewer& viewer, const std::string& folder, const std::string& stem,

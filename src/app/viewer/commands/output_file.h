@@ -40,11 +40,15 @@ void save_results(RenderContext& context, const Viewer& viewer, const std::strin
                   const std::function<void(const std::filesystem::path& path)>& save,
                   const std::string& more = "");
 
-/// Writes a file beside the scene, SCENE and an ending, or removes it if the text is empty. If
-/// there is a file that is not the window's own, it gets another name first. Returns a sentence if
-/// the file, which has the user's `work`, cannot be written, or "".
-std::string keep_beside(const std::filesystem::path& scene, const std::string& ending, bool owns,
-                        const std::string& work, const std::function<std::string()>& text);
+/// Work of the user that a file beside the scene keeps, SCENE and the ending.
+struct KeptWork {
+  std::string ending, name;
+  bool owns_file = false;                         ///< else a file there gets another name first
+  std::function<std::string(const Scene&)> text;  ///< if it is empty, there is no file
+  void (*kept)(Viewer& viewer, const std::string& problem);  ///< "": it could be written
+};
+/// Writes that file if the scene is still shown, then runs an action, which may be null.
+void keep_beside(const Viewer& viewer, Host& host, const KeptWork& work, const Action& then);
 
 class OutputFile : NotCopied {
  public:

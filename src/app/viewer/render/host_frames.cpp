@@ -69,9 +69,9 @@ MappedFrame draw_mapped(RenderContext& context, Renderer& renderer, const FrameR
                   context.stop);
   Outputs outputs = with_counts(maker ? maker->outputs() : Outputs(), request);
   outputs.pairs |= pairs;
-  // A trained model or a cut of a tree may have replaced the Gaussians since the request.
+  // A trained model may have replaced the Gaussians since the request; a tree knows its selection.
   const Scene& scene = *context.session.scene;
-  if (request.tint && request.tint->size() == scene.cloud.size() && !scene.stream)
+  if (request.tint && (request.tint->size() == scene.cloud.size() || scene.stream))
     outputs.share = request.tint;
   const Frame& frame =
       renderer.render(camera, request.settings, outputs, HostImage{}, context.stop);

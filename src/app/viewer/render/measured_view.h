@@ -5,6 +5,7 @@
 
 #include <optional>
 
+#include "app/session/levels.h"
 #include "app/viewer/render/render_context.h"
 #include "raster/select/surface.h"
 
@@ -12,20 +13,17 @@ namespace qs {
 
 /// Draws when it is made, as Gaussians in any style of the picture. Throws Error and Cancelled.
 struct MeasuredView {
-  const GaussianCloud& cloud;
   Camera camera;
-  const Frame& frame;
+  DrawnView drawn;
 
   /// `seen`: counts as the cloud's positions do.
   MeasuredView(RenderContext& context, const Camera& seen)
-      : cloud(context.session.scene->cloud),
-        camera(seen),
-        frame(context.session.renderer->render(seen, {}, {.color = false, .trace = true},
-                                               HostImage{}, context.stop)) {
-    camera.origin = cloud.origin;
+      : camera(seen),
+        drawn(draw_view(context.session, seen, {.color = false, .trace = true}, context.stop)) {
+    camera.origin = drawn.cloud->origin;
   }
   std::optional<SurfacePoint> surface(glm::dvec2 pixel) const {
-    return surface_at(frame, cloud, camera, glm::ivec2(glm::round(pixel)));
+    return surface_at(drawn.frame, *drawn.cloud, camera, glm::ivec2(glm::round(pixel)));
   }
 };
 

@@ -77,6 +77,11 @@ std::unique_ptr<Renderer> make_room_and_upload(RenderContext& context,
 ShownCrop carry_out(RenderContext& context, const CropRequest& request) {
   Session& session = context.session;
   if (session.gone != request.gone) context.reference.reset();
+  if (session.scene->stream) {
+    edit_pages(session, request.pages);
+    return {
+        .tint = request.selected, .edits = edits_of(session), .gaussians = drawn_count(session)};
+  }
   leave_out(session, request.gone, request.steps);
   ShownCrop shown{.edits = edits_of(session), .gaussians = drawn_count(session)};
   if (!request.counts()) return shown;
@@ -129,6 +134,7 @@ OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const P
   }
   context.reference.reset();
   session.gone = nullptr;
+  session.pages = nullptr;
   session.scene = order.scene;
   session.backend = order.backend;
   session.settings = order.settings;

@@ -15,14 +15,18 @@
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/edit_actions.h"
 #include "app/viewer/state/training_actions.h"
+#include "base/text.h"
 
 namespace qs {
 
 CropRequest wanted_crop(const Viewer& viewer) {
   const Crop& crop = viewer.crop;
-  if (!viewer.scene || viewer.remote || viewer.levels || is_training(viewer)) return {};
-  CropRequest request{.gone = viewer.editing.gone, .steps = viewer.editing.steps};
-  if (viewer.panels.crop && (crop.wish.removes() || viewer.editing.selected)) {
+  if (!viewer.scene || viewer.remote || is_training(viewer)) return {};
+  CropRequest request{
+      .gone = viewer.editing.gone, .steps = viewer.editing.steps, .pages = viewer.editing.pages};
+  if (viewer.scene->nodes > 0) {
+    if (viewer.panels.crop) request.selected = viewer.editing.selected;
+  } else if (viewer.panels.crop && (crop.wish.removes() || viewer.editing.selected)) {
     request.wish = crop.wish;
     request.selected = viewer.editing.selected;
   }
@@ -55,6 +59,11 @@ std::string crop_text(const Viewer& viewer) {
     const std::string text = edits_text(viewer);
     return text.empty() ? "Choose a box or floaters, or select Gaussians." : text;
   }
+  if (viewer.levels)
+    return viewer.editing.selected
+               ? fmt::format("{} of {} drawn nodes are selected", grouped(viewer.levels->selected),
+                             grouped(viewer.levels->drawn))
+               : "The box crops all pages.";
   if (!crop.counts || crop.asked != wanted_crop(viewer))
     return crop.busy ? "counting" : "not counted";
   return removal_text(*crop.counts, "would go");
@@ -130,7 +139,6 @@ std::optional<CropBox> dragged(const CropBox& box, int face, const Camera& camer
 
 void action::change_crop(Viewer& v, const CropWish& wish) {
   if (!v.scene || wish == v.crop.wish) return;
-  if (v.levels) return notify(v, "a tree that is not read whole cannot be cropped");
   const CropWish before = std::exchange(v.crop.wish, wish);
   CropBox& box = v.crop.wish.box;
   if (wish.boxed && box == CropBox{}) box = first_box(*v.scene, v.camera.position());
@@ -219,6 +227,7 @@ void show_edits(Viewer& v, const EditFacts& edits, std::uint64_t gaussians) {
 void action::crop_failed(Viewer& v, const std::string& sentence) {
   v.crop.busy = false;
   v.crop.counts.reset();
+  if (v.editing.pages) step_back(v, true);  // the pages do not have the step
   notify_error(v, sentence);
 }
 

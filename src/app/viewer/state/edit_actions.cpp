@@ -22,17 +22,37 @@ std::shared_ptr<const GaussianSet> shared_set(const std::shared_ptr<const Gaussi
   return old && *old == set ? old : std::make_shared<const GaussianSet>(std::move(set));
 }
 
+// True if the steps can leave Gaussians selected.
+bool can_select(const std::vector<EditStep>& steps) {
+  const auto last = std::find_if(steps.rbegin(), steps.rend(), [](const EditStep& step) {
+    return step.kind == EditKind::select || step.kind == EditKind::hide ||
+           step.kind == EditKind::remove || step.kind == EditKind::keep;
+  });
+  return last != steps.rend() && last->kind == EditKind::select &&
+         last->select.tool != SelectTool::none;
+}
+
 void take_state(Viewer& v) {
   Editing& editing = v.editing;
   const EditState& state = editing.history.state();
   editing.gone = shared_set(editing.gone, state.rest().complement());
   editing.selected = shared_set(editing.selected, GaussianSet(state.selected));
-  editing.steps = editing.gone ? editing.history.count(takes_away) : 0;
+  editing.pages = nullptr;
+  if (v.scene && v.scene->nodes > 0 && editing.history.has_steps()) {
+    editing.pages = std::make_shared<const std::vector<EditStep>>(editing.history.steps());
+    if (can_select(*editing.pages)) editing.selected = std::make_shared<const GaussianSet>();
+  }
+  editing.steps = editing.gone || editing.pages ? editing.history.count(takes_away) : 0;
   editing.saved = editing.kept = false;
   editing.changed = v.now;
 }
 
 std::string sentence_about(const EditStep& step, const EditState& before, const EditState& after) {
+  if (after.removed.size() == 0)
+    return fmt::format("{} on all pages of the tree", step.kind == EditKind::select ? "selected"
+                                                      : step.kind == EditKind::hide ? "hidden"
+                                                      : step.kind == EditKind::show ? "shown again"
+                                                                                    : "removed");
   const std::size_t left = after.rest().count(), all = before.rest().count();
   const std::string of = fmt::format(" of {} ", counted(all, "Gaussian"));
   if (step.kind == EditKind::select) {
@@ -54,6 +74,7 @@ std::vector<EditStep> steps_of(const Viewer& v) {
 }
 
 std::string edits_text(const Viewer& v) {
+  if (v.editing.pages) return counted(v.editing.pages->size(), "step") + " on all pages";
   if (!v.editing.gone) return {};
   const EditState& state = v.editing.history.state();
   const std::size_t all = state.removed.size(), gone = v.editing.gone->count();
@@ -77,8 +98,6 @@ namespace action {
 
 void edit(Viewer& v, const EditStep& step) {
   if (!v.scene) return;
-  if (v.levels)
-    return notify(v, "a tree that is not read whole cannot be edited here, but by --edits FILE");
   if (is_training(v)) return notify(v, "the model is being trained: stop that run before editing");
   v.editing.waiting.push_back(step);
 }
@@ -100,7 +119,8 @@ void step_back(Viewer& v, bool back) {
   back ? editing.history.undo() : editing.history.redo();
   take_state(v);
   v.crop.wish.boxed = v.crop.wish.cleans = false;
-  notify(v, editing.gone ? edits_text(v) : std::string("the whole scene again"));
+  const std::string text = edits_text(v);
+  notify(v, text.empty() ? "the whole scene again" : text);
 }
 
 void step_done(Viewer& v, const EditStep& step, const std::shared_ptr<const EditState>& after) {
@@ -110,15 +130,16 @@ void step_done(Viewer& v, const EditStep& step, const std::shared_ptr<const Edit
                                 ? editing.history.state()
                                 : EditState(after->removed.size());
   const std::string sentence = sentence_about(step, before, *after);
-  if (after->rest().empty()) {
+  const bool knows_all = after->removed.size() > 0;
+  if (knows_all && after->rest().empty()) {
     editing.waiting.clear();
     return notify_error(v, sentence + ": the scene would be empty, so nothing is done");
   }
   if (step.kind == EditKind::crop) v.crop.wish.boxed = false;
   if (step.kind == EditKind::floaters) v.crop.wish.cleans = false;
-  if (step.kind == EditKind::select && !after->selected.empty())
+  if (step.kind == EditKind::select && !(knows_all && after->selected.empty()))
     v.panels.crop = true;  // which shows it
-  const bool changes = *after != before;
+  const bool changes = !knows_all || *after != before;
   if (changes) {
     editing.history.take(step, *after);
     take_state(v);
@@ -147,7 +168,7 @@ void offer_edits(Viewer& v) {
 
 void edits_opened(Viewer& v, const std::filesystem::path& file, const EditHistory& history) {
   if (!std::exchange(v.editing.busy, false) || !v.scene) return;  // another scene was opened
-  if (history.state().rest().empty())
+  if (history.state().removed.size() > 0 && history.state().rest().empty())
     return notify_error(v, file.string() + ": no Gaussian would be left");
   v.editing.history = history;
   take_state(v);

@@ -44,8 +44,9 @@ void keep_edits(Viewer& viewer, Host& host, const Action& then);
 
 /// Writes a file of edits.
 void save_edits(Viewer& viewer, Host& host);
-/// Replaces the edits by the edits of a file.
-void open_edits(Viewer& viewer, Host& host, const std::filesystem::path& file);
+/// Replaces the edits by the edits of a file; `text`: its content, if it is not of this machine.
+void open_edits(Viewer& viewer, Host& host, const std::filesystem::path& file,
+                const std::optional<std::string>& text = {});
 /// Offers the edits that kept_edits_file() has.
 void offer_edits(Viewer& viewer);
 

@@ -16,7 +16,7 @@ namespace {
 std::vector<std::string> work_of(const Viewer& v) {
   std::vector<std::string> parts;
   if (v.keyframes.size() > 1) parts.push_back(fmt::format("{} keyframes", v.keyframes.size()));
-  if (v.editing.gone) parts.emplace_back("a crop");
+  if (v.editing.steps > 0) parts.emplace_back("a crop");
   return parts;
 }
 
@@ -32,7 +32,7 @@ std::string work_name(const ViewedScene& scene) {
 std::string unsaved_text(const Viewer& v, const std::filesystem::path& opens) {
   std::vector<std::string> parts;
   if (v.scene && !v.keeps_work) parts = work_of(v);
-  if (v.scene && v.keeps_work && v.editing.gone && !v.editing.saved && !v.editing.keeps)
+  if (v.scene && v.keeps_work && v.editing.steps > 0 && !v.editing.saved && !v.editing.keeps)
     parts.emplace_back("edits (Ctrl+S saves them)");
   if (measures_are_unsaved(v)) parts.emplace_back("measures");
   if (opens.empty() && !v.unsaved_results.empty()) parts.push_back("a " + v.unsaved_results);

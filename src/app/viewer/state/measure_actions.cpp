@@ -172,7 +172,13 @@ void set_ground(Viewer& v) {
   v.measures.ground = ground_through(*points);
   if (!v.measures.ground) return notify(v, "these three points lie on a line");
   declare_up(v, v.measures.ground->up);
-  notify(v, "the three points are level: this side of the ground is up from now on");
+  const double error = degrees_of_tilt_error(*points);
+  constexpr double kLargeError = 3;
+  notify(v, fmt::format(
+                "the three points are level, ± {:.2g} degrees: this side of the ground is up "
+                "from now on{}",
+                error,
+                error > kLargeError ? "; points that are farther from one line are better" : ""));
 }
 
 void move_cross(Viewer& v, glm::dvec2 by) {

@@ -64,7 +64,8 @@ void measure_selection(Viewer& viewer, Host& host);
 /// Writes a file of measures, then runs an action, which may be null.
 void save_measures(Viewer& viewer, Host& host, const Action& then);
 /// Replaces the measures by the measures of a file.
-void open_measures(Viewer& viewer, Host& host, const std::filesystem::path& file);
+void open_measures(Viewer& viewer, Host& host, const std::filesystem::path& file,
+                   const std::optional<std::string>& text = {});
 /// Reads the file beside the scene, if there is one.
 void restore_measures(Viewer& viewer, Host& host);
 /// Writes the file beside the scene, then runs an action, which may be null.

@@ -60,7 +60,8 @@ struct CropRequest {
   int steps = 0;                                 ///< that took these
   // Of the rest, these Gaussians are counted and found for the tint:
   CropWish wish = {};
-  std::shared_ptr<const GaussianSet> selected = {};  ///< null: none
+  std::shared_ptr<const GaussianSet> selected = {};         ///< null: none
+  std::shared_ptr<const std::vector<EditStep>> pages = {};  ///< see Editing::pages
 
   bool counts() const { return wish.removes() || selected; }
   bool operator==(const CropRequest&) const = default;
@@ -88,14 +89,17 @@ struct Crop {
 struct Editing {
   EditHistory history;
   std::shared_ptr<const GaussianSet> gone, selected;  ///< of the history's state; null: none
-  int steps = 0;                                      ///< that took `gone`
-  std::deque<EditStep> waiting;                       ///< are carried out next
-  bool busy = false;                                  ///< the render thread carries a step out
-  bool saved = true;                                  ///< a file that was saved has the edits
-  bool kept = true;        ///< the file beside the scene has the edits, see kept_edits_file()
-  bool keeps = true;       ///< that file can be written
-  bool owns_file = false;  ///< it is of these edits
-  double changed = -1e9;   ///< Viewer::now of the last change
+  int steps = 0;                                      ///< that took `gone` or are in `pages`
+  /// Of a tree that is not read whole: the steps, which edit each page; null: none. Sets of such a
+  /// scene are empty, because nobody knows its Gaussians: `selected` only says that there is one.
+  std::shared_ptr<const std::vector<EditStep>> pages;
+  std::deque<EditStep> waiting;  ///< are carried out next
+  bool busy = false;             ///< the render thread carries a step out
+  bool saved = true;             ///< a file that was saved has the edits
+  bool kept = true;              ///< the file beside the scene has the edits, see kept_edits_file()
+  bool keeps = true;             ///< that file can be written
+  bool owns_file = false;        ///< it is of these edits
+  double changed = -1e9;         ///< Viewer::now of the last change
 };
 
 /// Selecting Gaussians with a tool in the picture.

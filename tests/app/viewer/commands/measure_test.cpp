@@ -70,6 +70,14 @@ class Measures : public test::RenderingViewer {
     for (const Action& action : actions) apply(action);
     settle();
   }
+  void open_other() {
+    Scene scene;
+    scene.cloud = test::random_cloud(20, 0, 7);
+    scene.path = scenes_ / "other.ply";
+    ViewedScene facts;
+    facts.path = scene.path;
+    show(std::move(scene), facts);
+  }
   void use(const char* name, double value = 0) {
     const auto action = set_control(viewer(), *find_control(name), value, 0);
     ASSERT_TRUE(action) << name;
@@ -175,6 +183,7 @@ TEST_F(Measures, a_known_length_sets_the_scale_and_three_points_the_ground) {
   click({20, 50});
   use("Set the ground");
   ASSERT_TRUE(measuring().ground);
+  EXPECT_THAT(last_toast(), HasSubstr("the three points are level, ± "));
   EXPECT_EQ(measuring().ground->up, glm::dvec3(0, 0, -1));
   EXPECT_EQ(viewer().scene->up, glm::dvec3(0, 0, -1));
   click({48, 30});
@@ -294,14 +303,6 @@ TEST_F(Measures, stay_beside_the_scene_and_come_back_with_it) {
     show(std::move(scene), walls);
     settle();
   };
-  const auto open_other = [&] {
-    Scene scene;
-    scene.cloud = test::random_cloud(20, 0, 7);
-    scene.path = scenes_ / "other.ply";
-    ViewedScene facts;
-    facts.path = scene.path;
-    show(std::move(scene), facts);
-  };
   open_other();
   EXPECT_EQ(measuring().points(), 0u);
   open_walls();
@@ -407,12 +408,7 @@ TEST_F(Measures, the_selection_has_dimensions_in_the_unit) {
 TEST_F(Measures, another_scene_has_no_points_of_the_last) {
   click({10, 20});
   apply(call(action::measure_pixel, glm::dvec2(12, 20)));
-  Scene scene;
-  scene.cloud = test::random_cloud(20, 0, 7);
-  scene.path = scenes_ / "other.ply";
-  ViewedScene facts;
-  facts.path = scene.path;
-  show(std::move(scene), facts);
+  open_other();
   EXPECT_EQ(measuring().points(), 0u);
   EXPECT_FALSE(measuring().picks);
 }

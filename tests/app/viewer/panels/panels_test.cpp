@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <regex>
 #include <string_view>
 #include <vector>
 
@@ -825,20 +826,14 @@ TEST(CommandHints, name_commands_that_exist_and_their_keys) {
   EXPECT_EQ(command_hint("Flip the split"), "Flip the split (X)");
   EXPECT_EQ(command_hint("Open a file"), "Open a file (Ctrl+O)");
   const std::filesystem::path viewer = test::source_path("src/app/viewer");
+  const std::regex call(R"re(command_(?:tooltip|hint|row)\((?:"[^"]*",\s*)?"([^"]*)")re");
   int hints = 0;
-  for (const auto& [folder, call] : {std::pair("panels", std::string("command_tooltip(\"")),
-                                     std::pair("commands", std::string("command_hint(\""))}) {
+  for (const char* folder : {"panels", "commands"})
     for (const auto& file : std::filesystem::directory_iterator(viewer / folder)) {
       const std::string text = read_text_file(file.path(), 1 << 20);
-      for (std::size_t at = text.find(call); at != std::string::npos;
-           at = text.find(call, at + 1)) {
-        const std::size_t begin = at + call.size();
-        const std::string help = text.substr(begin, text.find('"', begin) - begin);
-        EXPECT_NE(command_hint(help), help) << file.path();
-        ++hints;
-      }
+      for (std::sregex_iterator at(text.begin(), text.end(), call), end; at != end; ++at, ++hints)
+        EXPECT_NE(command_hint((*at)[1].str()), (*at)[1].str()) << file.path();
     }
-  }
   EXPECT_GT(hints, 12);
 }
 

@@ -17,21 +17,11 @@ namespace {
 constexpr double kUsualFisheye = 180;
 constexpr int kUsualPanorama = 1024;  // px, height of one eye's picture
 
-struct NamedLens {
-  std::string_view name;
-  LensView (*make)(const LensOptions& options);
-};
-
-constexpr NamedLens kLenses[] = {
-    {"equirectangular", [](const LensOptions& o) { return panorama_view(o.panorama_degrees()); }},
-    {"fisheye", [](const LensOptions& o) { return fisheye_view(o.fov.value_or(kUsualFisheye)); }},
-    {"orthographic", [](const LensOptions& o) { return parallel_view(o.height.value_or(1)); }},
-};
-
 // Any other name is a camera model with its parameters.
 LensView lens_of(const LensOptions& options) {
-  const auto* const found = std::ranges::find(kLenses, options.lens, &NamedLens::name);
-  if (found != std::end(kLenses)) return found->make(options);
+  if (options.is_panorama()) return panorama_view(options.panorama_degrees());
+  if (options.lens == "fisheye") return fisheye_view(options.fov.value_or(kUsualFisheye));
+  if (options.lens == "orthographic") return parallel_view(options.height.value_or(1));
   if (options.lens.find(',') == std::string::npos)
     fail(ErrorKind::usage,
          "--lens: '{}' is none of pinhole, equirectangular, fisheye, orthographic, and not "

@@ -91,19 +91,16 @@ std::string stereo_and_projection(const PanoramaFilm& film) {
                                          full_box("equi", none + none + side + side)));
 }
 
-std::string first_version(const PanoramaFilm& film) {
+std::string first_version() {
   const std::string id = "\xff\xcc\x82\x63\xf8\x55\x4a\x93\x88\x14\x58\x7a\x02\x52\x1f\xdd";
-  const std::string mode =
-      film.is_stereo ? "<GSpherical:StereoMode>top-bottom</GSpherical:StereoMode>" : "";
-  return box("uuid", id +
-                         "<?xml version=\"1.0\"?><rdf:SphericalVideo "
-                         "xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\" "
-                         "xmlns:GSpherical=\"http://ns.google.com/videos/1.0/spherical/\">"
-                         "<GSpherical:Spherical>true</GSpherical:Spherical>"
-                         "<GSpherical:Stitched>true</GSpherical:Stitched>"
-                         "<GSpherical:StitchingSoftware>quadsplat</GSpherical:StitchingSoftware>"
-                         "<GSpherical:ProjectionType>equirectangular</GSpherical:ProjectionType>" +
-                         mode + "</rdf:SphericalVideo>");
+  return box("uuid", id + "<?xml version=\"1.0\"?><rdf:SphericalVideo "
+                          "xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\" "
+                          "xmlns:GSpherical=\"http://ns.google.com/videos/1.0/spherical/\">"
+                          "<GSpherical:Spherical>true</GSpherical:Spherical>"
+                          "<GSpherical:Stitched>true</GSpherical:Stitched>"
+                          "<GSpherical:StitchingSoftware>quadsplat</GSpherical:StitchingSoftware>"
+                          "<GSpherical:ProjectionType>equirectangular</GSpherical:ProjectionType>"
+                          "</rdf:SphericalVideo>");
 }
 
 // Adds `shift` to the places of the chunks in the file.
@@ -142,7 +139,7 @@ void add_panorama_boxes(const std::filesystem::path& file, const std::filesystem
          stereo_and_projection(film));
   if (!film.is_half) {  // the first version has no VR180
     const std::vector<Range> track = find_path(moov, {"moov", "trak"});
-    insert(moov, track, track.back().end, first_version(film));
+    insert(moov, track, track.back().end, first_version());
   }
   if (find_box(bytes, {0, bytes.size()}, "mdat").begin > place.begin)
     shift_chunks(moov, tables(), moov.size() - (place.end - place.begin));

@@ -117,7 +117,7 @@ HeatmapMaker::HeatmapMaker(Renderer& renderer, const Camera& camera, const Rende
     : quantity_(quantity),
       size_(camera.width, camera.height),
       background_(settings.background),
-      is_of_faces_(settings.lens && !settings.lens->is_parallel()),
+      is_of_faces_(has_faces(settings.lens)),
       pool_(pool),
       stop_(std::move(stop)) {
   if (quantity > HeatQuantity::missed) {

@@ -222,7 +222,7 @@ std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
   settings.mode = default_mode();
   settings.style = DrawStyle::splats;  // points leave gaps
   const std::shared_ptr<const LensView> lens = settings.lens;
-  if (lens && !lens->is_parallel()) {
+  if (has_faces(lens)) {
     const auto ray = lens->sized({camera.width, camera.height}).direction(pixel);
     if (!ray) return std::nullopt;
     settings.lens.reset();

@@ -211,10 +211,6 @@ std::vector<double> colmap_parameters(const Lens& lens) {
   return parameters;
 }
 
-LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where) {
-  return lens_camera(colmap_lens(stored, where), where);
-}
-
 LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
                          const std::string& where) {
   const auto lens = lenses.find(image.lens);
@@ -241,7 +237,8 @@ CameraSet read_colmap_text(const std::filesystem::path& file) {
     Line line = lines.next();
     if (line.empty() || line.is_comment()) continue;
     add_colmap_lens(lenses, line.read<std::uint32_t>("the camera's id"), line.where(), [&] {
-      const LensCamera camera = colmap_lens_camera(read_colmap_lens(line), line.where());
+      const LensCamera camera =
+          lens_camera(colmap_lens(read_colmap_lens(line), line.where()), line.where());
       if (!line.empty()) fail("{}: more parameters than the camera model has", line.where());
       return camera;
     });
@@ -290,8 +287,9 @@ CameraSet read_colmap_binary(const std::filesystem::path& file) {
   for_each_record(file.parent_path() / "cameras.bin", "camera", [&](Record& record) {
     const auto id = record.read<std::uint32_t>("the camera's id");
     const ColmapLens stored = read_colmap_lens(record);
-    add_colmap_lens(lenses, id, record.where(),
-                    [&] { return colmap_lens_camera(stored, record.where()); });
+    add_colmap_lens(lenses, id, record.where(), [&] {
+      return lens_camera(colmap_lens(stored, record.where()), record.where());
+    });
   });
   CameraSet set{file};
   for_each_record(file.parent_path() / "images.bin", "image", [&](Record& record) {

@@ -44,9 +44,6 @@ Lens colmap_lens(const ColmapLens& stored, const std::string& where);
 /// The lens's parameters in the order of its model: the inverse of colmap_lens().
 std::vector<double> colmap_parameters(const Lens& lens);
 
-/// Throws as colmap_lens() and lens_camera().
-LensCamera colmap_lens_camera(const ColmapLens& stored, const std::string& where);
-
 /// Adds the lens that make() returns. Its Error is kept for the images that use the lens.
 template <class Make>
 void add_colmap_lens(ColmapLenses& lenses, std::uint32_t id, const std::string& where,

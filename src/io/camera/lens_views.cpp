@@ -18,31 +18,35 @@
 namespace qs {
 namespace {
 
-// In front of a picture of lens.size_px.
-SizedLens sized(const Lens& lens, double pixels_per_radian) {
-  return {[lens](glm::dvec2 pixel) { return lens.direction(pixel); }, pixels_per_radian};
-}
-
 double angle_between(const glm::dvec3& a, const glm::dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
-// The most pixels per radian, away from the axis, at points all over the picture.
-double densest_pixels(const Lens& lens) {
-  if (lens.model->plane == LensPlane::panorama) return std::max(lens.focal_px.x, lens.focal_px.y);
+// The angle of a pixel, away from the axis; infinite where the lens shows nothing.
+double angle_of_pixel(const Lens& lens, glm::dvec2 pixel) {
+  const glm::dvec2 outwards = pixel - lens.center_px;
+  const double length = glm::length(outwards);
+  const glm::dvec2 step = length > 1 ? outwards / length : glm::dvec2(1, 0);
+  const auto a = lens.direction(pixel - 0.5 * step), b = lens.direction(pixel + 0.5 * step);
+  return a && b ? angle_between(*a, *b) : std::numeric_limits<double>::infinity();
+}
+
+// In front of a picture of lens.size_px.
+SizedLens sized(const Lens& lens) {
+  const double focal = std::max(lens.focal_px.x, lens.focal_px.y);
+  SizedLens result{[lens](glm::dvec2 pixel) { return lens.direction(pixel); }, focal, focal};
+  if (lens.model->plane == LensPlane::panorama) return result;
+  const double middle = angle_of_pixel(lens, lens.center_px);
+  double least = middle;       // at points all over the picture
   constexpr int kPoints = 24;  // per side
-  double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i <= kPoints * (kPoints + 2); ++i) {
     const glm::dvec2 share(i % (kPoints + 1), i / (kPoints + 1));
-    const glm::dvec2 pixel = share / double{kPoints} * lens.size_px - 0.5;
-    const glm::dvec2 outwards = pixel - lens.center_px;
-    const double length = glm::length(outwards);
-    const glm::dvec2 step = length > 1 ? outwards / length : glm::dvec2(1, 0);
-    const auto a = lens.direction(pixel - 0.5 * step), b = lens.direction(pixel + 0.5 * step);
-    if (a && b) least = std::min(least, angle_between(*a, *b));
+    least = std::min(least, angle_of_pixel(lens, share / double{kPoints} * lens.size_px - 0.5));
   }
   constexpr double kMost = 4;  // next to a pole of a formula no pixel is worth it
-  return std::min(1 / least, kMost * std::max(lens.focal_px.x, lens.focal_px.y));
+  result.pixels_per_radian = std::min(1 / least, kMost * focal);
+  if (std::isfinite(middle)) result.middle_pixels_per_radian = 1 / middle;
+  return result;
 }
 
 }  // namespace
@@ -52,7 +56,7 @@ LensView panorama_view(double degrees) {
     Lens lens{find_lens_model("EQUIRECTANGULAR"), size};
     lens.focal_px = glm::dvec2(180 / degrees, 1) * lens.size_px / std::numbers::pi;
     lens.center_px = 0.5 * lens.size_px - 0.5;
-    return sized(lens, densest_pixels(lens));
+    return sized(lens);
   };
   return {fmt::format("equirectangular of {} degrees", degrees), at};
 }
@@ -63,7 +67,7 @@ LensView fisheye_view(double degrees) {
     lens.limit = 0.5 * degrees * std::numbers::pi / 180;
     lens.focal_px = glm::dvec2(0.5 * std::min(size.x, size.y) / lens.limit);
     lens.center_px = 0.5 * lens.size_px - 0.5;
-    return sized(lens, lens.focal_px.x);
+    return sized(lens);
   };
   return {fmt::format("fisheye of {} degrees", degrees), at};
 }
@@ -74,8 +78,7 @@ LensView parallel_view(double height) {
 
 LensView photograph_view(const Lens& lens) {
   const auto at = [lens](glm::ivec2 size) {
-    const Lens scaled = lens.scaled(glm::dvec2(size) / lens.size_px);
-    return sized(scaled, densest_pixels(scaled));
+    return sized(lens.scaled(glm::dvec2(size) / lens.size_px));
   };
   std::vector<double> numbers = {lens.size_px.x, lens.size_px.y};
   if (lens.model->focal_lengths > 0)

@@ -129,9 +129,14 @@ Camera FaceMap::placed(const Camera& lens) const {
 
 LensMap make_lens_map(const SizedLens& lens, glm::ivec2 size, int faces, ThreadPool& pool) {
   const std::vector<Cell> cells = cells_of(faces);
-  const double focal = face_scale(faces) * lens.pixels_per_radian;
+  // Pixels of a face for each pixel of the lens, along a line.
+  const double scale = faces == kFewFaces ? 1 : 1.5;
+  const double focal = scale * lens.pixels_per_radian;
   const auto width = static_cast<std::size_t>(size.x), rows = static_cast<std::size_t>(size.y);
-  LensMap map{size, {}, std::vector<std::uint8_t>(width * rows, LensMap::kNoFace)};
+  LensMap map{size,
+              {},
+              std::pow(focal / lens.middle_pixels_per_radian, 2),
+              std::vector<std::uint8_t>(width * rows, LensMap::kNoFace)};
 
   constexpr std::size_t kRows = 16;  // of a chunk
   std::vector<std::vector<std::vector<FacePixel>>> chunks((rows + kRows - 1) / kRows);

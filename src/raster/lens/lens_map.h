@@ -15,8 +15,6 @@
 namespace qs {
 
 inline constexpr double kBlendDegrees = 2;
-/// Pixels of a face for each pixel of the lens, along a line; `faces` as for make_lens_map().
-constexpr double face_scale(int faces) { return faces == kFewFaces ? 1 : 1.5; }
 
 /// A pixel of the picture, and the place in a face from which it is interpolated.
 struct FacePixel {
@@ -36,7 +34,8 @@ struct FaceMap {
 
 struct LensMap {
   glm::ivec2 size{0};
-  std::vector<FaceMap> faces;  ///< with at least one pixel
+  std::vector<FaceMap> faces;    ///< with at least one pixel
+  double middle_pixel_area = 1;  ///< px^2 of a face in the middle of the lens
   /// Per pixel: the index of the face with the largest weight; kNoFace: the lens shows nothing.
   std::vector<std::uint8_t> nearest;
 

@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -179,7 +178,7 @@ class LensRenderer final : public Renderer {
     const LensMap& map = *shared_map;
     RenderSettings plain = settings;
     plain.lens.reset();
-    plain.dilation *= std::pow(face_scale(settings.lens->faces), 2);
+    plain.dilation *= map.middle_pixel_area;
     const bool is_seen = outputs.color || outputs.depth;
     const std::size_t first_pixel = static_cast<std::size_t>(eye) * map.nearest.size();
     if (is_seen) sums_.begin_eye(shared_map, first_pixel, settings.background);

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -21,6 +22,7 @@ struct SizedLens {
   /// Called by several threads.
   std::function<std::optional<glm::dvec3>(glm::dvec2 pixel)> direction;
   double pixels_per_radian = 0;  ///< the most, along lines through the axis or the poles; > 0
+  double middle_pixels_per_radian = 0;  ///< on the axis: the dilation is of its pixels; > 0
 };
 
 inline constexpr int kManyFaces = 24, kFewFaces = 6;
@@ -38,6 +40,11 @@ struct LensView {
 
   bool is_parallel() const { return !sized; }
 };
+
+/// True if frames through the lens, which may be null, are drawn as faces.
+inline bool has_faces(const std::shared_ptr<const LensView>& lens) {
+  return lens && !lens->is_parallel();
+}
 
 /// The axes of the faces of a cube in view axes: columns right, down and forward of the faces
 /// front, right, back, left, up and down.

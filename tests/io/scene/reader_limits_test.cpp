@@ -351,7 +351,7 @@ TEST(ReaderLimits, colmap_s_models_have_their_parameters) {
     const auto add = [&](std::uint64_t width, std::uint64_t height) {
       LensCamera camera;
       const std::string message = error_of([&] {
-        camera = colmap_lens_camera({*model, width, height, parameters}, "here");
+        camera = lens_camera(colmap_lens({*model, width, height, parameters}, "here"), "here");
       });
       if (message.empty()) {
         EXPECT_EQ(camera.lens.has_value(),

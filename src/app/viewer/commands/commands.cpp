@@ -117,8 +117,7 @@ void paste_camera(Viewer& v, Host& host) {
 
 void set_lens(Viewer& v, const std::shared_ptr<const LensView>& lens) {
   v.settings.lens = lens;
-  if (lens && !lens->is_parallel() &&
-      (v.heatmap == HeatQuantity::missed || v.shows_grid || v.panels.split))
+  if (has_faces(lens) && (v.heatmap == HeatQuantity::missed || v.shows_grid || v.panels.split))
     notify(v, "missed contributions, the split and all modes are drawn by a pinhole camera");
   view_changed(v);
 }

@@ -70,7 +70,7 @@ FrameRequest full_frame(const Viewer& viewer) {
   } else if (!viewer.shows_grid) {
     request.quantity = viewer.quantity;
   }
-  if (viewer.crop.marks && !has_faces(request.settings)) request.tint = viewer.crop.tint;
+  if (viewer.crop.marks && !has_faces(request.settings.lens)) request.tint = viewer.crop.tint;
   return request;
 }
 
@@ -125,7 +125,8 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
       uncounted) {
     FrameRequest request = full_frame(viewer);
     // Other faces have other counts.
-    is_quick_ = has_faces(request.settings) && !request.heatmap && (viewer.moving() || divisor > 1);
+    is_quick_ =
+        has_faces(request.settings.lens) && !request.heatmap && (viewer.moving() || divisor > 1);
     if (is_quick_) request.settings.lens = quick(request.settings.lens);
     request.divisor = divisor;
     request.moving = viewer.moving();

@@ -210,12 +210,8 @@ ShownFrame shown_of(const FrameRequest& request, const Frame& frame) {
   return shown;
 }
 
-bool has_faces(const RenderSettings& settings) {
-  return settings.lens && !settings.lens->is_parallel();
-}
-
 bool takes_one_frame(const FrameRequest& request) {
-  return !has_faces(request.settings) && !request.tint && !request.other && !request.grid &&
+  return !has_faces(request.settings.lens) && !request.tint && !request.other && !request.grid &&
          request.quantity == Quantity::color &&
          (!request.heatmap || takes_one_frame(*request.heatmap));
 }

@@ -23,9 +23,6 @@ std::vector<std::uint8_t> to_rgba(const Image& image, ThreadPool& pool);
 RenderedFrame rendered_of(const RenderContext& context, const FrameRequest& request,
                           const Frame& frame);
 
-/// True if a frame is drawn as the faces of a lens.
-bool has_faces(const RenderSettings& settings);
-
 /// True if one rendering of colours is enough.
 bool takes_one_frame(const FrameRequest& request);
 

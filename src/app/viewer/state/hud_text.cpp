@@ -23,6 +23,7 @@
 #include "base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
+#include "io/camera/lens_views.h"
 
 namespace qs {
 
@@ -121,6 +122,11 @@ std::vector<std::string> numbers_of_both(const Viewer& viewer) {
       fmt::format("{} | {} pairs", grouped(stats[0]->tile_pairs), grouped(stats[1]->tile_pairs))};
 }
 
+std::string visible_text(const Viewer& viewer, std::uint32_t visible, const std::string& all) {
+  return fmt::format("{} of {}{}", grouped(visible), all,
+                     has_faces(viewer.settings.lens) ? ", counted in each face" : "");
+}
+
 std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
   const PictureNumbers numbers = numbers_of_picture(viewer);
   std::vector<std::string> words = {mode_name(viewer.mode())};
@@ -128,9 +134,8 @@ std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
   if (!numbers.fps.empty()) words.push_back(rate_of(numbers));
   words.push_back(numbers.pairs + " pairs" + numbers.pairs_at);
   const std::string all = counted(viewer.shown.stats.gaussians, "Gaussian");
-  words.push_back(viewer.shown.stats.is_occluded
-                      ? all + ", hidden ones left out"
-                      : fmt::format("{} of {}", grouped(numbers.visible), all));
+  words.push_back(viewer.shown.stats.is_occluded ? all + ", hidden ones left out"
+                                                 : visible_text(viewer, numbers.visible, all));
   return words;
 }
 
@@ -274,8 +279,7 @@ std::vector<Fact> hud_facts(const Viewer& viewer) {
       {"tile pairs", numbers.pairs + numbers.pairs_at},
   };
   if (!stats.is_occluded) {
-    facts.push_back(
-        {"visible", fmt::format("{} of {}", grouped(numbers.visible), grouped(stats.gaussians))});
+    facts.push_back({"visible", visible_text(viewer, numbers.visible, grouped(stats.gaussians))});
     facts.push_back({"largest tile", counted(numbers.largest_tile, "pair")});
   }
   if (!numbers.elsewhere.empty()) facts.insert(facts.begin(), {"size", numbers.elsewhere});

@@ -31,10 +31,11 @@ struct Result {
 constexpr qs::train::BackwardOrder kAbsolute{.absolute = true};
 
 Result on_gpu(const Scene& scene, const RenderSettings& settings, int width = kWidth,
-              int height = kHeight, const qs::train::BackwardOrder& order = {}) {
+              int height = kHeight, const qs::train::BackwardOrder& order = {},
+              Projection projection = Projection::pinhole) {
   GpuModel model;
   start(model, scene);
-  model.forward(test::front_camera(width, height), settings);
+  model.forward(test::with_projection(test::front_camera(width, height), projection), settings);
   model.set_pixel_gradients(pixel_weights<float>(width, height));
   model.backward(order);
   const GradientCopies gradients = model.gradients();
@@ -44,8 +45,9 @@ Result on_gpu(const Scene& scene, const RenderSettings& settings, int width = kW
 
 Result on_cpu(const Scene& scene, const RenderSettings& settings,
               cpu::train::ForwardFrame<float>& frame, int width = kWidth, int height = kHeight,
-              const qs::train::BackwardOrder& order = {}) {
-  const Camera camera = test::front_camera(width, height);
+              const qs::train::BackwardOrder& order = {},
+              Projection projection = Projection::pinhole) {
+  const Camera camera = test::with_projection(test::front_camera(width, height), projection);
   const cpu::train::StepView view{camera, settings, test::pool()};
   cpu::train::BackwardScratch<float> scratch;
   cpu::train::Gradients<float> gradients;
@@ -146,6 +148,16 @@ TEST_F(CudaTrainFrame, gradients_equal_those_of_the_cpu_in_every_mode) {
       const RenderSettings settings = settings_of(mode, antialiased);
       expect_close(on_gpu(scene, settings), on_cpu(scene, settings));
     }
+  }
+}
+
+TEST_F(CudaTrainFrame, gradients_of_a_face_equal_those_of_the_cpu) {
+  const Scene scene = test::with_masks(small_scene<float>(300, 5));
+  for (const bool antialiased : {false, true}) {
+    const RenderSettings settings = settings_of(default_mode(), antialiased);
+    cpu::train::ForwardFrame<float> frame;
+    expect_close(on_gpu(scene, settings, kWidth, kHeight, {}, Projection::face),
+                 on_cpu(scene, settings, frame, kWidth, kHeight, {}, Projection::face));
   }
 }
 

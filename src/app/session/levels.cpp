@@ -108,11 +108,6 @@ struct ReadyStep {
   CutPart part = {};
   bool is_last = false;                              // of the step
   std::shared_ptr<const GaussianSet> selected = {};  // of the last part; null: none
-};                                                   // or null
-GaussianSet drawn = GaussianSet();                   // of `whole`; of size 0: all
-std::function<void()> upload = {};                   // of Renderer::prepare_upload(); may be empty
-CutPart part = {};
-std::shared_ptr<const GaussianSet> selected = {};  // from now on; null: as before, none of `whole`
 };
 
 class LevelRenderer final : public Renderer, public LevelMapper {
@@ -421,6 +416,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
   std::atomic<bool> shares_processors_ = false;  // frames are drawn by the CPU
   CutSlots slots_;                               // of the thread of cuts
   std::shared_ptr<GaussianCloud> uploaded_;      // to `inner_`, for changes
+  GaussianSet drawn_;                            // slots of that cloud; of size 0: all
   std::shared_ptr<const GaussianSet> selected_;  // of that cloud; null: none
   std::mutex mutex_;                             // guards everything below but the thread
   std::condition_variable_any changed_;

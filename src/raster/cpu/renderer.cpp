@@ -72,11 +72,14 @@ class CpuRenderer final : public Renderer {
 
     const Stopwatch frame_clock;
     const double processor_seconds = pool_.processor_seconds();
-    const FrameContext frame{
-        *cloud_,  camera,
-        settings, TileGrid::of_image(camera.width, camera.height, settings.tile_px),
-        pool_,    std::move(stop),
-        report_,  drawn()};
+    FrameContext frame{*cloud_,  camera,
+                       settings, TileGrid::of_image(camera.width, camera.height, settings.tile_px),
+                       pool_,    std::move(stop),
+                       report_,  drawn(),
+                       {}};
+    if (outputs.seen && !outputs.share && !outputs.blends() && !outputs.pairs && !outputs.depth &&
+        !outputs.trace)
+      frame.only = outputs.seen->box;
     prepare_result(frame, outputs);
     if (classic) result_.stats.pipeline = Pipeline::classic;  // tiles of other sizes, too
     if (reference) {

@@ -45,6 +45,11 @@ struct BlockBounds {
 class Frustum {
  public:
   QS_HD Frustum(const View<float>& view, const FootprintRules& rules, TileGrid grid)
+      : Frustum(view, rules, {0, 0}, double{kTileSize} * glm::dvec2(grid.columns, grid.rows)) {}
+
+  /// Of the tiles between two corners, in pixels.
+  QS_HD Frustum(const View<float>& view, const FootprintRules& rules, const glm::dvec2& low,
+                const glm::dvec2& high)
       : is_parallel_(view.projection == Projection::orthographic),
         near_depth_(view.projection == Projection::face ? 0 : static_cast<double>(view.near_depth)),
         usual_spread_(kLargestSigmas * std::sqrt(static_cast<double>(rules.dilation))),
@@ -61,11 +66,11 @@ class Frustum {
     const double room =
         kLargestK * dilated * std::sqrt(2 * level * static_cast<double>(rules.dilation)) +
         2 * kTileSize;
-    const glm::dvec2 size = static_cast<double>(kTileSize) * glm::dvec2(grid.columns, grid.rows);
     for (int side = 0; side < 4; ++side) {
       const int axis = side / 2;
       const double across = side % 2 == 0 ? focal[axis] : -focal[axis];
-      const double inside = (side % 2 == 0 ? center[axis] : size[axis] - center[axis]) + room;
+      const double inside =
+          (side % 2 == 0 ? center[axis] - low[axis] : high[axis] - center[axis]) + room;
       sides_[side] = is_parallel_ ? in_view(view, axis, across, 0, inside)
                                   : in_view(view, axis, across, inside, 0);
     }

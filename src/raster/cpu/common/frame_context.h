@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <stop_token>
 
 #include "base/parallel.h"
@@ -22,6 +23,7 @@ struct FrameContext {
   std::stop_token stop;
   std::function<void(float fraction)> report = {};  ///< see Renderer::report_frames_to()
   const GaussianSet* drawn = nullptr;               ///< see Renderer::set_drawn(); null: all
+  std::optional<PixelBox> only = {};  ///< pixels of which alone the lists are used; unset: all
 
   /// Index of a pixel in a map of the image.
   std::size_t pixel(int x, int y) const {

@@ -38,6 +38,18 @@ void count_tiles_of(const RectList& rects, std::size_t begin, TileGrid grid,
   }
 }
 
+// Of the tiles whose lists are used.
+Frustum frustum_of(const FrameContext& frame, const View<float>& view,
+                   const FootprintRules& rules) {
+  if (!frame.only) return {view, rules, frame.grid};
+  const PixelBox& box = *frame.only;
+  const auto tiles = [](int x, int y) {
+    return double{kTileSize} * glm::dvec2(x / kTileSize, y / kTileSize);
+  };
+  return {view, rules, tiles(box.x0, box.y0),
+          tiles(box.x1 + kTileSize - 1, box.y1 + kTileSize - 1)};
+}
+
 }  // namespace
 
 void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced,
@@ -54,7 +66,7 @@ void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced
 
   const View<float> view = make_view<float>(frame.camera);
   const FootprintRules rules = frame.rules();
-  const Frustum frustum(view, rules, frame.grid);
+  const Frustum frustum = frustum_of(frame, view, rules);
 
   frame.for_chunks(
       visible.slots(), FastVisible::kChunk, [&](std::size_t begin, std::size_t end, int worker) {
@@ -114,7 +126,9 @@ void FastPipeline::select(const FrameContext& frame, bool is_drawn, const Output
   FrameContext view{frame.cloud, frame.camera,
                     settings,    TileGrid::of_image(frame.camera.width, frame.camera.height),
                     frame.pool,  frame.stop,
-                    {},          frame.drawn};
+                    {},          frame.drawn,
+                    {}};
+  if (outputs.seen && !outputs.share) view.only = outputs.seen->box;
   RenderStats unused;
   if (!is_drawn) list(view, false, unused);
   if (outputs.seen) mark_seen(view, visible_, lists_, *outputs.seen, result.seen);

@@ -97,8 +97,10 @@ Json fly(Session& session, const std::vector<Keyframe>& path, const FlightPace& 
     const Clock::time_point came = Clock::now();
     Image before;
     if (keeps && pace.speed > 0) before = inner.render(camera, session.settings).color;
-    paused += seconds_since(came);
-    next = std::max(next + std::chrono::duration_cast<Clock::duration>(kFrame), Clock::now());
+    const std::chrono::duration<double> pause = Clock::now() - came;
+    paused += pause.count();
+    next =
+        std::max(next + std::chrono::duration_cast<Clock::duration>(kFrame + pause), Clock::now());
     std::unique_lock lock(mutex);
     const bool is_sharp = !stream || (last.drawn > 0 && last.missing == 0 &&
                                       last.camera.view_from_world == camera.view_from_world);

@@ -176,8 +176,7 @@ struct Outputs {
   std::optional<PixelBox> region = {};
   bool stage_times = false;  ///< RenderStats::stage_ms; measuring them may slow the frame
   /// Frame::seen and Frame::share: passes behind the frame over its lists, not in mode reference.
-  /// The times of a frame do not include them. The statistics of a frame that is asked for `seen`
-  /// alone may lack Gaussians that are far from its pixels.
+  /// Times of a frame exclude them. If only `seen` is asked for, statistics lack far Gaussians.
   std::shared_ptr<const SeenPixels> seen = {};
   std::shared_ptr<const GaussianSet> share = {};  ///< of the uploaded cloud
 

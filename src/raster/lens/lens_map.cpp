@@ -129,8 +129,9 @@ Camera FaceMap::placed(const Camera& lens) const {
 
 LensMap make_lens_map(const SizedLens& lens, glm::ivec2 size, int faces, ThreadPool& pool) {
   const std::vector<Cell> cells = cells_of(faces);
-  // Pixels of a face for each pixel of the lens, along a line.
-  const double scale = faces == kFewFaces ? 1 : 1.5;
+  // Pixels of a face for each pixel of the lens, along a line. The 6 faces of a panorama have as
+  // many pixels as its picture.
+  const double scale = faces == kFewFaces ? std::sqrt(0.75) : 1.5;
   const double focal = scale * lens.pixels_per_radian;
   const auto width = static_cast<std::size_t>(size.x), rows = static_cast<std::size_t>(size.y);
   LensMap map{size,

@@ -423,7 +423,7 @@ TEST(Faces, cover_every_direction_with_weights_of_the_sum_1) {
         ASSERT_EQ(map.nearest[i] != LensMap::kNoFace, shows);
       }
       if (each.name == std::string("panorama")) {
-        EXPECT_NEAR(pixels / static_cast<double>(sums.size()), faces == 24 ? 2.3 : 1.4, 0.25);
+        EXPECT_NEAR(pixels / static_cast<double>(sums.size()), faces == 24 ? 2.3 : 1.0, 0.25);
       }
       if (each.name == std::string("fisheye of 180") && faces == 24) {
         EXPECT_LE(map.faces.size(), 20u);

@@ -23,6 +23,7 @@
 #include <netinet/tcp.h>
 #include <nlohmann/json.hpp>
 
+#include "app/serve/message.h"
 #include "app/serve/picture_message.h"
 #include "app/serve/running_server.h"
 #include "app/serve/served_training.h"
@@ -461,11 +462,14 @@ TEST_F(ServeLive, guessing_tokens_ends_soon) {
 }
 
 TEST_F(ServeLive, damaged_messages_close_the_connection) {
-  Socket long_one = open();
-  greet(long_one);
   error_code ignored;
   const std::string spaces(65537, ' ');
-  long_one.write(asio::buffer(spaces), ignored);
+  Socket early = open();
+  early.write(asio::buffer(spaces), ignored);
+  EXPECT_EQ(code_at_end(early), 1009);
+  Socket long_one = open();  // a visitor may send a file
+  greet(long_one);
+  long_one.write(asio::buffer(spaces + std::string(2 * kMostFile, ' ')), ignored);
   EXPECT_EQ(code_at_end(long_one), 1009);
   Socket binary = open();
   binary.binary(true);

@@ -20,9 +20,10 @@ struct LodMoves {
   std::vector<LodMove> go, come;
 };
 
-/// Groups that lead from one cut to another. After each group the nodes are a cut, unless a page
-/// between the cuts has left the memory: then nodes above missing pages come before those go. The
-/// last group has all nodes of unknown places: the two cuts are far apart there.
+/// Groups that lead from one cut to another: after each group the drawn nodes are a cut. The last
+/// group has the nodes whose counterparts were not found a few steps down the tree. If a page
+/// between the cuts has left the memory, nodes below it go in that group, after a node above them
+/// may have come.
 std::vector<LodMoves> moves_between(const LodPages& tree, const LodCut& from, const LodCut& to,
                                     ThreadPool& pool);
 

@@ -23,7 +23,7 @@ struct FrameContext {
   std::stop_token stop;
   std::function<void(float fraction)> report = {};  ///< see Renderer::report_frames_to()
   const GaussianSet* drawn = nullptr;               ///< see Renderer::set_drawn(); null: all
-  std::optional<PixelBox> only = {};  ///< pixels of which alone the lists are used; unset: all
+  std::optional<PixelBox> only = {};  ///< the only pixels whose lists are used; unset: all
 
   /// Index of a pixel in a map of the image.
   std::size_t pixel(int x, int y) const {

@@ -40,7 +40,7 @@ std::string picture_message(const Picture& picture, const PictureNumbers& number
   const std::size_t end = end_of_part(picture, begin);
   const FrameRequest& request = picture.order.request;
   const Camera camera =
-      request.divisor > 1 ? reduced(request.camera, request.divisor) : request.camera;
+      request.divisor > 1 ? request.camera.reduced(request.divisor) : request.camera;
   const std::uint8_t flags = static_cast<std::uint8_t>(
       (picture.encoded.is_key ? kKeyFlag : 0) | (picture.order.lossless ? kLosslessFlag : 0) |
       (end == picture.encoded.bytes.size() ? kLastPartFlag : 0) |

@@ -371,7 +371,7 @@ void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
     FrameRequest scaled = request;
     Camera camera = request.camera;
     if (request.divisor > 1) {
-      camera = reduced(camera, request.divisor);
+      camera = camera.reduced(request.divisor);
       scaled.settings = reduced(scaled.settings, request.divisor);
     }
     RenderedFrame frame = draw_on_host(context, scaled, camera);
@@ -402,7 +402,7 @@ void Pictures::pair(int visitor, const PictureOrder& order, const RenderStats& s
   change([&] {
     if (Work* const work = find(visitor)) paired = work->paired;
   });
-  const Camera camera = reduced(order.request.camera, order.request.divisor);
+  const Camera camera = order.request.camera.reduced(order.request.divisor);
   run_job(
       visitor, order.scene,
       [&](RenderContext& context) { paired.follow(context, order.request, camera, shown); },

@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 
 #include "app/picture/level_mapper.h"
+#include "app/session/surfaces.h"
 #include "base/seconds.h"
 #include "base/text.h"
 #include "base/warn.h"
@@ -48,6 +49,7 @@ struct LevelView {
   LodView view;
   double dilation = 0;  // px^2 of the renderer's filter; 0: antialiased
   LodLimit limit;
+  bool hides = true;          // nodes that are drawn hide those behind them
   std::uint64_t edition = 0;  // of the pages
 
   // `smaller_ones`: a reduced frame is served by the cut of the whole one, so that the two do not
@@ -59,7 +61,7 @@ struct LevelView {
     constexpr double kSameAngle = 0.05;  // of one lens before pictures of different sizes
     return a.view_from_world == b.view_from_world && a.near_depth == b.near_depth &&
            a.projection == b.projection && limit.budget == other.limit.budget &&
-           edition == other.edition &&
+           hides == other.hides && edition == other.edition &&
            (smaller_ones
                 ? smaller && std::abs(view.reach.angle - other.view.reach.angle) < kSameAngle
                 : std::tie(a.width, a.height, a.focal_px, a.center_px, dilation, view.reach) ==
@@ -118,6 +120,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
         limit_(limit_of(options)),
         budget_ms_(options.budget_ms),
         pool_(pool),
+        finder_(pool),
         report_(std::move(report)),
         awaits_(awaits) {}
 
@@ -180,7 +183,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       lock.unlock();
       if (is_new) note_news();
       if (awaited_) {
-        show_alone(cloud_of(stream_->cut(gain_of(view), view.limit, pool_, guess_, seat_), view));
+        show_alone(cloud_of(cut_now(view, finder_, false, pool_), view));
         awaited_.reset();
       }
       apply(std::move(ready));
@@ -216,9 +219,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
                                        bool errors, std::stop_token stop) override {
     if (!stream_) return {};
     const LevelView view = view_of(camera, settings);
-    const StreamedCut made = awaits()
-                                 ? stream_->await_cut(gain_of(view), view.limit, pool_, guess_)
-                                 : stream_->cut(gain_of(view), view.limit, pool_, guess_, seat_);
+    const StreamedCut made = awaits() ? whole_cut(view) : cut_now(view, finder_, false, pool_);
     const auto cloud = cloud_of(made, view);
     paint_levels(made.tree, made.cut, view.view, view.dilation, errors, *cloud);
     show_alone(cloud);
@@ -290,7 +291,29 @@ class LevelRenderer final : public Renderer, public LevelMapper {
             stream_->facts(seat_), is_new,    stream_->take_sentences()};
   }
 
-  LodGain gain_of(const LevelView& view) const { return gain_in(view.view, stream_->footprint()); }
+  // The cut of a view with all its pages.
+  StreamedCut whole_cut(const LevelView& view) {
+    return cut_of(view, finder_, false,
+                  [&](const LodGain& gain, const LodLimit& limit, float guess) {
+                    return stream_->await_cut(gain, limit, pool_, guess);
+                  });
+  }
+
+  // The cut with the pages in memory. `moves`: see SurfaceFinder::cut().
+  StreamedCut cut_now(const LevelView& view, SurfaceFinder& finder, bool moves,
+                      ThreadPool& pool) const {
+    return cut_of(view, finder, moves,
+                  [&](const LodGain& gain, const LodLimit& limit, float guess) {
+                    return stream_->cut(gain, limit, pool, guess, seat_);
+                  });
+  }
+
+  StreamedCut cut_of(const LevelView& view, SurfaceFinder& finder, bool moves,
+                     const SurfaceFinder::MakeCut& make) const {
+    return view.hides
+               ? finder.cut(view.view, stream_->footprint(), view.limit, view.dilation, moves, make)
+               : make(gain_in(view.view, stream_->footprint()), view.limit, 0);
+  }
 
   bool awaits() const { return !report_ || (awaits_ != nullptr && *awaits_); }
 
@@ -299,7 +322,8 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     const float outside = awaits() ? kOutside : kOutsideWindow;
     return {
         settings.lens ? view_through(*settings.lens, camera, outside) : LodView(camera, outside),
-        keeps_light ? 0 : settings.dilation, limit_, stream_->edition()};
+        keeps_light ? 0 : settings.dilation, limit_,
+        settings.style == DrawStyle::splats && settings.splat_scale == 1, stream_->edition()};
   }
 
   std::shared_ptr<GaussianCloud> cloud_of(const StreamedCut& made, const LevelView& view) {
@@ -317,8 +341,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
 
   StreamedCut await_cut(const LevelView& view) {
     const auto start = std::chrono::steady_clock::now();
-    StreamedCut made = stream_->await_cut(gain_of(view), view.limit, pool_, guess_);
-    guess_ = made.cut.limit;
+    StreamedCut made = whole_cut(view);
     const LevelFacts facts = facts_of(view, made.cut, milliseconds_since(start), !report_);
     if (report_) {
       report_(facts);
@@ -344,10 +367,11 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     constexpr double kMoved = 0.02;   // share of the nodes
     constexpr double kLeastRest = 7;  // times the work, if frames are drawn on the same processors
     ThreadPool own(std::max(1, pool_.size() / 2));  // frames are drawn at the same time
-    std::uint64_t edition = 0;                      // of the last cut
-    std::size_t selected = 0;                       // nodes of the shown cut
-    bool is_late = false;   // the shown cut differs a little from the exact one
-    std::size_t exact = 0;  // the number of the view whose exact cut is shown; 0: none
+    SurfaceFinder finder(own);
+    std::uint64_t edition = 0;  // of the last cut
+    std::size_t selected = 0;   // nodes of the shown cut
+    bool is_late = false;       // the shown cut differs a little from the exact one
+    std::size_t exact = 0;      // the number of the view whose exact cut is shown; 0: none
     std::unique_lock lock(mutex_);
     for (;;) {
       const auto news = [&] { return has_news_ && wanted_; };
@@ -362,8 +386,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       lock.unlock();
       const auto start = std::chrono::steady_clock::now();
       const double worked = own.processor_seconds();
-      const StreamedCut made = stream_->cut(gain_of(view), view.limit, own, guess_, seat_);
-      guess_ = made.cut.limit;
+      const StreamedCut made = cut_now(view, finder, came && !restarts, own);
       const LodCut& shown = slots_.shown();
       const double change = static_cast<double>(moved(shown, made.cut) + moved(made.cut, shown)) /
                             static_cast<double>(made.cut.count);
@@ -406,13 +429,13 @@ class LevelRenderer final : public Renderer, public LevelMapper {
   LodLimit limit_;
   std::optional<double> budget_ms_;
   ThreadPool& pool_;
+  SurfaceFinder finder_;  // of the thread that renders
   LevelReport report_;
   const std::atomic<bool>* awaits_;
   std::shared_ptr<PageStream> stream_, expected_;
   int seat_ = 0;  // its number among the views of the stream
   bool antialiased_ = false;
   std::optional<LevelView> awaited_;             // its cut was uploaded last; of render()
-  std::atomic<float> guess_ = 0;                 // limit of the last cut
   std::atomic<bool> shares_processors_ = false;  // frames are drawn by the CPU
   CutSlots slots_;                               // of the thread of cuts
   std::shared_ptr<GaussianCloud> uploaded_;      // to `inner_`, for changes

@@ -110,9 +110,10 @@ CutPlaces::CutPlaces(const LodPages& tree, const LodCut& cut) {
 }
 
 GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& view,
-                        double dilation, ThreadPool& pool, std::vector<float>* variances) {
+                        double dilation, ThreadPool& pool, std::vector<float>* variances,
+                        int degree) {
   const GaussianCloud& top = tree.pages[0]->cloud;
-  GaussianCloud cloud = make_cloud(cut.count, top.sh_degree);
+  GaussianCloud cloud = make_cloud(cut.count, std::min(degree, top.sh_degree));
   cloud.antialiased = top.antialiased;
   cloud.origin = top.origin;
   if (variances) variances->resize(cut.count);

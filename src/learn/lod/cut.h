@@ -58,9 +58,10 @@ class CutPlaces {
   std::vector<std::uint32_t> places_;  // empty: the order of the file
 };
 
-/// The Gaussians of the cut of a view, at their CutPlaces. `variances`: the filter_variance()
-/// of each; null: not stored.
+/// The Gaussians of the cut of a view, at their CutPlaces, with SH up to `degree`. `variances`: the
+/// filter_variance() of each; null: not stored.
 GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& view,
-                        double dilation, ThreadPool& pool, std::vector<float>* variances = nullptr);
+                        double dilation, ThreadPool& pool, std::vector<float>* variances = nullptr,
+                        int degree = kMaxShDegree);
 
 }  // namespace qs

@@ -158,7 +158,7 @@ struct CountedView {
 
 /// The parts of a frame to compute besides its statistics. Without color, evaluated and used the
 /// blend stage is skipped, which makes counting pairs fast. Depth is a pass of its own after that
-/// stage; the times of a frame on CUDA do not include it.
+/// stage; the times of a frame do not include it.
 struct Outputs {
   bool color = true;
   bool pairs = false;      ///< Frame::pairs

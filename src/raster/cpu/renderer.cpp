@@ -67,8 +67,7 @@ class CpuRenderer final : public Renderer {
     const bool reference = settings.mode == kReferenceMode;
     const bool classic =
         !reference && (settings.pipeline == Pipeline::classic || settings.tile_px != kTileSize);
-    if (classic || (!reference && (outputs.used || outputs.depth)))
-      classic_.activate_once(*cloud_, pool_);
+    if (classic || (!reference && outputs.used)) classic_.activate_once(*cloud_, pool_);
 
     const Stopwatch frame_clock;
     const double processor_seconds = pool_.processor_seconds();
@@ -88,19 +87,14 @@ class CpuRenderer final : public Renderer {
       classic_.draw(frame, outputs, result_);
     } else {
       fast_.draw(frame, outputs, result_);
-      if (outputs.used || outputs.depth) classic_.list(frame);
+      if (outputs.used) classic_.list(frame);
       if (outputs.used) classic_.count_used(frame, result_);
-    }
-    if (outputs.depth && !reference) {
-      const Stopwatch depth_clock;
-      classic_.draw_depth(frame, result_);
-      result_.stats.stage_ms[static_cast<int>(Stage::blend)] += depth_clock.ms();
     }
     result_.stats.frame_ms = frame_clock.ms();
     result_.stats.cpu_ms =
         static_cast<float>(1e3 * (pool_.processor_seconds() - processor_seconds));
-    if ((outputs.seen || outputs.share) && !reference)
-      fast_.select(frame, !classic, outputs, result_);
+    if ((outputs.depth || outputs.seen || outputs.share) && !reference)
+      fast_.pass_again(frame, !classic, outputs, result_);
     if (outputs.mode_pairs) count_modes(frame, outputs.counted);
     return result_;
   }

@@ -400,6 +400,8 @@ void LodView::see(std::size_t count, const float* x, const float* y, const float
     footprint[k] = std::max(depth, kSmallestDepth * near_depth_) * footprint_of_depth_ + footprint_;
     share[k] = is_inside ? 1.0f : outside;
   }
+  for (std::size_t k = 0; k < count && surfaces; ++k)
+    if (share[k] == 1) share[k] = surfaces->share_seen({x[k], y[k], z[k]}, radius[k]);
 }
 
 float lod_gain(const LodFacts& node, float smallest, float footprint) {

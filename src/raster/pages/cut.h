@@ -25,6 +25,7 @@
 
 #include "base/parallel.h"
 #include "raster/pages/lod_node.h"
+#include "raster/pages/surfaces.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
 #include "raster/scene/gaussian_set.h"
@@ -94,7 +95,7 @@ std::pair<glm::vec3, float> lod_ball(const LodPage& page, std::size_t row,
 /// The part of a picture in which a node is seen.
 struct LodSight {
   float footprint = 1;  ///< at the nearest point of the ball around the node's leaves, world units
-  float share = 1;      ///< of its gain that counts: less than 1 outside of the picture
+  float share = 1;      ///< of its gain that counts: less than 1 outside, and behind surfaces
 };
 
 /// The picture of a wide lens, whose camera has pixels per radian as its focal lengths.
@@ -117,6 +118,7 @@ struct LodView {
   Camera camera;
   float outside;  ///< LodSight::share of nodes outside of the picture
   LodReach reach;
+  std::shared_ptr<const LodSurfaces> surfaces = {};  ///< null: not known
 
  private:
   float footprint_of_depth_, footprint_, near_depth_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/scene/camera.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <glm/geometric.hpp>
@@ -32,6 +33,16 @@ Camera Camera::resized(int new_width, int new_height) const {
   result.center_px = 0.5 * glm::dvec2(new_width - 1, new_height - 1) + offset * scale;
   result.width = new_width;
   result.height = new_height;
+  return result;
+}
+
+Camera Camera::reduced(int divisor) const {
+  Camera result = *this;
+  result.width = std::max(1, width / divisor);
+  result.height = std::max(1, height / divisor);
+  const glm::dvec2 scale = glm::dvec2(result.width, result.height) / glm::dvec2(width, height);
+  result.focal_px = focal_px * scale;
+  result.center_px = (center_px + 0.5) * scale - 0.5;
   return result;
 }
 

@@ -38,6 +38,10 @@ struct Camera {
   /// The same view at another size, in pixels, > 0. The vertical field of view stays; focal lengths
   /// and the principal point's offset from the image centre scale with the height.
   Camera resized(int new_width, int new_height) const;
+
+  /// The same picture with 1 / divisor of its width and height, at least a pixel. Every point keeps
+  /// its place in it.
+  Camera reduced(int divisor) const;
 };
 
 /// A camera at `position` that looks at `target`. `up` points up in the world and must not be

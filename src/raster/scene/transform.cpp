@@ -57,8 +57,8 @@ void diagonalise(glm::dmat3 m, glm::dmat3& axes, glm::dvec3& values) {
       for (int q = p + 1; q < 3; ++q) {
         if (std::abs(m[p][q]) <= 1e-18 * (std::abs(m[p][p]) + std::abs(m[q][q]))) continue;
         const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
-        const double t = std::copysign(1 / (std::abs(theta) + std::hypot(theta, 1.0)), theta);
-        const double c = 1 / std::hypot(t, 1.0), s = t * c;
+        const double t = std::copysign(1 / (std::abs(theta) + std::sqrt(theta * theta + 1)), theta);
+        const double c = 1 / std::sqrt(t * t + 1), s = t * c;
         glm::dmat3 turn(1);
         turn[p][p] = c;
         turn[q][q] = c;

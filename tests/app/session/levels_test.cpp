@@ -301,6 +301,37 @@ TEST_F(LevelsTest, a_cut_does_not_depend_on_the_views_before) {
   EXPECT_EQ(picture(used, camera_).values, picture(fresh, camera_).values);
 }
 
+// A wall hides the left half of the scene, which then gets fewer nodes than the right half.
+TEST_F(LevelsTest, nodes_behind_a_wall_leave_the_budget_to_others) {
+  constexpr std::size_t kSide = 40;
+  const auto grid = [](float left, float step, float z, float log_scale) {
+    GaussianCloud cloud = test::random_cloud(kSide * kSide, 0, 5);
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      const auto column = static_cast<float>(i % kSide), row = static_cast<float>(i / kSide);
+      cloud.positions[i] = {left + step * column, step * (row - 0.5f * kSide), z};
+      cloud.log_scales[i] = glm::vec3(log_scale);
+      cloud.opacity_logits[i] = 4;
+    }
+    return cloud;
+  };
+  const GaussianCloud open = grid(-2, 0.1f, 1, -3.5f);
+  GaussianCloud hidden = open, wall = grid(-4, 0.1f, -2, -2.3f);
+  std::ranges::fill(wall.sh, glm::vec3(0));
+  test::append(hidden, wall);
+  const auto left_share = [&](const GaussianCloud& cloud) {
+    test::write_scene(cloud, folder_ / "scene.ply");
+    frame_.scene = built(false);
+    frame_.levels.budget = 1200;
+    const DrawnView drawn = draw_view(open_session(frame_), camera_, {}, {});
+    double left = 0, right = 0;
+    for (const glm::vec3& at : drawn.cloud->positions)
+      if (at.z > 0) (at.x < 0 ? left : right) += 1;
+    return left / (left + right);
+  };
+  EXPECT_NEAR(left_share(open), 0.5, 0.1);
+  EXPECT_LT(left_share(hidden), 0.2);
+}
+
 TEST_F(LevelsTest, a_lens_draws_one_cut_for_all_its_faces) {
   LensView vr = panorama_view(180), level = fisheye_view(150);
   vr.eye_distance = 0.2;

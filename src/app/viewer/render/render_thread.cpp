@@ -184,7 +184,7 @@ std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
 }
 
 RenderedFrame RenderThread::drawn(FrameRequest request) {
-  const Camera camera = reduced(request.camera, request.divisor);
+  const Camera camera = request.camera.reduced(request.divisor);
   request.settings = reduced(request.settings, request.divisor);
   std::optional<RenderedFrame> rendered;
   if (takes_one_frame(request)) rendered = draw_into_gl(camera, request);
@@ -210,7 +210,7 @@ void RenderThread::answer(const FrameRequest& request) {
   kept_.keep(request, frame);
   const RenderStats stats = frame.shown.stats;
   show(std::move(frame));
-  paired_.follow(context_, request, reduced(request.camera, request.divisor), stats);
+  paired_.follow(context_, request, request.camera.reduced(request.divisor), stats);
 }
 
 // Between two parts of a long job: the newest requested frame, so that keys and the mouse work. A

@@ -17,17 +17,6 @@ double pixels(int from, int to) { return static_cast<double>(from * from) / (to 
 
 }  // namespace
 
-Camera reduced(const Camera& camera, int divisor) {
-  Camera result = camera;
-  result.width = std::max(1, camera.width / divisor);
-  result.height = std::max(1, camera.height / divisor);
-  const glm::dvec2 scale =
-      glm::dvec2(result.width, result.height) / glm::dvec2(camera.width, camera.height);
-  result.focal_px = camera.focal_px * scale;
-  result.center_px = (camera.center_px + 0.5) * scale - 0.5;
-  return result;
-}
-
 RenderSettings reduced(RenderSettings settings, int divisor) {
   settings.dilation /= divisor * divisor;
   return settings;

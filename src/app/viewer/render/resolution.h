@@ -10,11 +10,9 @@ namespace qs {
 
 inline constexpr int kMostDivisor = 6;
 
-/// The camera of a reduced frame. Every point of the view keeps its place in the window.
-Camera reduced(const Camera& camera, int divisor);
-
-/// The settings of a reduced frame. Its low-pass dilation covers the same part of the window as the
-/// full frame's, so that Gaussians keep their extent and the picture keeps its brightness.
+/// The settings of a frame of Camera::reduced(). Its low-pass dilation covers the same part of the
+/// window as the full frame's, so that Gaussians keep their extent and the picture keeps its
+/// brightness.
 RenderSettings reduced(RenderSettings settings, int divisor);
 
 /// The longest time of a moving frame for which `divisor` is not increased: 28 ms for 1 and 2,

@@ -42,7 +42,7 @@ void draw_sample(RenderContext& context, SceneSample& sample, FrameRequest reque
   request.settings.splat_scale *= static_cast<float>(larger);
   const auto renderer = make_renderer(Backend::cpu, *context.session.pool);
   renderer->upload(std::move(sample.scene.cloud), {});
-  const Camera camera = reduced(request.camera, kDivisor);
+  const Camera camera = request.camera.reduced(kDivisor);
   context.present(rendered_of(
       context, request, renderer->render(camera, request.settings, {}, HostImage{}, context.stop)));
 }

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "raster/cpu/classic/classic.h"
-#include "raster/kernel/depth.h"
 
 namespace qs::cpu {
 namespace {
@@ -19,7 +18,6 @@ constexpr int kMostPx = kTileSizes.back();
 /// A Gaussian in the list of a tile.
 struct ListEntry {
   const BoundedSplat& bounded;
-  float depth;
   std::int32_t number;  ///< 1-based position in the list
 };
 
@@ -41,19 +39,6 @@ struct ColorSums {
     g[lane] += effect.weight * color.y;
     b[lane] += effect.weight * color.z;
     stopped_at[lane] = effect.stops != 0 ? entry.number : stopped_at[lane];
-  }
-};
-
-/// The values of PixelDepth, an array per value.
-struct DepthSums {
-  float weights[kLanes], weighted_depths[kLanes], median[kLanes];
-
-  void add(int lane, const ListEntry& entry, const Effect& effect) {
-    const std::int32_t halves =
-        effect.blends & std::int32_t(effect.before > 0.5f) & std::int32_t(effect.behind <= 0.5f);
-    weights[lane] += effect.weight;
-    weighted_depths[lane] += effect.weight * entry.depth;
-    median[lane] += halves != 0 ? entry.depth : 0.0f;  // at most once
   }
 };
 
@@ -163,8 +148,7 @@ auto composites_tiles(const FrameContext& frame, const Visible& visible, const T
       const std::uint32_t length = lists.pairs(index);
       for (std::uint32_t k = 0; k < length && tile->live > 0; ++k) {
         if (k + kPrefetch < length) __builtin_prefetch(&visible.splats[list[k + kPrefetch]]);
-        tile->composite(
-            {visible.splats[list[k]], visible.depths[list[k]], static_cast<std::int32_t>(k + 1)});
+        tile->composite({visible.splats[list[k]], static_cast<std::int32_t>(k + 1)});
       }
       store(index, *tile);
     }
@@ -196,22 +180,6 @@ void blend(const FrameContext& frame, const Visible& visible, const TileLists& l
   };
   frame.for_frame(static_cast<std::size_t>(frame.grid.count()), kGrain,
                   composites_tiles<ColorSums>(frame, visible, lists, store));
-}
-
-void Classic::draw_depth(const FrameContext& frame, Frame& result) const {
-  const auto store = [&](std::size_t, const Tile<DepthSums>& tile) {
-    tile.for_each_pixel([&](int x, int y, const Strip<DepthSums>& strip, int lane) {
-      const DepthSums& sums = strip.sums;
-      const PixelDepth<float> pixel{strip.transmittance[lane], sums.weights[lane],
-                                    sums.weighted_depths[lane], sums.median[lane]};
-      const std::size_t at = frame.pixel(x, y);
-      result.depth.alpha[at] = pixel.alpha();
-      result.depth.expected[at] = pixel.expected();
-      result.depth.median[at] = pixel.median;
-    });
-  };
-  frame.for_chunks(static_cast<std::size_t>(frame.grid.count()), kGrain,
-                   composites_tiles<DepthSums>(frame, visible_, lists_, store));
 }
 
 void Classic::count_used(const FrameContext& frame, Frame& result) const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Pipeline `classic` of the CPU backend: the stages in plain C++. Tests compare cpu/fast/ with it,
-// and frames that ask for Outputs::used, Outputs::depth or other tile sizes run on it.
+// and frames that ask for Outputs::used or other tile sizes run on it.
 #pragma once
 
 #include <algorithm>
@@ -58,9 +58,6 @@ class Classic {
   /// Composites the lists of a frame again, after draw() or list(). Fills used, per tile the pairs
   /// that at least one pixel blends, and used_pairs.
   void count_used(const FrameContext& frame, Frame& result) const;
-
-  /// The same for depth, whose maps already have their sizes.
-  void draw_depth(const FrameContext& frame, Frame& result) const;
 
   /// Adds the counts of every mode for a view to `sums`; needs no frame of it.
   void count_modes(const FrameContext& counted, ModeSums& sums) const;

@@ -42,7 +42,7 @@ TileJob job_of(const FrameContext& frame, const FastVisible& visible, const Tile
 }  // namespace
 
 void blend(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
-           TileQueue& queue, const Outputs& outputs, Frame& result) {
+           TileQueue& queue, const Outputs& outputs, Frame& result, bool depths) {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
   queue_longest_first(lists, tiles, queue);
   frame.for_frame(tiles, 2, [&](std::size_t begin, std::size_t end, int) {
@@ -56,6 +56,7 @@ void blend(const FrameContext& frame, const FastVisible& visible, const TileList
       if (outputs.color) job.color = result.color.values.data() + 3 * pixel;
       if (outputs.evaluated) job.evaluated = result.evaluated.data() + pixel;
       job.stride = static_cast<std::size_t>(frame.camera.width);
+      job.depths = depths;
       blend_tile(job);
     }
   });

@@ -181,8 +181,8 @@ HWY_INLINE void note_stop(M stops, std::uint32_t number, std::uint32_t* evaluate
 }
 
 /// The work beside the colours, or in their place: `evaluated` notes where pixels stop, `seen` the
-/// entries that they blend.
-enum class Notes { none, evaluated, seen };
+/// entries that they blend, `depths` the median depths.
+enum class Notes { none, evaluated, seen, depths };
 
 /// Composites the batch's entries onto pixels [at, at + kLanes) of a cell. `before` is the number
 /// of list entries in front of the batch. True if a pixel is still live. Fills `evaluated` of the
@@ -207,6 +207,7 @@ HWY_INLINE bool blend_pixels(const Batch& batch, std::uint32_t before, int index
     if (i + kChains < count) alphas_of<kLimits>(batch, entries + kChains, rows, column, next);
     each([&](std::uint32_t j) HWY_ATTR {
       const V weight = hn::Mul(alpha[j], pixels.transmittance);
+      const M is_front = hn::Gt(pixels.transmittance, hn::Set(d, 0.5f));
       pixels.transmittance = hn::Sub(pixels.transmittance, weight);
       // A transmittance never grows, so pixels that have stopped stay below the least.
       const M still = hn::Ge(pixels.transmittance, least);
@@ -220,6 +221,10 @@ HWY_INLINE bool blend_pixels(const Batch& batch, std::uint32_t before, int index
         live = hn::And(live, hn::Ge(pixels.transmittance, hn::Set(d, batch.weight)));
       } else {
         pixels.add(batch, entries[j], hn::IfThenElseZero(live, weight));
+        if constexpr (kNotes == Notes::depths)
+          pixels.blue =
+              hn::IfThenElse(hn::And(is_front, hn::Le(pixels.transmittance, hn::Set(d, 0.5f))),
+                             hn::Set(d, batch.factors[entries[j]].red), pixels.blue);
       }
     });
     pixels.transmittance = hn::IfThenElseZero(live, pixels.transmittance);  // avoids tiny numbers
@@ -244,6 +249,8 @@ HWY_INLINE void blend_batch(const Batch& batch, std::uint32_t before, Tile& tile
 void blend_onto(const Batch& batch, std::uint32_t before, const TileJob& job, Tile& tile) {
   if (job.seen != nullptr) {
     blend_batch<Notes::seen, true>(batch, before, tile, job.seen);
+  } else if (job.depths) {
+    blend_batch<Notes::depths, true>(batch, before, tile);
   } else if (job.evaluated != nullptr) {
     blend_batch<Notes::evaluated, true>(batch, before, tile);
   } else if (batch.limited) {

@@ -119,8 +119,25 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame
   collect(frame, visible_, lists_, splat_of, outputs, result);
 }
 
-void FastPipeline::select(const FrameContext& frame, bool is_drawn, const Outputs& outputs,
-                          Frame& result) {
+// The picture with other colours: color_of(slot).
+template <class ColorOf>
+Image FastPipeline::painted(const FrameContext& view, bool depths, const ColorOf& color_of) {
+  view.pool.for_each(visible_.chunk_counts.size(), 1, [&](std::size_t chunk) {
+    const std::size_t first = chunk * FastVisible::kChunk;
+    for (std::size_t slot = first; slot < first + visible_.chunk_counts[chunk]; ++slot) {
+      const glm::vec3 color = color_of(slot);
+      Record& record = visible_.records[slot];
+      record.red = color.x, record.green = color.y, record.blue = color.z;
+    }
+  });
+  Frame frame;
+  frame.color = Image(view.camera.width, view.camera.height, 3);
+  blend(view, visible_, lists_, queue_, {}, frame, depths);
+  return std::move(frame.color);
+}
+
+void FastPipeline::pass_again(const FrameContext& frame, bool is_drawn, const Outputs& outputs,
+                              Frame& result) {
   RenderSettings settings = frame.settings;
   settings.background = glm::vec3(0);
   FrameContext view{frame.cloud, frame.camera,
@@ -128,25 +145,26 @@ void FastPipeline::select(const FrameContext& frame, bool is_drawn, const Output
                     frame.pool,  frame.stop,
                     {},          frame.drawn,
                     {}};
-  if (outputs.seen && !outputs.share) view.only = outputs.seen->box;
+  if (outputs.seen && !outputs.share && !outputs.depth) view.only = outputs.seen->box;
   RenderStats unused;
   if (!is_drawn) list(view, false, unused);
   if (outputs.seen) mark_seen(view, visible_, lists_, *outputs.seen, result.seen);
-  if (!outputs.share) return;
-  // The picture in which the Gaussians of the set are white and all others black.
-  frame.pool.for_each(visible_.chunk_counts.size(), 1, [&](std::size_t chunk) {
-    const std::size_t first = chunk * FastVisible::kChunk;
-    for (std::size_t slot = first; slot < first + visible_.chunk_counts[chunk]; ++slot) {
-      Record& record = visible_.records[slot];
-      record.red = (*outputs.share)[visible_.gaussians[slot]] ? 1.0f : 0.0f;
-      record.green = record.blue = 0;
+  if (outputs.depth) {
+    const Image sums = painted(
+        view, true, [&](std::size_t slot) { return glm::vec3(visible_.depths[slot], 1, 0); });
+    for (std::size_t i = 0; i < result.depth.alpha.size(); ++i) {
+      const float* const sum = &sums.values[3 * i];
+      result.depth.alpha[i] = sum[1];
+      result.depth.expected[i] = sum[1] > 0 ? sum[0] / sum[1] : 0;
+      result.depth.median[i] = sum[2];
     }
+  }
+  if (!outputs.share) return;
+  // The Gaussians of the set are white and all others black.
+  const Image shares = painted(view, false, [&](std::size_t slot) {
+    return glm::vec3((*outputs.share)[visible_.gaussians[slot]] ? 1 : 0, 0, 0);
   });
-  Frame shares;
-  shares.color.values.resize(3 * result.share.size());
-  blend(view, visible_, lists_, queue_, {}, shares);
-  for (std::size_t i = 0; i < result.share.size(); ++i)
-    result.share[i] = shares.color.values[3 * i];
+  for (std::size_t i = 0; i < result.share.size(); ++i) result.share[i] = shares.values[3 * i];
 }
 
 }  // namespace qs::cpu::fast

@@ -128,9 +128,9 @@ struct TileQueue {
 };
 
 /// Stage 4: composites every tile's list front to back. Fills color and evaluated of `result` if
-/// requested. They already have their sizes.
+/// requested. They already have their sizes. `depths`: see TileJob.
 void blend(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
-           TileQueue& queue, const Outputs& outputs, Frame& result);
+           TileQueue& queue, const Outputs& outputs, Frame& result, bool depths = false);
 
 /// Outputs::seen: adds the Gaussians of the lists to Frame::seen, which is empty.
 void mark_seen(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
@@ -149,15 +149,17 @@ class FastPipeline {
   /// scene was made of frame.cloud.
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
 
-  /// Fills Frame::seen and Frame::share of a frame that draw() has drawn, or another
+  /// Fills Frame::depth, Frame::seen and Frame::share of a frame that draw() has drawn, or another
   /// pipeline.
-  void select(const FrameContext& frame, bool is_drawn, const Outputs& outputs, Frame& result);
+  void pass_again(const FrameContext& frame, bool is_drawn, const Outputs& outputs, Frame& result);
 
   /// Adds the counts of every mode for a view to `sums`; needs no frame of it.
   void count_modes(const FrameContext& counted, ModeSums& sums) const;
 
  private:
   void list(const FrameContext& frame, bool traced, RenderStats& stats);
+  template <class ColorOf>
+  Image painted(const FrameContext& view, bool depths, const ColorOf& color_of);
 
   SceneBlocks scene_;
   FastVisible visible_;

@@ -26,6 +26,8 @@ struct TileJob {
   std::uint8_t* seen = nullptr;
   const std::uint8_t* chosen = nullptr;  ///< with `seen`: of the tile's pixels, row by row
   float weight = 0;                      ///< with `seen`
+  /// Red is the depth of a Gaussian and green is 1: blue becomes DepthMaps::median.
+  bool depths = false;
 };
 
 /// Tiles consist of cells, because most Gaussians reach only a part of a tile.

@@ -37,7 +37,7 @@ void expect_reduced_frames_of(const GaussianCloud& cloud, const std::vector<Came
     const Image full = renderer->render(camera).color;
     for (const int divisor : {2, 3, 4}) {
       SCOPED_TRACE(testing::Message() << "view " << view << ", divisor " << divisor);
-      const Camera smaller = reduced(camera, divisor);
+      const Camera smaller = camera.reduced(divisor);
       const Image image = renderer->render(smaller, reduced(RenderSettings(), divisor)).color;
       EXPECT_NEAR(mean(image) / mean(full), 1, share);
       const Image boxes = area_average(full, smaller.width, smaller.height, test::pool(2));
@@ -69,11 +69,11 @@ TEST(ReducedFrames, of_gaussians_far_smaller_than_a_pixel_are_as_bright_as_the_f
   const auto renderer = make_renderer(Backend::cpu, test::pool(2));
   renderer->upload(cloud, {});
   const double full = mean(renderer->render(camera).color);
-  const double undilated = mean(renderer->render(reduced(camera, 2)).color);
+  const double undilated = mean(renderer->render(camera.reduced(2)).color);
   EXPECT_GT(undilated / full, 2);
   for (const int divisor : {2, 3}) {
     const auto settings = reduced(RenderSettings(), divisor);
-    EXPECT_NEAR(mean(renderer->render(reduced(camera, divisor), settings).color) / full, 1, 0.05);
+    EXPECT_NEAR(mean(renderer->render(camera.reduced(divisor), settings).color) / full, 1, 0.05);
   }
 }
 
@@ -82,7 +82,7 @@ TEST(ReducedFrames, keep_every_point_s_place_in_the_window) {
   Camera camera = test::front_camera(1280, 719);
   camera.center_px = {600.25, 380.5};
   for (const int divisor : {1, 2, 3, 7}) {
-    const Camera smaller = reduced(camera, divisor);
+    const Camera smaller = camera.reduced(divisor);
     EXPECT_EQ(smaller.width, 1280 / divisor);
     EXPECT_EQ(smaller.height, 719 / divisor);
     for (const glm::dvec2 slope : {glm::dvec2(0), glm::dvec2(0.3, -0.2), glm::dvec2(-0.5, 0.4)}) {

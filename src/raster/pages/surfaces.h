@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+//
+// The surfaces of a scene in a picture, which hide the nodes behind them.
+#pragma once
+
+#include <vector>
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/scene/camera.h"
+
+namespace qs {
+
+class LodSurfaces {
+ public:
+  /// `depths`: DepthMaps::median of a picture of this pinhole camera.
+  LodSurfaces(const Camera& camera, std::vector<float> depths);
+
+  /// The share of the pixels of a ball in whose surfaces do not hide all of the ball, kLeastSeen to
+  /// 1; from at most 8 x 8 of its pixels. 1 for a ball outside of the picture or around the camera.
+  float share_seen(const glm::vec3& center, float radius) const;
+
+  /// The median of the depths; infinite if most pixels have no surface.
+  float distance() const { return distance_; }
+
+  /// Surfaces are known roughly, so nodes behind them count a little.
+  static constexpr float kLeastSeen = 0.01f;
+
+ private:
+  glm::mat3 turn_;  // of the world's axes
+  glm::dvec3 eye_;
+  glm::vec2 focal_, center_;
+  int width_, height_;
+  float near_depth_, distance_;
+  std::vector<float> depths_;  // infinite where nothing hides
+};
+
+}  // namespace qs

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <deque>
+#include <iterator>
 #include <mutex>
 #include <numbers>
 #include <thread>
@@ -186,7 +187,9 @@ class LevelRenderer final : public Renderer, public LevelMapper {
         show_alone(cloud_of(cut_now(view, finder_, false, pool_), view));
         awaited_.reset();
       }
-      apply(std::move(ready));
+      apply(ready);
+      std::erase_if(ready, [](const ReadyStep& step) { return !step.upload; });
+      if (!ready.empty()) free_later(std::move(ready));
     }
     Outputs all = outputs;
     if (outputs.share) all.share = selected_;
@@ -248,6 +251,12 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     if (seat_ != 0) stream_->remove_view(std::exchange(seat_, 0));
   }
 
+  void free_later(std::vector<ReadyStep> old) {
+    const std::lock_guard lock(mutex_);
+    std::ranges::move(old, std::back_inserter(old_));
+    changed_.notify_all();
+  }
+
   void note_news() {
     const std::lock_guard lock(mutex_);
     has_news_ = true;
@@ -264,16 +273,17 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     return moves ? (ready_.size() + left - 1) / left : ready_.size();
   }
 
-  void apply(std::vector<ReadyStep> ready) {
+  // Leaves the old cloud in the step of a whole cut.
+  void apply(std::vector<ReadyStep>& ready) {
     for (ReadyStep& step : ready) {
       if (step.whole || step.is_last) selected_ = std::move(step.selected);
       if (step.whole) {
-        uploaded_.reset();  // if the upload fails, changes have no cloud
+        const auto old = std::exchange(uploaded_, nullptr);  // if the upload fails
         if (step.upload)
           step.upload();
         else
           inner_->upload(step.whole, {});
-        uploaded_ = std::move(step.whole);
+        uploaded_ = std::exchange(step.whole, old);
         drawn_ = std::move(step.drawn);
       } else if (uploaded_) {
         const CutPart& part = step.part;
@@ -335,7 +345,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
   void show_alone(std::shared_ptr<GaussianCloud> cloud) {
     std::vector<ReadyStep> alone(1);
     alone[0].whole = std::move(cloud);
-    apply(std::move(alone));
+    apply(alone);
     uploaded_.reset();
   }
 
@@ -375,9 +385,16 @@ class LevelRenderer final : public Renderer, public LevelMapper {
     std::unique_lock lock(mutex_);
     for (;;) {
       const auto news = [&] { return has_news_ && wanted_; };
+      const auto work = [&] { return news() || !old_.empty(); };
       const bool came =
-          is_late ? changed_.wait_for(lock, stop, kRest, news) : changed_.wait(lock, stop, news);
+          is_late ? changed_.wait_for(lock, stop, kRest, work) : changed_.wait(lock, stop, work);
       if (stop.stop_requested()) return;
+      if (std::vector<ReadyStep> old = std::exchange(old_, {}); !old.empty()) {
+        lock.unlock();
+        old.clear();
+        lock.lock();
+        continue;
+      }
       has_news_ = false;
       const LevelView view = *wanted_;
       const bool is_edited = std::exchange(edition, view.edition) != view.edition;
@@ -446,6 +463,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
   std::optional<LevelView> wanted_;
   std::size_t views_ = 0;        // wanted ones so far
   std::deque<ReadyStep> ready_;  // that `inner_` does not have yet
+  std::vector<ReadyStep> old_;   // with the scenes before; freeing them takes long
   bool has_cut_ = false;         // a cut came after the last frame
   std::size_t frames_ = 0;       // since the last cut
   std::size_t frames_per_cut_ = 1;

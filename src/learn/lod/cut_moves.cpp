@@ -46,8 +46,8 @@ class Groups {
       : tree_(tree), pool_(pool), go_(tree, from, to), come_(tree, to, from) {}
 
   std::vector<LodMoves> all() {
+    gather(come_, go_, &LodMoves::come, &LodMoves::go);  // fewer nodes first, for the budget
     gather(go_, come_, &LodMoves::go, &LodMoves::come);
-    gather(come_, go_, &LodMoves::come, &LodMoves::go);
     if (LodMoves rest{go_.nodes(), come_.nodes()}; !rest.go.empty() || !rest.come.empty())
       groups_.push_back(std::move(rest));
     return std::move(groups_);

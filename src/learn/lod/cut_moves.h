@@ -20,7 +20,8 @@ struct LodMoves {
   std::vector<LodMove> go, come;
 };
 
-/// Groups that lead from one cut to another: after each group the drawn nodes are a cut. The last
+/// Groups that lead from one cut to another: after each group the drawn nodes are a cut, with at
+/// most as many nodes as the larger one of the two. The last
 /// group has the nodes whose counterparts were not found a few steps down the tree. If a page
 /// between the cuts has left the memory, nodes below it go in that group, after a node above them
 /// may have come.

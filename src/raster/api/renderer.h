@@ -303,8 +303,9 @@ class Renderer {
   }
 
   /// The slow part of an upload, with another pool: another thread may call it while frames are
-  /// drawn. The returned function does the rest, for the thread of the frames. It is empty if the
-  /// renderer has no memory for both scenes, or cannot do it; then upload() can.
+  /// drawn. The returned function does the rest, for the thread of the frames. It keeps the old
+  /// scene, because freeing that takes long too: another thread may destroy the function. It is
+  /// empty if the renderer has no memory for both scenes, or cannot do it; then upload() can.
   virtual std::function<void()> prepare_upload(std::shared_ptr<const GaussianCloud>, ThreadPool&) {
     return {};
   }

@@ -30,7 +30,7 @@ class CpuRenderer final : public Renderer {
     const auto scene = std::make_shared<fast::SceneBlocks>(fast::make_scene(*cloud, pool));
     return [this, cloud = std::move(cloud), scene] {
       cloud_ = cloud;
-      fast_.upload(std::move(*scene));
+      fast_.exchange(*scene);
       classic_ = {};
       drawn_ = GaussianSet();
       drawn_count_ = cloud_->size();

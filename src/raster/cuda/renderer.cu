@@ -88,9 +88,10 @@ class CudaRenderer final : public Renderer {
     } catch (const Error&) {  // the memory became short
       return {};
     }
-    return [this, cloud = std::move(cloud), uploaded] {
+    const auto old = std::make_shared<std::array<std::optional<DeviceCloud>, 2>>();
+    return [this, cloud = std::move(cloud), uploaded, old] {
       select_device();
-      clouds_ = {};
+      *old = std::exchange(clouds_, {});
       this->cloud(Order::space) = std::move(*uploaded);
       show(cloud);
     };

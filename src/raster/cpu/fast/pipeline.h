@@ -139,6 +139,7 @@ void mark_seen(const FrameContext& frame, const FastVisible& visible, const Tile
 class FastPipeline {
  public:
   void upload(SceneBlocks scene) { scene_ = std::move(scene); }
+  void exchange(SceneBlocks& scene) { std::swap(scene_, scene); }
   bool update(const GaussianCloud& cloud, std::span<const std::uint32_t> changed,
               ThreadPool& pool) {
     return scene_.update(cloud, changed, pool);

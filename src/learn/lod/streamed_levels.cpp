@@ -2,12 +2,13 @@
 #include "learn/lod/streamed_levels.h"
 
 #include <algorithm>
-#include <memory>
 #include <vector>
 
-#include "io/bytes/mapped_file.h"
+#include "io/scene/reader.h"
 #include "io/scene/sog/sog.h"
 #include "learn/lod/cut.h"
+#include "raster/kernel/constants.h"
+#include "raster/pages/page_stream.h"
 
 namespace qs {
 
@@ -15,26 +16,21 @@ void write_streamed_levels(const std::filesystem::path& tree, const std::filesys
                            ThreadPool& pool, const Progress& progress) {
   std::vector<GaussianCloud> levels;
   {
-    Scene nodes;
-    const MappedFile file(tree);
-    const RadLevels facts = read_rad_levels(file.content(), tree, pool, nodes);
-    const std::uint64_t count = facts.nodes.size();
-    const auto page = std::make_shared<const LodPage>(LodPage{{}, facts.nodes});
-    const LodPages one_page{count, count, facts.footprint, {page}};
-    auto budget =
-        static_cast<std::size_t>(std::ranges::count(facts.nodes, 0, &LodFacts::child_count));
+    ReadOptions options;
+    options.keeps_place = true;
+    options.streams = StreamedTrees::all;
+    const LodPages whole = read_scene(tree, pool, options).stream->whole_tree(pool);
+    std::size_t budget = 0;
+    for (const auto& page : whole.pages)
+      budget +=
+          static_cast<std::size_t>(std::ranges::count(page->nodes, 0, &LodFacts::child_count));
     // The finest level is meant for pixels of the median Gaussian's standard deviation.
-    float footprint = 16 * facts.footprint;
+    float footprint = 16 * whole.footprint;
+    const double dilation = whole.pages[0]->cloud.antialiased ? 0 : static_cast<double>(kDilation);
     for (std::size_t k = 0; k < kStreamedLevels; ++k, budget /= 4, footprint *= 2) {
-      const auto gain = [&](const LodPage&, std::size_t row) {
-        return lod_gain(facts.nodes[row], facts.footprint, footprint);
-      };
-      std::vector<std::uint32_t> cut;
-      cut_of(one_page, gain, {std::max<std::size_t>(budget, 1)}, pool)
-          .parts[0]
-          .for_each([&](std::size_t row) { cut.push_back(static_cast<std::uint32_t>(row)); });
-      levels.push_back(
-          cut_cloud(facts, nodes.cloud, cut, {std::vector<float>(count, footprint), {}}));
+      const LodView view = even_view(footprint);
+      const LodCut cut = cut_of(whole, gain_in(view, whole.footprint), {budget}, pool);
+      levels.push_back(cut_cloud(whole, cut, view, dilation, pool));
     }
   }
   write_streamed_sog(levels, folder, pool, progress);

@@ -12,7 +12,7 @@ inline constexpr std::size_t kStreamedLevels = 5;
 
 /// Writes cuts of a tree of build_lod() into a folder as a streamed SOG: the leaves, then levels
 /// with a quarter of the Gaussians of the level before, for twice its distance. The tree must fit
-/// into memory. Throws as write_streamed_sog() and read_rad_levels().
+/// into memory. Throws as write_streamed_sog() and PageStream::whole_tree().
 void write_streamed_levels(const std::filesystem::path& tree, const std::filesystem::path& folder,
                            ThreadPool& pool, const Progress& progress);
 

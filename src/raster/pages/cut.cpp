@@ -402,6 +402,13 @@ void LodView::see(std::size_t count, const float* x, const float* y, const float
   }
 }
 
+LodView even_view(float footprint) {
+  Camera camera;
+  camera.focal_px = glm::dvec2(1 / footprint);
+  camera.projection = Projection::orthographic;
+  return {camera, 1};
+}
+
 float lod_gain(const LodFacts& node, float smallest, float footprint) {
   if (node.child_count == 0) return 0;
   return smallest * smallest *

@@ -127,6 +127,9 @@ struct LodView {
   glm::vec3 sides_[4];
 };
 
+/// A view in which all nodes have the same footprint.
+LodView even_view(float footprint);
+
 /// The error that a merged node adds per Gaussian that it saves, colour^2 times square pixels.
 float lod_gain(const LodFacts& node, float smallest, float footprint);
 

@@ -164,6 +164,17 @@ StreamedCut PageStream::await_cut(const LodGain& gain, const LodLimit& limit, Th
   }
 }
 
+LodPages PageStream::whole_tree(ThreadPool& pool) {
+  const LodGain open([](const LodPage&, std::size_t) { return 1.0f; });
+  StreamedCut whole = await_cut(open, {}, pool);
+  if (was_full_)
+    fail(ErrorKind::device, "{}: its {} nodes need more than the {} MB of memory for its pages",
+         source_.name, tree_.count, facts_.most_bytes / 1'000'000);
+  const std::vector<std::string> sentences = take_sentences();
+  if (!sentences.empty()) fail("{}", sentences[0]);
+  return std::move(whole.tree);
+}
+
 StreamFacts PageStream::facts(int view) const {
   const std::lock_guard lock(mutex_);
   StreamFacts facts = facts_;

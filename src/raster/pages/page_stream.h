@@ -76,6 +76,10 @@ class PageStream {
   StreamedCut await_cut(const LodGain& gain, const LodLimit& limit, ThreadPool& pool,
                         float guess = 0);
 
+  /// The tree with all its pages. Throws Error if one is damaged, or if they do not fit into
+  /// memory.
+  LodPages whole_tree(ThreadPool& pool);
+
   float footprint() const { return tree_.footprint; }  ///< LodPages::footprint
 
   StreamFacts facts(int view = 0) const;

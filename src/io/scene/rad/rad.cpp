@@ -106,6 +106,7 @@ class RadFile {
     count_ = header_.count;
     has_tree_ = header_.has_tree;
     scene.cloud.antialiased = header_.antialiased;
+    scene.cloud.origin = header_.origin;
     const ByteSpan body = cursor.take(cursor.left(), "the chunks");
     const auto files = files_beside(path);
     std::uint64_t used = 0;
@@ -159,9 +160,10 @@ class RadFile {
 
 void fill_leaves(RadFile& file, ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   constexpr float kDecoded = 0.9f;  // share of the progress
-  const bool antialiased = scene.cloud.antialiased;
-  scene.cloud = make_cloud(file.read_count(), file.sh_degree());
-  scene.cloud.antialiased = antialiased;
+  GaussianCloud cloud = make_cloud(file.read_count(), file.sh_degree());
+  cloud.antialiased = scene.cloud.antialiased;
+  cloud.origin = scene.cloud.origin;
+  scene.cloud = std::move(cloud);
   LinearValues linear;
   pool.for_chunks(file.chunk_count(), 1, [&](std::size_t chunk, std::size_t, int worker) {
     if (worker == 0)

@@ -587,10 +587,10 @@ RadNodes small_tree() {
   return tree;
 }
 
-std::string written_tree(const RadNodes& tree) {
+std::string written_tree(const RadNodes& tree, const glm::dvec3& origin = glm::dvec3(0)) {
   std::ostringstream stream;
   ThreadPool pool(2);
-  RadWriter writer(stream, {3, 1, 0.125f, true, !tree.original.empty()}, pool);
+  RadWriter writer(stream, {3, 1, 0.125f, true, !tree.original.empty(), origin}, pool);
   writer.write({&tree, 1});
   writer.finish();
   return stream.str();
@@ -652,6 +652,19 @@ RadNodes original_tree(GaussianCloud& leaves, std::array<std::uint32_t, 2> numbe
     pack_original(leaves, 1 - leaf, numbers[leaf],
                   std::span(tree.original).subspan(leaf * words, words));
   return tree;
+}
+
+TEST(RadWriter, the_origin_comes_back_as_doubles) {
+  const glm::dvec3 origin(500'000, 4'650'000.125, -1e-3);
+  const std::string text = written_tree(small_tree(), origin);
+  EXPECT_EQ(read(text).cloud.origin, origin);
+  EXPECT_EQ(read(text).cloud.positions[1].x, 2);
+  EXPECT_EQ(first_page(text).cloud.origin, origin);
+  EXPECT_EQ(written_tree(small_tree()).find("origin"), std::string::npos);
+  EXPECT_THAT(error_of([&] {
+                read(written_tree(small_tree(), {1, 2, 1e10}));
+              }),
+              HasSubstr("quadsplat: origin is too far away"));
 }
 
 TEST(RadWriter, original_values_come_back_in_the_order_of_the_source) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <limits>
 #include <new>
 #include <tuple>
 #include <utility>
@@ -61,8 +62,50 @@ void PageStream::edit_pages(const PageEdit& edit, ThreadPool& pool) {
   pool.for_each(tree_.pages.size(), 1, [&](std::size_t i) {
     if (tree_.pages[i]) tree_.pages[i] = edited(*tree_.pages[i], i, edit);
   });
+  std::vector<std::size_t> pages;
   facts_.bytes = 0;
-  for (const auto& page : tree_.pages) facts_.bytes += page ? page->bytes() : 0;
+  for (std::size_t i = 0; i < tree_.pages.size(); ++i) {
+    if (!tree_.pages[i]) continue;
+    pages.push_back(i);
+    facts_.bytes += tree_.pages[i]->bytes();
+  }
+  remove_emptied(pages);
+}
+
+// Removes the nodes of these pages, and then those above them, whose children are gone.
+void PageStream::remove_emptied(const std::vector<std::size_t>& pages) {
+  if (!edit_) return;
+  constexpr float kGone = -std::numeric_limits<float>::infinity();
+  const std::uint64_t size = tree_.page_nodes;
+  const auto is_gone = [&](std::uint64_t node) {
+    const LodPage* const page = tree_.pages[node / size].get();
+    return page && page->nodes[node % size].child_count == 0 &&
+           page->cloud.opacity_logits[node % size] == kGone;
+  };
+  std::vector<std::uint64_t> nodes;
+  for (const std::size_t page : pages)
+    for (std::size_t row = 0; row < tree_.pages[page]->nodes.size(); ++row) {
+      const LodFacts& facts = tree_.pages[page]->nodes[row];
+      if (facts.child_count > 0) nodes.push_back(page * size + row);
+      if (is_gone(page * size + row) && facts.parent < page * size) nodes.push_back(facts.parent);
+    }
+  std::map<std::size_t, std::shared_ptr<LodPage>> changed;
+  while (!nodes.empty()) {
+    const std::size_t page = nodes.back() / size, row = nodes.back() % size;
+    nodes.pop_back();
+    if (!tree_.pages[page]) continue;
+    const LodFacts& facts = tree_.pages[page]->nodes[row];
+    std::uint64_t gone = 0;
+    while (gone < facts.child_count && is_gone(facts.first_child + gone)) ++gone;
+    if (facts.child_count == 0 || gone < facts.child_count) continue;
+    if (facts.parent < tree_.count) nodes.push_back(facts.parent);
+    std::shared_ptr<LodPage>& own = changed[page];
+    if (!own) tree_.pages[page] = own = std::make_shared<LodPage>(*tree_.pages[page]);
+    own->nodes[row].child_count = 0;
+    own->nodes[row].layers = own->nodes[row].opacities = 0;
+    own->cloud.opacity_logits[row] = kGone;
+  }
+  if (!changed.empty()) ++edition_;
 }
 
 std::uint64_t PageStream::edition() const {
@@ -270,6 +313,7 @@ void PageStream::store(std::uint32_t page, std::shared_ptr<const LodPage> got,
   for (auto& [number, view] : views_)
     if (view.lacks_pages) view.kept[page] = true;  // until its next cut
   tree_.pages[page] = std::move(got);
+  remove_emptied({page});
 }
 
 void PageStream::halve() {

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <new>
 #include <stdexcept>
@@ -91,6 +92,36 @@ TEST_F(Streamed, edits_are_of_pages_in_memory_and_of_later_ones_and_go_without_a
     EXPECT_EQ(page->selected.size(), 0u);
   }
   EXPECT_EQ(reads_, 59);
+}
+
+TEST_F(Streamed, nodes_whose_leaves_an_edit_removes_on_other_pages_are_gone) {
+  PageStream stream = this->stream();
+  const LodGain gain(gain_of_scale);
+  // Every leaf below node 5, whose children and theirs are on several pages.
+  const auto is_below = [&](std::uint64_t node) {
+    while (node > 5) node = node_of(whole_, node).parent;
+    return node == 5;
+  };
+  const auto edit = [&](LodPage& page, std::uint64_t first) {
+    for (std::size_t row = 0; row < page.nodes.size(); ++row)
+      if (page.nodes[row].child_count == 0 && is_below(first + row))
+        page.cloud.opacity_logits[row] = -std::numeric_limits<float>::infinity();
+  };
+  const auto expect_removed = [&](const LodPages& tree) {
+    for (std::uint64_t i = 0; i < tree.count; ++i) {
+      const float opacity = tree.pages[i / 100]->cloud.opacity_logits[i % 100];
+      ASSERT_EQ(std::isinf(opacity), is_below(i)) << i;
+      ASSERT_EQ(node_of(tree, i).child_count, is_below(i) ? 0 : node_of(whole_, i).child_count);
+    }
+  };
+  stream.edit_pages(edit, pool());
+  const std::uint64_t before = stream.edition();
+  expect_removed(stream.whole_tree(pool()));  // pages that come after the edit
+  EXPECT_GT(stream.edition(), before);
+  stream.edit_pages(nullptr, pool());
+  EXPECT_EQ(node_of(stream.whole_tree(pool()), 5).child_count, node_of(whole_, 5).child_count);
+  stream.edit_pages(edit, pool());
+  expect_removed(stream.whole_tree(pool()));
 }
 
 TEST_F(Streamed, a_page_that_is_read_during_an_edit_has_the_edit) {

@@ -416,6 +416,11 @@ float lod_gain(const LodFacts& node, float smallest, float footprint) {
          (footprint * footprint);
 }
 
+void open_first(LodFacts& node, float smallest) {
+  for (std::size_t k = 0; k < kLodFootprints && node.radius > lod_footprint(smallest, k); ++k)
+    node.gains[k] = kLodMostSteps;
+}
+
 LodGain gain_in(const LodView& view, float smallest) {
   return LodGain([=](std::span<LodAsked> nodes) {
     // A loop for each part of the work, so that the compiler makes vectors.

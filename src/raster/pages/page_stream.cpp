@@ -20,6 +20,25 @@ std::size_t reader_count() {
   return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 4, 32);
 }
 
+// A page as it was read, with an edit.
+std::shared_ptr<const LodPage> edited(const LodPage& page, const PageEdit& edit) {
+  auto own = std::make_shared<LodPage>(page);
+  if (page.as_read) {
+    own->nodes = page.as_read->nodes;
+    own->cloud.opacity_logits = page.as_read->cloud.opacity_logits;
+    own->selected = GaussianSet();
+    own->follows_leaves = false;
+    own->as_read = nullptr;
+  }
+  if (!edit) return own;
+  const auto as_read = std::make_shared<LodPage>();
+  as_read->nodes = own->nodes;
+  as_read->cloud.opacity_logits = own->cloud.opacity_logits;
+  own->as_read = as_read;
+  edit(*own);
+  return own;
+}
+
 }  // namespace
 
 PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_bytes)
@@ -33,24 +52,6 @@ PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_byte
     threads_.emplace_back([this](const std::stop_token& stop) { read_pages(stop); });
 }
 
-std::shared_ptr<const LodPage> PageStream::edited(const LodPage& page, std::size_t number,
-                                                  const PageEdit& edit) const {
-  auto own = std::make_shared<LodPage>(page);
-  if (page.as_read) {
-    own->nodes = page.as_read->nodes;
-    own->cloud.opacity_logits = page.as_read->cloud.opacity_logits;
-    own->selected = GaussianSet();
-    own->as_read = nullptr;
-  }
-  if (!edit) return own;
-  const auto as_read = std::make_shared<LodPage>();
-  as_read->nodes = own->nodes;
-  as_read->cloud.opacity_logits = own->cloud.opacity_logits;
-  own->as_read = as_read;
-  edit(*own, number * tree_.page_nodes);
-  return own;
-}
-
 void PageStream::edit_pages(const PageEdit& edit, ThreadPool& pool) {
   const std::lock_guard lock(mutex_);
   if (tree_.instances)
@@ -60,7 +61,7 @@ void PageStream::edit_pages(const PageEdit& edit, ThreadPool& pool) {
   ++edition_;
   ++events_;
   pool.for_each(tree_.pages.size(), 1, [&](std::size_t i) {
-    if (tree_.pages[i]) tree_.pages[i] = edited(*tree_.pages[i], i, edit);
+    if (tree_.pages[i]) tree_.pages[i] = edited(*tree_.pages[i], edit);
   });
   std::vector<std::size_t> pages;
   facts_.bytes = 0;
@@ -69,41 +70,61 @@ void PageStream::edit_pages(const PageEdit& edit, ThreadPool& pool) {
     pages.push_back(i);
     facts_.bytes += tree_.pages[i]->bytes();
   }
-  remove_emptied(pages);
+  follow_leaves(pages);
 }
 
-// Removes the nodes of these pages, and then those above them, whose children are gone.
-void PageStream::remove_emptied(const std::vector<std::size_t>& pages) {
+// Looks at the nodes of these pages, and then at the parents of nodes that changed.
+void PageStream::follow_leaves(const std::vector<std::size_t>& pages) {
   if (!edit_) return;
   constexpr float kGone = -std::numeric_limits<float>::infinity();
   const std::uint64_t size = tree_.page_nodes;
+  const auto facts_of = [&](std::uint64_t node) -> const LodFacts& {
+    return tree_.pages[node / size]->nodes[node % size];
+  };
   const auto is_gone = [&](std::uint64_t node) {
-    const LodPage* const page = tree_.pages[node / size].get();
-    return page && page->nodes[node % size].child_count == 0 &&
-           page->cloud.opacity_logits[node % size] == kGone;
+    return facts_of(node).child_count == 0 &&
+           tree_.pages[node / size]->cloud.opacity_logits[node % size] == kGone;
+  };
+  const auto is_mixed = [](const LodFacts& facts) {
+    return facts.child_count > 0 && facts.gains[0] == kLodMostSteps;
   };
   std::vector<std::uint64_t> nodes;
   for (const std::size_t page : pages)
-    for (std::size_t row = 0; row < tree_.pages[page]->nodes.size(); ++row) {
-      const LodFacts& facts = tree_.pages[page]->nodes[row];
-      if (facts.child_count > 0) nodes.push_back(page * size + row);
-      if (is_gone(page * size + row) && facts.parent < page * size) nodes.push_back(facts.parent);
+    for (std::uint64_t node = page * size; node < page * size + tree_.pages[page]->nodes.size();
+         ++node) {
+      const LodFacts& facts = facts_of(node);
+      if (facts.child_count > 0) nodes.push_back(node);
+      if (facts.parent < page * size && (is_gone(node) || is_mixed(facts)))
+        nodes.push_back(facts.parent);
     }
   std::map<std::size_t, std::shared_ptr<LodPage>> changed;
   while (!nodes.empty()) {
-    const std::size_t page = nodes.back() / size, row = nodes.back() % size;
+    const std::uint64_t node = nodes.back();
     nodes.pop_back();
-    if (!tree_.pages[page]) continue;
-    const LodFacts& facts = tree_.pages[page]->nodes[row];
+    std::shared_ptr<const LodPage>& page = tree_.pages[node / size];
+    if (!page || facts_of(node).child_count == 0) continue;
+    const LodFacts& facts = facts_of(node);
     std::uint64_t gone = 0;
-    while (gone < facts.child_count && is_gone(facts.first_child + gone)) ++gone;
-    if (facts.child_count == 0 || gone < facts.child_count) continue;
-    if (facts.parent < tree_.count) nodes.push_back(facts.parent);
-    std::shared_ptr<LodPage>& own = changed[page];
-    if (!own) tree_.pages[page] = own = std::make_shared<LodPage>(*tree_.pages[page]);
-    own->nodes[row].child_count = 0;
-    own->nodes[row].layers = own->nodes[row].opacities = 0;
-    own->cloud.opacity_logits[row] = kGone;
+    bool mixed = false;
+    for (std::uint64_t k = 0; k < facts.child_count; ++k) {
+      const std::uint64_t child = facts.first_child + k;
+      if (!tree_.pages[child / size]) continue;
+      gone += is_gone(child) ? 1 : 0;
+      mixed = mixed || is_mixed(facts_of(child));
+    }
+    const bool is_empty = gone == facts.child_count;
+    if (!is_empty && (!page->follows_leaves || !(mixed || gone > 0) || is_mixed(facts))) continue;
+    if (facts.parent < node) nodes.push_back(facts.parent);
+    std::shared_ptr<LodPage>& own = changed[node / size];
+    if (!own) page = own = std::make_shared<LodPage>(*page);
+    LodFacts& open = own->nodes[node % size];
+    if (!is_empty) {
+      open_first(open, tree_.footprint);
+      continue;
+    }
+    open.child_count = 0;
+    open.layers = open.opacities = 0;
+    own->cloud.opacity_logits[node % size] = kGone;
   }
   if (!changed.empty()) ++edition_;
 }
@@ -264,7 +285,7 @@ void PageStream::read_pages(const std::stop_token& stop) {
     bool is_short = false;
     for (int attempt = 0; attempt < 2 && !got && !is_short; ++attempt) try {
         got = source_.read(page);
-        if (edit) got = edited(*got, page, edit);
+        if (edit) got = edited(*got, edit);
       } catch (const std::bad_alloc&) {
         is_short = true;
       } catch (const std::exception& error) {
@@ -273,7 +294,7 @@ void PageStream::read_pages(const std::stop_token& stop) {
     const bool is_unchanged = source_.is_unchanged();
     lock.lock();
     in_flight_.erase(page);
-    if (got && edition != edition_) got = edited(*got, page, edit_);
+    if (got && edition != edition_) got = edited(*got, edit_);
     if (!is_unchanged) {
       if (!std::exchange(stopped_, true))
         sentences_.push_back(fmt::format(
@@ -313,7 +334,7 @@ void PageStream::store(std::uint32_t page, std::shared_ptr<const LodPage> got,
   for (auto& [number, view] : views_)
     if (view.lacks_pages) view.kept[page] = true;  // until its next cut
   tree_.pages[page] = std::move(got);
-  remove_emptied({page});
+  follow_leaves({page});
 }
 
 void PageStream::halve() {

@@ -37,9 +37,9 @@ struct StreamedCut {
   LodCut cut;
 };
 
-/// Changes nodes, opacities and LodPage::selected of a page with this first node. A node without
-/// opacity and children is gone.
-using PageEdit = std::function<void(LodPage& page, std::uint64_t first)>;
+/// Changes nodes, opacities, LodPage::selected and follows_leaves of a page. A node without opacity
+/// and children is gone.
+using PageEdit = std::function<void(LodPage& page)>;
 
 struct StreamFacts {
   std::uint64_t nodes = 0;                  ///< of the file
@@ -57,7 +57,8 @@ class PageStream {
 
   /// Edits each page: the pages in memory now, the others after they are read. An edit replaces the
   /// edit before; null: pages are as they were read. A node whose children are in memory and gone,
-  /// in whichever pages, is gone too. Throws Error(usage) if the tree has instances,
+  /// in whichever pages, is gone too. If edits chose single leaves, a node of which a part is gone
+  /// is opened first. Throws Error(usage) if the tree has instances,
   /// which share their pages.
   void edit_pages(const PageEdit& edit, ThreadPool& pool);
   std::uint64_t edition() const;  ///< grows when edits change pages in memory
@@ -101,9 +102,7 @@ class PageStream {
   void stop_reading();
   void read_pages(const std::stop_token& stop);
   void store(std::uint32_t page, std::shared_ptr<const LodPage> got, const std::string& problem);
-  std::shared_ptr<const LodPage> edited(const LodPage& page, std::size_t number,
-                                        const PageEdit& edit) const;
-  void remove_emptied(const std::vector<std::size_t>& pages);
+  void follow_leaves(const std::vector<std::size_t>& pages);
   void halve();
   bool make_room(std::uint64_t bytes);
 

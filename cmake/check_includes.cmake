@@ -20,7 +20,7 @@ endfunction()
 room(app app/cli base)
 room(app/cli app/conformance app/plugin app/serve app/viewer app/viewer/render app/report app/remote app/film
      app/measure app/session app/framing app/inspect app/picture learn/lod learn/lpips learn/run learn/step io/camera io/scene
-     io/cloud io/picture io/bytes raster/lens raster/api raster/scene raster/select options base)
+     io/cloud io/picture io/bytes raster/lens raster/pages raster/api raster/scene raster/select options base)
 room(app/conformance app/report app/picture io/camera io/scene io/picture io/bytes raster/api raster/scene
      raster/kernel base)
 room(app/plugin quadsplat raster/api raster/scene base)
@@ -43,7 +43,7 @@ room(app/report app/measure app/session app/framing app/inspect app/picture lear
      io/bytes raster/clock raster/api raster/kernel/cull raster/scene base)
 room(app/remote raster/scene base)
 room(app/film app/measure app/framing app/inspect app/picture io/picture io/bytes raster/api raster/scene base)
-room(app/measure app/session app/framing io/camera io/scene io/cloud io/bytes raster/clock raster/lens raster/api raster/scene base)
+room(app/measure app/session app/framing io/camera io/scene io/cloud io/bytes raster/clock raster/lens raster/pages raster/api raster/scene base)
 room(app/session app/framing app/picture learn/lod io/edits io/camera io/scene io/scene/compact io/cloud io/picture io/bytes raster/pages
      raster/field raster/select raster/lens raster/api raster/scene base)
 room(app/framing io/scene raster/api raster/scene raster/kernel base)

@@ -20,7 +20,6 @@
 #include "io/picture/picture_formats.h"
 #include "io/picture/webp_image.h"
 #include "io/scene/compact/huffman.h"
-#include "io/scene/rad/rad.h"
 #include "io/scene/reader.h"
 #include "io/tensor/npy.h"
 #include "io/tensor/pickle.h"
@@ -101,29 +100,13 @@ void check(const GaussianCloud& cloud) {
   }
 }
 
-void read_scene(const ReaderRow& reader, Bytes content, bool keeps_nodes = false) {
+void read_scene(const ReaderRow& reader, Bytes content) {
   static ThreadPool pool(1);
-  ReadOptions options;
-  options.keeps_nodes = keeps_nodes;
   Scene scene;
   scene.path = path_for(reader.name);
   expect_sentence_at_most(scene.path.string(), [&] {
-    reader.read(content, scene.path, pool, options, scene);
+    reader.read(content, scene.path, pool, {}, scene);
     check(scene.cloud);
-    demand(scene.parents.empty() || scene.parents.size() == scene.cloud.size(),
-           "every node has a parent");
-  });
-}
-
-// The nodes and the block of a tree that quadsplat lod wrote.
-void read_levels(Bytes content) {
-  static ThreadPool pool(1);
-  const fs::path path = kData / "corpus/valid/fuzzed";
-  expect_sentence_at_most(path.string(), [&] {
-    Scene scene;
-    const RadLevels levels = read_rad_levels(content, path, pool, scene);
-    check(scene.cloud);
-    demand(levels.nodes.size() == scene.cloud.size(), "every node has a Gaussian");
   });
 }
 
@@ -149,7 +132,6 @@ FuzzTarget scene_target(const ReaderRow& reader) {
             // Changed bytes would rarely pass the checksum of gzip.
             if (reader.name == std::string_view("spz"))
               read_scene(reader, gzip(std::vector(content.begin(), content.end()), 1));
-            if (reader.name == std::string_view("rad")) read_scene(reader, content, true);
           }};
 }
 
@@ -424,7 +406,6 @@ std::vector<FuzzTarget> fuzz_targets() {
   for (const char* file : {"points3D.bin", "points3D.txt", "points3D.ply"})
     targets.push_back(points_target(file));
   for (const PictureFormat& format : picture_formats()) targets.push_back(picture_target(format));
-  targets.push_back({"rad_levels", ".rad", read_levels});
   targets.push_back({"rad_pages", ".rad", read_pages});
   targets.push_back({"exif", ".jpg", read_exif});
   targets.push_back({"webp", ".webp", read_webp});

@@ -1,37 +1,37 @@
 // SPDX-License-Identifier: MIT
 //
-// Cuts of whole trees by given gains.
+// Whole trees in memory, and their cuts.
 #pragma once
 
-#include <cstdint>
-#include <memory>
+#include <filesystem>
 #include <vector>
 
-#include "learn/lod/cut.h"
+#include "io/scene/reader.h"
+#include "raster/pages/page_stream.h"
 #include "support/pool.h"
 
 namespace qs::test {
 
-/// The same footprint for all nodes.
-inline LodGains gains_at(const RadLevels& levels, float footprint) {
-  LodGains result;
-  result.footprints.assign(levels.nodes.size(), footprint);
-  for (const LodFacts& node : levels.nodes)
-    result.gains.push_back(lod_gain(node, levels.footprint, footprint));
-  return result;
+/// All pages of a tree's file, as it has them.
+inline LodPages whole_tree(const std::filesystem::path& file) {
+  ReadOptions options;
+  options.keeps_place = true;
+  options.streams = StreamedTrees::all;
+  return read_scene(file, pool(), options).stream->whole_tree(pool());
 }
 
-/// The best cut with at most `budget` nodes, or the root alone. Ascending.
-inline std::vector<std::uint32_t> choose_cut(const RadLevels& levels, const LodGains& gains,
-                                             std::size_t budget) {
-  const std::uint64_t count = levels.nodes.size();
-  const LodPages tree{
-      count, count, levels.footprint, {std::make_shared<const LodPage>(LodPage{{}, levels.nodes})}};
-  const LodCut chosen = cut_of(
-      tree, [&](const LodPage&, std::size_t row) { return gains.gains[row]; }, {budget}, pool());
-  std::vector<std::uint32_t> cut;
-  chosen.parts[0].for_each([&](std::size_t i) { cut.push_back(static_cast<std::uint32_t>(i)); });
-  return cut;
+/// The sums of the gains in these views.
+inline LodGain gain_in_all(const std::vector<LodView>& views, float smallest) {
+  std::vector<LodGain> gains;
+  for (const LodView& view : views) gains.push_back(gain_in(view, smallest));
+  return LodGain([gains](std::span<LodAsked> nodes) {
+    std::vector<float> sums(nodes.size());
+    for (const LodGain& gain : gains) {
+      gain(nodes);
+      for (std::size_t k = 0; k < nodes.size(); ++k) sums[k] += nodes[k].gain;
+    }
+    for (std::size_t k = 0; k < nodes.size(); ++k) nodes[k].gain = sums[k];
+  });
 }
 
 }  // namespace qs::test

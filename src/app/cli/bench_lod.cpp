@@ -23,10 +23,11 @@
 #include "base/progress_bar.h"
 #include "base/text.h"
 #include "base/warn.h"
-#include "io/bytes/mapped_file.h"
 #include "io/bytes/replace_file.h"
+#include "io/scene/reader.h"
 #include "learn/lod/cut.h"
 #include "learn/lod/error_cloud.h"
+#include "raster/pages/page_stream.h"
 #include "raster/scene/cloud_order.h"
 #include "raster/scene/image_metrics.h"
 #include "raster/scene/place.h"
@@ -47,29 +48,30 @@ constexpr std::array<Distance, 3> kDistances = {{{"near", 1}, {"middle", 4}, {"f
 // A node outside of a picture gains this share of its gain at its distance (docs/lod.md).
 constexpr float kOutside = 1e-4f;
 
+enum class LodRule { errors, distance, order };
+
 // A uniform sample, or the cuts of a tree by one rule, or a level that another tool made.
 struct LodMethod {
   std::string name;
-  const NodeTree* tree = nullptr;
-  bool by_distance = false;                      // else by errors, or by the tree's own order
-  std::shared_ptr<const RadLevels> errors = {};  // of quadsplat lod
+  std::shared_ptr<const LodPages> tree = {};
+  LodRule rule = LodRule::order;
   std::shared_ptr<const GaussianCloud> level = {};
 };
 
-// A cut as it is drawn, or a level. `cut` has the nodes of a tree with errors.
+// A cut as it is drawn, or a level.
 struct LodLevel {
   std::shared_ptr<const GaussianCloud> drawn;
-  std::vector<std::uint32_t> cut = {};
+  LodCut cut = {};
 };
 
-struct LodView {
+struct LodShot {
   Shot shot;
   double depth = 0;    // median in the picture's centre
   Camera camera = {};  // of the current distance
   Image truth = {};
   std::vector<std::uint32_t> leaves = {};  // that it shows
-  std::map<const NodeTree*, std::vector<bool>> nodes =
-      {};  // of each tree: true if it shows the node
+  // Of each tree: true if the view shows the node.
+  std::map<std::shared_ptr<const LodPages>, std::vector<bool>> nodes = {};
 };
 
 // The pictures of a cell of the table.
@@ -108,7 +110,10 @@ class LodRun {
       : bench_(bench),
         session_(open_session(bench.frame)),
         octree_(octree_of(session_.scene->cloud, *session_.pool)),
-        methods_{{"uniform"}, {"octree", &octree_}, {"distance", &octree_, true}} {
+        methods_{{"uniform"}} {
+    const auto tree = std::make_shared<const LodPages>(octree_.tree);
+    methods_.push_back({"octree", tree, LodRule::order});
+    methods_.push_back({"distance", tree, LodRule::distance});
     if (session_.scene->levels) open(session_.scene->path, true);
     for (const std::filesystem::path& other : bench.others) open(other, false);
     for (const Shot& shot : choose_shots_or_all(bench.cameras, bench.frame, session_))
@@ -150,35 +155,33 @@ class LodRun {
   void open(const std::filesystem::path& path, bool is_scene) {
     ReadOptions options;
     options.axes = bench_.frame.axes;
-    options.keeps_nodes = true;
+    if (path.extension() == ".rad") options.streams = StreamedTrees::all;
     Scene scene = read_scene(path, *session_.pool, options);
-    if (is_scene && scene.parents.empty()) return;
+    if (is_scene && !scene.stream) return;
     for (const std::string& warning : scene.warnings)
       if (!is_scene) warn("warning: " + warning);
-    place(scene.cloud, leaves().origin);
-    const auto cloud = std::make_shared<const GaussianCloud>(std::move(scene.cloud));
-    if (scene.parents.empty())
-      return methods_.push_back({path.string(), nullptr, false, {}, cloud});
-    if (!is_scene && scene.levels->leaves != leaves().size())
-      warn(fmt::format("{}: it has {} leaves, and the scene {}", path.string(),
-                       grouped(scene.levels->leaves), grouped(leaves().size())));
-    trees_.push_back(std::make_unique<const NodeTree>(NodeTree{cloud, std::move(scene.parents)}));
-    const NodeTree* const tree = trees_.back().get();
-    if (scene.levels->has_errors) {
-      Scene again;
-      const MappedFile file(path);
-      methods_.push_back({path.string() + " by its errors", tree, false,
-                          std::make_shared<const RadLevels>(
-                              read_rad_levels(file.content(), path, *session_.pool, again))});
+    if (!scene.stream) {
+      place(scene.cloud, leaves().origin);
+      const auto cloud = std::make_shared<const GaussianCloud>(std::move(scene.cloud));
+      return methods_.push_back({path.string(), {}, LodRule::order, cloud});
     }
-    methods_.push_back({path.string(), tree, true});
+    const auto tree = std::make_shared<const LodPages>(scene.stream->whole_tree(*session_.pool));
+    std::size_t count = 0;  // of leaves
+    for (const auto& page : tree->pages)
+      count += static_cast<std::size_t>(std::ranges::count(page->nodes, 0, &LodFacts::child_count));
+    if (!is_scene && count != leaves().size())
+      warn(fmt::format("{}: it has {} leaves, and the scene {}", path.string(), grouped(count),
+                       grouped(leaves().size())));
+    if (tree->footprint > 0)
+      methods_.push_back({path.string() + " by its errors", tree, LodRule::errors});
+    methods_.push_back({path.string(), tree, LodRule::distance});
   }
 
   void find_depths() {
     Outputs outputs;
     outputs.color = false;
     outputs.depth = true;
-    for (LodView& view : views_) {
+    for (LodShot& view : views_) {
       const Frame& frame = session_.renderer->render(view.shot.camera, session_.settings, outputs);
       view.depth = median_depth(frame.depth.median, view.shot.camera);
       if (view.depth == 0)
@@ -188,11 +191,9 @@ class LodRun {
   }
 
   void one_distance() {
-    std::vector<Camera> cameras;
-    for (LodView& view : views_) {
+    for (LodShot& view : views_) {
       view.camera = view.shot.camera;
       view.camera.view_from_world[3].z += view.depth * (kDistances[distance_].factor - 1);
-      cameras.push_back(view.camera);
     }
     look();
     for (std::size_t i = 0; i < methods_.size(); ++i) {
@@ -200,17 +201,15 @@ class LodRun {
       const LodMethod& method = methods_[i];
       if (method.level) {
         const auto size = static_cast<double>(method.level->size());
-        draw({distance_, 100 * size / static_cast<double>(leaves().size()), i}, false,
-             {method.level}, views_);
+        const Key key{distance_, 100 * size / static_cast<double>(leaves().size()), i};
+        for (const LodShot& view : views_) draw(key, false, {method.level}, view);
         continue;
       }
-      for (const double budget : bench_.budgets) {
-        const Key key{distance_, budget, i};
-        draw(key, false, level_of(method, budget, cameras, nullptr), views_);
-        for (LodView& view : views_)
-          if (!view.leaves.empty())  // else no level differs
-            draw(key, true, level_of(method, budget, {&view.camera, 1}, &view), {&view, 1});
-      }
+      for (const double budget : bench_.budgets)
+        for (const LodShot& view : views_)
+          for (const bool in_view : {false, true})
+            if (!in_view || !view.leaves.empty())  // else no level differs
+              draw({distance_, budget, i}, in_view, level_of(method, budget, view, in_view), view);
     }
   }
 
@@ -219,7 +218,7 @@ class LodRun {
     Outputs outputs;
     outputs.trace = true;
     session_.renderer->upload(cloud_of(session_.scene), {});
-    for (LodView& view : views_) {
+    for (LodShot& view : views_) {
       const Frame& frame = session_.renderer->render(view.camera, session_.settings, outputs);
       view.truth = frame.color;
       view.leaves = frame.trace.gaussians;
@@ -228,101 +227,109 @@ class LodRun {
     outputs.color = false;
     for (const LodMethod& method : methods_) {
       if (!method.tree || views_[0].nodes.contains(method.tree)) continue;
-      session_.renderer->upload(method.tree->nodes, {});
-      for (LodView& view : views_) {
+      session_.renderer->upload(all_nodes(*method.tree), {});
+      for (LodShot& view : views_) {
         std::vector<bool>& nodes = view.nodes[method.tree];
-        nodes.resize(method.tree->parents.size());
-        const Frame& frame = session_.renderer->render(view.camera, session_.settings, outputs);
+        nodes.resize(method.tree->count);
+        const Frame& frame =
+            session_.renderer->render(camera_of(method, view), session_.settings, outputs);
         for (const std::uint32_t node : frame.trace.gaussians) nodes[node] = true;
       }
     }
   }
 
-  // `view`: the budget is a share of the leaves that it shows; null: of all leaves.
-  LodLevel level_of(const LodMethod& method, double budget, std::span<const Camera> cameras,
-                    const LodView* view) const {
-    const std::size_t all = view ? view->leaves.size() : leaves().size();
+  static Camera camera_of(const LodMethod& method, const LodShot& view) {
+    return method.tree ? view.camera.placed(method.tree->pages[0]->cloud.origin) : view.camera;
+  }
+
+  // `in_view`: the budget is a share of the leaves that the view shows; else of all leaves.
+  LodLevel level_of(const LodMethod& method, double budget, const LodShot& view,
+                    bool in_view) const {
+    const std::size_t all = in_view ? view.leaves.size() : leaves().size();
     const auto share =
         static_cast<std::size_t>(std::llround(static_cast<double>(all) * budget / 100));
     const std::size_t count = std::clamp<std::size_t>(share, 1, all);
-    const auto level = [](GaussianCloud cloud, std::vector<std::uint32_t> cut = {}) {
-      return LodLevel{std::make_shared<const GaussianCloud>(std::move(cloud)), std::move(cut)};
-    };
     if (!method.tree)
-      return level(uniform_sample(view ? select(leaves(), view->leaves) : leaves(), count));
-    const auto counts = view ? view->nodes.at(method.tree) : std::vector<bool>();
-    if (method.errors) {
-      const GaussianCloud& nodes = *method.tree->nodes;
-      const LodGains gains = gains_in(*method.errors, nodes, cameras, kOutside);
-      const std::vector<double> by_gain(gains.gains.begin(), gains.gains.end());
-      const auto cut = cut_of(*method.tree, by_gain, count, counts);
-      return level(cut_cloud(*method.errors, nodes, cut, gains), cut);
-    }
-    const std::vector<double> errors =
-        method.by_distance ? pixel_sizes(*method.tree, cameras) : method.tree->order;
-    return level(select(*method.tree->nodes, cut_of(*method.tree, errors, count, counts)));
+      return {std::make_shared<const GaussianCloud>(
+          uniform_sample(in_view ? select(leaves(), view.leaves) : leaves(), count))};
+    const LodPages& tree = *method.tree;
+    const LodView seen(camera_of(method, view), kOutside);
+    const bool by_errors = method.rule == LodRule::errors;
+    const LodGain gain =
+        by_errors ? gain_in(seen, tree.footprint)
+        : method.rule == LodRule::distance
+            ? gain_by_distance(seen.camera)
+            : LodGain([this](const LodPage&, std::size_t row) { return octree_.order[row]; });
+    LodCut cut = in_view
+                     ? cut_in_view(tree, gain, count, view.nodes.at(method.tree), *session_.pool)
+                     : cut_of(tree, gain, {count}, *session_.pool);
+    const auto drawn = std::make_shared<const GaussianCloud>(
+        cut_cloud(tree, cut, seen, by_errors ? dilation() : 0, *session_.pool));
+    return {drawn, std::move(cut)};
   }
 
-  // Pictures of the roots of the estimated squared errors, by view; none for trees without errors.
-  std::vector<Image> estimates(const LodMethod& method, const LodLevel& level,
-                               std::span<const LodView> views) {
-    std::vector<Image> roots;
+  double dilation() const {
+    return session_.settings.antialiased.value_or(leaves().antialiased)
+               ? 0
+               : session_.settings.dilation;
+  }
+
+  // A picture of the roots of the estimated squared errors.
+  Image estimate(const LodPages& tree, const LodLevel& level, const Camera& camera) {
     RenderSettings settings = session_.settings;
     settings.background = {};
-    for (std::size_t i = 0; i < views.size() && method.errors; ++i) {
-      const Camera& camera = views[i].camera;
-      session_.renderer->upload(error_cloud(*method.errors, level.cut, *level.drawn, camera), {});
-      roots.push_back(session_.renderer->render(camera, settings).color);
-      for (float& value : roots[i].values) value = std::sqrt(value / 3);
-    }
+    GaussianCloud errors = *level.drawn;
+    paint_levels(tree, level.cut, LodView(camera, 1), dilation(), true, errors);
+    session_.renderer->upload(std::move(errors), {});
+    Image roots = session_.renderer->render(camera, settings).color;
+    for (float& value : roots.values) value = std::sqrt(value / 3);
     return roots;
   }
 
-  void draw(const Key& key, bool in_view, const LodLevel& level, std::span<const LodView> views) {
-    const std::vector<Image> estimated = estimates(methods_[std::get<2>(key)], level, views);
+  void draw(const Key& key, bool in_view, const LodLevel& level, const LodShot& view) {
+    const LodMethod& method = methods_[std::get<2>(key)];
+    const Camera camera = camera_of(method, view);
     session_.renderer->upload(level.drawn, {});
-    for (const LodView& view : views) {
-      std::vector<double> times;
-      Image image;
-      for (int i = -bench_.warmup; i < bench_.frames; ++i) {
-        const Frame& frame = session_.renderer->render(view.camera, session_.settings);
-        if (i >= 0) times.push_back(static_cast<double>(frame.stats.frame_ms));
-        if (i == bench_.frames - 1) image = frame.color;
-      }
-      const std::string name =
-          view.shot.number < 0 ? view.shot.origin : fmt::format("{}", view.shot.number);
-      const PicturePair pair = judge_pictures(name, view.truth, std::move(image), *session_.pool);
-      const PictureQuality& q = pair.quality;
-      const double worst = worst_block_psnr(pair.truth, pair.judged), ms = median(times);
-      LodCell& cell = cells_[key][in_view ? 1 : 0];
-      cell.views.push_back(q);
-      cell.worst_block = std::min(cell.worst_block, worst);
-      cell.gaussians += static_cast<double>(level.drawn->size());
-      cell.ms += ms;
-      std::string comparison = ",";
-      if (!estimated.empty()) {
-        const Image& roots = estimated[static_cast<std::size_t>(&view - views.data())];
-        std::vector<double> guess = block_errors(roots, Image(q.width, q.height, 3)),
-                            error = block_errors(pair.truth, pair.judged);
-        for (std::size_t i = error.size(); i-- > 0;)  // blocks that are equal do not count
-          if (error[i] == 0)
-            for (auto* list : {&guess, &error})
-              list->erase(list->begin() + static_cast<std::ptrdiff_t>(i));
-        for (std::size_t i = 0; i < error.size(); ++i)
-          blocks_[distance_].push_back(fmt::format("{:.4g} {:.4g}", guess[i], error[i]));
-        if (const auto correlation = rank_correlation(guess, error)) {
-          cell.correlations.push_back(*correlation);
-          comparison = fmt::format("{:.4f},{:.4f}", *correlation,
-                                   summarise(guess).mean / summarise(error).mean);
-        }
-      }
-      csv_ += fmt::format("{},{},{},{},{:.4g},{},{},{},{},{:.4f},{:.6f},{:.6f},{:.4f},{:.3f},{}",
-                          csv_field(scene_), csv_field(name), kDistances[distance_].name,
-                          in_view ? "in view" : "all", std::get<double>(key),
-                          csv_field(methods_[std::get<2>(key)].name), level.drawn->size(), q.width,
-                          q.height, q.psnr, q.ssim, q.flip, worst, ms, comparison);
-      csv_ += altered_.empty() ? "\n" : "," + csv_field(altered_) + "\n";
+    std::vector<double> times;
+    Image image;
+    for (int i = -bench_.warmup; i < bench_.frames; ++i) {
+      const Frame& frame = session_.renderer->render(camera, session_.settings);
+      if (i >= 0) times.push_back(static_cast<double>(frame.stats.frame_ms));
+      if (i == bench_.frames - 1) image = frame.color;
     }
+    const std::string name =
+        view.shot.number < 0 ? view.shot.origin : fmt::format("{}", view.shot.number);
+    const PicturePair pair = judge_pictures(name, view.truth, std::move(image), *session_.pool);
+    const PictureQuality& q = pair.quality;
+    const double worst = worst_block_psnr(pair.truth, pair.judged), ms = median(times);
+    LodCell& cell = cells_[key][in_view ? 1 : 0];
+    cell.views.push_back(q);
+    cell.worst_block = std::min(cell.worst_block, worst);
+    cell.gaussians += static_cast<double>(level.drawn->size());
+    cell.ms += ms;
+    std::string comparison = ",";
+    if (method.rule == LodRule::errors) {
+      const Image roots = estimate(*method.tree, level, camera);
+      std::vector<double> guess = block_errors(roots, Image(q.width, q.height, 3)),
+                          error = block_errors(pair.truth, pair.judged);
+      for (std::size_t i = error.size(); i-- > 0;)  // blocks that are equal do not count
+        if (error[i] == 0)
+          for (auto* list : {&guess, &error})
+            list->erase(list->begin() + static_cast<std::ptrdiff_t>(i));
+      for (std::size_t i = 0; i < error.size(); ++i)
+        blocks_[distance_].push_back(fmt::format("{:.4g} {:.4g}", guess[i], error[i]));
+      if (const auto correlation = rank_correlation(guess, error)) {
+        cell.correlations.push_back(*correlation);
+        comparison = fmt::format("{:.4f},{:.4f}", *correlation,
+                                 summarise(guess).mean / summarise(error).mean);
+      }
+    }
+    csv_ += fmt::format("{},{},{},{},{:.4g},{},{},{},{},{:.4f},{:.6f},{:.6f},{:.4f},{:.3f},{}",
+                        csv_field(scene_), csv_field(name), kDistances[distance_].name,
+                        in_view ? "in view" : "all", std::get<double>(key), csv_field(method.name),
+                        level.drawn->size(), q.width, q.height, q.psnr, q.ssim, q.flip, worst, ms,
+                        comparison);
+    csv_ += altered_.empty() ? "\n" : "," + csv_field(altered_) + "\n";
   }
 
   // Estimated and measured errors of blocks, if a tree has estimates.
@@ -365,10 +372,9 @@ class LodRun {
   Session session_;
   const std::string scene_ = scene_name(session_.scene->path);
   const std::string altered_ = alterations_of(session_).text;
-  const NodeTree octree_;
-  std::vector<std::unique_ptr<const NodeTree>> trees_;
+  const Octree octree_;
   std::vector<LodMethod> methods_;
-  std::vector<LodView> views_;
+  std::vector<LodShot> views_;
   std::map<Key, std::array<LodCell, 2>> cells_;
   std::string csv_;  // its rows
   // By distance: the estimated and the measured error of each block.

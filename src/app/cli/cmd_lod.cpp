@@ -20,6 +20,7 @@
 #include "io/scene/reader.h"
 #include "learn/lod/build.h"
 #include "learn/lod/streamed_levels.h"
+#include "raster/scene/place.h"
 
 namespace qs {
 namespace {
@@ -68,6 +69,9 @@ int run(const LodCommand& command) {
   ProgressBar bar("building levels of detail");
   build.progress = is_tree ? bar.progress() : part_of(bar.progress(), 0, 0.4f);
   const LodReport report = build_lod(build, pool);
+  if (!is_tree && report.origin != glm::dvec3(0))
+    warn(fmt::format("{}: its positions count from {}, because the format has no doubles",
+                     output.string(), format_origin(report.origin)));
   if (!is_tree) write_streamed_levels(build.output, folder, pool, part_of(bar.progress(), 0.4f, 1));
   bar.hide();
   std::error_code error;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <random>
@@ -13,7 +15,6 @@
 #include <glm/geometric.hpp>
 
 #include "io/cloud/cloud_memory.h"
-#include "io/cloud/scene.h"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/cloud_order.h"
 #include "raster/scene/transform.h"
@@ -22,6 +23,7 @@ namespace qs {
 namespace {
 
 constexpr double kOpaque = 0.99;  // opacity of merged Gaussians, at most
+constexpr std::size_t kMostChildren = std::numeric_limits<std::uint16_t>::max();
 
 // Surface of the ellipsoid of one standard deviation (Thomsen's formula): four times the mean of
 // its projections.
@@ -43,10 +45,7 @@ float logit_of(double opacity) { return static_cast<float>(std::log(opacity / (1
 class OctreeBuilder {
  public:
   OctreeBuilder(const GaussianCloud& leaves, ThreadPool& pool)
-      : pool_(pool),
-        nodes_(std::make_shared<GaussianCloud>(leaves)),
-        parents_(leaves.size(), kNoParent),
-        weights_(leaves.size()) {
+      : pool_(pool), nodes_(leaves), weights_(leaves.size()) {
     pool_.for_each(leaves.size(), 4096, [&](std::size_t i) {
       weights_[i] =
           opacity_of_logit(leaves.opacity_logits[i]) * ellipsoid_area(leaves.log_scales[i]) + 1e-30;
@@ -57,8 +56,8 @@ class OctreeBuilder {
     origin_ -= 1e-3;
   }
 
-  NodeTree build() {
-    std::vector<std::uint32_t> waiting(nodes_->size());  // leaves, the smallest first
+  Octree build() {
+    std::vector<std::uint32_t> waiting(nodes_.size());  // leaves, the smallest first
     std::iota(waiting.begin(), waiting.end(), 0u);
     std::ranges::stable_sort(waiting, {}, [&](std::uint32_t i) { return size(i); });
     double step = std::exp2(std::floor(std::log2(std::max(size(waiting[0]), 1e-6))));
@@ -68,13 +67,34 @@ class OctreeBuilder {
         active.push_back(waiting[next++]);
       merge_level(step, active);
     }
-    std::vector<double> order(nodes_->size(), 0);
-    std::iota(order.begin() + static_cast<std::ptrdiff_t>(waiting.size()), order.end(), 1);
-    return {nodes_, std::move(parents_), std::move(order)};
+    return from_root(waiting.size());
   }
 
  private:
-  double size(std::uint32_t node) const { return longest_axis(*nodes_, node); }
+  double size(std::uint32_t node) const { return longest_axis(nodes_, node); }
+
+  // The last node is the root.
+  Octree from_root(std::size_t leaves) const {
+    auto page = std::make_shared<LodPage>();
+    Octree octree;
+    std::vector<std::uint32_t> order{static_cast<std::uint32_t>(nodes_.size() - 1)};
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      LodFacts node;
+      const bool is_leaf = order[i] < leaves;
+      if (!is_leaf) {
+        const std::vector<std::uint32_t>& children = children_[order[i] - leaves];
+        node.first_child = static_cast<std::uint32_t>(order.size());
+        node.child_count = static_cast<std::uint16_t>(children.size());
+        order.insert(order.end(), children.begin(), children.end());
+      }
+      octree.order.push_back(is_leaf ? 0 : static_cast<float>(order[i] - leaves + 1));
+      page->nodes.push_back(node);
+      page->numbers.push_back(is_leaf ? order[i] : kNoNumber);
+    }
+    page->cloud = select(nodes_, order);
+    octree.tree = {nodes_.size(), nodes_.size(), 0, {page}};
+    return octree;
+  }
 
   struct Member {
     glm::dvec3 cell;
@@ -86,7 +106,7 @@ class OctreeBuilder {
     std::vector<Member> ready;
     std::vector<std::uint32_t> left;
     for (const std::uint32_t node : active) {
-      const glm::dvec3 cell = glm::floor((glm::dvec3(nodes_->positions[node]) - origin_) / step);
+      const glm::dvec3 cell = glm::floor((glm::dvec3(nodes_.positions[node]) - origin_) / step);
       size(node) <= step ? ready.push_back({cell, node}) : left.push_back(node);
     }
     const auto key = [](const Member& m) {
@@ -95,7 +115,9 @@ class OctreeBuilder {
     std::ranges::sort(ready, {}, key);
     std::vector<std::span<const Member>> groups;
     for (std::size_t begin = 0, end = 0; begin < ready.size(); begin = end) {
-      while (end < ready.size() && ready[end].cell == ready[begin].cell) ++end;
+      while (end < ready.size() && ready[end].cell == ready[begin].cell &&
+             end - begin < kMostChildren)
+        ++end;
       if (end - begin > 1)
         groups.push_back(std::span(ready).subspan(begin, end - begin));
       else
@@ -109,7 +131,7 @@ class OctreeBuilder {
   void add_parents(const std::vector<std::span<const Member>>& groups,
                    std::vector<std::uint32_t>& active) {
     GaussianCloud made;
-    made.resize(groups.size(), nodes_->sh_degree);
+    made.resize(groups.size(), nodes_.sh_degree);
     std::vector<double> weights(groups.size()), costs(groups.size());
     pool_.for_each(groups.size(), 256, [&](std::size_t i) {
       std::tie(weights[i], costs[i]) = merge(groups[i], made, i);
@@ -117,14 +139,14 @@ class OctreeBuilder {
     std::vector<std::size_t> order(groups.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::stable_sort(order, {}, [&](std::size_t i) { return costs[i]; });
-    const std::size_t first = nodes_->size();
-    nodes_->resize(first + groups.size(), nodes_->sh_degree);
+    const std::size_t first = nodes_.size();
+    nodes_.resize(first + groups.size(), nodes_.sh_degree);
     for (std::size_t k = 0; k < order.size(); ++k) {
       const auto node = static_cast<std::uint32_t>(first + k);
-      copy_gaussian(made, order[k], *nodes_, node);
+      copy_gaussian(made, order[k], nodes_, node);
       weights_.push_back(weights[order[k]]);
-      parents_.push_back(kNoParent);
-      for (const Member& member : groups[order[k]]) parents_[member.node] = node;
+      std::vector<std::uint32_t>& children = children_.emplace_back();
+      for (const Member& member : groups[order[k]]) children.push_back(member.node);
       active.push_back(node);
     }
   }
@@ -136,7 +158,7 @@ class OctreeBuilder {
     glm::dvec3 mean(0);
     for (const Member& m : group) {
       weight += weights_[m.node];
-      mean += weights_[m.node] * glm::dvec3(nodes_->positions[m.node]);
+      mean += weights_[m.node] * glm::dvec3(nodes_.positions[m.node]);
     }
     mean /= weight;
     made.positions[k] = mean;
@@ -146,13 +168,13 @@ class OctreeBuilder {
     double spread = 0;
     for (const Member& m : group) {
       const double share = weights_[m.node] / weight;
-      const glm::dvec3 d = glm::dvec3(nodes_->positions[m.node]) - mean;
-      const auto c = world_covariance(*nodes_, m.node);
+      const glm::dvec3 d = glm::dvec3(nodes_.positions[m.node]) - mean;
+      const auto c = world_covariance(nodes_, m.node);
       covariance += share * (glm::dmat3(c.xx, c.xy, c.xz, c.xy, c.yy, c.yz, c.xz, c.yz, c.zz) +
                              glm::outerProduct(d, d));
       spread += share * glm::dot(d, d);
       for (std::size_t j = 0; j < sh_count(made); ++j)
-        sh[j] += static_cast<float>(share) * sh_of(std::as_const(*nodes_), m.node)[j];
+        sh[j] += static_cast<float>(share) * sh_of(std::as_const(nodes_), m.node)[j];
     }
     set_covariance(made, k, covariance);
     made.opacity_logits[k] =
@@ -161,9 +183,9 @@ class OctreeBuilder {
   }
 
   ThreadPool& pool_;
-  std::shared_ptr<GaussianCloud> nodes_;
-  std::vector<std::uint32_t> parents_;
-  std::vector<double> weights_;  // opacity x area, without a limit
+  GaussianCloud nodes_;
+  std::vector<std::vector<std::uint32_t>> children_;  // of the merged nodes
+  std::vector<double> weights_;                       // opacity x area, without a limit
   glm::dvec3 origin_{0};
 };
 
@@ -187,52 +209,57 @@ GaussianCloud uniform_sample(const GaussianCloud& cloud, std::size_t count) {
   return sample;
 }
 
-NodeTree octree_of(const GaussianCloud& leaves, ThreadPool& pool) {
+Octree octree_of(const GaussianCloud& leaves, ThreadPool& pool) {
   return OctreeBuilder(leaves, pool).build();
 }
 
-std::vector<double> pixel_sizes(const NodeTree& tree, std::span<const Camera> cameras) {
-  std::vector<double> sizes(tree.parents.size(), 0);
-  for (const std::uint32_t node : tree.parents) {
-    if (node == kNoParent || sizes[node] > 0) continue;
-    for (const Camera& camera : cameras) {
-      const double distance =
-          glm::distance(camera.position(), glm::dvec3(tree.nodes->positions[node]));
-      sizes[node] = std::max(sizes[node], camera.focal_px.y * longest_axis(*tree.nodes, node) /
-                                              std::max(distance, camera.near_depth));
-    }
-  }
-  return sizes;
+LodGain gain_by_distance(const Camera& camera) {
+  return LodGain([camera, eye = camera.position()](const LodPage& page, std::size_t row) {
+    const double distance = glm::distance(eye, glm::dvec3(page.cloud.positions[row]));
+    return static_cast<float>(camera.focal_px.y * longest_axis(page.cloud, row) /
+                              std::max(distance, camera.near_depth));
+  });
 }
 
-std::vector<std::uint32_t> cut_of(const NodeTree& tree, std::span<const double> errors,
-                                  std::size_t budget, const std::vector<bool>& counts) {
-  const std::vector<std::uint32_t>& parents = tree.parents;
-  // From the root down, errors do not grow: a node below the threshold hides those below it.
-  std::vector<double> falling(errors.begin(), errors.end());
-  const bool root_first = parents[0] == kNoParent;
-  for (std::size_t k = 0; k < parents.size(); ++k) {
-    const std::size_t i = root_first ? k : parents.size() - 1 - k;
-    if (parents[i] != kNoParent) falling[i] = std::min(falling[i], falling[parents[i]]);
+GaussianCloud all_nodes(const LodPages& tree) {
+  const GaussianCloud& top = tree.pages[0]->cloud;
+  GaussianCloud all = make_cloud(tree.count, top.sh_degree);
+  all.antialiased = top.antialiased;
+  all.origin = top.origin;
+  for (std::size_t k = 0; k < tree.count; ++k)
+    copy_gaussian(tree.pages[k / tree.page_nodes]->cloud, k % tree.page_nodes, all, k);
+  return all;
+}
+
+LodCut cut_in_view(const LodPages& tree, const LodGain& gain, std::size_t budget,
+                   const std::vector<bool>& in_view, ThreadPool& pool) {
+  const auto seen = [&](std::size_t nodes) {
+    LodCut cut = cut_of(tree, gain, {nodes}, pool);
+    cut.count = 0;
+    for (LodPart& part : cut.parts) {
+      part.count = 0;
+      part.for_each([&](std::size_t row) {
+        if (in_view[part.page * tree.page_nodes + row])
+          ++part.count;
+        else
+          part.mask[row / 64] &= ~(std::uint64_t{1} << row % 64);
+      });
+      cut.count += part.count;
+    }
+    return cut;
+  };
+  LodCut best = seen(budget);
+  for (std::size_t low = budget, high = tree.count; best.count < budget && low < high;) {
+    const std::size_t middle = low + (high - low + 1) / 2;
+    LodCut cut = seen(middle);
+    if (cut.count > budget) {
+      high = middle - 1;
+    } else {
+      low = middle;
+      best = std::move(cut);
+    }
   }
-  const auto in_cut = [&](std::size_t i, double threshold) {
-    return (counts.empty() || counts[i]) && falling[i] <= threshold &&
-           (parents[i] == kNoParent || falling[parents[i]] > threshold);
-  };
-  std::vector<double> thresholds = falling;
-  std::ranges::sort(thresholds);
-  thresholds.erase(std::unique(thresholds.begin(), thresholds.end()), thresholds.end());
-  const auto fits = [&](double threshold) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < parents.size(); ++i) count += in_cut(i, threshold) ? 1 : 0;
-    return count <= budget;
-  };
-  const double threshold = *std::partition_point(thresholds.begin(), thresholds.end() - 1,
-                                                 [&](double at) { return !fits(at); });
-  std::vector<std::uint32_t> cut;
-  for (std::size_t i = 0; i < parents.size(); ++i)
-    if (in_cut(i, threshold)) cut.push_back(static_cast<std::uint32_t>(i));
-  return cut;
+  return best;
 }
 
 }  // namespace qs

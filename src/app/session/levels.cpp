@@ -397,7 +397,8 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       }
       has_news_ = false;
       const LevelView view = *wanted_;
-      const bool is_edited = std::exchange(edition, view.edition) != view.edition;
+      const std::uint64_t newest = stream_->edition();
+      const bool is_edited = std::exchange(edition, newest) != newest;
       const bool restarts = std::exchange(restarts_, false) || is_edited;
       const std::size_t number = views_;
       lock.unlock();

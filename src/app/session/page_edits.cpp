@@ -61,32 +61,6 @@ bool is_listed(const EditStep& step, bool before) {
   return step.select.members || (before && !is_new);
 }
 
-// The children of a node are in the page, whose first node is `first`.
-bool has_children(const LodPage& page, std::uint64_t first, const LodFacts& node) {
-  return node.first_child - first + node.child_count <= page.nodes.size();
-}
-
-// A merged node stays if one of its children does, or if its own is in `own` where they are in
-// another page. Returns the nodes with leaves that are gone and leaves that stay.
-GaussianSet follow_children(const LodPage& page, std::uint64_t first, const GaussianSet& own,
-                            GaussianSet& rest) {
-  GaussianSet mixed(rest.size());
-  for (std::size_t row = rest.size(); row-- > 0;) {
-    const LodFacts& node = page.nodes[row];
-    if (node.child_count == 0) continue;
-    const bool is_known = has_children(page, first, node);
-    bool stays = !is_known && own[row], goes = false;
-    for (std::uint64_t i = 0; is_known && i < node.child_count; ++i) {
-      const std::uint64_t child = node.first_child - first + i;
-      stays |= rest[child];
-      goes |= !rest[child] || mixed[child];
-    }
-    if (rest[row] != stays) rest.toggle(row);
-    if (stays && goes) mixed.add(row);
-  }
-  return mixed;
-}
-
 // ---- borders -----------------------------------------------------------------------------------
 
 struct Ball {
@@ -158,7 +132,7 @@ PageEdit page_editor(std::vector<EditStep> steps, const std::string& source, con
     has_lists = has_lists || steps[i].select.members;
   }
   const auto shared = std::make_shared<const std::vector<EditStep>>(std::move(steps));
-  return [=](LodPage& page, std::uint64_t first) {
+  return [=](LodPage& page) {
     ThreadPool alone(1);
     const EditTools tools{page.cloud, alone, {}, set_hash};
     EditState state(page.cloud.size()), own = state;  // own: of merged nodes, which no list has
@@ -175,23 +149,20 @@ PageEdit page_editor(std::vector<EditStep> steps, const std::string& source, con
       listed = is_listed(step, listed);
       if (auto border = border_of(step, page.cloud.origin)) borders.push_back(std::move(border));
     }
-    GaussianSet rest = state.rest();
-    const GaussianSet mixed =
-        has_lists ? follow_children(page, first, own.rest(), rest) : GaussianSet(rest.size());
+    page.follows_leaves = has_lists;
+    const GaussianSet leaves = state.rest(), merged = has_lists ? own.rest() : leaves;
     if (!state.selected.empty()) page.selected = std::move(state.selected);
     for (std::size_t row = 0; row < page.nodes.size(); ++row) {
       LodFacts& node = page.nodes[row];
       const Ball ball{page.cloud.positions[row], kRounding * static_cast<double>(node.radius)};
+      const bool stays = node.child_count > 0 ? merged[row] : leaves[row];
       if (node.child_count > 0 && footprint > 0 &&
-          (mixed[row] ||
-           std::ranges::any_of(borders, [&](const auto& border) { return border(ball); }))) {
-        for (std::size_t k = 0; k < kLodFootprints && node.radius > lod_footprint(footprint, k);
-             ++k)
-          node.gains[k] = std::numeric_limits<std::uint8_t>::max();
-      } else if (!rest[row] && (knows_leaves || (has_lists && has_children(page, first, node)))) {
+          std::ranges::any_of(borders, [&](const auto& border) { return border(ball); })) {
+        open_first(node, footprint);
+      } else if (!stays && knows_leaves) {
         node.child_count = 0;
       }
-      if (rest[row]) continue;
+      if (stays) continue;
       page.cloud.opacity_logits[row] = -std::numeric_limits<float>::infinity();
       node.layers = node.opacities = 0;
     }

@@ -67,7 +67,7 @@ void edit_pages(Scene& scene, const EditOptions& options, ThreadPool& pool) {
   const PageEdit edit = page_editor(file.steps, options.file->string(), scene);
   scene.stream->edit_pages(edit, pool);
   LodPage coarse{scene.cloud, std::vector<LodFacts>(scene.cloud.size())};  // for the first view
-  edit(coarse, 0);
+  edit(coarse);
   std::vector<std::uint32_t> left;
   for (std::uint32_t i = 0; i < scene.cloud.size(); ++i)
     if (coarse.cloud.opacity_logits[i] > -INFINITY) left.push_back(i);

@@ -47,19 +47,14 @@ struct LevelsOfDetail {
   std::uint64_t nodes = 0;     ///< of the tree
   std::uint64_t leaves = 0;    ///< Gaussians that were read
   std::uint64_t merged = 0;    ///< Gaussians of coarser levels, which were left out
-  bool has_errors = false;     ///< quadsplat lod wrote the file: read_rad_levels() reads its errors
+  bool has_errors = false;     ///< quadsplat lod wrote the file
   bool has_originals = false;  ///< the leaves have the bits and the order of their sources
   bool operator==(const LevelsOfDetail&) const = default;
 };
 
-inline constexpr std::uint32_t kNoParent = 0xffffffff;  ///< in Scene::parents: of the root
-
 /// A cloud and the facts its file states about it.
 struct Scene {
   GaussianCloud cloud;
-  /// By Gaussian: the index of the node above it, which comes before it. Empty unless
-  /// ReadOptions::keeps_nodes found a tree.
-  std::vector<std::uint32_t> parents;
   std::optional<NetworkColors> network;
   std::optional<LevelsOfDetail> levels;  ///< unset: the file has no levels
   /// The pages of a tree that is not read whole; then the cloud is a coarse picture of all. Or
@@ -118,8 +113,6 @@ struct ReadOptions {
   std::string axes = {};
   /// Positions stay where the file has them, rounded to single precision.
   bool keeps_place = false;
-  /// The cloud has all nodes of a .rad file's tree, not only its leaves.
-  bool keeps_nodes = false;
   StreamedTrees streams = StreamedTrees::none;
   /// Most bytes of a streamed tree's pages in memory; 0, or more than that: half of the available
   /// memory.

@@ -49,6 +49,7 @@ struct Survey {
   int sh_degree = 0;
   float footprint = 1;  // the smallest one
   bool antialiased = false;
+  glm::dvec3 origin{0.0};  // of the first part
 };
 
 // A scene file; or, if `end` is not 0, rows [begin, end) of a .ply or instances of a scene.
@@ -89,7 +90,8 @@ class Builder {
                                             {"buckets", survey_.buckets},
                                             {"sh_degree", survey_.sh_degree},
                                             {"footprint", survey_.footprint},
-                                            {"antialiased", survey_.antialiased}}));
+                                            {"antialiased", survey_.antialiased},
+                                            {"origin", format_origin(survey_.origin)}}));
     }
     make_sections();
     const LodReport report = write();
@@ -120,7 +122,7 @@ class Builder {
       files.push_back({path.string(), fs::file_size(path, error),
                        fs::last_write_time(path, error).time_since_epoch().count()});
     }
-    return {{"version", 3},
+    return {{"version", 4},
             {"inputs", files},
             {"axes", build_.axes},
             {"original", build_.original},
@@ -132,8 +134,12 @@ class Builder {
     if (is_file(journal())) try {
         const ordered_json json = parse_own_json(read_text_file(journal(), std::size_t{1} << 28));
         if (json.at("job") == job()) {
-          survey_ = {json.at("leaves"), json.at("buckets"), json.at("sh_degree"),
-                     json.at("footprint"), json.at("antialiased")};
+          survey_ = {json.at("leaves"),
+                     json.at("buckets"),
+                     json.at("sh_degree"),
+                     json.at("footprint"),
+                     json.at("antialiased"),
+                     parse_origin(json.at("origin").get<std::string>()).value_or(survey_.origin)};
           build_.warn(
               fmt::format("{}: going on with the work of an earlier call", folder_.string()));
           return true;
@@ -195,8 +201,8 @@ class Builder {
       for (const std::string& sentence : scene.warnings)
         add_new(warnings_, fmt::format("{}: {}", parts_[i].path.string(), sentence));
     cloud_ = std::make_unique<GaussianCloud>(std::move(scene.cloud));
-    if (i == 0 && warns) origin_ = cloud_->origin;
-    if (cloud_->origin != origin_) place(*cloud_, origin_);
+    if (i == 0 && warns) survey_.origin = cloud_->origin;
+    place(*cloud_, survey_.origin);
     return *cloud_;
   }
 
@@ -214,10 +220,6 @@ class Builder {
       sample.add(cloud, survey_.leaves);
       survey_.leaves += cloud.size();
     }
-    if (origin_ != glm::dvec3(0))
-      add_new(warnings_,
-              fmt::format("{}: its positions count from {}, because the format has no doubles",
-                          build_.output.string(), format_origin(origin_)));
     for (const std::string& sentence : warnings_) build_.warn(sentence);
     constexpr std::uint64_t kMostNodes = 0xffffffff / 2;
     if (survey_.leaves > kMostNodes)
@@ -284,7 +286,8 @@ class Builder {
     std::vector<std::uint32_t> place(roots);  // of a bucket's root in the file
     for (std::uint32_t i = 0; i < upper.items.size(); ++i)
       if (upper.items[i] != ~0u) place[upper.items[i]] = i;
-    LodReport report{survey_.leaves, upper.tree.nodes.size(), buckets(), survey_.sh_degree};
+    LodReport report{survey_.leaves, upper.tree.nodes.size(), buckets(), survey_.sh_degree,
+                     survey_.origin};
     std::vector<std::uint64_t> base(buckets());  // of the nodes below the roots
     for (std::size_t b = 0; b < buckets(); ++b) {
       base[b] = report.nodes;
@@ -298,7 +301,7 @@ class Builder {
       std::ofstream stream(temporary, std::ios::binary);
       RadWriter writer(stream,
                        {report.nodes, survey_.sh_degree, survey_.footprint, survey_.antialiased,
-                        build_.original},
+                        build_.original, survey_.origin},
                        pool_);
       std::uint64_t leaves = 0;
       std::vector<RadNodes> parts;  // of the file, that are not written yet
@@ -382,7 +385,6 @@ class Builder {
   std::vector<Part> parts_;
   std::vector<std::string> warnings_;
   std::unique_ptr<GaussianCloud> cloud_;
-  glm::dvec3 origin_{0};
   Survey survey_;
   BucketRanges ranges_;  // for sorting
 };

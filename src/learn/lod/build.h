@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/vec3.hpp>
+
 #include "base/parallel.h"
 #include "base/progress.h"
 
@@ -38,6 +40,7 @@ struct LodReport {
   std::uint64_t leaves = 0, nodes = 0;
   std::size_t buckets = 0;
   int sh_degree = 0;
+  glm::dvec3 origin{0.0};  ///< GaussianCloud::origin of the tree
 };
 
 /// Throws Error(input) if a scene cannot be read or the disk is full, Cancelled, and as

@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
-#include <utility>
 
 #include "io/cloud/cloud_memory.h"
 #include "learn/lod/merging.h"
-#include "raster/kernel/constants.h"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/transform.h"
 
@@ -42,37 +40,6 @@ LodGaussian merged_node(const GaussianCloud& nodes, std::size_t i, const LodFact
   gaussian.opacities = node.opacities;
   gaussian.is_leaf = false;
   return gaussian;
-}
-
-LodGains gains_in(const RadLevels& levels, const GaussianCloud& nodes,
-                  std::span<const Camera> cameras, float outside) {
-  LodGains result;
-  const std::size_t count = levels.nodes.size();
-  result.footprints.assign(count, INFINITY);
-  result.gains.assign(count, 0);
-  for (const Camera& camera : cameras) {
-    const LodView view{camera, outside};
-    for (std::size_t i = 0; i < count; ++i) {
-      const LodSight sight = view(nodes.positions[i], levels.nodes[i].radius);
-      result.footprints[i] = std::min(result.footprints[i], sight.footprint);
-      result.gains[i] += sight.share * lod_gain(levels.nodes[i], levels.footprint, sight.footprint);
-    }
-  }
-  return result;
-}
-
-GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
-                        std::span<const std::uint32_t> cut, const LodGains& gains) {
-  GaussianCloud cloud = make_cloud(cut.size(), nodes.sh_degree);
-  cloud.antialiased = nodes.antialiased;
-  cloud.origin = nodes.origin;
-  for (std::size_t k = 0; k < cut.size(); ++k) {
-    const std::uint32_t i = cut[k];
-    const float footprint = nodes.antialiased ? 0 : gains.footprints[i];
-    put_drawn(nodes, i, levels.nodes[i], static_cast<float>(kDilation) * footprint * footprint,
-              cloud, k);
-  }
-  return cloud;
 }
 
 float filter_variance(const LodPages& tree, std::size_t page, std::size_t row, const LodView& view,

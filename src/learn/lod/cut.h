@@ -6,31 +6,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
-#include "io/scene/rad/rad.h"
 #include "learn/lod/merging.h"
 #include "raster/pages/cut.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
-
-/// The footprint of every node, world units, and its gain, colour^2 times square pixels. Both do
-/// not grow from a parent to its child.
-struct LodGains {
-  std::vector<float> footprints, gains;
-};
-
-/// For the pictures of these cameras: the sum of the gains. A node outside of a picture gains
-/// `outside` of its gain at its distance; its footprint is the smallest among the pictures.
-LodGains gains_in(const RadLevels& levels, const GaussianCloud& nodes,
-                  std::span<const Camera> cameras, float outside);
-
-/// The Gaussians of a cut, with merged ones as they are drawn at their footprints.
-GaussianCloud cut_cloud(const RadLevels& levels, const GaussianCloud& nodes,
-                        std::span<const std::uint32_t> cut, const LodGains& gains);
 
 /// A merged node of a file as it was before it was drawn, without its mean and colours.
 LodGaussian merged_node(const GaussianCloud& nodes, std::size_t i, const LodFacts& node);

@@ -44,16 +44,6 @@ double grey_of_level(const LodFacts& node) {
 
 }  // namespace
 
-GaussianCloud error_cloud(const RadLevels& levels, std::span<const std::uint32_t> cut,
-                          GaussianCloud drawn, const Camera& camera) {
-  const LodView view(camera, 1);
-  const double dilation = drawn.antialiased ? 0 : static_cast<double>(kDilation);
-  for (std::size_t k = 0; k < cut.size(); ++k)
-    paint(drawn, k,
-          grey_of_error(levels.nodes[cut[k]], 1, levels.footprint, view, dilation, drawn, k));
-  return drawn;
-}
-
 void paint_levels(const LodPages& tree, const LodCut& cut, const LodView& view, double dilation,
                   bool errors, GaussianCloud& drawn) {
   const CutPlaces places(tree, cut);

@@ -50,11 +50,12 @@ class InstanceTree {
     glm::dvec3 origin(0);
     if (!options.keeps_place)
       origin = origin_of(count, [&](std::size_t i) {
-        return glm::dvec3(matrix_of(list.instances[i], {}) * glm::dvec4(root.positions[0], 1));
+        return glm::dvec3(matrix_of(list.instances[i], root.origin) *
+                          glm::dvec4(root.positions[0], 1));
       });
     const glm::dmat4 turn(options.axes.empty() ? glm::dmat3(1) : rdf_from(options.axes));
     for (const Instance& instance : list.instances) {
-      const glm::dmat4 matrix = turn * matrix_of(instance, {}, origin);
+      const glm::dmat4 matrix = turn * matrix_of(instance, root.origin, origin);
       instances_->placements.push_back({{Transform(matrix), instance.tint},
                                         glm::mat4x3(matrix),
                                         static_cast<float>(instance.scale),

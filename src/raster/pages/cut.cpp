@@ -404,11 +404,23 @@ void LodView::see(std::size_t count, const float* x, const float* y, const float
     if (share[k] == 1) share[k] = surfaces->share_seen({x[k], y[k], z[k]}, radius[k]);
 }
 
+LodView even_view(float footprint) {
+  Camera camera;
+  camera.focal_px = glm::dvec2(1 / footprint);
+  camera.projection = Projection::orthographic;
+  return {camera, 1};
+}
+
 float lod_gain(const LodFacts& node, float smallest, float footprint) {
   if (node.child_count == 0) return 0;
   return smallest * smallest *
          value_of_step(lod_step_at(node.gains, place_of(footprint / smallest))) /
          (footprint * footprint);
+}
+
+void open_first(LodFacts& node, float smallest) {
+  for (std::size_t k = 0; k < kLodFootprints && node.radius > lod_footprint(smallest, k); ++k)
+    node.gains[k] = kLodMostSteps;
 }
 
 LodGain gain_in(const LodView& view, float smallest) {

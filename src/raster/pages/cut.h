@@ -42,6 +42,8 @@ struct LodPage {
   std::vector<std::uint32_t> numbers = {};
   /// The rows that edits select; of size 0: none.
   GaussianSet selected = GaussianSet();
+  /// Edits chose single leaves, so their merged nodes follow them, see PageStream::edit_pages().
+  bool follows_leaves = false;
   /// The nodes and opacities before edits, without the rest; null: not edited.
   std::shared_ptr<const LodPage> as_read = {};
 
@@ -129,8 +131,14 @@ struct LodView {
   glm::vec3 sides_[4];
 };
 
+/// A view in which all nodes have the same footprint.
+LodView even_view(float footprint);
+
 /// The error that a merged node adds per Gaussian that it saves, colour^2 times square pixels.
 float lod_gain(const LodFacts& node, float smallest, float footprint);
+
+/// Opens a merged node before all others while the ball around its leaves is larger than a pixel.
+void open_first(LodFacts& node, float smallest);
 
 struct LodLimit {
   std::size_t budget = std::numeric_limits<std::size_t>::max();  ///< nodes; one is always drawn

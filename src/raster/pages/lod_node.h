@@ -28,6 +28,7 @@ inline constexpr int kLodStepsOfFootprint = 16;
 
 /// A value per footprint, in steps of a quarter of a power of two.
 using LodSteps = std::array<std::uint8_t, kLodFootprints>;
+inline constexpr std::uint8_t kLodMostSteps = 255;
 
 /// Footprint `k`; 0 is `smallest`.
 inline float lod_footprint(float smallest, std::size_t k) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <limits>
 #include <new>
 #include <tuple>
 #include <utility>
@@ -19,6 +20,25 @@ std::size_t reader_count() {
   return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 4, 32);
 }
 
+// A page as it was read, with an edit.
+std::shared_ptr<const LodPage> edited(const LodPage& page, const PageEdit& edit) {
+  auto own = std::make_shared<LodPage>(page);
+  if (page.as_read) {
+    own->nodes = page.as_read->nodes;
+    own->cloud.opacity_logits = page.as_read->cloud.opacity_logits;
+    own->selected = GaussianSet();
+    own->follows_leaves = false;
+    own->as_read = nullptr;
+  }
+  if (!edit) return own;
+  const auto as_read = std::make_shared<LodPage>();
+  as_read->nodes = own->nodes;
+  as_read->cloud.opacity_logits = own->cloud.opacity_logits;
+  own->as_read = as_read;
+  edit(*own);
+  return own;
+}
+
 }  // namespace
 
 PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_bytes)
@@ -32,24 +52,6 @@ PageStream::PageStream(LodPages tree, PageSource source, std::uint64_t most_byte
     threads_.emplace_back([this](const std::stop_token& stop) { read_pages(stop); });
 }
 
-std::shared_ptr<const LodPage> PageStream::edited(const LodPage& page, std::size_t number,
-                                                  const PageEdit& edit) const {
-  auto own = std::make_shared<LodPage>(page);
-  if (page.as_read) {
-    own->nodes = page.as_read->nodes;
-    own->cloud.opacity_logits = page.as_read->cloud.opacity_logits;
-    own->selected = GaussianSet();
-    own->as_read = nullptr;
-  }
-  if (!edit) return own;
-  const auto as_read = std::make_shared<LodPage>();
-  as_read->nodes = own->nodes;
-  as_read->cloud.opacity_logits = own->cloud.opacity_logits;
-  own->as_read = as_read;
-  edit(*own, number * tree_.page_nodes);
-  return own;
-}
-
 void PageStream::edit_pages(const PageEdit& edit, ThreadPool& pool) {
   const std::lock_guard lock(mutex_);
   if (tree_.instances)
@@ -59,10 +61,72 @@ void PageStream::edit_pages(const PageEdit& edit, ThreadPool& pool) {
   ++edition_;
   ++events_;
   pool.for_each(tree_.pages.size(), 1, [&](std::size_t i) {
-    if (tree_.pages[i]) tree_.pages[i] = edited(*tree_.pages[i], i, edit);
+    if (tree_.pages[i]) tree_.pages[i] = edited(*tree_.pages[i], edit);
   });
+  std::vector<std::size_t> pages;
   facts_.bytes = 0;
-  for (const auto& page : tree_.pages) facts_.bytes += page ? page->bytes() : 0;
+  for (std::size_t i = 0; i < tree_.pages.size(); ++i) {
+    if (!tree_.pages[i]) continue;
+    pages.push_back(i);
+    facts_.bytes += tree_.pages[i]->bytes();
+  }
+  follow_leaves(pages);
+}
+
+// Looks at the nodes of these pages, and then at the parents of nodes that changed.
+void PageStream::follow_leaves(const std::vector<std::size_t>& pages) {
+  if (!edit_) return;
+  constexpr float kGone = -std::numeric_limits<float>::infinity();
+  const std::uint64_t size = tree_.page_nodes;
+  const auto facts_of = [&](std::uint64_t node) -> const LodFacts& {
+    return tree_.pages[node / size]->nodes[node % size];
+  };
+  const auto is_gone = [&](std::uint64_t node) {
+    return facts_of(node).child_count == 0 &&
+           tree_.pages[node / size]->cloud.opacity_logits[node % size] == kGone;
+  };
+  const auto is_mixed = [](const LodFacts& facts) {
+    return facts.child_count > 0 && facts.gains[0] == kLodMostSteps;
+  };
+  std::vector<std::uint64_t> nodes;
+  for (const std::size_t page : pages)
+    for (std::uint64_t node = page * size; node < page * size + tree_.pages[page]->nodes.size();
+         ++node) {
+      const LodFacts& facts = facts_of(node);
+      if (facts.child_count > 0) nodes.push_back(node);
+      if (facts.parent < page * size && (is_gone(node) || is_mixed(facts)))
+        nodes.push_back(facts.parent);
+    }
+  std::map<std::size_t, std::shared_ptr<LodPage>> changed;
+  while (!nodes.empty()) {
+    const std::uint64_t node = nodes.back();
+    nodes.pop_back();
+    std::shared_ptr<const LodPage>& page = tree_.pages[node / size];
+    if (!page || facts_of(node).child_count == 0) continue;
+    const LodFacts& facts = facts_of(node);
+    std::uint64_t gone = 0;
+    bool mixed = false;
+    for (std::uint64_t k = 0; k < facts.child_count; ++k) {
+      const std::uint64_t child = facts.first_child + k;
+      if (!tree_.pages[child / size]) continue;
+      gone += is_gone(child) ? 1 : 0;
+      mixed = mixed || is_mixed(facts_of(child));
+    }
+    const bool is_empty = gone == facts.child_count;
+    if (!is_empty && (!page->follows_leaves || !(mixed || gone > 0) || is_mixed(facts))) continue;
+    if (facts.parent < node) nodes.push_back(facts.parent);
+    std::shared_ptr<LodPage>& own = changed[node / size];
+    if (!own) page = own = std::make_shared<LodPage>(*page);
+    LodFacts& open = own->nodes[node % size];
+    if (!is_empty) {
+      open_first(open, tree_.footprint);
+      continue;
+    }
+    open.child_count = 0;
+    open.layers = open.opacities = 0;
+    own->cloud.opacity_logits[node % size] = kGone;
+  }
+  if (!changed.empty()) ++edition_;
 }
 
 std::uint64_t PageStream::edition() const {
@@ -164,6 +228,17 @@ StreamedCut PageStream::await_cut(const LodGain& gain, const LodLimit& limit, Th
   }
 }
 
+LodPages PageStream::whole_tree(ThreadPool& pool) {
+  const LodGain open([](const LodPage&, std::size_t) { return 1.0f; });
+  StreamedCut whole = await_cut(open, {}, pool);
+  if (was_full_)
+    fail(ErrorKind::device, "{}: its {} nodes need more than the {} MB of memory for its pages",
+         source_.name, tree_.count, facts_.most_bytes / 1'000'000);
+  const std::vector<std::string> sentences = take_sentences();
+  if (!sentences.empty()) fail("{}", sentences[0]);
+  return std::move(whole.tree);
+}
+
 StreamFacts PageStream::facts(int view) const {
   const std::lock_guard lock(mutex_);
   StreamFacts facts = facts_;
@@ -210,7 +285,7 @@ void PageStream::read_pages(const std::stop_token& stop) {
     bool is_short = false;
     for (int attempt = 0; attempt < 2 && !got && !is_short; ++attempt) try {
         got = source_.read(page);
-        if (edit) got = edited(*got, page, edit);
+        if (edit) got = edited(*got, edit);
       } catch (const std::bad_alloc&) {
         is_short = true;
       } catch (const std::exception& error) {
@@ -219,7 +294,7 @@ void PageStream::read_pages(const std::stop_token& stop) {
     const bool is_unchanged = source_.is_unchanged();
     lock.lock();
     in_flight_.erase(page);
-    if (got && edition != edition_) got = edited(*got, page, edit_);
+    if (got && edition != edition_) got = edited(*got, edit_);
     if (!is_unchanged) {
       if (!std::exchange(stopped_, true))
         sentences_.push_back(fmt::format(
@@ -259,6 +334,7 @@ void PageStream::store(std::uint32_t page, std::shared_ptr<const LodPage> got,
   for (auto& [number, view] : views_)
     if (view.lacks_pages) view.kept[page] = true;  // until its next cut
   tree_.pages[page] = std::move(got);
+  follow_leaves({page});
 }
 
 void PageStream::halve() {

@@ -37,8 +37,9 @@ struct StreamedCut {
   LodCut cut;
 };
 
-/// Changes nodes, opacities and LodPage::selected of a page with this first node.
-using PageEdit = std::function<void(LodPage& page, std::uint64_t first)>;
+/// Changes nodes, opacities, LodPage::selected and follows_leaves of a page. A node without opacity
+/// and children is gone.
+using PageEdit = std::function<void(LodPage& page)>;
 
 struct StreamFacts {
   std::uint64_t nodes = 0;                  ///< of the file
@@ -55,10 +56,12 @@ class PageStream {
   PageStream(LodPages tree, PageSource source, std::uint64_t most_bytes);
 
   /// Edits each page: the pages in memory now, the others after they are read. An edit replaces the
-  /// edit before; null: pages are as they were read. Throws Error(usage) if the tree has instances,
+  /// edit before; null: pages are as they were read. A node whose children are in memory and gone,
+  /// in whichever pages, is gone too. If edits chose single leaves, a node of which a part is gone
+  /// is opened first. Throws Error(usage) if the tree has instances,
   /// which share their pages.
   void edit_pages(const PageEdit& edit, ThreadPool& pool);
-  std::uint64_t edition() const;  ///< the number of edits so far
+  std::uint64_t edition() const;  ///< grows when edits change pages in memory
 
   /// The number of another view. `report` is called when another cut is due: after every page while
   /// the last cut lacks pages, and when another view comes. It must not call the stream.
@@ -75,6 +78,10 @@ class PageStream {
   /// may await cuts.
   StreamedCut await_cut(const LodGain& gain, const LodLimit& limit, ThreadPool& pool,
                         float guess = 0);
+
+  /// The tree with all its pages. Throws Error if one is damaged, or if they do not fit into
+  /// memory.
+  LodPages whole_tree(ThreadPool& pool);
 
   float footprint() const { return tree_.footprint; }  ///< LodPages::footprint
 
@@ -95,8 +102,7 @@ class PageStream {
   void stop_reading();
   void read_pages(const std::stop_token& stop);
   void store(std::uint32_t page, std::shared_ptr<const LodPage> got, const std::string& problem);
-  std::shared_ptr<const LodPage> edited(const LodPage& page, std::size_t number,
-                                        const PageEdit& edit) const;
+  void follow_leaves(const std::vector<std::size_t>& pages);
   void halve();
   bool make_room(std::uint64_t bytes);
 

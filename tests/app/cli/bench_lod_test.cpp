@@ -177,9 +177,14 @@ TEST_F(LodProgram, georeferenced_scenes_and_levels_are_in_one_place) {
   Camera camera = test::front_camera(96, 72);
   camera.origin = cloud_.origin;
   test::write_cameras({camera}, path("cameras.json"));
-  const ProgramRun run = lod({path("world.ply"), path("half.ply"), path("world.ply"), "--budgets",
-                              "50", "--cameras", path("cameras.json")});
+  ASSERT_EQ(
+      test::run_quadsplat({"lod", path("world.ply"), path("world.rad"), "--original"}).exit_code,
+      kExitOk);
+  const ProgramRun run =
+      lod({path("world.ply"), path("half.ply"), path("world.ply"), path("world.rad"), "--budgets",
+           "50,100", "--cameras", path("cameras.json")});
   ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("| near | 100 % | " + path("world.rad") + " | 600 | inf |"));
   EXPECT_THAT(run.out, HasSubstr("| near | 100 % | " + path("world.ply") + " | 600 | inf |"));
 }
 

@@ -4,6 +4,7 @@
 #include "app/measure/lod_levels.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -13,7 +14,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/cloud/scene.h"
 #include "raster/scene/activated_cloud.h"
 #include "support/pool.h"
 #include "support/scenes.h"
@@ -21,7 +21,6 @@
 namespace qs::test {
 namespace {
 
-using testing::Each;
 using testing::ElementsAre;
 
 double opacity(const GaussianCloud& cloud, std::size_t i) {
@@ -39,11 +38,29 @@ GaussianCloud round_gaussian(glm::vec3 position, float sigma, double opacity) {
   return single_gaussian(position, sigma, glm::vec3(0.25f), logit(opacity));
 }
 
-NodeTree tree_of(const std::vector<std::uint32_t>& parents) {
-  auto nodes = std::make_shared<GaussianCloud>();
-  for (std::size_t i = 0; i < parents.size(); ++i)
-    append(*nodes, round_gaussian({static_cast<float>(i), 0, 5}, 0.1f, 0.5));
-  return {nodes, parents};
+const LodPage& page_of(const Octree& octree) { return *octree.tree.pages[0]; }
+
+// The parent of each node, and -1 for the root.
+std::vector<int> parents(const Octree& octree) {
+  std::vector<int> result(octree.tree.count, -1);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const LodFacts& node = page_of(octree).nodes[i];
+    for (std::size_t k = 0; k < node.child_count; ++k)
+      result[node.first_child + k] = static_cast<int>(i);
+  }
+  return result;
+}
+
+LodGain by_order(const Octree& octree) {
+  return [&octree](const LodPage&, std::size_t row) { return octree.order[row]; };
+}
+
+std::vector<std::uint32_t> rows(const LodCut& cut) {
+  std::vector<std::uint32_t> result;
+  cut.parts.at(0).for_each(
+      [&](std::size_t row) { result.push_back(static_cast<std::uint32_t>(row)); });
+  EXPECT_EQ(cut.count, result.size());
+  return result;
 }
 
 // ---- uniform samples ----------------------------------------------------------------------------
@@ -72,7 +89,9 @@ TEST(UniformSample, opacity_times_area_grows_by_what_is_lost) {
 }
 
 TEST(UniformSample, every_part_of_a_scene_is_sampled_alike) {
-  const GaussianCloud cloud = *tree_of(std::vector<std::uint32_t>(4000, kNoParent)).nodes;
+  GaussianCloud cloud;
+  for (int i = 0; i < 4000; ++i)
+    append(cloud, round_gaussian({static_cast<float>(i), 0, 5}, 0.1f, 0.5));
   const GaussianCloud sample = uniform_sample(cloud, 1000);
   std::vector<int> quarters(4);
   for (const glm::vec3& p : sample.positions) ++quarters[static_cast<std::size_t>(p.x) / 1000];
@@ -88,29 +107,43 @@ TEST(Octree, two_gaussians_of_a_cell_become_their_mixture) {
   append(cloud, round_gaussian({0.2f, 0, 0}, 0.1f, 0.3));
   cloud.sh[0] = {1, 0, 0};
   cloud.sh[1] = {0, 1, 0};
-  const NodeTree tree = octree_of(cloud, pool());
-  EXPECT_THAT(tree.parents, ElementsAre(2, 2, kNoParent));
-  const GaussianCloud& nodes = *tree.nodes;
+  const Octree tree = octree_of(cloud, pool());
+  EXPECT_THAT(parents(tree), ElementsAre(-1, 0, 0));
+  EXPECT_THAT(tree.order, ElementsAre(1, 0, 0));
+  EXPECT_THAT(page_of(tree).numbers, ElementsAre(kNoNumber, 0, 1));
+  const GaussianCloud& nodes = page_of(tree).cloud;
   // Shares 0.75 and 0.25; 0.05 and 0.15 from the mean.
-  EXPECT_NEAR(nodes.positions[2].x, 0.05, 1e-6);
+  EXPECT_NEAR(nodes.positions[0].x, 0.05, 1e-6);
   const double spread = 0.75 * 0.05 * 0.05 + 0.25 * 0.15 * 0.15;
-  const auto c = world_covariance(nodes, 2);
+  const auto c = world_covariance(nodes, 0);
   EXPECT_NEAR(c.xx, 0.01 + spread, 1e-7);
   EXPECT_NEAR(c.yy, 0.01, 1e-8);
   EXPECT_NEAR(c.zz, 0.01, 1e-8);
-  EXPECT_NEAR(nodes.sh[2].x, 0.75, 1e-6);
-  EXPECT_NEAR(nodes.sh[2].y, 0.25, 1e-6);
+  EXPECT_NEAR(nodes.sh[0].x, 0.75, 1e-6);
+  EXPECT_NEAR(nodes.sh[0].y, 0.25, 1e-6);
   // Thomsen's area of the ellipsoid, relative to the sphere's.
   const double p = 1.6075, long_axis = std::sqrt(0.01 + spread);
   const double area = std::pow((2 * std::pow(long_axis * 0.1, p) + std::pow(0.01, p)) / 3, 1 / p);
-  EXPECT_NEAR(opacity(nodes, 2), std::min(0.99, (0.9 + 0.3) * 0.01 / area), 1e-5);
+  EXPECT_NEAR(opacity(nodes, 0), std::min(0.99, (0.9 + 0.3) * 0.01 / area), 1e-5);
 }
 
 TEST(Octree, large_gaussians_wait_for_large_cells) {
   GaussianCloud cloud = round_gaussian({0, 0, 0}, 0.01f, 0.5);
   append(cloud, round_gaussian({0.001f, 0, 0}, 0.01f, 0.5));
   append(cloud, round_gaussian({0.002f, 0, 0}, 1, 0.5));
-  EXPECT_THAT(octree_of(cloud, pool()).parents, ElementsAre(3, 3, 4, 4, kNoParent));
+  const Octree tree = octree_of(cloud, pool());
+  EXPECT_THAT(parents(tree), ElementsAre(-1, 0, 0, 2, 2));
+  EXPECT_THAT(page_of(tree).numbers, ElementsAre(kNoNumber, 2, kNoNumber, 0, 1));
+  EXPECT_THAT(tree.order, ElementsAre(2, 0, 1, 0, 0));
+}
+
+TEST(Octree, a_merge_has_at_most_as_many_children_as_a_node_can_count) {
+  GaussianCloud cloud;
+  cloud.resize(70'000, 0);
+  std::ranges::fill(cloud.rotations, glm::quat(1, 0, 0, 0));
+  const Octree tree = octree_of(cloud, pool());
+  EXPECT_EQ(tree.tree.count, 70'003u);
+  EXPECT_EQ(cut_of(tree.tree, by_order(tree), {}, pool()).count, 70'000u);
 }
 
 TEST(Octree, every_scene_ends_in_one_root) {
@@ -123,127 +156,110 @@ TEST(Octree, every_scene_ends_in_one_root) {
   append(odd, odd);
   for (const GaussianCloud& cloud : {odd, random_cloud(1, 0, 1), random_cloud(2, 3, 2),
                                      random_cloud(3000, 1, 3), surrounding_cloud(1000, 0, 4)}) {
-    const NodeTree tree = octree_of(cloud, pool());
-    EXPECT_EQ(std::ranges::count(tree.parents, kNoParent), 1);
-    EXPECT_EQ(tree.parents.back(), kNoParent);
-    EXPECT_EQ(tree.nodes->size(), tree.parents.size());
-    for (std::size_t i = 0; i + 1 < tree.parents.size(); ++i) {
-      EXPECT_GT(tree.parents[i], i);
-      EXPECT_GE(tree.parents[i], cloud.size());
+    const Octree tree = octree_of(cloud, pool());
+    const LodPage& page = page_of(tree);
+    EXPECT_EQ(page.cloud.size(), tree.tree.count);
+    const std::vector<int> above = parents(tree);
+    EXPECT_EQ(std::ranges::count(above, -1), 1);
+    for (std::size_t i = 0; i < above.size(); ++i) EXPECT_LT(above[i], static_cast<int>(i));
+    std::set<std::uint32_t> leaves;
+    for (std::size_t i = 0; i < above.size(); ++i) {
+      EXPECT_TRUE(is_finite(page.cloud.positions[i])) << i;
+      EXPECT_FALSE(std::isnan(page.cloud.opacity_logits[i])) << i;
+      if (page.nodes[i].child_count > 0) continue;
+      leaves.insert(page.numbers[i]);
+      EXPECT_EQ(page.cloud.positions[i], cloud.positions[page.numbers[i]]);
     }
-    for (std::size_t i = 0; i < cloud.size(); ++i)
-      EXPECT_EQ(tree.nodes->positions[i], cloud.positions[i]);
-    for (std::size_t i = cloud.size(); i < tree.nodes->size(); ++i) {
-      EXPECT_TRUE(is_finite(tree.nodes->positions[i])) << i;
-      EXPECT_FALSE(std::isnan(tree.nodes->opacity_logits[i])) << i;
-    }
+    EXPECT_EQ(leaves.size(), cloud.size());
   }
 }
 
 TEST(Octree, threads_do_not_change_it) {
   const GaussianCloud cloud = random_cloud(5000, 1, 9);
   ThreadPool one(1), four(4);
-  const NodeTree a = octree_of(cloud, one), b = octree_of(cloud, four);
-  EXPECT_EQ(a.parents, b.parents);
-  EXPECT_EQ(a.nodes->positions, b.nodes->positions);
-  EXPECT_EQ(a.nodes->opacity_logits, b.nodes->opacity_logits);
-  EXPECT_EQ(a.nodes->sh, b.nodes->sh);
+  const Octree a = octree_of(cloud, one), b = octree_of(cloud, four);
+  EXPECT_EQ(a.order, b.order);
+  EXPECT_EQ(page_of(a).numbers, page_of(b).numbers);
+  EXPECT_EQ(page_of(a).cloud.positions, page_of(b).cloud.positions);
+  EXPECT_EQ(page_of(a).cloud.opacity_logits, page_of(b).cloud.opacity_logits);
+  EXPECT_EQ(page_of(a).cloud.sh, page_of(b).cloud.sh);
 }
 
 // ---- cuts ---------------------------------------------------------------------------------------
 
-// Nodes of the cut above each leaf, the leaf included.
-std::vector<int> covers(const NodeTree& tree, const std::vector<std::uint32_t>& cut) {
-  const std::set<std::uint32_t> drawn(cut.begin(), cut.end());
-  std::vector<int> result;
-  for (std::uint32_t i = 0; i < tree.parents.size(); ++i) {
-    if (std::ranges::count(tree.parents, i) > 0) continue;
-    result.push_back(0);
-    for (std::uint32_t node = i; node != kNoParent; node = tree.parents[node])
-      result.back() += static_cast<int>(drawn.count(node));
-  }
-  return result;
-}
-
-TEST(Cut, every_leaf_is_drawn_once_within_the_budget) {
-  const GaussianCloud cloud = random_cloud(2000, 0, 5);
-  const NodeTree tree = octree_of(cloud, pool());
-  const Camera camera = front_camera(64, 48);
-  for (const std::vector<double>& errors : {tree.order, pixel_sizes(tree, {&camera, 1})}) {
-    std::size_t before = 0;
-    for (const std::size_t budget : {1u, 2u, 50u, 100u, 777u, 1500u, 1999u, 2000u}) {
-      const std::vector<std::uint32_t> cut = cut_of(tree, errors, budget);
-      EXPECT_LE(cut.size(), budget);
-      EXPECT_GE(cut.size(), before);
-      EXPECT_THAT(covers(tree, cut), Each(1)) << budget;
-      before = cut.size();
-    }
-    EXPECT_EQ(before, 2000u);
-    EXPECT_THAT(cut_of(tree, errors, 1), ElementsAre(tree.parents.size() - 1));
-  }
-}
-
 TEST(Cut, the_merges_of_an_octree_come_one_by_one) {
-  const NodeTree tree = octree_of(random_cloud(2000, 0, 5), pool());
+  const Octree tree = octree_of(random_cloud(2000, 0, 5), pool());
   for (const std::size_t budget : {500u, 1000u, 1990u}) {
-    const std::vector<std::uint32_t> cut = cut_of(tree, tree.order, budget);
+    const LodCut cut = cut_of(tree.tree, by_order(tree), {budget}, pool());
+    EXPECT_LE(cut.count, budget);
     // One merge less would be too many: its cell has at most this many members more.
-    const std::size_t last = *std::ranges::max_element(cut);
-    const auto members = static_cast<std::size_t>(
-        std::ranges::count(tree.parents, static_cast<std::uint32_t>(last)));
-    EXPECT_GT(cut.size() + members - 1, budget);
+    const std::vector<std::uint32_t> drawn = rows(cut);
+    const auto last =
+        *std::ranges::max_element(drawn, {}, [&](std::uint32_t row) { return tree.order[row]; });
+    EXPECT_GT(cut.count + page_of(tree).nodes[last].child_count - 1, budget);
   }
 }
 
-TEST(Cut, the_order_of_parents_and_children_does_not_matter) {
-  //        0            root first, and the same tree root last
-  //      1   2
-  //     3 4 5 6
-  const NodeTree down = tree_of({kNoParent, 0, 0, 1, 1, 2, 2});
-  const NodeTree up = tree_of({4, 4, 5, 5, 6, 6, kNoParent});
-  EXPECT_THAT(cut_of(down, std::vector<double>{9, 4, 2, 0, 0, 0, 0}, 3), ElementsAre(2, 3, 4));
-  EXPECT_THAT(cut_of(up, std::vector<double>{0, 0, 0, 0, 4, 2, 9}, 3), ElementsAre(0, 1, 5));
-}
-
-TEST(Cut, a_child_with_a_larger_error_than_its_parent_is_not_drawn_before_it) {
-  const NodeTree tree = tree_of({kNoParent, 0, 0, 1, 1});
-  // Node 0 is refined below 3, and node 1 at once with it.
-  EXPECT_THAT(cut_of(tree, std::vector<double>{3, 8, 0, 0, 0}, 2), ElementsAre(0));
-  EXPECT_THAT(cut_of(tree, std::vector<double>{3, 8, 0, 0, 0}, 3), ElementsAre(2, 3, 4));
+TEST(Cut, all_nodes_of_the_pages_have_their_order) {
+  LodPages tree{5, 2, 0, {}};
+  for (const int count : {2, 2, 1}) {
+    auto page = std::make_shared<LodPage>();
+    for (int i = 0; i < count; ++i)
+      append(page->cloud,
+             round_gaussian({2 * static_cast<int>(tree.pages.size()) + i, 0, 5}, 0.1f, 0.5));
+    page->cloud.origin = {7, 8, 9};
+    tree.pages.push_back(page);
+  }
+  const GaussianCloud all = all_nodes(tree);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(all.positions[i].x, static_cast<float>(i));
+  EXPECT_EQ(all.origin, glm::dvec3(7, 8, 9));
 }
 
 TEST(Cut, nodes_out_of_view_cost_nothing_and_are_left_out) {
-  const NodeTree tree = tree_of({kNoParent, 0, 0, 1, 1, 2, 2});
-  const std::vector<double> errors{9, 4, 2, 0, 0, 0, 0};
-  EXPECT_THAT(cut_of(tree, errors, 2, {true, true, false, true, true, false, false}),
-              ElementsAre(3, 4));
-  EXPECT_THAT(cut_of(tree, errors, 2, std::vector<bool>(7, false)), testing::IsEmpty());
-}
-
-TEST(Cut, a_budget_that_no_cut_meets_gives_the_smallest_cut) {
-  EXPECT_THAT(cut_of(tree_of({kNoParent, kNoParent}), std::vector<double>{0, 0}, 1),
-              ElementsAre(0, 1));
+  //      0
+  //    1   2
+  //   3 4 5 6
+  LodPage page;
+  page.nodes.resize(7);
+  for (const std::uint32_t parent : {0u, 1u, 2u}) {
+    page.nodes[parent].first_child = 2 * parent + 1;
+    page.nodes[parent].child_count = 2;
+  }
+  const LodPages tree{7, 7, 0, {std::make_shared<const LodPage>(page)}};
+  const LodGain gain = [](const LodPage&, std::size_t row) {
+    return std::array{9.0f, 4.0f, 2.0f}[row];
+  };
+  const auto cut = [&](std::size_t budget, const std::vector<bool>& in_view) {
+    return rows(cut_in_view(tree, gain, budget, in_view, pool()));
+  };
+  const std::vector<bool> left{true, true, false, true, true, false, false};
+  EXPECT_THAT(cut(1, left), ElementsAre(1));
+  EXPECT_THAT(cut(2, left), ElementsAre(3, 4));
+  EXPECT_THAT(cut(2, std::vector<bool>(7, true)), ElementsAre(1, 2));
+  EXPECT_THAT(cut(3, std::vector<bool>(7, true)), ElementsAre(2, 3, 4));
+  EXPECT_THAT(cut(2, std::vector<bool>(7, false)), testing::IsEmpty());
 }
 
 // ---- the rule of distance -----------------------------------------------------------------------
 
-TEST(PixelSizes, are_those_of_the_nearest_camera) {
-  auto nodes = std::make_shared<GaussianCloud>(round_gaussian({0, 0, 10}, 0.5f, 0.5));
-  append(*nodes, round_gaussian({0, 0, 0}, 0.5f, 0.5));
-  append(*nodes, round_gaussian({0, 0, 10}, 7, 0.5));
-  nodes->log_scales[0].y = std::log(2.0f);
-  const NodeTree tree(nodes, {1, kNoParent, 0});
+TEST(GainByDistance, is_the_longest_axis_in_pixels) {
+  LodPage page;
+  page.cloud = round_gaussian({0, 0, 10}, 0.5f, 0.5);
+  append(page.cloud, round_gaussian({0, 0, 0}, 0.5f, 0.5));
+  page.cloud.log_scales[0].y = std::log(2.0f);
   Camera near = front_camera(100, 100), far = near;
-  near.focal_px = {80, 90};
-  far.focal_px = {80, 90};
+  near.focal_px = far.focal_px = {80, 90};
   far.view_from_world[3].z = 30;
+  const auto gain = [&](const Camera& camera, std::uint32_t row) {
+    LodAsked asked{&page, nullptr, row, 0};
+    gain_by_distance(camera)({&asked, 1});
+    return asked.gain;
+  };
   // 2 sigma = 4 units at a distance of 10; the camera stands in the other node, so its near plane
-  // counts; leaves have no error.
-  const Camera both[] = {far, near};
-  EXPECT_THAT(pixel_sizes(tree, both),
-              ElementsAre(testing::DoubleNear(90 * 4 / 10.0, 1e-4),
-                          testing::DoubleNear(90 * 1 / near.near_depth, 1e-4), 0));
-  EXPECT_NEAR(pixel_sizes(tree, {&far, 1})[0], 90 * 4 / 40.0, 1e-4);
+  // counts.
+  EXPECT_NEAR(gain(near, 0), 90 * 4 / 10.0, 1e-4);
+  EXPECT_NEAR(gain(near, 1), 90 * 1 / near.near_depth, 1e-3);
+  EXPECT_NEAR(gain(far, 0), 90 * 4 / 40.0, 1e-4);
 }
 
 }  // namespace

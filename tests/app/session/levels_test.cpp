@@ -92,6 +92,30 @@ TEST_F(LevelsTest, error_0_draws_the_bits_of_the_whole_file_in_every_mode) {
   EXPECT_EQ(counted(levels), counted(whole));
 }
 
+TEST_F(LevelsTest, a_scene_far_away_is_drawn_as_exactly_as_one_near_0) {
+  GaussianCloud cloud = test::random_cloud(4000, 2, 3);
+  cloud.origin = {500'000, 4'650'000, 200};
+  test::write_scene(cloud, folder_ / "scene.ply");
+  const GaussianCloud read = read_scene(folder_ / "scene.ply", test::pool()).cloud;
+  frame_.levels.budget = 500;
+  const auto draw = [&] {
+    built(false);
+    Session session = open_session(frame_);
+    Camera camera = camera_;
+    camera.origin = read.origin;
+    return std::pair(session.scene->cloud.origin,
+                     picture(session, camera.placed(session.scene->cloud.origin)));
+  };
+  const auto [far, far_picture] = draw();
+  cloud = read;
+  cloud.origin = {};
+  test::write_scene(cloud, folder_ / "scene.ply");
+  const auto [near, near_picture] = draw();
+  EXPECT_EQ(far, read.origin);
+  EXPECT_EQ(near, glm::dvec3(0));
+  EXPECT_EQ(far_picture.values, near_picture.values);
+}
+
 class EditedLevels : public LevelsTest {
  protected:
   void write(const std::string& steps) {

@@ -58,9 +58,9 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "usd",          "zipped_ply",
                                           "exif",         "points3D_ply",
                                           "rad",          "hier",
-                                          "rad_levels",   "instances",
-                                          "rad_pages",    "edits",
-                                          "cameras_xml",  "measures"};
+                                          "instances",    "rad_pages",
+                                          "edits",        "cameras_xml",
+                                          "measures"};
   EXPECT_EQ(names, expected);
 }
 

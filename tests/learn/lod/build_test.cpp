@@ -19,7 +19,6 @@
 
 #include "io/bytes/mapped_file.h"
 #include "io/cloud/cloud_memory.h"
-#include "io/scene/rad/rad.h"
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
 #include "learn/lod/cut.h"
@@ -210,9 +209,11 @@ TEST_F(LodBuilding, instances_are_read_in_parts) {
   LodBuild build = job(folder_ / "all.json");
   build.memory = 2'000'000;  // a part has one instance
   EXPECT_EQ(build_lod(build, pool()).leaves, 3500u);
-  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("out.rad: its positions count from")));
-  expect_same_gaussians(read_scene(folder_ / "all.json", pool()).cloud,
-                        read_scene(folder_ / "out.rad", pool()).cloud);
+  EXPECT_THAT(warnings_, IsEmpty());
+  const GaussianCloud whole = read_scene(folder_ / "all.json", pool()).cloud,
+                      leaves = read_scene(folder_ / "out.rad", pool()).cloud;
+  EXPECT_EQ(leaves.origin, whole.origin);
+  expect_same_gaussians(whole, leaves);
 }
 
 TEST_F(LodBuilding, a_ply_file_that_is_cut_off_is_one_sentence) {
@@ -278,13 +279,12 @@ TEST_F(LodBuilding, small_and_odd_scenes_become_trees) {
     EXPECT_EQ(build_lod(build, pool()).leaves, row.cloud.size()) << row.name;
     expect_same_bits(read_scene(build.output, pool()).cloud,
                      read_scene(build.inputs[0], pool()).cloud);
-    Scene scene;
-    const MappedFile file(build.output);
-    const RadLevels levels = read_rad_levels(file.content(), build.output, pool(), scene);
-    EXPECT_EQ(std::ranges::count(levels.nodes, 0, &LodFacts::child_count),
+    const LodPages tree = whole_tree(build.output);
+    EXPECT_EQ(std::ranges::count(tree.pages[0]->nodes, 0, &LodFacts::child_count),
               static_cast<std::ptrdiff_t>(row.cloud.size()))
         << row.name;
-    EXPECT_EQ(choose_cut(levels, gains_at(levels, 0.01f), 1), std::vector<std::uint32_t>{0});
+    const LodCut root = cut_of(tree, gain_in(even_view(0.01f), tree.footprint), {1}, pool());
+    EXPECT_EQ(root.parts[0].mask[0], 1u);
     std::filesystem::remove(build.output);
   }
 }
@@ -302,9 +302,24 @@ TEST_F(LodBuilding, georeferenced_scenes_have_one_origin) {
   cloud.origin = {500'000, 4'650'000, 200};
   LodBuild build = job(write(cloud));
   build.memory = 2'000'000;  // the file is read in parts
+  build.original = true;
+  std::stop_source stop;  // and the journal keeps the origin
+  build.progress = {[&](float done) {
+                      if (done >= 0.5f) stop.request_stop();
+                    },
+                    stop.get_token()};
+  EXPECT_THROW(build_lod(build, pool(1)), Cancelled);
+  build.progress = {};
   build_lod(build, pool());
-  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("its positions count from 500000 4650000 ")));
-  EXPECT_EQ(read_scene(build.output, pool()).cloud.size(), 5000u);
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("going on")));
+  const GaussianCloud source = read_scene(build.inputs[0], pool()).cloud,
+                      leaves = read_scene(build.output, pool()).cloud;
+  EXPECT_NE(source.origin, glm::dvec3(0));
+  ASSERT_EQ(leaves.size(), 5000u);
+  for (std::size_t i = 0; i < 5000; ++i)
+    ASSERT_LT(glm::distance(leaves.origin + glm::dvec3(leaves.positions[i]),
+                            source.origin + glm::dvec3(source.positions[i])),
+              1e-6);
 }
 
 TEST_F(LodBuilding, an_interrupted_call_goes_on) {
@@ -424,9 +439,8 @@ TEST_F(LodBuilding, levels_of_a_streamed_sog_have_a_quarter_of_the_level_before)
 TEST_F(LodBuilding, cuts_keep_their_budget_and_cover_every_leaf) {
   LodBuild build = job(source_path("assets/plush.ply"));
   build_lod(build, pool());
-  Scene scene;
-  const MappedFile file(build.output);
-  const RadLevels levels = read_rad_levels(file.content(), build.output, pool(), scene);
+  const LodPages tree = whole_tree(build.output);
+  const std::vector<LodFacts>& nodes = tree.pages[0]->nodes;
   const Scene leaves = read_scene(build.output, pool());
   const std::size_t count = leaves.cloud.size();
   const auto renderer = make_renderer(Backend::cpu, pool());
@@ -439,21 +453,19 @@ TEST_F(LodBuilding, cuts_keep_their_budget_and_cover_every_leaf) {
   for (const double share : {0.02, 0.1, 0.3, 0.6, 1.0, 2.0}) {
     const auto budget = static_cast<std::size_t>(share * static_cast<double>(count));
     for (const bool sees : {false, true}) {
-      const LodGains gains =
-          sees ? gains_in(levels, scene.cloud, {{camera}}, 0.01f) : gains_at(levels, footprint);
-      const auto cut = choose_cut(levels, gains, budget);
-      EXPECT_LE(cut.size(), budget);
-      EXPECT_GT(cut.size() + 64, std::min(budget, count));
+      const LodView view = sees ? LodView(camera, 0.01f) : even_view(footprint);
+      const LodCut cut = cut_of(tree, gain_in(view, tree.footprint), {budget}, pool());
+      EXPECT_LE(cut.count, budget);
+      EXPECT_GT(cut.count + 64, std::min(budget, count));
       // Leaves below each node of the cut.
-      std::vector<int> covered(levels.nodes.size(), 0);
-      for (const std::uint32_t i : cut) covered[i] = 1;
-      for (std::size_t i = 1; i < levels.nodes.size(); ++i)
-        covered[i] += covered[levels.nodes[i].parent];
-      for (std::size_t i = 0; i < levels.nodes.size(); ++i)
-        if (levels.nodes[i].child_count == 0 && covered[i] != 1)
+      std::vector<int> covered(nodes.size(), 0);
+      cut.parts[0].for_each([&](std::size_t i) { covered[i] = 1; });
+      for (std::size_t i = 1; i < nodes.size(); ++i) covered[i] += covered[nodes[i].parent];
+      for (std::size_t i = 0; i < nodes.size(); ++i)
+        if (nodes[i].child_count == 0 && covered[i] != 1)
           FAIL() << "leaf " << i << " is covered " << covered[i] << " times";
       if (!sees) continue;
-      renderer->upload(cut_cloud(levels, scene.cloud, cut, gains), {});
+      renderer->upload(cut_cloud(tree, cut, view, settings.dilation, pool()), {});
       const double quality = psnr(renderer->render(camera, settings).color, full, pool());
       EXPECT_GE(quality, before - 0.5) << share;
       before = quality;

@@ -4,6 +4,7 @@
 // another size is cut as the tree itself from a distance of that size.
 #include "learn/lod/instance_tree.h"
 
+#include <algorithm>
 #include <fstream>
 #include <limits>
 
@@ -30,8 +31,11 @@ using testing::HasSubstr;
 class InstanceTrees : public testing::Test {
  protected:
   // A tree of several buckets, and instances of it.
-  std::filesystem::path write(const std::vector<Instance>& instances, std::size_t count = 5000) {
-    write_scene(random_cloud(count, 3, 7), folder_ / "one.ply", pool());
+  std::filesystem::path write(const std::vector<Instance>& instances, std::size_t count = 5000,
+                              const glm::dvec3& origin = glm::dvec3(0)) {
+    GaussianCloud one = random_cloud(count, 3, 7);
+    one.origin = origin;
+    write_scene(one, folder_ / "one.ply", pool());
     LodBuild build;
     build.inputs = {folder_ / "one.ply"};
     build.output = folder_ / "one.rad";
@@ -80,6 +84,24 @@ TEST_F(InstanceTrees, all_leaves_are_those_of_the_instances_read_whole) {
   EXPECT_EQ(cut.rotations, whole.rotations);
   EXPECT_EQ(cut.opacity_logits, whole.opacity_logits);
   EXPECT_EQ(cut.sh, whole.sh);
+}
+
+TEST_F(InstanceTrees, a_tree_far_away_has_instances_there) {
+  const auto path = write({{}, {{12, 1, -3}}}, 500, {500'000, 4'650'000, 200});
+  const GaussianCloud whole = read_scene(path, pool()).cloud;
+  EXPECT_NE(whole.origin, glm::dvec3(0));
+  const LodPages tree = open(path).stream->whole_tree(pool());
+  const GaussianCloud& top = tree.pages[0]->cloud;
+  ASSERT_EQ(tree.placement(1), &tree.instances->placements[0]);
+  const GaussianCloud& page = tree.pages[1]->cloud;
+  for (std::size_t row = 0; row < page.size(); ++row)
+    if (tree.pages[1]->nodes[row].child_count == 0) {
+      const glm::dvec3 at = top.origin + glm::dvec3(tree.placement(1)->at(page.positions[row]));
+      const auto same = [&](const glm::vec3& position) {
+        return glm::distance(whole.origin + glm::dvec3(position), at) < 1e-3;
+      };
+      ASSERT_TRUE(std::ranges::any_of(whole.positions, same)) << row;
+    }
 }
 
 TEST_F(InstanceTrees, a_larger_copy_is_cut_as_from_nearby) {

@@ -12,7 +12,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "io/bytes/mapped_file.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "learn/lod/cut.h"
@@ -85,24 +84,26 @@ TEST(LodQuality, of_plush_big_at_three_distances) {
       distance.pictures.push_back(picture_of(*renderer, moved, settings));
     }
   }
-  Scene scene;
-  const MappedFile file(tree);
-  const RadLevels levels = read_rad_levels(file.content(), tree, pool(), scene);
-  scene.cloud.antialiased = *settings.antialiased;
+  const LodPages pages = whole_tree(tree);
+  const double dilation = *settings.antialiased ? 0 : settings.dilation;
   for (const bool sees : {false, true}) {
     for (const Distance& distance : distances) {
-      const LodGains gains = sees ? gains_in(levels, scene.cloud, distance.views, 1e-4f)
-                                  : gains_at(levels, static_cast<float>(distance.footprint));
+      const LodView even = even_view(static_cast<float>(distance.footprint));
+      std::vector<LodView> views;
+      for (const Camera& camera : distance.views) views.emplace_back(camera, 1e-4f);
+      const LodGain gain =
+          sees ? gain_in_all(views, pages.footprint) : gain_in(even, pages.footprint);
       fmt::print("| {} | {} |", sees ? "views" : "footprint", distance.name);
       for (std::size_t b = 0; b < kBudgets.size(); ++b) {
-        const auto cut =
-            choose_cut(levels, gains, static_cast<std::size_t>(std::lround(kBudgets[b] * leaves)));
-        renderer->upload(cut_cloud(levels, scene.cloud, cut, gains), {});
+        const auto budget = static_cast<std::size_t>(std::lround(kBudgets[b] * leaves));
+        const LodCut cut = cut_of(pages, gain, {budget}, pool());
         double mean = 0;
-        for (std::size_t v = 0; v < distance.views.size(); ++v)
+        for (std::size_t v = 0; v < views.size(); ++v) {
+          renderer->upload(cut_cloud(pages, cut, sees ? views[v] : even, dilation, pool()), {});
           mean += psnr(picture_of(*renderer, distance.views[v], settings), distance.pictures[v],
                        pool()) /
                   4;
+        }
         fmt::print(" {:.2f} ({:+.2f}) |", mean, mean - distance.target[b]);
         EXPECT_GT(mean, distance.target[b] - (sees ? 2 : 4)) << distance.name;
       }

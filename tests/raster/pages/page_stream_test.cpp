@@ -5,8 +5,10 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <new>
+#include <set>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -68,9 +70,9 @@ TEST_F(Streamed, edits_are_of_pages_in_memory_and_of_later_ones_and_go_without_a
   EXPECT_EQ(stream.edition(), 0u);
   for (const float value : {5.0f, 7.0f}) {  // the second edit replaces the first
     stream.edit_pages(
-        [value](LodPage& page, std::uint64_t first) {
+        [value](LodPage& page) {
           page.selected = GaussianSet(page.nodes.size());
-          page.nodes[0].opacities += value + static_cast<float>(first);
+          page.nodes[0].opacities += value + page.cloud.positions[0].x;
           page.cloud.opacity_logits[1] += value;
         },
         pool());
@@ -93,12 +95,51 @@ TEST_F(Streamed, edits_are_of_pages_in_memory_and_of_later_ones_and_go_without_a
   EXPECT_EQ(reads_, 59);
 }
 
+TEST_F(Streamed, nodes_follow_the_leaves_that_an_edit_removes_on_other_pages) {
+  PageStream stream = this->stream();
+  const LodGain gain(gain_of_scale);
+  // Every leaf below one node, which has some on other pages.
+  std::uint64_t top = 1;
+  const auto is_below = [&](std::uint64_t node) {
+    while (node > top) node = node_of(whole_, node).parent;
+    return node == top;
+  };
+  while (!is_below(5999)) ++top;
+  ASSERT_LT(top, 6u);
+  const auto edit = [&](LodPage& page) {
+    page.follows_leaves = true;
+    for (std::size_t row = 0; row < page.nodes.size(); ++row)
+      if (page.nodes[row].child_count == 0 &&
+          is_below(static_cast<std::uint64_t>(page.cloud.positions[row].x)))
+        page.cloud.opacity_logits[row] = -std::numeric_limits<float>::infinity();
+  };
+  std::set<std::uint64_t> mixed;
+  for (std::uint64_t node = top; node > 0;) mixed.insert(node = node_of(whole_, node).parent);
+  const auto expect_removed = [&](const LodPages& tree) {
+    for (std::uint64_t i = 0; i < tree.count; ++i) {
+      const float opacity = tree.pages[i / 100]->cloud.opacity_logits[i % 100];
+      ASSERT_EQ(std::isinf(opacity), is_below(i)) << i;
+      ASSERT_EQ(node_of(tree, i).child_count, is_below(i) ? 0 : node_of(whole_, i).child_count);
+      ASSERT_EQ(node_of(tree, i).child_count > 0 && node_of(tree, i).gains[0] == 255,
+                mixed.contains(i));
+    }
+  };
+  stream.edit_pages(edit, pool());
+  const std::uint64_t before = stream.edition();
+  expect_removed(stream.whole_tree(pool()));  // pages that come after the edit
+  EXPECT_GT(stream.edition(), before);
+  stream.edit_pages(nullptr, pool());
+  EXPECT_EQ(node_of(stream.whole_tree(pool()), top).child_count, node_of(whole_, top).child_count);
+  stream.edit_pages(edit, pool());
+  expect_removed(stream.whole_tree(pool()));
+}
+
 TEST_F(Streamed, a_page_that_is_read_during_an_edit_has_the_edit) {
   PageStream stream = this->stream();
   std::atomic<bool> edits = true;
   before_read_ = [&](std::size_t) {
     if (!edits.exchange(false)) return;
-    stream.edit_pages([](LodPage& page, std::uint64_t) { page.nodes[0].opacities = 3; }, pool());
+    stream.edit_pages([](LodPage& page) { page.nodes[0].opacities = 3; }, pool());
   };
   for (const auto& page : stream.await_cut(LodGain(gain_of_scale), {6000}, pool()).tree.pages)
     EXPECT_EQ(page->nodes[0].opacities, 3);
@@ -358,7 +399,7 @@ TEST(StreamedInstances, share_one_page_in_memory) {
   EXPECT_EQ(stream.facts().bytes, bytes);
   EXPECT_EQ(stream.facts().read, 1u);
   EXPECT_THAT(stream.take_sentences(), IsEmpty());
-  EXPECT_EQ(error_of([&] { stream.edit_pages([](LodPage&, std::uint64_t) {}, pool()); }),
+  EXPECT_EQ(error_of([&] { stream.edit_pages([](LodPage&) {}, pool()); }),
             "city.json: instances share their pages, so they cannot be edited alone");
 }
 

@@ -23,7 +23,7 @@ namespace {
 
 class RadFile {
  public:
-  RadFile(ByteSpan content, const std::filesystem::path& path, bool keeps_nodes, Scene& scene)
+  RadFile(ByteSpan content, const std::filesystem::path& path, Scene& scene)
       : path_(path.string()), is_part_(text_of(content).starts_with(kRadChunkMagic)) {
     if (is_part_) {
       chunks_.push_back(parse_rad_chunk(content, path_, {}));
@@ -34,32 +34,14 @@ class RadFile {
     }
     if (count_ == 0) fail("{}: holds no Gaussians", path_);
     has_tree_ = has_tree_ || chunks_[0].properties[kRadChildCount];
-    if (has_tree_) read_tree(keeps_nodes && !is_part_ ? &scene.parents : nullptr);
-    reads_all_ = !has_tree_ || !scene.parents.empty();
+    if (has_tree_) read_tree();
     codes_.emplace(chunks_[0]);
-    if (header_.has_originals && !reads_all_) taken_ = decltype(taken_)(read_count());
+    if (header_.has_originals && has_tree_) taken_ = decltype(taken_)(read_count());
   }
 
-  // The Gaussians that are read: the leaves, or all nodes.
-  std::size_t read_count() const { return reads_all_ ? count_ : tree_.leaves.size(); }
+  // The Gaussians that are read: the leaves, or all nodes of a file without a tree.
+  std::size_t read_count() const { return has_tree_ ? tree_.leaves.size() : count_; }
   std::size_t chunk_count() const { return chunks_.size(); }
-
-  RadLevels levels() const {
-    if (is_part_ || !has_tree_ || header_.footprint == 0)
-      fail("{}: quadsplat lod did not write it: it has no errors", path_);
-    RadLevels levels{{}, header_.footprint};
-    for (const RadChunk& chunk : chunks_)
-      std::ranges::copy(rad_nodes(chunk), std::back_inserter(levels.nodes));
-    for (std::size_t i = 0; i < levels.nodes.size(); ++i) {
-      const LodFacts& node = levels.nodes[i];
-      for (std::uint64_t child = node.first_child;
-           child < node.first_child + std::uint64_t{node.child_count}; ++child)
-        if (levels.nodes[child].parent != i)
-          fail("{}: node {} names node {} as its parent, but is a child of node {}", path_, child,
-               levels.nodes[child].parent, i);
-    }
-    return levels;
-  }
 
   int sh_degree() const {
     int degree = 0;
@@ -73,7 +55,7 @@ class RadFile {
     const std::size_t begin = read_before(chunk.base);
     std::vector<std::uint32_t> rows(read_before(chunk.base + chunk.count) - begin);
     for (std::size_t k = 0; k < rows.size(); ++k)
-      rows[k] = static_cast<std::uint32_t>((reads_all_ ? begin + k : tree_.leaves[begin + k]) -
+      rows[k] = static_cast<std::uint32_t>((has_tree_ ? tree_.leaves[begin + k] : begin + k) -
                                            chunk.base);
     const RadOriginals originals(chunk);
     std::vector<std::uint32_t> places(rows.size());
@@ -99,8 +81,6 @@ class RadFile {
       scene.levels = {tree_.levels,          count_,
                       tree_.leaves.size(),   count_ - tree_.leaves.size(),
                       header_.footprint > 0, header_.has_originals};
-    if (!scene.parents.empty() && scene.cloud.size() != count_)
-      fail("{}: {} nodes of its tree cannot be drawn", path_, count_ - scene.cloud.size());
     std::uint64_t ignored = ignored_bytes_;
     for (const RadChunk& chunk : chunks_) {
       ignored += chunk.ignored_bytes;
@@ -115,7 +95,7 @@ class RadFile {
 
  private:
   std::size_t read_before(std::uint64_t node) const {
-    if (reads_all_) return node;
+    if (!has_tree_) return node;
     return static_cast<std::size_t>(std::ranges::lower_bound(tree_.leaves, node) -
                                     tree_.leaves.begin());
   }
@@ -126,6 +106,7 @@ class RadFile {
     count_ = header_.count;
     has_tree_ = header_.has_tree;
     scene.cloud.antialiased = header_.antialiased;
+    scene.cloud.origin = header_.origin;
     const ByteSpan body = cursor.take(cursor.left(), "the chunks");
     const auto files = files_beside(path);
     std::uint64_t used = 0;
@@ -147,8 +128,7 @@ class RadFile {
     ignored_bytes_ = body.size() - used;
   }
 
-  // Sets `parents`, if it is given.
-  void read_tree(std::vector<std::uint32_t>* parents) {
+  void read_tree() {
     const auto all = [&](RadKind kind) {
       std::vector<std::uint32_t> values;
       for (const RadChunk& chunk : chunks_)
@@ -159,11 +139,6 @@ class RadFile {
     if (!is_part_) {
       const auto children_of = [&](std::size_t i) { return LodChildren{starts[i], counts[i]}; };
       tree_ = read_lod_tree(counts.size(), children_of, path_);
-      if (parents == nullptr) return;
-      parents->assign(counts.size(), kNoParent);
-      for (std::size_t i = 0; i < counts.size(); ++i)
-        for (std::uint32_t child = 0; child < counts[i]; ++child)
-          (*parents)[starts[i] + child] = static_cast<std::uint32_t>(i);
       return;
     }
     // The tree of a chunk alone lies in other chunks too.
@@ -173,7 +148,7 @@ class RadFile {
   }
 
   std::string path_;
-  bool is_part_, has_tree_ = false, reads_all_ = false;
+  bool is_part_, has_tree_ = false;
   RadHeader header_;
   std::vector<RadChunk> chunks_;
   std::uint64_t count_ = 0, ignored_bytes_ = 0;
@@ -185,9 +160,10 @@ class RadFile {
 
 void fill_leaves(RadFile& file, ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   constexpr float kDecoded = 0.9f;  // share of the progress
-  const bool antialiased = scene.cloud.antialiased;
-  scene.cloud = make_cloud(file.read_count(), file.sh_degree());
-  scene.cloud.antialiased = antialiased;
+  GaussianCloud cloud = make_cloud(file.read_count(), file.sh_degree());
+  cloud.antialiased = scene.cloud.antialiased;
+  cloud.origin = scene.cloud.origin;
+  scene.cloud = std::move(cloud);
   LinearValues linear;
   pool.for_chunks(file.chunk_count(), 1, [&](std::size_t chunk, std::size_t, int worker) {
     if (worker == 0)
@@ -209,16 +185,8 @@ bool recognises_rad(ByteSpan content, const std::filesystem::path&) {
 
 void read_rad(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
               const ReadOptions& options, Scene& scene) {
-  RadFile file(content, path, options.keeps_nodes, scene);
+  RadFile file(content, path, scene);
   fill_leaves(file, pool, options, scene);
-}
-
-RadLevels read_rad_levels(ByteSpan content, const std::filesystem::path& path, ThreadPool& pool,
-                          Scene& scene) {
-  RadFile file(content, path, true, scene);
-  RadLevels levels = file.levels();
-  fill_leaves(file, pool, {}, scene);
-  return levels;
 }
 
 }  // namespace qs

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <glm/geometric.hpp>
+
 #include "base/text.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/quantised.h"
@@ -74,6 +76,8 @@ RadHeader read_rad_header(ByteCursor& cursor, const std::string& source) {
     const auto is_set = [&](const char* key) { return own.has(key) && own.get(key) == true; };
     header.antialiased = is_set("antialiased");
     header.has_originals = is_set("original");
+    if (own.has("origin")) header.origin = own.vector<3>("origin");
+    if (glm::length(header.origin) > 1e9) fail("{}: origin is too far away", own.where);
   }
   if (entry.has("shCodeCount")) header.codes = entry.whole("shCodeCount");
   for (std::size_t i = 0; i < list.size(); ++i) {

@@ -23,6 +23,7 @@ inline constexpr std::string_view kRadFileMagic = "RAD0";
 struct RadHeader {
   std::uint64_t count = 0, chunk_nodes = 0;  ///< of the file and of a chunk
   bool has_tree = false, antialiased = false, has_originals = false;
+  glm::dvec3 origin{0.0};              ///< GaussianCloud::origin
   float footprint = 0;                 ///< the smallest one; 0: another program wrote the file
   std::optional<std::uint64_t> codes;  ///< rows of its tables of SH
   struct Range {

@@ -57,6 +57,7 @@ LodPage RadPages::read(std::size_t i) const {
          chunk.sh_degree(), sh_degree_);
   LodPage page{make_cloud(chunk.count, sh_degree_)};
   page.cloud.antialiased = header_.antialiased;
+  page.cloud.origin = header_.origin;
   std::vector<std::uint32_t> rows(chunk.count);
   std::iota(rows.begin(), rows.end(), 0u);
   LinearValues linear;

@@ -264,6 +264,8 @@ std::string RadWriter::header(bool is_final) const {
         {"lodOpacity", false}}},
       {"quadsplat", {{"footprint", plan_.footprint}, {"antialiased", plan_.antialiased}}}};
   if (plan_.original) json["quadsplat"]["original"] = true;
+  if (const glm::dvec3& o = plan_.origin; o != glm::dvec3(0))
+    json["quadsplat"]["origin"] = {o.x, o.y, o.z};
   std::string text = json_line(json);
   if (is_final) text.resize(header_bytes_ - 8, ' ');  // JSON may end with spaces
   return described("RAD0", text);

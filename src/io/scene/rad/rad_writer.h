@@ -9,7 +9,8 @@
 //   u32 parent                         plane
 // With "original" in "quadsplat", a second such block follows: the words of rad_original.h of the
 // leaves, in byte planes: the lowest bytes of the first word of all leaves come first.
-// The description of the file has "quadsplat" too: the smallest footprint.
+// The description of the file has "quadsplat" too: the smallest footprint, and the origin from
+// which centres count.
 #pragma once
 
 #include <cstddef>
@@ -18,6 +19,8 @@
 #include <span>
 #include <string>
 #include <vector>
+
+#include <glm/vec3.hpp>
 
 #include "base/parallel.h"
 #include "raster/pages/lod_node.h"
@@ -39,7 +42,8 @@ struct RadPlan {
   int sh_degree = 0;        ///< 0..3
   float footprint = 1;      ///< the smallest one
   bool antialiased = false;
-  bool original = false;  ///< all nodes have RadNodes::original
+  bool original = false;   ///< all nodes have RadNodes::original
+  glm::dvec3 origin{0.0};  ///< GaussianCloud::origin
 };
 
 class RadWriter {

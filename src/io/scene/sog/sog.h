@@ -6,7 +6,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -25,11 +27,19 @@ ReadScene read_sog, read_streamed_sog;
 /// more Gaussians than WebP pictures hold.
 WriteScene write_sog;
 
+/// A level of a streamed SOG, whose Gaussians need not be in memory.
+struct SogLevel {
+  std::vector<glm::vec3> centers;
+  std::vector<float> sigmas;  ///< the largest standard deviation of each, world units
+  /// The Gaussians with these numbers, in this order.
+  std::function<GaussianCloud(std::span<const std::uint32_t> numbers)> gaussians;
+};
+
 /// Writes a streamed SOG: lod-meta.json, and a folder for each SOG of at most 524,288 Gaussians.
 /// `levels` are pictures of one scene, the finest first. The leaves of its tree have at most as
 /// many Gaussians; a leaf wider than 16 units has at most 8,192 in its finest level. Each has a
 /// part of every level, in places an empty one. Throws Error(input), and as replace_folder().
-void write_streamed_sog(std::span<const GaussianCloud> levels, const std::filesystem::path& folder,
+void write_streamed_sog(std::span<const SogLevel> levels, const std::filesystem::path& folder,
                         ThreadPool& pool, const Progress& progress);
 
 /// The files of a SOG: meta.json, and the pictures. Gaussians keep their order.

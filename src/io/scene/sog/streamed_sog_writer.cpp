@@ -26,7 +26,7 @@ class LeafDivider {
  public:
   using Members = std::vector<std::uint32_t>;
 
-  explicit LeafDivider(std::span<const GaussianCloud> levels) : levels_(levels) {}
+  explicit LeafDivider(std::span<const SogLevel> levels) : levels_(levels) {}
 
   struct File {
     std::size_t level;
@@ -38,7 +38,7 @@ class LeafDivider {
   ordered_json all() {
     std::vector<Members> members(levels_.size());
     for (std::size_t k = 0; k < levels_.size(); ++k) {
-      members[k].resize(levels_[k].size());
+      members[k].resize(levels_[k].centers.size());
       std::iota(members[k].begin(), members[k].end(), 0u);
     }
     return node(std::move(members));
@@ -50,10 +50,9 @@ class LeafDivider {
     glm::vec3 low(INFINITY), high(-INFINITY);
     for (std::size_t k = 0; k < levels_.size(); ++k)
       for (const std::uint32_t i : members[k]) {
-        const glm::vec3 s = levels_[k].log_scales[i];
-        const float sigma = std::exp(std::max({s.x, s.y, s.z}));
-        low = glm::min(low, levels_[k].positions[i] - sigma);
-        high = glm::max(high, levels_[k].positions[i] + sigma);
+        const SogLevel& level = levels_[k];
+        low = glm::min(low, level.centers[i] - level.sigmas[i]);
+        high = glm::max(high, level.centers[i] + level.sigmas[i]);
       }
     const auto list = [](glm::vec3 v) { return ordered_json{v.x, v.y, v.z}; };
     ordered_json tree = {{"bound", {{"min", list(low)}, {"max", list(high)}}}};
@@ -68,7 +67,7 @@ class LeafDivider {
         tree["lods"][std::to_string(k)] = part(k, members[k]);
       return tree;
     }
-    const auto at = [&](std::size_t k, std::uint32_t i) { return levels_[k].positions[i][axis]; };
+    const auto at = [&](std::size_t k, std::uint32_t i) { return levels_[k].centers[i][axis]; };
     const auto middle = finest.begin() + static_cast<std::ptrdiff_t>(finest.size() / 2);
     std::ranges::nth_element(finest, middle, {}, [&](std::uint32_t i) {
       return std::pair(at(0, i), i);  // so that equal ones have an order
@@ -99,36 +98,37 @@ class LeafDivider {
     const ordered_json place = {{"file", file - files.begin()},
                                 {"offset", file->members.size()},
                                 {"count", members.size()}};
-    if (!members.empty())
-      for (const std::uint32_t i : morton_order(select(levels_[level], members)))
-        file->members.push_back(members[i]);
+    GaussianCloud centers;  // without the rest
+    for (const std::uint32_t i : members) centers.positions.push_back(levels_[level].centers[i]);
+    for (const std::uint32_t i : morton_order(centers)) file->members.push_back(members[i]);
     return place;
   }
 
-  std::span<const GaussianCloud> levels_;
+  std::span<const SogLevel> levels_;
 };
 
 }  // namespace
 
-void write_streamed_sog(std::span<const GaussianCloud> levels, const std::filesystem::path& folder,
+void write_streamed_sog(std::span<const SogLevel> levels, const std::filesystem::path& folder,
                         ThreadPool& pool, const Progress& progress) {
   LeafDivider divider(levels);
   const ordered_json tree = divider.all();
   std::size_t count = 0;
   ordered_json counts, names;
-  for (const GaussianCloud& level : levels)
-    count += counts.emplace_back(level.size()).get<std::size_t>();
+  for (const SogLevel& level : levels)
+    count += counts.emplace_back(level.centers.size()).get<std::size_t>();
   for (const auto& file : divider.files) names.push_back(file.folder + "/meta.json");
   ordered_json description = {{"version", 1},       {"count", count},
                               {"counts", counts},   {"lodLevels", levels.size()},
                               {"filenames", names}, {"tree", tree}};
-  if (levels[0].antialiased) description["model"] = "antialiased";
   replace_folder(folder, [&](const std::filesystem::path& hidden) {
     for (std::size_t i = 0; i < divider.files.size(); ++i) {
       const auto& [level, members, name] = divider.files[i];
       make_folder(hidden / name);
-      for (const ZipEntry& entry : sog_files(select(levels[level], members), pool,
-                                             step_of(progress, i, divider.files.size())))
+      const GaussianCloud cloud = levels[level].gaussians(members);
+      if (cloud.antialiased) description["model"] = "antialiased";
+      for (const ZipEntry& entry :
+           sog_files(cloud, pool, step_of(progress, i, divider.files.size())))
         write_text(hidden / name / entry.name, entry.content);
     }
     write_text(hidden / "lod-meta.json", json_line(description));

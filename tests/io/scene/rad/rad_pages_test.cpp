@@ -28,13 +28,13 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 // A tree of two pages in order of breadth, each inner node with three children.
-std::string page_file(std::uint32_t nodes, bool own = true) {
+std::string page_file(std::uint32_t nodes, bool own = true, glm::vec3 shift = glm::vec3(0)) {
   std::vector<RadNodes> chunks;
   for (std::uint32_t i = 0; i < nodes; ++i) {
     if (i % RadWriter::kChunk == 0) chunks.emplace_back();
     LodNode node;
     const auto f = static_cast<float>(i);
-    node.center = {f / 100, std::sin(f), 2};
+    node.center = shift + glm::vec3(f / 100, std::sin(f), 2);
     node.scales = {0.01f, 0.02f, 0.03f};
     node.alpha = 0.5f;
     const std::uint32_t first = 3 * i + 1;
@@ -132,6 +132,17 @@ TEST_F(RadPagesTest, all_leaves_have_the_bits_of_the_whole_file) {
       }
     }
   }
+}
+
+TEST_F(RadPagesTest, large_coordinates_of_other_programs_count_from_one_origin_on_all_pages) {
+  write(page_file(70'000, false, {500'000, 4'650'000, 200}));
+  const GaussianCloud whole = read_scene(path_, pool()).cloud;
+  const Scene scene = streamed();
+  EXPECT_NE(scene.cloud.origin, glm::dvec3(0));
+  const GaussianCloud paged = leaves(scene);
+  for (std::size_t i = 0; i < whole.size(); ++i)
+    ASSERT_EQ(whole.origin + glm::dvec3(whole.positions[i]),
+              scene.cloud.origin + glm::dvec3(paged.positions[i]));
 }
 
 TEST_F(RadPagesTest, pages_have_the_given_memory_or_half_of_what_is_available) {

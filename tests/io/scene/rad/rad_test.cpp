@@ -20,7 +20,9 @@
 #include "base/parallel.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/inflate.h"
+#include "io/bytes/replace_file.h"
 #include "io/scene/rad/rad_original.h"
+#include "io/scene/rad/rad_pages.h"
 #include "io/scene/rad/rad_writer.h"
 #include "io/scene/reader.h"
 #include "io/support/limits.h"
@@ -342,25 +344,6 @@ TEST(Rad, leaves_keep_their_order_across_chunks) {
   }
 }
 
-TEST(Rad, all_nodes_are_read_with_their_parents_if_they_are_asked_for) {
-  ReadOptions options;
-  options.keeps_nodes = true;
-  const Tree tree{{3, 0, 2, 0, 0, 0}, {1, 77, 4, 0, 0, 0}};  // the start of a leaf means nothing
-  for (const int size : {1, 4, 6}) {
-    std::vector<std::string> chunks;
-    for (int base = 0; base < 6; base += size)
-      chunks.push_back(chunk_of_tree(tree, base, std::min(size, 6 - base)));
-    const Scene scene = read(file_of(6, size, chunks), "test.rad", options);
-    EXPECT_THAT(places(scene), ElementsAre(0, 1, 2, 3, 4, 5)) << size;
-    EXPECT_THAT(scene.parents, ElementsAre(kNoParent, 0, 0, 0, 2, 2));
-    EXPECT_EQ(scene.levels, (LevelsOfDetail{.levels = 3, .nodes = 6, .leaves = 4, .merged = 2}));
-  }
-  EXPECT_THAT(read(tree_file({})).parents, IsEmpty());
-  EXPECT_THAT(read(chunk_of_tree({}, 2, 3), "test.radc", options).parents, IsEmpty());
-  EXPECT_THAT(read(with({"alpha", "f32", bytes_of({0.5f})}), "test.rad", options).parents,
-              IsEmpty());
-}
-
 TEST(Rad, a_chunk_alone_gives_its_leaves) {
   const Scene scene = read(chunk_of_tree({}, 2, 3));
   EXPECT_THAT(places(scene), ElementsAre(3, 4));
@@ -604,18 +587,19 @@ RadNodes small_tree() {
   return tree;
 }
 
-std::string written_tree(const RadNodes& tree) {
+std::string written_tree(const RadNodes& tree, const glm::dvec3& origin = glm::dvec3(0)) {
   std::ostringstream stream;
   ThreadPool pool(2);
-  RadWriter writer(stream, {3, 1, 0.125f, true, !tree.original.empty()}, pool);
+  RadWriter writer(stream, {3, 1, 0.125f, true, !tree.original.empty(), origin}, pool);
   writer.write({&tree, 1});
   writer.finish();
   return stream.str();
 }
 
-RadLevels read_levels(const std::string& text, Scene& scene) {
-  ThreadPool pool(2);
-  return read_rad_levels(to_bytes(text), "test.rad", pool, scene);
+LodPage first_page(const std::string& text) {
+  const TemporaryFolder folder;
+  write_text(folder / "test.rad", text);
+  return RadPages(folder / "test.rad").read(0);
 }
 
 TEST(RadWriter, its_files_have_the_values_that_were_written) {
@@ -625,26 +609,25 @@ TEST(RadWriter, its_files_have_the_values_that_were_written) {
   EXPECT_THAT(leaves.warnings, IsEmpty());
   EXPECT_EQ(leaves.cloud.size(), 2u);
   EXPECT_TRUE(leaves.cloud.antialiased);
-  Scene scene;
-  const RadLevels levels = read_levels(text, scene);
-  EXPECT_EQ(levels.footprint, 0.125f);
-  ASSERT_EQ(levels.nodes.size(), 3u);
-  EXPECT_EQ(levels.nodes[0].gains, tree.nodes[0].gains);
-  EXPECT_EQ(levels.nodes[0].errors, tree.nodes[0].errors);
-  EXPECT_EQ(levels.nodes[0].layers, 4);
-  EXPECT_EQ(levels.nodes[0].opacities, 0.5f);
-  EXPECT_EQ(levels.nodes[0].radius, 2);
-  EXPECT_EQ(levels.nodes[1].radius, 0);
-  EXPECT_EQ(levels.nodes[1].layers, 0);
+  const LodPage page = first_page(text);
+  const GaussianCloud& cloud = page.cloud;
+  ASSERT_EQ(page.nodes.size(), 3u);
+  EXPECT_EQ(page.nodes[0].gains, tree.nodes[0].gains);
+  EXPECT_EQ(page.nodes[0].errors, tree.nodes[0].errors);
+  EXPECT_EQ(page.nodes[0].layers, 4);
+  EXPECT_EQ(page.nodes[0].opacities, 0.5f);
+  EXPECT_EQ(page.nodes[0].radius, 2);
+  EXPECT_EQ(page.nodes[1].radius, 0);
+  EXPECT_EQ(page.nodes[1].layers, 0);
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(scene.cloud.positions[i], tree.nodes[i].center);
-    EXPECT_NEAR(scene.cloud.log_scales[i].x, std::log(0.5f), 1e-3);
-    EXPECT_LT(scene.cloud.log_scales[i].z, -1000);
-    EXPECT_NEAR(scene.cloud.opacity_logits[i], 0, 1e-3);
-    EXPECT_NEAR(scene.cloud.sh[4 * i].x, 0.5f, 2e-3);
-    EXPECT_NEAR(scene.cloud.sh[4 * i + 1].y, 0.5f, 4e-3);
+    EXPECT_EQ(cloud.positions[i], tree.nodes[i].center);
+    EXPECT_NEAR(cloud.log_scales[i].x, std::log(0.5f), 1e-3);
+    EXPECT_LT(cloud.log_scales[i].z, -1000);
+    EXPECT_NEAR(cloud.opacity_logits[i], 0, 1e-3);
+    EXPECT_NEAR(cloud.sh[4 * i].x, 0.5f, 2e-3);
+    EXPECT_NEAR(cloud.sh[4 * i + 1].y, 0.5f, 4e-3);
     // w is the largest component, and half a turn about an axis of the ellipsoid changes nothing.
-    const glm::quat q = scene.cloud.rotations[i];
+    const glm::quat q = cloud.rotations[i];
     EXPECT_GE(q.w, 0.4999f);
     const glm::mat3 a = glm::mat3_cast(q), b = glm::mat3_cast(tree.nodes[i].rotation);
     for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(std::abs(glm::dot(a[axis], b[axis])), 1, 1e-5);
@@ -671,6 +654,19 @@ RadNodes original_tree(GaussianCloud& leaves, std::array<std::uint32_t, 2> numbe
   return tree;
 }
 
+TEST(RadWriter, the_origin_comes_back_as_doubles) {
+  const glm::dvec3 origin(500'000, 4'650'000.125, -1e-3);
+  const std::string text = written_tree(small_tree(), origin);
+  EXPECT_EQ(read(text).cloud.origin, origin);
+  EXPECT_EQ(read(text).cloud.positions[1].x, 2);
+  EXPECT_EQ(first_page(text).cloud.origin, origin);
+  EXPECT_EQ(written_tree(small_tree()).find("origin"), std::string::npos);
+  EXPECT_THAT(error_of([&] {
+                read(written_tree(small_tree(), {1, 2, 1e10}));
+              }),
+              HasSubstr("quadsplat: origin is too far away"));
+}
+
 TEST(RadWriter, original_values_come_back_in_the_order_of_the_source) {
   GaussianCloud source;
   const std::string text = written_tree(original_tree(source));
@@ -682,10 +678,10 @@ TEST(RadWriter, original_values_come_back_in_the_order_of_the_source) {
   EXPECT_EQ(leaves.cloud.log_scales, source.log_scales);
   EXPECT_EQ(leaves.cloud.rotations, source.rotations);
   EXPECT_EQ(leaves.cloud.sh, source.sh);
-  Scene nodes;  // these have the order of the file
-  read_levels(text, nodes);
-  EXPECT_EQ(nodes.cloud.positions[1].x, 1);
-  EXPECT_EQ(nodes.cloud.opacity_logits[1], source.opacity_logits[1]);
+  const LodPage page = first_page(text);  // its nodes have the order of the file
+  EXPECT_THAT(page.numbers, ElementsAre(kNoNumber, 1, 0));
+  EXPECT_EQ(page.cloud.positions[1].x, 1);
+  EXPECT_EQ(page.cloud.opacity_logits[1], source.opacity_logits[1]);
   // Without them, everything but the description is the same, and the chunk is shorter.
   const auto chunk = [](const std::string& file) { return file.substr(file.find("RADC")); };
   const auto payload = [&](const std::string& file) {
@@ -756,9 +752,8 @@ TEST(RadWriter, chunks_have_65536_nodes_and_the_header_has_their_bytes) {
 
 TEST(RadWriter, damage_of_its_block_is_one_sentence) {
   const std::string text = written_tree(small_tree());
-  Scene scene;
-  const auto sentence = [&](const std::string& damaged) {
-    return error_of([&] { read_levels(damaged, scene); });
+  const auto sentence = [](const std::string& damaged) {
+    return error_of([&] { first_page(damaged); });
   };
   // The block is at the end; its padding is not checked.
   std::string changed = text;
@@ -775,14 +770,8 @@ TEST(RadWriter, damage_of_its_block_is_one_sentence) {
               HasSubstr("quadsplat lod did not write it"));
   EXPECT_THAT(sentence(replaced("\"quadsplat\":{\"footprint\":0.125",
                                 "\"quadsplat\":{\"footprint\":-.125")),
-              StartsWith("test.rad"));
+              HasSubstr("test.rad: "));
   EXPECT_THAT(sentence(replaced("\"crc32\":", "\"crc_2\":")), HasSubstr("crc32"));
-  RadNodes wrong = small_tree();
-  wrong.nodes[2].parent = 1;
-  EXPECT_THAT(sentence(written_tree(wrong)),
-              HasSubstr("node 2 names node 1 as its parent, but is a child of node 0"));
-  const std::string foreign = file_of(1, 65536, {chunk_of(0, 1, one_gaussian(), false)});
-  EXPECT_THAT(sentence(foreign), HasSubstr("quadsplat lod did not write it"));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Written streamed SOGs, read back: all levels in all leaves, files and leaves of limited size.
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -10,6 +11,7 @@
 #include "io/bytes/json_text.h"
 #include "io/scene/reader.h"
 #include "io/scene/sog/sog.h"
+#include "raster/scene/cloud_order.h"
 #include "support/corpus.h"
 #include "support/pool.h"
 #include "support/scenes.h"
@@ -41,6 +43,20 @@ void visit(const json& node, std::size_t levels, std::vector<json>& leaves) {
   leaves.push_back(node);
 }
 
+void write(const std::vector<GaussianCloud>& clouds, const std::filesystem::path& folder) {
+  std::vector<SogLevel> levels;
+  for (const GaussianCloud& cloud : clouds) {
+    SogLevel& level = levels.emplace_back();
+    level.centers.assign(cloud.positions.begin(), cloud.positions.end());
+    for (const glm::vec3& s : cloud.log_scales)
+      level.sigmas.push_back(std::exp(std::max({s.x, s.y, s.z})));
+    level.gaussians = [&cloud](std::span<const std::uint32_t> numbers) {
+      return select(cloud, numbers);
+    };
+  }
+  write_streamed_sog(levels, folder, pool(), {});
+}
+
 TEST(StreamedSogWriter, every_leaf_has_every_level_and_its_gaussians_are_within_its_bound) {
   struct Row {
     std::size_t finest, coarse;
@@ -56,7 +72,7 @@ TEST(StreamedSogWriter, every_leaf_has_every_level_and_its_gaussians_are_within_
     const TemporaryFolder folder;
     const std::vector<GaussianCloud> levels = {spread(row.finest, row.width, 1),
                                                spread(row.coarse, row.width, 2)};
-    write_streamed_sog(levels, folder / "out", pool(), {});
+    write(levels, folder / "out");
     const json meta = json::parse(read_text_file(folder / "out/lod-meta.json", 1 << 20));
     EXPECT_EQ(meta["counts"], (json{row.finest, row.coarse}));
     EXPECT_EQ(meta["count"], row.finest + row.coarse);
@@ -94,7 +110,7 @@ TEST(StreamedSogWriter, files_have_at_most_524288_gaussians) {
   const TemporaryFolder folder;
   GaussianCloud finest = spread(600'000, 10, 3);
   const std::vector<GaussianCloud> levels = {std::move(finest), spread(100, 10, 4)};
-  write_streamed_sog(levels, folder / "out", pool(), {});
+  write(levels, folder / "out");
   const json meta = json::parse(read_text_file(folder / "out/lod-meta.json", 1 << 20));
   EXPECT_EQ(meta["filenames"], (json{"0_0/meta.json", "1_0/meta.json", "0_1/meta.json"}));
   EXPECT_EQ(read_scene(folder / "out/0_1/meta.json", pool()).cloud.size(), 300'000u);
@@ -105,7 +121,7 @@ TEST(StreamedSogWriter, keeps_sh_and_antialiasing) {
   const TemporaryFolder folder;
   std::vector<GaussianCloud> levels = {spread(200, 1, 5, 2), spread(50, 1, 6, 2)};
   for (GaussianCloud& level : levels) level.antialiased = true;
-  write_streamed_sog(levels, folder / "out", pool(), {});
+  write(levels, folder / "out");
   const Scene scene = read_scene(folder / "out/lod-meta.json", pool());
   EXPECT_EQ(scene.cloud.sh_degree, 2);
   EXPECT_TRUE(scene.cloud.antialiased);
@@ -121,7 +137,7 @@ TEST(StreamedSogWriter, gaussians_at_one_place_make_leaves_too) {
       level.positions[i] = {1, 2, 3};
       level.log_scales[i] = glm::vec3(4);  // wider than 16 units
     }
-  write_streamed_sog(levels, folder / "out", pool(), {});
+  write(levels, folder / "out");
   EXPECT_EQ(read_scene(folder / "out/lod-meta.json", pool()).cloud.size(), 20000u);
 }
 

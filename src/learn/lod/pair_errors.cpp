@@ -32,11 +32,22 @@ struct F {
   friend HWY_INLINE F operator*(F a, F b) { return hn::Mul(a.v, b.v); }
   friend HWY_INLINE F operator/(F a, F b) { return hn::Div(a.v, b.v); }
 };
-HWY_INLINE F root(F a) { return hn::Sqrt(a.v); }
 HWY_INLINE F larger(F a, F b) { return hn::Max(a.v, b.v); }
 HWY_INLINE F smaller(F a, F b) { return hn::Min(a.v, b.v); }
 HWY_INLINE M above(F a, F b) { return hn::Gt(a.v, b.v); }
 HWY_INLINE F choose(M mask, F yes, F no) { return hn::IfThenElse(mask, yes.v, no.v); }
+
+/// 1 / sqrt(a) for normal a > 0, with the same bits on all instruction sets and much faster than
+/// the instructions of division and root: from the exponent by three of Newton's steps.
+HWY_INLINE F inverse_root(F a) {
+  const I i;
+  const auto guess = hn::Sub(hn::Set(i, 0x5f375a86), hn::ShiftRight<1>(hn::BitCast(i, a.v)));
+  F y = hn::BitCast(D(), guess);
+  const F half = F(0.5f) * a;
+  for (int step = 0; step < 3; ++step) y = y * (F(1.5f) - half * y * y);
+  return y;
+}
+HWY_INLINE F root(F a) { return a * inverse_root(a); }
 
 /// 2^y for y <= 0.
 HWY_INLINE F exp2(F y) {
@@ -112,9 +123,9 @@ struct Flat {
 
 HWY_INLINE F overlap(const Flat& a, const Flat& b, F roots, F dx, F dy) {
   const Flat sum{a.xx + b.xx, a.xy + b.xy, a.yy + b.yy};
-  const F determinant = sum.determinant();
-  const F q = (sum.yy * dx * dx - F(2) * sum.xy * dx * dy + sum.xx * dy * dy) / determinant;
-  return F(2 * std::numbers::pi_v<float>) * roots / root(determinant) *
+  const F r = inverse_root(sum.determinant());
+  const F q = (sum.yy * dx * dx - F(2) * sum.xy * dx * dy + sum.xx * dy * dy) * (r * r);
+  return F(2 * std::numbers::pi_v<float>) * roots * r *
          exp2(F(-0.5f * static_cast<float>(kLog2E)) * q);
 }
 
@@ -182,7 +193,8 @@ void errors(const float* const* first, const float* const* second, std::size_t c
       }
       // The product: u = both^-1 (a - b), w = both^-1 times the second covariance.
       const Flat both{flat[0].xx + flat[1].xx, flat[0].xy + flat[1].xy, flat[0].yy + flat[1].yy};
-      const F inverse = F(1) / both.determinant(), ex = px[0] - px[1], ey = py[0] - py[1];
+      const F r = inverse_root(both.determinant()), inverse = r * r;
+      const F ex = px[0] - px[1], ey = py[0] - py[1];
       const F ux = inverse * (both.yy * ex - both.xy * ey),
               uy = inverse * (both.xx * ey - both.xy * ex);
       const F wxx = inverse * (both.yy * flat[1].xx - both.xy * flat[1].xy),
@@ -235,8 +247,11 @@ void LodPlanes::resize(std::size_t count) {
 }
 
 void LodPlanes::set(std::size_t i, const LodGaussian& g) {
-  std::size_t k = 0;
-  const auto put = [&](float value) { values_[k++ * stride_ + i] = value; };
+  float* at = values_.data() + i;
+  const auto put = [&](float value) {
+    *at = value;
+    at += stride_;
+  };
   for (int axis = 0; axis < 3; ++axis) put(g.mean[axis]);
   for (const float value : g.covariance) put(value);
   put(g.mass);

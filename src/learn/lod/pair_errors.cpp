@@ -121,12 +121,12 @@ struct Flat {
   HWY_INLINE F determinant() const { return larger(xx * yy - xy * xy, F(1e-36f)); }
 };
 
-HWY_INLINE F overlap(const Flat& a, const Flat& b, F roots, F dx, F dy) {
+/// The integral of the product of two Gaussians / 2 pi / the roots of both determinants.
+HWY_INLINE F overlap(const Flat& a, const Flat& b, F dx, F dy) {
   const Flat sum{a.xx + b.xx, a.xy + b.xy, a.yy + b.yy};
   const F r = inverse_root(sum.determinant());
   const F q = (sum.yy * dx * dx - F(2) * sum.xy * dx * dy + sum.xx * dy * dy) * (r * r);
-  return F(2 * std::numbers::pi_v<float>) * roots * r *
-         exp2(F(-0.5f * static_cast<float>(kLog2E)) * q);
+  return r * exp2(F(-0.5f * static_cast<float>(kLog2E)) * q);
 }
 
 HWY_INLINE Node load(const float* const* planes, std::size_t i) {
@@ -206,20 +206,21 @@ void errors(const float* const* first, const float* const* second, std::size_t c
       px[3] = px[1] + flat[1].xx * ux + flat[1].xy * uy;
       py[3] = py[1] + flat[1].xy * ux + flat[1].yy * uy;
       roots[3] = root(flat[3].determinant());
-      light[3] =
-          light[0] * light[1] * exp2(F(-0.5f * static_cast<float>(kLog2E)) * (ex * ux + ey * uy));
+      const F distance = exp2(F(-0.5f * static_cast<float>(kLog2E)) * (ex * ux + ey * uy));
+      light[3] = light[0] * light[1] * distance;
+      F weight[4];  // 2 pi weight: the integral of a Gaussian
+      for (int k = 0; k < 4; ++k) weight[k] = light[k] * roots[k];
       const auto term = [&](int j, int k) {
-        return F(2) * light[j] * light[k] *
-               overlap(flat[j], flat[k], roots[j] * roots[k], px[k] - px[j], py[k] - py[j]);
+        return weight[j] * weight[k] * overlap(flat[j], flat[k], px[k] - px[j], py[k] - py[j]);
       };
-      sum = sum +
-            F(kPi) * (light[0] * light[0] * aa * roots[0] + light[1] * light[1] * bb * roots[1] +
-                      light[2] * light[2] * nn * roots[2] + light[3] * light[3] * mm * roots[3]) +
-            ab * term(0, 1) - an * term(0, 2) - bn * term(1, 2) - am * term(0, 3) -
-            bm * term(1, 3) + mn * term(2, 3);
+      // The integrals / pi.
+      sum = sum + light[0] * weight[0] * aa + light[1] * weight[1] * bb +
+            light[2] * weight[2] * nn + light[3] * weight[3] * mm +
+            F(4) * (ab * weight[0] * weight[1] * r * distance - an * term(0, 2) - bn * term(1, 2) -
+                    am * term(0, 3) - bm * term(1, 3) + mn * term(2, 3));
     }
     constexpr float kMost = std::numeric_limits<float>::max() / 1024;
-    const F error = sum * F(1.0f / 3);
+    const F error = sum * F(kPi / 3);
     const F bounded = choose(hn::Lt(error.v, hn::Set(d, kMost)), larger(error, F(0.0f)), F(kMost));
     if (i + hn::Lanes(d) <= count) {
       hn::StoreU(bounded.v, d, out + i);

@@ -32,11 +32,11 @@ struct Cube {
   float side = 1;
 };
 
-Cube cube_around(const std::vector<LodGaussian>& nodes) {
+Cube cube_around(const std::vector<glm::vec3>& means) {
   Cube cube{{}, 0};
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<float> values;
-    for (const LodGaussian& node : nodes) values.push_back(node.mean[axis]);
+    for (const glm::vec3& mean : means) values.push_back(mean[axis]);
     cube.low[axis] = quantile(values, 0.01);
     cube.side = std::max(cube.side, quantile(values, 0.99) - cube.low[axis]);
   }
@@ -49,7 +49,7 @@ class CurveOrder {
   explicit CurveOrder(const Cube& cube) : cube_(cube) {}
 
   /// The nodes `active` along a Morton curve that is moved by a fraction of the cube.
-  std::span<const std::uint32_t> sorted(const std::vector<LodGaussian>& nodes,
+  std::span<const std::uint32_t> sorted(const std::vector<glm::vec3>& means,
                                         const std::vector<std::uint32_t>& active, glm::vec3 shift) {
     constexpr int kBits = 14, kHalf = 3 * kBits / 2;  // of a cell's coordinate, of half of a code
     constexpr std::uint32_t kMost = (1u << kHalf) - 1;
@@ -59,8 +59,8 @@ class CurveOrder {
     codes_.resize(active.size());
     items_.resize(active.size());
     for (std::uint32_t i = 0; i < active.size(); ++i) {
-      const glm::vec3 at = glm::clamp((nodes[active[i]].mean - cube_.low) * scale + start,
-                                      glm::vec3(0), glm::vec3(kCells - 1));
+      const glm::vec3 at = glm::clamp((means[active[i]] - cube_.low) * scale + start, glm::vec3(0),
+                                      glm::vec3(kCells - 1));
       codes_[i] = morton_code(static_cast<std::uint64_t>(at.x), static_cast<std::uint64_t>(at.y),
                               static_cast<std::uint64_t>(at.z));
       items_.keys[i] = static_cast<std::uint32_t>(codes_[i] & kMost);
@@ -126,21 +126,24 @@ void find_nearest(const std::vector<LodGaussian>& nodes, std::span<const std::ui
   LodPlanes tile;
   tile.resize(kTile + kWindow);
   std::array<float, kTile> errors;
+  std::array<Nearest, kTile + kWindow> best;
   for (std::size_t begin = 0; begin < order.size(); begin += kTile) {
     const auto part = order.subspan(begin, std::min(kTile + kWindow - 1, order.size() - begin));
     for (std::size_t i = 0; i < part.size(); ++i) {
       constexpr std::size_t kAhead = 8;
       __builtin_prefetch(&nodes[order[std::min(begin + i + kAhead, order.size() - 1)]]);
       tile.set(i, nodes[part[i]]);
+      best[i] = nearest[part[i]];
     }
     for (std::size_t step = 1; step < std::min(kWindow, part.size()); ++step) {
       const std::size_t pairs = std::min(kTile, part.size() - step);
       pair_errors(tile, 0, tile, step, pairs, filter, errors.data());
       for (std::size_t i = 0; i < pairs; ++i) {
-        nearest[part[i]].offer(errors[i], part[i + step]);
-        nearest[part[i + step]].offer(errors[i], part[i]);
+        best[i].offer(errors[i], part[i + step]);
+        best[i + step].offer(errors[i], part[i]);
       }
     }
+    for (std::size_t i = 0; i < part.size(); ++i) nearest[part[i]] = best[i];
   }
 }
 
@@ -155,7 +158,10 @@ PairForest merge_pairs(std::vector<LodGaussian> items, std::size_t roots, bool a
   auto& active = forest.roots;
   active.resize(nodes.size());
   std::iota(active.begin(), active.end(), 0u);
-  CurveOrder curve(cube_around(nodes));
+  std::vector<glm::vec3> means;  // side by side, because the orders need nothing else
+  means.reserve(2 * nodes.size());
+  for (const LodGaussian& node : nodes) means.push_back(node.mean);
+  CurveOrder curve(cube_around(means));
   std::vector<Nearest> nearest(2 * nodes.size());  // in all rounds so far
   std::vector<bool> is_merged(2 * nodes.size());
   std::vector<std::pair<float, std::uint32_t>> pairs;
@@ -170,7 +176,7 @@ PairForest merge_pairs(std::vector<LodGaussian> items, std::size_t roots, bool a
       };
       find_nearest(
           nodes,
-          curve.sorted(nodes, active, {fraction(0.382f), fraction(0.649f), fraction(0.878f)}),
+          curve.sorted(means, active, {fraction(0.382f), fraction(0.649f), fraction(0.878f)}),
           filter, nearest);
     }
     pairs.clear();
@@ -189,11 +195,12 @@ PairForest merge_pairs(std::vector<LodGaussian> items, std::size_t roots, bool a
       forest.children.push_back({x, y});
       active.push_back(static_cast<std::uint32_t>(nodes.size()));
       nodes.push_back(merged(nodes[x], nodes[y]));
+      means.push_back(nodes.back().mean);
       is_merged[x] = is_merged[y] = true;
     }
     std::erase_if(active, [&](std::uint32_t x) { return is_merged[x]; });
   }
-  std::ranges::copy(curve.sorted(nodes, active, {}), active.begin());
+  std::ranges::copy(curve.sorted(means, active, {}), active.begin());
   sort_by_depth(forest);
   return forest;
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# All libraries the project uses; scripts/setup installs them. ImGui, zstd, libwebp and OpenImageIO are found
+# All libraries the project uses; scripts/setup installs them. ImGui, zstd, libdeflate, libwebp and OpenImageIO are found
 # through pkg-config, because Debian's CMake files for them are missing or broken.
 # QUADSPLAT_STATIC, used by scripts/bundle, links static libraries if the system has them, the C++ library included.
 # Shared libraries are loaded from ../lib beside the program.
@@ -23,6 +23,7 @@ find_package(PNG REQUIRED)
 find_package(JPEG REQUIRED)
 find_package(ZLIB REQUIRED)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
+pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(WEBP REQUIRED IMPORTED_TARGET libwebp)
 find_path(TINYGLTF_INCLUDE_DIR tiny_gltf.h REQUIRED)  # one header; src/io/scene/gltf/tinygltf.cpp compiles it
 pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)

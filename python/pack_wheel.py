@@ -28,7 +28,7 @@ MOST_BYTES = 15_000_000
 SYSTEM_LIBRARIES = re.compile(r"lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+)\.so|ld-linux")
 PACKED_LIBRARIES = ("libhwy.so.1",)  # Debian has no static one
 # Debian's packages of the libraries in the wheel.
-LICENCES = ("libfmt-dev libglm-dev libhwy-dev libjpeg62-turbo-dev libpng-dev libstdc++6 libtinygltf-dev libwebp-dev "
+LICENCES = ("libdeflate-dev libfmt-dev libglm-dev libhwy-dev libjpeg62-turbo-dev libpng-dev libstdc++6 libtinygltf-dev libwebp-dev "
             "libzstd-dev nlohmann-json3-dev zlib1g-dev").split()
 
 

@@ -2,8 +2,11 @@
 #include "io/bytes/inflate.h"
 
 #include <algorithm>
+#include <memory>
 #include <new>
 #include <utility>
+
+#include <libdeflate.h>
 
 #include "base/fail.h"
 #include "io/bytes/byte_text.h"
@@ -93,13 +96,27 @@ void Deflater::run(int flush) {
 }
 
 std::string deflated(std::string_view content, int level) {
-  constexpr int kMemory = 8;
-  std::string packed;
-  Deflater deflater(DeflateForm::deflate, level, kMemory,
-                    [&](std::string_view part) { packed += part; });
-  deflater.write(content);
-  deflater.finish();
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+      libdeflate_alloc_compressor(level), libdeflate_free_compressor);
+  if (!compressor) throw std::bad_alloc();
+  std::string packed(libdeflate_deflate_compress_bound(compressor.get(), content.size()), '\0');
+  packed.resize(libdeflate_deflate_compress(compressor.get(), content.data(), content.size(),
+                                            packed.data(), packed.size()));
   return packed;
+}
+
+void inflate_all(ByteSpan compressed, std::span<std::byte> out, const std::string& source) {
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
+      decompressor(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  if (!decompressor) throw std::bad_alloc();
+  std::size_t bytes = 0;
+  const libdeflate_result result = libdeflate_deflate_decompress(
+      decompressor.get(), compressed.data(), compressed.size(), out.data(), out.size(), &bytes);
+  if (result == LIBDEFLATE_BAD_DATA) fail("{}: the deflate data is damaged or cut off", source);
+  const bool is_more = result == LIBDEFLATE_INSUFFICIENT_SPACE;
+  if (is_more || bytes != out.size())
+    fail("{}: {} {} bytes unpacked, {} are needed", source, is_more ? "more than" : "only",
+         is_more ? out.size() : bytes, out.size());
 }
 
 bool is_gzip(ByteSpan content) {

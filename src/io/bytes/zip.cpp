@@ -209,8 +209,9 @@ class Archive {
   explicit Archive(std::ostream& stream) : stream_(stream) {}
 
   void add(const ZipEntry& entry, ZipForm form) {
+    constexpr int kLevel = 9;
     const bool packs = form == ZipForm::deflated;
-    const std::string packed = packs ? deflated(entry.content, Z_BEST_COMPRESSION) : std::string();
+    const std::string packed = packs ? deflated(entry.content, kLevel) : std::string();
     const std::string& stored = packs ? packed : entry.content;
     const auto checksum = static_cast<std::uint32_t>(
         crc32_z(0, reinterpret_cast<const Bytef*>(entry.content.data()), entry.content.size()));

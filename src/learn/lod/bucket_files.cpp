@@ -2,6 +2,7 @@
 #include "learn/lod/bucket_files.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <numeric>
@@ -27,7 +28,7 @@ struct BucketRow {
   float logit;
 };
 
-std::size_t values_of_degree(int degree) {
+constexpr std::size_t values_of_degree(int degree) {
   return 3 * static_cast<std::size_t>(sh_coefficient_count(degree));
 }
 
@@ -110,12 +111,10 @@ void BucketWriter::add(const GaussianCloud& cloud, std::uint64_t first, ThreadPo
       const BucketRow row{cloud.positions[i], cloud.log_scales[i], cloud.rotations[i],
                           cloud.opacity_logits[i]};
       std::memcpy(&rows[k * row_bytes], &row, sizeof row);
-      const glm::vec3* const sh = sh_of(cloud, i);
-      for (std::size_t v = 0; v < sh_values_; ++v) {
-        const std::uint16_t half =
-            v < own_values ? nearest_half(sh[v / 3][static_cast<int>(v % 3)]) : std::uint16_t{0};
-        std::memcpy(&rows[k * row_bytes + sizeof row + 2 * v], &half, sizeof half);
-      }
+      std::array<std::uint16_t, values_of_degree(3)> halves{};
+      const float* const sh = &sh_of(cloud, i)->x;
+      std::transform(sh, sh + own_values, halves.begin(), nearest_half);
+      std::memcpy(&rows[k * row_bytes + sizeof row], halves.data(), 2 * sh_values_);
       if (original_words_ > 0) {
         std::vector<std::uint32_t> words(original_words_);
         pack_original(cloud, i, static_cast<std::uint32_t>(first + i), words);
@@ -160,8 +159,22 @@ LodItems read_bucket(const std::filesystem::path& path, int sh_degree, bool orig
   const std::size_t words = original ? original_words(sh_degree) : 0;
   const std::size_t row_bytes = bytes_of_row(values, words);
   const std::size_t count = file.content().size() / row_bytes;
+  // Along a Morton curve: neighbours in space are near each other in memory.
+  BucketRanges cube{glm::vec3(1e30f), 1e-20f, {}};
+  const auto position = [&](std::size_t i) {
+    return load<BucketRow>(&file.content()[i * row_bytes]).position;
+  };
+  glm::vec3 high(-1e30f);
+  for (std::size_t i = 0; i < count; ++i) {
+    cube.low = glm::min(cube.low, position(i));
+    high = glm::max(high, position(i));
+  }
+  for (int axis = 0; axis < 3; ++axis) cube.side = std::max(cube.side, high[axis] - cube.low[axis]);
+  std::vector<BucketKey> order(count);
+  for (std::size_t i = 0; i < count; ++i) order[i] = {cube.code(position(i)), i};
+  std::ranges::sort(order);
   GaussianCloud one;
-  one.resize(1, sh_degree);
+  one.resize(1, std::min(sh_degree, 1));
   LodItems items;
   items.gaussians.reserve(count);
   items.levels.resize(count);
@@ -169,14 +182,14 @@ LodItems read_bucket(const std::filesystem::path& path, int sh_degree, bool orig
   items.drawn.sh.resize(count * values);
   items.drawn.original.resize(count * words);
   for (std::size_t i = 0; i < count; ++i) {
-    const std::byte* const at = &file.content()[i * row_bytes];
+    const std::byte* const at = &file.content()[order[i].index * row_bytes];
     const auto row = load<BucketRow>(at);
     std::uint16_t* const sh = &items.drawn.sh[i * values];
     std::memcpy(sh, at + sizeof row, 2 * values);
     if (original)
       std::memcpy(&items.drawn.original[i * words], at + sizeof row + 2 * values,
                   words * sizeof(std::uint32_t));
-    for (std::size_t v = 0; v < values; ++v)
+    for (std::size_t v = 0; v < 3 * sh_count(one); ++v)
       one.sh[v / 3][static_cast<int>(v % 3)] = float_of_half(sh[v]);
     one.positions[0] = row.position;
     one.log_scales[0] = row.log_scale;

@@ -73,7 +73,7 @@ class BucketWriter {
   std::vector<std::string> waiting_;  // bytes of each bucket
 };
 
-/// The Gaussians of a bucket's file in the order of their numbers. Throws Error(input).
+/// The Gaussians of a bucket's file along a Morton curve. Throws Error(input).
 LodItems read_bucket(const std::filesystem::path& path, int sh_degree, bool original);
 
 }  // namespace qs

@@ -96,6 +96,10 @@ class Builder {
     make_sections();
     const LodReport report = write();
     std::error_code ignored;
+    pool_.for_each(buckets(), 1, [&](std::size_t i) {
+      std::error_code own;
+      fs::remove(section(i), own);
+    });
     fs::remove_all(folder_, ignored);
     return report;
   }

@@ -42,10 +42,6 @@ void set_opacity(LodGaussian& leaf, float opacity) {
   leaf.mass = opacity * ellipsoid_area(leaf.covariance);
 }
 
-float share_of(const LodGaussian& a, const LodGaussian& b) {
-  return (a.mass + kLeastLodMass) / (a.mass + b.mass + 2 * kLeastLodMass);
-}
-
 LodGaussian merged(const LodGaussian& a, const LodGaussian& b) {
   LodGaussian node;
   const float p = share_of(a, b), q = 1 - p;

@@ -56,7 +56,9 @@ float harmonic_number(float m);
 void set_opacity(LodGaussian& leaf, float opacity);
 
 /// The share of `a` in merged(a, b), 0..1.
-float share_of(const LodGaussian& a, const LodGaussian& b);
+inline float share_of(const LodGaussian& a, const LodGaussian& b) {
+  return (a.mass + kLeastLodMass) / (a.mass + b.mass + 2 * kLeastLodMass);
+}
 
 /// The node in the place of both.
 LodGaussian merged(const LodGaussian& a, const LodGaussian& b);

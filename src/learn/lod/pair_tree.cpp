@@ -7,20 +7,23 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "base/morton.h"
 #include "base/rank.h"
 #include "learn/lod/pair_errors.h"
+#include "raster/scene/radix_sort.h"
 
 namespace qs {
 namespace {
 
-constexpr std::size_t kWindow = 4;        // neighbours on either side in an order
+constexpr std::size_t kWindow = 4;  // places that an order is searched, from the node's own on
 constexpr float kMergedInARound = 0.25f;  // of the nodes: the cheapest pairs
 constexpr float kPixelOfSize = 0.6f;      // the footprint at which a pair is judged
 constexpr float kDilationPx = 0.3f;       // variance of the filter, px^2
 constexpr std::uint32_t kNone = ~0u;
+constexpr std::size_t kTile = 256;           // Gaussians whose planes stay in the cache
 constexpr std::size_t kLayerNodes = 16'384;  // of the first layer, a quarter of a page
 
 // Middle 98 % of the coordinates, as one cube, so that far Gaussians do not make the cells coarse.
@@ -29,11 +32,11 @@ struct Cube {
   float side = 1;
 };
 
-Cube cube_around(const std::vector<LodGaussian>& nodes) {
+Cube cube_around(const std::vector<glm::vec3>& means) {
   Cube cube{{}, 0};
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<float> values;
-    for (const LodGaussian& node : nodes) values.push_back(node.mean[axis]);
+    for (const glm::vec3& mean : means) values.push_back(mean[axis]);
     cube.low[axis] = quantile(values, 0.01);
     cube.side = std::max(cube.side, quantile(values, 0.99) - cube.low[axis]);
   }
@@ -41,31 +44,108 @@ Cube cube_around(const std::vector<LodGaussian>& nodes) {
   return cube;
 }
 
-using Places = std::vector<std::pair<std::uint64_t, std::uint32_t>>;  // Morton code, place
+class CurveOrder {
+ public:
+  explicit CurveOrder(const Cube& cube) : cube_(cube) {}
 
-// Places of the nodes along a Morton curve that is moved by a fraction of the cube.
-void sort_places(const std::vector<LodGaussian>& nodes, const std::vector<std::uint32_t>& active,
-                 const Cube& cube, glm::vec3 shift, Places& places) {
-  places.resize(active.size());
-  for (std::uint32_t i = 0; i < active.size(); ++i) {
-    const glm::vec3 at = ((nodes[active[i]].mean - cube.low) / cube.side + 0.5f + shift) / 3.0f;
-    const auto cell = [&](int axis) {
-      return static_cast<std::uint64_t>(std::clamp(at[axis], 0.0f, 1.0f) * 2097151.0f);
-    };
-    places[i] = {morton_code(cell(0), cell(1), cell(2)), i};
+  /// The nodes `active` along a Morton curve that is moved by a fraction of the cube.
+  std::span<const std::uint32_t> sorted(const std::vector<glm::vec3>& means,
+                                        const std::vector<std::uint32_t>& active, glm::vec3 shift) {
+    constexpr int kBits = 14, kHalf = 3 * kBits / 2;  // of a cell's coordinate, of half of a code
+    constexpr std::uint32_t kMost = (1u << kHalf) - 1;
+    constexpr float kCells = 1 << kBits;
+    const float scale = kCells / (3 * cube_.side);
+    const glm::vec3 start = (0.5f + shift) * (kCells / 3);
+    codes_.resize(active.size());
+    items_.resize(active.size());
+    for (std::uint32_t i = 0; i < active.size(); ++i) {
+      const glm::vec3 at = glm::clamp((means[active[i]] - cube_.low) * scale + start, glm::vec3(0),
+                                      glm::vec3(kCells - 1));
+      codes_[i] = morton_code(static_cast<std::uint64_t>(at.x), static_cast<std::uint64_t>(at.y),
+                              static_cast<std::uint64_t>(at.z));
+      items_.keys[i] = static_cast<std::uint32_t>(codes_[i] & kMost);
+      items_.values[i] = i;
+    }
+    radix_sort(items_, {0, kMost}, alone_);
+    for (std::size_t i = 0; i < active.size(); ++i)
+      items_.keys[i] = static_cast<std::uint32_t>(codes_[items_.values[i]] >> kHalf);
+    radix_sort(items_, {0, kMost}, alone_);
+    for (std::uint32_t& value : items_.values) value = active[value];
+    return items_.values;
   }
-  std::ranges::sort(places);
-}
 
+ private:
+  Cube cube_;
+  ThreadPool alone_{1};
+  SortItems items_;
+  Array<std::uint64_t> codes_;
+};
+
+// The cheapest partner that a node has been offered.
 struct Nearest {
   float error = std::numeric_limits<float>::infinity();
-  std::uint32_t place = kNone;
+  std::uint32_t node = kNone;
 
   void offer(float other_error, std::uint32_t other) {
-    if (other_error < error || (other_error == error && other < place))
-      *this = {other_error, other};
+    if (other_error < error || (other_error == error && other < node)) *this = {other_error, other};
   }
 };
+
+// Numbers the merged nodes in order of depth, so that passes over the forest find the nodes below a
+// node near it.
+void sort_by_depth(PairForest& forest) {
+  std::vector<std::uint32_t> stack = forest.roots, order;
+  // A parent comes before its children, and its second child's tree before its first child's.
+  while (!stack.empty()) {
+    const std::uint32_t node = stack.back();
+    stack.pop_back();
+    if (node < forest.items) continue;
+    order.push_back(node);
+    for (const std::uint32_t child : forest.children[node - forest.items]) stack.push_back(child);
+  }
+  std::ranges::reverse(order);
+  std::vector<std::uint32_t> number(forest.nodes.size());
+  std::iota(number.begin(), number.end(), 0u);
+  std::vector<LodGaussian> merged;
+  merged.reserve(order.size());
+  auto children = forest.children;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    number[order[i]] = static_cast<std::uint32_t>(forest.items + i);
+    merged.push_back(forest.nodes[order[i]]);
+    for (std::size_t k = 0; k < 2; ++k)
+      children[i][k] = number[forest.children[order[i] - forest.items][k]];
+  }
+  std::ranges::copy(merged, forest.nodes.begin() + static_cast<std::ptrdiff_t>(forest.items));
+  forest.children = std::move(children);
+  for (std::uint32_t& root : forest.roots) root = number[root];
+}
+
+// Offers each node the nodes at most kWindow - 1 places away in an order.
+void find_nearest(const std::vector<LodGaussian>& nodes, std::span<const std::uint32_t> order,
+                  const PairFilter& filter, std::vector<Nearest>& nearest) {
+  LodPlanes tile;
+  tile.resize(kTile + kWindow);
+  std::array<float, kTile> errors;
+  std::array<Nearest, kTile + kWindow> best;
+  for (std::size_t begin = 0; begin < order.size(); begin += kTile) {
+    const auto part = order.subspan(begin, std::min(kTile + kWindow - 1, order.size() - begin));
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      constexpr std::size_t kAhead = 8;
+      __builtin_prefetch(&nodes[order[std::min(begin + i + kAhead, order.size() - 1)]]);
+      tile.set(i, nodes[part[i]]);
+      best[i] = nearest[part[i]];
+    }
+    for (std::size_t step = 1; step < std::min(kWindow, part.size()); ++step) {
+      const std::size_t pairs = std::min(kTile, part.size() - step);
+      pair_errors(tile, 0, tile, step, pairs, filter, errors.data());
+      for (std::size_t i = 0; i < pairs; ++i) {
+        best[i].offer(errors[i], part[i + step]);
+        best[i + step].offer(errors[i], part[i]);
+      }
+    }
+    for (std::size_t i = 0; i < part.size(); ++i) nearest[part[i]] = best[i];
+  }
+}
 
 }  // namespace
 
@@ -73,62 +153,55 @@ PairForest merge_pairs(std::vector<LodGaussian> items, std::size_t roots, bool a
   PairForest forest{std::move(items), 0, {}, {}};
   auto& nodes = forest.nodes;
   forest.items = nodes.size();
+  roots = std::max<std::size_t>(roots, 1);
   nodes.reserve(2 * nodes.size());
   auto& active = forest.roots;
   active.resize(nodes.size());
-  for (std::uint32_t i = 0; i < active.size(); ++i) active[i] = i;
-  const Cube cube = cube_around(nodes);
-  Places places;
-  std::vector<Nearest> nearest;
-  LodPlanes in_order;
-  std::vector<float> errors;
+  std::iota(active.begin(), active.end(), 0u);
+  std::vector<glm::vec3> means;  // side by side, because the orders need nothing else
+  means.reserve(2 * nodes.size());
+  for (const LodGaussian& node : nodes) means.push_back(node.mean);
+  CurveOrder curve(cube_around(means));
+  std::vector<Nearest> nearest(2 * nodes.size());  // in all rounds so far
+  std::vector<bool> is_merged(2 * nodes.size());
+  std::vector<std::pair<float, std::uint32_t>> pairs;
   const PairFilter filter{0, kDilationPx * kPixelOfSize * kPixelOfSize, antialiased};
-  for (int round = 0; active.size() > std::max<std::size_t>(roots, 1); ++round) {
-    const std::size_t count = active.size();
-    nearest.assign(count, {});
-    in_order.resize(count);
+  for (int round = 0; active.size() > roots; ++round) {
+    for (const std::uint32_t x : active)
+      if (nearest[x].node != kNone && is_merged[nearest[x].node]) nearest[x] = {};
     for (int order = 0; order < 2; ++order) {
       const auto fraction = [&](float step) {
         const float shift = step * static_cast<float>(2 * round + order);
         return shift - std::floor(shift);
       };
-      sort_places(nodes, active, cube, {fraction(0.382f), fraction(0.649f), fraction(0.878f)},
-                  places);
-      for (std::size_t i = 0; i < count; ++i) in_order.set(i, nodes[active[places[i].second]]);
-      for (std::size_t step = 1; step < std::min(kWindow, count); ++step) {
-        errors.resize(count - step);
-        pair_errors(in_order, 0, in_order, step, count - step, filter, errors.data());
-        for (std::size_t i = 0; i + step < count; ++i) {
-          const std::uint32_t x = places[i].second, y = places[i + step].second;
-          nearest[x].offer(errors[i], y);
-          nearest[y].offer(errors[i], x);
-        }
-      }
+      find_nearest(
+          nodes,
+          curve.sorted(means, active, {fraction(0.382f), fraction(0.649f), fraction(0.878f)}),
+          filter, nearest);
     }
-    std::vector<std::pair<float, std::uint32_t>> pairs;
-    for (std::uint32_t i = 0; i < count; ++i)
-      if (const std::uint32_t k = nearest[i].place; k != kNone && i < k && nearest[k].place == i)
-        pairs.emplace_back(nearest[i].error, i);
-    const auto most = static_cast<std::size_t>(kMergedInARound * static_cast<float>(count)) + 1;
-    if (const std::size_t kept = std::min(most, count - std::max<std::size_t>(roots, 1));
-        kept < pairs.size()) {
+    pairs.clear();
+    for (const std::uint32_t x : active)
+      if (const std::uint32_t y = nearest[x].node; y != kNone && x < y && nearest[y].node == x)
+        pairs.emplace_back(nearest[x].error, x);
+    const auto count = static_cast<float>(active.size());
+    const auto most = static_cast<std::size_t>(kMergedInARound * count) + 1;
+    if (const std::size_t kept = std::min(most, active.size() - roots); kept < pairs.size()) {
       std::ranges::nth_element(pairs, pairs.begin() + static_cast<std::ptrdiff_t>(kept));
       pairs.resize(kept);
     }
     std::ranges::sort(pairs, {}, &std::pair<float, std::uint32_t>::second);
-    for (const auto& [error, i] : pairs) {
-      std::uint32_t& second = active[nearest[i].place];
-      forest.children.push_back({active[i], second});
-      nodes.push_back(merged(nodes[active[i]], nodes[second]));
-      active[i] = static_cast<std::uint32_t>(nodes.size() - 1);
-      second = kNone;
+    for (const auto& [error, x] : pairs) {
+      const std::uint32_t y = nearest[x].node;
+      forest.children.push_back({x, y});
+      active.push_back(static_cast<std::uint32_t>(nodes.size()));
+      nodes.push_back(merged(nodes[x], nodes[y]));
+      means.push_back(nodes.back().mean);
+      is_merged[x] = is_merged[y] = true;
     }
-    std::erase(active, kNone);
+    std::erase_if(active, [&](std::uint32_t x) { return is_merged[x]; });
   }
-  sort_places(nodes, active, cube, {}, places);
-  std::vector<std::uint32_t> sorted;
-  for (const auto& [code, i] : places) sorted.push_back(active[i]);
-  active = std::move(sorted);
+  std::ranges::copy(curve.sorted(means, active, {}), active.begin());
+  sort_by_depth(forest);
   return forest;
 }
 
@@ -175,24 +248,31 @@ std::vector<NodeLevels> levels_of(const PairForest& forest, std::vector<NodeLeve
   // a block with their mean, which is the order of the best cuts (Chou, Lookabaugh, Gray 1989).
   Blocks blocks(count);
   LodPlanes first, second;
-  first.resize(count - items);
-  second.resize(count - items);
-  for (std::size_t i = 0; i < count - items; ++i) {
-    first.set(i, forest.nodes[forest.children[i][0]]);
-    second.set(i, forest.nodes[forest.children[i][1]]);
+  first.resize(kTile);
+  second.resize(kTile);
+  std::array<float, kTile> errors;
+  for (std::size_t begin = items; begin < count; begin += kTile) {
+    const std::size_t some = std::min(kTile, count - begin);
+    for (std::size_t i = 0; i < some; ++i) {
+      first.set(i, forest.nodes[forest.children[begin - items + i][0]]);
+      second.set(i, forest.nodes[forest.children[begin - items + i][1]]);
+    }
+    for (std::size_t k = 0; k < kLodFootprints; ++k) {
+      const float side = lod_footprint(footprint, k), v = kDilationPx * side * side;
+      pair_errors(first, 0, second, 0, some, {v, 0, antialiased}, errors.data());
+      for (std::size_t i = 0; i < some; ++i) {
+        // Many nodes share a pixel that is larger than they are, and hide each other's errors.
+        const LodCovariance& c = forest.nodes[begin + i].covariance;
+        const float size = (c[0] + c[3] + c[5]) / 2;
+        levels[begin + i].errors[k] = errors[i] * size / (size + v + 1e-30f);
+      }
+    }
   }
-  std::vector<float> own_errors(count - items);
   for (std::size_t k = 0; k < kLodFootprints; ++k) {
-    const float side = lod_footprint(footprint, k);
-    pair_errors(first, 0, second, 0, count - items, {kDilationPx * side * side, 0, antialiased},
-                own_errors.data());
     for (std::size_t i = items; i < count; ++i) {
       const auto [a, b] = forest.children[i - items];
-      // Many nodes share a pixel that is larger than they are, and hide each other's errors.
-      const LodCovariance& c = forest.nodes[i].covariance;
-      const float size = (c[0] + c[3] + c[5]) / 2;
-      const float own = own_errors[i - items] * size / (size + kDilationPx * side * side + 1e-30f);
-      levels[i].errors[k] = levels[a].errors[k] + levels[b].errors[k] + own;
+      const float own = levels[i].errors[k];
+      levels[i].errors[k] += levels[a].errors[k] + levels[b].errors[k];
       const auto heap_of = [&](std::uint32_t child) { return child < items ? kNone : child; };
       std::uint32_t below = blocks.joined(heap_of(a), heap_of(b));
       blocks.error[i] = own;

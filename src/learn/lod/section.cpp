@@ -115,16 +115,23 @@ LodSection make_section(LodItems items, std::size_t roots, const SectionOptions&
       levels_of(forest, std::move(items.levels), options.footprint, options.antialiased);
   const FlatForest flat = flattened(forest, levels);
   // SH of the merged nodes, by the shares of their pairs.
-  std::vector<float> merged_sh((forest.nodes.size() - count) * values);
-  const auto value_of = [&](std::uint32_t node, std::size_t k) {
-    return node < count ? float_of_half(items.drawn.sh[node * values + k])
-                        : merged_sh[(node - count) * values + k];
-  };
+  std::vector<float> merged_sh(forest.children.size() * values);
+  std::array<std::vector<float>, 2> rows;  // of items
   for (std::size_t i = 0; i < forest.children.size(); ++i) {
+    std::array<const float*, 2> sh;
+    for (std::size_t c = 0; c < 2; ++c) {
+      const std::size_t child = forest.children[i][c];
+      sh[c] = child < count ? nullptr : &merged_sh[(child - count) * values];
+      if (sh[c] != nullptr) continue;
+      rows[c].resize(values);
+      std::transform(&items.drawn.sh[child * values], &items.drawn.sh[child * values] + values,
+                     rows[c].begin(), float_of_half);
+      sh[c] = rows[c].data();
+    }
     const auto [a, b] = forest.children[i];
     const float p = share_of(forest.nodes[a], forest.nodes[b]);
-    for (std::size_t k = 0; k < values; ++k)
-      merged_sh[i * values + k] = p * value_of(a, k) + (1 - p) * value_of(b, k);
+    std::transform(sh[0], sh[0] + values, sh[1], &merged_sh[i * values],
+                   [p](float x, float y) { return p * x + (1 - p) * y; });
   }
   LodSection section;
   RadNodes& tree = section.tree;
@@ -146,14 +153,15 @@ LodSection make_section(LodItems items, std::size_t roots, const SectionOptions&
       section.items[i] = from.number;
       tree.original.insert(tree.original.end(), original_of(leaves[from.number]),
                            original_of(leaves[from.number + 1]));
+      std::copy_n(&items.drawn.sh[from.number * values], values, &tree.sh[i * values]);
     } else {
       draw(forest.nodes[from.number], levels[from.number], options.footprint, node);
       node.first_child = from.first_child;
       node.child_count = static_cast<std::uint16_t>(from.child_count);
+      const float* const sh = &merged_sh[(from.number - count) * values];
+      std::transform(sh, sh + values, &tree.sh[i * values], nearest_half);
     }
     node.parent = from.parent;
-    for (std::size_t k = 0; k < values; ++k)
-      tree.sh[i * values + k] = nearest_half(value_of(from.number, k));
     if (i >= forest.roots.size()) continue;
     section.roots.gaussians.push_back(forest.nodes[from.number]);
     section.roots.levels.push_back(levels[from.number]);

@@ -59,14 +59,17 @@ void diagonalise(glm::dmat3 m, glm::dmat3& axes, glm::dvec3& values) {
         const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
         const double t = std::copysign(1 / (std::abs(theta) + std::sqrt(theta * theta + 1)), theta);
         const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-        glm::dmat3 turn(1);
-        turn[p][p] = c;
-        turn[q][q] = c;
-        turn[q][p] = s;
-        turn[p][q] = -s;
-        m = glm::transpose(turn) * m * turn;
+        // Turns rows and columns p and q. The third row and column, r, has two entries in them.
+        const int r = 3 - p - q;
+        m[p][p] -= t * m[p][q];
+        m[q][q] += t * m[p][q];
         m[p][q] = m[q][p] = 0;
-        axes = axes * turn;
+        const double rp = m[r][p], rq = m[r][q];
+        m[r][p] = m[p][r] = c * rp - s * rq;
+        m[r][q] = m[q][r] = s * rp + c * rq;
+        const glm::dvec3 axis = axes[p];
+        axes[p] = c * axis - s * axes[q];
+        axes[q] = s * axis + c * axes[q];
       }
     }
   }

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include <glm/gtc/packing.hpp>
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include "base/text.h"
 #include "io/bytes/inflate.h"
@@ -87,14 +86,9 @@ RadProperty parse_property(const JsonEntry& entry, const PropertyRow& row, ByteS
 ByteSpan unpacked(const RadChunk& chunk, std::size_t kind, Array<std::byte>& room) {
   const RadProperty& property = chunk.get(kind);
   if (!property.deflated) return property.bytes;
-  const std::string source = fmt::format("{}: {}", chunk.source, kProperties[kind].name);
-  room.resize(property.needed + 1);  // one more than allowed detects excess
-  const std::size_t bytes = Inflater(property.bytes, source, DeflateForm::deflate).read(room);
-  if (bytes != property.needed)
-    fail("{}: {} {} bytes unpacked, {} are needed", source,
-         bytes > property.needed ? "more than" : "only",
-         std::min<std::uint64_t>(bytes, property.needed), property.needed);
-  return ByteSpan(room).first(property.needed);
+  room.resize(property.needed);
+  inflate_all(property.bytes, room, fmt::format("{}: {}", chunk.source, kProperties[kind].name));
+  return ByteSpan(room);
 }
 
 }  // namespace
@@ -173,9 +167,8 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
       if (offset != end || end > payload.size() || bytes > payload.size() - end)
         fail("{}: {} bytes at offset {} of {}", place.where, bytes, offset, payload.size());
       const ByteSpan stored = payload.subspan(end, bytes);
-      const auto crc =
-          crc32(0, reinterpret_cast<const Bytef*>(stored.data()), static_cast<uInt>(stored.size()));
-      if (crc != place.whole("crc32")) fail("{}: damaged: its checksum is wrong", place.where);
+      if (libdeflate_crc32(0, stored.data(), stored.size()) != place.whole("crc32"))
+        fail("{}: damaged: its checksum is wrong", place.where);
       end += (bytes + 7) / 8 * 8;
       return stored;
     };
@@ -190,46 +183,68 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
   return chunk;
 }
 
-std::vector<float> rad_values(const RadChunk& chunk, std::size_t kind) {
+Array<float> rad_values(const RadChunk& chunk, std::size_t kind) {
   Array<std::byte> room;
   const ByteSpan bytes = unpacked(chunk, kind, room);
   const RadProperty& property = chunk.get(kind);
   const double min = property.min, max = property.max;
   const std::size_t rows = property.rows, count = kProperties[kind].values * rows;
-  const bool is_delta =
-      kCodings[static_cast<std::size_t>(property.coding)].name.ends_with("_delta");
-  std::uint8_t byte = 0;  // of value i; a difference is added to the byte before
-  const auto value = [&](std::size_t i) -> double {
-    switch (property.coding) {
-      case RadCoding::f32:
-        return load<float>(&bytes[4 * i]);
-      case RadCoding::f16:
-      case RadCoding::ln_f16:
-        return glm::unpackHalf1x16(load<std::uint16_t>(&bytes[2 * i]));
-      case RadCoding::f32_lebytes:
+  Array<float> values(count);
+  const auto fill = [&](const auto& value) {
+    for (std::size_t i = 0; i < count; ++i) values[i] = value(i);
+  };
+  // value(byte); a difference is added to the byte before.
+  const auto fill_bytes = [&](bool is_delta, const auto& value) {
+    std::array<float, 256> table;
+    for (std::size_t b = 0; b < table.size(); ++b)
+      table[b] = static_cast<float>(value(static_cast<std::uint8_t>(b)));
+    std::uint8_t byte = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto stored = static_cast<std::uint8_t>(bytes[i]);
+      byte = is_delta && i % rows != 0 ? static_cast<std::uint8_t>(byte + stored) : stored;
+      values[i] = table[byte];
+    }
+  };
+  switch (const RadCoding coding = property.coding) {
+    case RadCoding::f32:
+      fill([&](std::size_t i) { return load<float>(&bytes[4 * i]); });
+      break;
+    case RadCoding::f16:
+    case RadCoding::ln_f16:
+      fill([&](std::size_t i) { return float_of_any_half(load<std::uint16_t>(&bytes[2 * i])); });
+      break;
+    case RadCoding::f32_lebytes:
+      fill([&](std::size_t i) {
         return load<float>(
             std::array{bytes[i], bytes[i + count], bytes[i + 2 * count], bytes[i + 3 * count]}
                 .data());
-      case RadCoding::f16_lebytes:
-        return glm::unpackHalf1x16(
+      });
+      break;
+    case RadCoding::f16_lebytes:
+      fill([&](std::size_t i) {
+        return float_of_any_half(
             load<std::uint16_t>(std::array{bytes[i], bytes[i + count]}.data()));
-      case RadCoding::s8:
-      case RadCoding::s8_delta:
-        return static_cast<std::int8_t>(byte) / 127.0 * max;
-      case RadCoding::ln_0r8:
+      });
+      break;
+    case RadCoding::s8:
+    case RadCoding::s8_delta:
+      fill_bytes(coding == RadCoding::s8_delta,
+                 [&](std::uint8_t byte) { return static_cast<std::int8_t>(byte) / 127.0 * max; });
+      break;
+    case RadCoding::ln_0r8:
+      fill_bytes(false, [&](std::uint8_t byte) {
         return byte == 0 ? -std::numeric_limits<double>::infinity()
                          : min + (byte - 1) * (max - min) / 254;
-      case RadCoding::oct88r8:
-        return static_cast<std::uint8_t>(bytes[3 * (i % rows) + i / rows]);
-      default:
-        return min + byte * (max - min) / 255;
-    }
-  };
-  std::vector<float> values(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto stored = static_cast<std::uint8_t>(bytes[i]);
-    byte = is_delta && i % rows != 0 ? static_cast<std::uint8_t>(byte + stored) : stored;
-    values[i] = static_cast<float>(value(i));
+      });
+      break;
+    case RadCoding::oct88r8:
+      fill([&](std::size_t i) {
+        return static_cast<float>(static_cast<std::uint8_t>(bytes[3 * (i % rows) + i / rows]));
+      });
+      break;
+    default:
+      fill_bytes(coding == RadCoding::r8_delta,
+                 [&](std::uint8_t byte) { return min + byte * (max - min) / 255; });
   }
   return values;
 }
@@ -247,10 +262,8 @@ std::vector<LodFacts> rad_nodes(const RadChunk& chunk, bool has_own) {
   }
   if (!has_own) return nodes;
   if (chunk.own.empty()) fail("{}: quadsplat lod did not write it: it has no errors", chunk.source);
-  Array<std::byte> bytes(kBytes * rows + 1);  // one more than allowed detects excess
-  if (Inflater(chunk.own, chunk.source + ": quadsplat", DeflateForm::deflate).read(bytes) !=
-      kBytes * rows)
-    fail("{}: quadsplat: not {} bytes for {} nodes", chunk.source, kBytes * rows, rows);
+  Array<std::byte> bytes(kBytes * rows);
+  inflate_all(chunk.own, bytes, chunk.source + ": quadsplat");
   const std::byte* const halves = &bytes[2 * kLodFootprints * rows];
   const std::byte* const parents = halves + 3 * rows * sizeof(std::uint16_t);
   for (std::size_t i = 0; i < rows; ++i) {

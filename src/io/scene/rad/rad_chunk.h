@@ -95,7 +95,7 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
 
 /// Value k of row i is at k * rows + i. Scales with a coding ln_... stay logarithms; oct88r8 gives
 /// its bytes, 0..255.
-std::vector<float> rad_values(const RadChunk& chunk, std::size_t kind);
+Array<float> rad_values(const RadChunk& chunk, std::size_t kind);
 
 /// The children of all nodes of a chunk, and with `has_own` the values of the block of
 /// rad_writer.h: gains to radius and the parent. Throws Error(input) if it is damaged or not there.

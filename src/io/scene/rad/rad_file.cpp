@@ -27,13 +27,6 @@ glm::quat rotation_of_octahedron(float u, float v, float angle) {
   return make_quat(std::cos(half), x * factor, y * factor, z * factor);
 }
 
-// Stores the SH of a degree; the channel is the fastest index of value(i).
-template <class Value>
-void put_band(std::size_t degree, glm::vec3* sh, const Value& value) {
-  for (std::size_t i = 0; i < 3 * (2 * degree + 1); ++i)
-    sh[degree * degree + i / 3][static_cast<int>(i % 3)] = value(i);
-}
-
 }  // namespace
 
 void RadHeader::require_inside(std::size_t i, std::uint64_t bytes,
@@ -103,7 +96,7 @@ std::size_t fill_gaussians(const RadChunk& chunk, const RadCodes& codes,
                            LinearValues& linear) {
   // Calls use(k, v) for Gaussian k and its values v(0), v(1) ... of a property.
   const auto fill_from = [&](std::size_t kind, const auto& use) {
-    const std::vector<float> values = rad_values(chunk, kind);
+    const Array<float> values = rad_values(chunk, kind);
     for (std::size_t i = 0; i < rows.size(); ++i)
       use(places[i], [&](std::size_t value) { return values[value * chunk.count + rows[i]]; });
   };
@@ -129,10 +122,20 @@ std::size_t fill_gaussians(const RadChunk& chunk, const RadCodes& codes,
     std::fill_n(sh, sh_count(cloud), glm::vec3(0));
     sh[0] = (glm::dvec3(v(0), v(1), v(2)) - 0.5) / static_cast<double>(kSh0);
   });
+  // The SH of a degree of Gaussian k, the channel fastest.
+  const auto band_of = [sh = &cloud.sh.data()->x, stride = 3 * sh_count(cloud)](std::size_t degree,
+                                                                                std::size_t k) {
+    return sh + k * stride + 3 * degree * degree;
+  };
   for (std::size_t degree = 1; degree <= 3; ++degree) {
     if (!chunk.properties[kRadSh + degree - 1]) continue;
-    fill_from(kRadSh + degree - 1,
-              [&](std::size_t k, const auto& v) { put_band(degree, sh_of(cloud, k), v); });
+    const Array<float> values = rad_values(chunk, kRadSh + degree - 1);
+    // Planes that lie a power of two apart push each other out of the cache: a few rows at a time.
+    constexpr std::size_t kBlock = 64;
+    for (std::size_t begin = 0; begin < rows.size(); begin += kBlock)
+      for (std::size_t v = 0; v < 3 * (2 * degree + 1); ++v)
+        for (std::size_t i = begin; i < std::min(begin + kBlock, rows.size()); ++i)
+          band_of(degree, places[i])[v] = values[v * chunk.count + rows[i]];
   }
   std::size_t unlabelled = 0;
   if (!chunk.properties[kRadLabel]) return unlabelled;
@@ -141,9 +144,9 @@ std::size_t fill_gaussians(const RadChunk& chunk, const RadCodes& codes,
     const std::size_t label = labels[rows[i]];
     unlabelled += label >= codes.rows ? 1 : 0;
     for (std::size_t degree = 1; label < codes.rows && degree <= 3; ++degree)
-      if (const std::vector<float>& band = codes.bands[degree - 1]; !band.empty())
-        put_band(degree, sh_of(cloud, places[i]),
-                 [&](std::size_t value) { return band[value * codes.rows + label]; });
+      if (const Array<float>& band = codes.bands[degree - 1]; !band.empty())
+        for (std::size_t v = 0; v < 3 * (2 * degree + 1); ++v)
+          band_of(degree, places[i])[v] = band[v * codes.rows + label];
   }
   return unlabelled;
 }

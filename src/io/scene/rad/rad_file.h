@@ -46,7 +46,7 @@ RadHeader read_rad_header(ByteCursor& cursor, const std::string& source);
 struct RadCodes {
   explicit RadCodes(const RadChunk& first);
 
-  std::array<std::vector<float>, 3> bands;
+  std::array<Array<float>, 3> bands;
   std::size_t rows = 0;
 };
 

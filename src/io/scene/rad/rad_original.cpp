@@ -31,9 +31,8 @@ RadOriginals::RadOriginals(const RadChunk& chunk) : words_(original_words(chunk.
   const std::size_t needed = words_ * leaves_ * sizeof(std::uint32_t);
   if (needed > kMaxInflation * chunk.original.size())
     fail("{}: {} bytes for {} leaves", source, chunk.original.size(), leaves_);
-  Array<std::byte> bytes(needed + 1);  // one more than allowed detects excess
-  if (Inflater(chunk.original, source, DeflateForm::deflate).read(bytes) != needed)
-    fail("{}: not {} bytes for {} leaves", source, needed, leaves_);
+  Array<std::byte> bytes(needed);
+  inflate_all(chunk.original, bytes, source);
   values_.resize(words_ * leaves_);
   for (std::size_t k = 0; k < words_; ++k)
     for (std::size_t i = 0; i < leaves_; ++i)

@@ -3,13 +3,15 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <ostream>
 #include <ranges>
 #include <utility>
 
+#include <libdeflate.h>
 #include <nlohmann/json.hpp>
-#include <zlib.h>
 
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/inflate.h"
@@ -24,7 +26,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kDeflateLevel = 2;
+constexpr int kDeflateLevel = 1;
 
 void pad(std::string& bytes) { bytes.resize((bytes.size() + 7) / 8 * 8); }
 
@@ -58,24 +60,33 @@ class ChunkEncoder {
   ChunkEncoder(const RadNodes& chunk, const RadPlan& plan) : chunk_(chunk), plan_(plan) {}
 
   std::string encode(std::uint64_t base) {
-    add_property<float>("center", "f32_lebytes", 3,
-                        [](const LodNode& n, std::size_t k) { return n.center[int(k)]; });
-    add_property<std::uint16_t>(
-        "alpha", "f16", 1, [](const LodNode& n, std::size_t) { return nearest_half(n.alpha); });
+    const auto& nodes = chunk_.nodes;
+    // All lowest bytes come first.
+    add("center", "f32_lebytes", planes<std::uint8_t>(12, [&](std::size_t row, std::size_t k) {
+          const auto axis = static_cast<int>(k % 3);
+          return std::bit_cast<std::uint32_t>(nodes[row].center[axis]) >> 8 * (k / 3);
+        }));
+    add("alpha", "f16", planes<std::uint16_t>(1, [&](std::size_t row, std::size_t) {
+          return nearest_half(nodes[row].alpha);
+        }));
     add_sh("rgb", "f16", 0);
-    add_property<std::uint16_t>("scales", "ln_f16", 3, [](const LodNode& n, std::size_t k) {
-      return nearest_half(std::log(n.scales[int(k)]));
-    });
-    add_property<std::uint16_t>("orientation", "f16", 3, [](const LodNode& n, std::size_t k) {
-      return nearest_half(stored_rotation(n.rotation)[k]);
-    });
+    add("scales", "ln_f16", planes<std::uint16_t>(3, [&](std::size_t row, std::size_t k) {
+          return nearest_half(std::log(nodes[row].scales[static_cast<int>(k)]));
+        }));
+    std::vector<std::array<float, 3>> rotations;
+    for (const LodNode& node : nodes) rotations.push_back(stored_rotation(node.rotation));
+    add("orientation", "f16", planes<std::uint16_t>(3, [&](std::size_t row, std::size_t k) {
+          return nearest_half(rotations[row][k]);
+        }));
     constexpr std::array kNames = {"sh1", "sh2", "sh3"};
     for (std::size_t degree = 1; degree <= static_cast<std::size_t>(plan_.sh_degree); ++degree)
       add_sh(kNames[degree - 1], "s8", degree);
-    add_property<std::uint16_t>("child_count", "u16", 1,
-                                [](const LodNode& n, std::size_t) { return n.child_count; });
-    add_property<std::uint32_t>("child_start", "u32", 1,
-                                [](const LodNode& n, std::size_t) { return n.first_child; });
+    add("child_count", "u16", planes<std::uint16_t>(1, [&](std::size_t row, std::size_t) {
+          return nodes[row].child_count;
+        }));
+    add("child_start", "u32", planes<std::uint32_t>(1, [&](std::size_t row, std::size_t) {
+          return nodes[row].first_child;
+        }));
     ordered_json own = add_block(own_block());
     if (plan_.original) own["original"] = add_block(original_block());
     const ordered_json json = {{"version", 1},
@@ -92,12 +103,18 @@ class ChunkEncoder {
   }
 
  private:
-  // value(node, k): value k of a node. Bytes of f32_lebytes are planes.
+  // A plane of each value(row, k), k < values. A few rows at a time stay in the cache.
   template <class T, class Value>
-  std::string plane(std::size_t values, const Value& value) const {
-    std::string bytes;
-    for (std::size_t k = 0; k < values; ++k)
-      for (const LodNode& node : chunk_.nodes) put_values(bytes, static_cast<T>(value(node, k)));
+  std::string planes(std::size_t values, const Value& value) const {
+    constexpr std::size_t kBlock = 64;
+    const std::size_t rows = chunk_.nodes.size();
+    std::string bytes(values * rows * sizeof(T), '\0');
+    for (std::size_t begin = 0; begin < rows; begin += kBlock)
+      for (std::size_t k = 0; k < values; ++k)
+        for (std::size_t row = begin; row < std::min(begin + kBlock, rows); ++row) {
+          const auto each = static_cast<T>(value(row, k));
+          std::memcpy(&bytes[(k * rows + row) * sizeof each], &each, sizeof each);
+        }
     return bytes;
   }
 
@@ -117,62 +134,52 @@ class ChunkEncoder {
 
   ordered_json add_block(const std::string& plain) {
     const std::string block = deflated(plain, kDeflateLevel);
-    const auto crc =
-        crc32(0, reinterpret_cast<const Bytef*>(block.data()), static_cast<uInt>(block.size()));
-    const ordered_json described = {
-        {"offset", payload_.size()}, {"bytes", block.size()}, {"crc32", crc}};
+    const ordered_json described = {{"offset", payload_.size()},
+                                    {"bytes", block.size()},
+                                    {"crc32", libdeflate_crc32(0, block.data(), block.size())}};
     payload_ += block;
     pad(payload_);
     return described;
   }
 
-  template <class T, class Value>
-  void add_property(const char* name, const char* encoding, std::size_t values,
-                    const Value& value) {
-    std::string bytes = plane<T>(values, value);
-    if (encoding == std::string_view("f32_lebytes")) {
-      std::string planes;
-      for (std::size_t b = 0; b < sizeof(T); ++b)
-        for (std::size_t i = b; i < bytes.size(); i += sizeof(T)) planes += bytes[i];
-      bytes = std::move(planes);
-    }
-    add(name, encoding, bytes);
-  }
-
   // SH of a degree; degree 0 as colours.
   void add_sh(const char* name, const char* encoding, std::size_t degree) {
-    const std::size_t first = 3 * degree * degree,
-                      stride = 3 * static_cast<std::size_t>((plan_.sh_degree + 1) *
-                                                            (plan_.sh_degree + 1));
-    const std::size_t values = 3 * (2 * degree + 1), rows = chunk_.nodes.size();
-    const auto at = [&](std::size_t k, std::size_t row) {
-      return float_of_half(chunk_.sh[row * stride + first + k]);
+    const std::size_t first = 3 * degree * degree, values = 3 * (2 * degree + 1),
+                      stride = chunk_.sh.size() / chunk_.nodes.size();
+    const auto half = [&](std::size_t row, std::size_t k) {
+      return chunk_.sh[row * stride + first + k];
     };
-    std::string bytes;
-    if (degree == 0) {
-      for (std::size_t k = 0; k < values; ++k)
-        for (std::size_t row = 0; row < rows; ++row)
-          put_values(bytes, nearest_half(0.5f + static_cast<float>(kSh0) * at(k, row)));
-      return add(name, encoding, bytes);
-    }
-    float max = 1e-6f;
-    for (std::size_t k = 0; k < values; ++k)
-      for (std::size_t row = 0; row < rows; ++row) max = std::max(max, std::abs(at(k, row)));
-    for (std::size_t k = 0; k < values; ++k)
-      for (std::size_t row = 0; row < rows; ++row)
-        put_values(bytes, static_cast<std::int8_t>(std::lround(at(k, row) / max * 127)));
-    add(name, encoding, bytes, {{"min", -max}, {"max", max}});
+    if (degree == 0)
+      return add(
+          name, encoding, planes<std::uint16_t>(values, [&](std::size_t row, std::size_t k) {
+            return nearest_half(0.5f + static_cast<float>(kSh0) * float_of_half(half(row, k)));
+          }));
+    int most = 0;  // bits of halves without their sign have the order of the values
+    for (std::size_t row = 0; row < chunk_.nodes.size(); ++row)
+      for (std::size_t k = 0; k < values; ++k) most = std::max(most, half(row, k) & 0x7fff);
+    const float max = std::max(float_of_half(static_cast<std::uint16_t>(most)), 1e-6f);
+    add(name, encoding,
+        planes<std::int8_t>(values,
+                            [&](std::size_t row, std::size_t k) {
+                              const float scaled = float_of_half(half(row, k)) / max * 127;
+                              return static_cast<int>(scaled + (scaled < 0 ? -0.5f : 0.5f));
+                            }),
+        {{"min", -max}, {"max", max}});
   }
 
   std::string own_block() const {
-    std::string bytes = plane<std::uint8_t>(
-        kLodFootprints, [](const LodNode& n, std::size_t k) { return n.gains[k]; });
-    bytes += plane<std::uint8_t>(kLodFootprints,
-                                 [](const LodNode& n, std::size_t k) { return n.errors[k]; });
-    bytes += plane<std::uint16_t>(3, [](const LodNode& n, std::size_t k) {
-      return half_log2(k == 0 ? n.layers : k == 1 ? n.opacities : n.radius);
-    });
-    return bytes + plane<std::uint32_t>(1, [](const LodNode& n, std::size_t) { return n.parent; });
+    const auto& nodes = chunk_.nodes;
+    const auto steps = [&](LodSteps LodFacts::*list) {
+      return planes<std::uint8_t>(
+          kLodFootprints, [&](std::size_t row, std::size_t k) { return (nodes[row].*list)[k]; });
+    };
+    constexpr std::array kSizes = {&LodNode::layers, &LodNode::opacities, &LodNode::radius};
+    return steps(&LodNode::gains) + steps(&LodNode::errors) +
+           planes<std::uint16_t>(
+               kSizes.size(),
+               [&](std::size_t row, std::size_t k) { return half_log2(nodes[row].*kSizes[k]); }) +
+           planes<std::uint32_t>(1,
+                                 [&](std::size_t row, std::size_t) { return nodes[row].parent; });
   }
 
   std::string original_block() const {

@@ -714,10 +714,12 @@ TEST(RadWriter, damage_of_original_values_is_one_sentence) {
   without.replace(sound.rfind("\"original\":{"), 10, "\"0riginal\"");
   EXPECT_THAT(sentence(without), HasSubstr("chunk 0: has no original values, unlike its file"));
   tree.original.pop_back();
-  EXPECT_THAT(sentence(written_tree(tree)), HasSubstr("original: not 168 bytes for 2 leaves"));
+  EXPECT_THAT(sentence(written_tree(tree)),
+              HasSubstr("original: only 164 bytes unpacked, 168 are needed"));
   tree = original_tree(cloud);
   tree.original.resize(3 * original_words(1));
-  EXPECT_THAT(sentence(written_tree(tree)), HasSubstr("original: not 168 bytes for 2 leaves"));
+  EXPECT_THAT(sentence(written_tree(tree)),
+              HasSubstr("original: more than 168 bytes unpacked, 168 are needed"));
   tree = original_tree(cloud);
   tree.original[1] = 0x7fc00000;  // NaN
   const Scene flawed = read(written_tree(tree));

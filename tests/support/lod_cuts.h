@@ -20,18 +20,4 @@ inline LodPages whole_tree(const std::filesystem::path& file) {
   return read_scene(file, pool(), options).stream->whole_tree(pool());
 }
 
-/// The sums of the gains in these views.
-inline LodGain gain_in_all(const std::vector<LodView>& views, float smallest) {
-  std::vector<LodGain> gains;
-  for (const LodView& view : views) gains.push_back(gain_in(view, smallest));
-  return LodGain([gains](std::span<LodAsked> nodes) {
-    std::vector<float> sums(nodes.size());
-    for (const LodGain& gain : gains) {
-      gain(nodes);
-      for (std::size_t k = 0; k < nodes.size(); ++k) sums[k] += nodes[k].gain;
-    }
-    for (std::size_t k = 0; k < nodes.size(); ++k) nodes[k].gain = sums[k];
-  });
-}
-
 }  // namespace qs::test

@@ -19,6 +19,7 @@
 #include "app/picture/palette.h"
 #include "app/report/plot.h"
 #include "app/session/alterations.h"
+#include "app/session/surfaces.h"
 #include "base/fail.h"
 #include "base/progress_bar.h"
 #include "base/text.h"
@@ -202,14 +203,16 @@ class LodRun {
       if (method.level) {
         const auto size = static_cast<double>(method.level->size());
         const Key key{distance_, 100 * size / static_cast<double>(leaves().size()), i};
-        for (const LodShot& view : views_) draw(key, false, {method.level}, view);
+        draw(key, false, std::vector<LodLevel>(views_.size(), {method.level}), views_);
         continue;
       }
-      for (const double budget : bench_.budgets)
+      for (const double budget : bench_.budgets) {
+        const Key key{distance_, budget, i};
+        draw(key, false, levels_of(method, budget, views_, false), views_);
         for (const LodShot& view : views_)
-          for (const bool in_view : {false, true})
-            if (!in_view || !view.leaves.empty())  // else no level differs
-              draw({distance_, budget, i}, in_view, level_of(method, budget, view, in_view), view);
+          if (!view.leaves.empty())  // else no level differs
+            draw(key, true, levels_of(method, budget, {&view, 1}, true), {&view, 1});
+      }
     }
   }
 
@@ -242,30 +245,43 @@ class LodRun {
     return method.tree ? view.camera.placed(method.tree->pages[0]->cloud.origin) : view.camera;
   }
 
-  // `in_view`: the budget is a share of the leaves that the view shows; else of all leaves.
-  LodLevel level_of(const LodMethod& method, double budget, const LodShot& view,
-                    bool in_view) const {
-    const std::size_t all = in_view ? view.leaves.size() : leaves().size();
+  // One cut for these views, as each draws it. `in_view`: the budget is a share of the leaves that
+  // the only view shows; else of all leaves.
+  std::vector<LodLevel> levels_of(const LodMethod& method, double budget,
+                                  std::span<const LodShot> shots, bool in_view) {
+    const std::size_t all = in_view ? shots[0].leaves.size() : leaves().size();
     const auto share =
         static_cast<std::size_t>(std::llround(static_cast<double>(all) * budget / 100));
     const std::size_t count = std::clamp<std::size_t>(share, 1, all);
     if (!method.tree)
-      return {std::make_shared<const GaussianCloud>(
-          uniform_sample(in_view ? select(leaves(), view.leaves) : leaves(), count))};
+      return {shots.size(),
+              {std::make_shared<const GaussianCloud>(
+                  uniform_sample(in_view ? select(leaves(), shots[0].leaves) : leaves(), count))}};
     const LodPages& tree = *method.tree;
-    const LodView seen(camera_of(method, view), kOutside);
     const bool by_errors = method.rule == LodRule::errors;
+    const auto make = [&](const LodGain& gain, const LodLimit& limit, float guess) {
+      return StreamedCut{tree, cut_of(tree, gain, limit, *session_.pool, guess)};
+    };
+    std::vector<LodView> views;
+    for (const LodShot& shot : shots) {
+      LodView& view = views.emplace_back(camera_of(method, shot), kOutside);
+      if (by_errors)
+        view.surfaces = finder_.surfaces(view, tree.footprint, {count}, dilation(), make);
+    }
     const LodGain gain =
-        by_errors ? gain_in(seen, tree.footprint)
+        by_errors ? gain_in(views, tree.footprint)
         : method.rule == LodRule::distance
-            ? gain_by_distance(seen.camera)
+            ? gain_by_distance(views)
             : LodGain([this](const LodPage&, std::size_t row) { return octree_.order[row]; });
-    LodCut cut = in_view
-                     ? cut_in_view(tree, gain, count, view.nodes.at(method.tree), *session_.pool)
-                     : cut_of(tree, gain, {count}, *session_.pool);
-    const auto drawn = std::make_shared<const GaussianCloud>(
-        cut_cloud(tree, cut, seen, by_errors ? dilation() : 0, *session_.pool));
-    return {drawn, std::move(cut)};
+    const LodCut cut =
+        in_view ? cut_in_view(tree, gain, count, shots[0].nodes.at(method.tree), *session_.pool)
+                : cut_of(tree, gain, {count}, *session_.pool);
+    std::vector<LodLevel> levels;
+    for (const LodView& view : views)
+      levels.push_back({std::make_shared<const GaussianCloud>(
+                            cut_cloud(tree, cut, view, by_errors ? dilation() : 0, *session_.pool)),
+                        cut});
+    return levels;
   }
 
   double dilation() const {
@@ -284,6 +300,11 @@ class LodRun {
     Image roots = session_.renderer->render(camera, settings).color;
     for (float& value : roots.values) value = std::sqrt(value / 3);
     return roots;
+  }
+
+  void draw(const Key& key, bool in_view, std::span<const LodLevel> levels,
+            std::span<const LodShot> views) {
+    for (std::size_t i = 0; i < views.size(); ++i) draw(key, in_view, levels[i], views[i]);
   }
 
   void draw(const Key& key, bool in_view, const LodLevel& level, const LodShot& view) {
@@ -372,6 +393,7 @@ class LodRun {
   Session session_;
   const std::string scene_ = scene_name(session_.scene->path);
   const std::string altered_ = alterations_of(session_).text;
+  SurfaceFinder finder_{*session_.pool};
   const Octree octree_;
   std::vector<LodMethod> methods_;
   std::vector<LodShot> views_;

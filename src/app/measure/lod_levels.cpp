@@ -213,11 +213,17 @@ Octree octree_of(const GaussianCloud& leaves, ThreadPool& pool) {
   return OctreeBuilder(leaves, pool).build();
 }
 
-LodGain gain_by_distance(const Camera& camera) {
-  return LodGain([camera, eye = camera.position()](const LodPage& page, std::size_t row) {
-    const double distance = glm::distance(eye, glm::dvec3(page.cloud.positions[row]));
-    return static_cast<float>(camera.focal_px.y * longest_axis(page.cloud, row) /
-                              std::max(distance, camera.near_depth));
+LodGain gain_by_distance(std::span<const LodView> views) {
+  return LodGain([views](const LodPage& page, std::size_t row) {
+    double most = 0;
+    for (const LodView& view : views) {
+      const Camera& camera = view.camera;
+      const double distance =
+          glm::distance(camera.position(), glm::dvec3(page.cloud.positions[row]));
+      most = std::max(most, camera.focal_px.y * longest_axis(page.cloud, row) /
+                                std::max(distance, camera.near_depth));
+    }
+    return static_cast<float>(most);
   });
 }
 

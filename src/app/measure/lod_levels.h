@@ -32,8 +32,9 @@ struct Octree {
 /// level, within a level by weight x spread. At most 2^31 Gaussians, at least one.
 Octree octree_of(const GaussianCloud& leaves, ThreadPool& pool);
 
-/// Gains by size and distance: the longest axis of a node, two standard deviations, in pixels.
-LodGain gain_by_distance(const Camera& camera);
+/// Gains by size and distance: the longest axis of a node, two standard deviations, in pixels of
+/// the nearest view. `views` must outlive it.
+LodGain gain_by_distance(std::span<const LodView> views);
 
 /// All nodes of a tree whose pages are all in memory, in their order.
 GaussianCloud all_nodes(const LodPages& tree);

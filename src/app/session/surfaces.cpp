@@ -32,26 +32,24 @@ SurfaceFinder::SurfaceFinder(ThreadPool& pool)
 
 StreamedCut SurfaceFinder::cut(LodView view, float smallest, const LodLimit& limit, double dilation,
                                bool moves, const MakeCut& make) {
-  const bool is_plain = view.camera.projection == Projection::pinhole && view.reach.angle == 0;
-  if (is_plain && moves && last_ && is_near(last_camera_, view.camera, last_->distance())) {
-    view.surfaces = last_;
-  } else if (is_plain) {
-    LodLimit part{limit.budget, kCoarser * limit.gain};
-    if (limit.gain == 0 && limit.budget != LodLimit().budget) part.budget /= kCoarser;
-    StreamedCut coarse = make(gain_in(view, smallest), part, coarse_guess_);
-    coarse_guess_ = coarse.cut.limit;
-    if (coarse.cut.limit == 0) return coarse;  // all leaves
-    view.surfaces = surfaces(coarse, view, dilation);
-    last_ = coarse.cut.missing.empty() ? view.surfaces : nullptr;
-    last_camera_ = view.camera;
-  }
+  if (view.camera.projection == Projection::pinhole && view.reach.angle == 0)
+    view.surfaces = moves && last_ && is_near(last_camera_, view.camera, last_->distance())
+                        ? last_
+                        : surfaces(view, smallest, limit, dilation, make);
   StreamedCut made = make(gain_in(view, smallest), limit, guess_);
   guess_ = made.cut.limit;
   return made;
 }
 
-std::shared_ptr<const LodSurfaces> SurfaceFinder::surfaces(const StreamedCut& coarse,
-                                                           const LodView& view, double dilation) {
+std::shared_ptr<const LodSurfaces> SurfaceFinder::surfaces(const LodView& view, float smallest,
+                                                           const LodLimit& limit, double dilation,
+                                                           const MakeCut& make) {
+  if (limit.gain == 0 && limit.budget == LodLimit().budget) return nullptr;
+  LodLimit part{limit.budget, kCoarser * limit.gain};
+  if (limit.gain == 0) part.budget /= kCoarser;
+  const StreamedCut coarse = make(gain_in(view, smallest), part, coarse_guess_);
+  coarse_guess_ = coarse.cut.limit;
+  if (coarse.cut.limit == 0) return nullptr;
   RenderSettings settings;
   settings.antialiased = dilation == 0;
   if (dilation > 0) settings.dilation = dilation;
@@ -62,8 +60,11 @@ std::shared_ptr<const LodSurfaces> SurfaceFinder::surfaces(const StreamedCut& co
   const Camera camera = view.camera.reduced(kCoarser);
   // Without a filter: nodes fitted to the view's filter take five times as long.
   renderer_->upload(cut_cloud(coarse.tree, coarse.cut, view, 0, pool_, nullptr, 0), {});
-  return std::make_shared<const LodSurfaces>(
+  auto found = std::make_shared<const LodSurfaces>(
       camera, renderer_->render(camera, settings, outputs).depth.median);
+  last_ = coarse.cut.missing.empty() ? found : nullptr;
+  last_camera_ = view.camera;
+  return found;
 }
 
 }  // namespace qs

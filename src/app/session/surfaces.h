@@ -28,9 +28,10 @@ class SurfaceFinder {
   StreamedCut cut(LodView view, float smallest, const LodLimit& limit, double dilation, bool moves,
                   const MakeCut& make);
 
-  /// The surfaces of a coarse cut of a pinhole view.
-  std::shared_ptr<const LodSurfaces> surfaces(const StreamedCut& coarse, const LodView& view,
-                                              double dilation);
+  /// The surfaces that such a cut of a pinhole view knows; null if it has all leaves.
+  std::shared_ptr<const LodSurfaces> surfaces(const LodView& view, float smallest,
+                                              const LodLimit& limit, double dilation,
+                                              const MakeCut& make);
 
  private:
   ThreadPool& pool_;

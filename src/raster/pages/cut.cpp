@@ -453,6 +453,19 @@ LodGain gain_in(const LodView& view, float smallest) {
   });
 }
 
+LodGain gain_in(std::span<const LodView> views, float smallest) {
+  std::vector<LodGain> gains;
+  for (const LodView& view : views) gains.push_back(gain_in(view, smallest));
+  return LodGain([gains = std::move(gains)](std::span<LodAsked> nodes) {
+    std::vector<float> sums(nodes.size());
+    for (const LodGain& gain : gains) {
+      gain(nodes);
+      for (std::size_t k = 0; k < nodes.size(); ++k) sums[k] += nodes[k].gain;
+    }
+    for (std::size_t k = 0; k < nodes.size(); ++k) nodes[k].gain = sums[k];
+  });
+}
+
 LodCut cut_of(const LodPages& tree, const LodGain& gain, const LodLimit& limit, ThreadPool& pool,
               float guess, Array<LodVisit>* kept) {
   Array<LodVisit> own;

@@ -200,6 +200,9 @@ class LodGain {
 /// its radius in pixels.
 LodGain gain_in(const LodView& view, float smallest);
 
+/// The sums of the gains in several views.
+LodGain gain_in(std::span<const LodView> views, float smallest);
+
 /// A node on the way down the tree.
 struct LodVisit {
   std::uint32_t node, parent;  ///< parent: the number of its visit

@@ -252,7 +252,8 @@ TEST(GainByDistance, is_the_longest_axis_in_pixels) {
   far.view_from_world[3].z = 30;
   const auto gain = [&](const Camera& camera, std::uint32_t row) {
     LodAsked asked{&page, nullptr, row, 0};
-    gain_by_distance(camera)({&asked, 1});
+    const LodView view(camera, 1);
+    gain_by_distance({&view, 1})({&asked, 1});
     return asked.gain;
   };
   // 2 sigma = 4 units at a distance of 10; the camera stands in the other node, so its near plane

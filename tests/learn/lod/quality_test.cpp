@@ -91,8 +91,7 @@ TEST(LodQuality, of_plush_big_at_three_distances) {
       const LodView even = even_view(static_cast<float>(distance.footprint));
       std::vector<LodView> views;
       for (const Camera& camera : distance.views) views.emplace_back(camera, 1e-4f);
-      const LodGain gain =
-          sees ? gain_in_all(views, pages.footprint) : gain_in(even, pages.footprint);
+      const LodGain gain = sees ? gain_in(views, pages.footprint) : gain_in(even, pages.footprint);
       fmt::print("| {} | {} |", sees ? "views" : "footprint", distance.name);
       for (std::size_t b = 0; b < kBudgets.size(); ++b) {
         const auto budget = static_cast<std::size_t>(std::lround(kBudgets[b] * leaves));

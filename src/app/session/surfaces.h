@@ -28,7 +28,8 @@ class SurfaceFinder {
   StreamedCut cut(LodView view, float smallest, const LodLimit& limit, double dilation, bool moves,
                   const MakeCut& make);
 
-  /// The surfaces that such a cut of a pinhole view knows; null if it has all leaves.
+  /// The surfaces that such a cut of a pinhole view knows; null if it has all leaves, or if pages
+  /// of the coarse cut are missing.
   std::shared_ptr<const LodSurfaces> surfaces(const LodView& view, float smallest,
                                               const LodLimit& limit, double dilation,
                                               const MakeCut& make);
@@ -37,8 +38,8 @@ class SurfaceFinder {
   ThreadPool& pool_;
   std::unique_ptr<Renderer> renderer_;
   float coarse_guess_ = 0, guess_ = 0;
-  std::shared_ptr<const LodSurfaces> last_;  // of a cut with all its pages; null: none
-  Camera last_camera_;
+  std::shared_ptr<const LodSurfaces> last_;  // null: none
+  Camera last_camera_, seen_;                // of them; of the last cut
 };
 
 }  // namespace qs

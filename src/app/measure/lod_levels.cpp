@@ -242,7 +242,7 @@ LodCut cut_in_view(const LodPages& tree, const LodGain& gain, std::size_t budget
         if (in_view[part.page * tree.page_nodes + row])
           ++part.count;
         else
-          part.mask[row / 64] &= ~(std::uint64_t{1} << row % 64);
+          part.mask.toggle(row);
       });
       cut.count += part.count;
     }

@@ -249,7 +249,7 @@ LodCut cut_in_view(const LodPages& tree, const LodGain& gain, std::size_t budget
     return cut;
   };
   LodCut best = seen(budget);
-  for (std::size_t low = budget, high = tree.count; best.count < budget && low < high;) {
+  for (std::size_t low = budget, high = tree.count; low < high;) {
     const std::size_t middle = low + (high - low + 1) / 2;
     LodCut cut = seen(middle);
     if (cut.count > budget) {

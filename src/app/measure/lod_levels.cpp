@@ -248,14 +248,14 @@ LodCut cut_in_view(const LodPages& tree, const LodGain& gain, std::size_t budget
         if (in_view[part.page * tree.page_nodes + row])
           ++part.count;
         else
-          part.mask[row / 64] &= ~(std::uint64_t{1} << row % 64);
+          part.mask.toggle(row);
       });
       cut.count += part.count;
     }
     return cut;
   };
   LodCut best = seen(budget);
-  for (std::size_t low = budget, high = tree.count; best.count < budget && low < high;) {
+  for (std::size_t low = budget, high = tree.count; low < high;) {
     const std::size_t middle = low + (high - low + 1) / 2;
     LodCut cut = seen(middle);
     if (cut.count > budget) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
@@ -96,9 +95,7 @@ std::size_t moved(const LodCut& a, const LodCut& b) {
   for (const LodPart& part : b.parts) {
     while (old != a.parts.end() && old->page < part.page) ++old;
     const bool has_old = old != a.parts.end() && old->page == part.page;
-    for (std::size_t word = 0; word < part.mask.size(); ++word)
-      count += static_cast<std::size_t>(
-          std::popcount(part.mask[word] & ~(has_old ? old->mask[word] : 0)));
+    count += has_old ? (GaussianSet(part.mask) -= old->mask).count() : part.count;
   }
   return count;
 }

@@ -12,32 +12,30 @@ class Left {
   Left(const LodPages& tree, const LodCut& cut, const LodCut& other) : masks_(tree.pages.size()) {
     for (const LodPart& part : cut.parts) masks_[part.page] = part.mask;
     for (const LodPart& part : other.parts)
-      for (std::size_t word = 0; word < masks_[part.page].size(); ++word)
-        masks_[part.page][word] &= ~part.mask[word];
+      if (masks_[part.page].size() > 0) masks_[part.page] -= part.mask;
   }
 
   bool has(const LodMove& node) const {
-    const auto& mask = masks_[node.page];
-    return !mask.empty() && (mask[node.row / 64] >> node.row % 64 & 1) != 0;
+    return masks_[node.page].size() > 0 && masks_[node.page][node.row];
   }
 
   bool take(const LodMove& node) {
     if (!has(node)) return false;
-    masks_[node.page][node.row / 64] ^= std::uint64_t{1} << node.row % 64;
+    masks_[node.page].toggle(node.row);
     return true;
   }
 
   std::vector<LodMove> nodes() const {
     std::vector<LodMove> nodes;
     for (std::uint32_t page = 0; page < masks_.size(); ++page)
-      LodPart{page, 0, 0, masks_[page]}.for_each([&](std::size_t row) {
+      masks_[page].for_each([&](std::size_t row) {
         nodes.push_back({page, static_cast<std::uint32_t>(row)});
       });
     return nodes;
   }
 
  private:
-  std::vector<std::vector<std::uint64_t>> masks_;  // by page
+  std::vector<GaussianSet> masks_;  // by page
 };
 
 class Groups {

@@ -21,9 +21,7 @@ struct SlottedNode {
   std::uint32_t page, row, slot;
 };
 
-bool has(const LodPart* part, std::size_t row) {
-  return part != nullptr && (part->mask[row / 64] >> row % 64 & 1) != 0;
-}
+bool has(const LodPart* part, std::size_t row) { return part != nullptr && part->mask[row]; }
 
 }  // namespace
 

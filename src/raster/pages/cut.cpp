@@ -271,7 +271,7 @@ class Descent {
     for (std::uint32_t page = 0; page < all.size(); ++page) {
       all[page].page = missing[page].page = page;
       cut.count += all[page].count;
-      if (!all[page].mask.empty()) cut.parts.push_back(std::move(all[page]));
+      if (all[page].mask.size() > 0) cut.parts.push_back(std::move(all[page]));
       if (missing[page].gain > 0) cut.missing.push_back(std::move(missing[page]));
     }
     std::ranges::stable_sort(cut.missing, std::ranges::greater(), &LodPart::gain);
@@ -287,20 +287,20 @@ class Descent {
     LodPart& part = drawn.parts[page];
     const std::uint32_t row = visit.node - static_cast<std::uint32_t>(page) * page_nodes_;
     part.gain = std::max(part.gain, visit.parent_gain);
-    if (part.mask.empty()) part.mask.resize((tree_.page_nodes + 63) / 64);
+    if (part.mask.size() == 0) part.mask = GaussianSet(tree_.page_nodes);
     const bool is_open = is_before(visit, closed_);
     if (is_open && !visit.is_awaited) return;
-    part.mask[row / 64] |= std::uint64_t{1} << row % 64;
+    part.mask.add(row);
     ++part.count;
     if (is_open) drawn.awaited.push_back(&visit);
   }
 
   static void join(LodPart& part, LodPart& other) {
-    if (part.mask.empty()) return std::swap(part, other);
+    if (part.mask.size() == 0) return std::swap(part, other);
+    if (other.mask.size() == 0) return;
     part.gain = std::max(part.gain, other.gain);
     part.count += other.count;
-    for (std::size_t word = 0; word < other.mask.size(); ++word)
-      part.mask[word] |= other.mask[word];
+    part.mask |= other.mask;
   }
 
   // The visits in ranges, one for each thread.

@@ -7,7 +7,6 @@
 // a missing page makes a picture coarser and never leaves a hole.
 #pragma once
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -149,13 +148,11 @@ struct LodLimit {
 struct LodPart {
   std::uint32_t page = 0, count = 0;
   float gain = 0;
-  std::vector<std::uint64_t> mask = {};  ///< bit i: node i of the page is drawn
+  GaussianSet mask = GaussianSet();  ///< rows of the page that are drawn
 
   template <class Visit>
   void for_each(const Visit& visit) const {  ///< in increasing order
-    for (std::size_t word = 0; word < mask.size(); ++word)
-      for (std::uint64_t bits = mask[word]; bits != 0; bits &= bits - 1)
-        visit(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
+    mask.for_each(visit);
   }
 };
 

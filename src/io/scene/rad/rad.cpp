@@ -34,13 +34,14 @@ class RadFile {
     }
     if (count_ == 0) fail("{}: holds no Gaussians", path_);
     has_tree_ = has_tree_ || chunks_[0].properties[kRadChildCount];
+    tree_.leaves.resize(has_tree_ ? 0 : count_);
+    std::iota(tree_.leaves.begin(), tree_.leaves.end(), 0u);
     if (has_tree_) read_tree();
     codes_.emplace(chunks_[0]);
     if (header_.has_originals && has_tree_) taken_ = decltype(taken_)(read_count());
   }
 
-  // The Gaussians that are read: the leaves, or all nodes of a file without a tree.
-  std::size_t read_count() const { return has_tree_ ? tree_.leaves.size() : count_; }
+  std::size_t read_count() const { return tree_.leaves.size(); }
   std::size_t chunk_count() const { return chunks_.size(); }
 
   int sh_degree() const {
@@ -55,8 +56,7 @@ class RadFile {
     const std::size_t begin = read_before(chunk.base);
     std::vector<std::uint32_t> rows(read_before(chunk.base + chunk.count) - begin);
     for (std::size_t k = 0; k < rows.size(); ++k)
-      rows[k] = static_cast<std::uint32_t>((has_tree_ ? tree_.leaves[begin + k] : begin + k) -
-                                           chunk.base);
+      rows[k] = static_cast<std::uint32_t>(tree_.leaves[begin + k] - chunk.base);
     const RadOriginals originals(chunk);
     std::vector<std::uint32_t> places(rows.size());
     std::iota(places.begin(), places.end(), static_cast<std::uint32_t>(begin));
@@ -95,7 +95,6 @@ class RadFile {
 
  private:
   std::size_t read_before(std::uint64_t node) const {
-    if (!has_tree_) return node;
     return static_cast<std::size_t>(std::ranges::lower_bound(tree_.leaves, node) -
                                     tree_.leaves.begin());
   }
@@ -152,7 +151,7 @@ class RadFile {
   RadHeader header_;
   std::vector<RadChunk> chunks_;
   std::uint64_t count_ = 0, ignored_bytes_ = 0;
-  LodTree tree_;
+  LodTree tree_;  // its leaves are read: all nodes of a file without a tree
   std::optional<RadCodes> codes_;
   std::atomic<std::size_t> unlabelled_ = 0;
   std::vector<std::atomic<bool>> taken_;  // places of original leaves; empty: the file's order

@@ -19,7 +19,7 @@ void put_drawn(const GaussianCloud& nodes, std::size_t i, const LodFacts& node, 
                GaussianCloud& cloud, std::size_t k) {
   copy_gaussian(nodes, i, cloud, k);
   if (node.child_count == 0 || v == 0) return;
-  const DrawnLod shown = drawn(merged_node(nodes, i, node), v);
+  const DrawnLod shown = drawn_faint(merged_node(nodes, i, node), v);
   cloud.opacity_logits[k] = std::log(shown.opacity / (1 - shown.opacity));
   if (node.layers <= 1 && shown.opacity < 1) return;
   const auto& s = shown.covariance;

@@ -14,6 +14,22 @@ LodCovariance widened(LodCovariance c, float v) {
   return c;
 }
 
+// Behind the filter the node has the integral of its layers. `integral`: of m layers at one place,
+// in integrals of one opaque layer.
+template <class Integral>
+DrawnLod covering(const LodGaussian& g, float v, const Integral& integral) {
+  if (g.is_leaf) return {g.opacities, g.covariance};
+  const float area = ellipsoid_area(widened(g.covariance, v));
+  const float layers = area > 0 ? (g.mass + 4 * kPi * v * g.opacities) / area : 0;
+  const float growth = integral(layers);
+  if (growth <= 1) return {growth, g.covariance};
+  // The widened Gaussian grows; the renderer widens it again.
+  DrawnLod grown{1, g.covariance};
+  for (float& value : grown.covariance) value *= growth;
+  grown.covariance = widened(grown.covariance, (growth - 1) * v);
+  return grown;
+}
+
 }  // namespace
 
 float ellipsoid_area(const LodCovariance& c) {
@@ -37,6 +53,16 @@ float harmonic_number(float m) {
   return std::log(x) + std::numbers::egamma_v<float> + 1 / (24 * x * x);
 }
 
+float exponential_integral(float m) {
+  // Abramowitz, Stegun 1964, 5.1.53 and 5.1.54.
+  if (m < 1)
+    return m * (0.99999193f -
+                m * (0.24991055f - m * (0.05519968f - m * (0.00976004f - m * 0.00107857f))));
+  if (m > 50) return std::log(m) + std::numbers::egamma_v<float>;
+  const float rest = (m * m + 2.334733f * m + 0.250621f) / (m * m + 3.330657f * m + 1.681534f);
+  return std::log(m) + std::numbers::egamma_v<float> + std::exp(-m) / m * rest;
+}
+
 void set_opacity(LodGaussian& leaf, float opacity) {
   leaf.opacities = opacity;
   leaf.mass = opacity * ellipsoid_area(leaf.covariance);
@@ -58,17 +84,9 @@ LodGaussian merged(const LodGaussian& a, const LodGaussian& b) {
 }
 
 DrawnLod drawn(const LodGaussian& g, float v) {
-  if (g.is_leaf) return {g.opacities, g.covariance};
-  const LodCovariance wide = widened(g.covariance, v);
-  const float area = ellipsoid_area(wide);
-  const float m = area > 0 ? (g.mass + 4 * kPi * v * g.opacities) / area : 0;
-  if (m <= 1) return {m, g.covariance};
-  // The widened Gaussian grows; the renderer widens it again.
-  DrawnLod grown{1, g.covariance};
-  const float growth = harmonic_number(m);
-  for (float& value : grown.covariance) value *= growth;
-  grown.covariance = widened(grown.covariance, (growth - 1) * v);
-  return grown;
+  return covering(g, v, [](float m) { return m <= 1 ? m : harmonic_number(m); });
 }
+
+DrawnLod drawn_faint(const LodGaussian& g, float v) { return covering(g, v, exponential_integral); }
 
 }  // namespace qs

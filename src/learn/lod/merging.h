@@ -52,6 +52,9 @@ float ellipsoid_area(const LodCovariance& covariance);
 /// H_m = psi(m + 1) + Euler's constant within 0.2 %, for real m >= 1.
 float harmonic_number(float m);
 
+/// The integral of (1 - e^-t) / t from 0 to m within 0.01 %, for m >= 0.
+float exponential_integral(float m);
+
 /// Sets the mass and the opacities of a leaf that has its mean and covariance.
 void set_opacity(LodGaussian& leaf, float opacity);
 
@@ -67,5 +70,9 @@ LodGaussian merged(const LodGaussian& a, const LodGaussian& b);
 /// Leaves are drawn as they are. v = 0: for viewers whose filter is unknown, and for filters that
 /// keep the light of each Gaussian.
 DrawnLod drawn(const LodGaussian& gaussian, float v);
+
+/// The same for a node with many faint leaves, which hide each other: m of them at one place have
+/// the opacity 1 - e^-m.
+DrawnLod drawn_faint(const LodGaussian& gaussian, float v);
 
 }  // namespace qs

@@ -86,6 +86,35 @@ TEST(Merging, opaque_gaussians_at_one_place_grow_by_a_harmonic_number) {
   EXPECT_NEAR(shown.covariance[0], 1 + 1 / 2. + 1 / 3. + 1 / 4., 0.005);
 }
 
+TEST(Merging, exponential_integrals_are_integrals) {
+  double sum = 0, t = 0;
+  for (const double m : {1e-4, 0.5, 0.99, 1.01, 1.5, 4.0, 20.0, 49.0, 51.0, 90.0}) {
+    constexpr int kSteps = 20000;
+    const double step = (m - t) / kSteps;
+    for (int i = 0; i < kSteps; ++i) {
+      const double middle = t + (i + 0.5) * step;
+      sum += step * -std::expm1(-middle) / middle;
+    }
+    t = m;
+    EXPECT_NEAR(static_cast<double>(exponential_integral(static_cast<float>(m))) / sum, 1, 1e-4);
+  }
+  EXPECT_EQ(exponential_integral(0), 0);
+  EXPECT_NEAR(exponential_integral(1e30f), 69.65f, 0.01f);
+}
+
+TEST(Merging, faint_gaussians_behind_a_filter_hide_each_other) {
+  // 1 - (1 - 0.05 g)^n has the integral of the sum of (1 - 0.95^k) / k, if g has 1.
+  for (const int count : {2, 10, 40, 200}) {
+    LodGaussian node = lod_ball({0, 0, 0}, 1, 0.05f);
+    for (int k = 1; k < count; ++k) node = merged(node, lod_ball({0, 0, 0}, 1, 0.05f));
+    double truth = 0;
+    for (int k = 1; k <= count; ++k) truth += (1 - std::pow(0.95, k)) / k;
+    const DrawnLod shown = drawn_faint(node, 1);
+    const double covered = static_cast<double>(shown.opacity * (shown.covariance[0] + 1) / 2);
+    EXPECT_NEAR(covered / truth, 1, 0.02) << count;
+  }
+}
+
 TEST(Merging, layers_that_hide_each_other_cost_little) {
   // Both are opaque at one place: their sum would be twice as bright as the picture.
   const LodGaussian a = lod_ball({0, 0, 0}, 1, 1, 0.4f), b = lod_ball({0.1f, 0, 0}, 1, 1, 0.4f);
@@ -113,6 +142,7 @@ TEST(Merging, gaussians_that_show_nothing_merge_without_nan) {
         const float error = merging_error(a, b, v, antialiased);
         EXPECT_TRUE(std::isfinite(error));
         EXPECT_TRUE(std::isfinite(drawn(node, v).opacity));
+        EXPECT_TRUE(std::isfinite(drawn_faint(node, v).opacity));
       }
 }
 

@@ -93,14 +93,14 @@ TEST(ReducedFrames, keep_every_point_s_place_in_the_window) {
       EXPECT_NEAR(place(smaller).y, place(camera).y, 1e-12);
     }
   }
-  EXPECT_EQ(reduced(test::front_camera(5, 3), 8).width, 1);
-  EXPECT_EQ(reduced(test::front_camera(5, 3), 8).height, 1);
+  EXPECT_EQ(test::front_camera(5, 3).reduced(8).width, 1);
+  EXPECT_EQ(test::front_camera(5, 3).reduced(8).height, 1);
 }
 
 TEST(ReducedFrames, that_are_not_reduced_are_the_full_frame) {
   const Camera camera = test::front_camera(333, 77);
-  EXPECT_EQ(reduced(camera, 1).focal_px, camera.focal_px);
-  EXPECT_EQ(reduced(camera, 1).center_px, camera.center_px);
+  EXPECT_EQ(camera.reduced(1).focal_px, camera.focal_px);
+  EXPECT_EQ(camera.reduced(1).center_px, camera.center_px);
   EXPECT_EQ(reduced(RenderSettings(), 1).dilation, 0.3);
 }
 

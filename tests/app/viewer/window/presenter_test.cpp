@@ -71,7 +71,7 @@ TEST(Presenter, enlarges_a_reduced_frame_closer_to_the_full_one_than_linear_inte
   const Image full = renderer->render(camera).color;
   for (const int divisor : {2, 3}) {
     const RenderSettings settings = reduced(RenderSettings(), divisor);
-    const Image small = renderer->render(reduced(camera, divisor), settings).color;
+    const Image small = renderer->render(camera.reduced(divisor), settings).color;
     const auto shown = [&](Enlarging enlarging) {
       Presenter presenter(enlarging);
       presenter.show(frame_of(small), nullptr);

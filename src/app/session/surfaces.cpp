@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/session/surfaces.h"
 
-#include <limits>
+#include <algorithm>
 #include <utility>
 
 #include <glm/geometric.hpp>
@@ -13,21 +13,23 @@
 namespace qs {
 namespace {
 
-// A coarse cut has a quarter of the nodes, and its picture a quarter of the width (docs/lod.md).
+// A coarse cut has a quarter of the nodes, at most two for each pixel of its picture, which has a
+// quarter of the width (docs/lod.md).
 constexpr int kCoarser = 4;
+constexpr std::size_t kNodesOfPixel = 2;
+// In a window a coarse cut that has less than this part of the whole budget, because its pages are
+// missing, is shown itself: the pages come first.
+constexpr std::size_t kFewer = 16;
 
-// In a flight the surfaces of a view serve as long as few nodes appear from behind them. They are
-// found if they will serve so many cuts: a faster flight has cuts without.
-constexpr double kServed = 4;
+constexpr double kShift = 1.0 / 16, kTurn = 0.25;  // of the distance; radians
 
-// True if the surfaces of one view serve the other. `distance`: of the surfaces.
-bool is_near(const Camera& a, const Camera& b, double distance, double cuts = 1) {
-  const double shift = 1 / (16 * cuts), turn = 0.25 / cuts;  // of the distance; radians
+// True if few nodes appear from behind the surfaces of the other view. `distance`: of these.
+bool is_near(const Camera& a, const Camera& b, double distance) {
   const auto axis = [](const Camera& camera) {
     return glm::transpose(glm::dmat3(camera.view_from_world))[2];
   };
-  return glm::distance(a.position(), b.position()) <= shift * distance &&
-         glm::distance(axis(a), axis(b)) <= turn;
+  return glm::distance(a.position(), b.position()) <= kShift * distance &&
+         glm::distance(axis(a), axis(b)) <= kTurn;
 }
 
 }  // namespace
@@ -37,15 +39,16 @@ SurfaceFinder::SurfaceFinder(ThreadPool& pool)
 
 StreamedCut SurfaceFinder::cut(LodView view, float smallest, const LodLimit& limit, double dilation,
                                bool moves, const MakeCut& make) {
-  constexpr double kEndless = std::numeric_limits<double>::infinity();
-  const double distance = last_ ? static_cast<double>(last_->distance()) : kEndless;
-  const bool is_slow = is_near(seen_, view.camera, distance, kServed);
-  seen_ = view.camera;
-  const bool has_surfaces = view.camera.projection == Projection::pinhole && view.reach.angle == 0;
-  if (has_surfaces && moves && last_ && is_near(last_camera_, view.camera, distance))
-    view.surfaces = last_;
-  else if (has_surfaces && (is_slow || !moves))
-    view.surfaces = surfaces(view, smallest, limit, dilation, make);
+  if (view.camera.projection == Projection::pinhole && view.reach.angle == 0) {
+    if (moves && last_ &&
+        is_near(last_camera_, view.camera, static_cast<double>(last_->distance()))) {
+      view.surfaces = last_;
+    } else if (auto coarse = coarse_cut(view, smallest, limit, make)) {
+      if (moves && !coarse->cut.missing.empty() && coarse->cut.count < limit.budget / kFewer)
+        return *std::move(coarse);
+      view.surfaces = surfaces_of(*coarse, view, dilation, moves);
+    }
+  }
   StreamedCut made = make(gain_in(view, smallest), limit, guess_);
   guess_ = made.cut.limit;
   return made;
@@ -54,12 +57,29 @@ StreamedCut SurfaceFinder::cut(LodView view, float smallest, const LodLimit& lim
 std::shared_ptr<const LodSurfaces> SurfaceFinder::surfaces(const LodView& view, float smallest,
                                                            const LodLimit& limit, double dilation,
                                                            const MakeCut& make) {
-  if (limit.gain == 0 && limit.budget == LodLimit().budget) return nullptr;
+  const auto coarse = coarse_cut(view, smallest, limit, make);
+  return coarse ? surfaces_of(*coarse, view, dilation, false) : nullptr;
+}
+
+std::optional<StreamedCut> SurfaceFinder::coarse_cut(const LodView& view, float smallest,
+                                                     const LodLimit& limit, const MakeCut& make) {
+  if (limit.gain == 0 && limit.budget == LodLimit().budget) return std::nullopt;
   LodLimit part{limit.budget, kCoarser * limit.gain};
-  if (limit.gain == 0) part.budget /= kCoarser;
-  const StreamedCut coarse = make(gain_in(view, smallest), part, coarse_guess_);
+  if (limit.gain == 0) {
+    const Camera camera = view.camera.reduced(kCoarser);
+    const auto pixels =
+        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+    part.budget = std::min(part.budget / kCoarser, kNodesOfPixel * pixels);
+  }
+  StreamedCut coarse = make(gain_in(view, smallest), part, coarse_guess_);
   coarse_guess_ = coarse.cut.limit;
-  if (coarse.cut.limit == 0 || !coarse.cut.missing.empty()) return nullptr;
+  if (coarse.cut.limit == 0 && coarse.cut.missing.empty()) return std::nullopt;
+  return coarse;
+}
+
+std::shared_ptr<const LodSurfaces> SurfaceFinder::surfaces_of(const StreamedCut& coarse,
+                                                              const LodView& view, double dilation,
+                                                              bool moves) {
   RenderSettings settings;
   settings.antialiased = dilation == 0;
   if (dilation > 0) settings.dilation = dilation;
@@ -70,10 +90,12 @@ std::shared_ptr<const LodSurfaces> SurfaceFinder::surfaces(const LodView& view, 
   const Camera camera = view.camera.reduced(kCoarser);
   // Without a filter: nodes fitted to the view's filter take five times as long.
   renderer_->upload(cut_cloud(coarse.tree, coarse.cut, view, 0, pool_, nullptr, 0), {});
-  last_ = std::make_shared<const LodSurfaces>(
-      camera, renderer_->render(camera, settings, outputs).depth.median);
+  auto found = std::make_shared<const LodSurfaces>(
+      camera, renderer_->render(camera, settings, outputs).depth.median,
+      moves ? static_cast<float>(kShift * camera.focal_px.x) : 0.0f);
+  last_ = coarse.cut.missing.empty() ? found : nullptr;
   last_camera_ = view.camera;
-  return last_;
+  return found;
 }
 
 }  // namespace qs

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "base/parallel.h"
 #include "raster/api/renderer.h"
@@ -28,18 +29,23 @@ class SurfaceFinder {
   StreamedCut cut(LodView view, float smallest, const LodLimit& limit, double dilation, bool moves,
                   const MakeCut& make);
 
-  /// The surfaces that such a cut of a pinhole view knows; null if it has all leaves, or if pages
-  /// of the coarse cut are missing.
+  /// The surfaces that such a cut of a pinhole view knows; null if it has all leaves.
   std::shared_ptr<const LodSurfaces> surfaces(const LodView& view, float smallest,
                                               const LodLimit& limit, double dilation,
                                               const MakeCut& make);
 
  private:
+  // None for cuts of all leaves.
+  std::optional<StreamedCut> coarse_cut(const LodView& view, float smallest, const LodLimit& limit,
+                                        const MakeCut& make);
+  std::shared_ptr<const LodSurfaces> surfaces_of(const StreamedCut& coarse, const LodView& view,
+                                                 double dilation, bool moves);
+
   ThreadPool& pool_;
   std::unique_ptr<Renderer> renderer_;
   float coarse_guess_ = 0, guess_ = 0;
-  std::shared_ptr<const LodSurfaces> last_;  // null: none
-  Camera last_camera_, seen_;                // of them; of the last cut
+  std::shared_ptr<const LodSurfaces> last_;  // of a cut with all its pages; null: none
+  Camera last_camera_;
 };
 
 }  // namespace qs

@@ -401,7 +401,8 @@ void LodView::see(std::size_t count, const float* x, const float* y, const float
     share[k] = is_inside ? 1.0f : outside;
   }
   for (std::size_t k = 0; k < count && surfaces; ++k)
-    if (share[k] == 1) share[k] = surfaces->share_seen({x[k], y[k], z[k]}, radius[k]);
+    if (share[k] == 1)
+      share[k] = std::max(outside, surfaces->share_seen({x[k], y[k], z[k]}, radius[k]));
 }
 
 LodView even_view(float footprint) {

@@ -8,13 +8,14 @@
 
 namespace qs {
 
-LodSurfaces::LodSurfaces(const Camera& camera, std::vector<float> depths)
+LodSurfaces::LodSurfaces(const Camera& camera, std::vector<float> depths, float margin)
     : turn_(camera.view_from_world),
       eye_(camera.position()),
       focal_(camera.focal_px),
       center_(camera.center_px),
       width_(camera.width),
       height_(camera.height),
+      margin_(margin),
       near_depth_(static_cast<float>(camera.near_depth)),
       depths_(std::move(depths)) {
   std::ranges::replace(depths_, 0.0f, std::numeric_limits<float>::infinity());
@@ -30,7 +31,7 @@ float LodSurfaces::share_seen(const glm::vec3& center, float radius) const {
   const float nearest = at.z - radius;
   if (!(nearest > near_depth_)) return 1;
   const glm::vec2 middle = focal_ * glm::vec2(at) / at.z + center_,
-                  reach = focal_ * radius / nearest;
+                  reach = focal_ * radius / nearest + margin_;
   const glm::vec2 size(width_, height_);
   const glm::ivec2 low = glm::clamp(middle - reach, glm::vec2(0), size);
   const glm::ivec2 high = glm::clamp(middle + reach + 1.0f, glm::vec2(0), size);

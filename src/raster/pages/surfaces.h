@@ -15,8 +15,9 @@ namespace qs {
 
 class LodSurfaces {
  public:
-  /// `depths`: DepthMaps::median of a picture of this pinhole camera.
-  LodSurfaces(const Camera& camera, std::vector<float> depths);
+  /// `depths`: DepthMaps::median of a picture of this pinhole camera. `margin`: pixels around a
+  /// ball that count as its own, because views a little beside show it there.
+  LodSurfaces(const Camera& camera, std::vector<float> depths, float margin = 0);
 
   /// The share of the pixels of a ball in whose surfaces do not hide all of the ball, kLeastSeen to
   /// 1; from at most 8 x 8 of its pixels. 1 for a ball outside of the picture or around the camera.
@@ -33,7 +34,7 @@ class LodSurfaces {
   glm::dvec3 eye_;
   glm::vec2 focal_, center_;
   int width_, height_;
-  float near_depth_, distance_;
+  float margin_, near_depth_, distance_;
   std::vector<float> depths_;  // infinite where nothing hides
 };
 

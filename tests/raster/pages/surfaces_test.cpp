@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/pages/surfaces.h"
 
+#include <algorithm>
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -12,11 +13,11 @@ namespace qs {
 namespace {
 
 // A wall at depth 5 fills the left half of the picture.
-LodSurfaces wall(const Camera& camera) {
+LodSurfaces wall(const Camera& camera, float margin = 0) {
   std::vector<float> depths(static_cast<std::size_t>(camera.width * camera.height));
   for (int i = 0; i < camera.width * camera.height; ++i)
     if (i % camera.width < camera.width / 2) depths[static_cast<std::size_t>(i)] = 5;
-  return {camera, depths};
+  return {camera, depths, margin};
 }
 
 // The point of a pixel at a depth.
@@ -43,13 +44,22 @@ TEST(Surfaces, say_nothing_about_balls_that_the_picture_does_not_show) {
   EXPECT_EQ(surfaces.share_seen({0, 0, 6}, 7), 1) << "around the camera";
 }
 
+TEST(Surfaces, count_pixels_around_a_ball) {
+  const Camera camera = test::front_camera(80, 60);
+  const glm::vec3 center = at(camera, 35, 30, 6);  // 5 pixels from the wall's edge
+  EXPECT_EQ(wall(camera).share_seen(center, 0.01f), LodSurfaces::kLeastSeen);
+  EXPECT_NEAR(wall(camera, 10).share_seen(center, 0.01f), 0.25, 0.13);
+}
+
 TEST(Surfaces, lower_the_gains_of_a_view) {
   const Camera camera = test::front_camera(80, 60);
-  LodView view(camera, 0.5f);
-  view.surfaces = std::make_shared<const LodSurfaces>(wall(camera));
-  EXPECT_EQ(view(at(camera, 20, 30, 6), 0.1f).share, LodSurfaces::kLeastSeen);
-  EXPECT_EQ(view(at(camera, 20, 30, 4), 0.1f).share, 1);
-  EXPECT_EQ(view(at(camera, -60, 30, 6), 0.1f).share, 0.5f) << "outside";
+  for (const float outside : {1e-4f, 1 / 16.0f}) {
+    LodView view(camera, outside);
+    view.surfaces = std::make_shared<const LodSurfaces>(wall(camera));
+    EXPECT_EQ(view(at(camera, 20, 30, 6), 0.1f).share, std::max(outside, LodSurfaces::kLeastSeen));
+    EXPECT_EQ(view(at(camera, 20, 30, 4), 0.1f).share, 1);
+    EXPECT_EQ(view(at(camera, -60, 30, 6), 0.1f).share, outside);
+  }
 }
 
 }  // namespace

@@ -401,7 +401,8 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       lock.unlock();
       const auto start = std::chrono::steady_clock::now();
       const double worked = own.processor_seconds();
-      const StreamedCut made = cut_now(view, finder, came && !restarts, own);
+      const bool moves = came && !restarts;
+      const StreamedCut made = cut_now(view, finder, moves, own);
       const LodCut& shown = slots_.shown();
       const double change = static_cast<double>(moved(shown, made.cut) + moved(made.cut, shown)) /
                             static_cast<double>(made.cut.count);
@@ -412,7 +413,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       CutChange step;
       if (is_new) {
         step = slots_.follow(made, view.view, view.dilation, !came || restarts, own);
-        exact = step.whole ? number : 0;
+        exact = step.whole && !moves ? number : 0;
         selected = step.selected.count();
       }
       facts.selected = selected;

@@ -17,13 +17,15 @@ namespace {
 // quarter of the width (docs/lod.md).
 constexpr int kCoarser = 4;
 constexpr std::size_t kNodesOfPixel = 2;
-// In a window a coarse cut that has less than this part of the whole budget, because its pages are
-// missing, is shown itself: the pages come first.
+// A window shows the coarse cut itself while it lacks pages and has less than 1 / kFewer of the
+// whole budget.
 constexpr std::size_t kFewer = 16;
 
-constexpr double kShift = 1.0 / 16, kTurn = 0.25;  // of the distance; radians
+// A flight keeps the surfaces of a view until the camera has moved by kShift of their distance, or
+// has turned by kTurn radians.
+constexpr double kShift = 1.0 / 16, kTurn = 0.25;
 
-// True if few nodes appear from behind the surfaces of the other view. `distance`: of these.
+// True if the surfaces of one view serve the other. `distance`: of the surfaces.
 bool is_near(const Camera& a, const Camera& b, double distance) {
   const auto axis = [](const Camera& camera) {
     return glm::transpose(glm::dmat3(camera.view_from_world))[2];

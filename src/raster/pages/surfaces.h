@@ -15,12 +15,13 @@ namespace qs {
 
 class LodSurfaces {
  public:
-  /// `depths`: DepthMaps::median of a picture of this pinhole camera. `margin`: pixels around a
-  /// ball that count as its own, because views a little beside show it there.
+  /// `depths`: DepthMaps::median of a picture of this pinhole camera. `margin`: pixels
+  /// around a ball that count as its own, because a view a little beside shows the ball there.
   LodSurfaces(const Camera& camera, std::vector<float> depths, float margin = 0);
 
-  /// The share of the pixels of a ball in whose surfaces do not hide all of the ball, kLeastSeen to
-  /// 1; from at most 8 x 8 of its pixels. 1 for a ball outside of the picture or around the camera.
+  /// The share of a ball's pixels whose surface is not in front of the whole ball, kLeastSeen to 1.
+  /// At most 8 x 8 of its pixels are looked up. 1 for a ball outside of the picture or around the
+  /// camera.
   float share_seen(const glm::vec3& center, float radius) const;
 
   /// The median of the depths; infinite if most pixels have no surface.

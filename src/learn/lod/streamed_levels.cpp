@@ -53,52 +53,65 @@ class CutsOfFile {
     }
   }
 
-  SogLevel level(std::size_t k) const {
-    SogLevel level;
-    level.centers.resize(nodes_[k].size());
-    level.sigmas.resize(nodes_[k].size());
-    for_each_node(nodes_[k], [&](const LodPages& page, std::size_t row, std::size_t i) {
+  // Reads each page once for all centres and sizes.
+  std::vector<SogLevel> levels() const {
+    std::vector<SogLevel> levels(nodes_.size());
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+      levels[k].centers.resize(nodes_[k].size());
+      levels[k].sigmas.resize(nodes_[k].size());
+      levels[k].gaussians = [this, k](std::span<const std::uint32_t> numbers) {
+        return gaussians(k, numbers);
+      };
+    }
+    pool_.for_each(header_.chunks.size(), 1, [&](std::size_t p) {
+      const LodPages page = page_alone(p);
       GaussianCloud one = make_cloud(1, file_.sh_degree());
-      put_node(page, 0, row, views_[k], dilation(), one, 0);
-      const glm::vec3& s = one.log_scales[0];
-      level.centers[i] = one.positions[0];
-      level.sigmas[i] = std::exp(std::max({s.x, s.y, s.z}));
+      for (std::size_t k = 0; k < levels.size(); ++k) {
+        auto node = std::ranges::lower_bound(nodes_[k], p * header_.chunk_nodes);
+        for (; node != nodes_[k].end() && *node / header_.chunk_nodes == p; ++node) {
+          put_node(page, 0, *node % header_.chunk_nodes, views_[k], dilation(), one, 0);
+          const glm::vec3& s = one.log_scales[0];
+          const auto i = static_cast<std::size_t>(node - nodes_[k].begin());
+          levels[k].centers[i] = one.positions[0];
+          levels[k].sigmas[i] = std::exp(std::max({s.x, s.y, s.z}));
+        }
+      }
     });
-    level.gaussians = [this, k](std::span<const std::uint32_t> numbers) {
-      std::vector<std::uint32_t> order(numbers.size()), nodes;  // by node
-      std::iota(order.begin(), order.end(), 0u);
-      std::ranges::sort(order, {}, [&](std::uint32_t i) { return numbers[i]; });
-      for (const std::uint32_t i : order) nodes.push_back(nodes_[k][numbers[i]]);
-      GaussianCloud cloud = make_cloud(numbers.size(), file_.sh_degree());
-      cloud.antialiased = header_.antialiased;
-      for_each_node(nodes, [&](const LodPages& page, std::size_t row, std::size_t i) {
-        put_node(page, 0, row, views_[k], dilation(), cloud, order[i]);
-      });
-      return cloud;
-    };
-    return level;
+    return levels;
   }
 
  private:
   double dilation() const { return header_.antialiased ? 0 : static_cast<double>(kDilation); }
 
-  // Calls use(page, row, i) for each of these nodes, which are in increasing order. `page`: a tree
-  // of one page. Several threads call it.
-  template <class Use>
-  void for_each_node(std::span<const std::uint32_t> nodes, const Use& use) const {
-    const auto page_of = [&](std::size_t i) { return nodes[i] / header_.chunk_nodes; };
-    std::vector<std::size_t> first;  // of each page
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-      if (i == 0 || page_of(i) != page_of(i - 1)) first.push_back(i);
-    first.push_back(nodes.size());
-    pool_.for_each(first.size() - 1, 1, [&](std::size_t p) {
-      const LodPages page{0,
-                          header_.chunk_nodes,
-                          header_.footprint,
-                          {std::make_shared<const LodPage>(file_.read(page_of(first[p])))}};
-      for (std::size_t i = first[p]; i < first[p + 1]; ++i)
-        use(page, nodes[i] % header_.chunk_nodes, i);
+  // A tree of one page.
+  LodPages page_alone(std::size_t p) const {
+    return {0,
+            header_.chunk_nodes,
+            header_.footprint,
+            {std::make_shared<const LodPage>(file_.read(p))}};
+  }
+
+  // The Gaussians of a level with these numbers. Each of their pages is read once.
+  GaussianCloud gaussians(std::size_t k, std::span<const std::uint32_t> numbers) const {
+    const auto node_of = [&](std::uint32_t i) { return nodes_[k][numbers[i]]; };
+    const auto page_of = [&](std::uint32_t i) { return node_of(i) / header_.chunk_nodes; };
+    std::vector<std::uint32_t> order(numbers.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::ranges::sort(order, {}, node_of);
+    std::vector<std::span<const std::uint32_t>> parts;  // of a page each
+    for (auto begin = order.begin(); begin != order.end();) {
+      const auto end = std::ranges::upper_bound(begin, order.end(), page_of(*begin), {}, page_of);
+      parts.emplace_back(begin, end);
+      begin = end;
+    }
+    GaussianCloud cloud = make_cloud(numbers.size(), file_.sh_degree());
+    cloud.antialiased = header_.antialiased;
+    pool_.for_each(parts.size(), 1, [&](std::size_t p) {
+      const LodPages page = page_alone(page_of(parts[p].front()));
+      for (const std::uint32_t i : parts[p])
+        put_node(page, 0, node_of(i) % header_.chunk_nodes, views_[k], dilation(), cloud, i);
     });
+    return cloud;
   }
 
   RadPages file_;
@@ -113,9 +126,7 @@ class CutsOfFile {
 void write_streamed_levels(const std::filesystem::path& tree, const std::filesystem::path& folder,
                            ThreadPool& pool, const Progress& progress) {
   const CutsOfFile cuts(tree, pool);
-  std::vector<SogLevel> levels;
-  for (std::size_t k = 0; k < kStreamedLevels; ++k) levels.push_back(cuts.level(k));
-  write_streamed_sog(levels, folder, pool, progress);
+  write_streamed_sog(cuts.levels(), folder, pool, progress);
 }
 
 }  // namespace qs

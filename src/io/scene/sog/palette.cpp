@@ -4,23 +4,22 @@
 #include <algorithm>
 #include <functional>
 #include <numeric>
-#include <queue>
 #include <span>
+#include <utility>
 
 namespace qs {
 namespace {
 
-constexpr std::size_t kMostSampled = 1 << 20;  // values for a codebook
+constexpr std::size_t kMostSampled = 1 << 18;  // values for a codebook
 constexpr int kRounds = 8;                     // of k-means
+constexpr double kWorstCells = 0.7;            // of the largest error: cells divided in one round
 
 // Rows that will be one vector, and where they would be divided.
 struct Cell {
-  double error = 0;  // sum of the squared distances to the mean
   std::span<std::uint32_t> members;
+  double error = 0;      // sum of the squared distances to the mean; 0: cannot be divided
   std::size_t axis = 0;  // with the largest variance
   float mean = 0;        // on that axis
-
-  bool operator<(const Cell& other) const { return error < other.error; }
 };
 
 Cell measured(const VectorRows& rows, std::span<std::uint32_t> members) {
@@ -34,6 +33,7 @@ Cell measured(const VectorRows& rows, std::span<std::uint32_t> members) {
     }
   }
   Cell cell{.members = members};
+  if (members.empty()) return cell;
   double largest = 0;
   for (std::size_t d = 0; d < rows.dimensions; ++d) {
     const double mean = sums[d] / static_cast<double>(members.size());
@@ -47,19 +47,28 @@ Cell measured(const VectorRows& rows, std::span<std::uint32_t> members) {
   return cell;
 }
 
-// The cells' means, and the cell of each row.
-void finish(const VectorRows& rows, std::span<const Cell> cells, Palette& palette) {
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    std::vector<double> sums(rows.dimensions);
-    for (const std::uint32_t member : cells[i].members) {
-      palette.label[member] = i;
-      for (std::size_t d = 0; d < rows.dimensions; ++d)
-        sums[d] += static_cast<double>(rows[member][d]);
+// Divides the first `count` cells at their means.
+void divide(const VectorRows& rows, std::size_t count, ThreadPool& pool, std::vector<Cell>& cells) {
+  const std::size_t grain = count / 256 + 1;
+  std::vector<Cell> above(count);
+  pool.for_each(count, grain, [&](std::size_t i) {
+    Cell& cell = cells[i];
+    const auto rest = std::ranges::partition(
+        cell.members, [&](std::uint32_t member) { return rows[member][cell.axis] <= cell.mean; });
+    above[i].members = rest;
+    cell.members = cell.members.first(cell.members.size() - rest.size());
+  });
+  pool.for_each(2 * count, grain, [&](std::size_t i) {
+    Cell& cell = i < count ? cells[i] : above[i - count];
+    cell = measured(rows, cell.members);
+  });
+  for (std::size_t i = 0; i < count; ++i)
+    if (cells[i].members.empty() || above[i].members.empty()) {
+      if (cells[i].members.empty()) cells[i] = above[i];
+      cells[i].error = 0;
+    } else {
+      cells.push_back(above[i]);
     }
-    for (const double sum : sums)
-      palette.values.push_back(
-          static_cast<float>(sum / static_cast<double>(cells[i].members.size())));
-  }
 }
 
 }  // namespace
@@ -72,54 +81,70 @@ std::uint8_t Codebook::nearest(float value) const {
 }
 
 Codebook make_codebook(const Array<float>& values) {
-  const std::size_t step = (values.size() + kMostSampled - 1) / kMostSampled;
+  // A stride would find the same axis or channel again and again; steps of a prime find all.
+  constexpr std::uint64_t kStep = 2'654'435'761;
   const auto [least, largest] = std::ranges::minmax_element(values);
   Array<float> sample = {*least, *largest};
-  for (std::size_t i = 0; i < values.size(); i += step) sample.push_back(values[i]);
+  for (std::uint64_t i = 0; i < std::min(values.size(), kMostSampled); ++i)
+    sample.push_back(values[i * kStep % values.size()]);
+  std::ranges::sort(sample);
+  ThreadPool alone(1);
   Codebook codebook;
   Array<float> entries =
-      make_palette({sample.data(), sample.size(), 1, 1}, codebook.values.size(), {}).values;
+      make_palette({sample.data(), sample.size(), 1, 1}, codebook.values.size(), alone, {}).values;
   std::ranges::sort(entries);
   codebook.values.fill(entries.back());
   std::ranges::copy(entries, codebook.values.begin());
   for (int round = 0; round < kRounds; ++round) {
-    std::array<double, 256> sums{}, counts{};
-    for (const float value : sample) {
-      const std::uint8_t entry = codebook.nearest(value);
-      sums[entry] += static_cast<double>(value);
-      ++counts[entry];
+    Codebook next = codebook;
+    auto begin = sample.begin();
+    for (std::size_t entry = 0; entry < next.values.size(); ++entry) {
+      const auto end = std::ranges::partition_point(
+          sample, [&](float value) { return codebook.nearest(value) <= entry; });
+      if (begin != end)
+        next.values[entry] =
+            static_cast<float>(std::accumulate(begin, end, 0.0) / static_cast<double>(end - begin));
+      begin = end;
     }
-    for (std::size_t i = 0; i < sums.size(); ++i)
-      if (counts[i] > 0) codebook.values[i] = static_cast<float>(sums[i] / counts[i]);
+    codebook = next;
   }
   return codebook;
 }
 
-Palette make_palette(const VectorRows& rows, std::size_t most, const Progress& progress) {
-  Palette palette;
-  palette.dimensions = rows.dimensions;
-  palette.label.resize(rows.count);
+Palette make_palette(const VectorRows& rows, std::size_t most, ThreadPool& pool,
+                     const Progress& progress) {
   std::vector<std::uint32_t> members(rows.count);
   std::iota(members.begin(), members.end(), 0u);
-  std::priority_queue<Cell> open;
-  open.push(measured(rows, members));
-  std::vector<Cell> done;  // cannot be divided
-  while (!open.empty() && done.size() + open.size() < most) {
-    progress.update(static_cast<float>(done.size() + open.size()) / static_cast<float>(most));
-    const Cell cell = open.top();
-    open.pop();
-    const auto above =
-        std::partition(cell.members.begin(), cell.members.end(),
-                       [&](std::uint32_t member) { return rows[member][cell.axis] <= cell.mean; });
-    if (above == cell.members.begin() || above == cell.members.end()) {
-      done.push_back(cell);
-    } else {
-      open.push(measured(rows, {cell.members.begin(), above}));
-      open.push(measured(rows, {above, cell.members.end()}));
-    }
+  std::vector<Cell> cells = {measured(rows, members)};
+  while (cells.size() < most) {
+    progress.update(static_cast<float>(cells.size()) / static_cast<float>(most));
+    const double largest = std::ranges::max(cells, {}, &Cell::error).error;
+    if (largest == 0) break;
+    const auto others = std::ranges::partition(
+        cells, [&](const Cell& cell) { return cell.error >= kWorstCells * largest; });
+    const std::size_t worst = cells.size() - others.size();
+    const std::size_t count = std::min(worst, most - cells.size());
+    std::ranges::nth_element(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(count),
+                             others.begin(), std::greater(), &Cell::error);
+    divide(rows, count, pool, cells);
   }
-  for (; !open.empty(); open.pop()) done.push_back(open.top());
-  finish(rows, done, palette);
+  // Frequent labels are small numbers, so their picture has fewer bytes.
+  std::ranges::sort(cells, std::greater(), [](const Cell& cell) {
+    return std::pair(cell.members.size(), cell.members.data());
+  });
+  Palette palette{rows.dimensions, Array<float>(cells.size() * rows.dimensions),
+                  std::vector<std::uint32_t>(rows.count)};
+  pool.for_each(cells.size(), cells.size() / 256 + 1, [&](std::size_t i) {
+    std::vector<double> sums(rows.dimensions);
+    for (const std::uint32_t member : cells[i].members) {
+      palette.label[member] = static_cast<std::uint32_t>(i);
+      for (std::size_t d = 0; d < rows.dimensions; ++d)
+        sums[d] += static_cast<double>(rows[member][d]);
+    }
+    const auto count = static_cast<double>(cells[i].members.size());
+    std::ranges::transform(sums, &palette.values[i * rows.dimensions],
+                           [&](double sum) { return static_cast<float>(sum / count); });
+  });
   return palette;
 }
 

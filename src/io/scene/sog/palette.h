@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/parallel.h"
 #include "base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -42,9 +43,10 @@ struct Palette {
   std::size_t size() const { return values.size() / dimensions; }
 };
 
-/// At most `most` vectors for these rows: the cell of rows with the largest squared error is
-/// divided at its mean, along the axis of its largest variance, until there are enough cells; the
-/// vectors are their means. Works in the caller's thread; a million rows take seconds.
-Palette make_palette(const VectorRows& rows, std::size_t most, const Progress& progress);
+/// At most `most` vectors for these rows: cells of rows with the largest squared errors are divided
+/// at their means, along the axis of the largest variance, until there are enough cells; the
+/// vectors are their means, similar ones near each other.
+Palette make_palette(const VectorRows& rows, std::size_t most, ThreadPool& pool,
+                     const Progress& progress);
 
 }  // namespace qs

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <stop_token>
+#include <string>
 #include <vector>
 
 #include "base/parallel.h"
@@ -42,8 +44,23 @@ struct SogLevel {
 void write_streamed_sog(std::span<const SogLevel> levels, const std::filesystem::path& folder,
                         ThreadPool& pool, const Progress& progress);
 
-/// The files of a SOG: meta.json, and the pictures. Gaussians keep their order.
-std::vector<ZipEntry> sog_files(const GaussianCloud& cloud, ThreadPool& pool,
-                                const Progress& progress);
+struct SogPicture {
+  std::string name;
+  std::size_t width, height;
+  std::vector<std::uint8_t> values;  ///< RGBA; texels that nothing uses are 0
+};
+
+/// A SOG before its pictures are encoded.
+struct SogPictures {
+  std::string meta;  ///< meta.json
+  std::vector<SogPicture> pictures;
+};
+
+/// The pictures of a SOG. Gaussians keep their order.
+SogPictures sog_pictures(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progress);
+
+/// The files of each SOG. All pictures are encoded at once, by all threads.
+std::vector<std::vector<ZipEntry>> encode_pictures(std::span<const SogPictures> scenes,
+                                                   ThreadPool& pool, const std::stop_token& stop);
 
 }  // namespace qs

@@ -3,7 +3,10 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <span>
+#include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glm/common.hpp>
@@ -34,12 +37,6 @@ constexpr float kLeastLogScale = -30;        // JSON has no infinity
 
 using Texel = std::array<std::uint8_t, 4>;
 
-struct DataPicture {
-  std::string name;
-  std::size_t width, height;
-  std::vector<std::uint8_t> values;  // RGBA; texels that nothing uses are 0
-};
-
 std::uint8_t byte_of(double value) {
   return static_cast<std::uint8_t>(round_to_integer(value, 255));
 }
@@ -68,7 +65,7 @@ class SogEncoder {
   }
 
   ordered_json meta;
-  std::vector<DataPicture> pictures;
+  std::vector<SogPicture> pictures;
 
   void add_positions() {
     glm::dvec3 low(INFINITY), high(-INFINITY);
@@ -130,7 +127,7 @@ class SogEncoder {
     if (cloud_.sh_degree == 0) return;
     const std::size_t rest = sh_count(cloud_) - 1;
     const VectorRows rows{&cloud_.sh[1].x, cloud_.size(), 3 * (rest + 1), 3 * rest};
-    const Palette palette = make_palette(rows, kMostEntries, progress);
+    const Palette palette = make_palette(rows, kMostEntries, pool_, progress);
     const Codebook codebook = make_codebook(palette.values);
     const std::size_t lines = (palette.size() + kEntriesPerRow - 1) / kEntriesPerRow;
     add_picture(
@@ -161,7 +158,7 @@ class SogEncoder {
   void add_picture(const char* name, const Colour& color, std::size_t count, std::size_t width,
                    std::size_t height) {
     constexpr std::size_t kGrain = 4096;
-    DataPicture picture{name, width, height, std::vector<std::uint8_t>(4 * width * height)};
+    SogPicture picture{name, width, height, std::vector<std::uint8_t>(4 * width * height)};
     pool_.for_each(count, kGrain,
                    [&](std::size_t i) { std::ranges::copy(color(i), &picture.values[4 * i]); });
     pictures.push_back(std::move(picture));
@@ -174,25 +171,36 @@ class SogEncoder {
 
 }  // namespace
 
-std::vector<ZipEntry> sog_files(const GaussianCloud& cloud, ThreadPool& pool,
-                                const Progress& progress) {
+SogPictures sog_pictures(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progress) {
   SogEncoder encoder(cloud, pool);
   encoder.add_positions();
   encoder.add_scales();
   encoder.add_rotations();
   encoder.add_colors();
-  progress.update(0.2f);
-  encoder.add_sh(part_of(progress, 0.2f, 0.6f));
-  progress.update(0.6f);
-  std::vector<ZipEntry> files = {{"meta.json", json_line(encoder.meta)}};
-  for (const DataPicture& picture : encoder.pictures) files.push_back({picture.name, {}});
-  pool.for_each(encoder.pictures.size(), 1, [&](std::size_t i) {
-    const DataPicture& picture = encoder.pictures[i];
-    files[i + 1].content = encode_data_webp(
-        {picture.values, static_cast<int>(picture.width), static_cast<int>(picture.height)},
-        progress.stop);
-  });
+  progress.update(1.0f / 3);
+  encoder.add_sh(part_of(progress, 1.0f / 3, 1));
   progress.update(1);
+  return {json_line(encoder.meta), std::move(encoder.pictures)};
+}
+
+std::vector<std::vector<ZipEntry>> encode_pictures(std::span<const SogPictures> scenes,
+                                                   ThreadPool& pool, const std::stop_token& stop) {
+  std::vector<std::vector<ZipEntry>> files(scenes.size());
+  std::vector<std::pair<const SogPicture*, ZipEntry*>> work;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    files[i].resize(1 + scenes[i].pictures.size());
+    files[i].front() = {"meta.json", scenes[i].meta};
+    for (std::size_t k = 0; k < scenes[i].pictures.size(); ++k)
+      work.emplace_back(&scenes[i].pictures[k], &files[i][1 + k]);
+  }
+  // The largest first, so that no thread begins one when the others are done.
+  std::ranges::stable_sort(work, std::greater(),
+                           [](const auto& pair) { return pair.first->values.size(); });
+  pool.for_each(work.size(), 1, [&](std::size_t i) {
+    const auto& [name, width, height, values] = *work[i].first;
+    *work[i].second = {
+        name, encode_data_webp({values, static_cast<int>(width), static_cast<int>(height)}, stop)};
+  });
   return files;
 }
 
@@ -202,7 +210,10 @@ void write_sog(const GaussianCloud& cloud, const std::filesystem::path& path, Th
     fail("{}: {} Gaussians are more than the {} that SOG's pictures hold", path.string(),
          cloud.size(), kLongestSide * kLongestSide);
   progress.update(0);
-  write_zip(path, sog_files(select(cloud, morton_order(cloud)), pool, progress), ZipForm::stored);
+  const SogPictures pictures =
+      sog_pictures(select(cloud, morton_order(cloud)), pool, part_of(progress, 0, 0.6f));
+  write_zip(path, encode_pictures({&pictures, 1}, pool, progress.stop).front(), ZipForm::stored);
+  progress.update(1);
 }
 
 }  // namespace qs

@@ -121,15 +121,30 @@ void write_streamed_sog(std::span<const SogLevel> levels, const std::filesystem:
   ordered_json description = {{"version", 1},       {"count", count},
                               {"counts", counts},   {"lodLevels", levels.size()},
                               {"filenames", names}, {"tree", tree}};
+  const auto& files = divider.files;
+  // Pictures of so many files that every thread has some to encode.
+  const auto at_once = static_cast<std::size_t>(pool.size());
   replace_folder(folder, [&](const std::filesystem::path& hidden) {
-    for (std::size_t i = 0; i < divider.files.size(); ++i) {
-      const auto& [level, members, name] = divider.files[i];
-      make_folder(hidden / name);
-      const GaussianCloud cloud = levels[level].gaussians(members);
-      if (cloud.antialiased) description["model"] = "antialiased";
-      for (const ZipEntry& entry :
-           sog_files(cloud, pool, step_of(progress, i, divider.files.size())))
-        write_text(hidden / name / entry.name, entry.content);
+    for (std::size_t first = 0; first < files.size(); first += at_once) {
+      const std::size_t end = std::min(files.size(), first + at_once);
+      const auto share = [&](std::size_t i) {
+        return static_cast<float>(i) / static_cast<float>(files.size());
+      };
+      const Progress batch = part_of(progress, share(first), share(end));
+      std::vector<SogPictures> scenes;
+      for (std::size_t i = first; i < end; ++i) {
+        const GaussianCloud cloud = levels[files[i].level].gaussians(files[i].members);
+        if (cloud.antialiased) description["model"] = "antialiased";
+        scenes.push_back(
+            sog_pictures(cloud, pool, step_of(part_of(batch, 0, 0.6f), i - first, end - first)));
+      }
+      const auto encoded = encode_pictures(scenes, pool, progress.stop);
+      for (std::size_t i = 0; i < encoded.size(); ++i) {
+        const std::filesystem::path place = hidden / files[first + i].folder;
+        make_folder(place);
+        for (const ZipEntry& entry : encoded[i]) write_text(place / entry.name, entry.content);
+      }
+      batch.update(1);
     }
     write_text(hidden / "lod-meta.json", json_line(description));
   });

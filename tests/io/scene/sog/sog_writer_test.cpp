@@ -165,6 +165,16 @@ TEST(Codebook, few_values_are_exact_and_many_have_small_errors) {
   EXPECT_LT(std::sqrt(square / static_cast<double>(many.size())), 1.1 * 1.5 * 1.6495 / 256);
 }
 
+TEST(Codebook, a_sample_of_many_vectors_has_all_axes) {
+  Array<float> vectors(2'400'000);
+  for (std::size_t i = 0; i < vectors.size(); ++i)
+    vectors[i] = static_cast<float>(i % 3) + static_cast<float>(i % 977) / 1000;
+  const Codebook codebook = make_codebook(vectors);
+  for (const float axis : {0.0f, 1.0f, 2.0f})
+    EXPECT_GE(
+        std::ranges::count_if(codebook.values, [&](float v) { return std::floor(v) == axis; }), 80);
+}
+
 TEST(Codebook, one_value_fills_it) {
   const Codebook codebook = make_codebook({-3.5f});
   for (const float value : codebook.values) EXPECT_EQ(value, -3.5f);
@@ -193,15 +203,17 @@ double rms(const Array<float>& rows, const Palette& palette) {
 }
 
 TEST(Palette, as_many_entries_as_rows_are_exact) {
+  ThreadPool pool(2);
   const Array<float> rows = blobs(500);
-  EXPECT_EQ(rms(rows, make_palette({rows.data(), 500, 6, 6}, 500, {})), 0);
+  EXPECT_EQ(rms(rows, make_palette({rows.data(), 500, 6, 6}, 500, pool, {})), 0);
 }
 
 TEST(Palette, errors_shrink_with_the_entries_of_one_and_of_two_levels) {
+  ThreadPool pool(2);
   const Array<float> rows = blobs(40000);
   double before = INFINITY;
   for (const std::size_t most : {1u, 40u, 200u, 1000u, 5000u, 20000u}) {
-    const Palette palette = make_palette({rows.data(), 40000, 6, 6}, most, {});
+    const Palette palette = make_palette({rows.data(), 40000, 6, 6}, most, pool, {});
     EXPECT_LE(palette.size(), most);
     EXPECT_GT(palette.size(), most * 2 / 3);
     for (const std::uint32_t label : palette.label) ASSERT_LT(label, palette.size());

@@ -2,7 +2,9 @@
 #include "io/scene/rad/rad_chunk.h"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
+#include <numeric>
 
 #include <libdeflate.h>
 
@@ -183,29 +185,52 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
   return chunk;
 }
 
-Array<float> rad_values(const RadChunk& chunk, std::size_t kind) {
-  Array<std::byte> room;
-  const ByteSpan bytes = unpacked(chunk, kind, room);
+std::optional<RadBytes> rad_bytes(const RadChunk& chunk, std::size_t kind) {
   const RadProperty& property = chunk.get(kind);
   const double min = property.min, max = property.max;
+  const auto value = [&](std::size_t byte) {
+    switch (property.coding) {
+      case RadCoding::s8:
+      case RadCoding::s8_delta:
+        return static_cast<std::int8_t>(byte) / 127.0 * max;
+      case RadCoding::ln_0r8:
+        return byte == 0 ? -std::numeric_limits<double>::infinity()
+                         : min + (static_cast<double>(byte) - 1) * (max - min) / 254;
+      default:
+        return min + static_cast<double>(byte) * (max - min) / 255;
+    }
+  };
+  if (kCodings[static_cast<std::size_t>(property.coding)].bytes != 1 ||
+      property.coding == RadCoding::oct88r8)
+    return {};
+  Array<std::byte> room;
+  const ByteSpan stored = unpacked(chunk, kind, room);
+  RadBytes result;
+  for (std::size_t i = 0; i < result.values.size(); ++i)
+    result.values[i] = static_cast<float>(value(i));
+  result.bytes.resize(stored.size());
+  std::memcpy(result.bytes.data(), stored.data(), stored.size());
+  if (property.coding == RadCoding::r8_delta || property.coding == RadCoding::s8_delta)
+    for (std::size_t begin = 0; begin < stored.size(); begin += property.rows)
+      std::partial_sum(&result.bytes[begin], &result.bytes[begin] + property.rows,
+                       &result.bytes[begin]);  // differences to the byte before
+  return result;
+}
+
+Array<float> rad_values(const RadChunk& chunk, std::size_t kind) {
+  const RadProperty& property = chunk.get(kind);
   const std::size_t rows = property.rows, count = kProperties[kind].values * rows;
   Array<float> values(count);
   const auto fill = [&](const auto& value) {
     for (std::size_t i = 0; i < count; ++i) values[i] = value(i);
   };
-  // value(byte); a difference is added to the byte before.
-  const auto fill_bytes = [&](bool is_delta, const auto& value) {
-    std::array<float, 256> table;
-    for (std::size_t b = 0; b < table.size(); ++b)
-      table[b] = static_cast<float>(value(static_cast<std::uint8_t>(b)));
-    std::uint8_t byte = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto stored = static_cast<std::uint8_t>(bytes[i]);
-      byte = is_delta && i % rows != 0 ? static_cast<std::uint8_t>(byte + stored) : stored;
-      values[i] = table[byte];
-    }
-  };
-  switch (const RadCoding coding = property.coding) {
+  if (const auto bytes = rad_bytes(chunk, kind)) {
+    fill([&](std::size_t i) { return (*bytes)[i]; });
+    return values;
+  }
+  Array<std::byte> room;
+  const ByteSpan bytes = unpacked(chunk, kind, room);
+  switch (property.coding) {
     case RadCoding::f32:
       fill([&](std::size_t i) { return load<float>(&bytes[4 * i]); });
       break;
@@ -226,25 +251,10 @@ Array<float> rad_values(const RadChunk& chunk, std::size_t kind) {
             load<std::uint16_t>(std::array{bytes[i], bytes[i + count]}.data()));
       });
       break;
-    case RadCoding::s8:
-    case RadCoding::s8_delta:
-      fill_bytes(coding == RadCoding::s8_delta,
-                 [&](std::uint8_t byte) { return static_cast<std::int8_t>(byte) / 127.0 * max; });
-      break;
-    case RadCoding::ln_0r8:
-      fill_bytes(false, [&](std::uint8_t byte) {
-        return byte == 0 ? -std::numeric_limits<double>::infinity()
-                         : min + (byte - 1) * (max - min) / 254;
-      });
-      break;
-    case RadCoding::oct88r8:
+    default:  // oct88r8
       fill([&](std::size_t i) {
         return static_cast<float>(static_cast<std::uint8_t>(bytes[3 * (i % rows) + i / rows]));
       });
-      break;
-    default:
-      fill_bytes(coding == RadCoding::r8_delta,
-                 [&](std::uint8_t byte) { return min + byte * (max - min) / 255; });
   }
   return values;
 }

@@ -97,6 +97,17 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
 /// its bytes, 0..255.
 Array<float> rad_values(const RadChunk& chunk, std::size_t kind);
 
+/// A property whose values are bytes of a table: byte k * rows + i for value k of row i.
+struct RadBytes {
+  Array<std::uint8_t> bytes;
+  std::array<float, 256> values;
+
+  float operator[](std::size_t i) const { return values.data()[bytes.data()[i]]; }
+};
+
+/// Unset for codings of more than a byte. Has the same values as rad_values().
+std::optional<RadBytes> rad_bytes(const RadChunk& chunk, std::size_t kind);
+
 /// The children of all nodes of a chunk, and with `has_own` the values of the block of
 /// rad_writer.h: gains to radius and the parent. Throws Error(input) if it is damaged or not there.
 std::vector<LodFacts> rad_nodes(const RadChunk& chunk, bool has_own = true);

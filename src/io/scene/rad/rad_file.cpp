@@ -118,24 +118,34 @@ std::size_t fill_gaussians(const RadChunk& chunk, const RadCodes& codes,
                                        : make_quat(q[3], q[0], q[1], q[2]);
   });
   fill_from(kRadRgb, [&](std::size_t k, const auto& v) {
-    glm::vec3* const sh = sh_of(cloud, k);
-    std::fill_n(sh, sh_count(cloud), glm::vec3(0));
-    sh[0] = (glm::dvec3(v(0), v(1), v(2)) - 0.5) / static_cast<double>(kSh0);
+    sh_of(cloud, k)[0] = (glm::dvec3(v(0), v(1), v(2)) - 0.5) / static_cast<double>(kSh0);
   });
   // The SH of a degree of Gaussian k, the channel fastest.
   const auto band_of = [sh = &cloud.sh.data()->x, stride = 3 * sh_count(cloud)](std::size_t degree,
                                                                                 std::size_t k) {
     return sh + k * stride + 3 * degree * degree;
   };
-  for (std::size_t degree = 1; degree <= 3; ++degree) {
-    if (!chunk.properties[kRadSh + degree - 1]) continue;
-    const Array<float> values = rad_values(chunk, kRadSh + degree - 1);
+  for (std::size_t degree = 1; degree <= static_cast<std::size_t>(cloud.sh_degree); ++degree) {
+    const std::size_t kind = kRadSh + degree - 1;
     // Planes that lie a power of two apart push each other out of the cache: a few rows at a time.
-    constexpr std::size_t kBlock = 64;
-    for (std::size_t begin = 0; begin < rows.size(); begin += kBlock)
-      for (std::size_t v = 0; v < 3 * (2 * degree + 1); ++v)
-        for (std::size_t i = begin; i < std::min(begin + kBlock, rows.size()); ++i)
-          band_of(degree, places[i])[v] = values[v * chunk.count + rows[i]];
+    const auto fill_band = [&](const auto& values) {
+      constexpr std::size_t kBlock = 64;
+      std::array<float*, kBlock> to;
+      for (std::size_t begin = 0; begin < rows.size(); begin += kBlock) {
+        const auto from = rows.subspan(begin, std::min(kBlock, rows.size() - begin));
+        for (std::size_t i = 0; i < from.size(); ++i) to[i] = band_of(degree, places[begin + i]);
+        for (std::size_t v = 0; v < 3 * (2 * degree + 1); ++v)
+          for (std::size_t i = 0; i < from.size(); ++i)
+            to[i][v] = values[v * chunk.count + from[i]];
+      }
+    };
+    if (!chunk.properties[kind])
+      for (const std::uint32_t k : places)
+        std::fill_n(band_of(degree, k), 3 * (2 * degree + 1), 0.0f);
+    else if (const auto bytes = rad_bytes(chunk, kind))
+      fill_band(*bytes);
+    else
+      fill_band(rad_values(chunk, kind));
   }
   std::size_t unlabelled = 0;
   if (!chunk.properties[kRadLabel]) return unlabelled;

@@ -151,6 +151,7 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
                             float guess, int view) {
   std::unique_lock lock(mutex_);
   StreamedCut result{tree_, {}};
+  const std::uint64_t events = events_;
   Array<LodVisit> kept = std::exchange(kept_, {});
   lock.unlock();
   try {
@@ -184,16 +185,13 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
     own.kept[part->page] = views_.size() == 1 || needed <= share;
   }
   own.wanted.clear();
-  std::size_t contents = 0;
   for (const LodPart& part : result.cut.missing) {
-    if (stopped_ || contents == 4 * threads_.size()) break;
+    if (stopped_) break;
     if (tree_.pages[part.page] || tree_.dead[part.page] || in_flight_.contains(part.page)) continue;
-    if (counts(part.page)) {
-      needed += page_bytes;
-      contents += owners_[tree_.content(part.page)] == 0 ? 1 : 0;
-    }
+    if (counts(part.page)) needed += page_bytes;
     if (needed > share) {
-      if (!std::exchange(was_full_, true))
+      // Pages that come may show that fewer are needed.
+      if (own.wanted.empty() && !std::exchange(was_full_, true))
         sentences_.push_back(fmt::format(
             "{}: a view needs more than the {} MB of memory for its pages, so it is coarser",
             source_.name, share / 1'000'000));
@@ -204,6 +202,7 @@ StreamedCut PageStream::cut(const LodGain& gain, const LodLimit& limit, ThreadPo
   }
   std::ranges::reverse(own.wanted);
   wanted_changed_.notify_all();
+  if (own.lacks_pages && own.report && events_ != events) own.report();  // pages came meanwhile
   return result;
 }
 

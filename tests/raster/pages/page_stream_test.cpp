@@ -352,6 +352,25 @@ TEST_F(Streamed, a_view_that_left_is_not_told_and_gives_its_share_back) {
   stream.remove_view(alone);
 }
 
+TEST_F(Streamed, pages_that_come_during_a_cut_make_another_due) {
+  PageStream stream = this->stream();
+  std::atomic<int> due = 0;
+  const int view = stream.add_view([&] { ++due; });
+  EXPECT_THAT(stream.cut(LodGain(gain_of_scale), {1}, pool(), 0, view).cut.missing, IsEmpty());
+  due = 0;
+  std::atomic<bool> came = false;
+  const LodGain slow([&](const LodPage& page, std::size_t row) {
+    ThreadPool alone(1);
+    if (!came.exchange(true)) stream.await_cut(LodGain(gain_of_scale), {6000}, alone);
+    return gain_of_scale(page, row);
+  });
+  EXPECT_FALSE(stream.cut(slow, {6000}, pool(), 0, view).cut.missing.empty());
+  EXPECT_EQ(due, 1);
+  EXPECT_THAT(stream.cut(slow, {6000}, pool(), 0, view).cut.missing, IsEmpty());
+  EXPECT_EQ(due, 1);
+  stream.remove_view(view);
+}
+
 TEST_F(Streamed, short_memory_halves_the_pages_and_goes_on) {
   PageStream stream = this->stream();
   await(stream, {2000});

@@ -76,25 +76,33 @@ CutPlaces::CutPlaces(const LodPages& tree, const LodCut& cut) {
   for (std::uint32_t i = 0; i < order.size(); ++i) places_[std::get<2>(order[i])] = i;
 }
 
+std::vector<std::size_t> starts_of_parts(const LodCut& cut) {
+  std::vector<std::size_t> starts(1);
+  for (const LodPart& part : cut.parts) starts.push_back(starts.back() + part.count);
+  return starts;
+}
+
 GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& view,
                         double dilation, ThreadPool& pool, std::vector<float>* variances,
-                        int degree) {
+                        int degree, std::size_t least) {
   const GaussianCloud& top = tree.pages[0]->cloud;
-  GaussianCloud cloud = make_cloud(cut.count, std::min(degree, top.sh_degree));
+  GaussianCloud cloud = make_cloud(std::max(cut.count, least), std::min(degree, top.sh_degree));
   cloud.antialiased = top.antialiased;
   cloud.origin = top.origin;
-  if (variances) variances->resize(cut.count);
+  if (variances) variances->resize(cloud.size());
   const CutPlaces places(tree, cut);
-  std::vector<std::size_t> first(1);
-  for (const LodPart& part : cut.parts) first.push_back(first.back() + part.count);
+  const std::vector<std::size_t> starts = starts_of_parts(cut);
   pool.for_each(cut.parts.size(), 1, [&](std::size_t p) {
-    std::size_t k = first[p];
+    std::size_t k = starts[p];
     cut.parts[p].for_each([&](std::size_t row) {
       const std::size_t place = places[k++];
       const float variance = put_node(tree, cut.parts[p].page, row, view, dilation, cloud, place);
       if (variances) (*variances)[place] = variance;
     });
   });
+  constexpr std::size_t kGrain = 1024;
+  pool.for_each(cloud.size() - cut.count, kGrain,
+                [&](std::size_t i) { copy_gaussian(cloud, cut.count - 1, cloud, cut.count + i); });
   return cloud;
 }
 

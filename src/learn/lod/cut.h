@@ -41,10 +41,14 @@ class CutPlaces {
   std::vector<std::uint32_t> places_;  // empty: the order of the file
 };
 
-/// The Gaussians of the cut of a view, at their CutPlaces, with SH up to `degree`. `variances`: the
-/// filter_variance() of each; null: not stored.
+/// The first node of each part of a cut, and the number of all nodes.
+std::vector<std::size_t> starts_of_parts(const LodCut& cut);
+
+/// The Gaussians of the cut of a view, at their CutPlaces, with SH up to `degree`; and copies of
+/// the last one until there are `least`. `variances`: the filter_variance() of each; null: not
+/// stored.
 GaussianCloud cut_cloud(const LodPages& tree, const LodCut& cut, const LodView& view,
                         double dilation, ThreadPool& pool, std::vector<float>* variances = nullptr,
-                        int degree = kMaxShDegree);
+                        int degree = kMaxShDegree, std::size_t least = 0);
 
 }  // namespace qs

@@ -2,6 +2,7 @@
 #include "learn/lod/cut_slots.h"
 
 #include <algorithm>
+#include <numeric>
 #include <span>
 
 #include "io/cloud/cloud_memory.h"
@@ -27,29 +28,24 @@ bool has(const LodPart* part, std::size_t row) { return part != nullptr && part-
 
 CutChange CutSlots::whole(const StreamedCut& made, const LodView& view, double dilation,
                           ThreadPool& pool) {
+  const std::size_t count = made.cut.count, slots = count + count / 4 + kLeastSpare;
   CutChange change;
   change.whole = std::make_shared<GaussianCloud>(
-      cut_cloud(made.tree, made.cut, view, dilation, pool, &variances_));
-  GaussianCloud& cloud = *change.whole;
-  const std::size_t count = cloud.size(), slots = count + count / 4 + kLeastSpare;
-  cloud.resize(slots, cloud.sh_degree);
-  variances_.resize(slots);
-  free_.clear();
-  drawn_ = GaussianSet(slots);
-  for (std::size_t slot = slots; slot-- > count;) {
-    copy_gaussian(cloud, count - 1, cloud, slot);
-    free_.push_back(static_cast<std::uint32_t>(slot));
-  }
+      cut_cloud(made.tree, made.cut, view, dilation, pool, &variances_, kMaxShDegree, slots));
+  drawn_ = GaussianSet::where(slots, pool, [&](std::size_t slot) { return slot < count; });
+  free_.resize(slots - count);
+  std::iota(free_.rbegin(), free_.rend(), static_cast<std::uint32_t>(count));
   slots_.assign(made.tree.pages.size(), {});
   const CutPlaces places(made.tree, made.cut);
-  std::uint32_t node = 0;
-  for (const LodPart& part : made.cut.parts) {
+  const std::vector<std::size_t> starts = starts_of_parts(made.cut);
+  pool.for_each(made.cut.parts.size(), 1, [&](std::size_t p) {
+    const LodPart& part = made.cut.parts[p];
+    std::size_t node = starts[p];
     slots_[part.page].resize(made.tree.page_nodes);
     part.for_each([&](std::size_t row) {
-      drawn_.add(node);
       slots_[part.page][row] = static_cast<std::uint32_t>(places[node++]);
     });
-  }
+  });
   change.drawn = drawn_;
   return change;
 }

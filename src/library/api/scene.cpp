@@ -105,8 +105,7 @@ using namespace qs::library;
 
 int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, QsSceneHandle** scene,
                       char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     *scene = nullptr;
     require(context, {function, "context"});
     require_text(path, {function, "path"});
@@ -121,8 +120,7 @@ int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, Qs
 }
 
 int32_t qs_scene_facts(const QsSceneHandle* scene, QsSceneFacts* facts, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     write_struct(scene->scene.facts(), facts, {function, "facts"});
   });
 }

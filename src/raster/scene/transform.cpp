@@ -77,12 +77,14 @@ void diagonalise(glm::dmat3 m, glm::dmat3& axes, glm::dvec3& values) {
 }
 
 bool Transform::is_invertible(const glm::dmat4& matrix) {
+  const bool is_affine =
+      matrix[0][3] == 0 && matrix[1][3] == 0 && matrix[2][3] == 0 && matrix[3][3] == 1;
   const glm::dmat3 linear(matrix);
   const double longest =
       std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
   const double volume = std::abs(glm::determinant(linear));
-  return std::isfinite(longest) && std::isfinite(volume) && longest > 1e-15 && longest < 1e15 &&
-         volume > 1e-12 * longest * longest * longest;
+  return is_affine && std::isfinite(longest) && std::isfinite(volume) && longest > 1e-15 &&
+         longest < 1e15 && volume > 1e-12 * longest * longest * longest;
 }
 
 Transform::Transform(const glm::dmat4& matrix) : matrix_(matrix), linear_(matrix) {

@@ -58,10 +58,8 @@ QsSceneFacts OpenScene::facts() const {
   facts.gaussians = cloud.size() + not_drawn_;
   facts.not_drawn = not_drawn_;
   facts.file_bytes = scene_->file_bytes;
-  for (int axis = 0; axis < 3; ++axis) {
-    facts.low[axis] = low_[axis];
-    facts.high[axis] = high_[axis];
-  }
+  std::copy_n(&low_.x, 3, facts.low);
+  std::copy_n(&high_.x, 3, facts.high);
   facts.antialiased = cloud.antialiased ? 1 : 0;
   facts.white_background = white_background_ ? 1 : 0;
   facts.path = path_.c_str();

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 #include <glm/matrix.hpp>
@@ -154,8 +156,7 @@ void set_covariance(GaussianCloud& cloud, std::size_t i, const glm::dmat3& covar
   diagonalise(covariance, axes, variances);
   if (glm::determinant(axes) < 0) axes[0] = -axes[0];
   cloud.rotations[i] = glm::quat(glm::normalize(glm::quat_cast(axes)));
-  for (int axis = 0; axis < 3; ++axis)
-    cloud.log_scales[i][axis] = static_cast<float>(0.5 * std::log(std::max(variances[axis], 0.0)));
+  cloud.log_scales[i] = 0.5 * glm::log(glm::max(variances, 0.0));
 }
 
 }  // namespace qs

@@ -284,11 +284,7 @@ class LodRun {
     return levels;
   }
 
-  double dilation() const {
-    return session_.settings.antialiased.value_or(leaves().antialiased)
-               ? 0
-               : session_.settings.dilation;
-  }
+  double dilation() const { return filter_of(session_.settings, leaves().antialiased); }
 
   // A picture of the roots of the estimated squared errors.
   Image estimate(const LodPages& tree, const LodLevel& level, const Camera& camera) {

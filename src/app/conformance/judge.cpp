@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "io/picture/image_file.h"
 #include "raster/scene/image_metrics.h"
 
@@ -117,9 +118,7 @@ class KitJudge {
 
   // A score of 0 for each set of the variants.
   std::vector<Score> scores_of_variants() const {
-    std::vector<Score> scores;
-    for (const MistakeSet& set : variants_.sets()) scores.push_back({set});
-    return scores;
+    return list_of<Score>(variants_.sets(), [](const MistakeSet& set) { return Score{set}; });
   }
 
   // The scores of the sets that add one mistake to `set`.

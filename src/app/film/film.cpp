@@ -23,6 +23,7 @@
 #include "app/picture/palette.h"
 #include "base/child_process.h"
 #include "base/fail.h"
+#include "base/list_of.h"
 #include "base/text.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
@@ -490,11 +491,10 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
     }
   };
   write_film_file(path, plan.size, plan.fps, draw_all, plan.altered, plan.panorama);
-  std::vector<FilmedNumbers> medians;
-  for (const Numbers& way : numbers)
-    medians.push_back(
-        {median(way.frame_ms), median(way.tile_pairs), quartile_spread(way.frame_ms)});
-  return medians;
+  return list_of<FilmedNumbers>(numbers, [](const Numbers& way) {
+    return FilmedNumbers{median(way.frame_ms), median(way.tile_pairs),
+                         quartile_spread(way.frame_ms)};
+  });
 }
 
 }  // namespace qs

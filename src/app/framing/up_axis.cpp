@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numeric>
 #include <optional>
 
 #include <glm/geometric.hpp>
@@ -13,6 +12,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
+
+#include "raster/scene/transform.h"
 
 namespace qs {
 namespace {
@@ -267,35 +268,16 @@ UpEstimate estimate_up(const CloudSample& sample, const Subject& subject, glm::d
   return {up, above && (!below || above->score > kUpsideDown * below->score), above || below};
 }
 
-// Jacobi's method: every rotation zeroes one pair of off-diagonal entries, which shrink
-// quadratically from sweep to sweep.
 PrincipalAxes principal_axes(const glm::dmat3& matrix) {
-  constexpr int kSweeps = 12;
-  glm::dmat3 a = matrix, axes(1.0);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    for (int p = 0; p < 2; ++p) {
-      for (int q = p + 1; q < 3; ++q) {
-        if (a[p][q] == 0) continue;
-        const double apart = a[q][q] - a[p][p];
-        const double angle =  // at most 45 degrees, which makes the sweeps converge
-            0.5 *
-            std::atan2(std::copysign(2 * a[p][q], a[p][q] * (apart < 0 ? -1 : 1)), std::abs(apart));
-        glm::dmat3 turn(1.0);
-        turn[p][p] = turn[q][q] = std::cos(angle);
-        turn[q][p] = std::sin(angle);
-        turn[p][q] = -turn[q][p];
-        a = glm::transpose(turn) * a * turn;
-        axes = axes * turn;
-      }
-    }
-  }
-  int order[3];
-  std::iota(order, order + 3, 0);
-  std::sort(order, order + 3, [&](int i, int j) { return a[i][i] < a[j][j]; });
+  glm::dmat3 axes;
+  glm::dvec3 values;
+  diagonalise(matrix, axes, values);
+  int order[] = {0, 1, 2};
+  std::ranges::sort(order, {}, [&](int i) { return values[i]; });
   PrincipalAxes result;
   for (int i = 0; i < 3; ++i) {
     result.axis[i] = axes[order[i]];
-    result.value[i] = a[order[i]][order[i]];
+    result.value[i] = values[order[i]];
   }
   return result;
 }

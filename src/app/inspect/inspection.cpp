@@ -171,11 +171,6 @@ std::vector<InspectedFact> gaussian_facts(const GaussianReport& g) {
   return facts;
 }
 
-std::string mode_sentence(const PairUses& uses) {
-  return fmt::format("{} tiles, {} used, {} hidden, {} empty", grouped(uses.pairs()),
-                     grouped(uses.used), grouped(uses.hidden), grouped(uses.empty));
-}
-
 std::string format_inspection(const Inspection& inspection) {
   std::string text = pixel_table(inspection.pixel);
   if (!inspection.gaussian) return text;

@@ -38,9 +38,6 @@ struct InspectedFact {
 /// The picked Gaussian's numbers with their units.
 std::vector<InspectedFact> gaussian_facts(const GaussianReport& gaussian);
 
-/// "12 tiles, 9 used, 2 hidden, 1 empty"
-std::string mode_sentence(const PairUses& uses);
-
 /// Tables of the pixel's Gaussians and of the picked Gaussian. UTF-8, ends with a newline.
 std::string format_inspection(const Inspection& inspection);
 

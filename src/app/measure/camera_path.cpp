@@ -90,8 +90,7 @@ Camera aimed(Camera camera, const glm::dvec3& ray) {
   const glm::dvec3 down = std::abs(forward.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
   const glm::dvec3 right = glm::normalize(glm::cross(down, forward));
   const glm::dmat3 turn = glm::transpose(glm::dmat3(right, glm::cross(forward, right), forward));
-  for (int column = 0; column < 4; ++column)
-    camera.view_from_world[column] = turn * camera.view_from_world[column];
+  camera.view_from_world = turn * camera.view_from_world;
   camera.center_px = glm::dvec2(center_pixel(camera));
   return camera;
 }

@@ -16,9 +16,6 @@ struct GridPlaces {
   /// The top left of picture `index`, which is centred in its column. Rows begin at the top of the
   /// page, so that the room that is left over is at its bottom.
   glm::vec2 low(int index) const;
-
-  /// The top of the label below picture `index`.
-  float label_top(int index) const { return low(index).y + side; }
 };
 
 /// The arrangement with the largest pictures. `count` > 0; `label`: height of a label, 0 to 0.3.

@@ -6,6 +6,8 @@
 #include <cstring>
 
 #include <fcntl.h>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -110,17 +112,12 @@ QsScene fill_scene(const GaussianCloud& cloud, ThreadPool& pool, SharedMemory& m
 QsView view_of(const Camera& camera, const RenderSettings& settings, int sh_degree,
                bool antialiased) {
   QsView view = {};
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      view.view_from_world[4 * row + column] = camera.view_from_world[column][row];
-  for (int axis = 0; axis < 2; ++axis) {
-    view.focal_px[axis] = camera.focal_px[axis];
-    view.center_px[axis] = camera.center_px[axis];
-  }
+  std::copy_n(glm::value_ptr(glm::transpose(camera.view_from_world)), 12, view.view_from_world);
+  std::copy_n(&camera.focal_px.x, 2, view.focal_px);
+  std::copy_n(&camera.center_px.x, 2, view.center_px);
   view.near_depth = camera.near_depth;
   view.dilation_px2 = settings.dilation;
-  for (int channel = 0; channel < 3; ++channel)
-    view.background[channel] = settings.background[channel];
+  std::copy_n(&settings.background.x, 3, view.background);
   view.splat_scale = settings.splat_scale;
   view.width = camera.width;
   view.height = camera.height;

@@ -11,12 +11,11 @@
 #include "app/framing/scene_box.h"
 #include "base/json_of.h"
 #include "base/text.h"
+#include "raster/scene/activated_cloud.h"
 #include "raster/scene/place.h"
 
 namespace qs {
 namespace {
-
-double opacity_of(float logit) { return 1 / (1 + std::exp(-static_cast<double>(logit))); }
 
 // Four digits, or as many more as tell the two ends apart.
 int digits_for(double low, double high) {
@@ -49,7 +48,7 @@ SceneReport make_report(const GaussianCloud& cloud) {
   SceneReport report{scene_box(cloud), core_box(cloud), {}, {}, count_huge(cloud)};
   if (cloud.empty()) return report;
   const auto [faint, dense] = std::ranges::minmax_element(cloud.opacity_logits);
-  report.opacity = {opacity_of(*faint), opacity_of(*dense)};
+  report.opacity = {opacity_of_logit(*faint), opacity_of_logit(*dense)};
   float smallest = std::numeric_limits<float>::infinity(), largest = -smallest;
   for (const glm::vec3& s : cloud.log_scales) {
     smallest = std::min({smallest, s.x, s.y, s.z});

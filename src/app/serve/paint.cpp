@@ -11,14 +11,6 @@
 namespace qs {
 namespace {
 
-Image image_of(const std::vector<std::uint8_t>& rgba, int width, int height) {
-  Image image(width, height, 3);
-  for (std::size_t i = 0; i < rgba.size() / 4; ++i)
-    for (std::size_t c = 0; c < 3; ++c)
-      image.values[3 * i + c] = static_cast<float>(rgba[4 * i + c]) / 255;
-  return image;
-}
-
 // The frame with a map over it, or as it is.
 std::vector<std::uint8_t> with_map(const std::vector<std::uint8_t>& rgba, glm::ivec2 size,
                                    const std::optional<Heatmap>& map, const Scale& scale,

@@ -181,7 +181,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       lock.unlock();
       if (is_new) note_news();
       if (awaited_) {
-        show_alone(cloud_of(cut_now(view, finder_, false, pool_), view));
+        show_alone(cloud_of(cut_of(view, false, finder_, false, pool_), view));
         awaited_.reset();
       }
       apply(ready);
@@ -219,7 +219,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
                                        bool errors, std::stop_token stop) override {
     if (!stream_) return {};
     const LevelView view = view_of(camera, settings);
-    const StreamedCut made = awaits() ? whole_cut(view) : cut_now(view, finder_, false, pool_);
+    const StreamedCut made = cut_of(view, awaits(), finder_, false, pool_);
     const auto cloud = cloud_of(made, view);
     paint_levels(made.tree, made.cut, view.view, view.dilation, errors, *cloud);
     show_alone(cloud);
@@ -298,25 +298,13 @@ class LevelRenderer final : public Renderer, public LevelMapper {
             stream_->facts(seat_), is_new,    stream_->take_sentences()};
   }
 
-  // The cut of a view with all its pages.
-  StreamedCut whole_cut(const LevelView& view) {
-    return cut_of(view, finder_, false,
-                  [&](const LodGain& gain, const LodLimit& limit, float guess) {
-                    return stream_->await_cut(gain, limit, pool_, guess);
-                  });
-  }
-
-  // The cut with the pages in memory. `moves`: see SurfaceFinder::cut().
-  StreamedCut cut_now(const LevelView& view, SurfaceFinder& finder, bool moves,
-                      ThreadPool& pool) const {
-    return cut_of(view, finder, moves,
-                  [&](const LodGain& gain, const LodLimit& limit, float guess) {
-                    return stream_->cut(gain, limit, pool, guess, seat_);
-                  });
-  }
-
-  StreamedCut cut_of(const LevelView& view, SurfaceFinder& finder, bool moves,
-                     const SurfaceFinder::MakeCut& make) const {
+  // `waits`: with all its pages, else with the pages in memory. `moves`: see SurfaceFinder::cut().
+  StreamedCut cut_of(const LevelView& view, bool waits, SurfaceFinder& finder, bool moves,
+                     ThreadPool& pool) const {
+    const auto make = [&](const LodGain& gain, const LodLimit& limit, float guess) {
+      return waits ? stream_->await_cut(gain, limit, pool, guess)
+                   : stream_->cut(gain, limit, pool, guess, seat_);
+    };
     return view.hides
                ? finder.cut(view.view, stream_->footprint(), view.limit, view.dilation, moves, make)
                : make(gain_in(view.view, stream_->footprint()), view.limit, 0);
@@ -325,11 +313,10 @@ class LevelRenderer final : public Renderer, public LevelMapper {
   bool awaits() const { return !report_ || (awaits_ != nullptr && *awaits_); }
 
   LevelView view_of(const Camera& camera, const RenderSettings& settings) const {
-    const bool keeps_light = settings.antialiased.value_or(antialiased_);
     const float outside = awaits() ? kOutside : kOutsideWindow;
     return {
         settings.lens ? view_through(*settings.lens, camera, outside) : LodView(camera, outside),
-        keeps_light ? 0 : settings.dilation, limit_,
+        filter_of(settings, antialiased_), limit_,
         settings.style == DrawStyle::splats && settings.splat_scale == 1, stream_->edition()};
   }
 
@@ -348,7 +335,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
 
   StreamedCut await_cut(const LevelView& view) {
     const auto start = std::chrono::steady_clock::now();
-    StreamedCut made = whole_cut(view);
+    StreamedCut made = cut_of(view, true, finder_, false, pool_);
     const LevelFacts facts = facts_of(view, made.cut, milliseconds_since(start), !report_);
     if (report_) {
       report_(facts);
@@ -404,7 +391,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       const auto start = std::chrono::steady_clock::now();
       const double worked = own.processor_seconds();
       const bool moves = came && !restarts;
-      const StreamedCut made = cut_now(view, finder, moves, own);
+      const StreamedCut made = cut_of(view, false, finder, moves, own);
       const LodCut& shown = slots_.shown();
       const double change = static_cast<double>(moved(shown, made.cut) + moved(made.cut, shown)) /
                             static_cast<double>(made.cut.count);

@@ -14,6 +14,11 @@
 
 namespace qs {
 
+/// The variance of the renderer's filter, px^2; 0 if it keeps the light of each Gaussian.
+inline double filter_of(const RenderSettings& settings, bool trained_antialiased) {
+  return settings.antialiased.value_or(trained_antialiased) ? 0 : settings.dilation;
+}
+
 class SurfaceFinder {
  public:
   /// `pool` must outlive it.

@@ -9,6 +9,7 @@
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/preferences.h"
 #include "app/viewer/render/frame_requests.h"
+#include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/panel_pictures.h"
 #include "app/viewer/render/scene_opening.h"
 #include "app/viewer/render/training_thread.h"
@@ -44,13 +45,6 @@ std::filesystem::path first_scene(const ViewOptions& options) {
   if (options.train || options.connect) return "";
   if (!options.frame.scene.empty() || !first_start(options)) return options.frame.scene;
   return find_asset(kBundledScene).value_or("");
-}
-
-Image image_of(const RemotePicture& picture) {
-  Image image(picture.width, picture.height, 3);
-  for (std::size_t i = 0; i < image.values.size(); ++i)
-    image.values[i] = static_cast<float>(picture.rgba[i / 3 * 4 + i % 3]) / 255;
-  return image;
 }
 
 // True if the window's size and scale do not depend on the screen.
@@ -195,7 +189,7 @@ class ViewLoop final : public Host {
     WindowGrab grab;
     Actions actions;
     grab.request(path, true);
-    grab.take([&] { return image_of(remote_picture_); }, actions);
+    grab.take([&p = remote_picture_] { return image_of(p.rgba, p.width, p.height); }, actions);
     apply_all(actions);
   }
   void open_with_desktop(const std::filesystem::path& path) override {

@@ -128,8 +128,7 @@ LensCamera face_of(const LensCamera& taken, const Face& face) {
   camera.focal_px = glm::dvec2(0.5 * side / std::tan(kHalfFace));
   camera.center_px = glm::dvec2(0.5 * (side - 1));
   const glm::dmat3 turn = glm::transpose(face.lens_from_face);
-  for (int column = 0; column < 4; ++column)
-    camera.view_from_world[column] = turn * taken.camera.view_from_world[column];
+  camera.view_from_world = turn * taken.camera.view_from_world;
   if (!camera.name.empty()) camera.name += "_" + std::string(face.name);
   view.lens->face = face.name;
   return view;
@@ -228,8 +227,7 @@ Camera LensCamera::taken() const {
   Camera result = camera;
   if (!lens) return result;
   if (const Face* const face = find_face(lens->face))
-    for (int column = 0; column < 4; ++column)
-      result.view_from_world[column] = face->lens_from_face * camera.view_from_world[column];
+    result.view_from_world = face->lens_from_face * camera.view_from_world;
   result.focal_px = lens->focal_px;
   result.center_px = lens->center_px;
   result.width = static_cast<int>(std::lround(lens->size_px.x));

@@ -29,7 +29,7 @@ class FieldGradient {
   std::size_t grid_values() const { return grid_.size(); }
   std::size_t weights() const { return weights_.size(); }
 
-  /// The three outputs for a mean in the world, seen from `eye`, as network_output().
+  /// The three outputs for a mean in the world, seen from `eye`, as FieldEvaluator::outputs().
   glm::vec<3, Real> output(const glm::vec<3, Real>& mean, const glm::vec<3, Real>& eye) const;
 
   /// `d_output` holds derivatives by these outputs. Adds the derivatives by the grid and by the

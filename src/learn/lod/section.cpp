@@ -58,6 +58,19 @@ void get(std::istream& stream, std::vector<T>& values) {
               static_cast<std::streamsize>(count * sizeof(T)));
 }
 
+// The arrays of a section in the order of its file.
+template <class Section, class Visit>
+void for_each_array(Section& section, bool roots_only, const Visit& visit) {
+  visit(section.roots.gaussians);
+  visit(section.roots.levels);
+  for (auto* const nodes : {&section.roots.drawn, &section.tree}) {
+    if (roots_only && nodes == &section.tree) break;
+    visit(nodes->nodes);
+    visit(nodes->sh);
+    visit(nodes->original);
+  }
+}
+
 }  // namespace
 
 LodGaussian item_of(const GaussianCloud& cloud, std::size_t i) {
@@ -174,15 +187,7 @@ void write_section(const std::filesystem::path& path, const LodSection& section)
   write_file(path, [&](std::ostream& stream) {
     const std::uint64_t nodes = section.tree.nodes.size();
     stream.write(reinterpret_cast<const char*>(&nodes), sizeof nodes);
-    const LodItems& roots = section.roots;
-    put(stream, roots.gaussians);
-    put(stream, roots.levels);
-    put(stream, roots.drawn.nodes);
-    put(stream, roots.drawn.sh);
-    put(stream, roots.drawn.original);
-    put(stream, section.tree.nodes);
-    put(stream, section.tree.sh);
-    put(stream, section.tree.original);
+    for_each_array(section, false, [&](const auto& values) { put(stream, values); });
   });
 }
 
@@ -197,16 +202,7 @@ LodSection read_section(const std::filesystem::path& path, bool roots_only) {
   std::ifstream stream(path, std::ios::binary);
   stream.seekg(sizeof(std::uint64_t));
   LodSection section;
-  get(stream, section.roots.gaussians);
-  get(stream, section.roots.levels);
-  get(stream, section.roots.drawn.nodes);
-  get(stream, section.roots.drawn.sh);
-  get(stream, section.roots.drawn.original);
-  if (!roots_only) {
-    get(stream, section.tree.nodes);
-    get(stream, section.tree.sh);
-    get(stream, section.tree.original);
-  }
+  for_each_array(section, roots_only, [&](auto& values) { get(stream, values); });
   if (!stream) fail("{}: cannot be read: it was cut off or removed during the work", path.string());
   return section;
 }

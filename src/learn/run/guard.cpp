@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/list_of.h"
 #include "base/text.h"
 #include "raster/kernel/random.h"
 
@@ -34,9 +35,8 @@ Guard::Guard(std::size_t views, std::uint64_t seed, std::vector<GuardRow> rows) 
 }
 
 std::vector<std::size_t> Guard::neighbours() const {
-  std::vector<std::size_t> result;
-  for (const std::size_t view : reserved_) result.push_back(view > 0 ? view - 1 : view + 1);
-  return result;
+  return list_of<std::size_t>(reserved_,
+                              [](std::size_t view) { return view > 0 ? view - 1 : view + 1; });
 }
 
 bool Guard::due(const Pace& pace, int iteration) const {

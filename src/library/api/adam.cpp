@@ -161,15 +161,13 @@ void step_all(const char* function, library::Context& context, const QsAdam* ste
 }  // namespace
 
 int32_t qs_adam(QsContext* context, const QsAdam* adam, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     step_all(function, *context->context, adam, 1, false);
   });
 }
 
 int32_t qs_adam_all(QsContext* context, const QsAdam* steps, uint64_t count, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     if (count > 0) step_all(function, *context->context, steps, count, true);
   });
 }

@@ -66,8 +66,7 @@ void check_small(const QsArray& array, const Where& where, std::int64_t rows,
 
 int32_t qs_camera_of_matrices(QsContext* context, const QsMatrices* matrices, QsCamera* camera,
                               char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     const Where where{function, "matrices"}, of_camera{function, "camera"};
     const QsMatrices given = read_struct(matrices, where);
     QsCamera made = read_struct(camera, of_camera);

@@ -77,8 +77,7 @@ void write_converted(const OpenScene& scene, const std::filesystem::path& path,
 
 int32_t qs_convert(QsSceneHandle* scene, const char* path, const QsConversion* conversion,
                    char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     require_text(path, {function, "path"});
     const QsConversion chosen = conversion_of(conversion, {function, "conversion"});
     const Use use(scene->scene.context(), {function, "scene"});

@@ -12,6 +12,7 @@
 #include "learn/diff/cuda/device.h"
 #include "learn/diff/cuda/gaussian_parts.h"
 #include "learn/diff/cuda/project.h"
+#include "library/check/gpu_arrays.h"
 #include "library/check/gpu_memory.h"
 #endif
 
@@ -42,7 +43,8 @@ class CudaPasses final : public Passes {
         view_(call.view) {
     const QsArray& position = call.inputs.position;
     if (is_absent(position) || position.memory == QS_MEMORY_HOST) return;
-    const std::vector<double> at = numbers_on_gpu(position);
+    const std::vector<double> at =
+        numbers_in<double>(HostCopies(use, call.inputs.stream).of(position));
     view_.position = glm::dvec3(at[0], at[1], at[2]);
     view_.check(call.name);
   }
@@ -239,24 +241,6 @@ class CudaPasses final : public Passes {
         gpu::copy_to_gpu(element, &number, sizeof(number), queue_);
       });
     });
-  }
-
-  /// The numbers of an array of one dimension on the GPU. Waits.
-  std::vector<double> numbers_on_gpu(const QsArray& array) {
-    std::vector<double> numbers;
-    with_type(array, [&](const auto* elements) {
-      using Element = std::remove_cvref_t<decltype(*elements)>;
-      std::vector<Element> copy(static_cast<std::size_t>(array.sizes[0]));
-      if (array.strides[0] == 1) {
-        gpu::copy_from_gpu(copy.data(), elements, copy.size() * sizeof(Element), queue_);
-      } else {
-        for_each_element(array, sizeof(Element), [&](std::int64_t i, const std::byte* element) {
-          gpu::copy_from_gpu(&copy[static_cast<std::size_t>(i)], element, sizeof(Element), queue_);
-        });
-      }
-      numbers.assign(copy.begin(), copy.end());
-    });
-    return numbers;
   }
 
   const StageCall& call_;

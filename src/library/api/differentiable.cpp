@@ -52,8 +52,7 @@ int32_t qs_project(QsContext* context, const QsInputs* inputs, const QsCamera* c
 int32_t qs_blend(QsContext* context, const QsInputs* inputs, const QsCamera* camera,
                  const QsRules* rules, const QsMemory* memory, const QsBlended* pictures,
                  QsStageFrame* frame, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     const StageCall call(function, inputs, camera, rules);
     const CallersMemory callers(call.where("memory"), memory);
     const QsBlended wanted = blended_of(call, pictures, "pictures", Access::writes);
@@ -87,8 +86,7 @@ int32_t qs_blend_backward(QsContext* context, const QsInputs* inputs, const QsCa
                           const QsRules* rules, const QsStageFrame* frame,
                           const QsBlended* by_pictures, const QsBoundaryGradients* by_boundary,
                           char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     const StageCall call(function, inputs, camera, rules);
     const QsStageFrame given = frame_of(call, frame, true);
     const QsBlended by = by_pictures_of(call, by_pictures, given);
@@ -104,8 +102,7 @@ int32_t qs_project_backward(QsContext* context, const QsInputs* inputs, const Qs
                             const QsRules* rules, const QsStageFrame* frame,
                             const QsBoundaryGradients* by_boundary,
                             const QsInputGradients* by_inputs, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     const StageCall call(function, inputs, camera, rules);
     const QsStageFrame given = frame_of(call, frame, false);
     const QsBoundaryGradients by = boundary_gradients_of(call, by_boundary, Access::reads);
@@ -119,8 +116,7 @@ int32_t qs_backward(QsContext* context, const QsInputs* inputs, const QsCamera* 
                     const QsRules* rules, const QsStageFrame* frame, const QsBlended* by_pictures,
                     const QsBoundaryGradients* by_boundary, const QsInputGradients* by_inputs,
                     char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     const StageCall call(function, inputs, camera, rules);
     const QsStageFrame given = frame_of(call, frame, true);
     const QsBlended by = by_pictures_of(call, by_pictures, given);

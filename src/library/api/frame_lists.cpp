@@ -61,8 +61,7 @@ QsLists lists_of(const Frame& frame, OpenScene& scene) {
 
 int32_t qs_lists(QsSceneHandle* scene, const QsCamera* camera, const QsSettings* settings,
                  QsLists* lists, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     const Camera view = camera_of(camera, {function, "camera"});
     const RenderSettings chosen = settings_of(settings, {function, "settings"});
     checked_size(lists, {function, "lists"});

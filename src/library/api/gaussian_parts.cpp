@@ -189,8 +189,7 @@ int32_t qs_add_view(QsContext* context, const QsArray* gradients, const QsArray*
 }
 
 int32_t qs_noise(QsContext* context, const QsNoise* noise, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     const Where where{function, "noise"};
     const QsNoise given = read_struct(noise, where);
     if (given.reserved != 0) refuse(where / "reserved", "is not 0");

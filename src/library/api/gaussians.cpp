@@ -96,8 +96,7 @@ void store_gaussians(const QsGaussians& wanted, const Range& range) {
 }  // namespace
 
 int32_t qs_scene_gaussians(QsSceneHandle* scene, const QsGaussians* gaussians, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     const Where where{function, "gaussians"};
     const QsGaussians wanted = read_struct(gaussians, where);
     const OpenScene& open = scene->scene;

@@ -129,8 +129,7 @@ CheckedView view_at(const QsCamera* cameras, const QsPicture* pictures, std::uin
 
 int32_t qs_render(QsSceneHandle* scene, const QsCamera* cameras, uint64_t views,
                   const QsSettings* settings, const QsPicture* pictures, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     RenderSettings chosen = settings_of(settings, {function, "settings"});
     const Use use(scene->scene.context(), {function, "scene"});
     for (std::uint64_t i = 0; i < views; ++i) {

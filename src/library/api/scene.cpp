@@ -58,10 +58,8 @@ QsSceneFacts OpenScene::facts() const {
   facts.gaussians = cloud.size() + not_drawn_;
   facts.not_drawn = not_drawn_;
   facts.file_bytes = scene_->file_bytes;
-  for (int axis = 0; axis < 3; ++axis) {
-    facts.low[axis] = low_[axis];
-    facts.high[axis] = high_[axis];
-  }
+  std::copy_n(&low_.x, 3, facts.low);
+  std::copy_n(&high_.x, 3, facts.high);
   facts.antialiased = cloud.antialiased ? 1 : 0;
   facts.white_background = white_background_ ? 1 : 0;
   facts.path = path_.c_str();
@@ -105,8 +103,7 @@ using namespace qs::library;
 
 int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, QsSceneHandle** scene,
                       char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     *scene = nullptr;
     require(context, {function, "context"});
     require_text(path, {function, "path"});
@@ -121,8 +118,7 @@ int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, Qs
 }
 
 int32_t qs_scene_facts(const QsSceneHandle* scene, QsSceneFacts* facts, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     write_struct(scene->scene.facts(), facts, {function, "facts"});
   });
 }

@@ -94,8 +94,7 @@ void copy_gaussians(const QsGaussians& given, std::size_t begin, std::size_t end
 
 int32_t qs_scene_wrap(QsContext* context, const QsGaussians* gaussians, QsSceneHandle** scene,
                       char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     *scene = nullptr;
     require(context, {function, "context"});
     const Where where{function, "gaussians"};

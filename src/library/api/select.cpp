@@ -55,8 +55,7 @@ QsSurfacePoint point_of(const std::optional<SurfacePoint>& point) {
 
 int32_t qs_select(QsSceneHandle* scene, const char* edits, const QsArray* selected,
                   const QsArray* left, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     require_text(edits, {function, "edits"});
     OpenScene& open = scene->scene;
     const auto count = static_cast<std::int64_t>(open.facts().gaussians);
@@ -79,8 +78,7 @@ int32_t qs_select(QsSceneHandle* scene, const char* edits, const QsArray* select
 
 int32_t qs_measure(QsSceneHandle* scene, const QsCamera* camera, const QsSettings* settings,
                    const int32_t* pixels, uint64_t count, QsSurfacePoint* points, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(scene, {function, "scene"});
+  return library::call(__func__, message, "scene", scene, [&](const char* function) {
     const Camera view = camera_of(camera, {function, "camera"});
     const RenderSettings chosen = settings_of(settings, {function, "settings"});
     if (chosen.mode == kReferenceMode)

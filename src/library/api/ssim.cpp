@@ -300,8 +300,7 @@ int32_t qs_ssim_backward(QsContext* context, const QsArray* a, const QsArray* b,
 }
 
 int32_t qs_similarity(QsContext* context, const QsSimilarity* compared, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     const SimilarityCall call(function, compared);
     const QsSimilarity& given = call.given;
     call.check_number(given.ssim, "ssim", Access::writes);
@@ -320,8 +319,7 @@ int32_t qs_similarity(QsContext* context, const QsSimilarity* compared, char* me
 }
 
 int32_t qs_similarity_backward(QsContext* context, const QsSimilarity* compared, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     const SimilarityCall call(function, compared);
     const QsSimilarity& given = call.given;
     call.check_number(given.by_ssim, "by_ssim", Access::reads);

@@ -108,8 +108,7 @@ train::RunText text_of(const QsTraining& training) {
 
 int32_t qs_train(QsContext* context, const QsTraining* training, QsTrainingState* state,
                  char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     const QsTraining given = read_struct(training, kTraining);
     if (given.reserved != 0) refuse(kTraining / "reserved", "is not 0");
     require_text(given.data, kTraining / "data");

@@ -48,6 +48,11 @@ void copy_text(std::string_view text, char* target, std::size_t bytes) noexcept;
 /// be null.
 std::int32_t result_of_exception(char* message) noexcept;
 
+/// Throws Error(usage) if a pointer is null.
+inline void require(const void* pointer, const Where& where) {
+  if (pointer == nullptr) refuse(where, "is null");
+}
+
 /// Runs work(function), with the name of a qs_ function, and returns its result for C.
 template <class Work>
 std::int32_t call(const char* function, char* message, const Work& work) noexcept {
@@ -60,9 +65,14 @@ std::int32_t call(const char* function, char* message, const Work& work) noexcep
   }
 }
 
-/// Throws Error(usage) if a pointer is null.
-inline void require(const void* pointer, const Where& where) {
-  if (pointer == nullptr) refuse(where, "is null");
+/// The same for a function with a context or a scene, `given`, that is not null.
+template <class Work>
+std::int32_t call(const char* function, char* message, const char* argument, const void* given,
+                  const Work& work) noexcept {
+  return call(function, message, [&](const char* name) {
+    require(given, {name, argument});
+    work(name);
+  });
 }
 
 /// Throws Error(usage) if one of these arguments of a function is null.

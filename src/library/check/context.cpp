@@ -73,8 +73,7 @@ using namespace qs::library;
 
 int32_t qs_context_open(uint32_t backend, int32_t device, int32_t threads, QsContext** context,
                         char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     *context = nullptr;
     if (device < QS_FIRST_GPU) refuse({function, "device"}, "is {}", device);
     constexpr int kMostThreads = 1024;
@@ -98,8 +97,7 @@ uint32_t qs_context_backend(const QsContext* context) {
 }
 
 int32_t qs_context_stream(QsContext* context, void* stream, char* message) {
-  return library::call(__func__, message, [&](const char* function) {
-    require(context, {function, "context"});
+  return library::call(__func__, message, "context", context, [&](const char* function) {
     const Use use(*context->context, {function, "context"});
     context->context->stream = stream;
   });

@@ -7,6 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
+
 #include "io/camera/camera_formats.h"
 #include "io/camera/colmap.h"
 #include "io/camera/lens_views.h"
@@ -71,9 +74,7 @@ DrawnCamera checked_camera(const QsCamera& given, const Where& where) {
   check_side(given.height, where / "height");
   DrawnCamera drawn;
   Camera& result = drawn.camera;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      result.view_from_world[column][row] = given.view_from_world[4 * row + column];
+  result.view_from_world = glm::transpose(glm::make_mat3x4(given.view_from_world));
   result.focal_px = {given.focal_px[0], given.focal_px[1]};
   result.center_px = {given.center_px[0], given.center_px[1]};
   result.width = given.width;
@@ -125,9 +126,7 @@ QsCamera camera_struct(const DrawnCamera& drawn) {
   QsCamera result{};
   result.width = camera.width;
   result.height = camera.height;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      result.view_from_world[4 * row + column] = camera.view_from_world[column][row];
+  std::copy_n(glm::value_ptr(glm::transpose(camera.view_from_world)), 12, result.view_from_world);
   result.near_depth = camera.near_depth;
   for (int axis = 0; axis < 2 && drawn.is_pinhole(); ++axis) {
     result.focal_px[axis] = camera.focal_px[axis];

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The colour field of a Compact-3DGS model as plain data: a hash grid, which turns a position into
-// features, and a network, which turns these and a direction into a colour. It is evaluated here in
-// double precision, one Gaussian at a time; field_evaluator.h evaluates many in vectors.
+// features, and a network, which turns these and a direction into a colour.
 #pragma once
 
 #include <cstddef>
@@ -58,13 +57,5 @@ struct ColorField {
 
   NetworkShape network() const { return {grid.levels * kGridFeatures, width}; }
 };
-
-/// The features of a position in the world, levels * kGridFeatures values.
-std::vector<double> grid_features(const ColorField& field, const glm::dvec3& mean);
-
-/// The three outputs for grid_features() and a unit vector from the camera to the Gaussian. They
-/// are SH coefficients of degree 0: the colour is max(0, kSh0 * output + 0.5).
-glm::dvec3 network_output(const ColorField& field, const std::vector<double>& features,
-                          const glm::dvec3& direction);
 
 }  // namespace qs

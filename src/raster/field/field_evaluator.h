@@ -63,8 +63,9 @@ class FieldEvaluator {
  public:
   explicit FieldEvaluator(const ColorField& field);
 
-  /// One triple of network_output() per mean, for the direction from `eye` to it. Spans have equal
-  /// sizes. Threads may call this at the same time.
+  /// The network's three outputs per mean, for the direction from `eye` to it. They are SH
+  /// coefficients of degree 0: the colour is max(0, kSh0 * output + 0.5). Spans have equal sizes.
+  /// Threads may call this at the same time.
   void outputs(std::span<const glm::vec3> means, const glm::vec3& eye,
                std::span<glm::vec3> out) const;
 

@@ -118,9 +118,7 @@ void cut(FaceMap& face, double focal) {
 
 Camera FaceMap::placed(const Camera& lens) const {
   Camera result = camera;
-  const glm::dmat3 turn = glm::transpose(lens_from_face);
-  for (int column = 0; column < 4; ++column)
-    result.view_from_world[column] = turn * lens.view_from_world[column];
+  result.view_from_world = glm::transpose(lens_from_face) * lens.view_from_world;
   result.near_depth = lens.near_depth;
   result.name = lens.name;
   result.origin = lens.origin;

@@ -34,10 +34,6 @@ using Plane = std::vector<double>;
 
 // --- colours -------------------------------------------------------------------------------------
 
-double linear_of_srgb(double v) {
-  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-}
-
 // Linear sRGB to XYZ, D65; columns are the primaries.
 const glm::dmat3 kXyz(glm::dvec3(10135552.0 / 24577794, 2613072.0 / 12288897, 1425312.0 / 73733382),
                       glm::dvec3(8788810.0 / 24577794, 8788810.0 / 12288897, 8788810.0 / 73733382),
@@ -54,11 +50,6 @@ glm::dvec3 opponent_of(glm::dvec3 linear) {
 glm::dvec3 linear_of_opponent(glm::dvec3 c) {
   const double y = (c.x + 16) / 116;
   return kRgb * (glm::dvec3(y + c.y / 500, y, y - c.z / 200) * kWhite);
-}
-
-double lab_root(double t) {
-  constexpr double kDelta = 6.0 / 29;
-  return t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4.0 / 29;
 }
 
 // CIELab whose chroma shrinks in the dark (Hunt effect).
@@ -219,6 +210,15 @@ Seen seen(const Image& image, double pixels_per_degree, ThreadPool& pool) {
 }
 
 }  // namespace
+
+double linear_of_srgb(double v) {
+  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
+double lab_root(double t) {
+  constexpr double kDelta = 6.0 / 29;
+  return t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4.0 / 29;
+}
 
 Image flip_map(const Image& reference, const Image& test, ThreadPool& pool,
                double pixels_per_degree) {

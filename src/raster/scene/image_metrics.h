@@ -54,6 +54,12 @@ Image area_average(const Image& image, int width, int height, ThreadPool& pool);
 /// Clamps values to 0..1; NaN becomes 0.
 void clamp_to_unit(Image& image);
 
+/// The linear value of one of sRGB, 0..1.
+double linear_of_srgb(double v);
+
+/// The root of CIELab's formulas.
+double lab_root(double t);
+
 // FLIP, the difference that a viewer sees when two pictures alternate (Andersson et al. 2020,
 // "FLIP: A Difference Evaluator for Alternating Images"), in its form for pictures of a display
 // (LDR).

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 
@@ -62,8 +63,7 @@ std::optional<glm::dvec3> parse_origin(std::string_view text) {
   glm::dvec3 origin(0);
   std::string rest;
   if (!(words >> origin.x >> origin.y >> origin.z) || words >> rest) return {};
-  for (int axis = 0; axis < 3; ++axis)
-    if (!(std::abs(origin[axis]) < kFarthest)) return {};
+  if (!glm::all(glm::lessThan(glm::abs(origin), glm::dvec3(kFarthest)))) return {};
   return origin;
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 #include <glm/matrix.hpp>
@@ -77,12 +79,14 @@ void diagonalise(glm::dmat3 m, glm::dmat3& axes, glm::dvec3& values) {
 }
 
 bool Transform::is_invertible(const glm::dmat4& matrix) {
+  const bool is_affine =
+      matrix[0][3] == 0 && matrix[1][3] == 0 && matrix[2][3] == 0 && matrix[3][3] == 1;
   const glm::dmat3 linear(matrix);
   const double longest =
       std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
   const double volume = std::abs(glm::determinant(linear));
-  return std::isfinite(longest) && std::isfinite(volume) && longest > 1e-15 && longest < 1e15 &&
-         volume > 1e-12 * longest * longest * longest;
+  return is_affine && std::isfinite(longest) && std::isfinite(volume) && longest > 1e-15 &&
+         longest < 1e15 && volume > 1e-12 * longest * longest * longest;
 }
 
 Transform::Transform(const glm::dmat4& matrix) : matrix_(matrix), linear_(matrix) {
@@ -152,8 +156,7 @@ void set_covariance(GaussianCloud& cloud, std::size_t i, const glm::dmat3& covar
   diagonalise(covariance, axes, variances);
   if (glm::determinant(axes) < 0) axes[0] = -axes[0];
   cloud.rotations[i] = glm::quat(glm::normalize(glm::quat_cast(axes)));
-  for (int axis = 0; axis < 3; ++axis)
-    cloud.log_scales[i][axis] = static_cast<float>(0.5 * std::log(std::max(variances[axis], 0.0)));
+  cloud.log_scales[i] = 0.5 * glm::log(glm::max(variances, 0.0));
 }
 
 }  // namespace qs

@@ -22,9 +22,10 @@ void diagonalise(glm::dmat3 matrix, glm::dmat3& axes, glm::dvec3& values);
 
 class Transform {
  public:
-  /// The last row of `matrix` must be 0 0 0 1, and is_invertible(matrix) must hold.
+  /// is_invertible(matrix) must hold.
   explicit Transform(const glm::dmat4& matrix);
 
+  /// True if the last row is 0 0 0 1 and the rest does not flatten space.
   static bool is_invertible(const glm::dmat4& matrix);
 
   bool is_identity() const { return matrix_ == glm::dmat4(1); }

@@ -11,6 +11,7 @@
 #include "raster/kernel/constants.h"
 #include "raster/scene/activated_cloud.h"
 #include "raster/scene/cells.h"
+#include "raster/scene/image_metrics.h"
 
 namespace qs {
 namespace {
@@ -94,19 +95,12 @@ GaussianSet gaussians_at_distance(const GaussianCloud& cloud, glm::dvec3 point,
 }
 
 glm::dvec3 lab_of(glm::dvec3 srgb) {
-  const auto linear = [](double c) {
-    c = std::clamp(c, 0.0, 1.0);
-    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
-  };
   static const glm::dmat3 kRows(0.4124564, 0.3575761, 0.1804375, 0.2126729, 0.7151522, 0.0721750,
                                 0.0193339, 0.1191920, 0.9503041);
-  const glm::dvec3 rgb(linear(srgb.r), linear(srgb.g), linear(srgb.b));
-  const auto root = [](double t) {
-    constexpr double kDelta = 6.0 / 29;
-    return t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4.0 / 29;
-  };
+  const glm::dvec3 c = glm::clamp(srgb, 0.0, 1.0);
+  const glm::dvec3 rgb(linear_of_srgb(c.r), linear_of_srgb(c.g), linear_of_srgb(c.b));
   const glm::dvec3 xyz = rgb * kRows / glm::dvec3(0.95047, 1, 1.08883);
-  const double x = root(xyz.x), y = root(xyz.y), z = root(xyz.z);
+  const double x = lab_root(xyz.x), y = lab_root(xyz.y), z = lab_root(xyz.z);
   return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
 }
 

@@ -261,7 +261,6 @@ TEST(ReportText, inspections) {
     add_gaussian(inspection, lines, lines % 2 == 0);
     text += format_inspection(inspection) + "\n";
     if (lines < 2) text += inspection_json(inspection).dump(1) + "\n";
-    text += mode_sentence(uses_of(inspection, 4)) + "\n";
   }
   text += inspection_json(inspection_of(2, true)).dump(1) + "\n";
   expect_golden("inspections", text);

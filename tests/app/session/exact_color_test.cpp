@@ -17,6 +17,7 @@
 #include "raster/scene/image_metrics.h"
 #include "support/corpus.h"
 #include "support/error_of.h"
+#include "support/field_outputs.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -53,7 +54,7 @@ TEST(ExactColor, clouds_have_the_outputs_of_the_network) {
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const glm::dvec3 mean(seen.positions[i]);
     const glm::dvec3 expected =
-        network_output(field, grid_features(field, mean), glm::normalize(mean - kEye));
+        test::network_output(field, test::grid_features(field, mean), glm::normalize(mean - kEye));
     EXPECT_LT(glm::distance(glm::dvec3(seen.sh[i]), expected), 2e-4) << i;
   }
 }

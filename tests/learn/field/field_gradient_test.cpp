@@ -17,6 +17,7 @@
 #include "learn/gradient/sh.h"
 #include "raster/kernel/constants.h"
 #include "support/differences.h"
+#include "support/field_outputs.h"
 #include "support/golden_field.h"
 
 namespace qs {
@@ -87,8 +88,8 @@ TEST(FieldGradient, outputs_are_those_of_the_field) {
     const FieldGradient<double> exact(field.grid, field.width, grid, weights);
     const FieldGradient<float> rounded(field.grid, field.width, field.grid_values, field.weights);
     for (const glm::dvec3& mean : some_points(20).means) {
-      const glm::dvec3 expected =
-          network_output(field, grid_features(field, mean), glm::normalize(mean - kGoldenEye));
+      const glm::dvec3 expected = test::network_output(field, test::grid_features(field, mean),
+                                                       glm::normalize(mean - kGoldenEye));
       const glm::dvec3 output = exact.output(mean, kGoldenEye);
       const glm::vec3 single = rounded.output(glm::vec3(mean), glm::vec3(kGoldenEye));
       for (int c = 0; c < 3; ++c) {

@@ -13,6 +13,7 @@
 
 #include "raster/field/field_evaluator.h"
 #include "raster/kernel/sh.h"
+#include "support/field_outputs.h"
 #include "support/golden_field.h"
 #include "support/instruction_set.h"
 
@@ -42,7 +43,7 @@ void expect_near(const glm::dvec3& value, const std::array<double, 3>& expected,
 }
 
 glm::dvec3 output(const ColorField& field, const glm::dvec3& mean, const glm::dvec3& direction) {
-  return network_output(field, grid_features(field, mean), direction);
+  return test::network_output(field, test::grid_features(field, mean), direction);
 }
 
 TEST(ColorField, has_the_sizes_of_the_published_models) {
@@ -95,7 +96,7 @@ TEST(ColorField, directions_have_their_golden_features) {
 
 TEST(ColorField, tiny_field_has_golden_features_and_outputs) {
   const ColorField field = test::tiny_field();
-  const std::vector<double> features = grid_features(field, kMean);
+  const std::vector<double> features = test::grid_features(field, kMean);
   const std::array<double, 8> expected = {0.0492549133, -0.129748535, -0.113428835, -0.0995612866,
                                           0.578327788,  0.265860321,  0.0886857447, -0.51629346};
   ASSERT_EQ(features.size(), expected.size());
@@ -110,7 +111,7 @@ TEST(ColorField, tiny_field_has_golden_features_and_outputs) {
 TEST(ColorField, published_field_has_golden_features_and_outputs) {
   // The scales of the levels are single precision, and libraries differ in their last bit.
   const ColorField field = test::published_field();
-  const std::vector<double> features = grid_features(field, kMean);
+  const std::vector<double> features = test::grid_features(field, kMean);
   ASSERT_EQ(features.size(), 32u);
   EXPECT_NEAR(features[0], -0.0735626221, 1e-5);
   EXPECT_NEAR(features[31], -0.248527533, 1e-5);

@@ -103,19 +103,24 @@ std::vector<block::Item> keyframe_items(const Viewer& v, std::size_t i) {
   return items;
 }
 
-block::Chart loss_curve(const Viewer& v) {
-  const std::vector<LossPoint>& losses = v.training->losses;
-  const LossChart from = loss_chart(losses);
-  block::Chart chart{.title = kLossTitle, .axis = kIterationTitle, .letters = 10};
+block::Chart chart_of(const IterationChart& from, const char* title) {
+  block::Chart chart{.title = title, .axis = kIterationTitle, .letters = 10};
   for (const AxisTick& tick : from.iteration_ticks)
     chart.across.push_back({static_cast<float>(tick.value / from.most_iteration), tick.text});
-  for (const AxisTick& tick : from.loss_ticks)
-    chart.up.push_back({static_cast<float>(tick.value / from.most_loss), tick.text});
+  for (const AxisTick& tick : from.value_ticks)
+    chart.up.push_back({static_cast<float>(from.share(tick.value)), tick.text});
+  return chart;
+}
+
+block::Chart loss_curve(const Viewer& v) {
+  const std::vector<LossPoint>& losses = v.training->losses;
+  const IterationChart from = loss_chart(losses);
+  block::Chart chart = chart_of(from, kLossTitle);
   block::Curve curve{.ink = {kSkyBlue, kBlue}, .is_marked = false, .width = 1.5f};
   for (const LossPoint& point : losses)
     if (std::isfinite(point.loss))
-      curve.points.push_back({point.iteration / from.most_iteration,
-                              static_cast<double>(point.loss) / from.most_loss});
+      curve.points.push_back(
+          {point.iteration / from.most_iteration, from.share(static_cast<double>(point.loss))});
   chart.curves.push_back(std::move(curve));
   if (v.is_remote) return chart;  // hundreds of readings would be sent again with every report
   chart.reading = [&losses, most = from.most_iteration](double x) {
@@ -130,24 +135,17 @@ block::Chart loss_curve(const Viewer& v) {
 block::Chart psnr_curves(const TrainingProgress& progress) {
   std::vector<PsnrPoint> all = progress.test_psnrs;
   all.insert(all.end(), progress.reserved_psnrs.begin(), progress.reserved_psnrs.end());
-  const PsnrChart from = psnr_chart(all);
-  const auto share = [&](double psnr) { return (psnr - from.least) / (from.most - from.least); };
-  block::Chart chart{.title = progress.reserved_psnrs.empty()
-                                  ? "PSNR on the test views, dB"
-                                  : "PSNR, dB: test views; dashed: reserved views",
-                     .axis = kIterationTitle,
-                     .letters = 10};
-  for (const AxisTick& tick : from.iteration_ticks)
-    chart.across.push_back({static_cast<float>(tick.value / from.most_iteration), tick.text});
-  for (const AxisTick& tick : from.psnr_ticks)
-    chart.up.push_back({static_cast<float>(share(tick.value)), tick.text});
+  const IterationChart from = psnr_chart(all);
+  block::Chart chart = chart_of(from, progress.reserved_psnrs.empty()
+                                          ? "PSNR on the test views, dB"
+                                          : "PSNR, dB: test views; dashed: reserved views");
   for (const std::vector<PsnrPoint>* points : {&progress.reserved_psnrs, &progress.test_psnrs}) {
     block::Curve curve{.ink = {kSkyBlue, kBlue},
                        .is_dashed = points == &progress.reserved_psnrs,
                        .is_marked = false,
                        .width = 1.5f};
     for (const PsnrPoint& point : *points)
-      curve.points.push_back({point.iteration / from.most_iteration, share(point.psnr)});
+      curve.points.push_back({point.iteration / from.most_iteration, from.share(point.psnr)});
     chart.curves.push_back(std::move(curve));
   }
   return chart;

@@ -15,6 +15,7 @@
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/samples.h"
+#include "base/seconds.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {
@@ -79,11 +80,6 @@ void pair_all(RenderContext& context, const NumbersRequest& request) {
     if (mode != settings.mode) draw_pair(context, camera, settings, mode, ms, version);
 }
 
-double now_ms() {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return std::chrono::duration<double, std::milli>(now).count();
-}
-
 }  // namespace
 
 void draw_all_modes(RenderContext& context, const FrameRequest& request, const Camera& camera,
@@ -134,16 +130,16 @@ void PairedFrames::follow(RenderContext& context, const FrameRequest& request, c
   const CullMode before = std::exchange(shown_, request.settings.mode);
   if (!request.pairs) return;
   const bool switched = before > 0 && before != shown_;
-  const double began = now_ms();
-  if (now_ == 0) now_ = began;
-  const double passed = std::min(began - std::exchange(now_, began), kMostPauseMs);
+  const auto began = std::chrono::steady_clock::now();
+  const double passed =
+      std::min(milliseconds_since(std::exchange(now_, began).value_or(began)), kMostPauseMs);
   credit_ += passed * (context.session.backend == Backend::cpu ? 0.18 : 0.05);
   if (cost_ == 0) cost_ = static_cast<double>(shown.frame_ms);
   if (credit_ < cost_ && !switched) return;
   const CullMode mode = switched ? before : next_in_turn();
   draw_pair(context, camera, reduced(request.settings, request.divisor), mode, used_ms(shown),
             request.view_version);
-  cost_ = now_ms() - began;
+  cost_ = milliseconds_since(began);
   credit_ = std::min(credit_ - cost_, cost_);
 }
 

@@ -4,6 +4,9 @@
 // screen for the table of modes.
 #pragma once
 
+#include <chrono>
+#include <optional>
+
 #include "app/viewer/render/render_context.h"
 
 namespace qs {
@@ -50,7 +53,8 @@ class PairedFrames {
  private:
   CullMode next_in_turn();
 
-  double now_ = 0, credit_ = 0, cost_ = 0;  // milliseconds
+  std::optional<std::chrono::steady_clock::time_point> now_;
+  double credit_ = 0, cost_ = 0;  // milliseconds
   CullMode last_ = 0, shown_ = 0;
 };
 

@@ -11,18 +11,6 @@
 namespace qs {
 namespace {
 
-std::size_t pixels_of(const Image& image) {
-  return static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-}
-
-void convert(const Image& image, std::size_t begin, std::size_t end,
-             std::vector<std::uint8_t>& rgba) {
-  for (std::size_t i = begin; i < end; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = to_8bit(image.values[3 * i + c]);
-    rgba[4 * i + 3] = 255;
-  }
-}
-
 RenderedFrame draw_values(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
   Outputs outputs = outputs_for(request.quantity);
@@ -110,7 +98,7 @@ void draw_other(RenderContext& context, const FrameRequest& request, const Camer
       beside ? renderer_beside(context) : renderer_on(context, request.other->backend);
   MappedFrame drawn = draw_mapped(context, renderer, second, camera, true);
   const Frame& frame = drawn.frame;
-  rendered.other = to_rgba(frame.color, *context.session.pool);
+  rendered.other = to_rgba(frame.color, context.session.pool.get());
   ShownOther& other = rendered.shown.other.emplace();
   other.variant = *request.other;
   other.variant.pipeline = frame.stats.pipeline;  // that drew it
@@ -170,25 +158,29 @@ RenderedFrame draw_any(RenderContext& context, const FrameRequest& request, cons
 
 }  // namespace
 
-std::vector<std::uint8_t> to_rgba(const Image& image) {
-  std::vector<std::uint8_t> rgba(4 * pixels_of(image));
-  convert(image, 0, pixels_of(image), rgba);
+std::vector<std::uint8_t> to_rgba(const Image& image, ThreadPool* pool) {
+  constexpr std::size_t kGrain = 1 << 15;  // pixels
+  const std::size_t pixels = image.values.size() / 3;
+  std::vector<std::uint8_t> rgba(4 * pixels, 255);
+  const auto convert = [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = to_8bit(image.values[3 * i + c]);
+  };
+  pool != nullptr ? pool->for_chunks(pixels, kGrain, convert) : convert(0, pixels, 0);
   return rgba;
 }
 
-std::vector<std::uint8_t> to_rgba(const Image& image, ThreadPool& pool) {
-  constexpr std::size_t kGrain = 1 << 15;  // pixels
-  std::vector<std::uint8_t> rgba(4 * pixels_of(image));
-  pool.for_chunks(pixels_of(image), kGrain, [&](std::size_t begin, std::size_t end, int) {
-    convert(image, begin, end, rgba);
-  });
-  return rgba;
+Image image_of(const std::vector<std::uint8_t>& rgba, int width, int height) {
+  Image image(width, height, 3);
+  for (std::size_t i = 0; i < image.values.size(); ++i)
+    image.values[i] = static_cast<float>(rgba[i / 3 * 4 + i % 3]) / 255;
+  return image;
 }
 
 RenderedFrame rendered_of(const RenderContext& context, const FrameRequest& request,
                           const Frame& frame) {
   return {shown_of(request, frame), frame.color.width, frame.color.height,
-          to_rgba(frame.color, *context.session.pool)};
+          to_rgba(frame.color, context.session.pool.get())};
 }
 
 Outputs with_counts(Outputs outputs, const FrameRequest& request) {

@@ -11,6 +11,7 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/layout.h"
+#include "base/seconds.h"
 #include "io/camera/photographs.h"
 #include "raster/scene/image_metrics.h"
 
@@ -123,14 +124,13 @@ Job compare_test_view(const Training& training) {
   const std::size_t view = training.test_view.view;
   return [folder = training.folder, views = training.views, view,
           photograph = training.test_view.photograph](RenderContext& context) {
-    using Clock = std::chrono::steady_clock;
     bool compared = false;
     const AtEnd end{[&] {
       if (!compared) context.report(action::test_view_given_up);
     }};
     const Session& session = context.session;
     if (!session.scene || session.scene->path != folder || session.gone) return;
-    const Clock::time_point begin = Clock::now();
+    const auto begin = std::chrono::steady_clock::now();
     try {
       const Frame& frame = session.renderer->render(views->cameras[view], views->settings, {},
                                                     HostImage{}, context.stop);
@@ -141,8 +141,7 @@ Job compare_test_view(const Training& training) {
       comparison.ssim =
           ssim(picture, photograph->image, *session.pool, SsimBorder::zeros, photograph->mask);
       comparison.picture = shown_in_panel(picture, *session.pool);
-      const std::chrono::duration<double> seconds = Clock::now() - begin;
-      context.report(action::test_view_compared, views, comparison, seconds.count());
+      context.report(action::test_view_compared, views, comparison, seconds_since(begin));
       compared = true;
     } catch (const Cancelled&) {
       throw;

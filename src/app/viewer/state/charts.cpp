@@ -94,6 +94,16 @@ std::vector<AxisTick> iteration_ticks(int most) {
   return ticks;
 }
 
+IterationChart iteration_chart(int last, double least, double most) {
+  IterationChart chart{.least = least,
+                       .iteration_ticks = iteration_ticks(last),
+                       .value_ticks = round_ticks(most - least)};
+  for (AxisTick& tick : chart.value_ticks) tick.value += least;
+  chart.most = chart.value_ticks.back().value;
+  chart.most_iteration = chart.iteration_ticks.back().value;
+  return chart;
+}
+
 }  // namespace
 
 glm::dvec2 ZoomChart::place(double zoom, double value) const {
@@ -130,38 +140,21 @@ std::optional<ZoomReading> read_zoom_chart(const ZoomChart& chart, double x) {
   return reading;
 }
 
-LossChart loss_chart(const std::vector<LossPoint>& losses) {
+IterationChart loss_chart(const std::vector<LossPoint>& losses) {
   double most = 0;
   for (const LossPoint& point : losses)
     if (std::isfinite(point.loss)) most = std::max(most, static_cast<double>(point.loss));
-  LossChart chart;
-  chart.loss_ticks = round_ticks(most > 0 ? most : 1);
-  chart.most_loss = chart.loss_ticks.back().value;
-  chart.iteration_ticks = iteration_ticks(losses.empty() ? 1 : losses.back().iteration);
-  chart.most_iteration = chart.iteration_ticks.back().value;
-  return chart;
+  return iteration_chart(losses.empty() ? 1 : losses.back().iteration, 0, most > 0 ? most : 1);
 }
 
-PsnrChart psnr_chart(const std::vector<PsnrPoint>& points) {
-  PsnrChart chart;
-  if (points.empty()) return chart;
-  int last = 1;
-  double most = points.front().psnr;
-  chart.least = most;
-  for (const PsnrPoint& point : points) {
-    last = std::max(last, point.iteration);
-    most = std::max(most, point.psnr);
-    chart.least = std::min(chart.least, point.psnr);
-  }
-  chart.least = std::floor(chart.least);
-  chart.psnr_ticks = round_ticks(std::max(most - chart.least, 1.0));
-  for (AxisTick& tick : chart.psnr_ticks) {
-    tick.value += chart.least;
-    tick.text = fmt::format("{:g}", tick.value);
-  }
-  chart.most = chart.psnr_ticks.back().value;
-  chart.iteration_ticks = iteration_ticks(last);
-  chart.most_iteration = chart.iteration_ticks.back().value;
+IterationChart psnr_chart(const std::vector<PsnrPoint>& points) {
+  if (points.empty()) return {};
+  const auto [low, high] = std::ranges::minmax(points, {}, &PsnrPoint::psnr);
+  const double least = std::floor(low.psnr);
+  IterationChart chart =
+      iteration_chart(std::ranges::max(points, {}, &PsnrPoint::iteration).iteration, least,
+                      std::max(high.psnr, least + 1));
+  for (AxisTick& tick : chart.value_ticks) tick.text = fmt::format("{:g}", tick.value);
   return chart;
 }
 

@@ -66,20 +66,19 @@ std::optional<ZoomReading> read_zoom_chart(const ZoomChart& chart, double x);
 inline constexpr const char* kLossTitle = "loss: 0.8 L1 + 0.2 (1 - SSIM), colours 0 to 1";
 inline constexpr const char* kIterationTitle = "iteration";
 
-struct LossChart {
-  double most_iteration = 1, most_loss = 1;  ///< the ends of the axes, which begin at 0
-  std::vector<AxisTick> iteration_ticks, loss_ticks;
-};
-
-LossChart loss_chart(const std::vector<LossPoint>& losses);
-
-struct PsnrChart {
+/// Axes of a chart over the iterations of a training, with round ticks.
+struct IterationChart {
   double most_iteration = 1, least = 0, most = 1;  ///< ends of the axes; iterations begin at 0
-  std::vector<AxisTick> iteration_ticks, psnr_ticks;
+  std::vector<AxisTick> iteration_ticks, value_ticks;
+
+  double share(double value) const { return (value - least) / (most - least); }  ///< of the height
 };
 
-/// The axes of the points of all curves.
-PsnrChart psnr_chart(const std::vector<PsnrPoint>& points);
+/// Losses begin at 0.
+IterationChart loss_chart(const std::vector<LossPoint>& losses);
+
+/// `points`: of all curves.
+IterationChart psnr_chart(const std::vector<PsnrPoint>& points);
 
 /// The loss whose iteration is nearest to `iteration`. `losses` must not be empty.
 const LossPoint& loss_near(const std::vector<LossPoint>& losses, double iteration);

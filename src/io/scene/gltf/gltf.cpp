@@ -109,12 +109,10 @@ class GltfScene {
   }
 
   std::shared_ptr<const Transform> transform_of(const PlacedMesh& placed) {
-    const glm::dmat4& m = placed.world_from_mesh;
-    const bool affine = m[0][3] == 0 && m[1][3] == 0 && m[2][3] == 0 && m[3][3] == 1;
-    if (!affine || !Transform::is_invertible(m))
+    if (!Transform::is_invertible(placed.world_from_mesh))
       fail("{}: node {}: its transform cannot be applied: it flattens or distorts space", source_,
            placed.node);
-    auto transform = std::make_shared<Transform>(m);
+    auto transform = std::make_shared<Transform>(placed.world_from_mesh);
     if (!transform->is_similarity())
       warn_once(
           "A node stretches or mirrors its Gaussians; their covariances were transformed, which "

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include <glm/exponential.hpp>
+
 #include "base/fail.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/byte_text.h"
@@ -46,15 +48,12 @@ struct Run {
 // `filter`, and its opacity falls as its volume grows (Yu et al. 2024, equation 9).
 void apply_filter(double filter, GaussianCloud& cloud, std::size_t i) {
   if (filter == 0) return;
-  double change = 0;  // ln of the ratio of the volumes before and after
-  for (int axis = 0; axis < 3; ++axis) {
-    const double before = static_cast<double>(cloud.log_scales[i][axis]);
-    const double after = 0.5 * std::log(std::exp(2 * before) + filter * filter);
-    cloud.log_scales[i][axis] = static_cast<float>(after);
-    change += before - after;
-  }
+  const glm::dvec3 before(cloud.log_scales[i]);
+  const glm::dvec3 after = 0.5 * glm::log(glm::exp(2.0 * before) + filter * filter);
+  cloud.log_scales[i] = after;
+  const glm::dvec3 change = before - after;  // the sum: ln of the ratio of the volumes
   const double logit = static_cast<double>(cloud.opacity_logits[i]);
-  const double opacity = std::exp(change) / (1 + std::exp(-logit));
+  const double opacity = std::exp(change.x + change.y + change.z) / (1 + std::exp(-logit));
   cloud.opacity_logits[i] = static_cast<float>(std::log(opacity / (1 - opacity)));
 }
 

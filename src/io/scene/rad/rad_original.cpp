@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 
+#include "base/list_of.h"
 #include "io/bytes/inflate.h"
 #include "io/cloud/cloud_memory.h"
 
@@ -42,10 +43,8 @@ RadOriginals::RadOriginals(const RadChunk& chunk) : words_(original_words(chunk.
 }
 
 std::vector<std::uint32_t> RadOriginals::numbers() const {
-  std::vector<std::uint32_t> numbers;
-  for (const std::uint32_t leaf : leaf_of_)
-    numbers.push_back(leaf == ~0u ? kNoNumber : values_[leaf]);
-  return numbers;
+  return list_of<std::uint32_t>(
+      leaf_of_, [&](std::uint32_t leaf) { return leaf == ~0u ? kNoNumber : values_[leaf]; });
 }
 
 void RadOriginals::restore(std::span<const std::uint32_t> rows,

@@ -52,8 +52,7 @@ class SplatArrays {
     }
     if (!splats.values[kUsdSh]) degree_ = 0;
     const glm::dmat4& m = splats.world;
-    const bool is_affine = m[0][3] == 0 && m[1][3] == 0 && m[2][3] == 0 && m[3][3] == 1;
-    if (!is_affine || !Transform::is_invertible(m) || !std::isfinite(m[3].x + m[3].y + m[3].z))
+    if (!Transform::is_invertible(m) || !std::isfinite(m[3].x + m[3].y + m[3].z))
       fail("{}: {}: its transform cannot be applied: it flattens or distorts space", source,
            splats.prim);
     if (rdf_from_stage * m != glm::dmat4(1))

@@ -282,14 +282,14 @@ TEST(LossChart, keeps_the_whole_run_and_the_newest_loss) {
 }
 
 TEST(LossChart, has_round_ticks_from_zero_to_beyond_the_largest_loss) {
-  const LossChart chart = loss_chart({{100, 0.31f}, {7000, 0.05f}});
+  const IterationChart chart = loss_chart({{100, 0.31f}, {7000, 0.05f}});
   const auto texts = [](const std::vector<AxisTick>& ticks) {
     std::vector<std::string> result;
     for (const AxisTick& tick : ticks) result.push_back(tick.text);
     return result;
   };
-  EXPECT_EQ(chart.loss_ticks.front().value, 0);
-  EXPECT_GE(chart.most_loss, 0.31);
+  EXPECT_EQ(chart.value_ticks.front().value, 0);
+  EXPECT_GE(chart.most, 0.31);
   EXPECT_GE(chart.most_iteration, 7000);
   EXPECT_THAT(texts(chart.iteration_ticks), testing::Contains("2,000"));
   for (const AxisTick& tick : loss_chart({{1, 0.0f}, {2, NAN}}).iteration_ticks)

@@ -16,6 +16,7 @@
 #include "raster/kernel/sh.h"
 #include "support/corpus.h"
 #include "support/error_of.h"
+#include "support/field_outputs.h"
 #include "support/oracle.h"
 #include "support/scene_files.h"
 #include "support/temporary_folder.h"
@@ -112,8 +113,8 @@ TEST(Compact, fitted_colours_differ_from_the_network_by_what_is_reported) {
   const glm::dvec3 eye(1, 2, -3);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const glm::dvec3 mean(cloud.positions[i]), d = glm::normalize(mean - eye);
-    const glm::dvec3 exact =
-        glm::max(kSh0 * network_output(field, grid_features(field, mean), d) + 0.5, 0.0);
+    const glm::dvec3 exact = glm::max(
+        kSh0 * test::network_output(field, test::grid_features(field, mean), d) + 0.5, 0.0);
     const glm::dvec3 fitted = sh_color(3, d, [&](int k) {
       return glm::dvec3(cloud.sh[i * kCoefficients + static_cast<std::size_t>(k)]);
     });

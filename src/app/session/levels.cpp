@@ -381,13 +381,13 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       }
       has_news_ = false;
       const LevelView view = *wanted_;
-      const bool was_left = std::exchange(restarts_, false);
+      const bool was_replaced = std::exchange(restarts_, false);
       const std::size_t number = views_;
       lock.unlock();
       // Not before: the stream calls note_news() while it is locked.
       const std::uint64_t newest = stream_->edition();
       const bool is_edited = std::exchange(edition, newest) != newest;
-      const bool restarts = was_left || is_edited;
+      const bool restarts = was_replaced || is_edited;
       const auto start = std::chrono::steady_clock::now();
       const double worked = own.processor_seconds();
       const bool moves = came && !restarts;

@@ -208,7 +208,7 @@ TEST(Palette, as_many_entries_as_rows_are_exact) {
   EXPECT_EQ(rms(rows, make_palette({rows.data(), 500, 6, 6}, 500, pool, {})), 0);
 }
 
-TEST(Palette, errors_shrink_with_the_entries_of_one_and_of_two_levels) {
+TEST(Palette, errors_shrink_with_the_entries) {
   ThreadPool pool(2);
   const Array<float> rows = blobs(40000);
   double before = INFINITY;

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstring>
 #include <ostream>
-#include <ranges>
 #include <utility>
 
 #include <libdeflate.h>
@@ -212,7 +211,7 @@ void RadNodes::append(const RadNodes& from, std::size_t begin, std::size_t end) 
   if (from.original.empty()) return;
   const auto leaves = [&](std::size_t count) {
     return static_cast<std::size_t>(
-        std::ranges::count(from.nodes | std::views::take(count), 0, &LodNode::child_count));
+        std::ranges::count(std::span(from.nodes).first(count), 0, &LodNode::child_count));
   };
   const std::size_t words = from.original.size() / leaves(from.nodes.size());
   add(original, from.original, leaves(begin) * words, leaves(end) * words);

@@ -53,10 +53,12 @@ void divide(const VectorRows& rows, std::size_t count, ThreadPool& pool, std::ve
   std::vector<Cell> above(count);
   pool.for_each(count, grain, [&](std::size_t i) {
     Cell& cell = cells[i];
-    const auto rest = std::ranges::partition(
-        cell.members, [&](std::uint32_t member) { return rows[member][cell.axis] <= cell.mean; });
-    above[i].members = rest;
-    cell.members = cell.members.first(cell.members.size() - rest.size());
+    const auto end = cell.members.end();
+    const auto rest = std::partition(cell.members.begin(), end, [&](std::uint32_t member) {
+      return rows[member][cell.axis] <= cell.mean;
+    });
+    above[i].members = {rest, end};
+    cell.members = {cell.members.begin(), rest};
   });
   pool.for_each(2 * count, grain, [&](std::size_t i) {
     Cell& cell = i < count ? cells[i] : above[i - count];
@@ -120,12 +122,13 @@ Palette make_palette(const VectorRows& rows, std::size_t most, ThreadPool& pool,
     progress.update(static_cast<float>(cells.size()) / static_cast<float>(most));
     const double largest = std::ranges::max(cells, {}, &Cell::error).error;
     if (largest == 0) break;
-    const auto others = std::ranges::partition(
-        cells, [&](const Cell& cell) { return cell.error >= kWorstCells * largest; });
-    const std::size_t worst = cells.size() - others.size();
+    const auto others = std::partition(cells.begin(), cells.end(), [&](const Cell& cell) {
+      return cell.error >= kWorstCells * largest;
+    });
+    const auto worst = static_cast<std::size_t>(others - cells.begin());
     const std::size_t count = std::min(worst, most - cells.size());
     std::ranges::nth_element(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(count),
-                             others.begin(), std::greater(), &Cell::error);
+                             others, std::greater(), &Cell::error);
     divide(rows, count, pool, cells);
   }
   // Frequent labels are small numbers, so their picture has fewer bytes.

@@ -384,7 +384,7 @@ class LevelRenderer final : public Renderer, public LevelMapper {
       const bool was_replaced = std::exchange(restarts_, false);
       const std::size_t number = views_;
       lock.unlock();
-      // Not before: the stream calls note_news() while it is locked.
+      // Without the lock, because the stream calls note_news() under its own lock.
       const std::uint64_t newest = stream_->edition();
       const bool is_edited = std::exchange(edition, newest) != newest;
       const bool restarts = was_replaced || is_edited;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 namespace qs {
+
 std::vector<GridLevel> grid_levels(const GridShape& shape) {
   std::vector<GridLevel> levels;
   const float log2_growth = std::log2(shape.growth);

@@ -64,7 +64,8 @@ class PageStream {
   std::uint64_t edition() const;  ///< grows when edits change pages in memory
 
   /// The number of another view. `report` is called when another cut is due: after every page while
-  /// the last cut lacks pages, and when another view comes. It must not call the stream.
+  /// the last cut lacks pages, after a cut during which pages came, and when another view comes. It
+  /// must not call the stream.
   int add_view(std::function<void()> report);
   /// The view makes no more cuts. When this returns, its function is not called any more.
   void remove_view(int view);

@@ -54,10 +54,10 @@ Image area_average(const Image& image, int width, int height, ThreadPool& pool);
 /// Clamps values to 0..1; NaN becomes 0.
 void clamp_to_unit(Image& image);
 
-/// The linear value of one of sRGB, 0..1.
+/// The linear value of an sRGB value; both are 0..1.
 double linear_of_srgb(double v);
 
-/// The root of CIELab's formulas.
+/// CIELab's f(t): the cube root, and a line near 0.
 double lab_root(double t);
 
 // FLIP, the difference that a viewer sees when two pictures alternate (Andersson et al. 2020,

@@ -15,8 +15,9 @@ ShownFrame shown_of(const FrameRequest& request, const Frame& frame);
 /// `outputs`, and the counts of all modes if the request asks for them.
 Outputs with_counts(Outputs outputs, const FrameRequest& request);
 
-/// 8-bit RGBA, rows from the top, and its colours.
+/// 8-bit RGBA, rows from the top. `pool`: null for the caller's thread alone.
 std::vector<std::uint8_t> to_rgba(const Image& image, ThreadPool* pool = nullptr);
+/// The colours of such pixels.
 Image image_of(const std::vector<std::uint8_t>& rgba, int width, int height);
 
 /// A frame in host memory, without its maps.

@@ -74,7 +74,7 @@ struct IterationChart {
   double share(double value) const { return (value - least) / (most - least); }  ///< of the height
 };
 
-/// Losses begin at 0.
+/// The axis of losses begins at 0.
 IterationChart loss_chart(const std::vector<LossPoint>& losses);
 
 /// `points`: of all curves.

@@ -2,7 +2,6 @@
 #include "io/scene/rad/rad_chunk.h"
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -187,6 +186,9 @@ RadChunk parse_rad_chunk(ByteSpan content, const std::string& source,
 
 std::optional<RadBytes> rad_bytes(const RadChunk& chunk, std::size_t kind) {
   const RadProperty& property = chunk.get(kind);
+  if (kCodings[static_cast<std::size_t>(property.coding)].bytes != 1 ||
+      property.coding == RadCoding::oct88r8)
+    return {};
   const double min = property.min, max = property.max;
   const auto value = [&](std::size_t byte) {
     switch (property.coding) {
@@ -200,20 +202,18 @@ std::optional<RadBytes> rad_bytes(const RadChunk& chunk, std::size_t kind) {
         return min + static_cast<double>(byte) * (max - min) / 255;
     }
   };
-  if (kCodings[static_cast<std::size_t>(property.coding)].bytes != 1 ||
-      property.coding == RadCoding::oct88r8)
-    return {};
-  Array<std::byte> room;
-  const ByteSpan stored = unpacked(chunk, kind, room);
   RadBytes result;
+  const ByteSpan stored = unpacked(chunk, kind, result.bytes);
+  if (!property.deflated) result.bytes.assign(stored.begin(), stored.end());
   for (std::size_t i = 0; i < result.values.size(); ++i)
     result.values[i] = static_cast<float>(value(i));
-  result.bytes.resize(stored.size());
-  std::memcpy(result.bytes.data(), stored.data(), stored.size());
+  const auto added = [](std::byte a, std::byte b) {
+    return static_cast<std::byte>(std::to_integer<unsigned>(a) + std::to_integer<unsigned>(b));
+  };
   if (property.coding == RadCoding::r8_delta || property.coding == RadCoding::s8_delta)
-    for (std::size_t begin = 0; begin < stored.size(); begin += property.rows)
+    for (std::size_t begin = 0; begin < result.bytes.size(); begin += property.rows)
       std::partial_sum(&result.bytes[begin], &result.bytes[begin] + property.rows,
-                       &result.bytes[begin]);  // differences to the byte before
+                       &result.bytes[begin], added);  // differences to the byte before
   return result;
 }
 

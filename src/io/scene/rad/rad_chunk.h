@@ -99,10 +99,13 @@ Array<float> rad_values(const RadChunk& chunk, std::size_t kind);
 
 /// A property whose values are bytes of a table: byte k * rows + i for value k of row i.
 struct RadBytes {
-  Array<std::uint8_t> bytes;
+  Array<std::byte> bytes;
   std::array<float, 256> values;
 
-  float operator[](std::size_t i) const { return values.data()[bytes.data()[i]]; }
+  // Without the checks of other operators [], because pages have millions of values.
+  float operator[](std::size_t i) const {
+    return values.data()[std::to_integer<std::size_t>(bytes.data()[i])];
+  }
 };
 
 /// Unset for codings of more than a byte. Has the same values as rad_values().

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMostSampled = 1 << 18;  // values for a codebook
 constexpr int kRounds = 8;                     // of k-means
-constexpr double kWorstCells = 0.7;            // of the largest error: cells divided in one round
+constexpr double kWorstCells = 0.7;  // a round divides cells with this part of the largest error
 
 // Rows that will be one vector, and where they would be divided.
 struct Cell {

@@ -45,7 +45,7 @@ struct Palette {
 
 /// At most `most` vectors for these rows: cells of rows with the largest squared errors are divided
 /// at their means, along the axis of the largest variance, until there are enough cells; the
-/// vectors are their means, similar ones near each other.
+/// vectors are their means, the most frequent ones first.
 Palette make_palette(const VectorRows& rows, std::size_t most, ThreadPool& pool,
                      const Progress& progress);
 

@@ -193,7 +193,7 @@ std::vector<std::vector<ZipEntry>> encode_pictures(std::span<const SogPictures> 
     for (std::size_t k = 0; k < scenes[i].pictures.size(); ++k)
       work.emplace_back(&scenes[i].pictures[k], &files[i][1 + k]);
   }
-  // The largest first, so that no thread begins one when the others are done.
+  // The largest first, so that no thread still encodes a large one when the others are done.
   std::ranges::stable_sort(work, std::greater(),
                            [](const auto& pair) { return pair.first->values.size(); });
   pool.for_each(work.size(), 1, [&](std::size_t i) {

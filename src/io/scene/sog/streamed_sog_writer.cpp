@@ -127,10 +127,8 @@ void write_streamed_sog(std::span<const SogLevel> levels, const std::filesystem:
   replace_folder(folder, [&](const std::filesystem::path& hidden) {
     for (std::size_t first = 0; first < files.size(); first += at_once) {
       const std::size_t end = std::min(files.size(), first + at_once);
-      const auto share = [&](std::size_t i) {
-        return static_cast<float>(i) / static_cast<float>(files.size());
-      };
-      const Progress batch = part_of(progress, share(first), share(end));
+      const Progress batch =
+          step_of(progress, first / at_once, (files.size() + at_once - 1) / at_once);
       std::vector<SogPictures> scenes;
       for (std::size_t i = first; i < end; ++i) {
         const GaussianCloud cloud = levels[files[i].level].gaussians(files[i].members);
